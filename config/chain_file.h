@@ -1,0 +1,59 @@
+// Chain files: YAML or JSON text -> Chain. Source: spec command.md, "The chain file".
+//
+//   postchain: 1
+//   camera: {focal_length_mm: 50, f_stop: 1.8}
+//   passes:
+//     - motion_blur: {samples: 25}
+//     - fxaa                          # a bare name: all defaults
+//
+// Which keys exist, their types and ranges come from the passes' parameter tables and
+// camera_parameters(); this file knows no pass. Documentation: docs/chain_file.md.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "chain/chain.h"
+#include "config/diagnostic.h"
+
+namespace postchain {
+
+inline constexpr int kChainFileVersion = 1;
+
+struct ChainFile {
+    Chain chain;  // what could be read; run it only when status() is ok
+    std::string file_name;
+    Diagnostics diagnostics;
+
+    // StatusCode::chain when the file is invalid, StatusCode::usage when only overrides are.
+    Status status() const { return status_of(diagnostics); }
+};
+
+// `overrides` are the texts of --set: "passes[0].samples=51" (the path that errors print),
+// "motion_blur.samples=51" (the pass must stand once), "camera.f_stop=2"; "=null" unsets. They
+// take precedence over everything: setting a camera value unsets the parameters of the same name
+// that passes set for themselves (with a note). A later override of the same path wins.
+ChainFile parse_chain(std::string_view text, const std::string& file_name,
+                      const PassRegistry& registry, const std::vector<std::string>& overrides = {});
+
+// A chain file that parses to the same chain (same hash): every parameter is written, also where
+// it is the default.
+std::string write_chain(const Chain& chain);
+
+struct ChainText {
+    std::string file_name;  // for diagnostics
+    std::string text;
+    bool shipped = false;
+};
+// A shipped chain by its name ("paper"), else a file. A name is a word without '/' and '.'; the
+// folder share/postchain/chains beside the command's own folder is looked at first, then the
+// copies inside the program. Errors: StatusCode::chain, with the names there are.
+Result<ChainText> find_chain(const std::string& name_or_path);
+std::vector<std::string> shipped_chains();  // names, sorted
+
+// find_chain and parse_chain.
+Result<ChainFile> load_chain(const std::string& name_or_path, const PassRegistry& registry,
+                             const std::vector<std::string>& overrides = {});
+
+}  // namespace postchain

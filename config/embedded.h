@@ -1,0 +1,10 @@
+// The files of config/ that travel inside the program: "chains/paper.yaml", "profiles/nuke.yaml".
+#pragma once
+
+#include "shaders/embedded.h"
+
+namespace postchain {
+
+const std::vector<EmbeddedFile>& embedded_config();
+
+}  // namespace postchain

@@ -1,0 +1,73 @@
+// TextTree: YAML or JSON text -> a tree of scalars, lists and maps with the place of each.
+//
+//   text --size, UTF-8, nesting--> yaml-cpp events --anchors, tags, duplicates--> TextNode
+//
+// JSON is read as the YAML it also is. yaml-cpp 0.7 is used for its scanner only: it checks
+// neither UTF-8 nor duplicate keys, resolves anchors, reads 010 as eight and yes as true. Here
+//   - a plain scalar is true, false, null, a decimal integer, a decimal number, or a string;
+//   - a quoted scalar is a string, always;
+//   - anchors, aliases, tags, merge keys, directives, duplicate keys, a second document, text that
+//     is not UTF-8, control characters, too much text and too deep nesting are errors.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "chain/parameter.h"
+#include "config/diagnostic.h"
+
+namespace postchain {
+
+struct TextLimits {
+    size_t bytes = size_t(1) << 20;
+    int depth = 32;  // lists and maps within each other
+};
+
+struct TextNode;
+struct TextEntry;
+
+struct TextNode {
+    enum class Kind { null, scalar, list, map };
+    Kind kind = Kind::null;
+    bool quoted = false;             // scalar only
+    std::string text;                // scalar only
+    int line = 1;                    // from 1
+    int column = 1;                  // from 1, in characters
+    std::vector<TextNode> items;     // list
+    std::vector<TextEntry> entries;  // map, in the order of the text
+
+    bool is_map() const { return kind == Kind::map; }
+    bool is_list() const { return kind == Kind::list; }
+    bool is_scalar() const { return kind == Kind::scalar; }
+    bool is_null() const { return kind == Kind::null; }
+    const TextNode* find(std::string_view key) const;  // value in a map, or nullptr
+    // "a list", "a map", "nothing", or the scalar as it was written
+    std::string describe() const;
+};
+
+struct TextEntry {
+    TextNode key;  // a scalar
+    TextNode value;
+};
+
+struct TextTree {
+    TextNode root;
+    Diagnostics diagnostics;  // errors only; root is what could be read
+};
+
+// `code` becomes the code of every error.
+TextTree read_text_tree(std::string_view text, const std::string& file_name,
+                        StatusCode code = StatusCode::chain, const TextLimits& limits = {});
+
+// The value of a scalar by the rules above; monostate for null. Errors (StatusCode::chain):
+// non-finite numbers, octal, hexadecimal and binary numbers, digits grouped by _, numbers too
+// large for the type. The message speaks of the value alone. Locale-independent.
+Result<ParameterValue> value_of(const TextNode& node);
+Result<ParameterValue> value_of_plain_text(const std::string& text);
+
+// Text written so that read_text_tree() reads it back as this value: strings are quoted where
+// plain text would mean something else.
+std::string yaml_text_of(const ParameterValue& value);
+
+}  // namespace postchain

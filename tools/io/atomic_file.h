@@ -1,0 +1,73 @@
+// Files that appear whole or not at all.
+//
+//   create: .NAME.PID.tmp in the same folder --write--> fsync --rename--> NAME, fsync of the folder
+//
+// Whatever kills the process, NAME holds the old file, the new one, or nothing. A temporary left
+// by a killed process carries no lock and is replaced by the next writer with the same PID.
+// A file-size limit must reach us as an error (EFBIG): the program ignores SIGXFSZ, not this file.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "chain/status.h"
+
+namespace postchain::io {
+
+// What commit() does when the final name exists.
+enum class OnExisting {
+    fail,       // an error, also when another process makes the file first
+    skip,       // keep the old file, drop the new one
+    overwrite,  // replace it
+};
+
+class AtomicFile {
+  public:
+    // Errors (output): folder missing, a file where a folder should be, a folder where the file
+    // should be, no permission, another process writing the same temporary, the name too long.
+    static Result<AtomicFile> create(const std::string& path);
+
+    AtomicFile(AtomicFile&& other) noexcept;
+    AtomicFile& operator=(AtomicFile&&) = delete;
+    ~AtomicFile();  // removes the temporary unless committed
+
+    // Buffered; a failure is reported here or by a later call and sticks. Errors (output): disk
+    // full, file-size limit, any other write error, with the system's reason.
+    Status write(const void* bytes, size_t count);
+    Status seek(uint64_t position);  // of the next write; the file grows as needed
+    uint64_t position() const { return position_; }
+    uint64_t size() const { return size_; }  // bytes written so far
+
+    // True when the file is in place, false when it was skipped.
+    Result<bool> commit(OnExisting on_existing);
+
+    const std::string& path() const { return path_; }
+    const std::string& temporary() const { return temporary_; }
+
+  private:
+    AtomicFile() = default;
+    Status flush();
+    Status fail(const char* action, int error);
+
+    std::string path_;
+    std::string temporary_;
+    std::string folder_;
+    std::string buffer_;
+    uint64_t buffer_start_ = 0;  // file position of buffer_[0]
+    uint64_t position_ = 0;
+    uint64_t size_ = 0;
+    int fd_ = -1;
+    void* live_ = nullptr;  // entry in the registry of live temporaries
+    Status failed_;
+};
+
+// Removes every temporary of this process that is not committed yet. Safe in a signal handler;
+// writers still running then fail in commit().
+void remove_live_temporaries();
+
+// A whole text file at once, for sidecars. False when skipped.
+Result<bool> atomic_write_text(const std::string& path, std::string_view text,
+                               OnExisting on_existing = OnExisting::overwrite);
+
+}  // namespace postchain::io

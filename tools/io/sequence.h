@@ -1,0 +1,90 @@
+// Sequences: frame ranges, file name patterns, what lies on disk, and the `IN` of the command.
+//
+//   "1-10,20-40x2" -> FrameRange      "A.####.exr" -> PathPattern      "color=..,depth=.." ->
+//   InputSpec InputSpec + FrameRange --find_frames--> requested, missing
+//
+// Source: spec command.md. What to do with a missing frame (error, skip, hold) is the runner's.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "chain/role.h"
+#include "chain/status.h"
+
+namespace postchain::io {
+
+inline constexpr size_t kMaxFrames = 1'000'000;      // of one range
+inline constexpr int kMaxFrameNumber = 999'999'999;  // and its negative
+
+// Frames in the order written, each once.
+struct FrameRange {
+    std::vector<int> frames;
+
+    // Items separated by commas: N, A-B, A-BxSTEP; A, B and N may be negative, STEP >= 1.
+    // Errors (usage): a colon (it means two things), a descending range, more than kMaxFrames
+    // frames, anything else that is not a number.
+    static Result<FrameRange> parse(std::string_view text);
+};
+
+// A path whose file name may hold one frame token: "####" and "@@@@" (one digit each), "%04d",
+// "%d", "$F", "$F4". Folders are taken as they are. Numbers are padded as printf's %0Nd does:
+// -5 in "####" is "-005".
+class PathPattern {
+  public:
+    // Errors (usage): empty, a path that ends in "/", two tokens, "%4d" (padded with blanks).
+    static Result<PathPattern> parse(std::string_view path);
+
+    bool has_token() const { return has_token_; }
+    std::string format(int frame) const;  // the path itself when there is no token
+    // Frame of a file name (no folder) that this pattern could have made. Also takes "-0005" for
+    // -5, as some programs write it. Nothing for names that differ, and for temporaries.
+    std::optional<int> match(std::string_view file_name) const;
+    // Number of a path without a token: the last group of digits before the extension, else 0
+    // (also for more than nine digits, which is a date and not a frame).
+    int literal_frame() const;
+    // Frames on disk and their paths. Without a token: the file, if it exists.
+    std::map<int, std::string> discover() const;
+
+    const std::string& text() const { return text_; }
+    const std::string& folder() const { return folder_; }  // "." when the path names none
+
+  private:
+    std::string text_;
+    std::string folder_;
+    std::string prefix_;  // of the file name, before and after the token
+    std::string suffix_;
+    int digits_ = 0;
+    bool has_token_ = false;
+};
+
+// IN: one pattern that holds every plane, or one per plane.
+struct InputSpec {
+    // color is always there; depth stands under Role::inverse_depth. One entry = one file.
+    std::map<Role, PathPattern> patterns;
+
+    bool separate_files() const { return patterns.size() > 1; }
+    const PathPattern& color() const { return patterns.at(Role::color); }
+
+    // "A.####.exr", or "color=A.####.exr,depth=B.####.exr,motion=C.####.exr" (also motion_back).
+    // Errors (usage): unknown or repeated plane, no color, a bad pattern.
+    static Result<InputSpec> parse(std::string_view text);
+};
+
+struct FrameList {
+    std::vector<int> frames;   // requested, in order
+    std::vector<int> missing;  // those for which some plane's file is not on disk
+    std::vector<int> gaps;     // not requested: holes in what was found on disk
+    std::map<int, std::map<Role, std::string>> files;  // of each frame that is not missing
+
+    bool is_missing(int frame) const { return !files.contains(frame); }
+};
+
+// The frames asked for, or without a range every frame of color on disk. A plane whose pattern
+// has no token serves every frame. Errors (input): nothing found and nothing asked for.
+Result<FrameList> find_frames(const InputSpec& input, const std::optional<FrameRange>& range);
+
+}  // namespace postchain::io

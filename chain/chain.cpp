@@ -1,0 +1,60 @@
+#include "chain/chain.h"
+
+namespace postchain {
+
+const PassType* PassRegistry::find(std::string_view name) const {
+    for (const auto& type : types_)
+        if (type.name == name) return &type;
+    return nullptr;
+}
+
+std::array<int, 3> groups_for(int width, int height, int size) {
+    return {(width + size - 1) / size, (height + size - 1) / size, 1};
+}
+
+std::string ChainLink::text() const {
+    return type->name + ": " + type->parameters->text(pass->parameters());
+}
+
+Chain Chain::clone() const {
+    Chain copy;
+    copy.camera = camera;
+    for (const auto& link : links) {
+        ChainLink twin{link.type, link.type->create()};
+        for (const auto& row : link.type->parameters->rows())
+            row.set(twin.pass->parameters(), row.get(link.pass->parameters()));
+        copy.links.push_back(std::move(twin));
+    }
+    return copy;
+}
+
+Pass* Chain::append(const PassRegistry& registry, std::string_view type) {
+    const PassType* found = registry.find(type);
+    if (!found) return nullptr;
+    links.push_back({found, found->create()});
+    return links.back().pass.get();
+}
+
+RoleSet Chain::required() const {
+    RoleSet roles = {Role::color};
+    for (const auto& link : links) roles = roles | link.pass->roles().required;
+    return roles;
+}
+
+RoleSet Chain::optional() const {
+    RoleSet roles;
+    for (const auto& link : links) roles = roles | link.pass->roles().optional;
+    return roles - required();
+}
+
+std::string Chain::text() const {
+    std::string text = "camera: " + camera_parameters().text(&camera) + "\n";
+    for (const auto& link : links) text += link.text() + "\n";
+    return text;
+}
+
+uint64_t Chain::hash() const {
+    return hash_text(text());
+}
+
+}  // namespace postchain

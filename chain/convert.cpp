@@ -1,0 +1,215 @@
+#include "chain/convert.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace postchain {
+namespace {
+
+constexpr float kLargestHalf = 65504.0f;
+
+bool finite(float value) {
+    return (std::bit_cast<uint32_t>(value) & 0x7f800000u) != 0x7f800000u;
+}
+
+// Most frames hold no bad value; this test of a whole plane vectorises.
+bool all_finite(const std::vector<float>& values) {
+    uint32_t bad = 0;
+    for (float value : values)
+        bad |= uint32_t((std::bit_cast<uint32_t>(value) & 0x7f800000u) == 0x7f800000u);
+    return bad == 0;
+}
+
+class Facts {
+  public:
+    Facts(FrameFacts& facts, int width) : facts_(facts), width_(width) {}
+    void nonfinite(uint64_t& count, size_t pixel) {
+        ++count;
+        if (first_ != kNone && pixel >= first_) return;
+        first_ = pixel;
+        facts_.first_nonfinite = {int(pixel % size_t(width_)), int(pixel / size_t(width_))};
+    }
+
+  private:
+    static constexpr size_t kNone = size_t(-1);
+    FrameFacts& facts_;
+    int width_;
+    size_t first_ = kNone;
+};
+
+void convert_color(ImageF& color, const ConvertOptions& options, FrameFacts& facts, Facts& note) {
+    if (!all_finite(color.data)) {
+        for (size_t pixel = 0; pixel < color.pixels(); ++pixel) {
+            float* rgba = color.data.data() + 4 * pixel;
+            bool bad = false;
+            for (int c = 0; c < 4; ++c) {
+                if (finite(rgba[c])) continue;
+                bad = true;
+                const bool clamp =
+                    options.nonfinite_color == NonfiniteColor::clamp && !std::isnan(rgba[c]);
+                rgba[c] = clamp ? std::copysign(kLargestHalf, rgba[c]) : 0.0f;
+            }
+            if (bad) note.nonfinite(facts.nonfinite_color, pixel);
+        }
+    }
+    if (!options.unpremultiplied) return;
+    for (size_t pixel = 0; pixel < color.pixels(); ++pixel) {
+        float* rgba = color.data.data() + 4 * pixel;
+        for (int c = 0; c < 3; ++c) rgba[c] *= rgba[3];
+    }
+}
+
+// 1/d as an affine function of the stored depth: 1/d = offset + slope * z.
+struct AffineDepth {
+    double offset = 0;
+    double slope = 1;
+};
+
+Result<AffineDepth> affine_depth(DepthEncoding encoding, const Camera& camera) {
+    const auto fault = [](const char* text) { return Status(StatusCode::chain, text); };
+    if (!camera.near_clip || *camera.near_clip <= 0)
+        return fault(
+            "camera.near_clip: must be > 0 for a depth-buffer encoding; give the near "
+            "clip plane in the camera");
+    const double n = 1 / *camera.near_clip;
+    const bool bounded = encoding == DepthEncoding::forward || encoding == DepthEncoding::reverse;
+    if (bounded && (!camera.far_clip || *camera.far_clip <= *camera.near_clip))
+        return fault("camera.far_clip: must be > near_clip for this depth-buffer encoding");
+    const double f = bounded ? 1 / *camera.far_clip : 0;
+    switch (encoding) {
+        case DepthEncoding::forward:
+        case DepthEncoding::forward_infinite:
+            return AffineDepth{n, f - n};
+        default:
+            return AffineDepth{f, n - f};
+    }
+}
+
+Status convert_depth(ImageF& depth, const FrameDescription& frame, const ConvertOptions& options,
+                     FrameFacts& facts, Facts& note) {
+    AffineDepth affine;
+    double f_px = 1;
+    const bool distance =
+        options.depth == DepthEncoding::linear || options.depth == DepthEncoding::ray_distance;
+    if (options.depth == DepthEncoding::ray_distance) {
+        if (!frame.camera.focal_length_mm || !frame.camera.sensor_width_mm)
+            return Status(StatusCode::chain,
+                          "camera.focal_length_mm, camera.sensor_width_mm: needed to turn ray "
+                          "distance into depth; give them in the camera");
+        f_px = *frame.camera.focal_length_mm * frame.display_width / *frame.camera.sensor_width_mm;
+    } else if (!distance && options.depth != DepthEncoding::inverse) {
+        auto found = affine_depth(options.depth, frame.camera);
+        if (!found.ok()) return found.status();
+        affine = *found;
+    }
+    float low = std::numeric_limits<float>::infinity(), high = 0;
+    for (size_t pixel = 0; pixel < depth.data.size(); ++pixel) {
+        float& value = depth.data[pixel];
+        float w = 0;
+        if (!finite(value)) {
+            // +Inf is a usual way to write "nothing there" for a distance; NaN never is.
+            if (!distance || value != std::numeric_limits<float>::infinity())
+                note.nonfinite(facts.nonfinite_depth, pixel);
+        } else if (distance) {
+            double d = value;
+            if (options.depth == DepthEncoding::ray_distance) {
+                const double x = options.origin_x + double(pixel % size_t(depth.width)) + 0.5 -
+                                 0.5 * frame.display_width;
+                const double y = options.origin_y + double(pixel / size_t(depth.width)) + 0.5 -
+                                 0.5 * frame.display_height;
+                d *= f_px / std::sqrt(x * x + y * y + f_px * f_px);
+            }
+            if (d > 0)
+                w = float(1 / d);
+            else
+                ++facts.negative_depth;
+            if (!finite(w)) w = std::numeric_limits<float>::max();  // d below 2^-128
+        } else {
+            w = float(affine.offset + affine.slope * double(value));
+            if (w < 0) {
+                w = 0;
+                ++facts.negative_depth;
+            }
+        }
+        value = w;
+        low = std::min(low, w);
+        high = std::max(high, w);
+    }
+    facts.min_inverse_depth = depth.empty() ? 0 : double(low);
+    facts.max_inverse_depth = double(high);
+    return Status();
+}
+
+void convert_motion(ImageF& motion, const MotionConvention& convention, bool forward,
+                    FrameFacts& facts, Facts& note) {
+    const bool fraction = convention.unit == MotionUnit::fraction;
+    const float scale_x = float(convention.scale_x * (fraction ? motion.width : 1));
+    const float scale_y = float(convention.scale_y * (fraction ? motion.height : 1));
+    const float bias = float(convention.bias);
+    const float sentinel = float(convention.sentinel);
+    double largest = 0;
+    for (size_t pixel = 0; pixel < motion.pixels(); ++pixel) {
+        float* v = motion.data.data() + 2 * pixel;
+        if (std::abs(v[0]) >= sentinel || std::abs(v[1]) >= sentinel) {
+            v[0] = v[1] = 0;
+            if (forward) ++facts.sentinel_motion;
+            continue;
+        }
+        float x = scale_x * (v[0] - bias), y = scale_y * (v[1] - bias);
+        if (!finite(x) || !finite(y)) {
+            x = y = 0;
+            note.nonfinite(facts.nonfinite_motion, pixel);
+        }
+        v[0] = x;
+        v[1] = y;
+        largest = std::max(largest, double(x) * double(x) + double(y) * double(y));
+    }
+    if (!forward) return;
+    facts.max_speed_px = std::sqrt(largest);
+    facts.motion_all_zero = largest == 0;
+}
+
+}  // namespace
+
+Status convert_frame(FramePlanes& planes, FrameDescription& frame, const ConvertOptions& options) {
+    if (planes.empty()) return Status(StatusCode::input, "the frame has no planes");
+    frame.width = planes.begin()->second.width;
+    frame.height = planes.begin()->second.height;
+    frame.planes = {};
+    frame.facts = {};
+    for (const auto& [role, plane] : planes) {
+        if (plane.width != frame.width || plane.height != frame.height)
+            return Status(StatusCode::input,
+                          concat(name_of(role), " is ", plane.width, "x", plane.height, ", ",
+                                 name_of(planes.begin()->first), " is ", frame.width, "x",
+                                 frame.height, "; planes of one frame must have one size"));
+        if (plane.channels != channels_of(role))
+            return Status(StatusCode::input, concat(name_of(role), " has ", plane.channels,
+                                                    " channels, needs ", channels_of(role)));
+        frame.planes.add(role);
+    }
+    Facts note(frame.facts, frame.width);
+    for (auto& [role, plane] : planes) {
+        switch (role) {
+            case Role::color:
+                convert_color(plane, options, frame.facts, note);
+                break;
+            case Role::inverse_depth:
+                if (Status s = convert_depth(plane, frame, options, frame.facts, note); !s.ok())
+                    return s;
+                break;
+            case Role::motion:
+                convert_motion(plane, options.motion, true, frame.facts, note);
+                break;
+            case Role::motion_back:
+                convert_motion(plane, options.motion_back, false, frame.facts, note);
+                break;
+            case Role::hint:
+                break;
+        }
+    }
+    return Status();
+}
+
+}  // namespace postchain

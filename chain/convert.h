@@ -1,0 +1,66 @@
+// Conversion to the canonical frame: any depth encoding and motion convention -> the planes of
+// chain/role.h, with the facts found on the way, in one walk over the pixels.
+// Source: spec frame.md (the tables of encodings and conventions).
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "chain/frame.h"
+#include "chain/status.h"
+
+namespace postchain {
+
+enum class DepthEncoding {
+    linear,            // distance along the view axis, scene units; <= 0 or non-finite = far
+    inverse,           // already 1/d
+    forward,           // GL window depth or D3D forward z in 0..1, needs near and far
+    forward_infinite,  // (1 - z)/n, needs near
+    reverse,           // reverse-Z with near and far
+    reverse_infinite,  // z/n, needs near
+    ray_distance,      // distance along the pixel's ray, needs focal length and sensor width
+};
+inline const std::vector<std::string>& depth_encoding_names() {
+    static const std::vector<std::string> names = {
+        "linear",  "inverse",          "forward",     "forward_infinite",
+        "reverse", "reverse_infinite", "ray_distance"};
+    return names;
+}
+
+enum class MotionUnit {
+    pixels,
+    fraction,  // of the image's width and height (uv, or ndc with scale 0.5)
+};
+
+// canonical = scale * (stored - bias), times the image size where the unit is a fraction. The
+// sign of each scale turns direction and axis into the canonical ones (+x right, +y down,
+// this frame to the next).
+struct MotionConvention {
+    MotionUnit unit = MotionUnit::pixels;
+    double scale_x = 1;
+    double scale_y = 1;
+    double bias = 0;
+    double sentinel = std::numeric_limits<double>::infinity();  // |stored| >= this: 0, counted
+};
+
+enum class NonfiniteColor { zero, clamp };  // NaN -> 0 always; Inf -> 0 or the largest half
+
+struct ConvertOptions {
+    DepthEncoding depth = DepthEncoding::linear;
+    MotionConvention motion;
+    MotionConvention motion_back;
+    bool unpremultiplied = false;  // color must be multiplied by its alpha
+    NonfiniteColor nonfinite_color = NonfiniteColor::zero;
+    // Position of the planes' first pixel in the display window, for ray_distance.
+    int origin_x = 0;
+    int origin_y = 0;
+};
+
+// Converts `planes` in place: color (4 channels), inverse_depth (1, still encoded depth), motion
+// and motion_back (2, still in the file's convention). Fills frame.width, height, planes, facts.
+// frame.camera, display size and frame_number are read. Errors: chain (near = 0 with a buffer
+// encoding, a camera value missing), input (sizes that differ, channel counts).
+Status convert_frame(FramePlanes& planes, FrameDescription& frame, const ConvertOptions& options);
+
+}  // namespace postchain

@@ -1,0 +1,77 @@
+// The executor walks a plan with GL: textures from the pool, programs from the cache, one
+// dispatch per step. It knows no pass.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "chain/frame.h"
+#include "chain/gl/clock.h"
+#include "chain/gl/context.h"
+#include "chain/gl/program.h"
+#include "chain/gl/texture_pool.h"
+#include "chain/plan.h"
+#include "chain/status.h"
+
+namespace postchain {
+
+struct ExecutorCounters {
+    uint64_t texture_allocations = 0;  // since the executor was made
+    uint64_t textures_alive = 0;
+    uint64_t texture_bytes_peak = 0;
+    uint64_t programs = 0;  // compiled so far
+    uint64_t dispatches = 0;
+};
+
+struct PassTime {
+    int pass = 0;  // index into Plan::passes
+    std::string name;
+    double milliseconds = 0;
+};
+
+// Called after each step with every texture the step wrote, read back. A failure ends the run.
+using StageObserver =
+    std::function<Status(const Step& step, const PlanTexture& texture, const ImageF& pixels)>;
+
+class Executor {
+  public:
+    explicit Executor(gl::Context& context);
+    ~Executor();
+
+    // Uploads the planes the plan reads, runs it and reads the outputs back. A plan without steps
+    // touches no GL: its outputs are the inputs.
+    Result<FramePlanes> filter(const Plan& plan, const FramePlanes& inputs,
+                               const StageObserver& observer = {});
+
+    // Runs on textures that are already on the device (imported role -> GL name); the result's
+    // textures belong to the pool until the next call. Nothing is read back.
+    Result<std::map<Role, unsigned>> run(const Plan& plan, const std::map<Role, unsigned>& inputs,
+                                         const StageObserver& observer = {});
+
+    // Time of each pass in the last run; empty unless timing is on.
+    void set_timing(bool on) { timing_ = on; }
+    const std::vector<PassTime>& pass_times() const { return pass_times_; }
+
+    ExecutorCounters counters() const;
+
+  private:
+    Status execute(const Plan& plan, std::vector<gl::Texture*>& textures,
+                   const std::map<Role, unsigned>& inputs, const StageObserver& observer);
+    Status dispatch(const Plan& plan, const Step& step, const std::vector<unsigned>& names);
+
+    gl::TexturePool pool_;
+    gl::ProgramCache programs_;
+    gl::Clock clock_;
+    unsigned block_buffer_ = 0;
+    unsigned sampler_nearest_ = 0;
+    unsigned sampler_linear_ = 0;
+    bool timing_ = false;
+    uint64_t dispatches_ = 0;
+    std::vector<PassTime> pass_times_;
+    std::vector<gl::Texture*> held_;  // outputs of the last run()
+};
+
+}  // namespace postchain

@@ -1,0 +1,76 @@
+// The canonical frame: what the chain knows about one frame besides its pixels.
+//
+// Every input is converted once, at the border (chain/convert.h), into the planes of
+// chain/role.h. No pass ever sees another convention. Source: spec frame.md.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "chain/image.h"
+#include "chain/parameter.h"
+#include "chain/role.h"
+
+namespace postchain {
+
+// Lens, shutter and clip planes of one frame. A member without a value is unknown; whoever needs
+// it says so (or applies the stated default). Lengths in millimetres or scene units as named.
+struct Camera {
+    std::optional<double> focal_length_mm;
+    std::optional<double> sensor_width_mm;
+    std::optional<double> f_stop;
+    std::optional<double> focus_distance;  // scene units, along the view axis
+    std::optional<double> near_clip;       // scene units
+    std::optional<double> far_clip;        // scene units
+    std::optional<double> shutter_frames;  // open time in frames, centred on the frame
+    std::optional<double> meters_per_unit;
+
+    // This camera with every value that `over` has put in place of its own.
+    Camera overlaid_by(const Camera& over) const;
+    bool operator==(const Camera&) const = default;
+};
+
+// The rows of Camera, from which chain file, --set, --help and schema are made.
+const ParameterTable& camera_parameters();
+
+inline constexpr double kDefaultShutterFrames = 0.5;
+inline constexpr double kDefaultMetersPerUnit = 1.0;
+
+// What was found while converting one frame's planes. Counts are pixels.
+struct FrameFacts {
+    double max_speed_px = 0;       // largest |motion|, pixels per frame
+    double min_inverse_depth = 0;  // over all pixels, sky included
+    double max_inverse_depth = 0;
+    uint64_t nonfinite_color = 0;  // replaced on conversion
+    uint64_t nonfinite_depth = 0;
+    uint64_t nonfinite_motion = 0;
+    uint64_t sentinel_motion = 0;  // |component| >= the profile's sentinel, treated as 0
+    uint64_t negative_depth = 0;   // d <= 0, treated as infinitely far
+    std::array<int, 2> first_nonfinite = {-1, -1};  // x, y of the first non-finite pixel
+    bool motion_all_zero = false;                   // a vectors channel without a single vector
+};
+
+enum class Precision { fp16, fp32 };  // storage of intermediate planes
+const char* name_of(Precision precision);
+
+// One frame, as a plan needs to know it.
+struct FrameDescription {
+    int width = 0;  // of the planes (the data window), pixels
+    int height = 0;
+    int display_width = 0;  // of the display window: W in every formula of the lens
+    int display_height = 0;
+    int frame_number = 0;  // seeds come from it
+    RoleSet planes;        // which planes the frame brings
+    Camera camera;
+    FrameFacts facts;
+    // Luminance weights of the file's primaries (Rec. 709 unless its chromaticities say otherwise).
+    std::array<double, 3> luma_weights = {0.2126, 0.7152, 0.0722};
+};
+
+// Planes of one frame on the CPU, all of one size; channels as channels_of(role) says.
+using FramePlanes = std::map<Role, ImageF>;
+
+}  // namespace postchain

@@ -1,0 +1,170 @@
+#include "chain/gl/context.h"
+
+#include <epoxy/egl.h>
+#include <epoxy/gl.h>
+
+#include <cstring>
+
+namespace postchain::gl {
+namespace {
+
+bool has_word(const char* words, const char* word) {
+    if (!words) return false;
+    const size_t length = std::strlen(word);
+    for (const char* at = words; (at = std::strstr(at, word)); at += length) {
+        const bool starts = at == words || at[-1] == ' ';
+        if (starts && (at[length] == ' ' || at[length] == 0)) return true;
+    }
+    return false;
+}
+
+std::vector<EGLDeviceEXT> devices() {
+    if (!epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_device_enumeration") &&
+        !epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_device_base"))
+        return {};
+    EGLint count = 0;
+    if (!eglQueryDevicesEXT(0, nullptr, &count) || count <= 0) return {};
+    std::vector<EGLDeviceEXT> found(static_cast<size_t>(count));
+    if (!eglQueryDevicesEXT(count, found.data(), &count)) return {};
+    found.resize(static_cast<size_t>(count));
+    return found;
+}
+
+DeviceInfo describe(EGLDeviceEXT device, int index) {
+    DeviceInfo info;
+    info.index = index;
+    const char* extensions = eglQueryDeviceStringEXT(device, EGL_EXTENSIONS);
+    info.software = has_word(extensions, "EGL_MESA_device_software");
+    const char* name = nullptr;
+    if (has_word(extensions, "EGL_EXT_device_drm"))
+        name = eglQueryDeviceStringEXT(device, EGL_DRM_DEVICE_FILE_EXT);
+    info.name = name ? name : (info.software ? "software rasteriser" : "device");
+    return info;
+}
+
+// The display of an EGL device, or of Mesa's surfaceless platform for nullptr.
+EGLDisplay open_display(EGLDeviceEXT device) {
+    if (device) return eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, device, nullptr);
+    if (!epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_MESA_platform_surfaceless"))
+        return EGL_NO_DISPLAY;
+    return eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
+}
+
+Result<EGLContext> open_context(EGLDisplay display, bool debug) {
+    EGLint major = 0, minor = 0;
+    if (display == EGL_NO_DISPLAY || !eglInitialize(display, &major, &minor))
+        return Status(StatusCode::gl, "EGL display cannot be initialised");
+    if (!eglBindAPI(EGL_OPENGL_API)) return Status(StatusCode::gl, "EGL offers no OpenGL API");
+    const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
+                                 4,
+                                 EGL_CONTEXT_MINOR_VERSION,
+                                 5,
+                                 EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                                 EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                                 EGL_CONTEXT_OPENGL_DEBUG,
+                                 debug ? EGL_TRUE : EGL_FALSE,
+                                 EGL_NONE};
+    EGLContext context = eglCreateContext(display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes);
+    if (context == EGL_NO_CONTEXT)
+        return Status(StatusCode::gl, concat("no OpenGL 4.5 core context (EGL error 0x", std::hex,
+                                             eglGetError(), ")"));
+    return context;
+}
+
+}  // namespace
+
+std::vector<DeviceInfo> list_devices() {
+    std::vector<DeviceInfo> infos;
+    const auto found = devices();
+    for (size_t i = 0; i < found.size(); ++i) infos.push_back(describe(found[i], int(i)));
+    return infos;
+}
+
+Result<std::unique_ptr<Context>> Context::create(const ContextOptions& options) {
+    const auto found = devices();
+    std::vector<EGLDeviceEXT> candidates;
+    if (options.device >= 0) {
+        if (size_t(options.device) >= found.size())
+            return Status(StatusCode::gl,
+                          concat("device ", options.device, " does not exist; this machine has ",
+                                 found.size(), " (see `postchain info`)"));
+        candidates = {found[size_t(options.device)]};
+    } else {
+        if (options.device == ContextOptions::kAutomatic)
+            for (size_t i = 0; i < found.size(); ++i)
+                if (!describe(found[i], int(i)).software) candidates.push_back(found[i]);
+        candidates.push_back(nullptr);  // surfaceless software
+    }
+
+    std::string tried;
+    for (EGLDeviceEXT device : candidates) {
+        EGLDisplay display = open_display(device);
+        auto context = open_context(display, options.debug);
+        if (!context.ok()) {
+            tried += (tried.empty() ? "" : "; ") +
+                     std::string(device ? "EGL device: " : "surfaceless: ") +
+                     context.status().message();
+            continue;
+        }
+        std::unique_ptr<Context> made(new Context);
+        made->display_ = display;
+        made->context_ = *context;
+        if (Status status = made->make_current(); !status.ok()) return status;
+        const auto text = [](GLenum name) {
+            const auto* bytes = reinterpret_cast<const char*>(glGetString(name));
+            return std::string(bytes ? bytes : "");
+        };
+        made->vendor_ = text(GL_VENDOR);
+        made->renderer_ = text(GL_RENDERER);
+        made->version_ = text(GL_VERSION);
+        for (const char* word : {"llvmpipe", "softpipe", "swrast"})
+            if (made->renderer_.find(word) != std::string::npos) made->software_ = true;
+        glGetIntegerv(GL_MAX_TEXTURE_SIZE, &made->max_texture_size_);
+        return made;
+    }
+    return Status(StatusCode::gl, "no usable OpenGL 4.5: " + tried +
+                                      "; install a driver (Debian: libegl-mesa0, libgl1-mesa-dri)");
+}
+
+Context::~Context() {
+    if (!context_) return;
+    release_current();
+    eglDestroyContext(display_, context_);
+}
+
+Status Context::make_current() {
+    if (eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_)) return Status();
+    return Status(StatusCode::gl, "the GL context cannot be made current on this thread");
+}
+
+void Context::release_current() {
+    if (eglGetCurrentContext() == context_)
+        eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+}
+
+Status check_error(const std::string& doing) {
+    const GLenum error = glGetError();
+    if (error == GL_NO_ERROR) return Status();
+    while (glGetError() != GL_NO_ERROR) {
+    }
+    if (error == GL_OUT_OF_MEMORY) return Status(StatusCode::gl, doing + ": out of GL memory");
+    return Status(StatusCode::gl, concat(doing, ": GL error 0x", std::hex, error));
+}
+
+DebugGroup::DebugGroup(const std::string& label) {
+    glPushDebugGroup(GL_DEBUG_SOURCE_APPLICATION, 0, GLsizei(label.size()), label.data());
+}
+
+DebugGroup::~DebugGroup() {
+    glPopDebugGroup();
+}
+
+void label_texture(unsigned texture, const std::string& label) {
+    glObjectLabel(GL_TEXTURE, texture, GLsizei(label.size()), label.data());
+}
+
+void label_program(unsigned program, const std::string& label) {
+    glObjectLabel(GL_PROGRAM, program, GLsizei(label.size()), label.data());
+}
+
+}  // namespace postchain::gl

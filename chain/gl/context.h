@@ -1,0 +1,74 @@
+// An OpenGL 4.5 core context without a window, by EGL.
+//
+// A device of EGL_EXT_platform_device when there is a GPU (a device that is not
+// EGL_MESA_device_software: llvmpipe is listed there too), Mesa's surfaceless platform (llvmpipe)
+// otherwise. No display server is needed. Use: one thread, make_current() once.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "chain/status.h"
+
+namespace postchain::gl {
+
+struct DeviceInfo {
+    int index = -1;    // for --device; -1 = the surfaceless software renderer
+    std::string name;  // EGL's words: extensions' driver name or device file
+    bool software = false;
+};
+
+// All EGL devices of this machine, in EGL's order. Never fails; empty without EGL.
+std::vector<DeviceInfo> list_devices();
+
+struct ContextOptions {
+    // -1: the first GPU, else software. kSoftware: software. n >= 0: EGL device n.
+    static constexpr int kAutomatic = -1;
+    static constexpr int kSoftware = -2;
+    int device = kAutomatic;
+    bool debug = false;  // KHR_debug messages go to the log callback
+};
+
+class Context {
+  public:
+    // Makes a context and makes it current on this thread. StatusCode::gl with what was tried.
+    static Result<std::unique_ptr<Context>> create(const ContextOptions& options = {});
+    ~Context();
+    Context(const Context&) = delete;
+    Context& operator=(const Context&) = delete;
+
+    Status make_current();
+    void release_current();
+
+    const std::string& vendor() const { return vendor_; }
+    const std::string& renderer() const { return renderer_; }
+    const std::string& version() const { return version_; }
+    // llvmpipe, softpipe, swrast: GL timers are wrong there by orders of magnitude.
+    bool software() const { return software_; }
+    int max_texture_size() const { return max_texture_size_; }
+
+  private:
+    Context() = default;
+    void* display_ = nullptr;
+    void* context_ = nullptr;
+    std::string vendor_, renderer_, version_;
+    bool software_ = false;
+    int max_texture_size_ = 0;
+};
+
+// The GL error flag as a Status: out of memory is named as such.
+Status check_error(const std::string& doing);
+
+// Groups the GL calls of a scope in debuggers (KHR_debug).
+class DebugGroup {
+  public:
+    explicit DebugGroup(const std::string& label);
+    ~DebugGroup();
+    DebugGroup(const DebugGroup&) = delete;
+    DebugGroup& operator=(const DebugGroup&) = delete;
+};
+void label_texture(unsigned texture, const std::string& label);
+void label_program(unsigned program, const std::string& label);
+
+}  // namespace postchain::gl

@@ -1,0 +1,161 @@
+#include "chain/gl/program.h"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+#include "chain/gl/context.h"
+#include "chain/parameter.h"
+#include "shaders/embedded.h"
+
+namespace postchain::gl {
+namespace {
+
+const char* shader_folder() {
+    return std::getenv("POSTCHAIN_SHADER_DIR");
+}
+
+Result<std::string> read_source(const std::string& file) {
+    if (const char* folder = shader_folder()) {
+        const std::string path = std::string(folder) + "/" + file;
+        std::ifstream in(path, std::ios::binary);
+        if (!in) return Status(StatusCode::gl, path + ": cannot be read");
+        std::ostringstream text;
+        text << in.rdbuf();
+        return text.str();
+    }
+    for (const auto& embedded : embedded_shaders())
+        if (embedded.path == file) return std::string(embedded.text);
+    return Status(StatusCode::gl, "shader file '" + file + "' is not embedded in this build");
+}
+
+Status append(const std::string& file, std::vector<std::string>& open,
+              std::vector<std::string>& files, std::string& out) {
+    if (std::find(open.begin(), open.end(), file) != open.end())
+        return Status(StatusCode::gl, "'" + file + "' includes itself");
+    auto source = read_source(file);
+    if (!source.ok()) return source.status();
+    auto known = std::find(files.begin(), files.end(), file);
+    const size_t number = size_t(known - files.begin());
+    if (known == files.end()) files.push_back(file);
+    open.push_back(file);
+    if (open.size() > 1) out += concat("#line 1 ", number, "\n");
+    std::istringstream lines(*source);
+    std::string line;
+    for (int row = 1; std::getline(lines, line); ++row) {
+        if (line.rfind("#include", 0) != 0) {
+            out += line + "\n";
+            continue;
+        }
+        const size_t begin = line.find('"'), end = line.rfind('"');
+        if (begin == std::string::npos || end <= begin)
+            return Status(StatusCode::gl, "#include takes a \"path\"").at(concat(file, ":", row));
+        Status status = append(line.substr(begin + 1, end - begin - 1), open, files, out);
+        if (!status.ok()) return status.at(concat(file, ":", row));
+        out += concat("#line ", row + 1, " ", number, "\n");
+    }
+    open.pop_back();
+    return Status();
+}
+
+// The compiler writes "0:12(3): error" or "0(12) : error": the number is a file.
+std::string named(const std::string& log, const std::vector<std::string>& files) {
+    std::istringstream lines(log);
+    std::string out, line;
+    while (std::getline(lines, line)) {
+        size_t digits = 0;
+        while (digits < line.size() && std::isdigit(static_cast<unsigned char>(line[digits])))
+            ++digits;
+        if (digits > 0 && digits < 4 && digits < line.size() &&
+            (line[digits] == ':' || line[digits] == '(')) {
+            const size_t number = size_t(std::stoi(line.substr(0, digits)));
+            if (number < files.size()) line = files[number] + line.substr(digits);
+        }
+        out += "\n  " + line;
+    }
+    return out;
+}
+
+std::string with_defines(const std::string& source, const ProgramKey& key) {
+    const size_t end = source.find('\n');  // #version comes first
+    std::string out = source.substr(0, end + 1);
+    for (const auto& [name, value] : key.defines) out += "#define " + name + " " + value + "\n";
+    return out + "#line 2 0\n" + source.substr(end + 1);
+}
+
+Result<GLuint> compile(const ProgramKey& key, const std::string& source,
+                       const std::vector<std::string>& files) {
+    const GLuint shader = glCreateShader(GL_COMPUTE_SHADER);
+    const GLuint program = glCreateProgram();
+    const char* text = source.c_str();
+    glShaderSource(shader, 1, &text, nullptr);
+    glCompileShader(shader);
+    GLint good = 0;
+    glGetShaderiv(shader, GL_COMPILE_STATUS, &good);
+    std::string log(16384, '\0');
+    GLsizei length = 0;
+    if (!good) {
+        glGetShaderInfoLog(shader, GLsizei(log.size()), &length, log.data());
+    } else {
+        glAttachShader(program, shader);
+        glLinkProgram(program);
+        glGetProgramiv(program, GL_LINK_STATUS, &good);
+        if (!good) glGetProgramInfoLog(program, GLsizei(log.size()), &length, log.data());
+    }
+    glDeleteShader(shader);
+    if (good) {
+        label_program(program, key.text());
+        return program;
+    }
+    glDeleteProgram(program);
+    log.resize(size_t(length));
+    return Status(StatusCode::gl,
+                  "shader " + key.text() + " does not compile:" + named(log, files));
+}
+
+}  // namespace
+
+Result<std::string> resolve_includes(const std::string& file, std::vector<std::string>* files) {
+    std::vector<std::string> open, own;
+    std::string out;
+    if (Status status = append(file, open, files ? *files : own, out); !status.ok()) return status;
+    return out;
+}
+
+ProgramCache::~ProgramCache() {
+    for (const auto& [text, entry] : entries_) glDeleteProgram(entry.program);
+}
+
+Result<unsigned> ProgramCache::get(const ProgramKey& key) {
+    const std::string text = key.text();
+    const auto known = entries_.find(text);
+    if (known != entries_.end() && !shader_folder()) return known->second.program;
+
+    std::vector<std::string> files;
+    auto source = resolve_includes(key.file, &files);
+    Result<GLuint> program = source.ok() ? Result<GLuint>(GLuint(0)) : source.status();
+    uint64_t hash = 0;
+    if (source.ok()) {
+        hash = hash_text(*source);
+        if (known != entries_.end() && known->second.source_hash == hash)
+            return known->second.program;
+        program = compile(key, with_defines(*source, key), files);
+    }
+    if (program.ok()) {
+        if (known != entries_.end()) glDeleteProgram(known->second.program);
+        entries_[text] = {*program, hash};
+        ++compiled_;
+        return *program;
+    }
+    if (known == entries_.end()) return program.status();
+    std::fprintf(stderr, "%s\n(the last good version stays in use)\n",
+                 program.status().message().c_str());
+    known->second.source_hash = hash;  // said once
+    return known->second.program;
+}
+
+}  // namespace postchain::gl

@@ -1,0 +1,130 @@
+#include "chain/gl/texture_pool.h"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+
+#include "chain/gl/context.h"
+
+namespace postchain::gl {
+namespace {
+
+struct GlFormat {
+    GLenum internal, external;
+};
+
+GlFormat gl_format(Format format) {
+    switch (format) {
+        case Format::rgba32f:
+            return {GL_RGBA32F, GL_RGBA};
+        case Format::rgba16f:
+            return {GL_RGBA16F, GL_RGBA};
+        case Format::rg32f:
+            return {GL_RG32F, GL_RG};
+        case Format::rg16f:
+            return {GL_RG16F, GL_RG};
+        case Format::r32f:
+            return {GL_R32F, GL_RED};
+        case Format::r16f:
+            return {GL_R16F, GL_RED};
+        case Format::rgba8:
+            return {GL_RGBA8, GL_RGBA};
+        case Format::rg8:
+            return {GL_RG8, GL_RG};
+        case Format::r8:
+            return {GL_R8, GL_RED};
+    }
+    return {0, 0};
+}
+
+uint64_t bytes_of(const Texture& texture) {
+    return uint64_t(texture.width) * uint64_t(texture.height) *
+           uint64_t(bytes_per_pixel(texture.format));
+}
+
+}  // namespace
+
+TexturePool::~TexturePool() {
+    for (const auto& texture : textures_) glDeleteTextures(1, &texture->name);
+}
+
+Result<Texture*> TexturePool::acquire(Format format, int width, int height) {
+    for (const auto& texture : textures_) {
+        if (texture->in_use || texture->format != format || texture->width != width ||
+            texture->height != height)
+            continue;
+        texture->in_use = true;
+        texture->last_used = frame_;
+        return texture.get();
+    }
+    const std::string doing =
+        concat("allocating a texture of ", width, "x", height, " ", name_of(format));
+    GLint limit = 0;
+    glGetIntegerv(GL_MAX_TEXTURE_SIZE, &limit);
+    if (width > limit || height > limit)
+        return Status(StatusCode::gl, concat(doing, ": this device's limit is ", limit, " a side"));
+    auto texture = std::make_unique<Texture>();
+    texture->format = format;
+    texture->width = width;
+    texture->height = height;
+    texture->in_use = true;
+    texture->last_used = frame_;
+    glCreateTextures(GL_TEXTURE_2D, 1, &texture->name);
+    glTextureStorage2D(texture->name, 1, gl_format(format).internal, width, height);
+    if (Status status = check_error(doing); !status.ok()) {
+        glDeleteTextures(1, &texture->name);
+        return status;
+    }
+    ++allocations_;
+    bytes_ += bytes_of(*texture);
+    bytes_peak_ = std::max(bytes_peak_, bytes_);
+    textures_.push_back(std::move(texture));
+    return textures_.back().get();
+}
+
+void TexturePool::release(Texture* texture) {
+    texture->in_use = false;
+}
+
+void TexturePool::begin_frame() {
+    ++frame_;
+}
+
+void TexturePool::trim(uint64_t frames) {
+    std::erase_if(textures_, [&](const auto& texture) {
+        if (texture->in_use || texture->last_used + frames >= frame_) return false;
+        bytes_ -= bytes_of(*texture);
+        glDeleteTextures(1, &texture->name);
+        return true;
+    });
+}
+
+Status upload(const Texture& texture, const ImageF& pixels) {
+    if (pixels.width != texture.width || pixels.height != texture.height ||
+        pixels.channels != channels_of(texture.format))
+        return Status(StatusCode::internal, "upload of an image that does not fit its texture");
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+    glTextureSubImage2D(texture.name, 0, 0, 0, texture.width, texture.height,
+                        gl_format(texture.format).external, GL_FLOAT, pixels.data.data());
+    return check_error("uploading a plane");
+}
+
+Result<ImageF> download(unsigned texture, Format format, int width, int height) {
+    ImageF pixels(width, height, channels_of(format));
+    const size_t bytes = pixels.data.size() * sizeof(float);
+    // glGetTextureImage takes an int of bytes; larger planes are read in bands.
+    const int rows = std::max(1, int(size_t(1) << 30) / std::max(1, width * pixels.channels * 4));
+    glPixelStorei(GL_PACK_ALIGNMENT, 4);
+    for (int y = 0; y < height; y += rows) {
+        const int band = std::min(rows, height - y);
+        float* target = pixels.data.data() + size_t(y) * size_t(width) * size_t(pixels.channels);
+        const size_t band_bytes =
+            std::min(bytes, size_t(band) * size_t(width) * size_t(pixels.channels) * sizeof(float));
+        glGetTextureSubImage(texture, 0, 0, y, 0, width, band, 1, gl_format(format).external,
+                             GL_FLOAT, GLsizei(band_bytes), target);
+    }
+    if (Status status = check_error("reading a plane back"); !status.ok()) return status;
+    return pixels;
+}
+
+}  // namespace postchain::gl

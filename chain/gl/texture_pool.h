@@ -1,0 +1,50 @@
+// Textures by (format, width, height), acquired and released by the executor; nothing is freed
+// until the pool is trimmed, so that the second frame of a size allocates nothing.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "chain/image.h"
+#include "chain/plan.h"
+#include "chain/status.h"
+
+namespace postchain::gl {
+
+struct Texture {
+    unsigned name = 0;  // GL texture, immutable storage, one level
+    Format format = Format::rgba32f;
+    int width = 0;
+    int height = 0;
+    bool in_use = false;
+    uint64_t last_used = 0;
+};
+
+class TexturePool {
+  public:
+    ~TexturePool();
+    // A texture of undefined content. StatusCode::gl when memory or the size limit is exceeded.
+    Result<Texture*> acquire(Format format, int width, int height);
+    void release(Texture* texture);
+    // Deletes free textures that the last `frames` calls of begin_frame() did not need.
+    void begin_frame();
+    void trim(uint64_t frames);
+
+    uint64_t allocations() const { return allocations_; }
+    uint64_t alive() const { return textures_.size(); }
+    uint64_t bytes_peak() const { return bytes_peak_; }
+
+  private:
+    std::vector<std::unique_ptr<Texture>> textures_;
+    uint64_t frame_ = 0;
+    uint64_t allocations_ = 0;
+    uint64_t bytes_ = 0;
+    uint64_t bytes_peak_ = 0;
+};
+
+// Float pixels to a texture and back; channels must match the texture's format.
+Status upload(const Texture& texture, const ImageF& pixels);
+Result<ImageF> download(unsigned texture, Format format, int width, int height);
+
+}  // namespace postchain::gl

@@ -1,0 +1,202 @@
+// Parameter tables: one row per parameter, from which parsing, checks, --help, JSON Schema, docs
+// and the chain hash are all made. A pass writes its table once, next to its parameter struct:
+//
+//   struct Parameters { int samples = 25; bool tile_jitter = true; };
+//   static const ParameterTable table = ParameterTableBuilder<Parameters>()
+//       .integer("samples", &Parameters::samples, {.min = 1, .max = 1023, .odd = true,
+//                .unit = "taps", .help = "number of taps of the gather"})
+//       .boolean("tile_jitter", &Parameters::tile_jitter, {.help = "..."})
+//       .table();
+//
+// The default of a row is the value the struct is born with.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "chain/status.h"
+
+namespace postchain {
+
+enum class ParameterType { boolean, integer, number, choice };
+const char* name_of(ParameterType type);  // "boolean", "integer", "number", "choice"
+
+// monostate = unset (only rows with `optional` accept it).
+using ParameterValue = std::variant<std::monostate, bool, int64_t, double, std::string>;
+
+// Canonical text: "true", "25", "0.5" (shortest text that reads back as the same double), "unset".
+std::string text_of(const ParameterValue& value);
+
+struct Parameter {
+    std::string key;
+    ParameterType type = ParameterType::number;
+    std::string unit;  // "px", "frames", "mm", ...; empty = none
+    std::string help;  // one line
+    double min = -std::numeric_limits<double>::infinity();
+    double max = std::numeric_limits<double>::infinity();
+    bool min_excluded = false;         // min itself is out of range
+    bool odd = false;                  // integer must be odd
+    std::vector<int64_t> allowed;      // integer: the only values; empty = all in min..max
+    std::vector<std::string> choices;  // choice: the names
+    bool optional = false;             // may be left unset
+    std::string unset_means;           // "the camera's shutter_frames"
+    std::string excludes;              // key that must not be set together with this one
+    ParameterValue default_value;
+
+    std::function<ParameterValue(const void*)> get;
+    std::function<void(void*, const ParameterValue&)> set;  // value has passed check()
+
+    // "an odd integer in 1..1023", "one of guertin, single", "a number > 0"
+    std::string domain() const;
+    // Is `value` of the right type and in range? An integer is accepted where a number is asked
+    // for. The message reads "24 is even; samples is an odd integer in 1..1023".
+    Status check(const ParameterValue& value) const;
+};
+
+class ParameterTable {
+  public:
+    ParameterTable() = default;
+    explicit ParameterTable(std::vector<Parameter> rows) : rows_(std::move(rows)) {}
+
+    const std::vector<Parameter>& rows() const { return rows_; }
+    const Parameter* find(std::string_view key) const;
+    // Checks, then sets. StatusCode::chain with a message when the key is unknown (the nearest
+    // known key is named) or the value is not of the row's domain.
+    Status set(void* parameters, std::string_view key, const ParameterValue& value) const;
+    // Cross-row rule `excludes`.
+    Status check(const void* parameters) const;
+    // "key=value" of every row in table order, joined by a space: canonical, for hashes and print.
+    std::string text(const void* parameters) const;
+
+  private:
+    std::vector<Parameter> rows_;
+};
+
+// The known word nearest to `word` by edit distance, or empty when none is near.
+std::string nearest_word(std::string_view word, const std::vector<std::string>& known);
+
+// FNV-1a, 64 bit. For identity of chains and plans, not for security.
+uint64_t hash_text(std::string_view text, uint64_t seed = 14695981039346656037ull);
+std::string hex_of(uint64_t hash);  // 16 digits
+
+// ------------------------------------------------------------------------------------ builder
+
+struct RowOptions {
+    double min = -std::numeric_limits<double>::infinity();
+    double max = std::numeric_limits<double>::infinity();
+    bool min_excluded = false;
+    bool odd = false;
+    std::vector<int64_t> allowed = {};
+    std::string unit = {};
+    std::string help = {};
+    std::string unset_means = {};
+    std::string excludes = {};
+};
+
+template <class P>
+class ParameterTableBuilder {
+  public:
+    ParameterTableBuilder& boolean(std::string key, bool P::*member, RowOptions options) {
+        return plain(ParameterType::boolean, std::move(key), member, std::move(options));
+    }
+    ParameterTableBuilder& integer(std::string key, int P::*member, RowOptions options) {
+        return plain(ParameterType::integer, std::move(key), member, std::move(options));
+    }
+    ParameterTableBuilder& number(std::string key, double P::*member, RowOptions options) {
+        return plain(ParameterType::number, std::move(key), member, std::move(options));
+    }
+    // A number that may be unset.
+    ParameterTableBuilder& number(std::string key, std::optional<double> P::*member,
+                                  RowOptions options) {
+        Parameter row = start(ParameterType::number, std::move(key), std::move(options));
+        row.optional = true;
+        row.get = [member](const void* p) -> ParameterValue {
+            const auto& value = static_cast<const P*>(p)->*member;
+            if (!value) return std::monostate();
+            return *value;
+        };
+        row.set = [member](void* p, const ParameterValue& value) {
+            auto& slot = static_cast<P*>(p)->*member;
+            if (std::holds_alternative<std::monostate>(value))
+                slot.reset();
+            else
+                slot = as_double(value);
+        };
+        return finish(std::move(row));
+    }
+    // An enum class whose enumerators are 0, 1, 2, ... in the order of `names`.
+    template <class E>
+    ParameterTableBuilder& choice(std::string key, E P::*member, std::vector<std::string> names,
+                                  RowOptions options) {
+        Parameter row = start(ParameterType::choice, std::move(key), std::move(options));
+        row.choices = names;
+        row.get = [member, names](const void* p) -> ParameterValue {
+            return names[static_cast<size_t>(static_cast<const P*>(p)->*member)];
+        };
+        row.set = [member, names](void* p, const ParameterValue& value) {
+            const auto& name = std::get<std::string>(value);
+            for (size_t i = 0; i < names.size(); ++i)
+                if (names[i] == name) static_cast<P*>(p)->*member = static_cast<E>(i);
+        };
+        return finish(std::move(row));
+    }
+    ParameterTable table() { return ParameterTable(std::move(rows_)); }
+
+  private:
+    static double as_double(const ParameterValue& value) {
+        if (const auto* i = std::get_if<int64_t>(&value)) return static_cast<double>(*i);
+        return std::get<double>(value);
+    }
+    static Parameter start(ParameterType type, std::string key, RowOptions options) {
+        Parameter row;
+        row.key = std::move(key);
+        row.type = type;
+        row.min = options.min;
+        row.max = options.max;
+        row.min_excluded = options.min_excluded;
+        row.odd = options.odd;
+        row.allowed = std::move(options.allowed);
+        row.unit = std::move(options.unit);
+        row.help = std::move(options.help);
+        row.unset_means = std::move(options.unset_means);
+        row.excludes = std::move(options.excludes);
+        return row;
+    }
+    template <class T>
+    ParameterTableBuilder& plain(ParameterType type, std::string key, T P::*member,
+                                 RowOptions options) {
+        Parameter row = start(type, std::move(key), std::move(options));
+        row.get = [member](const void* p) -> ParameterValue {
+            const T value = static_cast<const P*>(p)->*member;
+            if constexpr (std::is_same_v<T, int>)
+                return static_cast<int64_t>(value);
+            else
+                return value;
+        };
+        row.set = [member](void* p, const ParameterValue& value) {
+            auto& slot = static_cast<P*>(p)->*member;
+            if constexpr (std::is_same_v<T, bool>)
+                slot = std::get<bool>(value);
+            else if constexpr (std::is_same_v<T, int>)
+                slot = int(std::get<int64_t>(value));
+            else
+                slot = as_double(value);
+        };
+        return finish(std::move(row));
+    }
+    ParameterTableBuilder& finish(Parameter row) {
+        const P born{};
+        row.default_value = row.get(&born);
+        rows_.push_back(std::move(row));
+        return *this;
+    }
+    std::vector<Parameter> rows_;
+};
+
+}  // namespace postchain

@@ -1,0 +1,109 @@
+// The interface of a pass, and the registry type.
+//
+// A pass knows its paper, its parameters, its shaders and its double-precision CPU reference. It
+// does not know the order, its neighbours, files, or GL: it describes its work as steps of a plan.
+// How to add one: docs/adding_a_pass.md.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "chain/frame.h"
+#include "chain/parameter.h"
+#include "chain/plan.h"
+#include "chain/status.h"
+
+namespace postchain {
+
+// What a pass reads and writes, decided by its parameters alone.
+struct RoleUse {
+    RoleSet required;   // planes without which it cannot run (color is one of them)
+    RoleSet optional;   // planes it uses when they exist
+    RoleSet on_demand;  // planes it can produce, and does only if a later pass reads them
+    RoleSet carried;    // planes it must rewrite when they exist and a later pass reads them
+};
+
+// All a pass may know about the frame when it plans.
+struct PlanContext {
+    const FrameDescription& frame;
+    Precision precision = Precision::fp32;
+    RoleSet available;  // planes that exist where this pass stands
+    RoleSet wanted;     // planes that somebody after this pass reads
+};
+
+// Handed to Pass::plan: adds textures and steps, names them after the pass.
+class PassPlanner {
+  public:
+    virtual ~PassPlanner() = default;
+    virtual const PlanContext& context() const = 0;
+
+    bool has(Role role) const { return context().available.has(role); }
+    bool wanted(Role role) const { return context().wanted.has(role); }
+    // The plane as it stands before this pass; only roles for which has() holds.
+    virtual TextureId input(Role role) const = 0;
+    // A new texture, "<index>.<pass>.<name>"; lives from its first to its last use.
+    virtual TextureId texture(const std::string& name, Format format, int width, int height) = 0;
+    virtual const PlanTexture& describe(TextureId texture) const = 0;
+    // Steps run in the order they are added.
+    virtual void step(Step step) = 0;
+    // From here on `role` is this texture.
+    virtual void output(Role role, TextureId texture) = 0;
+    // A sub-step that is not needed for this frame, with the reason (rule kRuleUnusedStep).
+    virtual void left_out(const std::string& what, const std::string& reason) = 0;
+};
+
+// Work groups that cover width x height with groups of size x size x 1.
+std::array<int, 3> groups_for(int width, int height, int size = 16);
+
+// Planes of the double-precision reference, and the named stages it passed through. A stage
+// carries the name of the plan texture it must equal ("tile_max"), same size and channels.
+struct ReferenceFrame {
+    std::map<Role, ImageD> planes;
+    std::map<std::string, ImageD> stages;
+};
+
+class Pass {
+  public:
+    virtual ~Pass() = default;
+
+    virtual RoleUse roles() const = 0;
+    // Errors that need the frame (camera values, sizes). The message starts with the parameter.
+    virtual Status check(const FrameDescription& frame) const = 0;
+    // The pass itself knows when it returns its color bit for bit: rule and reason, else nothing.
+    // Only `what`-less fields are filled: rule and reason. context.wanted is an upper bound here:
+    // every plane that some later pass could read.
+    virtual std::optional<LeftOut> identity(const PlanContext& context) const = 0;
+    // Describes the whole work, also for a frame on which identity() holds.
+    virtual void plan(PassPlanner& planner) const = 0;
+    // The same in double precision on the CPU, written from the paper and not from the GLSL:
+    // reads frame.planes, replaces the planes it outputs, fills frame.stages. Same random values.
+    virtual void reference(const PlanContext& context, ReferenceFrame& frame) const = 0;
+
+    virtual void* parameters() = 0;
+    const void* parameters() const { return const_cast<Pass*>(this)->parameters(); }
+};
+
+// A kind of pass.
+struct PassType {
+    std::string name;   // key in a chain file: "motion_blur"
+    std::string title;  // "Motion blur"
+    std::string help;   // a sentence
+    const ParameterTable* parameters = nullptr;
+    std::function<std::unique_ptr<Pass>()> create;  // with default parameters
+};
+
+class PassRegistry {
+  public:
+    explicit PassRegistry(std::vector<PassType> types) : types_(std::move(types)) {}
+    const std::vector<PassType>& types() const { return types_; }
+    const PassType* find(std::string_view name) const;
+
+  private:
+    std::vector<PassType> types_;
+};
+
+}  // namespace postchain

@@ -1,0 +1,116 @@
+#include "chain/plan.h"
+
+#include <algorithm>
+
+#include "chain/parameter.h"
+
+namespace postchain {
+
+const char* name_of(Format format) {
+    switch (format) {
+        case Format::rgba32f:
+            return "rgba32f";
+        case Format::rgba16f:
+            return "rgba16f";
+        case Format::rg32f:
+            return "rg32f";
+        case Format::rg16f:
+            return "rg16f";
+        case Format::r32f:
+            return "r32f";
+        case Format::r16f:
+            return "r16f";
+        case Format::rgba8:
+            return "rgba8";
+        case Format::rg8:
+            return "rg8";
+        case Format::r8:
+            return "r8";
+    }
+    return "unknown";
+}
+
+int channels_of(Format format) {
+    switch (format) {
+        case Format::rgba32f:
+        case Format::rgba16f:
+        case Format::rgba8:
+            return 4;
+        case Format::rg32f:
+        case Format::rg16f:
+        case Format::rg8:
+            return 2;
+        case Format::r32f:
+        case Format::r16f:
+        case Format::r8:
+            return 1;
+    }
+    return 0;
+}
+
+int bytes_per_pixel(Format format) {
+    switch (format) {
+        case Format::rgba32f:
+        case Format::rg32f:
+        case Format::r32f:
+            return 4 * channels_of(format);
+        case Format::rgba16f:
+        case Format::rg16f:
+        case Format::r16f:
+            return 2 * channels_of(format);
+        case Format::rgba8:
+        case Format::rg8:
+        case Format::r8:
+            return channels_of(format);
+    }
+    return 0;
+}
+
+Format plane_format(int channels, Precision precision) {
+    const bool half = precision == Precision::fp16;
+    if (channels == 1) return half ? Format::r16f : Format::r32f;
+    if (channels == 2) return half ? Format::rg16f : Format::rg32f;
+    return half ? Format::rgba16f : Format::rgba32f;
+}
+
+std::string ProgramKey::text() const {
+    std::string text = file;
+    for (const auto& [name, value] : defines) text += " " + name + "=" + value;
+    return text;
+}
+
+const std::vector<std::string>& elision_rules() {
+    static const std::vector<std::string> rules = {kRuleConfiguration, kRuleFacts, kRuleUnusedPlane,
+                                                   kRuleUnusedStep};
+    return rules;
+}
+
+uint64_t Plan::transient_bytes() const {
+    uint64_t sum = 0;
+    for (const auto& texture : textures)
+        if (!texture.imported) sum += texture.bytes();
+    return sum;
+}
+
+uint64_t Plan::peak_bytes() const {
+    uint64_t peak = 0;
+    for (int step = 0; step < int(steps.size()); ++step) {
+        uint64_t alive = 0;
+        for (const auto& texture : textures)
+            if (texture.first_step >= 0 && texture.first_step <= step && step <= texture.last_step)
+                alive += texture.bytes();
+        peak = std::max(peak, alive);
+    }
+    return peak;
+}
+
+uint64_t Plan::hash() const {
+    uint64_t hash = hash_text(plan_as_text(*this));
+    for (const auto& step : steps) {
+        hash =
+            hash_text({reinterpret_cast<const char*>(step.block.data()), step.block.size()}, hash);
+    }
+    return hash;
+}
+
+}  // namespace postchain

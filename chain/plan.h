@@ -1,0 +1,138 @@
+// The plan: what will run for one frame, as plain data.
+//
+// make_plan() (chain/planner.h) is a pure function: chain + facts about the frame -> Plan. A Plan
+// can be printed, compared and hashed, and links without GL; the executor walks it and adds
+// nothing of its own. A step is one compute dispatch: program, bindings, uniform block, groups.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <map>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "chain/frame.h"
+#include "chain/role.h"
+
+namespace postchain {
+
+enum class Format { rgba32f, rgba16f, rg32f, rg16f, r32f, r16f, rgba8, rg8, r8 };
+const char* name_of(Format format);
+int bytes_per_pixel(Format format);
+int channels_of(Format format);
+
+// Storage of a plane with 1, 2 or 4 channels at the chain's precision.
+Format plane_format(int channels, Precision precision);
+
+using TextureId = int;  // index into Plan::textures
+
+struct PlanTexture {
+    std::string name;  // "input.color", "0.motion_blur.tile_max"
+    Format format = Format::rgba32f;
+    int width = 0;
+    int height = 0;
+    bool imported = false;    // handed in by the caller, never in the pool
+    Role role = Role::color;  // of an imported texture
+    int first_step = -1;      // first and last step that touch it; -1 = none
+    int last_step = -1;
+
+    uint64_t bytes() const {
+        return uint64_t(width) * uint64_t(height) * uint64_t(bytes_per_pixel(format));
+    }
+    bool operator==(const PlanTexture&) const = default;
+};
+
+// How a step sees a texture: `layout(binding = unit)` of a sampler2D or of an image2D.
+enum class Access {
+    sample_nearest,  // sampler2D, nearest, clamp to edge (texelFetch works too)
+    sample_linear,   // sampler2D, bilinear, clamp to edge
+    write,           // writeonly image2D
+};
+
+struct Binding {
+    int unit = 0;
+    TextureId texture = -1;
+    Access access = Access::sample_nearest;
+    bool operator==(const Binding&) const = default;
+};
+
+// A compute program: file under shaders/ and the macros it is compiled with.
+struct ProgramKey {
+    std::string file;                            // "motion_blur/gather.comp"
+    std::map<std::string, std::string> defines;  // name -> value
+    std::string text() const;                    // "file A=1 B=2": the cache key
+    bool operator==(const ProgramKey&) const = default;
+};
+
+struct Step {
+    int pass = 0;      // index into Plan::passes
+    std::string name;  // "gather"
+    ProgramKey program;
+    std::vector<Binding> bindings;
+    std::vector<std::byte> block;           // std140 uniform block at binding 0; may be empty
+    std::array<int, 3> groups = {1, 1, 1};  // work groups
+    uint64_t taps = 0;  // texture fetches per dispatch, for cost reports (0 = not counted)
+    bool operator==(const Step&) const = default;
+
+    template <class Block>
+    void set_block(const Block& value) {
+        static_assert(std::is_trivially_copyable_v<Block> && sizeof(Block) % 16 == 0,
+                      "a std140 block is a multiple of 16 bytes");
+        block.resize(sizeof(Block));
+        std::memcpy(block.data(), &value, sizeof(Block));
+    }
+};
+
+// Why something does not run.
+struct LeftOut {
+    std::string what;    // "motion_blur", "motion_blur.tile_variance", "plane motion"
+    std::string rule;    // kRule...
+    std::string reason;  // "largest half-velocity 0.31 px <= 0.5 px"
+    uint64_t bytes = 0;  // texture bytes saved
+    int dispatches = 0;  // dispatches saved
+    uint64_t taps = 0;   // texture fetches saved
+    bool operator==(const LeftOut&) const = default;
+};
+
+// Names of the rules (spec architecture.md, "Leaving out what a scene does not need").
+inline constexpr const char* kRuleConfiguration = "off_by_configuration";
+inline constexpr const char* kRuleFacts = "identity_by_facts";
+inline constexpr const char* kRuleUnusedPlane = "unused_plane";
+inline constexpr const char* kRuleUnusedStep = "unused_step";
+const std::vector<std::string>& elision_rules();
+
+struct PlanPass {
+    std::string type;  // "motion_blur"
+    std::string text;  // its parameters, canonical
+    bool left_out = false;
+    bool operator==(const PlanPass&) const = default;
+};
+
+struct Plan {
+    int frame_number = 0;
+    int width = 0;
+    int height = 0;
+    Precision precision = Precision::fp32;
+    uint64_t chain_hash = 0;
+    std::vector<PlanPass> passes;  // of the chain, in order, left out or not
+    std::vector<PlanTexture> textures;
+    std::vector<Step> steps;
+    std::vector<LeftOut> left_out;
+    RoleSet reads;                      // imported planes that some step reads
+    std::map<Role, TextureId> outputs;  // at least color
+
+    uint64_t transient_bytes() const;  // all textures the plan allocates, without reuse
+    uint64_t peak_bytes() const;       // largest sum alive at one step
+    uint64_t hash() const;
+    bool operator==(const Plan&) const = default;
+};
+
+std::string plan_as_text(const Plan& plan);
+std::string plan_as_json(const Plan& plan);  // one object on one line
+std::string plan_as_dot(const Plan& plan);   // graphviz
+
+}  // namespace postchain

@@ -1,0 +1,30 @@
+// make_plan: a chain and what is known of a frame -> the plan for that frame. Pure.
+#pragma once
+
+#include <set>
+#include <string>
+
+#include "chain/chain.h"
+#include "chain/plan.h"
+
+namespace postchain {
+
+struct PlanOptions {
+    Precision precision = Precision::fp32;
+    std::set<std::string> rules_off;  // names of elision_rules() that must not be used
+    bool elide = true;                // false: no rule is used
+    RoleSet outputs = {Role::color};
+};
+
+// frame.camera is what the input brought; the chain's own camera is laid over it here.
+// Errors: StatusCode::input when a plane is missing that a pass requires (what was found is
+// listed), StatusCode::chain when a pass cannot run on this frame.
+Result<Plan> make_plan(const Chain& chain, const FrameDescription& frame,
+                       const PlanOptions& options = {});
+
+// Every pass's reference in the chain's order, nothing left out. Stages are named as the plan
+// names its textures ("0.motion_blur.tile_max").
+Result<ReferenceFrame> run_reference(const Chain& chain, const FrameDescription& frame,
+                                     const FramePlanes& planes, const PlanOptions& options = {});
+
+}  // namespace postchain

@@ -1,0 +1,78 @@
+// Status and Result: how every part of postchain reports failure.
+//
+// The library throws nothing across its border and never aborts its host: a function that can
+// fail returns a Status, or a Result<T> that holds either a value or a Status. Tools turn the
+// code into an exit code (tools/postchain/exit_code.h).
+#pragma once
+
+#include <cassert>
+#include <locale>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <variant>
+
+namespace postchain {
+
+enum class StatusCode {
+    ok,
+    usage,      // an argument of the caller is wrong
+    chain,      // the chain or its parameters are invalid
+    input,      // an input is missing, unreadable, or lacks a plane a pass needs
+    output,     // an output cannot be written
+    gl,         // no usable GL, out of GL memory, or a GL error
+    health,     // non-finite values where the caller asked for none
+    cancelled,  // stopped by the caller
+    internal,   // a defect of postchain itself
+};
+
+const char* name_of(StatusCode code);
+
+// Success, or a code with a one-line message that names place and remedy.
+class [[nodiscard]] Status {
+  public:
+    Status() = default;
+    Status(StatusCode code, std::string message) : code_(code), message_(std::move(message)) {}
+
+    bool ok() const { return code_ == StatusCode::ok; }
+    StatusCode code() const { return code_; }
+    const std::string& message() const { return message_; }
+
+    // The same failure with "place: " put before its message; success stays success.
+    Status at(const std::string& place) const;
+
+  private:
+    StatusCode code_ = StatusCode::ok;
+    std::string message_;
+};
+
+// A value, or the Status that says why there is none.
+template <class T>
+class [[nodiscard]] Result {
+  public:
+    Result(T value) : state_(std::move(value)) {}
+    Result(Status status) : state_(std::move(status)) { assert(!std::get<Status>(state_).ok()); }
+
+    bool ok() const { return std::holds_alternative<T>(state_); }
+    T& value() { return std::get<T>(state_); }
+    const T& value() const { return std::get<T>(state_); }
+    T& operator*() { return value(); }
+    const T& operator*() const { return value(); }
+    T* operator->() { return &value(); }
+    const T* operator->() const { return &value(); }
+    Status status() const { return ok() ? Status() : std::get<Status>(state_); }
+
+  private:
+    std::variant<T, Status> state_;
+};
+
+// Text of all arguments put one after the other, numbers at the stream's default precision.
+template <class... Args>
+std::string concat(const Args&... args) {
+    std::ostringstream out;
+    out.imbue(std::locale::classic());
+    (out << ... << args);
+    return out.str();
+}
+
+}  // namespace postchain

@@ -1,0 +1,77 @@
+#include "tests/support/gpu.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <cstdlib>
+
+namespace postchain::test {
+namespace {
+
+// The value, or the end of the process: without these pieces no test means anything.
+template <class T>
+T must(Result<T> result) {
+    if (result.ok()) return std::move(*result);
+    std::fprintf(stderr, "%s\n", result.status().message().c_str());
+    std::abort();
+}
+
+}  // namespace
+
+Executor& executor() {
+    static const std::unique_ptr<gl::Context> context = must(gl::Context::create());
+    static Executor made(*context);
+    return made;
+}
+
+void append(Chain& chain, const std::string& type, Settings settings) {
+    Pass* pass = chain.append(builtin_passes(), type);
+    ASSERT_NE(pass, nullptr) << "no pass '" << type << "'";
+    const ParameterTable& table = *builtin_passes().find(type)->parameters;
+    for (const auto& [key, value] : settings) {
+        const Status status = table.set(pass->parameters(), key, value);
+        ASSERT_TRUE(status.ok()) << type << "." << key << ": " << status.message();
+    }
+}
+
+Chain chain_of(const std::string& type, Settings settings) {
+    Chain chain;
+    append(chain, type, settings);
+    return chain;
+}
+
+FramePlanes filter(const Chain& chain, const FrameDescription& frame, const FramePlanes& planes,
+                   const PlanOptions& options, Plan* plan) {
+    auto made = make_plan(chain, frame, options);
+    EXPECT_TRUE(made.ok()) << made.status().message();
+    if (!made.ok()) return {};
+    auto result = executor().filter(*made, planes);
+    EXPECT_TRUE(result.ok()) << result.status().message();
+    if (plan) *plan = *made;
+    return result.ok() ? std::move(*result) : FramePlanes();
+}
+
+Stages filter_with_stages(const Chain& chain, const FrameDescription& frame,
+                          const FramePlanes& planes, const PlanOptions& options) {
+    Stages stages;
+    auto made = make_plan(chain, frame, options);
+    EXPECT_TRUE(made.ok()) << made.status().message();
+    if (!made.ok()) return stages;
+    auto result = executor().filter(
+        *made, planes, [&](const Step&, const PlanTexture& texture, const ImageF& pixels) {
+            stages.stages[texture.name] = pixels;
+            return Status();
+        });
+    EXPECT_TRUE(result.ok()) << result.status().message();
+    if (result.ok()) stages.outputs = std::move(*result);
+    return stages;
+}
+
+ReferenceFrame reference(const Chain& chain, const FrameDescription& frame,
+                         const FramePlanes& planes, const PlanOptions& options) {
+    auto result = run_reference(chain, frame, planes, options);
+    EXPECT_TRUE(result.ok()) << result.status().message();
+    return result.ok() ? std::move(*result) : ReferenceFrame();
+}
+
+}  // namespace postchain::test

@@ -1,0 +1,39 @@
+// One GL context and executor per test process, and a chain made from a few words.
+#pragma once
+
+#include <initializer_list>
+#include <string>
+#include <utility>
+
+#include "chain/chain.h"
+#include "chain/executor.h"
+#include "chain/planner.h"
+#include "passes/registry.h"
+
+namespace postchain::test {
+
+Executor& executor();  // made on first use; fails the test process when there is no GL
+
+using Settings = std::initializer_list<std::pair<std::string, ParameterValue>>;
+
+// Appends a built-in pass with these parameters; a bad key or value fails the test.
+void append(Chain& chain, const std::string& type, Settings settings = {});
+Chain chain_of(const std::string& type, Settings settings = {});
+
+// Plans and filters on the GPU; a failure fails the test. The plan is returned through `plan`.
+FramePlanes filter(const Chain& chain, const FrameDescription& frame, const FramePlanes& planes,
+                   const PlanOptions& options = {}, Plan* plan = nullptr);
+
+// Every stage the plan writes, by texture name ("0.motion_blur.tile_max"), and the outputs.
+struct Stages {
+    FramePlanes outputs;
+    std::map<std::string, ImageF> stages;
+};
+Stages filter_with_stages(const Chain& chain, const FrameDescription& frame,
+                          const FramePlanes& planes, const PlanOptions& options = {});
+
+// The chain's double-precision reference; a failure fails the test.
+ReferenceFrame reference(const Chain& chain, const FrameDescription& frame,
+                         const FramePlanes& planes, const PlanOptions& options = {});
+
+}  // namespace postchain::test

@@ -1,0 +1,118 @@
+#include "tests/support/images.h"
+
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+#include "chain/convert.h"
+
+namespace postchain::test {
+
+ImageF noise_image(int width, int height, int channels, uint32_t seed, float low, float high) {
+    ImageF image(width, height, channels);
+    uint64_t state = seed * 2654435761u + 1;
+    for (float& value : image.data) {
+        state = state * 6364136223846793005ull + 1442695040888963407ull;
+        value = low + (high - low) * float(double(state >> 40) / double(1 << 24));
+    }
+    return image;
+}
+
+ImageF constant_image(int width, int height, std::initializer_list<float> pixel) {
+    ImageF image(width, height, int(pixel.size()));
+    size_t i = 0;
+    for (float& value : image.data) value = pixel.begin()[i++ % pixel.size()];
+    return image;
+}
+
+TestFrame layered_frame(int width, int height, std::array<float, 2> square_motion,
+                        std::array<float, 2> ground_motion, uint32_t seed) {
+    TestFrame frame;
+    ImageF color = noise_image(width, height, 4, seed);
+    ImageF depth(width, height, 1, 0.1f);  // 10 units away
+    ImageF motion(width, height, 2);
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+            const bool square =
+                x >= width / 3 && x < 2 * width / 3 && y >= height / 3 && y < 2 * height / 3;
+            color.at(x, y, 3) = 1;
+            if (square) depth.at(x, y) = 0.5f;  // 2 units away
+            const auto& v = square ? square_motion : ground_motion;
+            motion.at(x, y, 0) = v[0];
+            motion.at(x, y, 1) = v[1];
+        }
+    }
+    frame.planes[Role::color] = std::move(color);
+    frame.planes[Role::inverse_depth] = std::move(depth);
+    frame.planes[Role::motion] = std::move(motion);
+    frame.description = describe(frame.planes);
+    return frame;
+}
+
+FrameDescription describe(const FramePlanes& planes) {
+    FrameDescription frame;
+    FramePlanes copy = planes;
+    ConvertOptions options;
+    options.depth = DepthEncoding::inverse;
+    const Status status = convert_frame(copy, frame, options);
+    if (!status.ok()) std::abort();
+    frame.display_width = frame.width;
+    frame.display_height = frame.height;
+    frame.frame_number = 1;
+    frame.camera.focal_length_mm = 50;
+    frame.camera.sensor_width_mm = 36;
+    frame.camera.f_stop = 2;
+    frame.camera.focus_distance = 10;
+    return frame;
+}
+
+template <class A, class B>
+Difference compare(const Image<A>& a, const Image<B>& b, double tolerance) {
+    Difference difference;
+    if (a.width != b.width || a.height != b.height || a.channels != b.channels) {
+        difference.max = difference.fraction = INFINITY;
+        difference.text = concat(a.width, "x", a.height, "x", a.channels, " against ", b.width, "x",
+                                 b.height, "x", b.channels);
+        return difference;
+    }
+    size_t above = 0;
+    for (int y = 0; y < a.height; ++y) {
+        for (int x = 0; x < a.width; ++x) {
+            double worst = 0;
+            for (int c = 0; c < a.channels; ++c) {
+                const double va = double(a.at(x, y, c)), vb = double(b.at(x, y, c));
+                double d = std::abs(va - vb) / std::max(1.0, std::abs(vb));
+                if (std::isnan(d)) d = INFINITY;
+                worst = std::max(worst, d);
+            }
+            if (worst > tolerance) ++above;
+            if (worst > difference.max) {
+                difference.max = worst;
+                difference.x = x;
+                difference.y = y;
+            }
+        }
+    }
+    difference.fraction = a.pixels() ? double(above) / double(a.pixels()) : 0;
+    difference.text =
+        concat("largest difference ", difference.max, " at ", difference.x, ",", difference.y, "; ",
+               above, " of ", a.pixels(), " pixels above ", tolerance);
+    if (difference.x >= 0) {
+        for (int c = 0; c < a.channels; ++c)
+            difference.text += concat(c ? ", " : " (", a.at(difference.x, difference.y, c),
+                                      " against ", b.at(difference.x, difference.y, c));
+        difference.text += ")";
+    }
+    return difference;
+}
+
+template Difference compare(const ImageF&, const ImageF&, double);
+template Difference compare(const ImageF&, const ImageD&, double);
+template Difference compare(const ImageD&, const ImageD&, double);
+
+bool equal_bits(const ImageF& a, const ImageF& b) {
+    return a.width == b.width && a.height == b.height && a.channels == b.channels &&
+           std::memcmp(a.data.data(), b.data.data(), a.data.size() * sizeof(float)) == 0;
+}
+
+}  // namespace postchain::test

@@ -1,0 +1,43 @@
+// Pictures for tests, and comparisons that say where two differ.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "chain/frame.h"
+#include "chain/image.h"
+
+namespace postchain::test {
+
+// Uniform noise in [low, high), the same for the same seed.
+ImageF noise_image(int width, int height, int channels, uint32_t seed, float low = 0,
+                   float high = 1);
+ImageF constant_image(int width, int height, std::initializer_list<float> pixel);
+
+// A small canonical frame: noise colour with alpha 1, two depth layers (near square on far
+// ground), the square moving by `square_motion` and the ground by `ground_motion` pixels.
+struct TestFrame {
+    FrameDescription description;  // facts filled, camera of a 50 mm lens at f/2, focus on ground
+    FramePlanes planes;            // color, inverse_depth, motion
+};
+TestFrame layered_frame(int width, int height, std::array<float, 2> square_motion,
+                        std::array<float, 2> ground_motion, uint32_t seed = 1);
+// Size, planes and facts of hand-made canonical planes.
+FrameDescription describe(const FramePlanes& planes);
+
+struct Difference {
+    double max = 0;       // largest |a-b| / max(1, |b|)
+    double fraction = 0;  // pixels with a channel above `tolerance`
+    int x = -1, y = -1;   // of the largest
+    std::string text;     // for failure messages
+};
+template <class A, class B>
+Difference compare(const Image<A>& a, const Image<B>& b, double tolerance);
+
+extern template Difference compare(const ImageF&, const ImageF&, double);
+extern template Difference compare(const ImageF&, const ImageD&, double);
+extern template Difference compare(const ImageD&, const ImageD&, double);
+
+bool equal_bits(const ImageF& a, const ImageF& b);  // NaN equals the same NaN
+
+}  // namespace postchain::test

@@ -18,16 +18,13 @@
 #include "chain/frame.h"
 #include "chain/role.h"
 #include "chain/status.h"
+#include "config/profile.h"
 #include "tools/io/exr_reader.h"
 
 namespace postchain::io {
 
-// Where a role's channels are in its file, in the order of the plane: R G B [A]; Z; x y.
-struct RoleChannels {
-    int part = 0;
-    std::vector<std::string> channels;
-    bool operator==(const RoleChannels&) const = default;
-};
+// Where each role's channels are in its file, in the order of the plane: R G B [A]; Z; x y
+// (ProfileMatch::roles; with separate files, that of each role's own file).
 using ChannelAssignment = std::map<Role, RoleChannels>;
 
 // The open files of one frame. With separate files each role has its own.
@@ -43,6 +40,9 @@ struct OpenFrame {
 // `files` as in FrameList::files. Errors (input) as ExrFile::open.
 Result<OpenFrame> open_frame(const std::map<Role, std::string>& files, int frame_number,
                              const ReadLimits& limits = {});
+
+// What a profile needs to know of a file.
+FileChannels channels_of(const ExrFile& file);
 
 // A frame as read.
 struct InputFrame {

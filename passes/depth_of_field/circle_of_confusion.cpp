@@ -1,0 +1,170 @@
+#include "passes/depth_of_field/circle_of_confusion.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace postchain::depth_of_field {
+namespace {
+
+// Relative error of the few fp32 operations between a depth and its radius: the inputs' rounding
+// and at most four operations, each 2^-24; doubled.
+constexpr double kGpuRelativeError = 10.0 / 16777216.0;
+
+// One value of the lens: the pass's own or the camera's, > 0, or the reason why not.
+Result<double> lens_value(const char* key, const char* unit, const std::optional<double>& own,
+                          const std::optional<double>& camera) {
+    const auto& value = own ? own : camera;
+    if (!value)
+        return Status(StatusCode::chain,
+                      concat(key,
+                             ": not known, and this circle of confusion needs it; set it here, "
+                             "in the chain's camera, by --camera, or in the file's metadata"));
+    if (!(*value > 0))
+        return Status(StatusCode::chain,
+                      concat(key, ": ", *value, unit, " from ", own ? "this pass" : "the camera",
+                             " is not > 0; set a positive value here or in the camera"));
+    return *value;
+}
+
+Status check_ascending(const char* low_key, double low, const char* high_key, double high,
+                       bool equal_allowed) {
+    if (equal_allowed ? low <= high : low < high) return Status();
+    return Status(
+        StatusCode::chain,
+        concat(low_key, ": ", low, " is not ", equal_allowed ? "<= " : "< ", high_key, " (", high,
+               "); the planes must stand near_blurry < near_sharp <= far_sharp < "
+               "far_blurry, in scene units"));
+}
+
+Status resolve_lens(const Parameters& p, const FrameDescription& frame, CircleOfConfusion& coc) {
+    const Camera& camera = frame.camera;
+    const auto focal =
+        lens_value("focal_length_mm", " mm", p.focal_length_mm, camera.focal_length_mm);
+    if (!focal.ok()) return focal.status();
+    const auto f_stop = lens_value("f_stop", "", p.f_stop, camera.f_stop);
+    if (!f_stop.ok()) return f_stop.status();
+    const auto focus =
+        lens_value("focus_distance", " scene units", p.focus_distance, camera.focus_distance);
+    if (!focus.ok()) return focus.status();
+    const auto sensor =
+        lens_value("sensor_width_mm", " mm", p.sensor_width_mm, camera.sensor_width_mm);
+    if (!sensor.ok()) return sensor.status();
+    const double meters_per_unit = camera.meters_per_unit.value_or(kDefaultMetersPerUnit);
+    if (!(meters_per_unit > 0))
+        return Status(StatusCode::chain, concat("meters_per_unit: ", meters_per_unit,
+                                                " from the camera is not > 0; correct the camera"));
+
+    const double f = *focal / 1000 / meters_per_unit;  // scene units
+    const double s = *focus;
+    if (!(s > f))
+        return Status(
+            StatusCode::chain,
+            concat("focus_distance: ", s, " scene units is not beyond the focal length (", *focal,
+                   " mm = ", f, " scene units at ", meters_per_unit,
+                   " m per unit); focus farther away, or correct focal_length_mm or the camera's "
+                   "meters_per_unit"));
+    const double f_px = *focal * frame.display_width / *sensor;
+    coc.lens = true;
+    coc.gain_px = 0.5 * f_px * (f / *f_stop);
+    if (p.breathing) coc.gain_px /= 1 - f / s;
+    coc.focus_inverse = 1 / s;
+    return Status();
+}
+
+Status resolve_planes(const Parameters& p, const FrameDescription& frame, CircleOfConfusion& coc) {
+    for (const Status& status :
+         {check_ascending("near_blurry", p.near_blurry, "near_sharp", p.near_sharp, false),
+          check_ascending("near_sharp", p.near_sharp, "far_sharp", p.far_sharp, true),
+          check_ascending("far_sharp", p.far_sharp, "far_blurry", p.far_blurry, false)})
+        if (!status.ok()) return status;
+    coc.lens = false;
+    coc.near_sharp = p.near_sharp;
+    coc.near_span = p.near_sharp - p.near_blurry;
+    coc.far_sharp = p.far_sharp;
+    coc.far_span = p.far_blurry - p.far_sharp;
+    coc.near_radius_px = std::min(p.max_near_fraction * frame.display_width, coc.max_radius_px);
+    coc.far_radius_px = std::min(p.max_far_fraction * frame.display_width, coc.max_radius_px);
+    return Status();
+}
+
+Status resolve_range(const Parameters& p, const FrameDescription& frame, CircleOfConfusion& coc) {
+    const auto focus = lens_value("focus", " scene units", p.focus ? p.focus : p.focus_distance,
+                                  frame.camera.focus_distance);
+    if (!focus.ok()) return focus.status();
+    if (!(p.range > 0))
+        return Status(StatusCode::chain,
+                      concat("range: ", p.range, " scene units is not > 0; set a positive value"));
+    coc.lens = false;
+    coc.near_sharp = coc.far_sharp = *focus;
+    coc.near_span = coc.far_span = p.range;
+    coc.near_radius_px = coc.far_radius_px = coc.max_radius_px;
+    return Status();
+}
+
+}  // namespace
+
+double CircleOfConfusion::radius_px(double w) const {
+    if (!(w > 0)) w = 0;
+    if (lens) {
+        if (gain_px == 0) return 0;
+        return std::clamp(gain_px * (focus_inverse - w), -max_radius_px, max_radius_px);
+    }
+    const double d = 1 / w;  // infinite for the sky: the far ramp's end
+    const double near_part = std::clamp((near_sharp - d) / near_span, 0.0, 1.0);
+    const double far_part = std::clamp((d - far_sharp) / far_span, 0.0, 1.0);
+    return std::clamp(far_radius_px * far_part - near_radius_px * near_part, -max_radius_px,
+                      max_radius_px);
+}
+
+double CircleOfConfusion::largest_radius_px(double w_min, double w_max) const {
+    double largest = 0;
+    for (const double w : {w_min, w_max}) {
+        if (lens) {
+            if (gain_px == 0) continue;
+            const double error = kGpuRelativeError * (focus_inverse + w);
+            largest = std::max(largest, gain_px * (std::abs(focus_inverse - w) + error));
+        } else {
+            // The ramps with everything rounded in their favour.
+            const double d = 1 / w;
+            const bool sky = std::isinf(d);
+            const double near_part =
+                sky ? 0 : (near_sharp - d + kGpuRelativeError * (near_sharp + d)) / near_span;
+            const double far_part =
+                sky ? 1 : (d - far_sharp + kGpuRelativeError * (far_sharp + d)) / far_span;
+            largest = std::max({largest, near_radius_px * std::clamp(near_part, 0.0, 1.0),
+                                far_radius_px * std::clamp(far_part, 0.0, 1.0)});
+        }
+    }
+    return std::min(largest * (1 + kGpuRelativeError), max_radius_px);
+}
+
+double CircleOfConfusion::largest_radius_px() const {
+    if (lens) return gain_px == 0 ? 0 : max_radius_px;
+    return std::min(std::max(near_radius_px, far_radius_px), max_radius_px);
+}
+
+double max_radius_px(const Parameters& parameters, const FrameDescription& frame) {
+    return parameters.max_radius_px.value_or(kDefaultMaxRadiusFraction * frame.display_width);
+}
+
+Result<CircleOfConfusion> circle_of_confusion(const Parameters& parameters,
+                                              const FrameDescription& frame) {
+    CircleOfConfusion coc;
+    coc.max_radius_px = max_radius_px(parameters, frame);
+    Status status;
+    switch (parameters.coc) {
+        case CocSource::lens:
+            status = resolve_lens(parameters, frame, coc);
+            break;
+        case CocSource::planes:
+            status = resolve_planes(parameters, frame, coc);
+            break;
+        case CocSource::range:
+            status = resolve_range(parameters, frame, coc);
+            break;
+    }
+    if (!status.ok()) return status;
+    return coc;
+}
+
+}  // namespace postchain::depth_of_field

@@ -1,0 +1,56 @@
+// The signed circle of confusion, in double precision: what the plan decides by and what the
+// uniform block of shaders/depth_of_field/coc.comp is filled from.
+//
+// Source: spec depth_of_field.md, "Signed circle of confusion". Radius R in pixels of the full
+// image, half the diameter c; R > 0 behind the focus plane, R < 0 in front of it. With w = 1/d:
+//
+//   lens          R = gain (1/s - w)    gain = f_px A / 2, f_px = f W / sensor_width, A = f/N
+//   + breathing   gain = f_px A / 2 * s/(s - f), which makes c = f^2/(N (s-f)) W/sensor (1 - s w)
+//   planes        R = far_radius clamp((d - far_sharp)/(far_blurry - far_sharp), 0, 1)
+//                   - near_radius clamp((near_sharp - d)/(near_sharp - near_blurry), 0, 1)
+//   range         R = max_radius clamp((d - focus)/range, -1, 1): planes with both sharp planes at
+//                 the focus, both ramps `range` long and both radii max_radius
+//
+// |R| <= max_radius_px always. In w (lens) and in d (planes) R is monotonic, so its largest
+// magnitude over a range of depths stands at one of the two ends.
+#pragma once
+
+#include "chain/frame.h"
+#include "chain/status.h"
+#include "passes/depth_of_field/depth_of_field.h"
+
+namespace postchain::depth_of_field {
+
+struct CircleOfConfusion {
+    bool lens = true;  // else planes
+    // lens
+    double gain_px = 0;        // pixels times scene units
+    double focus_inverse = 0;  // 1/s, 1/scene units
+    // planes, scene units
+    double near_sharp = 0;
+    double near_span = 1;
+    double far_sharp = 0;
+    double far_span = 1;
+    double near_radius_px = 0;
+    double far_radius_px = 0;
+
+    double max_radius_px = 0;
+
+    // R at inverse depth w (1/scene units); 0 = sky, NaN and negative count as sky.
+    double radius_px(double w) const;
+    // An upper bound of |R| for inverse depths in [w_min, w_max] that holds for the fp32
+    // evaluation on the GPU too.
+    double largest_radius_px(double w_min, double w_max) const;
+    // An upper bound of |R| over all depths.
+    double largest_radius_px() const;
+};
+
+// max_radius_px or its default for this frame.
+double max_radius_px(const Parameters& parameters, const FrameDescription& frame);
+
+// All values known and checked. Errors: StatusCode::chain; the message starts with the parameter
+// and says what it is, where it came from and what to do.
+Result<CircleOfConfusion> circle_of_confusion(const Parameters& parameters,
+                                              const FrameDescription& frame);
+
+}  // namespace postchain::depth_of_field

@@ -1,0 +1,191 @@
+#include "passes/depth_of_field/depth_of_field.h"
+
+#include <algorithm>
+
+#include "passes/depth_of_field/circle_of_confusion.h"
+#include "passes/depth_of_field/gilham.h"
+
+namespace postchain::depth_of_field {
+namespace {
+
+constexpr double kSharpRadiusPx = 0.5;  // up to here a pixel returns its colour bit for bit
+
+const ParameterTable& table() {
+    static const ParameterTable rows =
+        ParameterTableBuilder<Parameters>()
+            .choice("method", &Parameters::method, {"gilham"},
+                    {.help = "gilham = down-sampled Gaussian copy, mixed in by the circle of "
+                             "confusion"})
+            .choice("coc", &Parameters::coc, {"lens", "planes", "range"},
+                    {.help = "source of the circle of confusion: a thin lens, four planes, or one "
+                             "range around the focus"})
+            .number("focal_length_mm", &Parameters::focal_length_mm,
+                    {.min = 0,
+                     .max = 1e6,
+                     .min_excluded = true,
+                     .unit = "mm",
+                     .help = "coc: lens; focal length",
+                     .unset_means = "the camera's"})
+            .number("f_stop", &Parameters::f_stop,
+                    {.min = 0,
+                     .min_excluded = true,
+                     .help = "coc: lens; focal length over the diameter of the aperture",
+                     .unset_means = "the camera's"})
+            .number("focus_distance", &Parameters::focus_distance,
+                    {.min = 0,
+                     .min_excluded = true,
+                     .unit = "scene units",
+                     .help = "coc: lens; distance of the plane in focus, beyond the focal length",
+                     .unset_means = "the camera's"})
+            .number("sensor_width_mm", &Parameters::sensor_width_mm,
+                    {.min = 0,
+                     .min_excluded = true,
+                     .unit = "mm",
+                     .help = "coc: lens; sensor width that the display width covers",
+                     .unset_means = "the camera's"})
+            .boolean("breathing", &Parameters::breathing,
+                     {.help = "coc: lens; refocus as a thin lens does: radii times s/(s - f)"})
+            .number("near_blurry", &Parameters::near_blurry,
+                    {.min = 0,
+                     .unit = "scene units",
+                     .help = "coc: planes; at this distance and nearer the near blur is largest"})
+            .number("near_sharp", &Parameters::near_sharp,
+                    {.min = 0,
+                     .unit = "scene units",
+                     .help = "coc: planes; the near blur begins nearer than this distance"})
+            .number("far_sharp", &Parameters::far_sharp,
+                    {.min = 0,
+                     .unit = "scene units",
+                     .help = "coc: planes; the far blur begins beyond this distance"})
+            .number("far_blurry", &Parameters::far_blurry,
+                    {.min = 0,
+                     .unit = "scene units",
+                     .help = "coc: planes; at this distance and beyond the far blur is largest"})
+            .number("max_near_fraction", &Parameters::max_near_fraction,
+                    {.min = 0,
+                     .max = 1,
+                     .unit = "display widths",
+                     .help = "coc: planes; largest near radius"})
+            .number("max_far_fraction", &Parameters::max_far_fraction,
+                    {.min = 0,
+                     .max = 1,
+                     .unit = "display widths",
+                     .help = "coc: planes; largest far radius"})
+            .number("focus", &Parameters::focus,
+                    {.min = 0,
+                     .min_excluded = true,
+                     .unit = "scene units",
+                     .help = "coc: range; distance of the plane in focus",
+                     .unset_means = "focus_distance, the pass's or the camera's"})
+            .number("range", &Parameters::range,
+                    {.min = 0,
+                     .min_excluded = true,
+                     .unit = "scene units",
+                     .help = "coc: range; distance from the focus at which the radius is "
+                             "max_radius_px"})
+            .number("max_radius_px", &Parameters::max_radius_px,
+                    {.min = 0,
+                     .max = 1000,
+                     .unit = "px",
+                     .help = "largest radius of the circle of confusion",
+                     .unset_means = "3 % of the display width"})
+            .integer("downsample", &Parameters::downsample,
+                     {.min = 1,
+                      .max = 4,
+                      .allowed = {1, 2, 4},
+                      .unit = "px",
+                      .help = "edge of the box that one pixel of the blurred copy covers"})
+            .number("blur_sigma_px", &Parameters::blur_sigma_px,
+                    {.min = 0,
+                     .max = 500,
+                     .unit = "px",
+                     .help = "standard deviation of the Gaussian, in pixels of the full image",
+                     .unset_means = "max_radius_px / 2"})
+            .choice("leak", &Parameters::leak, {"none", "depth", "coc"},
+                    {.help = "neighbours kept out of the blur: none, those in front, or those "
+                             "sharper than the pixel"})
+            .boolean("hdr_weight", &Parameters::hdr_weight,
+                     {.help = "down-sample with weights 1/(1 + max(rgb)): steadier highlights, "
+                              "less of their energy"})
+            .table();
+    return rows;
+}
+
+class DepthOfField final : public Pass {
+  public:
+    RoleUse roles() const override {
+        return {.required = {Role::color, Role::inverse_depth},
+                .optional = {},
+                .on_demand = {},
+                .carried = {Role::hint}};
+    }
+
+    Status check(const FrameDescription& frame) const override {
+        if (const auto coc = circle_of_confusion(parameters_, frame); !coc.ok())
+            return coc.status();
+        return check_gilham(parameters_, frame);
+    }
+
+    // The colour is exact up to a radius of 0.5 px; a hint is so only where the radius is 0.
+    std::optional<LeftOut> identity(const PlanContext& context) const override {
+        const auto coc = circle_of_confusion(parameters_, context.frame);
+        if (!coc.ok()) return std::nullopt;  // check() says why
+        const bool hint = context.available.has(Role::hint) && context.wanted.has(Role::hint);
+        const double exact_px = hint ? 0 : kSharpRadiusPx;
+        if (const double largest = coc->largest_radius_px(); largest <= exact_px)
+            return LeftOut{{},
+                           kRuleConfiguration,
+                           concat("no depth has a circle of confusion of a radius above ", largest,
+                                  " px <= ", exact_px, " px"),
+                           0,
+                           0,
+                           0};
+        const FrameFacts& facts = context.frame.facts;
+        const double largest =
+            coc->largest_radius_px(facts.min_inverse_depth, facts.max_inverse_depth);
+        if (largest <= exact_px)
+            return LeftOut{
+                {},
+                kRuleFacts,
+                concat("largest circle-of-confusion radius ", largest, " px <= ", exact_px, " px"),
+                0,
+                0,
+                0};
+        return std::nullopt;
+    }
+
+    void plan(PassPlanner& planner) const override {
+        const auto coc = circle_of_confusion(parameters_, planner.context().frame);
+        assert(coc.ok());
+        switch (parameters_.method) {
+            case Method::gilham:
+                plan_gilham(parameters_, *coc, planner);
+                break;
+        }
+    }
+
+    void reference(const PlanContext& context, ReferenceFrame& frame) const override {
+        switch (parameters_.method) {
+            case Method::gilham:
+                gilham_reference(parameters_, context, frame);
+                break;
+        }
+    }
+
+    void* parameters() override { return &parameters_; }
+
+  private:
+    Parameters parameters_;
+};
+
+}  // namespace
+
+const PassType& pass_type() {
+    static const PassType type = {
+        "depth_of_field", "Depth of field",
+        "Blurs what is out of focus, by a signed circle of confusion from the depth plane.",
+        &table(), [] { return std::make_unique<DepthOfField>(); }};
+    return type;
+}
+
+}  // namespace postchain::depth_of_field

@@ -1,0 +1,194 @@
+// The method `gilham`. Source: spec depth_of_field.md, after D. Gilham, ShaderX5, 2006.
+//
+//   inverse_depth --coc--> coc (full size) ---------------------------------+
+//   color --downsample--> small, guide --blur_x--> --blur_y--> blur_y --+   |
+//   color --------------------------------------------------------------+---+--composite--> color
+//   hint ----------------------------------------------------------------------(composite)-> hint
+//
+//   coc            signed radius R, pixels of the full image
+//   small          box mean of the colour, at 1/downsample of the size
+//   small_depth    leak: depth   box mean of w = 1/d
+//   small_radius   leak: coc     box mean of |R|
+//   blur_x, blur_y Gaussian along x, then y, in-bounds and permitted taps renormalised
+//   color          mix(sharp, bilinear(blur_y), smoothstep(0.5, max(2 sigma, 1), |R|))
+//
+// Ours, because the chapter is not public: the Gaussian and its width, the guides of the leak
+// tests and their being plain box means, and that non-finite colours do not count.
+#include "passes/depth_of_field/gilham.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "shaders/shared/depth_of_field_block.h"
+#include "shaders/shared/depth_of_field_blur_block.h"
+
+namespace postchain::depth_of_field {
+namespace {
+
+using shared::DepthOfFieldBlock;
+using shared::DepthOfFieldBlurBlock;
+
+constexpr double kMaxGain = 1e30;  // fp32 must hold gain (1/s - w); |R| is clamped long before
+
+double blur_sigma_px(const Parameters& parameters, const FrameDescription& frame) {
+    return parameters.blur_sigma_px.value_or(0.5 * max_radius_px(parameters, frame));
+}
+
+DepthOfFieldBlock block_of(const CircleOfConfusion& coc, const GilhamSizes& sizes,
+                           const FrameDescription& frame) {
+    DepthOfFieldBlock block{};
+    block.size = {frame.width, frame.height};
+    block.low_size = {sizes.low_width, sizes.low_height};
+    block.gain_px = float(std::min(coc.gain_px, kMaxGain));
+    block.focus_inverse = float(std::min(coc.focus_inverse, kMaxGain));
+    block.near_sharp = float(coc.near_sharp);
+    block.near_inverse_span = float(1 / coc.near_span);
+    block.far_sharp = float(coc.far_sharp);
+    block.far_inverse_span = float(1 / coc.far_span);
+    block.near_radius_px = float(coc.near_radius_px);
+    block.far_radius_px = float(coc.far_radius_px);
+    block.max_radius_px = float(coc.max_radius_px);
+    block.full_blur_px = float(sizes.full_blur_px);
+    return block;
+}
+
+DepthOfFieldBlurBlock blur_block_of(const GilhamSizes& sizes) {
+    DepthOfFieldBlurBlock block{};
+    block.size = {sizes.low_width, sizes.low_height};
+    block.quads = (sizes.taps + 3) / 4;
+    for (int i = 1; i <= sizes.taps; ++i) {
+        const double x = i / sizes.low_sigma;
+        block.weights[(i - 1) / 4][(i - 1) % 4] = float(std::exp(-0.5 * x * x));
+    }
+    return block;
+}
+
+uint64_t pixels_of(const PlanTexture& texture) {
+    return uint64_t(texture.width) * uint64_t(texture.height);
+}
+
+// A blur of one direction: "blur_x" or "blur_y".
+TextureId add_blur(PassPlanner& planner, const Parameters& parameters, const GilhamSizes& sizes,
+                   const char* name, const char* direction, TextureId source, TextureId guide) {
+    const TextureId blurred = planner.texture(name, plane_format(4, planner.context().precision),
+                                              sizes.low_width, sizes.low_height);
+    Step step;
+    step.name = name;
+    step.program = {"depth_of_field/gilham_blur.comp", {{"STEP", direction}}};
+    step.bindings = {{0, source, Access::sample_nearest}, {0, blurred, Access::write}};
+    if (parameters.leak != Leak::none) {
+        step.program.defines[parameters.leak == Leak::depth ? "LEAK_DEPTH" : "LEAK_COC"] = "1";
+        step.bindings.push_back({1, guide, Access::sample_nearest});
+    }
+    step.set_block(blur_block_of(sizes));
+    step.groups = groups_for(sizes.low_width, sizes.low_height);
+    step.taps = pixels_of(planner.describe(blurred)) * uint64_t(2 * sizes.taps + 1) *
+                (parameters.leak == Leak::none ? 1 : 2);
+    planner.step(std::move(step));
+    return blurred;
+}
+
+}  // namespace
+
+GilhamSizes gilham_sizes(const Parameters& parameters, const FrameDescription& frame) {
+    GilhamSizes sizes;
+    sizes.factor = parameters.downsample;
+    sizes.low_width = (frame.width + sizes.factor - 1) / sizes.factor;
+    sizes.low_height = (frame.height + sizes.factor - 1) / sizes.factor;
+    const double sigma = blur_sigma_px(parameters, frame);
+    sizes.low_sigma = sigma / sizes.factor;
+    sizes.taps = int(std::ceil(3 * sizes.low_sigma));
+    sizes.full_blur_px = std::max(2 * sigma, 1.0);
+    return sizes;
+}
+
+Status check_gilham(const Parameters& parameters, const FrameDescription& frame) {
+    const double sigma = blur_sigma_px(parameters, frame);
+    const double taps = std::ceil(3 * sigma / parameters.downsample);
+    if (taps <= DEPTH_OF_FIELD_MAX_TAPS) return Status();
+    return Status(StatusCode::chain,
+                  concat("blur_sigma_px: ", sigma, " px", parameters.blur_sigma_px ? "" : " (auto)",
+                         " at downsample ", parameters.downsample, " needs ", taps,
+                         " taps on each side, more than ", DEPTH_OF_FIELD_MAX_TAPS,
+                         "; set a smaller blur_sigma_px or a larger downsample"));
+}
+
+void plan_gilham(const Parameters& parameters, const CircleOfConfusion& coc, PassPlanner& planner) {
+    const PlanContext& context = planner.context();
+    const FrameDescription& frame = context.frame;
+    const GilhamSizes sizes = gilham_sizes(parameters, frame);
+    const DepthOfFieldBlock block = block_of(coc, sizes, frame);
+    const bool half = context.precision == Precision::fp16;
+    const TextureId sharp = planner.input(Role::color);
+    const TextureId depth = planner.input(Role::inverse_depth);
+
+    const TextureId radius =
+        planner.texture("coc", plane_format(1, context.precision), frame.width, frame.height);
+    Step coc_step;
+    coc_step.name = "coc";
+    coc_step.program = {"depth_of_field/coc.comp", {{coc.lens ? "COC_LENS" : "COC_PLANES", "1"}}};
+    coc_step.bindings = {{0, depth, Access::sample_nearest}, {0, radius, Access::write}};
+    coc_step.set_block(block);
+    coc_step.groups = groups_for(frame.width, frame.height);
+    coc_step.taps = pixels_of(planner.describe(radius));
+    planner.step(std::move(coc_step));
+
+    const TextureId small = planner.texture("small", plane_format(4, context.precision),
+                                            sizes.low_width, sizes.low_height);
+    TextureId guide = -1;
+    Step down;
+    down.name = "downsample";
+    down.program = {"depth_of_field/gilham_downsample.comp",
+                    {{"FACTOR", std::to_string(sizes.factor)}}};
+    if (half) down.program.defines["HALF_STORAGE"] = "1";
+    if (parameters.hdr_weight) down.program.defines["HDR_WEIGHT"] = "1";
+    down.bindings = {{0, sharp, Access::sample_nearest}, {0, small, Access::write}};
+    if (parameters.leak != Leak::none) {
+        const bool by_depth = parameters.leak == Leak::depth;
+        // Always 32 bits: a ratio of two depths 2 % apart decides.
+        guide = planner.texture(by_depth ? "small_depth" : "small_radius", Format::r32f,
+                                sizes.low_width, sizes.low_height);
+        down.program.defines[by_depth ? "GUIDE_DEPTH" : "GUIDE_RADIUS"] = "1";
+        down.bindings.push_back({1, by_depth ? depth : radius, Access::sample_nearest});
+        down.bindings.push_back({1, guide, Access::write});
+    }
+    down.set_block(block);
+    down.groups = groups_for(sizes.low_width, sizes.low_height);
+    down.taps = uint64_t(frame.width) * uint64_t(frame.height) * (guide < 0 ? 1 : 2);
+    planner.step(std::move(down));
+
+    const TextureId blur_x =
+        add_blur(planner, parameters, sizes, "blur_x", "ivec2(1,0)", small, guide);
+    const TextureId blur_y =
+        add_blur(planner, parameters, sizes, "blur_y", "ivec2(0,1)", blur_x, guide);
+
+    const TextureId result =
+        planner.texture("color", plane_format(4, context.precision), frame.width, frame.height);
+    Step composite;
+    composite.name = "composite";
+    composite.program = {"depth_of_field/gilham_composite.comp",
+                         {{"FACTOR", std::to_string(sizes.factor)}}};
+    if (half) composite.program.defines["HALF_STORAGE"] = "1";
+    composite.bindings = {{0, sharp, Access::sample_nearest},
+                          {1, radius, Access::sample_nearest},
+                          {2, blur_y, Access::sample_nearest},
+                          {0, result, Access::write}};
+    const bool carry_hint = planner.has(Role::hint) && planner.wanted(Role::hint);
+    TextureId hint = -1;
+    if (carry_hint) {
+        const TextureId given = planner.input(Role::hint);
+        hint = planner.texture("hint", planner.describe(given).format, frame.width, frame.height);
+        composite.program.defines["WITH_HINT"] = "1";
+        composite.bindings.push_back({3, given, Access::sample_nearest});
+        composite.bindings.push_back({1, hint, Access::write});
+    }
+    composite.set_block(block);
+    composite.groups = groups_for(frame.width, frame.height);
+    composite.taps = pixels_of(planner.describe(result)) *
+                     uint64_t(2 + (sizes.factor == 1 ? 1 : 4) + (carry_hint ? 1 : 0));
+    planner.step(std::move(composite));
+    planner.output(Role::color, result);
+    if (carry_hint) planner.output(Role::hint, hint);
+}
+
+}  // namespace postchain::depth_of_field

@@ -1,0 +1,29 @@
+// The method `gilham`: its plan and its double-precision reference.
+#pragma once
+
+#include "chain/pass.h"
+#include "passes/depth_of_field/circle_of_confusion.h"
+
+namespace postchain::depth_of_field {
+
+// Sizes and widths that plan and reference both start from.
+struct GilhamSizes {
+    int factor = 1;     // of the down-sampling
+    int low_width = 0;  // ceil(width / factor)
+    int low_height = 0;
+    double low_sigma = 0;     // of the Gaussian, pixels of the down-sampled copy
+    int taps = 0;             // on one side: ceil(3 low_sigma)
+    double full_blur_px = 1;  // max(2 blur_sigma_px, 1)
+};
+GilhamSizes gilham_sizes(const Parameters& parameters, const FrameDescription& frame);
+
+// Errors: StatusCode::chain when the kernel has more taps than the shader's table holds.
+Status check_gilham(const Parameters& parameters, const FrameDescription& frame);
+void plan_gilham(const Parameters& parameters, const CircleOfConfusion& coc, PassPlanner& planner);
+
+// Reads color, inverse_depth (and hint) of `frame`; replaces color (and hint); fills the stages
+// coc, small, small_depth or small_radius, blur_x, blur_y, color and hint. gilham_reference.cpp.
+void gilham_reference(const Parameters& parameters, const PlanContext& context,
+                      ReferenceFrame& frame);
+
+}  // namespace postchain::depth_of_field

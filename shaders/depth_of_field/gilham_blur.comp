@@ -1,0 +1,54 @@
+#version 450 core
+// One direction of the separable Gaussian on the down-sampled copy; STEP is ivec2(1, 0) or
+// ivec2(0, 1). Out-of-bounds taps do not count.
+// LEAK_DEPTH: a neighbour clearly in front of the pixel, w_n > 1.02 w_p, does not count.
+// LEAK_COC: a neighbour weighs clamp(|R_n|/|R_p|, 0, 1) besides; 1 where |R_p| is 0.
+#include "shared/depth_of_field_blur_block.h"
+
+layout(local_size_x = 16, local_size_y = 16) in;
+layout(binding = 0) uniform sampler2D source;
+#if defined(LEAK_DEPTH) || defined(LEAK_COC)
+layout(binding = 1) uniform sampler2D guide;
+#endif
+layout(binding = 0) writeonly uniform image2D blurred;
+
+vec4 centre;
+float centre_guide;
+vec4 sum = vec4(0.0);   // of weight (neighbour - centre): exact when all are equal
+float total = 1.0;      // of weights; the centre weighs 1
+
+void tap(ivec2 p, int offset, float weight) {
+    ivec2 q = p + STEP * offset;
+    ivec2 inside = clamp(q, ivec2(0), block.size - 1);
+    weight = q == inside ? weight : 0.0;
+#if defined(LEAK_DEPTH)
+    weight = texelFetch(guide, inside, 0).x > 1.02 * centre_guide ? 0.0 : weight;
+#elif defined(LEAK_COC)
+    float neighbour = texelFetch(guide, inside, 0).x;
+    weight *= neighbour < centre_guide ? neighbour / centre_guide : 1.0;
+#endif
+    sum += weight * (texelFetch(source, inside, 0) - centre);
+    total += weight;
+}
+
+void main() {
+    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(p, block.size))) return;
+    centre = texelFetch(source, p, 0);
+#if defined(LEAK_DEPTH) || defined(LEAK_COC)
+    centre_guide = texelFetch(guide, p, 0).x;
+#endif
+    for (int quad = 0; quad < block.quads; ++quad) {
+        vec4 weights = block.weights[quad];
+        int offset = 4 * quad + 1;
+        tap(p, offset, weights.x);
+        tap(p, -offset, weights.x);
+        tap(p, offset + 1, weights.y);
+        tap(p, -offset - 1, weights.y);
+        tap(p, offset + 2, weights.z);
+        tap(p, -offset - 2, weights.z);
+        tap(p, offset + 3, weights.w);
+        tap(p, -offset - 3, weights.w);
+    }
+    imageStore(blurred, p, centre + sum / total);
+}

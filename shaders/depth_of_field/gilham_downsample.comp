@@ -1,0 +1,65 @@
+#version 450 core
+// Box mean over FACTOR x FACTOR pixels from the top left; out-of-bounds pixels do not count.
+// HDR_WEIGHT: a pixel weighs 1/(1 + max(rgb, 0)), so that a small highlight does not flicker as
+// it crosses boxes. GUIDE_DEPTH and GUIDE_RADIUS add the plain mean of w or of |R|, by which the
+// Gaussian tells who may leak into whom.
+#include "shared/depth_of_field_block.h"
+#include "depth_of_field/storable.glsl"
+
+layout(local_size_x = 16, local_size_y = 16) in;
+layout(binding = 0) uniform sampler2D color;
+layout(binding = 0) writeonly uniform image2D small;
+#if defined(GUIDE_DEPTH) || defined(GUIDE_RADIUS)
+layout(binding = 1) uniform sampler2D guide_source;
+layout(binding = 1) writeonly uniform image2D small_guide;
+#endif
+
+float guide_of(float value) {
+#ifdef GUIDE_DEPTH
+    return value > 0.0 ? min(value, 1.0e37) : 0.0;  // the mean of 16 stays finite
+#else
+    return abs(value);
+#endif
+}
+
+void main() {
+    ivec2 low = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(low, block.low_size))) return;
+    ivec2 first = low * FACTOR;
+    ivec2 end = min(first + FACTOR, block.size);
+
+    // anchor + sum of weight (c - anchor) / sum of weight: the mean, and exact when all are equal.
+    // Non-finite colours do not count; a box of nothing else is 0.
+    vec4 anchor = vec4(0.0);
+    vec4 sum = vec4(0.0);
+    float total = 0.0;
+#if defined(GUIDE_DEPTH) || defined(GUIDE_RADIUS)
+    float guide_anchor = guide_of(texelFetch(guide_source, first, 0).x);
+    float guide_sum = 0.0;
+#endif
+    for (int y = first.y; y < end.y; ++y) {
+        for (int x = first.x; x < end.x; ++x) {
+            vec4 c = texelFetch(color, ivec2(x, y), 0);
+            if (is_finite(c)) {
+                if (total == 0.0) anchor = c;
+#ifdef HDR_WEIGHT
+                float weight = 1.0 / (1.0 + max(max(c.r, max(c.g, c.b)), 0.0));
+#else
+                float weight = 1.0;
+#endif
+                sum += weight * (c - anchor);
+                total += weight;
+            }
+#if defined(GUIDE_DEPTH) || defined(GUIDE_RADIUS)
+            guide_sum += guide_of(texelFetch(guide_source, ivec2(x, y), 0).x) - guide_anchor;
+#endif
+        }
+    }
+    vec4 mean = total > 0.0 ? anchor + sum / total : vec4(0.0);
+    imageStore(small, low, storable(mean));
+#if defined(GUIDE_DEPTH) || defined(GUIDE_RADIUS)
+    ivec2 count = end - first;
+    float guide = guide_anchor + guide_sum / float(count.x * count.y);
+    imageStore(small_guide, low, vec4(guide, 0.0, 0.0, 0.0));
+#endif
+}

@@ -1,0 +1,32 @@
+// Uniform block of the depth of field's coc, down-sample and composite stages.
+#ifndef POSTCHAIN_SHARED_DEPTH_OF_FIELD_BLOCK_H
+#define POSTCHAIN_SHARED_DEPTH_OF_FIELD_BLOCK_H
+
+#include "shared/block.h"
+
+BLOCK_BEGIN(DepthOfFieldBlock)
+    ivec2 size;              // of the image, pixels
+    ivec2 low_size;          // of the down-sampled copy, pixels
+    // lens: R = gain_px (focus_inverse - w)
+    float gain_px;           // pixels times scene units
+    float focus_inverse;     // 1/scene units
+    // planes and range: ramps in d, scene units
+    float near_sharp;
+    float near_inverse_span;
+    float far_sharp;
+    float far_inverse_span;
+    float near_radius_px;
+    float far_radius_px;
+    float max_radius_px;
+    float full_blur_px;      // |R| from which on the blurred copy alone shows
+    float pad0;
+    float pad1;
+BLOCK_END
+
+#ifdef __cplusplus
+static_assert(sizeof(postchain::shared::DepthOfFieldBlock) == 64);
+static_assert(offsetof(postchain::shared::DepthOfFieldBlock, gain_px) == 16);
+static_assert(offsetof(postchain::shared::DepthOfFieldBlock, max_radius_px) == 48);
+#endif
+
+#endif

@@ -51,6 +51,10 @@ Status append(const std::string& file, std::vector<std::string>& open,
             out += line + "\n";
             continue;
         }
+        if (line.rfind("#include <", 0) == 0) {
+            out += "\n";  // of a shared header's C++ side
+            continue;
+        }
         const size_t begin = line.find('"'), end = line.rfind('"');
         if (begin == std::string::npos || end <= begin)
             return Status(StatusCode::gl, "#include takes a \"path\"").at(concat(file, ":", row));

@@ -1,0 +1,197 @@
+#include "passes/fxaa/fxaa.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "passes/fxaa/reference.h"
+#include "shared/fxaa_block.h"
+
+namespace postchain::fxaa {
+namespace {
+
+struct Preset {
+    int number;
+    std::vector<double> steps;  // increments, pixels
+};
+
+const std::vector<Preset>& preset_table() {
+    static const std::vector<Preset> table = {
+        {10, {1.5, 3, 12}},
+        {11, {1, 1.5, 3, 12}},
+        {12, {1, 1.5, 2, 4, 12}},
+        {13, {1, 1.5, 2, 2, 4, 12}},
+        {14, {1, 1.5, 2, 2, 2, 4, 12}},
+        {15, {1, 1.5, 2, 2, 2, 2, 4, 12}},
+        {20, {1.5, 2, 8}},
+        {21, {1, 1.5, 2, 8}},
+        {22, {1, 1.5, 2, 2, 8}},
+        {23, {1, 1.5, 2, 2, 2, 8}},
+        {24, {1, 1.5, 2, 2, 2, 3, 8}},
+        {25, {1, 1.5, 2, 2, 2, 2, 4, 8}},
+        {26, {1, 1.5, 2, 2, 2, 2, 2, 4, 8}},
+        {27, {1, 1.5, 2, 2, 2, 2, 2, 2, 4, 8}},
+        {28, {1, 1.5, 2, 2, 2, 2, 2, 2, 2, 4, 8}},
+        {29, {1, 1.5, 2, 2, 2, 2, 2, 2, 2, 2, 4, 8}},
+        {39, {1, 1, 1, 1, 1, 1.5, 2, 2, 2, 2, 4, 8}},
+    };
+    return table;
+}
+
+const ParameterTable& parameter_table() {
+    static const ParameterTable table =
+        ParameterTableBuilder<Parameters>()
+            .integer("preset", &Parameters::preset,
+                     {.min = 10,
+                      .max = 39,
+                      .allowed = presets(),
+                      .help = "steps along an edge: 10-15 dithered, 20-29 less so, 39 longest"})
+            .number(
+                "subpix", &Parameters::subpix,
+                {.min = 0, .max = 1, .help = "strength of the sub-pixel offset; 0 = edges only"})
+            .number("edge_threshold", &Parameters::edge_threshold,
+                    {.min = 0,
+                     .max = 1,
+                     .help = "least local contrast, as a part of the local maximum of luma"})
+            .number("edge_threshold_min", &Parameters::edge_threshold_min,
+                    {.min = 0, .max = 1, .help = "least local contrast, in luma"})
+            .choice("luma", &Parameters::luma, {"stored", "display"},
+                    {.help = "luma of the stored values (display-referred input), or of exposed, "
+                             "tone-mapped, rooted ones (scene-linear input)"})
+            .number("exposure_ev", &Parameters::exposure_ev,
+                    {.min = -32,
+                     .max = 32,
+                     .unit = "stops",
+                     .help = "exposure before luma: display and blend: tonemapped"})
+            .choice(
+                "blend", &Parameters::blend, {"tonemapped", "stored"},
+                {.help = "how two texels are mixed: tone-mapped (no firefly smear) or as stored"})
+            .choice("hint", &Parameters::hint, {"none", "checkerboard", "threshold"},
+                    {.help = "what an earlier motion blur's hint does: nothing, the report's "
+                             "checkerboard, or both thresholds 0"})
+            .choice("hint_gate", &Parameters::hint_gate, {"tile", "pixel"},
+                    {.help = "where the hint holds: tiles with motion, or pixels that really blur"})
+            .table();
+    return table;
+}
+
+class FxaaPass final : public Pass {
+  public:
+    RoleUse roles() const override {
+        RoleUse use;
+        use.required = {Role::color};
+        if (parameters_.hint != Hint::none) use.optional = {Role::hint};
+        return use;
+    }
+
+    Status check(const FrameDescription&) const override { return {}; }
+
+    // No setting of the parameters alone is the identity: thresholds of 1 still let full contrast
+    // (0 beside the maximum) through, and subpix 0 still moves along edges.
+    std::optional<LeftOut> identity(const PlanContext& context) const override {
+        if (context.frame.width != 1 || context.frame.height != 1) return std::nullopt;
+        LeftOut left_out;
+        left_out.rule = kRuleFacts;
+        left_out.reason = "a single pixel has no neighbour to blend with";
+        return left_out;
+    }
+
+    void plan(PassPlanner& planner) const override {
+        const PlanContext& context = planner.context();
+        const int width = context.frame.width;
+        const int height = context.frame.height;
+        const bool hinted = uses_hint(context);
+        const shared::FxaaBlock block = make_block(context.frame);
+        const TextureId color = planner.input(Role::color);
+        const TextureId luma = planner.texture("luma", Format::r32f, width, height);
+        const TextureId result =
+            planner.texture("fxaa", plane_format(4, context.precision), width, height);
+
+        Step step;
+        step.name = "luma";
+        step.program.file = "fxaa/luma.comp";
+        step.program.defines["LUMA_DISPLAY"] = std::to_string(parameters_.luma == Luma::display);
+        step.bindings = {{0, color, Access::sample_nearest}, {0, luma, Access::write}};
+        step.set_block(block);
+        step.groups = groups_for(width, height);
+        step.taps = uint64_t(width) * uint64_t(height);
+        planner.step(step);
+
+        step.name = "fxaa";
+        step.program.file = "fxaa/fxaa.comp";
+        step.program.defines.clear();
+        step.program.defines["BLEND_TONEMAPPED"] =
+            std::to_string(parameters_.blend == Blend::tonemapped);
+        step.program.defines["HINT"] =
+            std::to_string(hinted ? static_cast<int>(parameters_.hint) : 0);
+        step.bindings = {{0, color, Access::sample_nearest},
+                         {1, luma, Access::sample_nearest},
+                         {0, result, Access::write}};
+        if (hinted) step.bindings.push_back({2, planner.input(Role::hint), Access::sample_nearest});
+        // What every pixel reads: itself, the five lumas of stage 1, the hint. Edges read more.
+        step.taps = uint64_t(width) * uint64_t(height) * (hinted ? 7 : 6);
+        planner.step(step);
+        planner.output(Role::color, result);
+    }
+
+    void reference(const PlanContext& context, ReferenceFrame& frame) const override {
+        ImageD& color = frame.planes.at(Role::color);
+        ImageD luma = reference_luma(parameters_, color, context.frame.luma_weights);
+        const ImageD* hint = uses_hint(context) ? &frame.planes.at(Role::hint) : nullptr;
+        color = reference_fxaa(parameters_, color, luma, hint);
+        frame.stages["luma"] = std::move(luma);
+        frame.stages["fxaa"] = color;
+    }
+
+    void* parameters() override { return &parameters_; }
+
+  private:
+    bool uses_hint(const PlanContext& context) const {
+        return parameters_.hint != Hint::none && context.available.has(Role::hint);
+    }
+
+    shared::FxaaBlock make_block(const FrameDescription& frame) const {
+        shared::FxaaBlock block{};
+        block.size = {frame.width, frame.height};
+        block.exposure = static_cast<float>(std::exp2(parameters_.exposure_ev));
+        block.subpix = static_cast<float>(parameters_.subpix);
+        block.edge_threshold = static_cast<float>(parameters_.edge_threshold);
+        block.edge_threshold_min = static_cast<float>(parameters_.edge_threshold_min);
+        block.hint_gate = parameters_.hint_gate == HintGate::pixel ? 1 : 0;
+        std::array<double, 3> weights = frame.luma_weights;
+        if (parameters_.luma == Luma::stored) weights = {0.299, 0.587, 0.114};
+        for (int i = 0; i < 3; ++i)
+            block.luma_weights[i] = static_cast<float>(weights[static_cast<size_t>(i)]);
+        double distance_px = 0;
+        for (const double step_px : preset_steps(parameters_.preset)) {
+            distance_px += step_px;
+            const int i = block.walk_length++;
+            block.walk[i / 4][i % 4] = static_cast<int>(2 * distance_px);
+        }
+        return block;
+    }
+
+    Parameters parameters_;
+};
+
+}  // namespace
+
+std::vector<int64_t> presets() {
+    std::vector<int64_t> numbers;
+    for (const Preset& preset : preset_table()) numbers.push_back(preset.number);
+    return numbers;
+}
+
+std::vector<double> preset_steps(int preset) {
+    for (const Preset& row : preset_table())
+        if (row.number == preset) return row.steps;
+    return {};
+}
+
+const PassType& pass_type() {
+    static const PassType type = {
+        "fxaa", "FXAA", "Smooths jagged edges of the finished picture (FXAA 3.11, quality path).",
+        &parameter_table(), [] { return std::make_unique<FxaaPass>(); }};
+    return type;
+}
+
+}  // namespace postchain::fxaa

@@ -1,0 +1,197 @@
+// The double-precision reference of FXAA, see reference.h. Written from the stages of spec
+// fxaa.md: the walk really samples a bilinear plane at real positions, the tone-mapped blend
+// really maps and inverts.
+#include "passes/fxaa/reference.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace postchain::fxaa {
+namespace {
+
+constexpr double kLargest = 1e30;  // as luma.comp: holds lumas finite
+
+double texel(const ImageD& plane, int x, int y, int c = 0) {
+    return plane.at(std::clamp(x, 0, plane.width - 1), std::clamp(y, 0, plane.height - 1), c);
+}
+
+// Bilinear sample; integer positions are texel centres.
+double bilinear(const ImageD& plane, double x, double y) {
+    const double left = std::floor(x);
+    const double top = std::floor(y);
+    const int x0 = static_cast<int>(left);
+    const int y0 = static_cast<int>(top);
+    const double fx = x - left;
+    const double fy = y - top;
+    return (1 - fy) * ((1 - fx) * texel(plane, x0, y0) + fx * texel(plane, x0 + 1, y0)) +
+           fy * ((1 - fx) * texel(plane, x0, y0 + 1) + fx * texel(plane, x0 + 1, y0 + 1));
+}
+
+using Pixel = std::array<double, 4>;
+
+Pixel pixel_at(const ImageD& color, int x, int y) {
+    Pixel pixel;
+    for (int c = 0; c < 4; ++c) pixel[static_cast<size_t>(c)] = texel(color, x, y, c);
+    return pixel;
+}
+
+bool finite(const Pixel& pixel) {
+    return std::all_of(pixel.begin(), pixel.end(), [](double v) { return std::isfinite(v); });
+}
+
+double positive_maximum(const Pixel& p) {
+    return std::max({p[0], p[1], p[2], 0.0});
+}
+
+// Lerp from a to b; a itself for weight 0, equal texels, or a texel that is not finite.
+Pixel blend(const Parameters& parameters, const Pixel& a, const Pixel& b, double weight) {
+    if (weight == 0 || a == b || !finite(a) || !finite(b)) return a;
+    const bool tonemapped = parameters.blend == Blend::tonemapped;
+    const double exposure = tonemapped ? std::exp2(parameters.exposure_ev) : 1;
+    auto map = [&](Pixel p) {
+        for (size_t c = 0; c < 3; ++c) p[c] *= exposure;
+        const double scale = tonemapped ? 1 + positive_maximum(p) : 1;
+        for (size_t c = 0; c < 3; ++c) p[c] /= scale;
+        return p;
+    };
+    const Pixel mapped_a = map(a);
+    const Pixel mapped_b = map(b);
+    Pixel mixed;
+    for (size_t c = 0; c < 4; ++c) mixed[c] = (1 - weight) * mapped_a[c] + weight * mapped_b[c];
+    const double scale = tonemapped ? 1 - positive_maximum(mixed) : 1;
+    for (size_t c = 0; c < 3; ++c) mixed[c] /= scale * exposure;
+    return mixed;
+}
+
+// The weight with which the pixel moves to (dx, dy) beside it; 0 = it stays.
+struct Move {
+    int dx = 0;
+    int dy = 0;
+    double weight = 0;
+};
+
+Move move_of(const Parameters& parameters, const ImageD& luma, int x, int y,
+             double threshold_scale) {
+    auto at = [&](int dx, int dy) { return texel(luma, x + dx, y + dy); };
+    const double center = at(0, 0);
+    const double north = at(0, -1), south = at(0, 1), west = at(-1, 0), east = at(1, 0);
+
+    const double highest = std::max({center, north, south, west, east});
+    const double range = highest - std::min({center, north, south, west, east});
+    if (range == 0 || range < threshold_scale * std::max(parameters.edge_threshold_min,
+                                                         highest * parameters.edge_threshold))
+        return {};
+
+    // Second differences, across the rows and across the columns.
+    auto bend = [](double a, double middle, double b) { return std::abs(a + b - 2 * middle); };
+    const double horizontal_score = 2 * bend(north, center, south) +
+                                    bend(at(1, -1), east, at(1, 1)) +
+                                    bend(at(-1, -1), west, at(-1, 1));
+    const double vertical_score = 2 * bend(west, center, east) +
+                                  bend(at(-1, -1), north, at(1, -1)) +
+                                  bend(at(-1, 1), south, at(1, 1));
+    const bool horizontal = horizontal_score >= vertical_score;
+
+    const double first = horizontal ? north : west;
+    const double second = horizontal ? south : east;
+    const bool take_first = std::abs(first - center) >= std::abs(second - center);
+    const double neighbor = take_first ? first : second;
+    const double gradient = std::abs(neighbor - center);
+    const double pair_mean = (neighbor + center) / 2;
+    Move move;
+    (horizontal ? move.dy : move.dx) = take_first ? -1 : 1;
+
+    const double corners = at(-1, -1) + at(1, -1) + at(-1, 1) + at(1, 1);
+    const double area = (2 * (north + south + east + west) + corners) / 12 - center;
+    const double t = std::min(std::abs(area) / range, 1.0);
+    const double smooth = t * t * (3 - 2 * t);
+    const double subpix_weight = smooth * smooth * parameters.subpix;
+
+    // The walk, on the line half a texel towards the neighbour.
+    struct End {
+        double distance = 0;
+        double difference = 0;
+    };
+    const std::vector<double> steps = preset_steps(parameters.preset);
+    auto walk = [&](double direction) {
+        End end;
+        for (size_t i = 0; i < steps.size(); ++i) {
+            end.distance += steps[i];
+            if (i + 1 == steps.size()) break;
+            const double along = direction * end.distance;
+            end.difference = bilinear(luma, x + 0.5 * move.dx + (horizontal ? along : 0),
+                                      y + 0.5 * move.dy + (horizontal ? 0 : along)) -
+                             pair_mean;
+            if (std::abs(end.difference) >= gradient / 4) break;
+        }
+        return end;
+    };
+    const End negative = walk(-1);
+    const End positive = walk(1);
+    const End& nearer = negative.distance < positive.distance ? negative : positive;
+    double edge_weight = 0;
+    if ((nearer.difference < 0) != (center - pair_mean < 0))
+        edge_weight = 0.5 - nearer.distance / (negative.distance + positive.distance);
+    move.weight = std::max(edge_weight, subpix_weight);
+    return move;
+}
+
+}  // namespace
+
+ImageD reference_luma(const Parameters& parameters, const ImageD& color,
+                      const std::array<double, 3>& weights) {
+    ImageD luma(color.width, color.height, 1);
+    const bool display = parameters.luma == Luma::display;
+    const std::array<double, 3> used = display ? weights : std::array{0.299, 0.587, 0.114};
+    for (int y = 0; y < color.height; ++y) {
+        for (int x = 0; x < color.width; ++x) {
+            std::array<double, 3> rgb;
+            for (int c = 0; c < 3; ++c) {
+                const double v = color.at(x, y, c);
+                rgb[static_cast<size_t>(c)] =
+                    std::isnan(v) ? 0 : std::clamp(v, -kLargest, kLargest);
+            }
+            if (display) {
+                for (double& v : rgb)
+                    v = std::clamp(v * std::exp2(parameters.exposure_ev), 0.0, kLargest);
+                const double scale = 1 + std::max({rgb[0], rgb[1], rgb[2]});
+                for (double& v : rgb) v = std::sqrt(v / scale);
+            }
+            luma.at(x, y) = used[0] * rgb[0] + used[1] * rgb[1] + used[2] * rgb[2];
+        }
+    }
+    return luma;
+}
+
+ImageD reference_fxaa(const Parameters& parameters, const ImageD& color, const ImageD& luma,
+                      const ImageD* hint) {
+    // Inside a checkerboard every decision is constant: the upper neighbour, with the F^2 of
+    // |A|/range = 2/3.
+    const double smooth = (2.0 / 3) * (2.0 / 3) * (3 - 2 * (2.0 / 3));
+    const double checkerboard_weight = smooth * smooth * parameters.subpix;
+    const bool checkerboard = parameters.hint == Hint::checkerboard;
+
+    ImageD result(color.width, color.height, 4);
+    for (int y = 0; y < color.height; ++y) {
+        for (int x = 0; x < color.width; ++x) {
+            double h = 0;
+            if (hint) h = hint->at(x, y, parameters.hint_gate == HintGate::pixel ? 1 : 0);
+            h = h > 0 ? std::min(h, 1.0) : 0;
+
+            const Pixel center = pixel_at(color, x, y);
+            const double scale = parameters.hint == Hint::threshold ? 1 - h : 1;
+            const Move move = move_of(parameters, luma, x, y, scale);
+            Pixel pixel =
+                blend(parameters, center, pixel_at(color, x + move.dx, y + move.dy), move.weight);
+            if (checkerboard && h > 0) {
+                const Pixel taps =
+                    blend(parameters, center, pixel_at(color, x, y - 1), checkerboard_weight);
+                pixel = h == 1 ? taps : blend(parameters, pixel, taps, h);
+            }
+            for (int c = 0; c < 4; ++c) result.at(x, y, c) = pixel[static_cast<size_t>(c)];
+        }
+    }
+    return result;
+}
+
+}  // namespace postchain::fxaa

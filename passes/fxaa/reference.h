@@ -1,0 +1,21 @@
+// Both stages of FXAA in double precision, from the paper's stages (spec fxaa.md) and
+// independently of the GLSL. Planes are row 0 at the top; edges clamp.
+#pragma once
+
+#include <array>
+
+#include "chain/image.h"
+#include "passes/fxaa/fxaa.h"
+
+namespace postchain::fxaa {
+
+// Stage "luma": 1 channel, same size as color (4 channels). `weights` are the luminance weights
+// of the file's primaries, used by Luma::display alone.
+ImageD reference_luma(const Parameters& parameters, const ImageD& color,
+                      const std::array<double, 3>& weights);
+
+// Stage "fxaa": 4 channels. `hint` has 2 channels (tile gate, pixel gate, 0..1) or is nullptr.
+ImageD reference_fxaa(const Parameters& parameters, const ImageD& color, const ImageD& luma,
+                      const ImageD* hint);
+
+}  // namespace postchain::fxaa

@@ -1,0 +1,160 @@
+#version 450 core
+// FXAA, stage "fxaa". Source: T. Lottes, FXAA 3.11 (quality path), written from its seven stages.
+//
+//   color, luma [, hint] --> color
+//
+// N is up on the screen (row y - 1). Every comparison that a tie can decide is computed in fp32
+// in the paper's order of operations; `precise` forbids fusing and reordering.
+// Deviations: the lumas along the edge are means of two or four texels fetched one by one instead
+// of one bilinear fetch (the same numbers, without a coordinate that rounds); a pixel without any
+// range leaves also when both thresholds are 0; blend.glsl; the hint (docs/fxaa.md).
+//
+// HINT 0: none. 1: checkerboard. 2: threshold.
+#include "shared/fxaa_block.h"
+#include "fxaa/blend.glsl"
+
+layout(local_size_x = 16, local_size_y = 16) in;
+
+layout(binding = 0) uniform sampler2D color_plane;
+layout(binding = 1) uniform sampler2D luma_plane;
+#if HINT
+layout(binding = 2) uniform sampler2D hint_plane;
+#endif
+layout(binding = 0) uniform writeonly image2D result_plane;
+
+// F^2 of a luma (x + y) & 1: |A|/range = 2/3, F = 4/9 (3 - 4/3) = 20/27.
+const float kCheckerboardOffset = 400.0 / 729.0;
+
+ivec2 inside(ivec2 p) {
+    return clamp(p, ivec2(0), block.size - 1);
+}
+
+float luma_at(ivec2 p) {
+    return texelFetch(luma_plane, inside(p), 0).r;
+}
+
+vec4 color_at(ivec2 p) {
+    return texelFetch(color_plane, inside(p), 0);
+}
+
+// Mean luma across the edge between the lines of p and q, `halves` half texels along it.
+float line_luma(ivec2 p, ivec2 q, ivec2 along, int halves) {
+    const ivec2 here = along * (halves >> 1);
+    precise float mean = 0.5 * (luma_at(p + here) + luma_at(q + here));
+    if ((halves & 1) != 0) {
+        const ivec2 there = here + along;
+        precise float next = 0.5 * (luma_at(p + there) + luma_at(q + there));
+        precise float both = 0.5 * (mean + next);
+        return both;
+    }
+    return mean;
+}
+
+// Where the walk in one direction (`sense` 1 or -1) ends: distance in half texels, and the last
+// luma it saw less the pair's mean.
+void walk(ivec2 p, ivec2 q, ivec2 along, int sense, float pair_mean, float stop_at,
+          out int reached, out float end) {
+    end = 0.0;
+    for (int i = 0; i < block.walk_length - 1; ++i) {
+        reached = block.walk[i >> 2][i & 3];
+        precise float difference = line_luma(p, q, along, sense * reached) - pair_mean;
+        end = difference;
+        if (abs(difference) >= stop_at) return;
+    }
+    const int last = block.walk_length - 1;
+    reached = block.walk[last >> 2][last & 3];  // the last step moves without a fetch
+}
+
+// Stages 1 to 7 at p with both thresholds scaled.
+vec4 filtered(ivec2 p, vec4 center, float threshold_scale) {
+    // 1 local contrast
+    const float m = luma_at(p);
+    const float n = luma_at(p + ivec2(0, -1));
+    const float s = luma_at(p + ivec2(0, 1));
+    const float w = luma_at(p + ivec2(-1, 0));
+    const float e = luma_at(p + ivec2(1, 0));
+    const float highest = max(max(n, w), max(e, max(s, m)));
+    const float lowest = min(min(n, w), min(e, min(s, m)));
+    precise float range = highest - lowest;
+    precise float threshold = max(block.edge_threshold_min * threshold_scale,
+                                  highest * (block.edge_threshold * threshold_scale));
+    if (range < threshold || range == 0.0) return center;
+
+    // 2 which way the edge runs
+    const float nw = luma_at(p + ivec2(-1, -1));
+    const float ne = luma_at(p + ivec2(1, -1));
+    const float sw = luma_at(p + ivec2(-1, 1));
+    const float se = luma_at(p + ivec2(1, 1));
+    precise float across_rows = abs(-2.0 * m + (n + s)) * 2.0 + abs(-2.0 * e + (ne + se)) +
+                                abs(-2.0 * w + (nw + sw));
+    precise float across_columns = abs(-2.0 * m + (w + e)) * 2.0 + abs(-2.0 * n + (nw + ne)) +
+                                   abs(-2.0 * s + (sw + se));
+    const bool horizontal = across_rows >= across_columns;
+
+    // 3 the neighbour on the other side of the edge
+    const float before = horizontal ? n : w;
+    const float after = horizontal ? s : e;
+    precise float gradient_before = abs(before - m);
+    precise float gradient_after = abs(after - m);
+    const bool towards_before = gradient_before >= gradient_after;
+    const ivec2 positive = horizontal ? ivec2(0, 1) : ivec2(1, 0);
+    const ivec2 q = towards_before ? p - positive : p + positive;
+    const ivec2 along = positive.yx;
+    precise float pair_mean = ((towards_before ? before : after) + m) * 0.5;
+    precise float stop_at = max(gradient_before, gradient_after) * 0.25;
+
+    // 4 sub-pixel offset
+    precise float around = ((n + s) + (w + e)) * 2.0 + ((nw + sw) + (ne + se));
+    precise float t = clamp(abs(around / 12.0 - m) / range, 0.0, 1.0);
+    precise float f = t * t * (3.0 - 2.0 * t);
+    precise float subpix_offset = f * f * block.subpix;
+
+    // 5 both ends of the edge
+    int reached_negative, reached_positive;
+    float end_negative, end_positive;
+    walk(p, q, along, -1, pair_mean, stop_at, reached_negative, end_negative);
+    walk(p, q, along, 1, pair_mean, stop_at, reached_positive, end_positive);
+
+    // 6 the nearer end decides
+    const bool negative_nearer = reached_negative < reached_positive;
+    const float end = negative_nearer ? end_negative : end_positive;
+    precise float side = m - pair_mean;
+    float edge_offset = 0.0;
+    if ((end < 0.0) != (side < 0.0))
+        edge_offset = 0.5 - float(min(reached_negative, reached_positive)) /
+                                float(reached_negative + reached_positive);
+
+    // 7 a lerp of two texels
+    return blend(center, color_at(q), max(edge_offset, subpix_offset));
+}
+
+void main() {
+    const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(p, block.size))) return;
+
+    const vec4 center = color_at(p);
+    vec4 result;
+#if HINT
+    float hint = texelFetch(hint_plane, p, 0)[block.hint_gate];
+    hint = hint > 0.0 ? min(hint, 1.0) : 0.0;  // NaN is no hint
+#endif
+#if HINT == 1
+    // Short cut of the checkerboard: two taps, whatever the luma; a hint between 0 and 1 lies
+    // between the plain filter and the two taps.
+    if (hint >= 1.0) {
+        result = blend(center, color_at(p + ivec2(0, -1)), kCheckerboardOffset * block.subpix);
+    } else {
+        result = filtered(p, center, 1.0);
+        if (hint > 0.0) {
+            const vec4 taps =
+                blend(center, color_at(p + ivec2(0, -1)), kCheckerboardOffset * block.subpix);
+            result = blend(result, taps, hint);
+        }
+    }
+#elif HINT == 2
+    result = filtered(p, center, 1.0 - hint);
+#else
+    result = filtered(p, center, 1.0);
+#endif
+    imageStore(result_plane, p, result);
+}

@@ -1,0 +1,29 @@
+// Uniform block of both FXAA stages (shaders/fxaa/*.comp, passes/fxaa/fxaa.cpp).
+#ifndef POSTCHAIN_SHARED_FXAA_BLOCK_H
+#define POSTCHAIN_SHARED_FXAA_BLOCK_H
+
+#include "shared/block.h"
+
+BLOCK_BEGIN(FxaaBlock)
+    ivec2 size;                // of the planes, pixels
+    float exposure;            // factor 2^exposure_ev
+    float subpix;              // strength of the sub-pixel offset, 0..1
+    float edge_threshold;      // of the local maximum
+    float edge_threshold_min;  // absolute
+    int walk_length;           // entries of walk that hold
+    int hint_gate;             // 0 = tile gate, 1 = pixel gate
+    vec4 luma_weights;         // r, g, b; w unused
+    ivec4 walk[3];             // distances along the edge from the pixel, in half texels, rising
+BLOCK_END
+
+#ifdef __cplusplus
+#include <cstddef>
+namespace postchain::shared {
+static_assert(sizeof(FxaaBlock) == 96);
+static_assert(offsetof(FxaaBlock, edge_threshold) == 16);
+static_assert(offsetof(FxaaBlock, luma_weights) == 32);
+static_assert(offsetof(FxaaBlock, walk) == 48);
+}  // namespace postchain::shared
+#endif
+
+#endif

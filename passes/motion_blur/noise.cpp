@@ -1,0 +1,165 @@
+#include "passes/motion_blur/noise.h"
+
+#include <cassert>
+#include <cmath>
+#include <vector>
+
+namespace postchain::motion_blur {
+namespace {
+
+// A 32 bit mix (C. Wellons, "lowbias32"); 0 stays 0.
+uint32_t mix_bits(uint32_t x) {
+    x ^= x >> 16;
+    x *= 0x7feb352du;
+    x ^= x >> 15;
+    x *= 0x846ca68bu;
+    return x ^ (x >> 16);
+}
+
+// Void and cluster: pixels are ranked so that any prefix of the ranks is spread evenly. Energy of
+// a pixel = sum over set pixels of a Gaussian of the toroidal distance, sigma 1.5 pixels.
+class VoidAndCluster {
+  public:
+    std::array<uint16_t, kBlueNoiseSize * kBlueNoiseSize> ranks() {
+        scatter();
+        const std::vector<bool> start = set_;
+        const std::vector<int64_t> energy = energy_;
+        const int count = kPixels / 10;
+        std::array<uint16_t, kPixels> ranks{};
+        for (int rank = count; rank-- > 0;) {  // the starting pixels, tightest cluster last
+            const int pixel = extreme(true);
+            ranks[size_t(pixel)] = uint16_t(rank);
+            toggle(pixel);
+        }
+        set_ = start;
+        energy_ = energy;
+        for (int rank = count; rank < kPixels; ++rank) {  // the rest, largest void first
+            const int pixel = extreme(false);
+            ranks[size_t(pixel)] = uint16_t(rank);
+            toggle(pixel);
+        }
+        return ranks;
+    }
+
+  private:
+    static constexpr int kSize = kBlueNoiseSize;
+    static constexpr int kPixels = kSize * kSize;
+
+    // A tenth of the pixels at random, then clusters moved into voids until none moves.
+    void scatter() {
+        for (int placed = 0, i = 1; placed < kPixels / 10; ++i) {
+            const int pixel = int(mix_bits(uint32_t(i)) % kPixels);
+            if (set_[size_t(pixel)]) continue;
+            toggle(pixel);
+            ++placed;
+        }
+        for (;;) {
+            const int cluster = extreme(true);
+            toggle(cluster);
+            const int hole = extreme(false);
+            toggle(hole);
+            if (hole == cluster) return;
+        }
+    }
+
+    void toggle(int pixel) {
+        const int sign = set_[size_t(pixel)] ? -1 : 1;
+        set_[size_t(pixel)] = !set_[size_t(pixel)];
+        const int px = pixel % kSize, py = pixel / kSize;
+        for (int y = 0; y < kSize; ++y)
+            for (int x = 0; x < kSize; ++x)
+                energy_[size_t(y * kSize + x)] += sign * kernel(x - px) * kernel(y - py);
+    }
+
+    // 1-D Gaussian in units of 2^-16; the 2-D one is its product.
+    static int64_t kernel(int distance) {
+        static const std::array<int64_t, kSize> table = [] {
+            std::array<int64_t, kSize> values{};
+            for (int i = 0; i < kSize; ++i) {
+                const double d = std::min(i, kSize - i);
+                values[size_t(i)] = std::llround(65536 * std::exp(-d * d / (2 * 1.5 * 1.5)));
+            }
+            return values;
+        }();
+        return table[size_t((distance + kSize) % kSize)];
+    }
+
+    // The set pixel of highest energy, or the free pixel of lowest; the first in row order.
+    int extreme(bool among_set) const {
+        int best = -1;
+        for (int i = 0; i < kPixels; ++i) {
+            if (set_[size_t(i)] != among_set) continue;
+            const int64_t e = energy_[size_t(i)];
+            if (best < 0 || (among_set ? e > energy_[size_t(best)] : e < energy_[size_t(best)]))
+                best = i;
+        }
+        return best;
+    }
+
+    std::vector<bool> set_ = std::vector<bool>(kPixels, false);
+    std::vector<int64_t> energy_ = std::vector<int64_t>(kPixels, 0);
+};
+
+// x in the even bits, y in the odd ones.
+uint32_t morton(uint32_t x, uint32_t y) {
+    uint32_t index = 0;
+    for (uint32_t bit = 0; bit < 7; ++bit)
+        index |= ((x >> bit) & 1u) << (2 * bit) | ((y >> bit) & 1u) << (2 * bit + 1);
+    return index;
+}
+
+// Digits of `index` mirrored at the point: 6 = 110 in base 2 -> 0.011 = 0.375.
+double radical_inverse(uint32_t index, uint32_t base) {
+    double value = 0, place = 1.0 / base;
+    for (; index > 0; index /= base, place /= base) value += place * (index % base);
+    return value;
+}
+
+double gradient_noise(uint32_t x, uint32_t y) {
+    const uint32_t inner = 288237660u * x + 25070368u * y;  // fract, in units of 2^-32
+    const uint32_t outer = 52u * inner + uint32_t((uint64_t(inner) * 4221604530u) >> 32);
+    return (outer >> 8) * 0x1p-24;  // 24 bits: exact as a float too
+}
+
+}  // namespace
+
+std::array<int, 2> noise_shift(const Parameters& parameters, int frame_number) {
+    uint32_t key = uint32_t(parameters.seed);
+    if (parameters.animate_noise) key += uint32_t(frame_number) * 0x9e3779b9u;
+    const uint32_t bits = mix_bits(key);
+    return {int(bits % kNoiseSize), int((bits >> 16) % kNoiseSize)};
+}
+
+const std::array<uint16_t, kBlueNoiseSize * kBlueNoiseSize>& blue_noise_ranks() {
+    static const auto ranks = VoidAndCluster().ranks();
+    return ranks;
+}
+
+ImageD noise_table(Noise noise, std::array<int, 2> shift) {
+    assert(noise != Noise::none);
+    ImageD table(kNoiseSize, kNoiseSize, 2);
+    for (int py = 0; py < kNoiseSize; ++py) {
+        for (int px = 0; px < kNoiseSize; ++px) {
+            const auto x = uint32_t(px + shift[0]) % kNoiseSize;
+            const auto y = uint32_t(py + shift[1]) % kNoiseSize;
+            double tile = 0, tap = 0;
+            if (noise == Noise::halton) {
+                const uint32_t index = morton(x, y);
+                tile = radical_inverse(index, 2);
+                tap = radical_inverse(index, 3);
+            } else if (noise == Noise::ign) {
+                tile = gradient_noise(x, y);
+                tap = gradient_noise(y + 37, x + 11);
+            } else {
+                const auto& ranks = blue_noise_ranks();
+                tile = (ranks[y % 64 * 64 + x % 64] + 0.5) / 4096;
+                tap = (ranks[(y + 41) % 64 * 64 + (x + 29) % 64] + 0.5) / 4096;
+            }
+            table.at(px, py, 0) = tile;
+            table.at(px, py, 1) = 2 * tap - 1;
+        }
+    }
+    return table;
+}
+
+}  // namespace postchain::motion_blur

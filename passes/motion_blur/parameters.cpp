@@ -1,0 +1,130 @@
+#include "passes/motion_blur/parameters.h"
+
+#include <limits>
+
+namespace postchain::motion_blur {
+
+const ParameterTable& parameter_table() {
+    using P = Parameters;
+    static const ParameterTable table =
+        ParameterTableBuilder<P>()
+            .choice("mode", &P::mode, {"guertin", "single"},
+                    {.help = "guertin: the 2013 report's filter; single: every tap along the "
+                             "dominant direction, for comparison"})
+            .integer("samples", &P::samples,
+                     {.min = 1,
+                      .max = 1023,
+                      .odd = true,
+                      .unit = "taps",
+                      .help = "taps of the gather per pixel"})
+            .integer("max_blur_px", &P::max_blur_px,
+                     {.min = 1,
+                      .max = 1024,
+                      .unit = "px",
+                      .help = "edge of a tile and largest half-length of a streak"})
+            .number("shutter_frames", &P::shutter_frames,
+                    {.min = 0,
+                     .max = 10,
+                     .unit = "frames",
+                     .help = "time the shutter is open, centred on the frame",
+                     .unset_means = "the camera's shutter_frames, else 0.5",
+                     .excludes = "shutter_angle_deg"})
+            .number("shutter_angle_deg", &P::shutter_angle_deg,
+                    {.min = 0,
+                     .max = 3600,
+                     .unit = "degrees",
+                     .help = "the same as an angle: 360 degrees are one frame",
+                     .unset_means = "shutter_frames decides",
+                     .excludes = "shutter_frames"})
+            .number("jitter", &P::jitter,
+                    {.min = 0,
+                     .max = 1,
+                     .unit = "tap spacings",
+                     .help = "largest shift of a pixel's taps along the streak, either way"})
+            .boolean("tile_jitter", &P::tile_jitter,
+                     {.help = "near a tile border, take the neighbouring tile's direction at "
+                              "random, which hides the tile grid"})
+            .number("tile_jitter_slope", &P::tile_jitter_slope,
+                    {.min = 0,
+                     .max = 100,
+                     .unit = "1/tile",
+                     .help = "how fast the probability of the neighbouring tile falls from 0.5 "
+                             "with the distance to the border"})
+            .number("center_weight", &P::center_weight,
+                    {.min = 0.1,
+                     .max = 10000,
+                     .help = "kappa: the pixel's own colour weighs samples / (kappa max(|v|, 0.5 "
+                             "px)); larger is blurrier"})
+            .number("variance_threshold_px", &P::variance_threshold_px,
+                    {.min = 0.01,
+                     .max = 100,
+                     .unit = "px",
+                     .help = "gamma: half-velocities from 0.5 px to this much more fade from the "
+                             "static direction to their own"})
+            .number("depth_softness", &P::depth_softness,
+                    {.min = 0,
+                     .max = 100,
+                     .help = "s: how fast a surface counts as hidden with the ratio of depths; 1 "
+                             "is the report, 20 a hard edge, 0 ignores depth"})
+            .choice("sample_split", &P::sample_split, {"even", "variance"},
+                    {.help = "which taps follow the pixel's own velocity: every second, or as "
+                             "many as directions vary around the tile"})
+            .choice("noise", &P::noise, {"halton", "ign", "blue", "none"},
+                    {.help = "random numbers of both jitters: Halton over Morton order, "
+                             "interleaved gradient noise, blue noise, or no jitter"})
+            .integer("seed", &P::seed,
+                     {.min = 0,
+                      .max = double(std::numeric_limits<int>::max()),
+                      .help = "shifts the noise pattern"})
+            .boolean("animate_noise", &P::animate_noise,
+                     {.help = "shift the noise pattern with the frame number too"})
+            .choice("border", &P::border, {"skip", "clamp"},
+                    {.help = "taps outside the picture: dropped, or moved to the border"})
+            .choice("static_direction", &P::static_direction, {"perpendicular", "dominant"},
+                    {.help = "direction of the second half of the taps at a slow pixel: across "
+                             "the dominant motion, or along it"})
+            .number("min_speed_px", &P::min_speed_px,
+                    {.min = 0,
+                     .max = 100,
+                     .unit = "px",
+                     .help = "half-velocity up to which a tile is left as it is"})
+            .choice("velocity_storage", &P::velocity_storage, {"auto", "fp16", "fp32", "unorm8"},
+                    {.help = "storage of half-velocities: auto follows the chain's precision, "
+                             "unorm8 is the report's encoding, for comparison"})
+            .table();
+    return table;
+}
+
+double shutter_frames(const Parameters& parameters, const Camera& camera) {
+    if (parameters.shutter_frames) return *parameters.shutter_frames;
+    if (parameters.shutter_angle_deg) return *parameters.shutter_angle_deg / 360.0;
+    return camera.shutter_frames.value_or(kDefaultShutterFrames);
+}
+
+VelocityStorage storage(const Parameters& parameters, Precision precision) {
+    if (parameters.velocity_storage != VelocityStorage::automatic)
+        return parameters.velocity_storage;
+    return precision == Precision::fp16 ? VelocityStorage::fp16 : VelocityStorage::fp32;
+}
+
+double still_limit_px(const Parameters& parameters, VelocityStorage storage) {
+    switch (storage) {
+        case VelocityStorage::fp16:  // 11 significant bits per component, subnormal step 2^-24
+            return parameters.min_speed_px * (1 + 0x1p-10) + 0x1p-24;
+        case VelocityStorage::unorm8:  // half a step of r/127 per component, times sqrt(2)
+            return parameters.min_speed_px * (1 + 0x1p-20) +
+                   0.70711 * parameters.max_blur_px / 127.0;
+        default:  // a few roundings of 2^-24
+            return parameters.min_speed_px * (1 + 0x1p-20);
+    }
+}
+
+bool jitters_tiles(const Parameters& parameters) {
+    return parameters.tile_jitter && parameters.noise != Noise::none;
+}
+
+bool jitters_taps(const Parameters& parameters) {
+    return parameters.jitter > 0 && parameters.noise != Noise::none;
+}
+
+}  // namespace postchain::motion_blur

@@ -1,0 +1,58 @@
+// Parameters of the motion blur; meaning, unit and range of each are in its table.
+#pragma once
+
+#include <optional>
+
+#include "chain/frame.h"
+#include "chain/parameter.h"
+
+namespace postchain::motion_blur {
+
+enum class Mode { guertin, single };
+enum class SampleSplit { even, variance };
+enum class Noise { halton, ign, blue, none };
+enum class Border { skip, clamp };
+enum class StaticDirection { perpendicular, dominant };
+enum class VelocityStorage { automatic, fp16, fp32, unorm8 };
+
+struct Parameters {
+    Mode mode = Mode::guertin;
+    int samples = 25;
+    int max_blur_px = 40;
+    std::optional<double> shutter_frames;
+    std::optional<double> shutter_angle_deg;
+    double jitter = 0.95;
+    bool tile_jitter = true;
+    double tile_jitter_slope = 1;
+    double center_weight = 40;
+    double variance_threshold_px = 1.5;
+    double depth_softness = 1;
+    SampleSplit sample_split = SampleSplit::even;
+    Noise noise = Noise::halton;
+    int seed = 0;
+    bool animate_noise = false;
+    Border border = Border::skip;
+    StaticDirection static_direction = StaticDirection::perpendicular;
+    double min_speed_px = 0.5;
+    VelocityStorage velocity_storage = VelocityStorage::automatic;
+};
+
+const ParameterTable& parameter_table();
+
+// Time the shutter is open, in frames: the pass's own value (frames, or degrees / 360), else the
+// camera's, else kDefaultShutterFrames.
+double shutter_frames(const Parameters& parameters, const Camera& camera);
+
+// How half-velocities are stored; never automatic.
+VelocityStorage storage(const Parameters& parameters, Precision precision);
+
+// A tile is left unblurred when |v_max| is at most this: min_speed_px plus the most by which
+// storing a half-velocity can lengthen it, so that motion that is still by the frame's facts is
+// still by its stored vectors too.
+double still_limit_px(const Parameters& parameters, VelocityStorage storage);
+
+// Does the gather need random numbers at all?
+bool jitters_tiles(const Parameters& parameters);
+bool jitters_taps(const Parameters& parameters);
+
+}  // namespace postchain::motion_blur

@@ -1,0 +1,205 @@
+#version 450 core
+// The gather: each pixel averages what lies along its tile's dominant direction and along its own,
+// weighed by how likely each sample's blur covers it.
+//
+//   color, half_velocity, inverse_depth, neighbor_max [, tile_variance] [, noise] -> color [, hint]
+//
+// SINGLE: one direction, w_A = w_B = 1    VARIANCE: taps split by tile_variance, else every second
+// TILE_JITTER, TAP_JITTER: random numbers are read    CLAMP: taps outside move to the border
+// DOMINANT: slow pixels sample along v_max    DEPTH: inverse depths are compared    HINT: written
+//
+// Notation of the report: p this pixel, S a sample, v_c = v(p), w_c and w_max unit directions,
+// T distance along the streak. Equations and deviations: docs/motion_blur.md.
+layout(local_size_x = 16, local_size_y = 16) in;
+
+#include "shared/motion_blur_block.h"
+
+layout(binding = 0) uniform sampler2D color;
+layout(binding = 1) uniform sampler2D half_velocity;
+layout(binding = 2) uniform sampler2D neighbor_max;
+#if DEPTH
+layout(binding = 3) uniform sampler2D inverse_depth;
+#endif
+#if VARIANCE
+layout(binding = 4) uniform sampler2D tile_variance;
+#endif
+#if TILE_JITTER || TAP_JITTER
+layout(binding = 5) uniform sampler2D noise;
+#endif
+layout(binding = 0) writeonly uniform image2D blurred;
+#if HINT
+layout(binding = 1) writeonly uniform image2D hint;
+#endif
+
+#include "motion_blur/velocity.glsl"
+
+const float kShortestPx = 0.5;  // rho(v) = max(|v|, 0.5)
+
+vec2 velocity_at(ivec2 p) {
+    return decode_velocity(texelFetch(half_velocity, p, 0).xy);
+}
+
+// 1/|v|, finite for v = 0.
+float inverse_length(float squared) {
+    return inversesqrt(max(squared, 1e-30));
+}
+
+#if TILE_JITTER
+// The tile of p, or near a border, with probability 0.5 - tau e at e tiles from it, the tile across.
+// Only across the nearer of the two borders, never outside the grid.
+ivec2 choose_tile(ivec2 p, ivec2 own, float random) {
+    const vec2 local = (vec2(p - own * block.tile_px) + 0.5) / float(block.tile_px);
+    const vec2 distances = min(local, 1.0 - local);
+    const bool along_x = distances.x <= distances.y;
+    const float e = along_x ? distances.x : distances.y;
+    if (random >= 0.5 - block.tile_jitter_slope * e) return own;
+    const int side = (along_x ? local.x : local.y) < 0.5 ? -1 : 1;
+    const ivec2 across = own + (along_x ? ivec2(side, 0) : ivec2(0, side));
+    const bool outside =
+        any(lessThan(across, ivec2(0))) || any(greaterThanEqual(across, block.tiles));
+    return outside ? own : across;
+}
+#endif
+
+#if VARIANCE
+// Bilinear by hand: a sampler may round the fractions to 8 bits.
+float variance_at(ivec2 p) {
+    const vec2 at = (vec2(p) + 0.5) / float(block.tile_px) - 0.5;
+    const ivec2 base = ivec2(floor(at));
+    const vec2 f = at - vec2(base);
+    const ivec2 low = max(base, ivec2(0));
+    const ivec2 high = min(base + 1, block.tiles - 1);
+    const float top = mix(texelFetch(tile_variance, low, 0).x,
+                          texelFetch(tile_variance, ivec2(high.x, low.y), 0).x, f.x);
+    const float bottom = mix(texelFetch(tile_variance, ivec2(low.x, high.y), 0).x,
+                             texelFetch(tile_variance, high, 0).x, f.x);
+    return mix(top, bottom, f.y);
+}
+#endif
+
+void main() {
+    const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(p, block.size))) return;
+    const vec4 color_p = texelFetch(color, p, 0);
+    const ivec2 own_tile = p / block.tile_px;
+#if TILE_JITTER || TAP_JITTER
+    const vec2 random = texelFetch(noise, p & 127, 0).xy;
+#endif
+#if TILE_JITTER
+    const ivec2 tile = choose_tile(p, own_tile, random.x);
+#else
+    const ivec2 tile = own_tile;
+#endif
+    const vec3 dominant = texelFetch(neighbor_max, tile, 0).xyz;
+    vec2 v_max = dominant.xy;
+    const vec2 v_c = velocity_at(p);
+    const float v_c_squared = dot(v_c, v_c);
+#if TILE_JITTER
+    // |v_max| < |v_c| is possible only in another tile, and only where v_max was not clamped: both
+    // are known without comparing two lengths that rounding could swap.
+    if (tile != own_tile && dominant.z < float(block.tile_px * block.tile_px) &&
+        dot(v_max, v_max) < v_c_squared)
+        v_max = v_c;
+#endif
+    const float reach = length(v_max);
+    if (reach <= block.still_limit_px) {
+        imageStore(blurred, p, color_p);
+#if HINT
+        imageStore(hint, p, vec4(0.0));
+#endif
+        return;
+    }
+
+    const float inverse_c = inverse_length(v_c_squared);
+    const float inverse_rho_c = min(inverse_c, 1.0 / kShortestPx);
+    const vec2 w_max = v_max / reach;
+#if !SINGLE
+#if DOMINANT
+    vec2 w_still = w_max;
+#else
+    vec2 w_still = vec2(-w_max.y, w_max.x);
+#endif
+    if (dot(w_still, v_c) < 0.0) w_still = -w_still;
+    const float own_share =
+        clamp((v_c_squared * inverse_c - kShortestPx) / block.variance_threshold_px, 0.0, 1.0);
+    const vec2 w_c = normalize(mix(w_still, v_c * inverse_c, own_share));
+    const float aligned = abs(dot(w_c, w_max));
+#endif
+#if VARIANCE
+    const float u = variance_at(p);
+#endif
+#if DEPTH
+    const float q_p = texelFetch(inverse_depth, p, 0).x;
+#endif
+    const int count = block.samples;
+#if TAP_JITTER
+    const float shift = float(1 - count) + 2.0 * block.jitter * random.y;
+#else
+    const float shift = float(1 - count);
+#endif
+    const float spacing = reach / float(count + 1);
+
+    float total = block.center_total * inverse_rho_c;
+    vec4 sum = vec4(0.0);
+    float moment = 0.0;
+    for (int i = 0; i < count; ++i) {
+        const float along = (float(2 * i) + shift) * spacing;  // t |v_max|
+        const float distance = abs(along);
+#if SINGLE
+        const vec2 d = w_max;
+        const float w_a = 1.0;
+#else
+#if VARIANCE
+        const bool follows_own = floor(float(i + 1) * u) > floor(float(i) * u);
+#else
+        const bool follows_own = (i & 1) == 1;
+#endif
+        const vec2 d = follows_own ? w_c : w_max;
+        const float w_a = follows_own ? 1.0 : aligned;
+#endif
+        ivec2 s = p + ivec2(floor(along * d + 0.5));
+#if CLAMP
+        s = clamp(s, ivec2(0), block.size - 1);
+#else
+        if (any(lessThan(s, ivec2(0))) || any(greaterThanEqual(s, block.size))) continue;
+#endif
+        const vec2 v_s = velocity_at(s);
+        const float inverse_s = inverse_length(dot(v_s, v_s));
+        const float inverse_rho_s = min(inverse_s, 1.0 / kShortestPx);
+#if SINGLE
+        const float w_b = 1.0;
+#else
+        const float w_b = abs(dot(v_s, d)) * inverse_s;
+#endif
+        float front = clamp(1.0 - distance * inverse_rho_s, 0.0, 1.0) * w_b;
+        float back = clamp(1.0 - distance * inverse_rho_c, 0.0, 1.0) * w_a;
+#if DEPTH
+        // Of f and b one is 1; the other falls with the ratio of the depths.
+        const float q_s = texelFetch(inverse_depth, s, 0).x;
+        const float far = min(q_p, q_s);
+        const float near = max(q_p, q_s);
+        const float shown =
+            near > far
+                ? (far > 0.0 ? clamp(1.0 - block.depth_softness * (near - far) / far, 0.0, 1.0)
+                             : 0.0)
+                : 1.0;
+        if (q_s < q_p) front *= shown;
+        if (q_p < q_s) back *= shown;
+#endif
+        // cylinder = 1 - smoothstep(0.95 R, 1.05 R, T), R = min(rho(v_S), rho(v_c))
+        const float edge =
+            clamp(10.0 * distance * max(inverse_rho_s, inverse_rho_c) - 9.5, 0.0, 1.0);
+        const float both = 1.0 - edge * edge * (3.0 - 2.0 * edge);
+        const float weight = front + back + 2.0 * both * max(w_a, w_b);
+        if (weight > 0.0) {
+            sum += weight * (texelFetch(color, s, 0) - color_p);
+            total += weight;
+            moment += weight * distance * distance;
+        }
+    }
+    imageStore(blurred, p, color_p + sum / total);
+#if HINT
+    // Half-length of the even streak with the same second moment about p.
+    imageStore(hint, p, vec4(1.0, 3.0 * moment > 0.25 * total ? 1.0 : 0.0, 0.0, 0.0));
+#endif
+}

@@ -1,0 +1,56 @@
+#version 450 core
+// Table of random numbers, 128 x 128, repeated over the picture. NOISE 0: Halton over Morton order;
+// 1: interleaved gradient noise in 0.32 fixed point; 2: blue noise. What each is, and why:
+// passes/motion_blur/noise.h.
+//
+//   -> noise   x: tile value in [0, 1), y: tap value in [-1, 1)
+layout(local_size_x = 16, local_size_y = 16) in;
+
+#include "shared/motion_blur_noise_block.h"
+
+layout(binding = 0) writeonly uniform image2D noise;
+
+uint spread_bits(uint x) {
+    x = (x | (x << 4)) & 0x0f0fu;
+    x = (x | (x << 2)) & 0x3333u;
+    return (x | (x << 1)) & 0x5555u;
+}
+
+vec2 halton(uvec2 p) {
+    uint index = spread_bits(p.x) | (spread_bits(p.y) << 1);
+    const float tile = float(bitfieldReverse(index) >> 18) / 16384.0;
+    uint mirrored = 0u;  // nine ternary digits hold 16384 numbers
+    for (int digit = 0; digit < 9; ++digit) {
+        mirrored = 3u * mirrored + index % 3u;
+        index /= 3u;
+    }
+    return vec2(tile, float(mirrored) / 19683.0);
+}
+
+float gradient_noise(uvec2 p) {
+    const uint inner = 288237660u * p.x + 25070368u * p.y;
+    uint high, low;
+    umulExtended(inner, 4221604530u, high, low);
+    return float((52u * inner + high) >> 8) / 16777216.0;
+}
+
+#if NOISE == 2
+float blue(uvec2 p) {
+    const uint pixel = (p.y & 63u) * 64u + (p.x & 63u);
+    const uint pair = uint(block.ranks[pixel >> 3][(pixel >> 1) & 3u]);
+    const uint rank = (pixel & 1u) == 0u ? pair & 0xffffu : pair >> 16;
+    return (float(rank) + 0.5) / 4096.0;
+}
+#endif
+
+void main() {
+    const uvec2 p = (gl_GlobalInvocationID.xy + uvec2(block.shift)) & 127u;
+#if NOISE == 0
+    const vec2 value = halton(p);
+#elif NOISE == 1
+    const vec2 value = vec2(gradient_noise(p), gradient_noise(p.yx + uvec2(37u, 11u)));
+#else
+    const vec2 value = vec2(blue(p), blue(p + uvec2(29u, 41u)));
+#endif
+    imageStore(noise, ivec2(gl_GlobalInvocationID.xy), vec4(value.x, 2.0 * value.y - 1.0, 0, 0));
+}

@@ -1,0 +1,37 @@
+#version 450 core
+// TileVariance: how much directions differ around a tile, u = 1 - mean |n . n'| over the tile and
+// its neighbours, n the direction of each tile's TileMax. Neighbours slower than 0.5 px have no
+// direction and do not count; a still tile has u = 0.
+//
+//   tile_max -> tile_variance   x: u in [0, 1]
+layout(local_size_x = 16, local_size_y = 16) in;
+
+#include "shared/motion_blur_block.h"
+
+layout(binding = 0) uniform sampler2D tile_max;
+layout(binding = 0) writeonly uniform image2D tile_variance;
+
+const float kStillPx = 0.5;
+
+void main() {
+    const ivec2 tile = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(tile, block.tiles))) return;
+    const vec2 own = texelFetch(tile_max, tile, 0).xy;
+    float sum = 0.0;
+    float count = 0.0;
+    if (length(own) >= kStillPx) {
+        const vec2 n = normalize(own);
+        for (int oy = -1; oy <= 1; ++oy) {
+            for (int ox = -1; ox <= 1; ++ox) {
+                const ivec2 at = tile + ivec2(ox, oy);
+                if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, block.tiles))) continue;
+                const vec2 other = texelFetch(tile_max, at, 0).xy;
+                if (length(other) < kStillPx) continue;
+                sum += abs(dot(n, normalize(other)));
+                count += 1.0;
+            }
+        }
+    }
+    const float u = count > 0.0 ? clamp(1.0 - sum / count, 0.0, 1.0) : 0.0;
+    imageStore(tile_variance, tile, vec4(u));
+}

@@ -153,8 +153,12 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) {
         delist(live);
         return output_error(path, concat("another process writes ", file.temporary_));
     }
-    ::flock(file.fd_, LOCK_EX | LOCK_NB);
     file.live_ = live;
+    // Between open() and here another process may have taken the file for a dead one's.
+    if (::flock(file.fd_, LOCK_EX | LOCK_NB) != 0 || ::fstat(file.fd_, &info) != 0 ||
+        info.st_nlink == 0) {
+        return output_error(path, concat("another process writes ", file.temporary_));
+    }
     file.buffer_.reserve(kBufferBytes);
     return file;
 }

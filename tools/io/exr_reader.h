@@ -76,7 +76,6 @@ struct ExrPart {
     bool deep = false;
     bool tiled = false;
     bool mip_mapped = false;  // more than one level
-    bool complete = true;     // every chunk is in the file
 
     const ExrChannel* find(std::string_view channel) const;
     // Y with RY or BY: colour that is stored as luminance and subsampled chroma.
@@ -120,7 +119,7 @@ class ExrFile {
     uint64_t file_bytes() const;
 
     // Why these channels of this part cannot be filtered (deep, luminance-chroma, subsampled,
-    // not there, incomplete), or ok.
+    // not there), or ok.
     Status check_channels(int part, const std::vector<std::string>& channels) const;
     // What there is instead when no colour was found: says so when the file is luminance-chroma
     // or deep; ok when neither explains it.

@@ -1,0 +1,21 @@
+// A first look at an EXR file, before OpenEXR allocates anything for it.
+//
+// Source: "OpenEXR File Layout" (openexr.com): magic, version, headers of (name, type, size,
+// value), chunk offset tables. Reads sizes only; every count is checked against the file.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "chain/status.h"
+
+namespace postchain::io {
+
+struct ReadLimits;
+
+// `fd` is a regular file of `file_bytes` bytes. Errors (input), without the path: zero bytes, not
+// an EXR, truncated or incomplete (a chunk that was never written, or lies behind the end), a side
+// above limits.max_side, more than limits.max_bytes decoded, contradictory sizes.
+Status scan_header(int fd, uint64_t file_bytes, const ReadLimits& limits);
+
+}  // namespace postchain::io

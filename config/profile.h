@@ -21,6 +21,14 @@ namespace postchain {
 // leading "<layer>", which stands for any layer name (dots included).
 using ChannelPattern = std::vector<std::string>;
 
+// Patterns that share one convention; which members count depends on the role.
+struct RoleSource {
+    std::vector<ChannelPattern> channels;         // the first complete one counts
+    bool unpremultiplied = false;                 // color
+    DepthEncoding depth = DepthEncoding::linear;  // inverse_depth
+    MotionConvention motion;                      // motion, motion_back
+};
+
 struct Profile {
     std::string name;
     std::string title;
@@ -28,9 +36,8 @@ struct Profile {
     int priority = 0;      // the larger is asked first
     // A file is this writer's when one of these channel patterns is complete. Empty: any file.
     std::vector<ChannelPattern> detect_channels;
-    // The first complete pattern counts. Color may leave out alpha (then it is 1).
-    std::map<Role, std::vector<ChannelPattern>> roles;
-    ConvertOptions options;          // origin_x, origin_y are the caller's
+    // In the order in which they are tried. Color may leave out alpha (then it is 1).
+    std::map<Role, std::vector<RoleSource>> roles;
     std::vector<std::string> notes;  // printed with the match
 };
 
@@ -73,16 +80,19 @@ struct ProfileMatch {
     std::string view;       // empty = the only or default one
     std::map<Role, RoleChannels> roles;
     std::map<Role, std::string> missing;  // role -> the names that were looked for
-    ConvertOptions options;
+    ConvertOptions options;               // origin_x, origin_y are the caller's
     std::vector<std::string> layers;  // with colour in this view, as found; "" = the unnamed one
     std::vector<std::string> views;
     std::vector<std::string> notes;
     std::string text() const;  // several lines
 };
 
-// Which roles the file has by this profile. `layer` and `view`: the user's choice, empty = none.
-// Errors (StatusCode::input, or usage for a layer or view that does not exist): no colour (what
-// was looked for and found is listed), several layers and no choice (they are listed).
+// Which roles the file has by this profile; a role it lacks, color too, is in `missing` and for
+// the caller to judge (planes may come from separate files). `layer` and `view`: the user's
+// choice, empty = none. Without a choice the unnamed layer counts, else the one with color and the
+// most roles. Errors: StatusCode::input when no role is found (what was looked for and found is
+// listed), or several layers are equally good (they are listed); StatusCode::usage for a layer or
+// view that does not exist (those that do are listed).
 Result<ProfileMatch> match_profile(const Profile& profile, const FileChannels& file,
                                    const std::string& layer = {}, const std::string& view = {});
 

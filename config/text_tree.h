@@ -60,6 +60,10 @@ struct TextTree {
 TextTree read_text_tree(std::string_view text, const std::string& file_name,
                         StatusCode code = StatusCode::chain, const TextLimits& limits = {});
 
+// A text file, at most limits.bytes + 1 of its bytes (the tree then says that it is too large).
+Result<std::string> read_text_file(const std::string& path, StatusCode code,
+                                   const TextLimits& limits = {});
+
 // The value of a scalar by the rules above; monostate for null. Errors (StatusCode::chain):
 // non-finite numbers, octal, hexadecimal and binary numbers, digits grouped by _, numbers too
 // large for the type. The message speaks of the value alone. Locale-independent.

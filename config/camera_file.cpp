@@ -1,0 +1,227 @@
+#include "config/camera_file.h"
+
+#include <algorithm>
+#include <charconv>
+#include <limits>
+
+#include "config/reporter.h"
+#include "config/text_tree.h"
+
+namespace postchain {
+namespace {
+
+// A matrix for each of some ten thousand frames still fits.
+constexpr TextLimits kCameraLimits = {size_t(64) << 20, 32};
+
+const std::vector<std::string> kFitNames = {"horizontal", "vertical", "auto"};
+
+class CameraParser {
+  public:
+    explicit CameraParser(CameraFile& file)
+        : file_(file), reporter_(file.file_name, StatusCode::input, file.diagnostics) {}
+
+    void parse(const TextNode& root) {
+        if (!root.is_map())
+            return reporter_.error(
+                root, "", "a camera file is a map of camera values, not " + root.describe());
+        for (const auto& [key, value] : root.entries) {
+            if (lens(key.text, key.text, value, file_.camera, file_.sensor_fit)) continue;
+            if (key.text == "resolution")
+                resolution(value);
+            else if (key.text == "fps")
+                fps(value);
+            else if (key.text == "frames")
+                frames(value);
+            else
+                unknown(key, key.text);
+        }
+        report_ignored();
+    }
+
+  private:
+    // Keys that may also stand in an override of one frame. False when `key` is none of them.
+    bool lens(const std::string& key, const std::string& path, const TextNode& node, Camera& camera,
+              std::optional<SensorFit>& fit) {
+        if (key == "sensor_fit") {
+            const auto found = std::find(kFitNames.begin(), kFitNames.end(), node.text);
+            if (!node.is_scalar() || found == kFitNames.end())
+                reporter_.error(node, path,
+                                node.describe() + "; sensor_fit is one of " + joined(kFitNames));
+            else
+                fit = SensorFit(found - kFitNames.begin());
+            return true;
+        }
+        const Parameter* row = camera_parameters().find(key);
+        if (!row) return false;
+        if (node.is_map() || node.is_list()) {
+            reporter_.error(node, path, node.describe() + "; " + key + " is " + row->domain());
+            return true;
+        }
+        const Result<ParameterValue> value = value_of(node);
+        const Status status =
+            value.ok() ? camera_parameters().set(&camera, key, *value) : value.status();
+        if (!status.ok()) reporter_.error(node, path, status.message());
+        return true;
+    }
+
+    static std::optional<double> number(const TextNode& node) {
+        const Result<ParameterValue> value = value_of(node);
+        if (!value.ok()) return std::nullopt;
+        if (const auto* i = std::get_if<int64_t>(&*value)) return double(*i);
+        if (const auto* d = std::get_if<double>(&*value)) return *d;
+        return std::nullopt;
+    }
+
+    static std::optional<int> integer(const TextNode& node) {
+        const Result<ParameterValue> value = value_of(node);
+        const auto* i = value.ok() ? std::get_if<int64_t>(&*value) : nullptr;
+        if (!i || *i < std::numeric_limits<int>::min() || *i > std::numeric_limits<int>::max())
+            return std::nullopt;
+        return int(*i);
+    }
+
+    void resolution(const TextNode& node) {
+        std::array<int, 2> size = {0, 0};
+        bool good = node.is_list() && node.items.size() == 2;
+        for (size_t i = 0; good && i < 2; ++i) {
+            const std::optional<int> side = integer(node.items[i]);
+            good = side && *side > 0;
+            if (good) size[i] = *side;
+        }
+        if (!good)
+            return reporter_.error(node, "resolution",
+                                   "resolution is a list of two integers >= 1, width and height");
+        file_.resolution = size;
+    }
+
+    void fps(const TextNode& node) {
+        const std::optional<double> value = number(node);
+        if (!value || !(*value > 0))
+            return reporter_.error(node, "fps", node.describe() + "; fps is a number > 0");
+        file_.fps = value;
+    }
+
+    void frames(const TextNode& node) {
+        if (node.is_list()) {  // informative
+            for (size_t i = 0; i < node.items.size(); ++i)
+                if (!integer(node.items[i]))
+                    reporter_.error(node.items[i], concat("frames[", i, "]"),
+                                    node.items[i].describe() + " is not a frame number");
+            return;
+        }
+        if (!node.is_map())
+            return reporter_.error(node, "frames",
+                                   node.describe() +
+                                       "; frames is a list of frame numbers, or an "
+                                       "object from frame number to values");
+        for (const auto& [key, value] : node.entries) {
+            const std::string path = "frames." + key.text;
+            // A JSON key is always quoted, so it is read as the number it spells.
+            TextNode plain = key;
+            plain.quoted = false;
+            const std::optional<int> number = integer(plain);
+            if (!number) {
+                reporter_.error(key, path, "'" + key.text + "' is not a frame number");
+            } else if (file_.frames.contains(*number)) {
+                reporter_.error(key, path, concat("frame ", *number, " is already given"));
+            } else if (!value.is_map()) {
+                reporter_.error(value, path, value.describe() + "; a frame is an object of values");
+            } else {
+                CameraFile::Frame& frame = file_.frames[*number];
+                for (const auto& [name, v] : value.entries)
+                    if (!lens(name.text, path + "." + name.text, v, frame.camera, frame.sensor_fit))
+                        unknown(name, path + "." + name.text);
+            }
+        }
+    }
+
+    // Other programs' keys are ignored; what looks like one of ours misspelt is worth a warning.
+    void unknown(const TextNode& key, const std::string& path) {
+        std::vector<std::string> known = {"resolution", "fps", "frames", "sensor_fit"};
+        for (const auto& row : camera_parameters().rows()) known.push_back(row.key);
+        const std::string near = nearest_word(key.text, known);
+        const size_t shorter = std::min(key.text.size(), near.size());
+        const size_t longer = std::max(key.text.size(), near.size());
+        if (!near.empty() && longer - shorter <= 2 && near[0] == key.text[0])
+            return reporter_.warning(
+                key, path,
+                "ignored: unknown key '" + key.text + "' (did you mean '" + near + "'?)");
+        if (ignored_.empty()) first_ignored_ = key;
+        if (std::find(ignored_.begin(), ignored_.end(), key.text) == ignored_.end())
+            ignored_.push_back(key.text);
+    }
+
+    void report_ignored() {
+        if (ignored_.empty()) return;
+        constexpr size_t kShown = 20;
+        const size_t more = ignored_.size() > kShown ? ignored_.size() - kShown : 0;
+        if (more > 0) ignored_.resize(kShown);
+        reporter_.note(first_ignored_, "",
+                       "ignored keys: " + joined(ignored_) +
+                           (more > 0 ? concat(" and ", more, " more") : std::string()));
+    }
+
+    CameraFile& file_;
+    Reporter reporter_;
+    std::vector<std::string> ignored_;
+    TextNode first_ignored_;
+};
+
+}  // namespace
+
+double horizontal_sensor_width_mm(double sensor_mm, SensorFit fit, const Display& display) {
+    const double width = display.width * display.pixel_aspect;  // in heights of a pixel
+    const double height = display.height;
+    if (!(width > 0) || !(height > 0)) return sensor_mm;
+    const bool spans_height =
+        fit == SensorFit::vertical || (fit == SensorFit::larger_side && height > width);
+    return spans_height ? sensor_mm * width / height : sensor_mm;
+}
+
+Camera CameraFile::camera_for(int frame, const Display& display) const {
+    Camera result = camera;
+    SensorFit fit = sensor_fit.value_or(SensorFit::horizontal);
+    if (const auto found = frames.find(frame); found != frames.end()) {
+        result = result.overlaid_by(found->second.camera);
+        fit = found->second.sensor_fit.value_or(fit);
+    }
+    if (result.sensor_width_mm)
+        result.sensor_width_mm = horizontal_sensor_width_mm(*result.sensor_width_mm, fit, display);
+    return result;
+}
+
+std::optional<Diagnostic> CameraFile::check_resolution(const Display& display) const {
+    if (!resolution || (*resolution == std::array<int, 2>{display.width, display.height}))
+        return std::nullopt;
+    return Diagnostic{
+        file_name,
+        0,
+        0,
+        Severity::warning,
+        "resolution",
+        concat((*resolution)[0], "x", (*resolution)[1], " is not the display size ", display.width,
+               "x", display.height, " of the frames; is this their camera?"),
+        StatusCode::input};
+}
+
+CameraFile parse_camera(std::string_view text, const std::string& file_name) {
+    CameraFile file;
+    file.file_name = file_name;
+    TextTree tree = read_text_tree(text, file_name, StatusCode::input, kCameraLimits);
+    file.diagnostics = std::move(tree.diagnostics);
+    if (!tree.root.is_null()) CameraParser(file).parse(tree.root);
+    return file;
+}
+
+Result<CameraFile> load_camera(const std::string& path) {
+    const Result<std::string> text = read_text_file(path, StatusCode::input, kCameraLimits);
+    if (!text.ok()) return text.status();
+    return parse_camera(*text, path);
+}
+
+Camera frame_camera(const Camera& metadata, const CameraFile* file, int frame,
+                    const Display& display) {
+    return file ? metadata.overlaid_by(file->camera_for(frame, display)) : metadata;
+}
+
+}  // namespace postchain

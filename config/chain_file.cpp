@@ -1,0 +1,185 @@
+#include "config/chain_file.h"
+
+#include "config/chain_override.h"
+#include "config/reporter.h"
+#include "config/text_tree.h"
+
+namespace postchain {
+namespace {
+
+class ChainParser {
+  public:
+    ChainParser(const PassRegistry& registry, ChainFile& file)
+        : registry_(registry),
+          chain_(file.chain),
+          reporter_(file.file_name, StatusCode::chain, file.diagnostics) {}
+
+    PassEntries entries;
+
+    void parse(const TextNode& root) {
+        if (!root.is_map())
+            return reporter_.error(root, "",
+                                   "a chain file is a map with the keys postchain, camera and "
+                                   "passes, not " +
+                                       root.describe());
+        for (const auto& [key, value] : root.entries) {
+            if (key.text == "postchain")
+                version(value);
+            else if (key.text == "camera")
+                camera(value);
+            else if (key.text == "passes")
+                passes(value);
+            else
+                reporter_.error(key, key.text,
+                                unknown_word("key", key.text, {"postchain", "camera", "passes"}));
+        }
+        if (!root.find("postchain"))
+            reporter_.error(root, "postchain",
+                            concat("missing; a chain file says postchain: ", kChainFileVersion));
+        if (!root.find("passes"))
+            reporter_.error(root, "passes", "missing; write passes: [] for a chain without passes");
+    }
+
+  private:
+    void version(const TextNode& node) {
+        const Result<ParameterValue> value = value_of(node);
+        if (!value.ok() || *value != ParameterValue(int64_t(kChainFileVersion)))
+            reporter_.error(node, "postchain",
+                            concat(node.describe(),
+                                   " is not a version this program reads; it "
+                                   "reads version ",
+                                   kChainFileVersion));
+    }
+
+    void camera(const TextNode& node) {
+        if (!node.is_map())
+            return reporter_.error(node, "camera",
+                                   node.describe() + "; camera is a map of camera values");
+        rows(node, "camera", camera_parameters(), &chain_.camera);
+    }
+
+    void passes(const TextNode& node) {
+        if (!node.is_list())
+            return reporter_.error(node, "passes",
+                                   node.describe() +
+                                       "; passes is a list (write [] for a chain "
+                                       "without passes)");
+        for (size_t i = 0; i < node.items.size(); ++i)
+            entries.push_back(pass(node.items[i], concat("passes[", i, "]")));
+    }
+
+    // Returns the index of the new link, or -1.
+    int pass(const TextNode& node, const std::string& path) {
+        const auto refuse = [&](const TextNode& at, const std::string& message) {
+            reporter_.error(at, path, message);
+            return -1;
+        };
+        const TextNode* name = &node;
+        const TextNode* parameters = nullptr;
+        if (node.is_map()) {
+            if (node.entries.empty()) return refuse(node, "empty; name a pass");
+            if (node.entries.size() > 1) {
+                std::vector<std::string> keys;
+                for (const auto& entry : node.entries) keys.push_back(entry.key.text);
+                return refuse(node.entries[1].key,
+                              "one entry of the list is one pass, but here are " + joined(keys) +
+                                  "; a pass's parameters stand in a map of their own, indented "
+                                  "further or in { }");
+            }
+            name = &node.entries[0].key;
+            parameters = &node.entries[0].value;
+        } else if (!node.is_scalar()) {
+            return refuse(node, node.describe() + "; an entry is NAME or NAME: {parameters}");
+        }
+        const PassType* type = registry_.find(name->text);
+        if (!type) {
+            std::vector<std::string> known;
+            for (const auto& t : registry_.types()) known.push_back(t.name);
+            return refuse(*name, unknown_word("pass", name->text, known));
+        }
+        Pass* made = chain_.append(registry_, type->name);
+        if (parameters && !parameters->is_null()) {
+            if (!parameters->is_map())
+                refuse(*parameters,
+                       parameters->describe() + "; the parameters of a pass are a map");
+            else
+                rows(*parameters, path, *type->parameters, made->parameters());
+        }
+        return int(chain_.links.size()) - 1;
+    }
+
+    // A map of values into the struct that a table describes.
+    void rows(const TextNode& node, const std::string& path, const ParameterTable& table,
+              void* parameters) {
+        bool good = true;
+        for (const auto& [key, value] : node.entries) {
+            const std::string at = path + "." + key.text;
+            const Parameter* row = table.find(key.text);
+            Status status;
+            if (!row) {
+                status = table.set(parameters, key.text, ParameterValue());
+                reporter_.error(key, at, status.message());
+            } else if (value.is_map() || value.is_list()) {
+                reporter_.error(value, at,
+                                value.describe() + "; " + row->key + " is " + row->domain());
+                good = false;
+            } else {
+                const Result<ParameterValue> read = value_of(value);
+                status = read.ok() ? table.set(parameters, key.text, *read) : read.status();
+                if (!status.ok()) reporter_.error(value, at, status.message());
+            }
+            good = good && status.ok();
+        }
+        if (!good) return;
+        if (Status status = table.check(parameters); !status.ok())
+            reporter_.error(node, path, status.message());
+    }
+
+    const PassRegistry& registry_;
+    Chain& chain_;
+    Reporter reporter_;
+};
+
+std::string write_rows(const ParameterTable& table, const void* parameters,
+                       const std::string& indent) {
+    std::string text;
+    for (const auto& row : table.rows()) {
+        const ParameterValue value = row.get(parameters);
+        const bool unset = std::holds_alternative<std::monostate>(value);
+        if (unset && value == row.default_value) continue;
+        text += indent + row.key + ": " + yaml_text_of(value) + "\n";
+    }
+    return text;
+}
+
+}  // namespace
+
+ChainFile parse_chain(std::string_view text, const std::string& file_name,
+                      const PassRegistry& registry, const std::vector<std::string>& overrides) {
+    ChainFile file;
+    file.file_name = file_name;
+    TextTree tree = read_text_tree(text, file_name);
+    file.diagnostics = std::move(tree.diagnostics);
+    ChainParser parser(registry, file);
+    if (!tree.root.is_null()) {
+        parser.parse(tree.root);
+        apply_overrides(overrides, parser.entries, registry, file.chain, file.diagnostics);
+    }
+    return file;
+}
+
+std::string write_chain(const Chain& chain) {
+    std::string text = concat("postchain: ", kChainFileVersion, "\n");
+    const std::string camera = write_rows(camera_parameters(), &chain.camera, "  ");
+    if (!camera.empty()) text += "camera:\n" + camera;
+    if (chain.links.empty()) return text + "passes: []\n";
+    text += "passes:\n";
+    for (const auto& link : chain.links) {
+        const std::string rows =
+            write_rows(*link.type->parameters, link.pass->parameters(), "      ");
+        text += "  - " + link.type->name + (rows.empty() ? "" : ":") + "\n" + rows;
+    }
+    return text;
+}
+
+}  // namespace postchain

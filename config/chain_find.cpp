@@ -1,0 +1,79 @@
+// Finding chains: shipped ones by name, files by path.
+#include <algorithm>
+#include <filesystem>
+#include <set>
+
+#include "config/chain_file.h"
+#include "config/embedded.h"
+#include "config/reporter.h"
+#include "config/text_tree.h"
+
+namespace postchain {
+namespace {
+
+namespace fs = std::filesystem;
+
+// share/postchain/chains of the installation this program runs from.
+fs::path installed_folder() {
+    std::error_code failed;
+    const fs::path program = fs::read_symlink("/proc/self/exe", failed);
+    if (failed) return {};
+    return program.parent_path().parent_path() / "share/postchain/chains";
+}
+
+bool is_name(const std::string& text) {
+    return !text.empty() && text.find_first_of("/.") == std::string::npos;
+}
+
+// "chains/paper.yaml" -> "paper"; empty for other files.
+std::string chain_name(std::string_view path) {
+    if (!path.starts_with("chains/") || !path.ends_with(".yaml")) return {};
+    return std::string(path.substr(7, path.size() - 12));
+}
+
+}  // namespace
+
+std::vector<std::string> shipped_chains() {
+    std::set<std::string> names;
+    for (const auto& file : embedded_config())
+        if (const std::string name = chain_name(file.path); !name.empty()) names.insert(name);
+    std::error_code failed;
+    for (fs::directory_iterator it(installed_folder(), failed), end; !failed && it != end;
+         it.increment(failed))
+        if (it->path().extension() == ".yaml") names.insert(it->path().stem().string());
+    return {names.begin(), names.end()};
+}
+
+Result<ChainText> find_chain(const std::string& name_or_path) {
+    std::error_code failed;
+    if (is_name(name_or_path)) {
+        const fs::path installed = installed_folder() / (name_or_path + ".yaml");
+        if (fs::is_regular_file(installed, failed)) {
+            const auto text = read_text_file(installed.string(), StatusCode::chain);
+            if (!text.ok()) return text.status();
+            return ChainText{installed.string(), *text, true};
+        }
+        for (const auto& file : embedded_config())
+            if (chain_name(file.path) == name_or_path)
+                return ChainText{std::string(file.path), std::string(file.text), true};
+    }
+    if (!fs::exists(name_or_path, failed)) {
+        const std::vector<std::string> names = shipped_chains();
+        const std::string near = nearest_word(name_or_path, names);
+        return Status(StatusCode::chain,
+                      name_or_path + ": no such file, and not a shipped chain; those are " +
+                          joined(names) + (near.empty() ? "" : " (did you mean '" + near + "'?)"));
+    }
+    const auto text = read_text_file(name_or_path, StatusCode::chain);
+    if (!text.ok()) return text.status();
+    return ChainText{name_or_path, *text, false};
+}
+
+Result<ChainFile> load_chain(const std::string& name_or_path, const PassRegistry& registry,
+                             const std::vector<std::string>& overrides) {
+    const Result<ChainText> found = find_chain(name_or_path);
+    if (!found.ok()) return found.status();
+    return parse_chain(found->text, found->file_name, registry, overrides);
+}
+
+}  // namespace postchain

@@ -1,0 +1,179 @@
+#include "config/chain_override.h"
+
+#include <algorithm>
+#include <charconv>
+#include <optional>
+#include <set>
+
+#include "config/reporter.h"
+#include "config/text_tree.h"
+
+namespace postchain {
+namespace {
+
+// "passes[0].samples=51" taken apart.
+struct Override {
+    std::string source;  // "--set passes[0].samples=51"
+    std::string target;  // "passes[0]", "motion_blur", "camera"
+    std::string key;     // "samples"
+    ParameterValue value;
+};
+
+class Overrider {
+  public:
+    Overrider(const PassEntries& entries, const PassRegistry& registry, Chain& chain,
+              Diagnostics& out)
+        : entries_(entries), registry_(registry), chain_(chain), out_(out) {}
+
+    void apply(const std::vector<std::string>& texts) {
+        std::vector<Override> all;
+        for (const auto& text : texts)
+            if (auto parsed = parse(text)) all.push_back(std::move(*parsed));
+        for (const auto& item : all)
+            if (item.target == "camera") set_camera(item);
+        for (const auto& item : all)
+            if (item.target != "camera") set_pass(item);
+        // Rules across rows, once per pass that an override touched.
+        for (const auto& [link, item] : touched_) {
+            const ChainLink& at = chain_.links[size_t(link)];
+            if (Status status = at.type->parameters->check(at.pass->parameters()); !status.ok())
+                report(item, Severity::error, path_of(link), status.message());
+        }
+    }
+
+  private:
+    void report(const Override& item, Severity severity, const std::string& path,
+                const std::string& message) {
+        Reporter(item.source, StatusCode::usage, out_).add(severity, 0, 0, path, message);
+    }
+
+    std::optional<Override> parse(const std::string& text) {
+        Override item{"--set " + text, {}, {}, {}};
+        const auto refuse = [&](const std::string& message) {
+            report(item, Severity::error, "", message);
+            return std::nullopt;
+        };
+        const size_t equals = text.find('=');
+        const std::string path = text.substr(0, equals);
+        const size_t dot = path.rfind('.');
+        if (equals == std::string::npos || dot == std::string::npos || dot == 0 ||
+            dot + 1 == path.size())
+            return refuse(
+                "an override reads PASS.KEY=VALUE, passes[N].KEY=VALUE or "
+                "camera.KEY=VALUE");
+        item.target = path.substr(0, dot);
+        item.key = path.substr(dot + 1);
+        const std::string word = text.substr(equals + 1);
+        if (word.empty()) return refuse("no value after '='; write null to unset");
+        const Result<ParameterValue> value = value_of_plain_text(word);
+        if (!value.ok()) return refuse(value.status().message());
+        item.value = *value;
+        return item;
+    }
+
+    std::string path_of(int link) const {
+        const auto found = std::find(entries_.begin(), entries_.end(), link);
+        return concat("passes[", found - entries_.begin(), "]");
+    }
+
+    // A camera value given with --set also counts where a pass would take one of its own.
+    void set_camera(const Override& item) {
+        const Status status = camera_parameters().set(&chain_.camera, item.key, item.value);
+        if (!status.ok())
+            return report(item, Severity::error, "camera." + item.key, status.message());
+        if (item.value == ParameterValue()) return;
+        for (size_t i = 0; i < chain_.links.size(); ++i) {
+            const ParameterTable& table = *chain_.links[i].type->parameters;
+            const Parameter* same = table.find(item.key);
+            if (!same || !same->optional) continue;
+            for (const auto& row : table.rows()) {
+                const bool rival =
+                    row.key == item.key || row.excludes == item.key || same->excludes == row.key;
+                if (rival) unset(item, int(i), row);
+            }
+        }
+    }
+
+    void unset(const Override& item, int link, const Parameter& row) {
+        void* parameters = chain_.links[size_t(link)].pass->parameters();
+        if (!row.optional || row.get(parameters) == ParameterValue()) return;
+        report(item, Severity::note, path_of(link) + "." + row.key,
+               text_of(row.get(parameters)) + " of the chain file gives way");
+        row.set(parameters, ParameterValue());
+    }
+
+    // The link an override means, or -1 after a report. A pass that could not be read has been
+    // reported already.
+    int find_link(const Override& item) {
+        const auto refuse = [&](const std::string& message) {
+            report(item, Severity::error, item.target, message);
+            return -1;
+        };
+        const std::string& target = item.target;
+        if (target.starts_with("passes[") && target.ends_with(']')) {
+            size_t index = 0;
+            const char* from = target.data() + 7;
+            const char* to = target.data() + target.size() - 1;
+            const auto read = std::from_chars(from, to, index);
+            if (read.ec != std::errc() || read.ptr != to)
+                return refuse("between [ and ] stands the number of a pass, from 0");
+            if (index >= entries_.size())
+                return refuse(concat("the chain has ", entries_.size(), " passes, counted from 0"));
+            return entries_[index];
+        }
+        std::vector<int> found;
+        std::vector<std::string> names = {"camera"};
+        for (size_t i = 0; i < chain_.links.size(); ++i) {
+            names.push_back(chain_.links[i].type->name);
+            if (chain_.links[i].type->name == target) found.push_back(int(i));
+        }
+        if (found.size() == 1) return found[0];
+        if (found.size() > 1) {
+            std::vector<std::string> paths;
+            for (int link : found) paths.push_back(path_of(link));
+            return refuse(target + " stands more than once in the chain; name one of " +
+                          joined(paths));
+        }
+        const bool unread = std::count(entries_.begin(), entries_.end(), -1) > 0;
+        if (unread) return -1;
+        if (registry_.find(target)) return refuse(target + " does not stand in the chain");
+        return refuse("neither camera nor a pass of the chain; those are " + joined(names));
+    }
+
+    void set_pass(const Override& item) {
+        const int link = find_link(item);
+        if (link < 0) return;
+        ChainLink& at = chain_.links[size_t(link)];
+        const ParameterTable& table = *at.type->parameters;
+        const Status status = table.set(at.pass->parameters(), item.key, item.value);
+        if (!status.ok())
+            return report(item, Severity::error, path_of(link) + "." + item.key, status.message());
+        // What the chain file says in its place gives way; two overrides that exclude each other
+        // do not.
+        given_.insert({link, item.key});
+        if (item.value != ParameterValue()) {
+            const std::string& excluded = table.find(item.key)->excludes;
+            for (const auto& row : table.rows())
+                if ((row.excludes == item.key || row.key == excluded) &&
+                    !given_.contains({link, row.key}))
+                    unset(item, link, row);
+        }
+        touched_.emplace(link, item);
+    }
+
+    const PassEntries& entries_;
+    const PassRegistry& registry_;
+    Chain& chain_;
+    Diagnostics& out_;
+    std::set<std::pair<int, std::string>> given_;
+    std::map<int, Override> touched_;
+};
+
+}  // namespace
+
+void apply_overrides(const std::vector<std::string>& overrides, const PassEntries& entries,
+                     const PassRegistry& registry, Chain& chain, Diagnostics& diagnostics) {
+    Overrider(entries, registry, chain, diagnostics).apply(overrides);
+}
+
+}  // namespace postchain

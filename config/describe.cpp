@@ -1,0 +1,124 @@
+// The parameter tables as text, JSON and Markdown.
+#include <algorithm>
+#include <cmath>
+
+#include "config/json_writer.h"
+#include "config/schema.h"
+
+namespace postchain {
+namespace {
+
+std::string default_of(const Parameter& row) {
+    if (row.default_value != ParameterValue()) return text_of(row.default_value);
+    return row.unset_means.empty() ? "unset" : "unset: " + row.unset_means;
+}
+
+void add_table_text(std::string& text, const ParameterTable& table) {
+    size_t width = 0;
+    for (const auto& row : table.rows()) width = std::max(width, row.key.size());
+    for (const auto& row : table.rows()) {
+        text += "  " + row.key + std::string(width - row.key.size() + 2, ' ') + row.domain();
+        if (!row.unit.empty()) text += " (" + row.unit + ")";
+        text += "; default " + default_of(row) + "\n";
+        if (!row.help.empty()) text += std::string(width + 4, ' ') + row.help + "\n";
+        if (!row.excludes.empty())
+            text += std::string(width + 4, ' ') + "not together with " + row.excludes + "\n";
+    }
+}
+
+void add_table_json(JsonWriter& json, const ParameterTable& table) {
+    json.begin_array();
+    for (const auto& row : table.rows()) {
+        json.begin_object();
+        json.key("key").value(ParameterValue(row.key));
+        json.key("type").value(name_of(row.type));
+        json.key("default").value(row.default_value);
+        json.key("domain").value(ParameterValue(row.domain()));
+        json.key("unit").value(ParameterValue(row.unit));
+        json.key("help").value(ParameterValue(row.help));
+        if (std::isfinite(row.min)) json.key("min").value(ParameterValue(row.min));
+        if (row.min_excluded) json.key("min_excluded").value(ParameterValue(true));
+        if (std::isfinite(row.max)) json.key("max").value(ParameterValue(row.max));
+        if (row.odd) json.key("odd").value(ParameterValue(true));
+        if (!row.choices.empty()) json.key("choices").value(row.choices);
+        if (!row.allowed.empty()) {
+            json.key("allowed").begin_array();
+            for (int64_t number : row.allowed) json.value(ParameterValue(number));
+            json.end_array();
+        }
+        json.key("optional").value(ParameterValue(row.optional));
+        if (!row.unset_means.empty())
+            json.key("unset_means").value(ParameterValue(row.unset_means));
+        if (!row.excludes.empty()) json.key("excludes").value(ParameterValue(row.excludes));
+        json.end_object();
+    }
+    json.end_array();
+}
+
+// Text in a cell of a Markdown table.
+std::string cell(const std::string& text) {
+    std::string escaped;
+    for (char c : text) {
+        if (c == '|' || c == '<') escaped += '\\';
+        escaped += c;
+    }
+    return escaped;
+}
+
+void add_table_markdown(std::string& text, const ParameterTable& table) {
+    text += "| parameter | value | unit | default | what it is |\n|---|---|---|---|---|\n";
+    for (const auto& row : table.rows()) {
+        std::string help = row.help;
+        if (!row.excludes.empty()) help += " (not together with `" + row.excludes + "`)";
+        text += "| `" + row.key + "` | " + cell(row.domain()) + " | " + cell(row.unit) + " | " +
+                cell(default_of(row)) + " | " + cell(help) + " |\n";
+    }
+}
+
+}  // namespace
+
+std::string passes_as_text(const PassRegistry& registry) {
+    std::string text;
+    for (const auto& type : registry.types()) {
+        text += type.name + ": " + type.title + ". " + type.help + "\n";
+        add_table_text(text, *type.parameters);
+        text += "\n";
+    }
+    text += "camera: the lens, where the frames or --camera do not say\n";
+    add_table_text(text, camera_parameters());
+    return text;
+}
+
+std::string passes_as_json(const PassRegistry& registry) {
+    JsonWriter json(false);
+    json.begin_object();
+    json.key("passes").begin_array();
+    for (const auto& type : registry.types()) {
+        json.begin_object();
+        json.key("name").value(ParameterValue(type.name));
+        json.key("title").value(ParameterValue(type.title));
+        json.key("help").value(ParameterValue(type.help));
+        json.key("parameters");
+        add_table_json(json, *type.parameters);
+        json.end_object();
+    }
+    json.end_array();
+    json.key("camera");
+    add_table_json(json, camera_parameters());
+    json.end_object();
+    return json.text();
+}
+
+std::string passes_as_markdown(const PassRegistry& registry) {
+    std::string text;
+    for (const auto& type : registry.types()) {
+        text += "### " + type.title + " (`" + type.name + "`)\n\n" + type.help + "\n\n";
+        add_table_markdown(text, *type.parameters);
+        text += "\n";
+    }
+    text += "### Camera (`camera`)\n\nThe lens, where the frames or `--camera` do not say.\n\n";
+    add_table_markdown(text, camera_parameters());
+    return text;
+}
+
+}  // namespace postchain

@@ -1,0 +1,278 @@
+// Reading profiles: text -> Profile.
+#include "config/profile.h"
+
+#include <algorithm>
+
+#include "config/embedded.h"
+#include "config/reporter.h"
+#include "config/text_tree.h"
+
+namespace postchain {
+namespace {
+
+constexpr int kProfileVersion = 1;
+constexpr std::string_view kLayer = "<layer>";
+
+// How a role is called in a profile. `depth` is what the file stores, in its encoding.
+struct RoleKey {
+    const char* key;
+    Role role;
+};
+constexpr RoleKey kRoleKeys[] = {{"color", Role::color},
+                                 {"depth", Role::inverse_depth},
+                                 {"motion", Role::motion},
+                                 {"motion_back", Role::motion_back}};
+
+class ProfileParser {
+  public:
+    explicit ProfileParser(ProfileFile& file, const std::string& file_name)
+        : profile_(file.profile), reporter_(file_name, StatusCode::usage, file.diagnostics) {}
+
+    void parse(const TextNode& root) {
+        if (!root.is_map())
+            return reporter_.error(root, "", "a profile is a map, not " + root.describe());
+        for (const auto& [key, value] : root.entries) entry(key, value);
+        if (!root.find("profile"))
+            reporter_.error(root, "profile",
+                            concat("missing; a profile says profile: ", kProfileVersion));
+        if (!root.find("name")) reporter_.error(root, "name", "missing");
+        if (profile_.roles.empty() && !has_role_key(root))
+            reporter_.error(root, "", "no role; give color, depth, motion or motion_back");
+    }
+
+  private:
+    static bool has_role_key(const TextNode& root) {
+        for (const auto& role : kRoleKeys)
+            if (root.find(role.key)) return true;
+        return false;
+    }
+
+    void entry(const TextNode& key, const TextNode& value) {
+        const std::string& name = key.text;
+        for (const auto& role : kRoleKeys)
+            if (name == role.key) return sources(value, name, role.role);
+        if (name == "profile")
+            version(value);
+        else if (name == "name")
+            text(value, name, profile_.name);
+        else if (name == "title")
+            text(value, name, profile_.title);
+        else if (name == "verified")
+            text(value, name, profile_.verified);
+        else if (name == "priority")
+            priority(value);
+        else if (name == "detect")
+            profile_.detect_channels = patterns(value, name, 1, 16);
+        else if (name == "notes")
+            notes(value);
+        else
+            reporter_.error(
+                key, name,
+                unknown_word("key", name,
+                             {"profile", "name", "title", "verified", "priority", "detect", "notes",
+                              "color", "depth", "motion", "motion_back"}));
+    }
+
+    void version(const TextNode& node) {
+        const Result<ParameterValue> value = value_of(node);
+        if (!value.ok() || *value != ParameterValue(int64_t(kProfileVersion)))
+            reporter_.error(node, "profile",
+                            concat(node.describe(),
+                                   " is not a version this program reads; it "
+                                   "reads version ",
+                                   kProfileVersion));
+    }
+
+    void text(const TextNode& node, const std::string& path, std::string& member) {
+        if (!node.is_scalar()) return reporter_.error(node, path, node.describe() + "; a text");
+        member = node.text;
+    }
+
+    void priority(const TextNode& node) {
+        const Result<ParameterValue> value = value_of(node);
+        const auto* number = value.ok() ? std::get_if<int64_t>(&*value) : nullptr;
+        if (!number || *number < 0 || *number > 1000)
+            return reporter_.error(node, "priority",
+                                   node.describe() + "; priority is an integer in 0..1000");
+        profile_.priority = int(*number);
+    }
+
+    void notes(const TextNode& node) {
+        if (!node.is_list()) return reporter_.error(node, "notes", "notes is a list of texts");
+        for (size_t i = 0; i < node.items.size(); ++i) {
+            std::string note;
+            text(node.items[i], concat("notes[", i, "]"), note);
+            profile_.notes.push_back(note);
+        }
+    }
+
+    // A list of patterns, each a list of `least` to `most` channel names.
+    std::vector<ChannelPattern> patterns(const TextNode& node, const std::string& path,
+                                         size_t least, size_t most) {
+        std::vector<ChannelPattern> result;
+        if (!node.is_list() || node.items.empty()) {
+            reporter_.error(node, path, node.describe() + "; a list of lists of channel names");
+            return result;
+        }
+        for (size_t i = 0; i < node.items.size(); ++i) {
+            const TextNode& item = node.items[i];
+            const std::string at = concat(path, "[", i, "]");
+            if (!item.is_list() || item.items.size() < least || item.items.size() > most) {
+                reporter_.error(
+                    item, at,
+                    concat("a list of ", least, most > least ? concat(" to ", most) : std::string(),
+                           " channel names"));
+                continue;
+            }
+            ChannelPattern pattern;
+            for (const TextNode& name : item.items) {
+                if (!name.is_scalar() || name.text.empty() ||
+                    name.text.rfind(kLayer) != name.text.find(kLayer) ||
+                    (name.text.find(kLayer) != std::string::npos &&
+                     (!name.text.starts_with(kLayer) || name.text.size() == kLayer.size())))
+                    reporter_.error(
+                        name, at,
+                        name.describe() + "; a channel name, which may begin with <layer>");
+                else
+                    pattern.push_back(name.text);
+            }
+            const auto has_layer = [](const std::string& n) { return n.starts_with(kLayer); };
+            const auto layered = std::count_if(pattern.begin(), pattern.end(), has_layer);
+            if (layered != 0 && layered != std::ptrdiff_t(pattern.size()))
+                reporter_.error(item, at, "<layer> stands in all names of a pattern or in none");
+            result.push_back(pattern);
+        }
+        return result;
+    }
+
+    void sources(const TextNode& node, const std::string& path, Role role) {
+        if (!node.is_list() || node.items.empty())
+            return reporter_.error(node, path,
+                                   node.describe() +
+                                       "; a list of sources, each a map with "
+                                       "channels");
+        for (size_t i = 0; i < node.items.size(); ++i)
+            source(node.items[i], concat(path, "[", i, "]"), role);
+    }
+
+    void source(const TextNode& node, const std::string& path, Role role) {
+        if (!node.is_map())
+            return reporter_.error(node, path, node.describe() + "; a map with channels");
+        const bool is_color = role == Role::color, is_depth = role == Role::inverse_depth;
+        const size_t most = size_t(channels_of(role));
+        std::vector<std::string> known = {"channels"};
+        if (is_color)
+            known.push_back("unpremultiplied");
+        else if (is_depth)
+            known.push_back("encoding");
+        else
+            known.insert(known.end(), {"unit", "scale", "bias", "sentinel"});
+
+        RoleSource result;
+        MotionConvention& motion = result.motion;
+        for (const auto& [key, value] : node.entries) {
+            const std::string at = path + "." + key.text;
+            if (std::find(known.begin(), known.end(), key.text) == known.end())
+                reporter_.error(key, at, unknown_word("key", key.text, known));
+            else if (key.text == "channels")
+                result.channels = patterns(value, at, is_color ? 3 : most, most);
+            else if (key.text == "unpremultiplied")
+                boolean(value, at, result.unpremultiplied);
+            else if (key.text == "encoding")
+                result.depth = DepthEncoding(choice(value, at, depth_encoding_names()));
+            else if (key.text == "unit")
+                motion.unit = MotionUnit(choice(value, at, {"pixels", "fraction"}));
+            else if (key.text == "scale")
+                scale(value, at, motion);
+            else if (key.text == "bias")
+                number(value, at, motion.bias);
+            else if (number(value, at, motion.sentinel) && !(motion.sentinel > 0))
+                reporter_.error(value, at, node.describe() + "; a number > 0");
+        }
+        if (!node.find("channels")) reporter_.error(node, path, "channels are missing");
+        profile_.roles[role].push_back(std::move(result));
+    }
+
+    void boolean(const TextNode& node, const std::string& path, bool& member) {
+        const Result<ParameterValue> value = value_of(node);
+        const bool* read = value.ok() ? std::get_if<bool>(&*value) : nullptr;
+        if (!read) return reporter_.error(node, path, node.describe() + "; true or false");
+        member = *read;
+    }
+
+    bool number(const TextNode& node, const std::string& path, double& member) {
+        const Result<ParameterValue> value = value_of(node);
+        if (value.ok() && std::holds_alternative<int64_t>(*value))
+            member = double(std::get<int64_t>(*value));
+        else if (value.ok() && std::holds_alternative<double>(*value))
+            member = std::get<double>(*value);
+        else {
+            reporter_.error(node, path,
+                            value.ok() ? node.describe() + "; a number" : value.status().message());
+            return false;
+        }
+        return true;
+    }
+
+    // Index into `names`; 0 after an error.
+    int choice(const TextNode& node, const std::string& path,
+               const std::vector<std::string>& names) {
+        const auto found = std::find(names.begin(), names.end(), node.text);
+        if (node.is_scalar() && found != names.end()) return int(found - names.begin());
+        reporter_.error(node, path, node.describe() + "; one of " + joined(names));
+        return 0;
+    }
+
+    void scale(const TextNode& node, const std::string& path, MotionConvention& motion) {
+        if (!node.is_list() || node.items.size() != 2)
+            return reporter_.error(node, path, "a list of two numbers, for x and y");
+        const bool good = number(node.items[0], path + "[0]", motion.scale_x) &&
+                          number(node.items[1], path + "[1]", motion.scale_y);
+        if (good && (motion.scale_x == 0 || motion.scale_y == 0))
+            reporter_.error(node, path, "a scale of 0 would remove all motion");
+    }
+
+    Profile& profile_;
+    Reporter reporter_;
+};
+
+}  // namespace
+
+ProfileFile parse_profile(std::string_view text, const std::string& file_name) {
+    ProfileFile file;
+    TextTree tree = read_text_tree(text, file_name, StatusCode::usage);
+    file.diagnostics = std::move(tree.diagnostics);
+    if (!tree.root.is_null()) ProfileParser(file, file_name).parse(tree.root);
+    return file;
+}
+
+const std::vector<Profile>& builtin_profiles() {
+    static const std::vector<Profile> profiles = [] {
+        std::vector<Profile> all;
+        for (const auto& file : embedded_config())
+            if (file.path.starts_with("profiles/"))
+                all.push_back(parse_profile(file.text, std::string(file.path)).profile);
+        std::stable_sort(all.begin(), all.end(), [](const Profile& a, const Profile& b) {
+            return a.priority > b.priority;
+        });
+        return all;
+    }();
+    return profiles;
+}
+
+Result<Profile> find_profile(const std::string& name_or_path) {
+    std::vector<std::string> names;
+    for (const auto& profile : builtin_profiles()) {
+        if (profile.name == name_or_path) return profile;
+        names.push_back(profile.name);
+    }
+    if (name_or_path.find_first_of("/.") == std::string::npos)
+        return Status(StatusCode::usage, unknown_word("profile", name_or_path, names));
+    const Result<std::string> text = read_text_file(name_or_path, StatusCode::usage);
+    if (!text.ok()) return text.status();
+    ProfileFile file = parse_profile(*text, name_or_path);
+    if (Status status = file.status(); !status.ok()) return status;
+    return std::move(file.profile);
+}
+
+}  // namespace postchain

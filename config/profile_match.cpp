@@ -1,0 +1,319 @@
+// Matching a profile with the channels of a file, and detection.
+//
+// View first: a channel belongs to a view by its part's attribute, or by the word before its last
+// one (OpenEXR's multi-view names, layer.view.channel), which is then left out of its name. Then
+// layer: patterns with <layer> offer layers, patterns without it the unnamed one.
+#include <algorithm>
+#include <optional>
+#include <set>
+
+#include "config/profile.h"
+#include "config/reporter.h"
+
+namespace postchain {
+namespace {
+
+constexpr std::string_view kLayer = "<layer>";
+
+// Of one part, in one view: name without view -> name in the file. A part's channels are also
+// known as part.channel, as writers of one part per layer mean them.
+using PartNames = std::map<std::string, std::string>;
+
+struct Names {
+    std::vector<PartNames> parts;
+    std::vector<std::string> views;  // of the file; the first is the default one
+};
+
+// "layer.view.channel" -> view and "layer.channel", when `view` is one of `views`.
+std::optional<std::string> split_view(std::string& name, const std::vector<std::string>& views) {
+    const size_t last = name.rfind('.');
+    if (last == std::string::npos) return std::nullopt;
+    const size_t before = last == 0 ? std::string::npos : name.rfind('.', last - 1);
+    const size_t from = before == std::string::npos ? 0 : before + 1;
+    const std::string word = name.substr(from, last - from);
+    if (std::find(views.begin(), views.end(), word) == views.end()) return std::nullopt;
+    name.erase(from, last + 1 - from);
+    return word;
+}
+
+std::vector<std::string> views_of(const FileChannels& file) {
+    std::vector<std::string> views = file.views;
+    for (const auto& part : file.parts)
+        if (!part.view.empty() && std::find(views.begin(), views.end(), part.view) == views.end())
+            views.push_back(part.view);
+    return views;
+}
+
+Names names_in_view(const FileChannels& file, const std::string& view) {
+    Names names;
+    names.views = views_of(file);
+    for (const auto& part : file.parts) {
+        PartNames own, prefixed;
+        std::string prefix = part.name;
+        // Parts of views are named "layer.view".
+        if (!part.view.empty() && prefix.ends_with("." + part.view))
+            prefix.resize(prefix.size() - part.view.size() - 1);
+        for (const auto& channel : part.channels) {
+            std::string name = channel;
+            const std::optional<std::string> split = split_view(name, names.views);
+            std::string in = split ? *split : part.view;
+            if (in.empty() && !names.views.empty()) in = names.views[0];
+            if (in != view) continue;
+            own.emplace(name, channel);
+            if (!prefix.empty() && !name.starts_with(prefix + "."))
+                prefixed.emplace(prefix + "." + name, channel);
+        }
+        own.merge(prefixed);
+        names.parts.push_back(std::move(own));
+    }
+    return names;
+}
+
+bool has_layer(const ChannelPattern& pattern) {
+    return !pattern.empty() && pattern[0].starts_with(kLayer);
+}
+
+// Channels of `pattern` in `layer`, all in one part.
+std::optional<RoleChannels> complete(const ChannelPattern& pattern, const std::string& layer,
+                                     const Names& names) {
+    for (size_t part = 0; part < names.parts.size(); ++part) {
+        RoleChannels found{int(part), {}};
+        for (const auto& name : pattern) {
+            const std::string wanted =
+                has_layer(pattern) ? layer + name.substr(kLayer.size()) : name;
+            const auto it = names.parts[part].find(wanted);
+            if (it == names.parts[part].end()) break;
+            found.channels.push_back(it->second);
+        }
+        if (!pattern.empty() && found.channels.size() == pattern.size()) return found;
+    }
+    return std::nullopt;
+}
+
+// Layers in which `pattern` is complete; "" for a pattern without <layer>.
+std::set<std::string> layers_of(const ChannelPattern& pattern, const Names& names) {
+    std::set<std::string> layers;
+    if (!has_layer(pattern)) {
+        if (complete(pattern, "", names)) layers.insert("");
+        return layers;
+    }
+    const std::string suffix = pattern[0].substr(kLayer.size());
+    for (const auto& part : names.parts) {
+        for (const auto& [name, channel] : part) {
+            if (name.size() <= suffix.size() || !name.ends_with(suffix)) continue;
+            const std::string layer = name.substr(0, name.size() - suffix.size());
+            if (complete(pattern, layer, names)) layers.insert(layer);
+        }
+    }
+    return layers;
+}
+
+struct Found {
+    const RoleSource* source = nullptr;
+    RoleChannels channels;
+};
+
+// The first complete pattern of a role. Of a named layer, color must be that layer's own; what
+// has no layer (one depth for all) serves every layer. The unnamed layer has no <layer>.
+std::optional<Found> find_role(Role role, const std::vector<RoleSource>& sources,
+                               const std::string& layer, const Names& names) {
+    for (const bool layered : {true, false}) {
+        if (layered && layer.empty()) continue;
+        if (!layered && !layer.empty() && role == Role::color) continue;
+        for (const auto& source : sources)
+            for (const auto& pattern : source.channels)
+                if (has_layer(pattern) == layered)
+                    if (auto channels = complete(pattern, layer, names))
+                        return Found{&source, *channels};
+    }
+    return std::nullopt;
+}
+
+std::map<Role, Found> find_roles(const Profile& profile, const std::string& layer,
+                                 const Names& names) {
+    std::map<Role, Found> found;
+    for (const auto& [role, sources] : profile.roles)
+        if (auto one = find_role(role, sources, layer, names)) found.emplace(role, *one);
+    return found;
+}
+
+std::string shown(const std::string& layer) {
+    return layer.empty() ? "(unnamed)" : layer;
+}
+
+std::string shown(const std::vector<std::string>& layers) {
+    std::vector<std::string> words;
+    for (const auto& layer : layers) words.push_back(shown(layer));
+    return joined(words);
+}
+
+// "<layer>.Depth.Z or <layer>.Depth.V"
+std::string looked_for(const std::vector<RoleSource>& sources) {
+    std::string text;
+    for (const auto& source : sources)
+        for (const auto& pattern : source.channels)
+            text += (text.empty() ? "" : " or ") + joined(pattern);
+    return text;
+}
+
+std::string channels_found(const FileChannels& file) {
+    constexpr size_t kShown = 40;
+    std::vector<std::string> all;
+    for (const auto& part : file.parts)
+        for (const auto& channel : part.channels)
+            all.push_back(file.parts.size() > 1 && !part.name.empty() ? part.name + ":" + channel
+                                                                      : channel);
+    const size_t more = all.size() > kShown ? all.size() - kShown : 0;
+    if (more > 0) all.resize(kShown);
+    if (all.empty()) return "no channels";
+    return joined(all) + (more > 0 ? concat(" and ", more, " more") : std::string());
+}
+
+// All layers the profile finds: those with color when there are any, else those with any role.
+std::vector<std::string> find_layers(const Profile& profile, const Names& names) {
+    std::set<std::string> with_color, with_any;
+    for (const auto& [role, sources] : profile.roles)
+        for (const auto& source : sources)
+            for (const auto& pattern : source.channels)
+                for (const auto& layer : layers_of(pattern, names)) {
+                    with_any.insert(layer);
+                    if (role == Role::color) with_color.insert(layer);
+                }
+    const std::set<std::string>& layers = with_color.empty() ? with_any : with_color;
+    return {layers.begin(), layers.end()};
+}
+
+// The layer to use; what the choice was made by goes to `note`.
+Result<std::string> choose_layer(const Profile& profile, const Names& names,
+                                 const std::vector<std::string>& layers, const std::string& wanted,
+                                 std::string& note) {
+    if (!wanted.empty()) {
+        if (std::find(layers.begin(), layers.end(), wanted) != layers.end()) return wanted;
+        return Status(StatusCode::usage,
+                      "layer '" + wanted + "' is not in the file; found are " + shown(layers));
+    }
+    if (layers.size() == 1 || layers[0].empty()) return layers[0];
+    std::vector<std::string> best;
+    size_t most = 0;
+    for (const auto& layer : layers) {
+        const size_t roles = find_roles(profile, layer, names).size();
+        if (roles > most) {
+            most = roles;
+            best.clear();
+        }
+        if (roles == most) best.push_back(layer);
+    }
+    if (best.size() > 1)
+        return Status(StatusCode::input,
+                      "several layers: " + shown(layers) + "; choose one with --layer");
+    note = "layer " + best[0] + " of " + shown(layers) + ", because it has the most planes";
+    return best[0];
+}
+
+}  // namespace
+
+Result<ProfileMatch> match_profile(const Profile& profile, const FileChannels& file,
+                                   const std::string& layer, const std::string& view) {
+    ProfileMatch match;
+    match.profile = profile.name;
+    match.why = "named";
+    match.views = views_of(file);
+    match.view = view.empty() && !match.views.empty() ? match.views[0] : view;
+    if (!view.empty() &&
+        std::find(match.views.begin(), match.views.end(), view) == match.views.end())
+        return Status(
+            StatusCode::usage,
+            "view '" + view + "' is not in the file; " +
+                (match.views.empty() ? "it has no views" : "found are " + joined(match.views)));
+    const Names names = names_in_view(file, match.view);
+    match.layers = find_layers(profile, names);
+    for (const auto& [role, sources] : profile.roles) match.missing[role] = looked_for(sources);
+    if (match.layers.empty()) {
+        std::string text = "profile " + profile.name + " finds nothing in this file; looked for";
+        for (const auto& [role, wanted] : match.missing)
+            text += concat(" ", name_of(role), ": ", wanted, ";");
+        return Status(StatusCode::input, text + " found: " + channels_found(file));
+    }
+    std::string note;
+    const Result<std::string> chosen = choose_layer(profile, names, match.layers, layer, note);
+    if (!chosen.ok()) return chosen.status();
+    match.layer = *chosen;
+    if (!note.empty()) match.notes.push_back(note);
+
+    for (const auto& [role, found] : find_roles(profile, match.layer, names)) {
+        match.roles[role] = found.channels;
+        match.missing.erase(role);
+        switch (role) {
+            case Role::color:
+                match.options.unpremultiplied = found.source->unpremultiplied;
+                break;
+            case Role::inverse_depth:
+                match.options.depth = found.source->depth;
+                break;
+            case Role::motion:
+                match.options.motion = found.source->motion;
+                break;
+            case Role::motion_back:
+                match.options.motion_back = found.source->motion;
+                break;
+            case Role::hint:
+                break;
+        }
+    }
+    match.notes.insert(match.notes.end(), profile.notes.begin(), profile.notes.end());
+    return match;
+}
+
+Result<ProfileMatch> detect_profile(const std::vector<Profile>& profiles, const FileChannels& file,
+                                    const std::string& layer, const std::string& view) {
+    std::vector<std::string> views = views_of(file);
+    const Names names = names_in_view(file, view.empty() && !views.empty() ? views[0] : view);
+    for (const auto& profile : profiles) {
+        std::string why = "no other profile's channels are there";
+        bool is_it = profile.detect_channels.empty();
+        for (const auto& pattern : profile.detect_channels) {
+            const std::set<std::string> layers = layers_of(pattern, names);
+            if (is_it || layers.empty()) continue;
+            is_it = true;
+            why = "channels " + joined(complete(pattern, *layers.begin(), names)->channels);
+        }
+        if (!is_it) continue;
+        Result<ProfileMatch> match = match_profile(profile, file, layer, view);
+        if (match.ok()) {
+            match->detected = true;
+            match->why = why;
+        }
+        return match;
+    }
+    return Status(StatusCode::input, "no profile fits; found: " + channels_found(file) +
+                                         "; choose one with --profile");
+}
+
+std::string ProfileMatch::text() const {
+    std::string text = concat("profile ", profile, detected ? " (detected: " : " (", why, ")\n");
+    if (!layers.empty() && !(layers.size() == 1 && layers[0].empty()))
+        text += "layer " + shown(layer) + " of " + shown(layers) + "\n";
+    if (!views.empty()) text += "view " + view + " of " + joined(views) + "\n";
+    for (const auto& [role, found] : roles) {
+        text += concat(name_of(role), ": ", joined(found.channels));
+        if (found.part > 0) text += concat(" (part ", found.part, ")");
+        if (role == Role::inverse_depth)
+            text += ", stored as " + depth_encoding_names()[size_t(options.depth)];
+        if (role == Role::color && found.channels.size() == 3) text += ", alpha 1";
+        if (role == Role::color && options.unpremultiplied) text += ", not premultiplied";
+        if (role == Role::motion || role == Role::motion_back) {
+            const MotionConvention& m = role == Role::motion ? options.motion : options.motion_back;
+            text += concat(" times (", text_of(ParameterValue(m.scale_x)), ", ",
+                           text_of(ParameterValue(m.scale_y)), ")",
+                           m.unit == MotionUnit::pixels ? " pixels" : " of the image's size");
+            if (m.bias != 0) text += ", bias " + text_of(ParameterValue(m.bias));
+        }
+        text += "\n";
+    }
+    for (const auto& [role, wanted] : missing)
+        text += concat(name_of(role), ": none; looked for ", wanted, "\n");
+    for (const auto& note : notes) text += "note: " + note + "\n";
+    return text;
+}
+
+}  // namespace postchain

@@ -1,0 +1,148 @@
+// Scalars of the text tree -> values, by the strict rules of text_tree.h, and back.
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <optional>
+
+#include "config/text_tree.h"
+
+namespace postchain {
+namespace {
+
+bool is_digit(char c) {
+    return c >= '0' && c <= '9';
+}
+
+std::string lower(std::string_view text) {
+    std::string result(text);
+    for (char& c : result)
+        if (c >= 'A' && c <= 'Z') c = char(c - 'A' + 'a');
+    return result;
+}
+
+// digits [. digits] | . digits, then [e [sign] digits]: the decimal numbers of YAML 1.2, no sign.
+struct Decimal {
+    bool whole = false;         // nothing but digits
+    bool leading_zero = false;  // 010, 00.5
+};
+std::optional<Decimal> decimal(std::string_view text) {
+    size_t at = 0;
+    const auto digits = [&] {
+        const size_t from = at;
+        while (at < text.size() && is_digit(text[at])) ++at;
+        return at - from;
+    };
+    Decimal result;
+    const size_t before = digits();
+    result.leading_zero = before > 1 && text[0] == '0';
+    result.whole = before > 0 && at == text.size();
+    if (at < text.size() && text[at] == '.') {
+        ++at;
+        if (digits() + before == 0) return std::nullopt;
+    } else if (before == 0) {
+        return std::nullopt;
+    }
+    if (at < text.size() && (text[at] == 'e' || text[at] == 'E')) {
+        ++at;
+        if (at < text.size() && (text[at] == '+' || text[at] == '-')) ++at;
+        if (digits() == 0) return std::nullopt;
+    }
+    if (at != text.size()) return std::nullopt;
+    return result;
+}
+
+// 0x1f, 0o17, 0b01 (any case), without sign.
+bool is_based(std::string_view text) {
+    if (text.size() < 3 || text[0] != '0') return false;
+    const char base = lower(text.substr(1, 1))[0];
+    if (base != 'x' && base != 'o' && base != 'b') return false;
+    for (char c : lower(text.substr(2)))
+        if (!is_digit(c) && !(base == 'x' && c >= 'a' && c <= 'f') && c != '_') return false;
+    return true;
+}
+
+bool is_nonfinite(std::string_view text) {
+    std::string word = lower(text);
+    if (word.starts_with('.')) word.erase(0, 1);
+    return word == "inf" || word == "infinity" || word == "nan";
+}
+
+// 1_000: digits of some number, grouped.
+bool is_grouped(std::string_view text) {
+    std::string without;
+    for (char c : text)
+        if (c != '_') without += c;
+    return without.size() != text.size() && is_digit(text[0]) && decimal(without);
+}
+
+}  // namespace
+
+Result<ParameterValue> value_of_plain_text(const std::string& text) {
+    const auto refuse = [&](const std::string& why) {
+        return Status(StatusCode::chain, "'" + text + "' " + why);
+    };
+    if (text == "true") return ParameterValue(true);
+    if (text == "false") return ParameterValue(false);
+    if (text.empty() || text == "null" || text == "~") return ParameterValue();
+
+    std::string_view body = text;
+    const bool negative = body[0] == '-';
+    if (negative || body[0] == '+') body.remove_prefix(1);
+    if (body.empty()) return ParameterValue(text);
+    if (is_nonfinite(body)) return refuse("is not a finite number");
+    if (is_based(body)) return refuse("is not a decimal number; write it in decimal digits");
+    if (is_grouped(body)) return refuse("groups its digits; write the number without '_'");
+    const auto form = decimal(body);
+    if (!form) return ParameterValue(text);
+    if (form->leading_zero)
+        return refuse("begins with 0, which some readers take for octal; leave the 0 away");
+
+    // from_chars knows no locale. It reads '-' but not '+'.
+    const std::string_view number = negative ? std::string_view(text) : body;
+    const char* end = number.data() + number.size();
+    if (form->whole) {
+        int64_t integer = 0;
+        const auto read = std::from_chars(number.data(), end, integer);
+        if (read.ec == std::errc() && read.ptr == end) return ParameterValue(integer);
+    }
+    double value = 0;
+    const auto read = std::from_chars(number.data(), end, value);
+    if (read.ec != std::errc() || read.ptr != end || !std::isfinite(value))
+        return refuse("is too large or too small for a double");
+    return ParameterValue(value);
+}
+
+Result<ParameterValue> value_of(const TextNode& node) {
+    if (node.is_null()) return ParameterValue();
+    if (!node.is_scalar()) return Status(StatusCode::chain, node.describe() + " is not a value");
+    if (node.quoted) return ParameterValue(node.text);
+    return value_of_plain_text(node.text);
+}
+
+std::string yaml_text_of(const ParameterValue& value) {
+    const auto* word = std::get_if<std::string>(&value);
+    if (!word) return std::holds_alternative<std::monostate>(value) ? "null" : text_of(value);
+    bool plain = !word->empty() && !is_digit((*word)[0]);
+    for (char c : *word)
+        plain =
+            plain && (is_digit(c) || c == '_' || (lower({&c, 1}) >= "a" && lower({&c, 1}) <= "z"));
+    // Words that we, or another reader of YAML, would not take for text.
+    static const std::array<const char*, 12> taken = {
+        "true", "false", "null", "inf", "infinity", "nan", "yes", "no", "on", "off", "y", "n"};
+    for (const char* t : taken) plain = plain && lower(*word) != t;
+    if (plain) return *word;
+    std::string text = "\"";
+    for (char c : *word) {
+        const auto byte = static_cast<unsigned char>(c);
+        if (c == '"' || c == '\\') text += '\\';
+        if (byte >= 0x20) {
+            text += c;
+        } else {
+            const char* digits = "0123456789abcdef";
+            text += std::string("\\u00") + digits[byte >> 4] + digits[byte & 15];
+        }
+    }
+    return text + "\"";
+}
+
+}  // namespace postchain

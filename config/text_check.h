@@ -1,0 +1,46 @@
+// Checks of a text before yaml-cpp sees it, and places in it.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace postchain {
+
+struct TextPlace {
+    int line = 1;    // from 1
+    int column = 1;  // from 1, in characters
+};
+
+// Place of the byte at `offset`, counted from the byte `from` at `start`; the text is UTF-8.
+TextPlace place_at(std::string_view text, size_t offset, size_t from = 0, TextPlace start = {});
+
+// Places in constant time, also in a line of a million characters.
+class PlaceIndex {
+  public:
+    explicit PlaceIndex(std::string_view text);
+    TextPlace at(size_t offset) const;
+
+  private:
+    static constexpr size_t kStride = 256;  // bytes between two marks
+    std::string_view text_;
+    std::vector<TextPlace> marks_;
+};
+
+struct BadCharacter {
+    TextPlace place;
+    std::string message;
+};
+// The first byte that is not UTF-8, or the first control character other than tab and line ends.
+std::optional<BadCharacter> find_bad_character(std::string_view text);
+
+// The bracket that opens level depth + 1 of [ ] and { }, quotes and comments left out. A first
+// look that spares yaml-cpp the memory of a million open brackets; the tree's own count of levels
+// is what decides about the rest (indentation, "- - -", "? ? ?").
+std::optional<TextPlace> find_deep_bracket(std::string_view text, int depth);
+
+// The first line before the document that begins with %.
+std::optional<TextPlace> find_directive(std::string_view text);
+
+}  // namespace postchain

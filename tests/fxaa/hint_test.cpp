@@ -1,0 +1,289 @@
+// The hint: what the report's checkerboard does, literally simulated, and what each choice does
+// to noise, to static detail and to slanted edges. The figures are those of docs/fxaa.md.
+
+#include <cmath>
+#include <cstdio>
+
+#include "tests/fxaa/support.h"
+
+namespace postchain::test {
+namespace {
+
+SettingList hinted(const char* hint, const char* gate = "tile") {
+    return {{"luma", std::string("stored")},
+            {"blend", std::string("stored")},
+            {"hint", std::string(hint)},
+            {"hint_gate", std::string(gate)}};
+}
+
+const char* const kPlain = "none";
+
+// The reference fed with a luma plane of our own.
+ImageD filtered_with_luma(const SettingList& settings, const ImageF& color, const ImageD& luma) {
+    return fxaa::reference_fxaa(parameters_of(settings), image_cast<double>(color), luma, nullptr);
+}
+
+ImageD checker_luma(int width, int height) {
+    ImageD luma(width, height, 1);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) luma.at(x, y) = (x + y) & 1;
+    return luma;
+}
+
+TEST(Checkerboard, LiteralLumaEqualsTheShortCut) {
+    // By hand, M = m in {0, 1}: N = S = E = W = 1 - m, corners m. Range 1 >= any threshold. Scores
+    // 2|2(1-m) - 2m| + 2 |2m - 2(1-m)| = 8 both ways: horizontal. Gradients 1 and 1: N. Pair mean
+    // 0.5. A = (8(1-m) + 4m)/12 - m = 2/3 - 4m/3, |A| = 2/3, t = 2/3, F = 4/9 (3 - 4/3) = 20/27,
+    // H = 400/729 subpix = 0.5487 subpix. On the line every luma is 0.5: no end, the whole search,
+    // equal distances, edge offset 0. So: N with weight H, whatever m.
+    const ImageF color = noise_image(80, 60, 4, 11);
+    for (const int64_t preset : fxaa::presets()) {
+        for (const double subpix : {0.0, 0.75, 1.0}) {
+            SettingList settings = hinted("checkerboard");
+            settings.push_back({"preset", preset});
+            settings.push_back({"subpix", subpix});
+            const ImageD literal = filtered_with_luma(settings, color, checker_luma(80, 60));
+            const ImageF gpu = run(settings, color, constant_hint(80, 60, 1, 0));
+            const double k = 400.0 / 729 * subpix;
+            for (int y = 1; y < 59; ++y) {
+                for (int x = 0; x < 80; ++x) {
+                    for (int c = 0; c < 4; ++c) {
+                        EXPECT_NEAR(gpu.at(x, y, c), literal.at(x, y, c), 1e-6);
+                        EXPECT_NEAR(gpu.at(x, y, c),
+                                    (1 - k) * color.at(x, y, c) + k * color.at(x, y - 1, c), 1e-6);
+                    }
+                }
+            }
+        }
+    }
+}
+
+TEST(Checkerboard, LeavesTheTopRowAlone) {
+    // The upper neighbour of row 0 is row 0 itself. (A literal checkerboard clamped at the edge
+    // would look W there, and in the last row; not reproduced.)
+    const ImageF color = noise_image(20, 10, 4, 12);
+    const ImageF out = run(hinted("checkerboard"), color, constant_hint(20, 10, 1, 1));
+    for (int x = 0; x < 20; ++x)
+        for (int c = 0; c < 4; ++c) EXPECT_EQ(out.at(x, 0, c), color.at(x, 0, c));
+}
+
+TEST(Checkerboard, AtTheBorderOfAnAreaTheShortCutKeepsToTheGate) {
+    // An area of 60x60 in a smooth static picture. Literal: luma of the checkerboard inside, the
+    // true luma outside.
+    const int size = 120, from = 30, to = 90;
+    const ImageF color = grey_picture(size, size, [](int x, int y) {
+        return 0.5 + 0.1 * std::sin(0.11 * x) * std::cos(0.13 * y);
+    });
+    ImageD luma = fxaa::reference_luma(parameters_of(hinted("none")), image_cast<double>(color),
+                                       {0.299, 0.587, 0.114});
+    ImageF hint(size, size, 2);
+    for (int y = from; y < to; ++y) {
+        for (int x = from; x < to; ++x) {
+            luma.at(x, y) = (x + y) & 1;
+            hint.at(x, y, 0) = 1;
+        }
+    }
+    const ImageD literal = filtered_with_luma(hinted("checkerboard"), color, luma);
+    const ImageF short_cut = run(hinted("checkerboard"), color, hint);
+    int spill = 0, ring = 0;
+    for (int y = 0; y < size; ++y) {
+        for (int x = 0; x < size; ++x) {
+            const double d = std::abs(short_cut.at(x, y) - literal.at(x, y));
+            const int outside = std::max({from - x, x - (to - 1), from - y, y - (to - 1)});
+            // Inside, one pixel or more from the border: equal. (The search is cut off by a mean
+            // that differs from 0.5 by less than 1/4: outside, this picture is near 0.5.)
+            if (outside <= -1) EXPECT_LT(d, 1e-6) << x << "," << y;
+            // Two pixels outside: untouched in both.
+            if (outside >= 2) {
+                EXPECT_EQ(short_cut.at(x, y), color.at(x, y));
+                EXPECT_EQ(literal.at(x, y), double(color.at(x, y)));
+            }
+            // The ring in between: the short cut leaves it alone, the literal luma disturbs it.
+            if (outside == 1) {
+                ++ring;
+                EXPECT_EQ(short_cut.at(x, y), color.at(x, y));
+                spill += literal.at(x, y) != double(color.at(x, y));
+            }
+        }
+    }
+    EXPECT_EQ(ring, 4 * 61);
+    EXPECT_GT(spill, ring / 2);
+}
+
+TEST(Checkerboard, AFractionalHintLiesBetweenPlainAndTwoTaps) {
+    const ImageF color = noise_image(48, 32, 4, 13);
+    const ImageF plain = run(hinted(kPlain), color);
+    const ImageF taps = run(hinted("checkerboard"), color, constant_hint(48, 32, 1, 1));
+    for (const float h : {0.25f, 0.5f, 0.9f}) {
+        const ImageF out = run(hinted("checkerboard"), color, constant_hint(48, 32, h, 0));
+        for (size_t i = 0; i < out.data.size(); ++i)
+            EXPECT_NEAR(out.data[i], (1 - h) * plain.data[i] + h * taps.data[i], 1e-6);
+    }
+    EXPECT_TRUE(equal_bits(run(hinted("checkerboard"), color, constant_hint(48, 32, 0, 1)), plain));
+    // Continuous at both ends.
+    const ImageF nearly = run(hinted("checkerboard"), color, constant_hint(48, 32, 0.9999f, 0));
+    EXPECT_EQ(compare(nearly, taps, 2e-4).fraction, 0);
+    const ImageF hardly = run(hinted("checkerboard"), color, constant_hint(48, 32, 1e-4f, 0));
+    EXPECT_EQ(compare(hardly, plain, 2e-4).fraction, 0);
+}
+
+TEST(Threshold, AFullHintIsBothThresholdsZero) {
+    const ImageF color = noise_image(48, 32, 4, 14, 0.4f, 0.6f);
+    SettingList zero = hinted(kPlain);
+    zero.push_back({"edge_threshold", 0.0});
+    zero.push_back({"edge_threshold_min", 0.0});
+    const ImageF expected = run(zero, color);
+    EXPECT_TRUE(equal_bits(run(hinted("threshold"), color, constant_hint(48, 32, 1, 0)), expected));
+    EXPECT_FALSE(equal_bits(run(hinted(kPlain), color), expected));
+}
+
+TEST(Threshold, AFractionalHintScalesBothThresholds) {
+    const ImageF color = noise_image(48, 32, 4, 15, 0.2f, 0.5f);
+    SettingList half = hinted(kPlain);
+    half.push_back({"edge_threshold", 0.083});
+    half.push_back({"edge_threshold_min", 0.04165});
+    const ImageF expected = run(half, color);
+    const ImageF out = run(hinted("threshold"), color, constant_hint(48, 32, 0.5f, 0));
+    EXPECT_TRUE(equal_bits(out, expected));
+    EXPECT_FALSE(equal_bits(out, run(hinted(kPlain), color)));
+}
+
+TEST(Hint, TheGateChoosesTheChannel) {
+    const ImageF color = noise_image(48, 32, 4, 16, 0.4f, 0.6f);
+    for (const char* hint : {"checkerboard", "threshold"}) {
+        const ImageF plain = run(hinted(kPlain), color);
+        const ImageF tile_only = constant_hint(48, 32, 1, 0);
+        const ImageF pixel_only = constant_hint(48, 32, 0, 1);
+        EXPECT_TRUE(equal_bits(run(hinted(hint, "pixel"), color, tile_only), plain));
+        EXPECT_TRUE(equal_bits(run(hinted(hint, "tile"), color, pixel_only), plain));
+        EXPECT_FALSE(equal_bits(run(hinted(hint, "tile"), color, tile_only), plain));
+        EXPECT_TRUE(equal_bits(run(hinted(hint, "tile"), color, tile_only),
+                               run(hinted(hint, "pixel"), color, pixel_only)));
+    }
+}
+
+TEST(Hint, WithoutAPlaneItIsPlainFxaa) {
+    const ImageF color = noise_image(48, 32, 4, 17);
+    const ImageF plain = run(hinted(kPlain), color);
+    for (const char* hint : {"checkerboard", "threshold"})
+        EXPECT_TRUE(equal_bits(run(hinted(hint), color), plain));
+    // And with hint none the plane is not read.
+    EXPECT_TRUE(equal_bits(run(hinted(kPlain), color, constant_hint(48, 32, 1, 1)), plain));
+}
+
+TEST(Hint, IsReadOnlyByThoseWhoAsk) {
+    for (const char* hint : {"none", "checkerboard", "threshold"}) {
+        const Chain chain = fxaa_chain(hinted(hint));
+        const RoleUse use = chain.links[0].pass->roles();
+        EXPECT_EQ(use.required, RoleSet({Role::color}));
+        EXPECT_EQ(use.optional.has(Role::hint), std::string(hint) != "none");
+        const FramePlanes planes = planes_of(noise_image(8, 8, 4, 1), constant_hint(8, 8, 1, 1));
+        auto plan = make_plan(chain, describe(planes));
+        ASSERT_TRUE(plan.ok());
+        EXPECT_EQ(plan->reads.has(Role::hint), std::string(hint) != "none");
+    }
+}
+
+// Variance of noise around 0.5 (all channels) after FXAA over its variance before, gates open
+// everywhere. Grey noise is the same in r, g and b; coloured noise is independent.
+double noise_ratio(const char* hint, double sigma, bool colored) {
+    const int size = 256, margin = 4;
+    ImageF noise = normal_noise(size, size, 0.5, sigma, 42);
+    for (uint32_t c = 1; colored && c < 3; ++c) {
+        const ImageF other = normal_noise(size, size, 0.5, sigma, 42 + c);
+        for (int y = 0; y < size; ++y)
+            for (int x = 0; x < size; ++x) noise.at(x, y, int(c)) = other.at(x, y);
+    }
+    const ImageF out = run(hinted(hint), noise, constant_hint(size, size, 1, 1));
+    double before = 0, after = 0;
+    for (int c = 0; c < 3; ++c) {
+        before += variance(noise, c, margin);
+        after += variance(out, c, margin);
+    }
+    std::printf("%s noise sigma %.3f, hint %-12s variance x %.3f\n", colored ? "coloured" : "grey",
+                sigma, hint, after / before);
+    return after / before;
+}
+
+TEST(Figures, NoiseVariance) {
+    // Two taps of independent noise: (1-k)^2 + k^2 = 0.516 at k = 0.4115, at any amplitude.
+    for (const double sigma : {0.005, 0.02, 0.10}) {
+        EXPECT_NEAR(noise_ratio("checkerboard", sigma, false), 0.516, 0.01);
+        EXPECT_NEAR(noise_ratio("checkerboard", sigma, true), 0.516, 0.01);
+    }
+    EXPECT_NEAR(noise_ratio("none", 0.02, false), 0.96, 0.02);
+    EXPECT_NEAR(noise_ratio("none", 0.10, false), 0.34, 0.02);
+    for (const double sigma : {0.005, 0.02, 0.10})
+        EXPECT_NEAR(noise_ratio("threshold", sigma, false), 0.34, 0.02);
+    // Where the channels' noise is independent the luma tells less of it: the threshold removes
+    // less than the two taps do.
+    for (const double sigma : {0.005, 0.02, 0.10})
+        EXPECT_NEAR(noise_ratio("threshold", sigma, true), 0.66, 0.02);
+    EXPECT_GT(noise_ratio("none", 0.02, true), 0.99);
+}
+
+// Centroid (rows) of a faint static horizontal line at row 20, in a tile of motion in which it
+// itself does not move (tile gate open, pixel gate shut).
+double line_shift(const char* hint, const char* gate) {
+    const ImageF line = grey_picture(64, 40, [](int, int y) { return y == 20 ? 0.05 : 0; });
+    const ImageF out = run(hinted(hint, gate), line, constant_hint(64, 40, 1, 0));
+    double sum = 0, moment = 0;
+    for (int y = 0; y < 40; ++y) {
+        sum += out.at(32, y);
+        moment += double(out.at(32, y)) * y;
+    }
+    const double shift = moment / sum - 20;
+    std::printf("static line, hint %-12s gate %-5s moves by %+.4f px\n", hint, gate, shift);
+    return shift;
+}
+
+TEST(Figures, StaticDetailInTheTileMoves) {
+    // out(y) = (1-k) in(y) + k in(y-1): down by k = 400/729 * 0.75 = 0.4115 px.
+    EXPECT_NEAR(line_shift("checkerboard", "tile"), 0.4115, 1e-4);
+    EXPECT_NEAR(line_shift("checkerboard", "pixel"), 0, 1e-6);
+    EXPECT_NEAR(line_shift("threshold", "pixel"), 0, 1e-6);
+    EXPECT_NEAR(line_shift("none", "tile"), 0, 1e-6);
+    // The threshold softens it in place: the line gives as much to the row above as to that below.
+    EXPECT_NEAR(line_shift("threshold", "tile"), 0, 1e-6);
+}
+
+// RMS error of a static slanted edge against its box-filtered truth, tile gate open.
+double edge_error(const char* hint, const char* gate) {
+    const int width = 160, height = 64;
+    double squares = 0;
+    int count = 0;
+    for (const double slope : {0.08, 0.17, 0.31, 0.52, 0.83}) {
+        const double offset = 32 - slope * width / 2;
+        const ImageF aliased = slanted_edge(width, height, slope, offset, 0.2, 0.8, 1);
+        const ImageF truth = slanted_edge(width, height, slope, offset, 0.2, 0.8, 16);
+        const ImageF out = run(hinted(hint, gate), aliased, constant_hint(width, height, 1, 0));
+        const double error = rms_difference(out, truth, 2);
+        squares += error * error;
+        ++count;
+    }
+    const double error = std::sqrt(squares / count);
+    std::printf("slanted static edges, hint %-12s gate %-5s rms error %.5f\n", hint, gate, error);
+    return error;
+}
+
+TEST(Figures, SlantedStaticEdges) {
+    double squares = 0;
+    for (const double slope : {0.08, 0.17, 0.31, 0.52, 0.83}) {
+        const double offset = 32 - slope * 80;
+        const double error = rms_difference(slanted_edge(160, 64, slope, offset, 0.2, 0.8, 1),
+                                            slanted_edge(160, 64, slope, offset, 0.2, 0.8, 16), 2);
+        squares += error * error;
+    }
+    const double unfiltered = std::sqrt(squares / 5);
+    std::printf("slanted static edges, no anti-aliasing                rms error %.5f\n",
+                unfiltered);
+    const double plain = edge_error("none", "tile");
+    EXPECT_LT(plain, 0.7 * unfiltered);
+    EXPECT_GT(edge_error("checkerboard", "tile"), unfiltered);  // worse than nothing
+    EXPECT_EQ(edge_error("checkerboard", "pixel"), plain);
+    EXPECT_NEAR(edge_error("threshold", "tile"), plain, 0.1 * plain);
+    EXPECT_EQ(edge_error("threshold", "pixel"), plain);
+}
+
+}  // namespace
+}  // namespace postchain::test

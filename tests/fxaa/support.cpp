@@ -1,0 +1,117 @@
+#include "tests/fxaa/support.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace postchain::test {
+
+SettingList stored_settings(const SettingList& more) {
+    SettingList settings = {{"luma", std::string("stored")},
+                            {"blend", std::string("stored")},
+                            {"hint", std::string("none")}};
+    settings.insert(settings.end(), more.begin(), more.end());
+    return settings;
+}
+
+Chain fxaa_chain(const SettingList& settings) {
+    Chain chain;
+    append(chain, "fxaa");
+    const ParameterTable& table = *fxaa::pass_type().parameters;
+    for (const auto& [key, value] : settings) {
+        const Status status = table.set(chain.links[0].pass->parameters(), key, value);
+        EXPECT_TRUE(status.ok()) << key << ": " << status.message();
+    }
+    return chain;
+}
+
+fxaa::Parameters parameters_of(const SettingList& settings) {
+    return *static_cast<fxaa::Parameters*>(fxaa_chain(settings).links[0].pass->parameters());
+}
+
+FramePlanes planes_of(const ImageF& color, const ImageF& hint) {
+    FramePlanes planes;
+    planes[Role::color] = color;
+    if (!hint.empty()) planes[Role::hint] = hint;
+    return planes;
+}
+
+namespace {
+
+// Unlike describe(), looks at no pixel: the tests hand non-finite ones in on purpose.
+FrameDescription description_of(const FramePlanes& planes) {
+    FrameDescription frame;
+    frame.width = frame.display_width = planes.at(Role::color).width;
+    frame.height = frame.display_height = planes.at(Role::color).height;
+    for (const auto& [role, plane] : planes) frame.planes.add(role);
+    return frame;
+}
+
+}  // namespace
+
+ImageF run(const SettingList& settings, const ImageF& color, const ImageF& hint) {
+    const FramePlanes planes = planes_of(color, hint);
+    PlanOptions options;
+    options.elide = false;
+    FramePlanes out = filter(fxaa_chain(settings), description_of(planes), planes, options);
+    return out.count(Role::color) ? out[Role::color] : ImageF();
+}
+
+ImageF constant_hint(int width, int height, float tile, float pixel) {
+    return constant_image(width, height, {tile, pixel});
+}
+
+ImageF normal_noise(int width, int height, double mean, double sigma, uint32_t seed) {
+    const ImageF uniform = noise_image(width, height, 2, seed, 1e-7f, 1.0f);
+    return grey_picture(width, height, [&](int x, int y) {
+        const double radius = std::sqrt(-2 * std::log(double(uniform.at(x, y, 0))));
+        return mean + sigma * radius * std::cos(2 * std::numbers::pi * uniform.at(x, y, 1));
+    });
+}
+
+ImageF mirrored(const ImageF& image, bool left_right) {
+    ImageF result = image;
+    for (int y = 0; y < image.height; ++y)
+        for (int x = 0; x < image.width; ++x)
+            for (int c = 0; c < image.channels; ++c)
+                result.at(x, y, c) = image.at(left_right ? image.width - 1 - x : x,
+                                              left_right ? y : image.height - 1 - y, c);
+    return result;
+}
+
+double variance(const ImageF& image, int channel, int margin) {
+    double sum = 0, squares = 0, count = 0;
+    for (int y = margin; y < image.height - margin; ++y) {
+        for (int x = margin; x < image.width - margin; ++x) {
+            const double v = image.at(x, y, channel);
+            sum += v;
+            squares += v * v;
+            ++count;
+        }
+    }
+    return squares / count - (sum / count) * (sum / count);
+}
+
+ImageF slanted_edge(int width, int height, double slope, double offset, double low, double high,
+                    int samples) {
+    return grey_picture(width, height, [&](int x, int y) {
+        int below = 0;
+        for (int j = 0; j < samples; ++j)
+            for (int i = 0; i < samples; ++i)
+                below += y + (j + 0.5) / samples > offset + slope * (x + (i + 0.5) / samples);
+        return low + (high - low) * below / (samples * samples);
+    });
+}
+
+double rms_difference(const ImageF& a, const ImageF& b, int margin) {
+    double squares = 0, count = 0;
+    for (int y = margin; y < a.height - margin; ++y) {
+        for (int x = margin; x < a.width - margin; ++x) {
+            const double d = double(a.at(x, y, 0)) - double(b.at(x, y, 0));
+            squares += d * d;
+            ++count;
+        }
+    }
+    return std::sqrt(squares / count);
+}
+
+}  // namespace postchain::test

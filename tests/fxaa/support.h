@@ -1,0 +1,58 @@
+// Pictures and short cuts shared by the tests of FXAA.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "passes/fxaa/reference.h"
+#include "tests/support/gpu.h"
+#include "tests/support/images.h"
+
+namespace postchain::test {
+
+using SettingList = std::vector<std::pair<std::string, ParameterValue>>;
+
+// Settings under which FXAA works on stored values throughout, without a hint.
+SettingList stored_settings(const SettingList& more = {});
+
+Chain fxaa_chain(const SettingList& settings);
+fxaa::Parameters parameters_of(const SettingList& settings);
+
+// The frame of a color plane and, unless empty, a hint plane.
+FramePlanes planes_of(const ImageF& color, const ImageF& hint = {});
+
+// The picture after FXAA on the GPU.
+ImageF run(const SettingList& settings, const ImageF& color, const ImageF& hint = {});
+
+// An opaque grey picture of function(x, y).
+template <class Function>
+ImageF grey_picture(int width, int height, Function function) {
+    ImageF image(width, height, 4, 1.0f);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            for (int c = 0; c < 3; ++c) image.at(x, y, c) = float(function(x, y));
+    return image;
+}
+
+// A hint plane of constant gates.
+ImageF constant_hint(int width, int height, float tile, float pixel);
+
+// Opaque grey, mean + sigma * (independent standard normals).
+ImageF normal_noise(int width, int height, double mean, double sigma, uint32_t seed);
+
+ImageF mirrored(const ImageF& image, bool left_right);
+
+// Of one channel, `margin` pixels left out on all sides.
+double variance(const ImageF& image, int channel, int margin);
+
+// A grey half-plane below a slanted line, value `low` above and `high` below, slope dy/dx, edge at
+// y = offset for x = 0. `samples` per axis and pixel; 1 = aliased.
+ImageF slanted_edge(int width, int height, double slope, double offset, double low, double high,
+                    int samples);
+
+double rms_difference(const ImageF& a, const ImageF& b, int margin);
+
+}  // namespace postchain::test

@@ -1,0 +1,333 @@
+// What must be true of FXAA (spec fxaa.md), and what each parameter's two ends do.
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tests/fxaa/support.h"
+
+namespace postchain::test {
+namespace {
+
+const char* const kHints[] = {"none", "checkerboard", "threshold"};
+
+ImageF color_noise(int width, int height, uint32_t seed, float low, float high) {
+    return noise_image(width, height, 4, seed, low, high);
+}
+
+bool finite(const ImageF& image) {
+    return std::all_of(image.data.begin(), image.data.end(),
+                       [](float v) { return std::isfinite(v); });
+}
+
+TEST(Truth, ConstantImageKeepsEveryBit) {
+    for (const auto& pixel : {std::initializer_list<float>{0.3f, 0.7f, 0.1f, 0.6f},
+                              {0, 0, 0, 0},
+                              {-2.5f, 1e-30f, 4e4f, 1},
+                              {3e38f, 3e38f, -3e38f, 1}}) {
+        const ImageF image = constant_image(33, 19, pixel);
+        for (const char* hint : kHints) {
+            for (const char* blend : {"stored", "tonemapped"}) {
+                for (const float gate : {0.0f, 0.4f, 1.0f}) {
+                    const ImageF out = run({{"hint", std::string(hint)},
+                                            {"blend", std::string(blend)},
+                                            {"edge_threshold", 0.0},
+                                            {"edge_threshold_min", 0.0}},
+                                           image, constant_hint(33, 19, gate, gate));
+                    EXPECT_TRUE(equal_bits(out, image)) << hint << " " << blend << " " << gate;
+                }
+            }
+        }
+    }
+}
+
+TEST(Truth, NoEdgeAboveThresholdKeepsEveryBit) {
+    // Display-referred: range <= 0.08 < 0.0833.
+    const ImageF stored = color_noise(64, 48, 3, 0.02f, 0.0999f);
+    EXPECT_TRUE(equal_bits(run(stored_settings(), stored), stored));
+    // Bright: luma 0.8..0.93, range 0.13 < 0.166 * 0.93 only by the relative threshold.
+    const ImageF bright =
+        grey_picture(64, 48, [](int x, int y) { return (x + y) % 2 ? 0.8 : 0.93; });
+    EXPECT_TRUE(equal_bits(run(stored_settings(), bright), bright));
+    EXPECT_FALSE(equal_bits(run(stored_settings({{"edge_threshold", 0.1}}), bright), bright));
+    // Scene-linear: sqrt(v/(1+v)) of 1..1.3 is 0.707..0.752.
+    const ImageF linear = color_noise(64, 48, 4, 1.0f, 1.3f);
+    EXPECT_TRUE(equal_bits(run({{"hint", std::string("none")}}, linear), linear));
+}
+
+TEST(Truth, PixelsBelowTheThresholdKeepEveryBitBesideEdges) {
+    const ImageF step = grey_picture(40, 24, [](int, int y) { return y < 12 ? 0.9 : 0.1; });
+    ImageF image = step;
+    const ImageF noise = color_noise(40, 24, 9, 0.0f, 0.03f);
+    for (size_t i = 0; i < image.data.size(); ++i) image.data[i] += noise.data[i];
+    const ImageF out = run(stored_settings(), image);
+    int moved = 0;
+    for (int y = 0; y < 24; ++y) {
+        for (int x = 0; x < 40; ++x) {
+            const bool same = std::equal(out.pixel(x, y), out.pixel(x, y) + 4, image.pixel(x, y));
+            if (y != 11 && y != 12) EXPECT_TRUE(same) << x << "," << y;
+            moved += !same;
+        }
+    }
+    EXPECT_EQ(moved, 80);
+}
+
+// Mirror images of each other, except where ties decide: W wins over E, N over S, and the sums of
+// the scores round in another order.
+void expect_mirrored(const SettingList& settings, const ImageF& image, const ImageF& hint,
+                     bool left_right) {
+    const ImageF straight = mirrored(run(settings, image, hint), left_right);
+    const ImageF turned = run(settings, mirrored(image, left_right),
+                              hint.empty() ? hint : mirrored(hint, left_right));
+    const Difference difference = compare(turned, straight, 1e-6);
+    EXPECT_LE(difference.fraction, 0.01) << difference.text;
+}
+
+TEST(Truth, MirroredInputMirrorsTheOutput) {
+    const ImageF image = color_noise(91, 67, 21, 0.0f, 1.0f);
+    ImageF smooth = slanted_edge(91, 67, 0.23, 20.3, 0.1, 0.8, 1);
+    for (size_t i = 0; i < smooth.data.size(); ++i) smooth.data[i] += 0.01f * image.data[i];
+    for (const bool left_right : {true, false}) {
+        for (const int64_t preset : {10, 12, 39}) {
+            expect_mirrored(stored_settings({{"preset", preset}}), image, {}, left_right);
+            expect_mirrored(stored_settings({{"preset", preset}}), smooth, {}, left_right);
+        }
+        expect_mirrored({}, image, constant_hint(91, 67, 1, 1), left_right);
+    }
+    // The checkerboard always looks up, so it mirrors in x only.
+    expect_mirrored({{"hint", std::string("checkerboard")}}, image, constant_hint(91, 67, 1, 1),
+                    true);
+}
+
+TEST(Truth, NonFiniteTexelsNeitherSpreadNorVanish) {
+    const float inf = INFINITY;
+    for (const char* blend : {"stored", "tonemapped"}) {
+        for (const char* hint : kHints) {
+            for (const float gate : {0.5f, 1.0f}) {
+                ImageF image = color_noise(32, 24, 33, 0.0f, 1.0f);
+                int count = 0;
+                for (const float bad : {NAN, inf, -inf}) {
+                    for (int c = 0; c < 4; ++c) {
+                        image.at(3 + 7 * c, 4 + count * 6, c) = bad;
+                    }
+                    ++count;
+                }
+                const ImageF out = run({{"hint", std::string(hint)}, {"blend", std::string(blend)}},
+                                       image, constant_hint(32, 24, gate, gate));
+                int other = 0;
+                for (int y = 0; y < 24; ++y) {
+                    for (int x = 0; x < 32; ++x) {
+                        bool before = true, after = true, same = true;
+                        for (int c = 0; c < 4; ++c) {
+                            before &= std::isfinite(image.at(x, y, c));
+                            after &= std::isfinite(out.at(x, y, c));
+                            same &= std::isnan(image.at(x, y, c))
+                                        ? std::isnan(out.at(x, y, c))
+                                        : image.at(x, y, c) == out.at(x, y, c);
+                        }
+                        EXPECT_EQ(before, after) << blend << " " << hint << " " << x << "," << y;
+                        if (!before) EXPECT_TRUE(same) << "a non-finite texel stays as it is";
+                        other += before && !same;
+                    }
+                }
+                EXPECT_GT(other, 300);  // and the rest is filtered
+            }
+        }
+    }
+}
+
+TEST(Truth, NonFiniteHintsAreNone) {
+    const ImageF image = color_noise(16, 16, 5, 0.0f, 1.0f);
+    const ImageF plain = run({{"hint", std::string("none")}}, image);
+    for (const char* hint : {"checkerboard", "threshold"}) {
+        const SettingList settings = {{"hint", std::string(hint)}};
+        for (const float none : {NAN, -1.0f, 0.0f, -INFINITY})
+            EXPECT_TRUE(equal_bits(run(settings, image, constant_hint(16, 16, none, none)), plain));
+        EXPECT_TRUE(equal_bits(run(settings, image, constant_hint(16, 16, INFINITY, 7)),
+                               run(settings, image, constant_hint(16, 16, 1, 1))));
+    }
+}
+
+TEST(Truth, FiniteInputsOfAnySizeStayFiniteAndInRange) {
+    // Each channel lies between the smallest and the largest of the 3x3 neighbourhood and 0: the
+    // mixed pair is in there, and the tone-mapped blend darkens towards 0 only.
+    ImageF image = color_noise(48, 40, 8, -1.0f, 1.0f);
+    const float sizes[] = {1e-38f, 1e-3f, 1, 65504, 1e30f, 3.4e38f};
+    for (int y = 0; y < 40; ++y)
+        for (int x = 0; x < 48; ++x)
+            for (int c = 0; c < 4; ++c) image.at(x, y, c) *= sizes[(x * 5 + y * 3 + c) % 6];
+    for (const char* blend : {"stored", "tonemapped"}) {
+        for (const double ev : {-32.0, 0.0, 32.0}) {
+            const ImageF out = run({{"blend", std::string(blend)}, {"exposure_ev", ev}}, image,
+                                   constant_hint(48, 40, 1, 1));
+            ASSERT_TRUE(finite(out)) << blend << " " << ev;
+            for (int y = 0; y < 40; ++y) {
+                for (int x = 0; x < 48; ++x) {
+                    for (int c = 0; c < 4; ++c) {
+                        float low = 0, high = 0;
+                        for (int j = -1; j <= 1; ++j) {
+                            for (int i = -1; i <= 1; ++i) {
+                                const float v =
+                                    image.at(std::clamp(x + i, 0, 47), std::clamp(y + j, 0, 39), c);
+                                low = std::min(low, v);
+                                high = std::max(high, v);
+                            }
+                        }
+                        EXPECT_GE(out.at(x, y, c), low);
+                        EXPECT_LE(out.at(x, y, c), high);
+                    }
+                }
+            }
+        }
+    }
+}
+
+TEST(Truth, OnePixelAndOneLine) {
+    const ImageF one = constant_image(1, 1, {0.2f, 0.9f, 3.0f, 0.5f});
+    for (const char* hint : kHints)
+        EXPECT_TRUE(
+            equal_bits(run({{"hint", std::string(hint)}}, one, constant_hint(1, 1, 1, 1)), one));
+
+    // One row 0 0 0 1 1 1: at the left of the border N = S = NE = ... follow the row, so it is an
+    // endless vertical edge: H = 0.05041152 as in the 2-D case, from E.
+    const ImageF row = grey_picture(6, 1, [](int x, int) { return x < 3 ? 0 : 1; });
+    const ImageF out = run(stored_settings(), row);
+    EXPECT_NEAR(out.at(2, 0), 0.05041152, 1e-6);
+    EXPECT_NEAR(out.at(3, 0), 0.94958848, 1e-6);
+    EXPECT_EQ(out.at(1, 0), 0.0f);
+    const ImageF column = grey_picture(1, 6, [](int, int y) { return y < 3 ? 0 : 1; });
+    const ImageF down = run(stored_settings(), column);
+    EXPECT_NEAR(down.at(0, 2), 0.05041152, 1e-6);
+    EXPECT_NEAR(down.at(0, 3), 0.94958848, 1e-6);
+}
+
+TEST(Truth, OnePixelIsLeftOutWithAReason) {
+    const FramePlanes planes = planes_of(constant_image(1, 1, {0.2f, 0.9f, 3.0f, 0.5f}));
+    auto plan = make_plan(fxaa_chain({}), describe(planes));
+    ASSERT_TRUE(plan.ok());
+    ASSERT_EQ(plan->left_out.size(), 1u);
+    EXPECT_EQ(plan->left_out[0].rule, kRuleFacts);
+    EXPECT_TRUE(plan->steps.empty());
+    const FramePlanes wide = planes_of(constant_image(2, 1, {0, 0, 0, 1}));
+    auto kept = make_plan(fxaa_chain({}), describe(wide));
+    ASSERT_TRUE(kept.ok());
+    EXPECT_EQ(kept->steps.size(), 2u);
+}
+
+TEST(Truth, ExactTiesFollowTheStatedOrder) {
+    // Black and 1e30 from a hash: the display luma is exactly 0 or 1 (weights 1/4, 1/2, 1/4), so
+    // that scores, gradients and ends tie everywhere and fp32 and double both see it.
+    const ImageF pattern = grey_picture(128, 96, [](int x, int y) {
+        return ((x * 73856093u) ^ (y * 19349663u) ^ ((x * y) * 83492791u)) >> 13 & 1u ? 1e30 : 0;
+    });
+    const FramePlanes planes = planes_of(pattern);
+    FrameDescription frame = describe(planes);
+    frame.luma_weights = {0.25, 0.5, 0.25};
+    for (const int64_t preset : fxaa::presets()) {
+        const Chain chain = fxaa_chain({{"preset", preset}, {"blend", std::string("stored")}});
+        const FramePlanes gpu = filter(chain, frame, planes);
+        const ReferenceFrame cpu = reference(chain, frame, planes);
+        const Difference difference =
+            compare(gpu.at(Role::color), cpu.planes.at(Role::color), 2e-4);
+        EXPECT_LE(difference.fraction, 0.03) << preset << ": " << difference.text;
+    }
+}
+
+TEST(Truth, AlphaIsFilteredWithColor) {
+    ImageF image = grey_picture(16, 8, [](int, int y) { return y < 4 ? 1 : 0; });
+    for (int y = 0; y < 8; ++y)
+        for (int x = 0; x < 16; ++x) image.at(x, y, 3) = image.at(x, y, 0);
+    for (const char* blend : {"stored", "tonemapped"}) {
+        const ImageF out = run({{"blend", std::string(blend)}}, image);
+        EXPECT_NEAR(out.at(8, 3, 3), 0.94958848, 1e-6) << blend;
+        EXPECT_NEAR(out.at(8, 4, 3), 0.05041152, 1e-6) << blend;
+    }
+}
+
+// ---- parameters ------------------------------------------------------------------------------
+
+TEST(Parameter, SubpixEnds) {
+    // A line of one row: 0 leaves it alone (its ends are too far to matter), 1 takes all of N that
+    // the sub-pixel stage finds: A = (2*2 + 0)/12 - 1 = -2/3, t = 2/3, H = 400/729.
+    const ImageF line = grey_picture(64, 9, [](int, int y) { return y == 4; });
+    EXPECT_EQ(run(stored_settings({{"subpix", 0.0}}), line).at(32, 4), 1.0f);
+    EXPECT_NEAR(run(stored_settings({{"subpix", 1.0}}), line).at(32, 4), 1 - 400.0 / 729, 1e-6);
+}
+
+TEST(Parameter, EdgeThresholdEnds) {
+    const ImageF grey = grey_picture(16, 8, [](int, int y) { return y < 4 ? 0.9 : 0.6; });
+    const SettingList all = stored_settings({{"edge_threshold", 0.0}});
+    EXPECT_NE(run(all, grey).at(8, 3), 0.9f);
+    EXPECT_EQ(run(stored_settings({{"edge_threshold", 1.0}}), grey).at(8, 3), 0.9f);
+    // At 1 only full contrast, down to 0, is an edge.
+    EXPECT_NE(run(stored_settings({{"edge_threshold", 1.0}}),
+                  grey_picture(16, 8, [](int, int y) { return y < 4 ? 0.9 : 0; }))
+                  .at(8, 3),
+              0.9f);
+}
+
+TEST(Parameter, EdgeThresholdMinEnds) {
+    const ImageF dark = grey_picture(16, 8, [](int, int y) { return y < 4 ? 0.05 : 0.01; });
+    EXPECT_NE(run(stored_settings({{"edge_threshold_min", 0.0}}), dark).at(8, 3), 0.05f);
+    EXPECT_EQ(run(stored_settings({{"edge_threshold_min", 1.0}}), dark).at(8, 3), 0.05f);
+}
+
+TEST(Parameter, LumaChoices) {
+    // Highlights 20 beside 40: an edge of 20 in stored values, none on the display
+    // (0.9759 and 0.9877).
+    const ImageF high = grey_picture(16, 8, [](int, int y) { return y < 4 ? 40 : 20; });
+    EXPECT_NE(run({{"luma", std::string("stored")}}, high).at(8, 3), 40.0f);
+    EXPECT_EQ(run({{"luma", std::string("display")}}, high).at(8, 3), 40.0f);
+}
+
+TEST(Parameter, ExposureEnds) {
+    // A step of 40 to 20 becomes visible when exposed down (5 stops: 1.25 and 0.625); at either
+    // end of the range everything is white or black.
+    const ImageF high = grey_picture(16, 8, [](int, int y) { return y < 4 ? 40 : 20; });
+    EXPECT_NE(run({{"exposure_ev", -5.0}}, high).at(8, 3), 40.0f);
+    EXPECT_EQ(run({{"exposure_ev", -32.0}}, high).at(8, 3), 40.0f);
+    EXPECT_EQ(run({{"exposure_ev", 32.0}}, high).at(8, 3), 40.0f);
+    // It also shapes the blend: the further down, the nearer to the blend of stored values.
+    const ImageF step = grey_picture(16, 8, [](int, int y) { return y < 4 ? 3 : 0; });
+    const SettingList stored_luma = {{"luma", std::string("stored")}};
+    SettingList dark = stored_luma, bright = stored_luma;
+    dark.push_back({"exposure_ev", -32.0});
+    bright.push_back({"exposure_ev", 32.0});
+    EXPECT_NEAR(run(dark, step).at(8, 4), 3 * 0.05041152, 1e-5);
+    EXPECT_LT(run(bright, step).at(8, 4), 1e-9f);
+}
+
+TEST(Parameter, BlendChoices) {
+    // A firefly of 1000 beside an edge: stored smears it, tone-mapped does not.
+    const ImageF fly =
+        grey_picture(9, 9, [](int x, int y) { return x == 4 && y == 4 ? 1000 : 0.1; });
+    const float stored = run({{"blend", std::string("stored")}}, fly).at(4, 3);
+    const float mapped = run({{"blend", std::string("tonemapped")}}, fly).at(4, 3);
+    EXPECT_GT(stored, 4.0f);  // weight 4/729 * 0.75 = 0.0041 of 1000
+    EXPECT_LT(mapped, 0.11f);
+    EXPECT_GT(mapped, 0.1f);
+}
+
+TEST(Parameter, TableRefusesWhatIsOutOfRange) {
+    const ParameterTable& table = *fxaa::pass_type().parameters;
+    fxaa::Parameters parameters;
+    for (const int64_t bad : {9, 16, 19, 30, 38, 40})
+        EXPECT_FALSE(table.set(&parameters, "preset", bad).ok()) << bad;
+    for (const char* key : {"subpix", "edge_threshold", "edge_threshold_min"}) {
+        EXPECT_FALSE(table.set(&parameters, key, -0.01).ok()) << key;
+        EXPECT_FALSE(table.set(&parameters, key, 1.01).ok()) << key;
+    }
+    EXPECT_FALSE(table.set(&parameters, "exposure_ev", 33.0).ok());
+    EXPECT_FALSE(table.set(&parameters, "luma", std::string("linear")).ok());
+    EXPECT_FALSE(table.set(&parameters, "hint", std::string("checker")).ok());
+    EXPECT_EQ(parameters.preset, 12);
+    EXPECT_EQ(parameters.subpix, 0.75);
+    EXPECT_EQ(parameters.edge_threshold, 0.166);
+    EXPECT_EQ(parameters.edge_threshold_min, 0.0833);
+    EXPECT_EQ(parameters.exposure_ev, 0.0);
+    EXPECT_EQ(parameters.luma, fxaa::Luma::display);
+    EXPECT_EQ(parameters.blend, fxaa::Blend::tonemapped);
+}
+
+}  // namespace
+}  // namespace postchain::test

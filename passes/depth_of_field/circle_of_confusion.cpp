@@ -135,7 +135,7 @@ double CircleOfConfusion::largest_radius_px(double w_min, double w_max) const {
                                 far_radius_px * std::clamp(far_part, 0.0, 1.0)});
         }
     }
-    return std::min(largest * (1 + kGpuRelativeError), max_radius_px);
+    return std::min(largest * (1 + kGpuRelativeError), largest_radius_px());
 }
 
 double CircleOfConfusion::largest_radius_px() const {

@@ -77,7 +77,8 @@ TextureId add_blur(PassPlanner& planner, const Parameters& parameters, const Gil
     step.program = {"depth_of_field/gilham_blur.comp", {{"STEP", direction}}};
     step.bindings = {{0, source, Access::sample_nearest}, {0, blurred, Access::write}};
     if (parameters.leak != Leak::none) {
-        step.program.defines[parameters.leak == Leak::depth ? "LEAK_DEPTH" : "LEAK_COC"] = "1";
+        step.program.defines.emplace(parameters.leak == Leak::depth ? "LEAK_DEPTH" : "LEAK_COC",
+                                     "1");
         step.bindings.push_back({1, guide, Access::sample_nearest});
     }
     step.set_block(blur_block_of(sizes));
@@ -140,15 +141,15 @@ void plan_gilham(const Parameters& parameters, const CircleOfConfusion& coc, Pas
     down.name = "downsample";
     down.program = {"depth_of_field/gilham_downsample.comp",
                     {{"FACTOR", std::to_string(sizes.factor)}}};
-    if (half) down.program.defines["HALF_STORAGE"] = "1";
-    if (parameters.hdr_weight) down.program.defines["HDR_WEIGHT"] = "1";
+    if (half) down.program.defines.emplace("HALF_STORAGE", "1");
+    if (parameters.hdr_weight) down.program.defines.emplace("HDR_WEIGHT", "1");
     down.bindings = {{0, sharp, Access::sample_nearest}, {0, small, Access::write}};
     if (parameters.leak != Leak::none) {
         const bool by_depth = parameters.leak == Leak::depth;
         // Always 32 bits: a ratio of two depths 2 % apart decides.
         guide = planner.texture(by_depth ? "small_depth" : "small_radius", Format::r32f,
                                 sizes.low_width, sizes.low_height);
-        down.program.defines[by_depth ? "GUIDE_DEPTH" : "GUIDE_RADIUS"] = "1";
+        down.program.defines.emplace(by_depth ? "GUIDE_DEPTH" : "GUIDE_RADIUS", "1");
         down.bindings.push_back({1, by_depth ? depth : radius, Access::sample_nearest});
         down.bindings.push_back({1, guide, Access::write});
     }
@@ -168,7 +169,7 @@ void plan_gilham(const Parameters& parameters, const CircleOfConfusion& coc, Pas
     composite.name = "composite";
     composite.program = {"depth_of_field/gilham_composite.comp",
                          {{"FACTOR", std::to_string(sizes.factor)}}};
-    if (half) composite.program.defines["HALF_STORAGE"] = "1";
+    if (half) composite.program.defines.emplace("HALF_STORAGE", "1");
     composite.bindings = {{0, sharp, Access::sample_nearest},
                           {1, radius, Access::sample_nearest},
                           {2, blur_y, Access::sample_nearest},
@@ -178,7 +179,7 @@ void plan_gilham(const Parameters& parameters, const CircleOfConfusion& coc, Pas
     if (carry_hint) {
         const TextureId given = planner.input(Role::hint);
         hint = planner.texture("hint", planner.describe(given).format, frame.width, frame.height);
-        composite.program.defines["WITH_HINT"] = "1";
+        composite.program.defines.emplace("WITH_HINT", "1");
         composite.bindings.push_back({3, given, Access::sample_nearest});
         composite.bindings.push_back({1, hint, Access::write});
     }

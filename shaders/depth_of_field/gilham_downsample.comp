@@ -28,9 +28,9 @@ void main() {
     ivec2 first = low * FACTOR;
     ivec2 end = min(first + FACTOR, block.size);
 
-    // anchor + sum of weight (c - anchor) / sum of weight: the mean, and exact when all are equal.
-    // Non-finite colours do not count; a box of nothing else is 0.
-    vec4 anchor = vec4(0.0);
+    // Non-finite colours do not count; a box of nothing else is 0. Equal colours return unrounded.
+    vec4 first_color = vec4(0.0);
+    bool all_equal = true;
     vec4 sum = vec4(0.0);
     float total = 0.0;
 #if defined(GUIDE_DEPTH) || defined(GUIDE_RADIUS)
@@ -41,13 +41,14 @@ void main() {
         for (int x = first.x; x < end.x; ++x) {
             vec4 c = texelFetch(color, ivec2(x, y), 0);
             if (is_finite(c)) {
-                if (total == 0.0) anchor = c;
+                if (total == 0.0) first_color = c;
+                all_equal = all_equal && c == first_color;
 #ifdef HDR_WEIGHT
                 float weight = 1.0 / (1.0 + max(max(c.r, max(c.g, c.b)), 0.0));
 #else
                 float weight = 1.0;
 #endif
-                sum += weight * (c - anchor);
+                sum += weight * c;
                 total += weight;
             }
 #if defined(GUIDE_DEPTH) || defined(GUIDE_RADIUS)
@@ -55,8 +56,7 @@ void main() {
 #endif
         }
     }
-    vec4 mean = total > 0.0 ? anchor + sum / total : vec4(0.0);
-    imageStore(small, low, storable(mean));
+    imageStore(small, low, storable(all_equal ? first_color : sum / total));
 #if defined(GUIDE_DEPTH) || defined(GUIDE_RADIUS)
     ivec2 count = end - first;
     float guide = guide_anchor + guide_sum / float(count.x * count.y);

@@ -1,0 +1,357 @@
+// The signed circle of confusion: the spec's numbers, its three sources on the GPU, and the
+// errors of a configuration that has none.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "chain/convert.h"
+#include "passes/depth_of_field/circle_of_confusion.h"
+#include "tests/depth_of_field/support.h"
+
+namespace postchain::test {
+namespace {
+
+using namespace std::string_literals;
+
+using depth_of_field::circle_of_confusion;
+using depth_of_field::CircleOfConfusion;
+using depth_of_field::CocSource;
+using depth_of_field::Parameters;
+using testing::AllOf;
+using testing::HasSubstr;
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+
+FrameDescription frame_1920(double focal_mm, double f_stop, double focus, double per_unit = 1) {
+    FrameDescription frame;
+    frame.width = frame.display_width = 1920;
+    frame.height = frame.display_height = 1080;
+    frame.camera.focal_length_mm = focal_mm;
+    frame.camera.f_stop = f_stop;
+    frame.camera.focus_distance = focus;
+    frame.camera.sensor_width_mm = 36;
+    frame.camera.meters_per_unit = per_unit;
+    return frame;
+}
+
+double diameter(const FrameDescription& frame, bool breathing, double d) {
+    Parameters parameters;
+    parameters.breathing = breathing;
+    parameters.max_radius_px = 1000;
+    const auto coc = circle_of_confusion(parameters, frame);
+    EXPECT_TRUE(coc.ok()) << coc.status().message();
+    return coc.ok() ? 2 * coc->radius_px(1 / d) : NAN;
+}
+
+// The figures of spec depth_of_field.md; infinity is w = 0.
+TEST(circle_of_confusion, numbers_of_the_spec) {
+    const FrameDescription f50 = frame_1920(50, 2.8, 5);
+    EXPECT_NEAR(diameter(f50, true, 10), 4.8100, 5e-5);
+    EXPECT_NEAR(diameter(f50, true, INFINITY), 9.6200, 5e-5);
+    EXPECT_NEAR(diameter(f50, true, 1), -38.4800, 5e-5);
+    EXPECT_NEAR(diameter(frame_1920(85, 1.4, 2), true, INFINITY), 143.7275, 5e-5);
+    EXPECT_NEAR(diameter(frame_1920(24, 8, 3), true, INFINITY), 1.2903, 5e-5);
+}
+
+// Without refocusing the diameter is smaller by (s - f)/s: at infinity c = f_px A/s with
+// f_px = 50 * 1920/36 = 2666.667 px and A = 50/2.8 mm: 2666.667 * 0.017857143 / 5 = 9.5238.
+TEST(circle_of_confusion, without_breathing_as_a_renderer_samples_the_lens) {
+    const FrameDescription f50 = frame_1920(50, 2.8, 5);
+    EXPECT_NEAR(diameter(f50, false, INFINITY), 9.5238095, 1e-6);
+    for (const double d : {0.5, 1.0, 10.0, 100.0})
+        EXPECT_NEAR(diameter(f50, true, d) / diameter(f50, false, d), 5 / 4.95, 1e-9);
+}
+
+// A scene in centimetres: every distance times 100, meters_per_unit 0.01, the same pixels.
+TEST(circle_of_confusion, scene_units_cancel) {
+    const FrameDescription meters = frame_1920(50, 2.8, 5);
+    const FrameDescription centimeters = frame_1920(50, 2.8, 500, 0.01);
+    for (const double d : {0.7, 3.0, 20.0})
+        for (const bool breathing : {false, true})
+            EXPECT_NEAR(diameter(meters, breathing, d), diameter(centimeters, breathing, 100 * d),
+                        1e-9);
+}
+
+// An overscan data window does not change the lens: W is the display width.
+TEST(circle_of_confusion, width_is_the_display_width) {
+    FrameDescription overscan = frame_1920(50, 2.8, 5);
+    overscan.width = 2200;
+    EXPECT_EQ(diameter(overscan, true, 10), diameter(frame_1920(50, 2.8, 5), true, 10));
+    overscan.display_width = 960;
+    EXPECT_NEAR(diameter(overscan, true, 10), 4.8100 / 2, 5e-5);
+}
+
+TEST(circle_of_confusion, own_values_beat_the_camera) {
+    const FrameDescription frame = frame_1920(24, 8, 3);
+    Parameters own;
+    own.focal_length_mm = 50;
+    own.f_stop = 2.8;
+    own.focus_distance = 5;
+    own.breathing = true;
+    const auto coc = circle_of_confusion(own, frame);
+    ASSERT_TRUE(coc.ok());
+    EXPECT_NEAR(2 * coc->radius_px(0.1), 4.8100, 5e-5);
+    own.sensor_width_mm = 18;  // half the sensor, twice the pixels
+    EXPECT_NEAR(2 * circle_of_confusion(own, frame)->radius_px(0.1), 9.6200, 5e-5);
+}
+
+// The largest radius is an upper bound of |R| over the whole range of depths, and tight.
+TEST(circle_of_confusion, largest_radius_bounds_every_depth) {
+    const FrameDescription frame = describe_round(deep_planes(4, 4));
+    for (const CocSource source : {CocSource::lens, CocSource::planes, CocSource::range}) {
+        Parameters parameters;
+        parameters.coc = source;
+        parameters.near_blurry = 1;
+        parameters.near_sharp = 3;
+        parameters.far_sharp = 5;
+        parameters.far_blurry = 9;
+        const CircleOfConfusion coc = *circle_of_confusion(parameters, frame);
+        for (const auto& [low, high] :
+             {std::pair{0.0, 0.1}, {0.15, 0.24}, {0.2, 0.7}, {0.4, 9.0}}) {
+            double seen = 0;
+            for (int i = 0; i <= 1000; ++i)
+                seen = std::max(seen, std::abs(coc.radius_px(low + (high - low) * i / 1000)));
+            EXPECT_GE(coc.largest_radius_px(low, high), seen);
+            EXPECT_LE(coc.largest_radius_px(low, high), seen * 1.0001 + 1e-4);
+            EXPECT_LE(coc.largest_radius_px(low, high), coc.largest_radius_px());
+        }
+    }
+}
+
+// ------------------------------------------------------------------------------ on the GPU
+
+ImageF coc_of(const std::vector<float>& inverse_depths, Settings settings) {
+    ImageF depth(int(inverse_depths.size()), 1, 1);
+    depth.data = inverse_depths;
+    const FramePlanes planes =
+        planes_of(constant_image(depth.width, 1, {0.5f, 0.5f, 0.5f, 1}), depth);
+    return dof_stages(planes, settings).stages.at(stage("coc"));
+}
+
+void expect_radii(const ImageF& coc, const std::vector<double>& expected) {
+    ASSERT_EQ(coc.data.size(), expected.size());
+    for (size_t i = 0; i < expected.size(); ++i)
+        EXPECT_NEAR(coc.data[i], expected[i], 2e-5) << "pixel " << i;
+}
+
+// R = 32 (1/4 - w), |R| <= 19.2: w 0 -> 8; 1/16 -> 32 * 3/16 = 6; 1/8 -> 4; 1/4 -> 0;
+// 1/2 -> -8; 3/4 -> -16; 1 -> -24, clamped to -19.2; and d -> 0 in every form.
+TEST(coc_stage, lens_by_hand) {
+    expect_radii(coc_of({0, 0.0625f, 0.125f, 0.25f, 0.5f, 0.75f, 1, 1e30f, kInfinity}, {}),
+                 {8, 6, 4, 0, -8, -16, -19.2, -19.2, -19.2});
+    // Breathing multiplies by s/(s-f) = 4/3.964.
+    expect_radii(coc_of({0, 0.125f, 0.5f}, {{"breathing", true}}),
+                 {8 * 4 / 3.964, 4 * 4 / 3.964, -8 * 4 / 3.964});
+}
+
+// near 1..3, far 5..9, radii 0.015 * 640 = 9.6 and 0.005 * 640 = 3.2. d = 0.5 and 1: -9.6;
+// d = 2: half the ramp, -4.8; d = 3, 4, 5: 0; d = 7: half the ramp, 1.6; d = 9, 20, sky: 3.2.
+TEST(coc_stage, planes_by_hand) {
+    expect_radii(coc_of({2, 1, 0.5f, 1.0f / 3, 0.25f, 0.2f, 1.0f / 7, 1.0f / 9, 0.05f, 0},
+                        {{"coc", "planes"s},
+                         {"near_blurry", 1.0},
+                         {"near_sharp", 3.0},
+                         {"far_sharp", 5.0},
+                         {"far_blurry", 9.0}}),
+                 {-9.6, -9.6, -4.8, 0, 0, 0, 1.6, 3.2, 3.2, 3.2});
+}
+
+// R = 10 clamp((d - 4)/2, -1, 1): d = 1 and 2: -10; 3: -5; 4: 0; 5: 5; 8 and sky: 10. The focus
+// comes from `focus`, from the pass's focus_distance, or from the camera (4).
+TEST(coc_stage, range_by_hand) {
+    const std::vector<float> w = {1, 0.5f, 1.0f / 3, 0.25f, 0.2f, 0.125f, 0};
+    const std::vector<double> radii = {-10, -10, -5, 0, 5, 10, 10};
+    expect_radii(coc_of(w, {{"coc", "range"s}, {"range", 2.0}, {"max_radius_px", 10.0}}), radii);
+    expect_radii(coc_of(w, {{"coc", "range"s},
+                            {"range", 2.0},
+                            {"max_radius_px", 10.0},
+                            {"focus_distance", 9.0},
+                            {"focus", 4.0}}),
+                 radii);
+    expect_radii(
+        coc_of(
+            {1, 0.125f, 0},
+            {{"coc", "range"s}, {"range", 2.0}, {"max_radius_px", 10.0}, {"focus_distance", 9.0}}),
+        {-10, -5, 10});
+}
+
+// NaN and negative inverse depths, which a host might hand over, count as sky.
+TEST(coc_stage, bad_depth_is_sky) {
+    for (const char* source : {"lens", "planes", "range"}) {
+        const ImageF coc = coc_of({kNan, -1, -kInfinity, 0}, {{"coc", std::string(source)}});
+        for (int i = 0; i < 3; ++i) EXPECT_EQ(coc.at(i, 0), coc.at(3, 0)) << source;
+    }
+}
+
+// s -> f: the radius of everything off the focus plane grows without bound and is clamped.
+TEST(coc_stage, focus_near_the_focal_length) {
+    for (const double beyond : {1e-3, 1e-6, 1e-9, 1e-12}) {
+        const double s = 0.036 * (1 + beyond);
+        expect_radii(coc_of({0, 0.25f, 1, 100}, {{"focus_distance", s}, {"breathing", true}}),
+                     {19.2, 19.2, 19.2, -19.2});
+    }
+}
+
+// Equal d, every encoding of spec frame.md: equal radius. fp32 buffers hold each distance to
+// about 2^-24 of the encoding's range, hence the bound.
+TEST(coc_stage, equal_for_equal_depth_in_every_encoding) {
+    const double n = 0.5, F = 50;
+    const std::vector<double> distances = {0.75, 1, 2.5, 4, 7, 20, 45};
+    const int count = int(distances.size());
+    std::vector<double> expected;  // R = 32 (1/4 - 1/d), clamped
+    for (const double d : distances)
+        expected.push_back(std::clamp(32 * (0.25 - 1 / d), -19.2, 19.2));
+
+    const auto stored = [&](DepthEncoding encoding, int x) -> double {
+        const double d = distances[size_t(x)];
+        switch (encoding) {
+            case DepthEncoding::linear:
+                return d;
+            case DepthEncoding::inverse:
+                return 1 / d;
+            case DepthEncoding::forward:
+                return (1 / n - 1 / d) / (1 / n - 1 / F);
+            case DepthEncoding::forward_infinite:
+                return 1 - n / d;
+            case DepthEncoding::reverse:
+                return (1 / d - 1 / F) / (1 / n - 1 / F);
+            case DepthEncoding::reverse_infinite:
+                return n / d;
+            case DepthEncoding::ray_distance: {
+                // Pixel x of the display window's row 0: the ray's slope from its centre.
+                const double rx = x + 0.5 - 320, ry = 0.5 - 180;
+                return d * std::sqrt(rx * rx + ry * ry + 640.0 * 640.0) / 640;
+            }
+        }
+        return 0;
+    };
+    for (size_t i = 0; i < depth_encoding_names().size(); ++i) {
+        const auto encoding = DepthEncoding(i);
+        FramePlanes planes = flat_planes(constant_image(count, 1, {0.5f, 0.5f, 0.5f, 1}), 0);
+        for (int x = 0; x < count; ++x)
+            planes[Role::inverse_depth].at(x, 0) = float(stored(encoding, x));
+        FrameDescription frame;
+        frame.camera = round_camera();
+        frame.camera.near_clip = n;
+        frame.camera.far_clip = F;
+        frame.display_width = 640;
+        frame.display_height = 360;
+        ConvertOptions options;
+        options.depth = encoding;
+        const Status status = convert_frame(planes, frame, options);
+        ASSERT_TRUE(status.ok()) << status.message();
+        PlanOptions whole;
+        whole.elide = false;
+        const ImageF coc = filter_with_stages(chain_of("depth_of_field"), frame, planes, whole)
+                               .stages.at(stage("coc"));
+        for (int x = 0; x < count; ++x)
+            EXPECT_NEAR(coc.at(x, 0), expected[size_t(x)], 3e-5)
+                << depth_encoding_names()[i] << " at d = " << distances[size_t(x)];
+    }
+}
+
+// ----------------------------------------------------------------------- configuration errors
+
+std::string error_of(Settings settings, const Camera& camera) {
+    const FramePlanes planes = deep_planes(4, 4);
+    FrameDescription frame = describe_round(planes);
+    frame.camera = camera;
+    const auto plan = make_plan(chain_of("depth_of_field", settings), frame);
+    EXPECT_FALSE(plan.ok());
+    if (plan.ok()) return {};
+    EXPECT_EQ(plan.status().code(), StatusCode::chain);
+    return plan.status().message();
+}
+
+TEST(coc_errors, a_missing_lens_value_is_named_with_its_remedies) {
+    using Member = std::optional<double> Camera::*;
+    const std::pair<const char*, Member> members[] = {
+        {"focal_length_mm", &Camera::focal_length_mm},
+        {"f_stop", &Camera::f_stop},
+        {"focus_distance", &Camera::focus_distance},
+        {"sensor_width_mm", &Camera::sensor_width_mm}};
+    for (const auto& [name, member] : members) {
+        Camera camera = round_camera();
+        camera.*member = std::nullopt;
+        EXPECT_THAT(error_of({}, camera),
+                    AllOf(HasSubstr(concat("passes[0].depth_of_field: ", name, ": not known")),
+                          HasSubstr("chain's camera"), HasSubstr("--camera"),
+                          HasSubstr("file's metadata")));
+        for (const double bad : {0.0, -1.0, double(kNan)}) {
+            camera.*member = bad;
+            EXPECT_THAT(error_of({}, camera), AllOf(HasSubstr(concat(name, ": ", bad)),
+                                                    HasSubstr("from the camera is not > 0")));
+        }
+    }
+    // Sources without a lens need none of it.
+    EXPECT_TRUE(make_plan(chain_of("depth_of_field", {{"coc", "planes"s}}),
+                          [] {
+                              FrameDescription frame = describe_round(deep_planes(4, 4));
+                              frame.camera = {};
+                              return frame;
+                          }())
+                    .ok());
+    Camera no_focus = round_camera();
+    no_focus.focus_distance.reset();
+    EXPECT_THAT(error_of({{"coc", "range"s}}, no_focus), HasSubstr("focus: not known"));
+}
+
+TEST(coc_errors, focus_within_the_focal_length) {
+    for (const double s : {0.036, 0.01})
+        EXPECT_THAT(error_of({{"focus_distance", s}}, round_camera()),
+                    AllOf(HasSubstr(concat("focus_distance: ", s)), HasSubstr("focal length"),
+                          HasSubstr("36 mm"), HasSubstr("meters_per_unit")));
+    Camera millimeters = round_camera();  // one unit is 1 mm: the lens is 36 units long
+    millimeters.meters_per_unit = 1e-3;
+    millimeters.focus_distance = 36;
+    EXPECT_THAT(error_of({}, millimeters), HasSubstr("36 scene units at 0.001 m per unit"));
+    millimeters.meters_per_unit = 0;
+    EXPECT_THAT(error_of({}, millimeters), HasSubstr("meters_per_unit: 0"));
+}
+
+TEST(coc_errors, planes_out_of_order) {
+    const auto planes = [](double a, double b, double c, double d) {
+        return error_of({{"coc", "planes"s},
+                         {"near_blurry", a},
+                         {"near_sharp", b},
+                         {"far_sharp", c},
+                         {"far_blurry", d}},
+                        round_camera());
+    };
+    EXPECT_THAT(planes(2, 2, 3, 4), HasSubstr("near_blurry: 2 is not < near_sharp (2)"));
+    EXPECT_THAT(planes(1, 3, 2, 4), HasSubstr("near_sharp: 3 is not <= far_sharp (2)"));
+    EXPECT_THAT(planes(1, 2, 4, 4), HasSubstr("far_sharp: 4 is not < far_blurry (4)"));
+}
+
+TEST(coc_errors, values_out_of_range_are_refused_by_the_table) {
+    const ParameterTable& table = *depth_of_field::pass_type().parameters;
+    Parameters parameters;
+    const std::pair<const char*, ParameterValue> bad[] = {
+        {"focal_length_mm", 0.0}, {"focal_length_mm", -50.0}, {"f_stop", 0.0},
+        {"f_stop", -1.0},         {"sensor_width_mm", 0.0},   {"focus_distance", 0.0},
+        {"range", 0.0},           {"downsample", int64_t(3)}, {"downsample", int64_t(8)},
+        {"max_radius_px", -1.0},  {"blur_sigma_px", -1.0},    {"max_near_fraction", 1.5},
+        {"method", "layered"s},   {"leak", "colour"s}};
+    for (const auto& [key, value] : bad)
+        EXPECT_EQ(table.set(&parameters, key, value).code(), StatusCode::chain) << key;
+}
+
+// The largest auto kernel of a 16384 px wide display fits; one that does not is named.
+TEST(coc_errors, kernel_too_wide) {
+    const FramePlanes planes = deep_planes(4, 4);
+    FrameDescription frame = describe_round(planes);
+    frame.display_width = 16384;
+    EXPECT_TRUE(make_plan(chain_of("depth_of_field", {{"downsample", int64_t(1)}}), frame).ok());
+    frame.display_width = 60000;
+    const auto plan = make_plan(chain_of("depth_of_field", {{"downsample", int64_t(1)}}), frame);
+    ASSERT_FALSE(plan.ok());
+    EXPECT_THAT(plan.status().message(),
+                AllOf(HasSubstr("blur_sigma_px: 900 px (auto) at downsample 1 needs 2700 taps"),
+                      HasSubstr("larger downsample")));
+}
+
+}  // namespace
+}  // namespace postchain::test

@@ -1,0 +1,148 @@
+// When the pass is left out of the plan, and that leaving it out changes no bit.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "tests/depth_of_field/support.h"
+
+namespace postchain::test {
+namespace {
+
+using namespace std::string_literals;
+using testing::MatchesRegex;
+
+FramePlanes focused_planes(float inverse_depth) {
+    return flat_planes(noise_image(33, 21, 4, 13), inverse_depth);
+}
+
+Plan plan_of(const Chain& chain, const FramePlanes& planes, const PlanOptions& options = {}) {
+    const auto plan = make_plan(chain, describe_round(planes), options);
+    EXPECT_TRUE(plan.ok()) << plan.status().message();
+    return plan.ok() ? *plan : Plan();
+}
+
+void expect_left_out(const Plan& plan, const std::string& rule, const std::string& reason) {
+    ASSERT_EQ(plan.passes.size(), 1u);
+    EXPECT_TRUE(plan.passes[0].left_out);
+    EXPECT_TRUE(plan.steps.empty());
+    EXPECT_EQ(plan.transient_bytes(), 0u);
+    ASSERT_FALSE(plan.left_out.empty());
+    EXPECT_EQ(plan.left_out[0].what, "depth_of_field");
+    EXPECT_EQ(plan.left_out[0].rule, rule);
+    EXPECT_THAT(plan.left_out[0].reason, MatchesRegex(reason));
+    EXPECT_EQ(plan.left_out[0].dispatches, 5);  // what it would have cost
+    EXPECT_GT(plan.left_out[0].bytes, 0u);
+}
+
+// Both ways to the same bits: left out, and run all the same.
+void expect_every_bit(const Chain& chain, const FramePlanes& planes) {
+    const FrameDescription frame = describe_round(planes);
+    EXPECT_TRUE(equal_bits(filter(chain, frame, planes).at(Role::color), planes.at(Role::color)));
+    PlanOptions whole;
+    whole.elide = false;
+    EXPECT_TRUE(
+        equal_bits(filter(chain, frame, planes, whole).at(Role::color), planes.at(Role::color)));
+}
+
+// R = 32 (1/4 - w) = 0.3125 px at w = 0.240234375.
+TEST(left_out, all_in_focus) {
+    const FramePlanes planes = focused_planes(0.240234375f);
+    const Chain chain = chain_of("depth_of_field");
+    expect_left_out(plan_of(chain, planes), kRuleFacts,
+                    "largest circle-of-confusion radius 0\\.31[0-9]* px <= 0\\.5 px");
+    expect_every_bit(chain, planes);
+    PlanOptions no_facts;
+    no_facts.rules_off = {kRuleFacts};
+    EXPECT_EQ(plan_of(chain, planes, no_facts).steps.size(), 5u);
+}
+
+TEST(left_out, between_the_sharp_planes) {
+    const FramePlanes planes = focused_planes(0.1f);  // d = 10, between 1 and 40
+    const Chain chain = chain_of("depth_of_field", {{"coc", "planes"s}});
+    expect_left_out(plan_of(chain, planes), kRuleFacts,
+                    "largest circle-of-confusion radius 0 px <= 0\\.5 px");
+    expect_every_bit(chain, planes);
+}
+
+TEST(left_out, by_configuration) {
+    const FramePlanes planes = deep_planes(33, 21);
+    const std::string reason = "no depth has a circle of confusion of a radius above .*";
+    const auto expect_exact = [&](const Chain& chain) {
+        expect_left_out(plan_of(chain, planes), kRuleConfiguration, reason);
+        expect_every_bit(chain, planes);
+    };
+    expect_exact(chain_of("depth_of_field", {{"max_radius_px", 0.5}}));
+    expect_exact(chain_of("depth_of_field", {{"max_radius_px", 0.0}}));
+    expect_exact(
+        chain_of("depth_of_field",
+                 {{"coc", "planes"s}, {"max_near_fraction", 0.0007}, {"max_far_fraction", 0.0}}));
+    Chain pinhole = chain_of("depth_of_field");
+    static_cast<depth_of_field::Parameters*>(pinhole.links[0].pass->parameters())->f_stop =
+        std::numeric_limits<double>::infinity();
+    expect_exact(pinhole);
+}
+
+TEST(left_out, not_when_one_pixel_blurs) {
+    FramePlanes planes = focused_planes(0.25f);
+    EXPECT_FALSE(plan_of(chain_of("depth_of_field"), planes).steps.size());
+    planes[Role::inverse_depth].at(7, 7) = 0.2f;  // R = 1.6
+    EXPECT_EQ(plan_of(chain_of("depth_of_field"), planes).steps.size(), 5u);
+}
+
+// The decision is made in double precision and the GPU works in fp32: walking the largest radius
+// through 0.5 px in steps from a few fp32 roundings, whatever is left out is exact when run.
+TEST(left_out, never_wrongly_at_the_threshold) {
+    int left = 0, kept = 0;
+    for (const char* coc : {"lens", "planes", "range"})
+        for (int i = -30; i <= 30; ++i) {
+            const double nudge = 1 + i * std::abs(i) * 2e-7;
+            // lens: R = 32 (1/4 - w). planes: R = 3.2 (d - 5)/4. range: R = 19.2 (d - 4)/10.
+            const double w = coc == "lens"s     ? 0.25 - 0.5 / 32 * nudge
+                             : coc == "planes"s ? 1 / (5 + 4 * 0.5 / 3.2 * nudge)
+                                                : 1 / (4 + 10 * 0.5 / 19.2 * nudge);
+            const FramePlanes planes = focused_planes(float(w));
+            const Chain chain = chain_of("depth_of_field", {{"coc", std::string(coc)},
+                                                            {"near_blurry", 1.0},
+                                                            {"near_sharp", 3.0},
+                                                            {"far_sharp", 5.0},
+                                                            {"far_blurry", 9.0},
+                                                            {"range", 10.0}});
+            if (plan_of(chain, planes).steps.empty()) {
+                ++left;
+                const ImageF coc_stage = filter_with_stages(chain, describe_round(planes), planes,
+                                                            [] {
+                                                                PlanOptions whole;
+                                                                whole.elide = false;
+                                                                return whole;
+                                                            }())
+                                             .stages.at(stage("coc"));
+                EXPECT_LE(std::abs(coc_stage.at(0, 0)), 0.5f) << coc << " step " << i;
+            } else {
+                ++kept;
+            }
+        }
+    EXPECT_GT(left, 30);
+    EXPECT_GT(kept, 30);
+}
+
+// A hint passes through unchanged only where |R| is 0: the pass stays while somebody reads it.
+TEST(left_out, hint_is_carried_exactly) {
+    FramePlanes planes = focused_planes(0.240234375f);  // |R| = 0.3125
+    planes[Role::hint] = constant_image(33, 21, {1, 1});
+    const Chain chain = chain_of("depth_of_field");
+    EXPECT_TRUE(plan_of(chain, planes).steps.empty());  // nobody reads the hint
+    PlanOptions with_hint;
+    with_hint.outputs = {Role::color, Role::hint};
+    EXPECT_EQ(plan_of(chain, planes, with_hint).steps.size(), 5u);
+    const FramePlanes result = filter(chain, describe_round(planes), planes, with_hint);
+    EXPECT_NEAR(result.at(Role::hint).at(5, 5), 0.6875, 1e-6);
+    EXPECT_TRUE(equal_bits(result.at(Role::color), planes.at(Role::color)));
+
+    const Chain in_focus = chain_of("depth_of_field", {{"coc", "planes"s}});  // R = 0 at d = 4.2
+    EXPECT_TRUE(plan_of(in_focus, planes, with_hint).steps.empty());
+}
+
+}  // namespace
+}  // namespace postchain::test

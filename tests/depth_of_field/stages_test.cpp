@@ -1,0 +1,126 @@
+// The GPU against the double-precision reference at every stage boundary.
+//
+// Bounds, |a - b| / max(1, |b|) at fp32 storage: coc 1e-5 (R is up to 19 px: a few roundings of
+// 2^-24), all others 2e-5. Colour reaches 4.
+#include <gtest/gtest.h>
+
+#include "tests/depth_of_field/support.h"
+
+namespace postchain::test {
+namespace {
+
+using namespace std::string_literals;
+
+constexpr double kCocBound = 1e-5;
+constexpr double kColorBound = 2e-5;
+
+void expect_stages_match(const Stages& gpu, const ReferenceFrame& reference,
+                         const std::string& what) {
+    EXPECT_EQ(gpu.stages.size(), reference.stages.size()) << what;
+    for (const auto& [name, expected] : reference.stages) {
+        ASSERT_TRUE(gpu.stages.count(name)) << what << " " << name;
+        const double bound = name == stage("coc") ? kCocBound : kColorBound;
+        const Difference difference = compare(gpu.stages.at(name), expected, bound);
+        EXPECT_LE(difference.max, bound) << what << " " << name << ": " << difference.text;
+    }
+    EXPECT_EQ(gpu.outputs.at(Role::color), gpu.stages.at(stage("color")));
+}
+
+class every_stage : public testing::TestWithParam<std::tuple<std::string, std::string, int, bool>> {
+};
+
+TEST_P(every_stage, equals_the_reference) {
+    const auto& [coc, leak, factor, hdr] = GetParam();
+    const Settings settings = {
+        {"coc", coc},        {"leak", leak},       {"downsample", int64_t(factor)},
+        {"hdr_weight", hdr}, {"near_blurry", 1.0}, {"near_sharp", 3.0},
+        {"far_sharp", 5.0},  {"far_blurry", 9.0},  {"range", 2.0}};
+    const FramePlanes planes = deep_planes(53, 35);  // a multiple of neither 2 nor 4
+    expect_stages_match(dof_stages(planes, settings), dof_reference(planes, settings), "");
+}
+
+std::string combination_name(const testing::TestParamInfo<every_stage::ParamType>& info) {
+    const auto& [coc, leak, factor, hdr] = info.param;
+    return concat(coc, "_leak_", leak, "_by_", factor, hdr ? "_hdr" : "");
+}
+
+INSTANTIATE_TEST_SUITE_P(all, every_stage,
+                         testing::Combine(testing::Values("lens"s, "planes"s, "range"s),
+                                          testing::Values("none"s, "depth"s, "coc"s),
+                                          testing::Values(1, 2, 4), testing::Bool()),
+                         combination_name);
+
+TEST(every_stage_too, sizes_around_the_box_and_the_work_group) {
+    for (const auto& [width, height] :
+         {std::pair{1, 1}, {1, 7}, {5, 1}, {3, 3}, {4, 4}, {16, 16}, {17, 15}, {67, 5}})
+        for (const char* leak : {"none", "coc"}) {
+            const FramePlanes planes = deep_planes(width, height);
+            const Settings settings = {{"leak", std::string(leak)}};
+            expect_stages_match(dof_stages(planes, settings), dof_reference(planes, settings),
+                                concat(width, "x", height, " leak ", leak));
+        }
+}
+
+TEST(every_stage_too, kernels_of_every_width) {
+    const FramePlanes planes = deep_planes(40, 30);
+    for (const double sigma : {0.0, 0.01, 0.3, 1.0, 4.0, 33.4, 500.0}) {
+        const Settings settings = {{"blur_sigma_px", sigma}, {"downsample", int64_t(1)}};
+        expect_stages_match(dof_stages(planes, settings), dof_reference(planes, settings),
+                            concat("sigma ", sigma));
+    }
+}
+
+// Values as far apart as renderers write them. fp32 holds a sum to 2^-24 of its largest term.
+TEST(every_stage_too, wide_dynamic_range) {
+    FramePlanes planes = deep_planes(40, 30);
+    planes[Role::color].at(11, 9, 0) = 1e10f;
+    planes[Role::color].at(30, 20, 1) = 65504;
+    planes[Role::color].at(3, 3, 2) = 1e-8f;
+    for (const char* leak : {"none", "depth", "coc"}) {
+        const Settings settings = {{"leak", std::string(leak)}};
+        const Stages gpu = dof_stages(planes, settings);
+        const ReferenceFrame reference = dof_reference(planes, settings);
+        for (const char* name : {"small", "blur_x", "blur_y", "color"}) {
+            const ImageF& a = gpu.stages.at(stage(name));
+            const ImageD& b = reference.stages.at(stage(name));
+            for (size_t i = 0; i < a.data.size(); ++i)
+                ASSERT_NEAR(a.data[i], b.data[i], 2e-6 * 1e10) << name << " leak " << leak;
+        }
+    }
+}
+
+// Half storage rounds every stage to 2^-11 of its value: with colours to 4, 4 * 2^-11 = 0.002 for
+// the copy, as much for each blur and the result; R to 19.2 is rounded by 2^-7 = 0.008 at most.
+TEST(every_stage_too, half_storage_stays_within_its_rounding) {
+    const FramePlanes planes = deep_planes(53, 35);
+    PlanOptions half;
+    half.precision = Precision::fp16;
+    half.elide = false;
+    const Chain chain = chain_of("depth_of_field", {{"leak", "coc"s}});
+    const FrameDescription frame = describe_round(planes);
+    const Stages gpu = filter_with_stages(chain, frame, planes, half);
+    const ReferenceFrame wanted = reference(chain, frame, planes, half);
+    for (const auto& [name, expected] : wanted.stages) {
+        const double bound = name == stage("coc") ? 0.008 : 0.008;
+        const Difference difference = compare(gpu.stages.at(name), expected, bound);
+        EXPECT_LE(difference.max, bound) << name << ": " << difference.text;
+        EXPECT_GT(difference.max, 1e-6) << name << " is not stored as half";
+    }
+}
+
+// Half holds 65504: what is larger saturates and stays a finite highlight.
+TEST(every_stage_too, half_storage_stays_finite) {
+    FramePlanes planes = deep_planes(40, 30);
+    planes[Role::color].at(11, 9, 0) = 1e10f;
+    planes[Role::color].at(30, 20, 1) = -1e10f;
+    PlanOptions half;
+    half.precision = Precision::fp16;
+    half.elide = false;
+    const Stages gpu =
+        filter_with_stages(chain_of("depth_of_field"), describe_round(planes), planes, half);
+    for (const auto& [name, image] : gpu.stages)
+        for (const float value : image.data) ASSERT_LE(std::abs(value), 65504.0f) << name;
+}
+
+}  // namespace
+}  // namespace postchain::test

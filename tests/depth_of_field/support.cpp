@@ -1,0 +1,79 @@
+#include "tests/depth_of_field/support.h"
+
+namespace postchain::test {
+
+Camera round_camera() {
+    Camera camera;
+    camera.focal_length_mm = 36;
+    camera.sensor_width_mm = 36;
+    camera.f_stop = 0.36;
+    camera.focus_distance = 4;
+    return camera;
+}
+
+FrameDescription describe_round(const FramePlanes& planes) {
+    FrameDescription frame = describe(planes);
+    frame.camera = round_camera();
+    frame.display_width = 640;
+    frame.display_height = 360;
+    return frame;
+}
+
+FramePlanes flat_planes(ImageF color, float inverse_depth) {
+    ImageF depth(color.width, color.height, 1, inverse_depth);
+    return planes_of(std::move(color), std::move(depth));
+}
+
+FramePlanes planes_of(ImageF color, ImageF inverse_depth) {
+    FramePlanes planes;
+    planes[Role::color] = std::move(color);
+    planes[Role::inverse_depth] = std::move(inverse_depth);
+    return planes;
+}
+
+FramePlanes deep_planes(int width, int height, uint32_t seed) {
+    ImageF depth(width, height, 1);
+    const ImageF noise = noise_image(width, height, 1, seed + 100);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            float& w = depth.at(x, y);
+            if (y >= height / 4) w = 0.15f + 0.2f * noise.at(x, y);  // d 2.9 .. 6.7, focus at 4
+            if (x >= width / 2 && y >= height / 2) w = 0.8f;         // d 1.25
+        }
+    return planes_of(noise_image(width, height, 4, seed, -0.25f, 4), std::move(depth));
+}
+
+namespace {
+PlanOptions whole() {
+    PlanOptions options;
+    options.elide = false;
+    return options;
+}
+}  // namespace
+
+ImageF dof(const FramePlanes& planes, Settings settings) {
+    return filter(chain_of("depth_of_field", settings), describe_round(planes), planes, whole())
+        .at(Role::color);
+}
+
+Stages dof_stages(const FramePlanes& planes, Settings settings) {
+    return filter_with_stages(chain_of("depth_of_field", settings), describe_round(planes), planes,
+                              whole());
+}
+
+ReferenceFrame dof_reference(const FramePlanes& planes, Settings settings) {
+    return reference(chain_of("depth_of_field", settings), describe_round(planes), planes, whole());
+}
+
+std::string stage(const std::string& name) {
+    return "0.depth_of_field." + name;
+}
+
+double sum_of(const ImageF& image, int channel) {
+    double sum = 0;
+    for (int y = 0; y < image.height; ++y)
+        for (int x = 0; x < image.width; ++x) sum += image.at(x, y, channel);
+    return sum;
+}
+
+}  // namespace postchain::test

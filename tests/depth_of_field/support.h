@@ -1,0 +1,38 @@
+// Frames for the tests of depth of field, and short ways to filter them.
+#pragma once
+
+#include <string>
+
+#include "passes/depth_of_field/depth_of_field.h"
+#include "tests/support/gpu.h"
+#include "tests/support/images.h"
+
+namespace postchain::test {
+
+// A lens with round numbers: f_px = 640, A = 0.1, s = 4, so R = 32 (1/4 - w) px, and
+// max_radius_px = 3 % of 640 = 19.2 px by default, whatever the size of the planes.
+Camera round_camera();
+
+// A frame of these planes seen by round_camera(), display width 640.
+FrameDescription describe_round(const FramePlanes& planes);
+
+// Colour and one inverse depth for all pixels.
+FramePlanes flat_planes(ImageF color, float inverse_depth);
+// Colour and an inverse depth per pixel.
+FramePlanes planes_of(ImageF color, ImageF inverse_depth);
+
+// Noise colour over three layers of depth: sky above, the focus plane, a near block.
+FramePlanes deep_planes(int width, int height, uint32_t seed = 3);
+
+// The pass over a frame of describe_round(); nothing is left out.
+ImageF dof(const FramePlanes& planes, Settings settings);
+Stages dof_stages(const FramePlanes& planes, Settings settings);
+ReferenceFrame dof_reference(const FramePlanes& planes, Settings settings);
+
+// "0.depth_of_field." + name
+std::string stage(const std::string& name);
+
+// Sum over a channel.
+double sum_of(const ImageF& image, int channel = 0);
+
+}  // namespace postchain::test

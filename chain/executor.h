@@ -54,6 +54,7 @@ class Executor {
     // Time of each pass in the last run; empty unless timing is on.
     void set_timing(bool on) { timing_ = on; }
     const std::vector<PassTime>& pass_times() const { return pass_times_; }
+    const char* timing_source() const { return clock_.source(); }
 
     ExecutorCounters counters() const;
 

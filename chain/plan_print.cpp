@@ -12,7 +12,9 @@ std::string quoted(const std::string& text) {
     std::string out = "\"";
     for (char c : text) {
         if (c == '"' || c == '\\') out += '\\';
-        if (static_cast<unsigned char>(c) < 0x20) {
+        if (c == '\n') {
+            out += "\\n";
+        } else if (static_cast<unsigned char>(c) < 0x20) {
             char code[8];
             std::snprintf(code, sizeof(code), "\\u%04x", c);
             out += code;

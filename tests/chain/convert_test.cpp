@@ -1,0 +1,188 @@
+// Conversion to the canonical frame. Expected values are computed here from the projection that
+// defines each encoding, not from the converter's formulas.
+#include "chain/convert.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace postchain {
+namespace {
+
+constexpr float kInf = std::numeric_limits<float>::infinity();
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+
+FrameDescription frame_of(int width, int height) {
+    FrameDescription frame;
+    frame.display_width = width;
+    frame.display_height = height;
+    frame.camera.near_clip = 0.25;
+    frame.camera.far_clip = 50;
+    frame.camera.focal_length_mm = 50;
+    frame.camera.sensor_width_mm = 36;
+    return frame;
+}
+
+// What a depth buffer holds at view distance d: z' / w' of a projection matrix with row
+// (0, 0, a, b) over (0, 0, 1, 0), i.e. a + b/d, with near and far mapped to the given ends.
+double buffer_depth(double d, double n, double f, double at_near, double at_far) {
+    const double b = (at_near - at_far) / (1 / n - 1 / f);
+    const double a = at_near - b / n;
+    return a + b / d;
+}
+
+TEST(Convert, EveryDepthEncodingGivesTheSameInverseDepth) {
+    const double n = 0.25, f = 50, infinite = 1e300;
+    for (double d : {0.25, 0.3, 1.0, 7.5, 49.0, 50.0}) {
+        const std::pair<DepthEncoding, double> stored[] = {
+            {DepthEncoding::linear, d},
+            {DepthEncoding::inverse, 1 / d},
+            {DepthEncoding::forward, buffer_depth(d, n, f, 0, 1)},
+            {DepthEncoding::reverse, buffer_depth(d, n, f, 1, 0)},
+            {DepthEncoding::forward_infinite, buffer_depth(d, n, infinite, 0, 1)},
+            {DepthEncoding::reverse_infinite, buffer_depth(d, n, infinite, 1, 0)},
+        };
+        for (const auto& [encoding, value] : stored) {
+            FramePlanes planes;
+            planes[Role::inverse_depth] = ImageF(1, 1, 1, float(value));
+            FrameDescription frame = frame_of(1, 1);
+            ConvertOptions options;
+            options.depth = encoding;
+            ASSERT_TRUE(convert_frame(planes, frame, options).ok());
+            // The stored value is rounded to float: 2^-24 of 1, times slope 1/n of the encoding.
+            EXPECT_NEAR(planes[Role::inverse_depth].data[0], 1 / d, 6e-8 / n + 6e-8 / d)
+                << "encoding " << depth_encoding_names()[size_t(encoding)] << ", d = " << d;
+        }
+    }
+}
+
+TEST(Convert, RayDistanceIsProjectedOnTheAxis) {
+    // 3 x 1 pixels, f_px = 50 * 3 / 36 = 4.1667. The left pixel's centre is 1 px off the axis:
+    // cos = 4.1667 / sqrt(4.1667^2 + 1) = 0.972387; d = 2 * cos.
+    FramePlanes planes;
+    planes[Role::inverse_depth] = ImageF(3, 1, 1, 2.0f);
+    FrameDescription frame = frame_of(3, 1);
+    ConvertOptions options;
+    options.depth = DepthEncoding::ray_distance;
+    ASSERT_TRUE(convert_frame(planes, frame, options).ok());
+    EXPECT_NEAR(planes[Role::inverse_depth].data[1], 0.5, 1e-7);
+    EXPECT_NEAR(planes[Role::inverse_depth].data[0], 0.5 / 0.9723871, 1e-6);
+    EXPECT_EQ(planes[Role::inverse_depth].data[0], planes[Role::inverse_depth].data[2]);
+}
+
+TEST(Convert, LinearDepthKnowsSkyAndNonsense) {
+    FramePlanes planes;
+    ImageF depth(7, 1, 1);
+    depth.data = {1e10f, kInf, -kInf, kNan, 0.0f, -1.0f, 1e-45f};
+    planes[Role::inverse_depth] = depth;
+    FrameDescription frame = frame_of(7, 1);
+    ASSERT_TRUE(convert_frame(planes, frame, {}).ok());
+    const auto& w = planes[Role::inverse_depth].data;
+    EXPECT_FLOAT_EQ(w[0], 1e-10f);  // Blender's background
+    for (int i : {1, 2, 3, 4, 5}) EXPECT_EQ(w[size_t(i)], 0.0f) << i;
+    EXPECT_TRUE(std::isfinite(w[6]) && w[6] > 1e38f);
+    EXPECT_EQ(frame.facts.nonfinite_depth, 2u);  // +Inf is a usual sky, -Inf and NaN are not
+    EXPECT_EQ(frame.facts.negative_depth, 2u);
+    EXPECT_EQ(frame.facts.first_nonfinite, (std::array<int, 2>{2, 0}));
+    EXPECT_EQ(frame.facts.min_inverse_depth, 0);
+}
+
+TEST(Convert, NearPlaneOfZeroIsAnError) {
+    for (auto encoding : {DepthEncoding::forward, DepthEncoding::reverse_infinite}) {
+        FramePlanes planes;
+        planes[Role::inverse_depth] = ImageF(1, 1, 1, 0.5f);
+        FrameDescription frame = frame_of(1, 1);
+        frame.camera.near_clip = 0;
+        ConvertOptions options;
+        options.depth = encoding;
+        const Status status = convert_frame(planes, frame, options);
+        EXPECT_EQ(status.code(), StatusCode::chain);
+        EXPECT_NE(status.message().find("camera.near_clip"), std::string::npos);
+    }
+}
+
+TEST(Convert, MotionSignsUnitsBiasAndSentinel) {
+    // A vector (3, 2) stored as -Z, +W of Blender: scale (-1, +1).
+    FramePlanes planes;
+    ImageF motion(4, 2, 2);
+    motion.data = {3, 2, 9999, 0, 0, -1e5f, 1, 1, kNan, 0, 0, kInf, 0, 0, 0, 0};
+    planes[Role::motion] = motion;
+    FrameDescription frame = frame_of(4, 2);
+    ConvertOptions options;
+    options.motion.scale_x = -1;
+    options.motion.sentinel = 9999;
+    ASSERT_TRUE(convert_frame(planes, frame, options).ok());
+    const auto& v = planes[Role::motion].data;
+    EXPECT_EQ(v[0], -3.0f);
+    EXPECT_EQ(v[1], 2.0f);
+    for (size_t i : {2u, 3u, 4u, 5u, 8u, 9u, 10u, 11u}) EXPECT_EQ(v[i], 0.0f) << i;
+    EXPECT_EQ(frame.facts.sentinel_motion, 3u);  // 9999, -1e5 and Inf
+    EXPECT_EQ(frame.facts.nonfinite_motion, 1u);
+    EXPECT_DOUBLE_EQ(frame.facts.max_speed_px, std::sqrt(13.0));
+
+    // The same vector as a fraction of a 4 x 2 image, biased to 0.5: 0.5 + 3/4/2, 0.5 - 2/2/2.
+    planes[Role::motion] = ImageF(4, 2, 2, 0.5f);
+    planes[Role::motion].at(0, 0, 0) = 0.5f + 0.375f;
+    planes[Role::motion].at(0, 0, 1) = 0.5f - 0.5f;
+    options = {};
+    options.motion = {MotionUnit::fraction, 2, -2, 0.5, std::numeric_limits<double>::infinity()};
+    ASSERT_TRUE(convert_frame(planes, frame, options).ok());
+    EXPECT_EQ(planes[Role::motion].at(0, 0, 0), 3.0f);
+    EXPECT_EQ(planes[Role::motion].at(0, 0, 1), 2.0f);
+    EXPECT_EQ(planes[Role::motion].at(1, 1, 0), 0.0f);
+    EXPECT_FALSE(frame.facts.motion_all_zero);
+}
+
+TEST(Convert, AllZeroVectorsAreAFact) {
+    FramePlanes planes;
+    planes[Role::motion] = ImageF(2, 2, 2);
+    FrameDescription frame = frame_of(2, 2);
+    ASSERT_TRUE(convert_frame(planes, frame, {}).ok());
+    EXPECT_TRUE(frame.facts.motion_all_zero);
+}
+
+TEST(Convert, NonFiniteColorByPolicy) {
+    for (auto policy : {NonfiniteColor::zero, NonfiniteColor::clamp}) {
+        FramePlanes planes;
+        ImageF color(2, 2, 4, 0.25f);
+        color.at(1, 0, 1) = kNan;
+        color.at(0, 1, 2) = kInf;
+        color.at(1, 1, 0) = -kInf;
+        planes[Role::color] = color;
+        FrameDescription frame = frame_of(2, 2);
+        ConvertOptions options;
+        options.nonfinite_color = policy;
+        ASSERT_TRUE(convert_frame(planes, frame, options).ok());
+        const float large = policy == NonfiniteColor::clamp ? 65504.0f : 0.0f;
+        EXPECT_EQ(planes[Role::color].at(1, 0, 1), 0.0f);
+        EXPECT_EQ(planes[Role::color].at(0, 1, 2), large);
+        EXPECT_EQ(planes[Role::color].at(1, 1, 0), -large);
+        EXPECT_EQ(planes[Role::color].at(0, 0, 0), 0.25f);
+        EXPECT_EQ(frame.facts.nonfinite_color, 3u);
+        EXPECT_EQ(frame.facts.first_nonfinite, (std::array<int, 2>{1, 0}));
+    }
+}
+
+TEST(Convert, UnpremultipliedColorIsMultiplied) {
+    FramePlanes planes;
+    planes[Role::color] = ImageF(1, 1, 4);
+    planes[Role::color].data = {0.5f, 1.0f, 2.0f, 0.25f};
+    FrameDescription frame = frame_of(1, 1);
+    ConvertOptions options;
+    options.unpremultiplied = true;
+    ASSERT_TRUE(convert_frame(planes, frame, options).ok());
+    EXPECT_EQ(planes[Role::color].data, (std::vector<float>{0.125f, 0.25f, 0.5f, 0.25f}));
+}
+
+TEST(Convert, PlanesOfOneFrameHaveOneSize) {
+    FramePlanes planes;
+    planes[Role::color] = ImageF(2, 2, 4);
+    planes[Role::inverse_depth] = ImageF(3, 2, 1);
+    FrameDescription frame;
+    EXPECT_EQ(convert_frame(planes, frame, {}).code(), StatusCode::input);
+    planes[Role::inverse_depth] = ImageF(2, 2, 3);
+    EXPECT_EQ(convert_frame(planes, frame, {}).code(), StatusCode::input);
+}
+
+}  // namespace
+}  // namespace postchain

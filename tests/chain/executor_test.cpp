@@ -1,0 +1,186 @@
+// The executor with hand-made plans, and every built-in pass from outside.
+#include "chain/executor.h"
+
+#include <epoxy/gl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "tests/support/gpu.h"
+#include "tests/support/images.h"
+
+namespace postchain {
+namespace {
+
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+// out = in * scale + position of the pixel in x.
+const char* kShader = R"(#version 450 core
+layout(local_size_x = 16, local_size_y = 16) in;
+layout(std140, binding = 0) uniform Block { float scale; } block;
+layout(binding = 0) uniform sampler2D source;
+layout(binding = 0) writeonly uniform image2D result;
+void main() {
+    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(p, imageSize(result)))) return;
+    imageStore(result, p, texelFetch(source, p, 0) * block.scale + vec4(p.x, 0, 0, 0));
+}
+)";
+
+class Execute : public ::testing::Test {
+  protected:
+    static void SetUpTestSuite() {
+        test::executor();
+        folder_ = fs::temp_directory_path() / ("postchain_executor_" + std::to_string(getpid()));
+        fs::create_directories(folder_);
+        std::ofstream(folder_ / "scale.comp") << kShader;
+        setenv("POSTCHAIN_SHADER_DIR", folder_.c_str(), 1);
+    }
+    static void TearDownTestSuite() {
+        unsetenv("POSTCHAIN_SHADER_DIR");
+        fs::remove_all(folder_);
+    }
+    // color -> a -> b, each step scaling by 2.
+    static Plan two_steps(int width, int height, Format format = Format::rgba32f) {
+        Plan plan;
+        plan.width = width;
+        plan.height = height;
+        plan.passes = {{"scale", "", false}};
+        plan.textures = {{"input.color", Format::rgba32f, width, height, true, Role::color, 0, 0},
+                         {"0.scale.a", format, width, height, false, Role::color, 0, 1},
+                         {"0.scale.b", Format::rgba32f, width, height, false, Role::color, 1, 1}};
+        for (int i = 0; i < 2; ++i) {
+            Step step;
+            step.name = i ? "b" : "a";
+            step.program.file = "scale.comp";
+            step.bindings = {{0, i, Access::sample_nearest}, {0, i + 1, Access::write}};
+            const std::array<float, 4> block = {2, 0, 0, 0};
+            step.set_block(block);
+            step.groups = groups_for(width, height);
+            plan.steps.push_back(step);
+        }
+        plan.outputs[Role::color] = 2;
+        return plan;
+    }
+    static fs::path folder_;
+};
+fs::path Execute::folder_;
+
+TEST_F(Execute, TwoStepsByHand) {
+    // (v * 2 + x) * 2 + x = 4 v + 3 x.
+    FramePlanes in;
+    in[Role::color] = test::noise_image(33, 5, 4, 7);
+    auto out = test::executor().filter(two_steps(33, 5), in);
+    ASSERT_TRUE(out.ok()) << out.status().message();
+    const auto& result = out->at(Role::color);
+    EXPECT_FLOAT_EQ(result.at(0, 0, 0), 4 * in[Role::color].at(0, 0, 0));
+    EXPECT_FLOAT_EQ(result.at(32, 4, 0), 4 * in[Role::color].at(32, 4, 0) + 96);
+    EXPECT_FLOAT_EQ(result.at(17, 3, 2), 4 * in[Role::color].at(17, 3, 2));
+}
+
+TEST_F(Execute, SecondFrameOfASizeAllocatesNothing) {
+    Executor& executor = test::executor();
+    FramePlanes in;
+    in[Role::color] = test::noise_image(40, 40, 4, 1);
+    ASSERT_TRUE(executor.filter(two_steps(40, 40), in).ok());
+    const auto before = executor.counters();
+    ASSERT_TRUE(executor.filter(two_steps(40, 40), in).ok());
+    EXPECT_EQ(executor.counters().texture_allocations, before.texture_allocations);
+    EXPECT_EQ(executor.counters().programs, before.programs);
+    EXPECT_EQ(executor.counters().dispatches, before.dispatches + 2);
+}
+
+TEST_F(Execute, UnusedSizesAreGivenBack) {
+    Executor& executor = test::executor();
+    for (int size = 50; size < 80; ++size) {
+        FramePlanes in;
+        in[Role::color] = test::noise_image(size, 3, 4, 1);
+        ASSERT_TRUE(executor.filter(two_steps(size, 3), in).ok());
+    }
+    // Three textures per size, kept for 8 frames and the one under way.
+    EXPECT_LE(executor.counters().textures_alive, 3u * 10u);
+}
+
+TEST_F(Execute, ObserverSeesEveryStageAndCanEndTheRun) {
+    FramePlanes in;
+    in[Role::color] = test::noise_image(4, 4, 4, 3);
+    std::vector<std::string> seen;
+    auto out = test::executor().filter(
+        two_steps(4, 4), in, [&](const Step&, const PlanTexture& texture, const ImageF& pixels) {
+            seen.push_back(texture.name);
+            EXPECT_FLOAT_EQ(pixels.at(0, 0, 1),
+                            in[Role::color].at(0, 0, 1) * (seen.size() == 1 ? 2.0f : 4.0f));
+            return Status();
+        });
+    ASSERT_TRUE(out.ok());
+    EXPECT_THAT(seen, ::testing::ElementsAre("0.scale.a", "0.scale.b"));
+    out = test::executor().filter(two_steps(4, 4), in,
+                                  [](const Step&, const PlanTexture&, const ImageF&) {
+                                      return Status(StatusCode::output, "disk full");
+                                  });
+    EXPECT_EQ(out.status().code(), StatusCode::output);
+}
+
+TEST_F(Execute, TextureAboveTheLimitIsAnErrorThatNamesIt) {
+    Plan plan = two_steps(4, 4);
+    plan.textures[1].width = 1 << 20;
+    FramePlanes in;
+    in[Role::color] = test::noise_image(4, 4, 4, 3);
+    const auto out = test::executor().filter(plan, in);
+    ASSERT_FALSE(out.ok());
+    EXPECT_EQ(out.status().code(), StatusCode::gl);
+    EXPECT_THAT(out.status().message(), HasSubstr("0.scale.a"));
+    EXPECT_THAT(out.status().message(), HasSubstr("limit"));
+    EXPECT_TRUE(test::executor().filter(two_steps(4, 4), in).ok()) << "works again afterwards";
+}
+
+TEST_F(Execute, MissingInputIsAnError) {
+    const auto out = test::executor().filter(two_steps(4, 4), {});
+    EXPECT_EQ(out.status().code(), StatusCode::internal);
+}
+
+TEST_F(Execute, PlanWithoutStepsReturnsEveryBit) {
+    FramePlanes in;
+    in[Role::color] = test::noise_image(9, 9, 4, 5, -1e30f, 1e30f);
+    in[Role::color].at(3, 3, 0) = std::numeric_limits<float>::quiet_NaN();
+    FrameDescription frame;
+    frame.width = frame.height = 9;
+    frame.planes = {Role::color};
+    const auto plan = make_plan(Chain(), frame);
+    ASSERT_TRUE(plan.ok());
+    const auto before = test::executor().counters();
+    auto out = test::executor().filter(*plan, in);
+    ASSERT_TRUE(out.ok());
+    EXPECT_TRUE(test::equal_bits(out->at(Role::color), in[Role::color]));
+    EXPECT_EQ(test::executor().counters().dispatches, before.dispatches);
+    EXPECT_EQ(test::executor().counters().texture_allocations, before.texture_allocations);
+}
+
+TEST_F(Execute, HalfStorageRoundsToHalf) {
+    // 1/3 in half: 0x3555 = 0.333251953125; the second step doubles it and adds x = 0.
+    FramePlanes in;
+    in[Role::color] = ImageF(1, 1, 4, 1.0f / 6);
+    auto out = test::executor().filter(two_steps(1, 1, Format::rgba16f), in);
+    ASSERT_TRUE(out.ok());
+    EXPECT_EQ(out->at(Role::color).data[0], 2 * 0.333251953125f);
+}
+
+TEST_F(Execute, TimesEveryPassAndNamesTheirSource) {
+    FramePlanes in;
+    in[Role::color] = test::noise_image(64, 64, 4, 5);
+    Executor& executor = test::executor();
+    executor.set_timing(true);
+    ASSERT_TRUE(executor.filter(two_steps(64, 64), in).ok());
+    executor.set_timing(false);
+    ASSERT_EQ(executor.pass_times().size(), 1u);
+    EXPECT_GT(executor.pass_times()[0].milliseconds, 0);
+    EXPECT_FALSE(std::string(executor.timing_source()).empty());
+}
+
+}  // namespace
+}  // namespace postchain

@@ -1,0 +1,147 @@
+#include "chain/parameter.h"
+
+#include <gtest/gtest.h>
+
+#include "chain/frame.h"
+
+namespace postchain {
+namespace {
+
+enum class Mode { slow, fast };
+
+struct Parameters {
+    int samples = 25;
+    double softness = 1;
+    bool tiles = true;
+    Mode mode = Mode::fast;
+    std::optional<double> shutter;
+    std::optional<double> angle;
+    int preset = 12;
+};
+
+const ParameterTable& table() {
+    static const ParameterTable made =
+        ParameterTableBuilder<Parameters>()
+            .integer("samples", &Parameters::samples,
+                     {.min = 1, .max = 255, .odd = true, .unit = "taps", .help = "taps"})
+            .number("softness", &Parameters::softness, {.min = 0, .min_excluded = true})
+            .boolean("tiles", &Parameters::tiles, {})
+            .choice("mode", &Parameters::mode, {"slow", "fast"}, {})
+            .number("shutter", &Parameters::shutter, {.min = 0, .max = 4, .excludes = "angle"})
+            .number("angle", &Parameters::angle, {.min = 0, .max = 1440})
+            .integer("preset", &Parameters::preset, {.allowed = {10, 12, 39}})
+            .table();
+    return made;
+}
+
+std::string error_of(std::string_view key, const ParameterValue& value) {
+    Parameters parameters;
+    const Parameters before;
+    const Status status = table().set(&parameters, key, value);
+    EXPECT_EQ(table().text(&parameters), table().text(&before)) << "a bad value was stored";
+    return status.ok() ? "ok" : status.message();
+}
+
+TEST(Parameter, EvenIntegerIsRefusedWithItsDomain) {
+    EXPECT_EQ(error_of("samples", int64_t(24)),
+              "24 is even; samples is an odd integer in 1..255 (taps)");
+}
+
+TEST(Parameter, RangesIncludeTheirEndsUnlessExcluded) {
+    Parameters p;
+    EXPECT_TRUE(table().set(&p, "samples", int64_t(1)).ok());
+    EXPECT_TRUE(table().set(&p, "samples", int64_t(255)).ok());
+    EXPECT_EQ(p.samples, 255);
+    EXPECT_EQ(error_of("samples", int64_t(257)),
+              "257 is out of range; samples is an odd integer in 1..255 (taps)");
+    EXPECT_EQ(error_of("softness", 0.0), "0 is out of range; softness is a number > 0");
+    EXPECT_TRUE(table().set(&p, "softness", 1e-9).ok());
+}
+
+TEST(Parameter, TypesAreNotMixed) {
+    EXPECT_EQ(error_of("samples", 25.0),
+              "25 is a number; samples is an odd integer in 1..255 (taps)");
+    EXPECT_EQ(error_of("tiles", int64_t(1)), "1 is an integer; tiles is true or false");
+    EXPECT_EQ(error_of("softness", std::string("1")), "1 is a word; softness is a number > 0");
+    Parameters p;
+    EXPECT_TRUE(table().set(&p, "softness", int64_t(2)).ok()) << "an integer is a number";
+    EXPECT_EQ(p.softness, 2);
+}
+
+TEST(Parameter, NonFiniteNumbersAreRefused) {
+    EXPECT_NE(error_of("softness", std::numeric_limits<double>::infinity()).find("not finite"),
+              std::string::npos);
+    EXPECT_NE(error_of("softness", std::numeric_limits<double>::quiet_NaN()).find("not finite"),
+              std::string::npos);
+}
+
+TEST(Parameter, UnknownKeyAndWordNameTheNearest) {
+    EXPECT_EQ(error_of("sampels", int64_t(9)), "unknown key 'sampels' (did you mean 'samples'?)");
+    EXPECT_EQ(error_of("mode", std::string("fats")),
+              "'fats' is not known (did you mean 'fast'?); mode is one of slow, fast");
+}
+
+TEST(Parameter, AllowedValuesAreAList) {
+    EXPECT_EQ(error_of("preset", int64_t(11)), "11 is not among them; preset is one of 10, 12, 39");
+}
+
+TEST(Parameter, UnsetOnlyWhereOptional) {
+    Parameters p;
+    EXPECT_TRUE(table().set(&p, "shutter", 0.5).ok());
+    EXPECT_EQ(p.shutter, 0.5);
+    EXPECT_TRUE(table().set(&p, "shutter", std::monostate()).ok());
+    EXPECT_FALSE(p.shutter.has_value());
+    EXPECT_EQ(error_of("softness", std::monostate()), "no value; softness is a number > 0");
+}
+
+TEST(Parameter, ExclusiveKeysAreFoundOut) {
+    Parameters p;
+    p.shutter = 0.5;
+    EXPECT_TRUE(table().check(&p).ok());
+    p.angle = 180;
+    EXPECT_EQ(table().check(&p).message(), "shutter and angle are both given; give one of them");
+}
+
+TEST(Parameter, TextIsCanonicalAndReadsBack) {
+    Parameters p;
+    p.softness = 0.1;
+    EXPECT_EQ(table().text(&p),
+              "samples=25 softness=0.1 tiles=true mode=fast shutter=unset angle=unset preset=12");
+    EXPECT_EQ(text_of(ParameterValue(1e300)), "1e+300");
+    EXPECT_EQ(text_of(ParameterValue(1.0 / 3)), "0.3333333333333333");
+}
+
+TEST(Parameter, DefaultsAreWhatTheStructIsBornWith) {
+    EXPECT_EQ(table().find("samples")->default_value, ParameterValue(int64_t(25)));
+    EXPECT_EQ(table().find("mode")->default_value, ParameterValue(std::string("fast")));
+    EXPECT_EQ(table().find("shutter")->default_value, ParameterValue());
+}
+
+// FNV-1a test vectors of the algorithm's authors (64 bit).
+TEST(Hash, IsFnv1a) {
+    EXPECT_EQ(hash_text(""), 0xcbf29ce484222325ull);
+    EXPECT_EQ(hash_text("a"), 0xaf63dc4c8601ec8cull);
+    EXPECT_EQ(hash_text("foobar"), 0x85944171f73967e8ull);
+    EXPECT_EQ(hex_of(0x85944171f73967e8ull), "85944171f73967e8");
+}
+
+TEST(Camera, OverlayTakesOnlyWhatIsSet) {
+    Camera under, over;
+    under.f_stop = 2;
+    under.focal_length_mm = 50;
+    over.f_stop = 4;
+    const Camera result = under.overlaid_by(over);
+    EXPECT_EQ(result.f_stop, 4);
+    EXPECT_EQ(result.focal_length_mm, 50);
+    EXPECT_FALSE(result.focus_distance.has_value());
+    // Every row of the table must take part: a member that is forgotten is a value that is lost.
+    for (const auto& row : camera_parameters().rows()) {
+        Camera one;
+        row.set(&one, ParameterValue(3.0));
+        EXPECT_EQ(row.get(&one), row.get(&static_cast<const Camera&>(Camera().overlaid_by(one))))
+            << row.key;
+    }
+}
+
+}  // namespace
+}  // namespace postchain

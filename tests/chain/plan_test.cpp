@@ -1,0 +1,279 @@
+// The planner, with small passes of this file and no GL.
+#include "chain/plan.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "chain/planner.h"
+
+namespace postchain {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+struct Nothing {
+    bool off = false;
+};
+
+const ParameterTable& table() {
+    static const ParameterTable made = ParameterTableBuilder<Nothing>()
+                                           .boolean("off", &Nothing::off, {.help = "do nothing"})
+                                           .table();
+    return made;
+}
+
+// A pass that copies color through one scratch texture; derived ones change what they use.
+class Copy : public Pass {
+  public:
+    RoleUse roles() const override { return {{Role::color}, {}, {}, {}}; }
+    Status check(const FrameDescription&) const override { return Status(); }
+    std::optional<LeftOut> identity(const PlanContext&) const override {
+        if (!parameters_.off) return std::nullopt;
+        return LeftOut{"", kRuleConfiguration, "off is true", 0, 0, 0};
+    }
+    void plan(PassPlanner& p) const override {
+        const auto& frame = p.context().frame;
+        const TextureId scratch = p.texture("scratch", Format::rgba16f, frame.width, frame.height);
+        const TextureId out = p.texture("out", Format::rgba32f, frame.width, frame.height);
+        Step first;
+        first.name = "first";
+        first.bindings = {{0, p.input(Role::color), Access::sample_nearest},
+                          {0, scratch, Access::write}};
+        add_inputs(p, first);
+        first.taps = 3;
+        p.step(first);
+        Step second;
+        second.name = "second";
+        second.bindings = {{0, scratch, Access::sample_nearest}, {0, out, Access::write}};
+        p.step(second);
+        p.output(Role::color, out);
+    }
+    void reference(const PlanContext&, ReferenceFrame& frame) const override {
+        for (double& value : frame.planes.at(Role::color).data) value = 2 * value + 1;
+        frame.stages["scratch"] = frame.planes.at(Role::color);
+    }
+    void* parameters() override { return &parameters_; }
+
+  protected:
+    virtual void add_inputs(PassPlanner&, Step&) const {}
+    Nothing parameters_;
+};
+
+class MakesHint : public Copy {
+    RoleUse roles() const override { return {{Role::color, Role::motion}, {}, {Role::hint}, {}}; }
+    void add_inputs(PassPlanner& p, Step& step) const override {
+        step.bindings.push_back({1, p.input(Role::motion), Access::sample_nearest});
+    }
+    void plan(PassPlanner& p) const override {
+        Copy::plan(p);
+        if (!p.wanted(Role::hint)) return;
+        const auto& frame = p.context().frame;
+        const TextureId hint = p.texture("hint", Format::rg16f, frame.width, frame.height);
+        Step step;
+        step.name = "hint";
+        step.bindings = {{0, hint, Access::write}};
+        p.step(step);
+        p.output(Role::hint, hint);
+    }
+};
+
+class CarriesHint : public Copy {
+    RoleUse roles() const override {
+        return {{Role::color, Role::inverse_depth}, {}, {}, {Role::hint}};
+    }
+    void plan(PassPlanner& p) const override {
+        Copy::plan(p);
+        if (!p.has(Role::hint) || !p.wanted(Role::hint)) return;
+        const auto& frame = p.context().frame;
+        const TextureId hint = p.texture("hint", Format::rg16f, frame.width, frame.height);
+        Step step;
+        step.name = "carry";
+        step.bindings = {{0, p.input(Role::hint), Access::sample_nearest},
+                         {1, p.input(Role::inverse_depth), Access::sample_nearest},
+                         {0, hint, Access::write}};
+        p.step(step);
+        p.output(Role::hint, hint);
+    }
+};
+
+class ReadsHint : public Copy {
+    RoleUse roles() const override { return {{Role::color}, {Role::hint}, {}, {}}; }
+    void add_inputs(PassPlanner& p, Step& step) const override {
+        if (p.has(Role::hint))
+            step.bindings.push_back({1, p.input(Role::hint), Access::sample_nearest});
+    }
+};
+
+template <class P>
+PassType type_of(const char* name) {
+    return {name, name, "test", &table(), [] { return std::make_unique<P>(); }};
+}
+
+const PassRegistry& registry() {
+    static const PassRegistry made({type_of<Copy>("copy"), type_of<MakesHint>("makes"),
+                                    type_of<CarriesHint>("carries"), type_of<ReadsHint>("reads")});
+    return made;
+}
+
+Chain chain_of(std::initializer_list<const char*> names) {
+    Chain chain;
+    for (const char* name : names) chain.append(registry(), name);
+    return chain;
+}
+
+FrameDescription frame() {
+    FrameDescription f;
+    f.width = f.display_width = 40;
+    f.height = f.display_height = 30;
+    f.planes = {Role::color, Role::inverse_depth, Role::motion};
+    return f;
+}
+
+Plan plan_of(const Chain& chain, const PlanOptions& options = {}) {
+    auto plan = make_plan(chain, frame(), options);
+    EXPECT_TRUE(plan.ok()) << plan.status().message();
+    return plan.ok() ? *plan : Plan();
+}
+
+std::vector<std::string> steps_of(const Plan& plan) {
+    std::vector<std::string> names;
+    for (const auto& step : plan.steps)
+        names.push_back(std::to_string(step.pass) + "." + step.name);
+    return names;
+}
+
+TEST(Planner, StepsRunInChainOrder) {
+    EXPECT_THAT(steps_of(plan_of(chain_of({"copy", "copy"}))),
+                ElementsAre("0.first", "0.second", "1.first", "1.second"));
+}
+
+TEST(Planner, IsPureAndComparesEqual) {
+    const Chain chain = chain_of({"makes", "carries", "reads"});
+    EXPECT_EQ(plan_of(chain), plan_of(chain));
+    EXPECT_EQ(plan_of(chain).hash(), plan_of(chain.clone()).hash());
+    EXPECT_NE(plan_of(chain).hash(), plan_of(chain_of({"makes", "reads"})).hash());
+}
+
+TEST(Planner, HintExistsOnlyWhenSomebodyReadsIt) {
+    EXPECT_THAT(steps_of(plan_of(chain_of({"makes"}))), ElementsAre("0.first", "0.second"));
+    EXPECT_THAT(steps_of(plan_of(chain_of({"makes", "reads"}))),
+                ElementsAre("0.first", "0.second", "0.hint", "1.first", "1.second"));
+    // A reader before the maker reads nothing.
+    EXPECT_THAT(steps_of(plan_of(chain_of({"reads", "makes"}))),
+                ElementsAre("0.first", "0.second", "1.first", "1.second"));
+}
+
+TEST(Planner, HintIsCarriedByAPassInBetween) {
+    const Plan plan = plan_of(chain_of({"makes", "carries", "reads"}));
+    EXPECT_THAT(steps_of(plan), ElementsAre("0.first", "0.second", "0.hint", "1.first", "1.second",
+                                            "1.carry", "2.first", "2.second"));
+    // The reader sees the carried plane, not the first one.
+    bool reads_carried = false;
+    for (const auto& binding : plan.steps[6].bindings)
+        reads_carried |= plan.textures[size_t(binding.texture)].name == "1.carries.hint";
+    EXPECT_TRUE(reads_carried);
+    EXPECT_THAT(steps_of(plan_of(chain_of({"makes", "carries"}))),
+                ElementsAre("0.first", "0.second", "1.first", "1.second"));
+}
+
+TEST(Planner, ReaderThatIsLeftOutWantsNoHint) {
+    Chain chain = chain_of({"makes", "reads"});
+    ASSERT_TRUE(table().set(chain.links[1].pass->parameters(), "off", true).ok());
+    const Plan plan = plan_of(chain);
+    EXPECT_THAT(steps_of(plan), ElementsAre("0.first", "0.second"));
+    ASSERT_FALSE(plan.left_out.empty());
+    EXPECT_EQ(plan.left_out[0].what, "reads");
+    EXPECT_EQ(plan.left_out[0].rule, kRuleConfiguration);
+    EXPECT_EQ(plan.left_out[0].reason, "off is true");
+    EXPECT_EQ(plan.left_out[0].dispatches, 2);
+    // scratch 40*30*8 and out 40*30*16.
+    EXPECT_EQ(plan.left_out[0].bytes, 28800u);
+    EXPECT_EQ(plan.left_out[0].taps, 3u);
+}
+
+TEST(Planner, RulesCanBeSwitchedOffTogetherOrByName) {
+    Chain chain = chain_of({"copy"});
+    ASSERT_TRUE(table().set(chain.links[0].pass->parameters(), "off", true).ok());
+    EXPECT_TRUE(plan_of(chain).steps.empty());
+    PlanOptions all;
+    all.elide = false;
+    EXPECT_EQ(plan_of(chain, all).steps.size(), 2u);
+    PlanOptions one;
+    one.rules_off = {kRuleConfiguration};
+    EXPECT_EQ(plan_of(chain, one).steps.size(), 2u);
+    one.rules_off = {kRuleFacts};
+    EXPECT_TRUE(plan_of(chain, one).steps.empty());
+}
+
+TEST(Planner, ChainWithoutWorkHandsItsInputOn) {
+    const Plan plan = plan_of(chain_of({}));
+    EXPECT_TRUE(plan.steps.empty());
+    ASSERT_EQ(plan.outputs.count(Role::color), 1u);
+    EXPECT_TRUE(plan.textures[size_t(plan.outputs.at(Role::color))].imported);
+    EXPECT_TRUE(plan.reads.empty());
+}
+
+TEST(Planner, MissingPlaneNamesPassAndWhatThereIs) {
+    FrameDescription f = frame();
+    f.planes = {Role::color, Role::inverse_depth};
+    const auto plan = make_plan(chain_of({"copy", "makes"}), f);
+    ASSERT_FALSE(plan.ok());
+    EXPECT_EQ(plan.status().code(), StatusCode::input);
+    EXPECT_EQ(plan.status().message(),
+              "passes[1].makes: needs motion; the frame has color, inverse_depth");
+}
+
+TEST(Planner, PlanesNobodyReadsAreLeftOut) {
+    const Plan plan = plan_of(chain_of({"copy"}));
+    EXPECT_EQ(plan.reads, RoleSet{Role::color});
+    std::vector<std::string> unread;
+    for (const auto& left : plan.left_out)
+        if (left.rule == std::string(kRuleUnusedPlane)) unread.push_back(left.what);
+    EXPECT_THAT(unread, ElementsAre("input.inverse_depth", "input.motion"));
+}
+
+TEST(Planner, LifetimesAndPeakByHand) {
+    // Steps 0..3; textures: input 0..0 (16 B/px), scratch0 0..1 (8), out0 1..2 (16),
+    // scratch1 2..3 (8), out1 3..3 (16). Alive: 24, 24, 24, 24 bytes per pixel; 1200 pixels.
+    const Plan plan = plan_of(chain_of({"copy", "copy"}));
+    EXPECT_EQ(plan.peak_bytes(), 24u * 1200u);
+    EXPECT_EQ(plan.transient_bytes(), 48u * 1200u);
+    for (const auto& texture : plan.textures) {
+        if (texture.name == "0.copy.out") {
+            EXPECT_EQ(texture.first_step, 1);
+            EXPECT_EQ(texture.last_step, 2);
+        }
+    }
+}
+
+TEST(Planner, PrintsNameEverythingThatRunsAndIsLeftOut) {
+    Chain chain = chain_of({"makes", "reads", "copy"});
+    ASSERT_TRUE(table().set(chain.links[2].pass->parameters(), "off", true).ok());
+    const Plan plan = plan_of(chain);
+    for (const std::string& text : {plan_as_text(plan), plan_as_json(plan), plan_as_dot(plan)}) {
+        EXPECT_THAT(text, HasSubstr("makes"));
+        EXPECT_THAT(text, HasSubstr("0.makes.hint"));
+        EXPECT_THAT(text, HasSubstr("copy"));
+    }
+    EXPECT_THAT(plan_as_text(plan), HasSubstr("left out copy [off_by_configuration]: off is true"));
+    EXPECT_THAT(plan_as_dot(plan), HasSubstr("copy\\nleft out"));
+    EXPECT_EQ(plan_as_json(plan).find('\n'), std::string::npos);
+}
+
+TEST(Reference, RunsPassesInOrderAndNamesStagesAsThePlanDoes) {
+    FramePlanes planes;
+    planes[Role::color] = ImageF(1, 1, 4, 3.0f);
+    FrameDescription f = frame();
+    f.width = f.height = 1;
+    f.planes = {Role::color};
+    auto result = run_reference(chain_of({"copy", "copy"}), f, planes);
+    ASSERT_TRUE(result.ok());
+    // 2 (2*3 + 1) + 1 = 15.
+    EXPECT_EQ(result->planes.at(Role::color).data[0], 15.0);
+    EXPECT_EQ(result->stages.at("0.copy.scratch").data[0], 7.0);
+    EXPECT_EQ(result->stages.at("1.copy.scratch").data[0], 15.0);
+}
+
+}  // namespace
+}  // namespace postchain

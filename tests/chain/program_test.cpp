@@ -1,0 +1,101 @@
+#include "chain/gl/program.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "tests/support/gpu.h"
+
+namespace postchain {
+namespace {
+
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+// A shader folder of its own, in development mode.
+class Programs : public ::testing::Test {
+  protected:
+    void SetUp() override {
+        test::executor();  // a GL context
+        folder_ = fs::temp_directory_path() / ("postchain_shaders_" + std::to_string(getpid()));
+        fs::create_directories(folder_ / "common");
+        setenv("POSTCHAIN_SHADER_DIR", folder_.c_str(), 1);
+    }
+    void TearDown() override {
+        unsetenv("POSTCHAIN_SHADER_DIR");
+        fs::remove_all(folder_);
+    }
+    void write(const std::string& name, const std::string& text) {
+        std::ofstream(folder_ / name) << text;
+    }
+    fs::path folder_;
+};
+
+const char* kBody =
+    "layout(local_size_x = 1) in;\n"
+    "layout(binding = 0) writeonly uniform image2D result;\n"
+    "void main() { imageStore(result, ivec2(0), vec4(value())); }\n";
+
+TEST_F(Programs, IncludesAndDefinesReachTheCompiler) {
+    write("common/value.glsl", "float value() { return FACTOR; }\n");
+    write("a.comp", std::string("#version 450 core\n#include \"common/value.glsl\"\n") + kBody);
+    gl::ProgramCache cache;
+    auto program = cache.get({"a.comp", {{"FACTOR", "2.0"}}});
+    ASSERT_TRUE(program.ok()) << program.status().message();
+    EXPECT_EQ(*cache.get({"a.comp", {{"FACTOR", "2.0"}}}), *program) << "compiled once";
+    EXPECT_EQ(cache.compiled(), 1u);
+    ASSERT_TRUE(cache.get({"a.comp", {{"FACTOR", "3.0"}}}).ok());
+    EXPECT_EQ(cache.compiled(), 2u);
+}
+
+TEST_F(Programs, CompileErrorNamesTheIncludedFileAndItsLine) {
+    write("common/value.glsl", "// one\n// two\nfloat value() { return oops; }\n");
+    write("a.comp", std::string("#version 450 core\n#include \"common/value.glsl\"\n") + kBody);
+    gl::ProgramCache cache;
+    auto program = cache.get({"a.comp", {}});
+    ASSERT_FALSE(program.ok());
+    EXPECT_EQ(program.status().code(), StatusCode::gl);
+    EXPECT_THAT(program.status().message(), HasSubstr("common/value.glsl:3"));
+}
+
+TEST_F(Programs, MissingIncludeAndCircleNamePlace) {
+    write("a.comp", "#version 450 core\n#include \"common/none.glsl\"\n");
+    auto source = gl::resolve_includes("a.comp", nullptr);
+    ASSERT_FALSE(source.ok());
+    EXPECT_THAT(source.status().message(), HasSubstr("a.comp:2"));
+    EXPECT_THAT(source.status().message(), HasSubstr("none.glsl"));
+    write("b.comp", "#include \"b.comp\"\n");
+    source = gl::resolve_includes("b.comp", nullptr);
+    ASSERT_FALSE(source.ok());
+    EXPECT_THAT(source.status().message(), HasSubstr("includes itself"));
+}
+
+TEST_F(Programs, FailedReloadKeepsTheLastGoodProgram) {
+    const std::string head = "#version 450 core\nfloat value() { return 1.0; }\n";
+    write("a.comp", head + kBody);
+    gl::ProgramCache cache;
+    auto good = cache.get({"a.comp", {}});
+    ASSERT_TRUE(good.ok());
+    write("a.comp", "#version 450 core\nbroken\n");
+    auto kept = cache.get({"a.comp", {}});
+    ASSERT_TRUE(kept.ok());
+    EXPECT_EQ(*kept, *good);
+    write("a.comp", head + "// changed\n" + kBody);
+    ASSERT_TRUE(cache.get({"a.comp", {}}).ok());
+    EXPECT_EQ(cache.compiled(), 2u) << "a good change is compiled";
+}
+
+TEST(EmbeddedPrograms, NeedNoFolder) {
+    unsetenv("POSTCHAIN_SHADER_DIR");
+    const auto source = gl::resolve_includes("shared/block.h", nullptr);
+    ASSERT_TRUE(source.ok());
+    EXPECT_THAT(*source, HasSubstr("BLOCK_BEGIN"));
+    EXPECT_FALSE(gl::resolve_includes("nowhere.comp", nullptr).ok());
+}
+
+}  // namespace
+}  // namespace postchain

@@ -1,0 +1,168 @@
+#include "tools/offline/frame_source.h"
+
+#include <chrono>
+
+namespace postchain::offline {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double milliseconds_since(Clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+FileChannels channels_of_file(const io::ExrFile& file) {
+    FileChannels channels;
+    for (const auto& part : file.parts()) {
+        PartChannels one;
+        one.name = part.name;
+        one.view = part.view;
+        // A deep part has no color that could be filtered; its names would only mislead.
+        if (!part.deep)
+            for (const auto& channel : part.channels) one.channels.push_back(channel.name);
+        if (channels.views.empty()) channels.views = part.views;
+        channels.parts.push_back(std::move(one));
+    }
+    return channels;
+}
+
+std::vector<std::string> all_names(const FileChannels& channels) {
+    std::vector<std::string> names;
+    for (const auto& part : channels.parts)
+        names.insert(names.end(), part.channels.begin(), part.channels.end());
+    return names;
+}
+
+// The channels of a file that holds one plane only: by the profile's names, else by their number.
+Result<RoleChannels> find_in_own_file(const Profile& profile, const FileChannels& file, Role role,
+                                      const SourceSettings& settings) {
+    auto found = match_role(profile, file, role, settings.layer, settings.view);
+    if (found.ok()) return found;
+    const size_t needed = size_t(postchain::channels_of(role));
+    static const std::vector<std::vector<std::string>> plain = {{"Z"},      {"Y"},      {"R"},
+                                                                {"R", "G"}, {"X", "Y"}, {"U", "V"}};
+    for (size_t part = 0; part < file.parts.size(); ++part) {
+        const auto& names = file.parts[part].channels;
+        if (names.size() == needed && needed == 1) return RoleChannels{int(part), names};
+        for (const auto& candidate : plain) {
+            if (candidate.size() != needed) continue;
+            bool all = true;
+            for (const auto& name : candidate)
+                all = all && std::find(names.begin(), names.end(), name) != names.end();
+            if (all) return RoleChannels{int(part), candidate};
+        }
+    }
+    return found.status();
+}
+
+}  // namespace
+
+Result<FrameHeader> open_source_frame(const SourceSettings& settings,
+                                      const std::map<Role, std::string>& files, int frame) {
+    auto opened = io::open_frame(files, frame);
+    if (!opened.ok()) return opened.status();
+    FrameHeader header;
+    header.files = std::move(*opened);
+    const io::ExrFile& color_file = header.files.color_file();
+    const FileChannels channels = channels_of_file(color_file);
+    auto match = settings.profile
+                     ? match_profile(*settings.profile, channels, settings.layer, settings.view)
+                     : detect_profile(builtin_profiles(), channels, settings.layer, settings.view);
+    if (!match.ok()) {
+        if (Status why = color_file.explain_no_color(); !why.ok()) return why;
+        return match.status().at(color_file.path());
+    }
+    header.match = std::move(*match);
+    for (const auto& [role, where] : header.match.roles) {
+        if (header.files.files.count(role) && role != Role::color) continue;  // has its own file
+        header.assignment[role] = {where.part, where.channels};
+    }
+    Result<Profile> profile =
+        settings.profile ? Result<Profile>(*settings.profile) : find_profile(header.match.profile);
+    if (!profile.ok()) return profile.status();
+    for (const auto& [role, file] : header.files.files) {
+        if (role == Role::color) continue;
+        auto found = find_in_own_file(*profile, channels_of_file(*file), role, settings);
+        if (!found.ok()) return found.status().at(file->path());
+        header.assignment[role] = {found->part, found->channels};
+        header.match.roles[role] = *found;
+        header.match.missing.erase(role);
+    }
+
+    const auto& part = color_file.parts()[size_t(header.assignment.at(Role::color).part)];
+    const Display display{part.display_window.width(), part.display_window.height(),
+                          double(part.pixel_aspect)};
+    const CameraFile* camera = settings.camera ? &*settings.camera : nullptr;
+    header.camera = frame_camera(io::camera_from_attributes(part), camera, frame, display);
+    if (camera)
+        if (auto warning = camera->check_resolution(display))
+            header.warnings.push_back(warning->text());
+    return header;
+}
+
+Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeader header,
+                                      RoleSet wanted, io::Keep keep) {
+    SourceFrame frame;
+    const std::string path = header.files.color_file().path();
+    RoleSet present = {Role::color};
+    for (const auto& [role, where] : header.assignment)
+        if (wanted.has(role)) present.add(role);
+    auto start = Clock::now();
+    auto read = io::read_frame(header.files, header.assignment, present, keep);
+    if (!read.ok()) return read.status();
+    frame.read_ms = milliseconds_since(start);
+
+    start = Clock::now();
+    frame.input = std::move(*read);
+    frame.match = std::move(header.match);
+    frame.warnings = std::move(header.warnings);
+    frame.description = frame.input.description;
+    frame.description.camera = header.camera;
+    frame.planes = std::move(frame.input.planes);
+    frame.conversion = frame.match.options;
+    frame.conversion.nonfinite_color = settings.nonfinite_color;
+    frame.conversion.origin_x = frame.input.data_window.min_x - frame.input.display_window.min_x;
+    frame.conversion.origin_y = frame.input.data_window.min_y - frame.input.display_window.min_y;
+    if (Status status = convert_frame(frame.planes, frame.description, frame.conversion);
+        !status.ok())
+        return status.at(path);
+    frame.convert_ms = milliseconds_since(start);
+
+    const auto& facts = frame.description.facts;
+    const auto warn = [&](const std::string& text) {
+        frame.warnings.push_back(path + ": " + text);
+    };
+    const auto count = [&](uint64_t pixels, const char* what) {
+        if (pixels) warn(concat(pixels, " pixels ", what));
+    };
+    count(facts.nonfinite_color, "with non-finite color, replaced");
+    count(facts.nonfinite_depth, "with non-finite depth, taken as infinitely far");
+    count(facts.nonfinite_motion, "with non-finite motion, taken as still");
+    if (facts.first_nonfinite[0] >= 0)
+        warn(concat("the first non-finite pixel is (",
+                    facts.first_nonfinite[0] + frame.input.data_window.min_x, ", ",
+                    facts.first_nonfinite[1] + frame.input.data_window.min_y, ")"));
+    count(facts.negative_depth, "with depth <= 0, taken as infinitely far");
+    count(facts.sentinel_motion, "with the sentinel of 'no vector', taken as still");
+    if (present.has(Role::motion) && facts.motion_all_zero)
+        warn(facts.sentinel_motion > 0
+                 ? "every vector is zero or the sentinel: nothing will be blurred by motion"
+                 : "every vector is zero: nothing will be blurred by motion (Cycles writes zero "
+                   "vectors when its own motion blur is on; switch it off)");
+    if (frame.input.half_depth)
+        warn(
+            "depth is half float: its steps of 2^-11 show in the circle of confusion; write "
+            "depth as float");
+    return frame;
+}
+
+void to_file_convention(ImageF& color, const ConvertOptions& conversion) {
+    if (!conversion.unpremultiplied) return;
+    for (size_t pixel = 0; pixel < color.pixels(); ++pixel) {
+        float* rgba = color.data.data() + 4 * pixel;
+        if (rgba[3] == 0) continue;
+        for (int c = 0; c < 3; ++c) rgba[c] /= rgba[3];
+    }
+}
+
+}  // namespace postchain::offline

@@ -1,0 +1,60 @@
+// One frame of a sequence, from its files to the canonical frame.
+//
+//   files --open, match profile, camera--> FrameHeader     (headers only)
+//   FrameHeader --read, convert, facts--> SourceFrame      (pixels)
+//
+// Everything that looks at a sequence goes through here: run, plan, inspect, diff and the reports.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "chain/frame.h"
+#include "config/camera_file.h"
+#include "config/profile.h"
+#include "tools/io/frame_reader.h"
+
+namespace postchain::offline {
+
+struct SourceSettings {
+    std::optional<Profile> profile;  // none: detected from channel names
+    std::string layer;               // empty: the only one
+    std::string view;                // empty: the default one
+    std::optional<CameraFile> camera;
+    NonfiniteColor nonfinite_color = NonfiniteColor::zero;
+};
+
+// Headers, roles and camera of one frame.
+struct FrameHeader {
+    io::OpenFrame files;
+    ProfileMatch match;
+    io::ChannelAssignment assignment;
+    Camera camera;                      // metadata overlaid by the camera file
+    std::vector<std::string> warnings;  // one line each
+};
+
+// `files` as in io::FrameList::files. Errors: input, with file, what was looked for and found.
+Result<FrameHeader> open_source_frame(const SourceSettings& settings,
+                                      const std::map<Role, std::string>& files, int frame);
+
+struct SourceFrame {
+    io::InputFrame input;          // its planes have moved into `planes`
+    FrameDescription description;  // facts and camera included
+    FramePlanes planes;            // canonical
+    ProfileMatch match;
+    ConvertOptions conversion;
+    std::vector<std::string> warnings;
+    double read_ms = 0;
+    double convert_ms = 0;
+};
+
+// Reads color and those of `wanted` that the frame has. Keep::all is needed to write it back.
+Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeader header,
+                                      RoleSet wanted, io::Keep keep);
+
+// Color as the file wants it back: undoes ConvertOptions::unpremultiplied.
+void to_file_convention(ImageF& color, const ConvertOptions& conversion);
+
+}  // namespace postchain::offline

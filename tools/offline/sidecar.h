@@ -1,0 +1,17 @@
+// The sidecar of an output frame: what was run, how long it took, what was found, as JSON.
+#pragma once
+
+#include <string>
+
+#include "tools/offline/runner.h"
+
+namespace postchain::offline {
+
+// Keys: frame, outcome, inputs, output, profile, chain_hash, plan, left_out, times_ms, health,
+// counters, renderer, versions, warnings. docs/sidecar.md describes each. One object, indented.
+std::string sidecar_json(const FrameReport& report, const std::string& version);
+
+// The same on one line, without the plan: for --json and --log-format json.
+std::string report_line(const FrameReport& report, const RunProgress& progress);
+
+}  // namespace postchain::offline

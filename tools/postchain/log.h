@@ -1,0 +1,30 @@
+// Messages on stderr: text, or one JSON object per line with --log-format json.
+#pragma once
+
+#include <string>
+
+namespace postchain::log {
+
+enum class Level { detail, info, warning, error };
+
+void set_up(bool verbose, bool quiet, bool json);
+void write(Level level, const std::string& text);
+inline void detail(const std::string& text) {
+    write(Level::detail, text);
+}
+inline void info(const std::string& text) {
+    write(Level::info, text);
+}
+inline void warning(const std::string& text) {
+    write(Level::warning, text);
+}
+inline void error(const std::string& text) {
+    write(Level::error, text);
+}
+
+// The line that is rewritten in place on a terminal; an empty text clears it. Does nothing when
+// stderr is no terminal or with --quiet or JSON.
+void progress(const std::string& text);
+bool progress_is_shown();
+
+}  // namespace postchain::log

@@ -1,0 +1,122 @@
+// postchain: the command. Verbs and options here, their work in one file each.
+#include <clocale>
+#include <csignal>
+#include <cstdio>
+
+#include "tools/postchain/exit_code.h"
+#include "tools/postchain/log.h"
+#include "tools/postchain/verbs.h"
+#include "tools/scenes/scene.h"
+
+namespace postchain {
+
+int fail(const Status& status) {
+    log::error(status.message());
+    return exit_code(status);
+}
+
+namespace {
+
+int command(int argc, char** argv) {
+    Options options;
+    SceneOptions scene;
+    std::string plan_format = "text", passes_format = "text";
+
+    CLI::App app("Motion blur, FXAA and depth of field over rendered frames, in any order.",
+                 "postchain");
+    app.set_version_flag("--version", std::string("postchain ") + kVersion);
+    app.require_subcommand(1);
+    app.footer(
+        "Exit codes: 0 ok, 1 some frames failed, 2 usage, 3 chain file invalid, 4 input missing "
+        "or unreadable,\n5 output not writable, 6 no usable GL, 7 non-finite values under "
+        "--strict, 130/143 on signals.");
+
+    CLI::App* run = app.add_subcommand("run", "filter a sequence");
+    add_chain(*run, options);
+    add_input(*run, options);
+    add_writing(*run, options);
+    add_plan(*run, options);
+    add_device(*run, options);
+
+    CLI::App* plan = app.add_subcommand("plan", "what would run, what is left out and why");
+    add_chain(*plan, options);
+    add_input(*plan, options);
+    add_plan(*plan, options);
+    auto* text = plan->add_flag_callback(
+        "--text", [&] { plan_format = "text"; }, "text for people (default)");
+    auto* json = plan->add_flag_callback(
+        "--json", [&] { plan_format = "json"; }, "one JSON object per frame");
+    plan->add_flag_callback(
+            "--dot", [&] { plan_format = "dot"; }, "graphviz")
+        ->excludes(text)
+        ->excludes(json);
+
+    CLI::App* inspect =
+        app.add_subcommand("inspect", "channels, profile, facts and sign self-check of a file");
+    add_input(*inspect, options);
+    inspect->add_flag("--json", options.json, "one JSON object per frame");
+    inspect->get_option("--input")->required(false);
+    inspect->add_option("IN", options.input, "frame or pattern, as for --input");
+
+    CLI::App* scene_app =
+        app.add_subcommand("scene", "render a generated sequence, with its truth if asked for");
+    scene_app->add_option("NAME", scene.name, scenes::names_text())->required();
+    scene_app->add_option("-o,--output", scene.folder, "folder; made if it is not there")
+        ->type_name("DIR")
+        ->required();
+    scene_app->add_option("--size", scene.size, "width x height in pixels")->capture_default_str();
+    scene_app->add_option("--frames", scene.frames, "which frames")->capture_default_str();
+    scene_app
+        ->add_option("--truth-samples", scene.truth_samples,
+                     "samples over shutter and lens of mb, dof and both; 0 = none")
+        ->check(CLI::Range(0, 1 << 20))
+        ->capture_default_str();
+    scene_app->add_flag("--overwrite", scene.overwrite, "replace files that exist");
+    add_device(*scene_app, options);
+
+    CLI::App* info = app.add_subcommand("info", "GL devices, limits and library versions");
+    add_device(*info, options);
+    info->add_flag("--json", options.json, "one JSON object");
+    CLI::App* schema = app.add_subcommand("schema", "JSON Schema of a chain file");
+    CLI::App* passes = app.add_subcommand("passes", "every pass and parameter");
+    passes->add_flag_callback(
+        "--json", [&] { passes_format = "json"; }, "JSON");
+    passes->add_flag_callback(
+        "--markdown", [&] { passes_format = "markdown"; }, "Markdown tables");
+    CLI::App* man = app.add_subcommand("man", "the man page, as roff");
+    CLI::App* completion = app.add_subcommand("completion", "completion script for bash");
+    for (CLI::App* verb : app.get_subcommands([](CLI::App*) { return true; }))
+        add_logging(*verb, options);
+
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        const int code = app.exit(error);
+        return code == 0 ? kExitOk : kExitUsage;
+    }
+    log::set_up(options.verbose, options.quiet, options.log_format == "json");
+    if (*run) return run_verb(options);
+    if (*plan) return plan_verb(options, plan_format);
+    if (*inspect) return inspect_verb(options);
+    if (*scene_app) return scene_verb(options, scene);
+    if (*info) return info_verb(options);
+    if (*schema) return schema_verb();
+    if (*passes) return passes_verb(passes_format);
+    if (*man) std::fputs(man_page(app).c_str(), stdout);
+    if (*completion) std::fputs(bash_completion(app).c_str(), stdout);
+    return kExitOk;
+}
+
+}  // namespace
+}  // namespace postchain
+
+int main(int argc, char** argv) {
+    // A file-size limit must come back from write() as an error, not as a signal.
+    std::signal(SIGXFSZ, SIG_IGN);
+    const int code = postchain::command(argc, argv);
+    if (std::fflush(stdout) != 0) {
+        std::fprintf(stderr, "postchain: error: stdout cannot be written\n");
+        return code == 0 ? postchain::kExitOutput : code;
+    }
+    return code;
+}

@@ -1,0 +1,226 @@
+#include "tools/postchain/options.h"
+
+#include <charconv>
+#include <cstdlib>
+#include <sstream>
+#include <thread>
+
+#include "passes/registry.h"
+#include "tools/postchain/log.h"
+
+namespace postchain {
+namespace {
+
+void print(const Diagnostics& diagnostics) {
+    for (const auto& diagnostic : diagnostics) {
+        if (diagnostic.severity == Severity::error) continue;
+        if (diagnostic.severity == Severity::warning)
+            log::warning(diagnostic.text());
+        else
+            log::detail(diagnostic.text());
+    }
+}
+
+// Index of a word that CLI11 has already checked to be one of `names`.
+template <class E>
+E choice(const std::string& word, std::initializer_list<const char*> names) {
+    int index = 0;
+    for (const char* name : names) {
+        if (word == name) return static_cast<E>(index);
+        ++index;
+    }
+    return static_cast<E>(0);
+}
+
+}  // namespace
+
+void add_logging(CLI::App& verb, Options& o) {
+    verb.add_flag("-v,--verbose", o.verbose, "more messages");
+    verb.add_flag("-q,--quiet", o.quiet, "errors only");
+    verb.add_option("--log-format", o.log_format, "form of the messages on stderr")
+        ->check(CLI::IsMember({"text", "json"}))
+        ->capture_default_str();
+}
+
+void add_chain(CLI::App& verb, Options& o) {
+    verb.add_option("CHAIN", o.chain, "chain file, or the name of a shipped chain")->required();
+    verb.add_option("--set", o.sets,
+                    "change a value: passes[0].samples=51, motion_blur.samples=51, camera.f_stop=2")
+        ->type_name("KEY=VALUE")
+        ->expected(1)
+        ->take_all();
+}
+
+void add_input(CLI::App& verb, Options& o) {
+    verb.add_option("-i,--input", o.input,
+                    "frames: A.####.exr (also @@@@, %04d, $F4), or "
+                    "color=A.####.exr,depth=B.####.exr,motion=C.####.exr")
+        ->type_name("IN")
+        ->required();
+    verb.add_option("--frames", o.frames, "which frames: 1-10,20-40x2 (default: all on disk)")
+        ->type_name("RANGE");
+    verb.add_option("--camera", o.camera, "camera file (JSON)")->type_name("FILE");
+    verb.add_option("--profile", o.profile,
+                    "names and units of the writer: cycles, nuke, arnold, vray, generic, or a "
+                    "profile file (default: detected)")
+        ->type_name("NAME");
+    verb.add_option("--layer", o.layer, "layer to take where there are several")->type_name("NAME");
+    verb.add_option("--view", o.view, "view to take of a multi-view file")->type_name("NAME");
+    verb.add_option("--nonfinite", o.nonfinite, "what Inf in color becomes: 0 or the largest half")
+        ->check(CLI::IsMember({"zero", "clamp"}))
+        ->capture_default_str();
+}
+
+void add_plan(CLI::App& verb, Options& o) {
+    verb.add_option("--precision", o.precision, "storage of intermediate planes")
+        ->check(CLI::IsMember({"fp16", "fp32"}))
+        ->capture_default_str();
+    std::string rules;
+    for (const auto& rule : elision_rules()) rules += (rules.empty() ? "" : ", ") + rule;
+    verb.add_option("--no-elide", o.no_elide,
+                    "run what a frame does not need too; all rules, or by name: " + rules)
+        ->type_name("RULES")
+        ->expected(0, 1)
+        ->default_str("all");
+}
+
+void add_device(CLI::App& verb, Options& o) {
+    verb.add_option("--device", o.device,
+                    "GL device: auto, software, or a number of `postchain info`")
+        ->type_name("N|software")
+        ->capture_default_str();
+    verb.add_option("--threads", o.threads, "CPU threads (default: all cores)")
+        ->check(CLI::Range(1, 1024));
+}
+
+void add_writing(CLI::App& verb, Options& o) {
+    verb.add_option("-o,--output", o.output, "output frames: out.####.exr")
+        ->type_name("OUT")
+        ->required();
+    verb.add_option("--on-existing", o.on_existing,
+                    "when the output exists; skip: only one made by the same chain from the same "
+                    "input")
+        ->check(CLI::IsMember({"fail", "skip", "overwrite"}))
+        ->capture_default_str();
+    verb.add_option("--missing", o.missing, "when a requested frame is not on disk")
+        ->check(CLI::IsMember({"error", "skip", "hold"}))
+        ->capture_default_str();
+    verb.add_option("--on-error", o.on_error, "when a frame fails")
+        ->check(CLI::IsMember({"stop", "continue"}))
+        ->capture_default_str();
+    verb.add_option("--overflow", o.overflow, "when color exceeds a half channel")
+        ->check(CLI::IsMember({"refuse", "clamp"}))
+        ->capture_default_str();
+    verb.add_flag("--strict", o.strict, "non-finite values in input or output are an error");
+    verb.add_flag("--no-sidecar", o.no_sidecar, "write no OUT.json beside each output");
+    verb.add_option("--dump-stages", o.dump_stages, "write each intermediate plane as EXR")
+        ->type_name("DIR");
+    verb.add_flag("--json", o.json, "one JSON object per frame on stdout");
+}
+
+Result<ChainFile> load_chain_of(const Options& options) {
+    auto file = load_chain(options.chain, builtin_passes(), options.sets);
+    if (!file.ok()) return file.status();
+    print(file->diagnostics);
+    if (Status status = file->status(); !status.ok()) return status;
+    return file;
+}
+
+Result<PlanOptions> plan_options_of(const Options& options) {
+    PlanOptions plan;
+    plan.precision = choice<Precision>(options.precision, {"fp16", "fp32"});
+    if (options.no_elide == "all") {
+        plan.elide = false;
+        return plan;
+    }
+    std::istringstream words(options.no_elide);
+    const auto& rules = elision_rules();
+    for (std::string rule; std::getline(words, rule, ',');) {
+        if (std::find(rules.begin(), rules.end(), rule) == rules.end()) {
+            std::string known;
+            for (const auto& name : rules) known += (known.empty() ? "" : ", ") + name;
+            return Status(StatusCode::usage,
+                          "--no-elide: no rule '" + rule + "'; known are " + known);
+        }
+        plan.rules_off.insert(rule);
+    }
+    return plan;
+}
+
+Result<offline::RunSettings> input_settings_of(const Options& options) {
+    offline::RunSettings settings;
+    auto input = io::InputSpec::parse(options.input);
+    if (!input.ok()) return input.status().at("--input");
+    settings.input = std::move(*input);
+    if (!options.frames.empty()) {
+        auto range = io::FrameRange::parse(options.frames);
+        if (!range.ok()) return range.status().at("--frames");
+        settings.frames = std::move(*range);
+    }
+    if (!options.profile.empty()) {
+        auto profile = find_profile(options.profile);
+        if (!profile.ok()) return profile.status().at("--profile");
+        settings.source.profile = std::move(*profile);
+    }
+    settings.source.layer = options.layer;
+    settings.source.view = options.view;
+    settings.source.nonfinite_color = choice<NonfiniteColor>(options.nonfinite, {"zero", "clamp"});
+    if (!options.camera.empty()) {
+        auto camera = load_camera(options.camera);
+        if (!camera.ok()) return camera.status();
+        print(camera->diagnostics);
+        if (Status status = camera->status(); !status.ok()) return status;
+        settings.source.camera = std::move(*camera);
+    }
+    auto plan = plan_options_of(options);
+    if (!plan.ok()) return plan.status();
+    settings.plan = *plan;
+    settings.version = kVersion;
+    return settings;
+}
+
+Result<offline::RunSettings> run_settings_of(const Options& options) {
+    auto settings = input_settings_of(options);
+    if (!settings.ok()) return settings;
+    auto output = io::PathPattern::parse(options.output);
+    if (!output.ok()) return output.status().at("--output");
+    settings->output = std::move(*output);
+    settings->on_existing =
+        choice<io::OnExisting>(options.on_existing, {"fail", "skip", "overwrite"});
+    settings->missing = choice<offline::MissingPolicy>(options.missing, {"error", "skip", "hold"});
+    settings->on_error = choice<offline::ErrorPolicy>(options.on_error, {"stop", "continue"});
+    settings->overflow = choice<io::HalfOverflow>(options.overflow, {"refuse", "clamp"});
+    settings->strict = options.strict;
+    settings->sidecar = !options.no_sidecar;
+    settings->dump_folder = options.dump_stages;
+    return settings;
+}
+
+int threads_of(const Options& options) {
+    if (options.threads > 0) return options.threads;
+    return std::max(1, int(std::thread::hardware_concurrency()));
+}
+
+Result<std::unique_ptr<gl::Context>> context_of(const Options& options) {
+    gl::ContextOptions context;
+    if (options.device == "software") {
+        context.device = gl::ContextOptions::kSoftware;
+    } else if (options.device != "auto") {
+        const char* end = options.device.data() + options.device.size();
+        const auto parsed = std::from_chars(options.device.data(), end, context.device);
+        if (parsed.ec != std::errc() || parsed.ptr != end || context.device < 0)
+            return Status(StatusCode::usage, "--device: '" + options.device +
+                                                 "' is neither auto, software nor a number of "
+                                                 "`postchain info`");
+    }
+    // llvmpipe reads its number of threads from here, once, when the context is made.
+    if (options.threads > 0) setenv("LP_NUM_THREADS", std::to_string(options.threads).c_str(), 1);
+    io::set_exr_threads(threads_of(options));
+    return gl::Context::create(context);
+}
+
+std::string renderer_text(const gl::Context& context) {
+    return context.renderer() + ", " + context.version();
+}
+
+}  // namespace postchain

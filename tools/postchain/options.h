@@ -1,0 +1,67 @@
+// The options that verbs share, and how they become settings.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "chain/gl/context.h"
+#include "config/chain_file.h"
+#include "tools/offline/runner.h"
+
+namespace postchain {
+
+// As typed. One instance serves every verb: a process runs one verb.
+struct Options {
+    std::string chain;   // file or shipped name
+    std::string input;   // -i
+    std::string output;  // -o
+    std::string frames;
+    std::vector<std::string> sets;
+    std::string camera;
+    std::string profile;
+    std::string layer;
+    std::string view;
+    std::string precision = "fp32";
+    std::string device = "auto";
+    std::string on_existing = "fail";
+    std::string missing = "error";
+    std::string on_error = "stop";
+    std::string overflow = "refuse";
+    std::string nonfinite = "zero";
+    std::string no_elide;  // "all" or rule names
+    bool strict = false;
+    bool no_sidecar = false;
+    int threads = 0;
+    std::string dump_stages;
+    bool verbose = false;
+    bool quiet = false;
+    std::string log_format = "text";
+    bool json = false;
+};
+
+void add_logging(CLI::App& verb, Options& options);
+void add_chain(CLI::App& verb, Options& options);    // CHAIN, --set
+void add_input(CLI::App& verb, Options& options);    // -i, --frames, --camera, --profile, ...
+void add_plan(CLI::App& verb, Options& options);     // --precision, --no-elide
+void add_device(CLI::App& verb, Options& options);   // --device, --threads
+void add_writing(CLI::App& verb, Options& options);  // -o, --on-existing, --on-error, ...
+
+// Prints notes and warnings; a Status with every error when the file is invalid.
+Result<ChainFile> load_chain_of(const Options& options);
+Result<PlanOptions> plan_options_of(const Options& options);
+// Everything but `output` and the writing policies.
+Result<offline::RunSettings> input_settings_of(const Options& options);
+Result<offline::RunSettings> run_settings_of(const Options& options);
+// Applies --threads, then makes the context.
+Result<std::unique_ptr<gl::Context>> context_of(const Options& options);
+int threads_of(const Options& options);
+
+// "llvmpipe (LLVM 15.0.6, 256 bits), 4.5 (Core Profile) Mesa 22.3.6"
+std::string renderer_text(const gl::Context& context);
+
+inline constexpr const char* kVersion = POSTCHAIN_VERSION;
+
+}  // namespace postchain

@@ -1,0 +1,126 @@
+// postchain run: the runner with messages, progress and signals around it.
+#include <unistd.h>
+
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+
+#include "tools/io/atomic_file.h"
+#include "tools/offline/sidecar.h"
+#include "tools/postchain/exit_code.h"
+#include "tools/postchain/log.h"
+#include "tools/postchain/verbs.h"
+
+namespace postchain {
+namespace {
+
+std::atomic<bool> g_stop = false;
+std::atomic<int> g_signal = 0;
+
+// The first signal ends the run after the frame under way; the second at once. Either way no
+// temporary file stays behind.
+void on_signal(int number) {
+    if (g_stop.exchange(true)) {
+        io::remove_live_temporaries();
+        _exit(kExitSignal + number);
+    }
+    g_signal = number;
+}
+
+std::string seconds_text(double seconds) {
+    const long s = long(seconds + 0.5);
+    char text[32];
+    if (s >= 3600)
+        std::snprintf(text, sizeof(text), "%ld:%02ld:%02ld", s / 3600, s / 60 % 60, s % 60);
+    else
+        std::snprintf(text, sizeof(text), "%ld:%02ld", s / 60, s % 60);
+    return text;
+}
+
+std::string frame_line(const offline::FrameReport& report) {
+    char times[96];
+    std::snprintf(times, sizeof(times), "read %.0f ms, filter %.0f ms, write %.0f ms",
+                  report.read_ms + report.convert_ms, report.filter_ms, report.write_ms);
+    std::string text = concat("frame ", report.frame, " ", offline::name_of(report.outcome));
+    if (report.outcome == offline::Outcome::held) text += concat(" from frame ", report.held_from);
+    text += ": " + report.output;
+    if (report.plan) {
+        text += std::string(" (") + times + ")";
+        for (const auto& pass : report.plan->left_out)
+            if (pass.dispatches > 0) text += "; left out " + pass.what + ": " + pass.reason;
+    }
+    return text;
+}
+
+void say(const offline::FrameReport& report, const offline::RunProgress& progress, bool json) {
+    if (json) {
+        std::printf("%s\n", offline::report_line(report, progress).c_str());
+        std::fflush(stdout);
+    }
+    for (const auto& warning : report.warnings) log::warning(warning);
+    for (const auto& note : report.write.notes) log::warning(report.output + ": " + note);
+    if (!report.status.ok()) {
+        log::error(report.status.message());
+    } else if (log::progress_is_shown()) {
+        log::detail(frame_line(report));
+    } else {
+        log::info(frame_line(report));
+    }
+    log::progress(concat(progress.done, "/", progress.total, " frames, ",
+                         seconds_text(progress.elapsed_s), " elapsed, ",
+                         seconds_text(progress.remaining_s), " to go"));
+}
+
+int code_of(const offline::RunSummary& summary) {
+    if (g_signal) return kExitSignal + g_signal;
+    const size_t bad = summary.failed + summary.missing;
+    if (bad == 0) return summary.held > 0 ? kExitSomeFailed : kExitOk;
+    const size_t good = summary.written + summary.skipped + summary.held;
+    return good > 0 ? kExitSomeFailed : exit_code(summary.first_failure);
+}
+
+}  // namespace
+
+int run_verb(const Options& options) {
+    auto chain = load_chain_of(options);
+    if (!chain.ok()) return fail(chain.status());
+    auto settings = run_settings_of(options);
+    if (!settings.ok()) return fail(settings.status());
+    if (!settings->dump_folder.empty()) {
+        std::error_code error;
+        std::filesystem::create_directories(settings->dump_folder, error);
+    }
+    auto context = context_of(options);
+    if (!context.ok()) return fail(context.status());
+    const std::string renderer = renderer_text(**context);
+    log::detail("renderer: " + renderer);
+    struct sigaction action = {};
+    action.sa_handler = on_signal;
+    sigaction(SIGINT, &action, nullptr);
+    sigaction(SIGTERM, &action, nullptr);
+
+    Executor executor(**context);
+    auto summary = offline::run_sequence(
+        chain->chain, *settings, executor, renderer,
+        [&](const offline::FrameReport& report, const offline::RunProgress& progress) {
+            say(report, progress, options.json);
+        },
+        &g_stop);
+    log::progress("");
+    if (g_signal) io::remove_live_temporaries();
+    if (!summary.ok()) return fail(summary.status());
+    std::string text = concat(summary->written, " written");
+    const auto count = [&](size_t frames, const char* what) {
+        if (frames) text += concat(", ", frames, " ", what);
+    };
+    count(summary->skipped, "skipped");
+    count(summary->held, "held");
+    count(summary->missing, "missing");
+    count(summary->failed, "failed");
+    log::info(
+        concat(text, " of ", summary->total, " frames in ", seconds_text(summary->elapsed_s)));
+    return code_of(*summary);
+}
+
+}  // namespace postchain

@@ -1,0 +1,34 @@
+// The verbs of the command. Each takes what was typed and returns the exit code.
+#pragma once
+
+#include <string>
+
+#include "tools/postchain/options.h"
+
+namespace postchain {
+
+int run_verb(const Options& options);                              // run.cpp
+int plan_verb(const Options& options, const std::string& format);  // describe.cpp
+int info_verb(const Options& options);
+int schema_verb();
+int passes_verb(const std::string& format);
+int inspect_verb(const Options& options);  // inspect.cpp
+
+struct SceneOptions {  // scene.cpp
+    std::string name;
+    std::string folder;
+    std::string size = "640x360";
+    std::string frames = "1-8";
+    int truth_samples = 0;
+    bool overwrite = false;
+};
+int scene_verb(const Options& options, const SceneOptions& scene);
+
+// Man page and bash completion of the whole command, made from its options (completion.cpp).
+std::string man_page(const CLI::App& app);
+std::string bash_completion(const CLI::App& app);
+
+// Prints the status as an error and returns its exit code.
+int fail(const Status& status);
+
+}  // namespace postchain

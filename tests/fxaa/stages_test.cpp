@@ -57,6 +57,7 @@ TEST(Luma, NonFiniteTexelsHaveAFiniteLuma) {
     EXPECT_EQ(gpu_luma({}, {NAN, NAN, NAN, 1}), 0.0f);
     EXPECT_NEAR(gpu_luma({}, {inf, inf, inf, 1}), 1.0, 1e-6);
     EXPECT_NEAR(gpu_luma({}, {1, NAN, 0, 1}), 0.15033090, 1e-6);
+    EXPECT_NEAR(gpu_luma({{"luma", std::string("stored")}}, {NAN, 1, 0, 1}), 0.587, 1e-6);
     EXPECT_TRUE(std::isfinite(gpu_luma({{"luma", std::string("stored")}}, {-inf, inf, 1, 1})));
     EXPECT_NEAR(gpu_luma({}, {3e38f, 3e38f, 3e38f, 1}), 1.0, 1e-6);
 }
@@ -154,6 +155,14 @@ TEST(Filter, TonemappedBlendByHand) {
     EXPECT_NEAR(mixed.at(8, 3, 1), 0.08757820, 1e-6);
     EXPECT_EQ(mixed.at(8, 3, 2), 0.0f);
     EXPECT_NEAR(mixed.at(8, 3, 3), 0.97479424, 1e-6);
+}
+
+TEST(Filter, NegativeColorsAreBlendedAsStored) {
+    // -1 above -3, stored luma: the geometry of the endless edge. m = max(0, ...) = 0, T is the
+    // identity: -1 - 2 * 0.05041152.
+    const ImageF dark = grey_picture(16, 8, [](int, int y) { return y < 4 ? -1 : -3; });
+    const ImageF out = run({{"luma", std::string("stored")}}, dark);
+    EXPECT_NEAR(out.at(8, 3), -1.10082304, 1e-6);
 }
 
 // The steps of every preset, typed from the spec and not taken from the pass.

@@ -55,6 +55,18 @@ TEST(Truth, NoEdgeAboveThresholdKeepsEveryBit) {
     EXPECT_TRUE(equal_bits(run({{"hint", std::string("none")}}, linear), linear));
 }
 
+TEST(Truth, EqualLumaIsNoEdgeEvenWithoutThresholds) {
+    // Red and green of the same luma: range 0 >= threshold 0, but there is nothing to follow.
+    ImageF image(32, 24, 4, 0.0f);
+    for (int y = 0; y < 24; ++y)
+        for (int x = 0; x < 32; ++x) image.at(x, y, (x / 3 + y / 2) % 2) = 1;
+    const FramePlanes planes = planes_of(image, constant_hint(32, 24, 1, 1));
+    FrameDescription frame = describe(planes);
+    frame.luma_weights = {0.5, 0.5, 0};
+    const Chain chain = fxaa_chain({{"hint", std::string("threshold")}});
+    EXPECT_TRUE(equal_bits(filter(chain, frame, planes).at(Role::color), image));
+}
+
 TEST(Truth, PixelsBelowTheThresholdKeepEveryBitBesideEdges) {
     const ImageF step = grey_picture(40, 24, [](int, int y) { return y < 12 ? 0.9 : 0.1; });
     ImageF image = step;

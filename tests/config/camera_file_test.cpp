@@ -1,0 +1,161 @@
+#include "config/camera_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "fake_passes.h"
+
+namespace postchain {
+namespace {
+
+using test::texts;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+constexpr Display kHd = {1920, 1080, 1};
+
+CameraFile parse(const std::string& text) {
+    return parse_camera(text, "camera.json");
+}
+std::vector<std::string> messages_of(const std::string& text) {
+    return texts(parse(text).diagnostics);
+}
+
+TEST(CameraFile, ReadsEveryKey) {
+    const CameraFile file = parse(R"({
+        "resolution": [640, 360], "focal_length_mm": 50.0, "sensor_width_mm": 36,
+        "f_stop": 1.399999976158142, "focus_distance": 1.3, "near_clip": 0.05, "far_clip": 60.0,
+        "shutter_frames": 0.5, "fps": 24, "sensor_fit": "vertical", "meters_per_unit": 0.01,
+        "frames": [10, 11, -3]})");
+    ASSERT_THAT(texts(file.diagnostics), IsEmpty());
+    EXPECT_EQ(file.resolution, (std::array<int, 2>{640, 360}));
+    EXPECT_EQ(file.camera.focal_length_mm, 50.0);
+    EXPECT_EQ(file.camera.sensor_width_mm, 36.0);
+    EXPECT_EQ(file.camera.f_stop, 1.399999976158142);
+    EXPECT_EQ(file.camera.focus_distance, 1.3);
+    EXPECT_EQ(file.camera.near_clip, 0.05);
+    EXPECT_EQ(file.camera.far_clip, 60.0);
+    EXPECT_EQ(file.camera.shutter_frames, 0.5);
+    EXPECT_EQ(file.camera.meters_per_unit, 0.01);
+    EXPECT_EQ(file.fps, 24.0);
+    EXPECT_EQ(file.sensor_fit, SensorFit::vertical);
+    EXPECT_THAT(file.frames, IsEmpty());
+}
+
+TEST(CameraFile, OverridesSingleFrames) {
+    const CameraFile file = parse(R"({"f_stop": 2, "focus_distance": 5, "sensor_width_mm": 36,
+        "frames": {"10": {"focus_distance": 4}, "-1": {"f_stop": 8, "sensor_width_mm": 24,
+                   "sensor_fit": "vertical"}}})");
+    ASSERT_THAT(texts(file.diagnostics), IsEmpty());
+    EXPECT_EQ(file.camera_for(9, kHd).focus_distance, 5.0);
+    EXPECT_EQ(file.camera_for(10, kHd).focus_distance, 4.0);
+    EXPECT_EQ(file.camera_for(10, kHd).f_stop, 2.0);
+    EXPECT_EQ(file.camera_for(-1, kHd).f_stop, 8.0);
+    // 24 mm over the height of a 16:9 picture: 24 * 16/9 = 42.67 mm over its width.
+    EXPECT_NEAR(*file.camera_for(-1, kHd).sensor_width_mm, 42.0 + 2.0 / 3.0, 1e-12);
+    EXPECT_EQ(*file.camera_for(0, kHd).sensor_width_mm, 36.0);
+}
+
+TEST(CameraFile, TurnsTheSensorSizeIntoAWidth) {
+    // Landscape 3:2: horizontal and larger side are the width, vertical spans the height.
+    EXPECT_EQ(horizontal_sensor_width_mm(36, SensorFit::horizontal, {300, 200, 1}), 36);
+    EXPECT_EQ(horizontal_sensor_width_mm(36, SensorFit::larger_side, {300, 200, 1}), 36);
+    EXPECT_EQ(horizontal_sensor_width_mm(36, SensorFit::vertical, {300, 200, 1}), 54);
+    // Portrait 2:3: the larger side is the height; 36 mm of height are 24 mm of width.
+    EXPECT_EQ(horizontal_sensor_width_mm(36, SensorFit::horizontal, {200, 300, 1}), 36);
+    EXPECT_EQ(horizontal_sensor_width_mm(36, SensorFit::larger_side, {200, 300, 1}), 24);
+    // Pixels twice as wide as high: 200x300 pixels are 400:300, so the width is the larger side,
+    // and 36 mm of height are 48 mm of width.
+    EXPECT_EQ(horizontal_sensor_width_mm(36, SensorFit::larger_side, {200, 300, 2}), 36);
+    EXPECT_EQ(horizontal_sensor_width_mm(36, SensorFit::vertical, {200, 300, 2}), 48);
+    EXPECT_EQ(horizontal_sensor_width_mm(36, SensorFit::larger_side, {100, 100, 1}), 36);
+}
+
+TEST(CameraFile, SensorFitCountsInCameraFor) {
+    const CameraFile file = parse(R"({"sensor_width_mm": 36, "sensor_fit": "auto"})");
+    EXPECT_EQ(file.camera_for(1, {200, 300, 1}).sensor_width_mm, 24.0);
+    EXPECT_EQ(file.camera_for(1, {300, 200, 1}).sensor_width_mm, 36.0);
+    EXPECT_EQ(parse("{}").camera_for(1, kHd), Camera());
+}
+
+TEST(CameraFile, IgnoresUnknownKeysWithOneNote) {
+    const CameraFile file = parse(
+        "{\n \"scene\": \"s1\",\n \"f_stop\": 2,\n \"matrix\": {\"9\": [[1.0, NaN], [0, 1]]},\n"
+        " \"frames\": {\"3\": {\"lens_file\": \"x\"}}\n}\n");
+    EXPECT_THAT(texts(file.diagnostics),
+                ElementsAre("camera.json:2:2: note: ignored keys: scene, matrix, lens_file"));
+    EXPECT_TRUE(file.status().ok());
+    EXPECT_EQ(file.camera.f_stop, 2.0);
+}
+
+TEST(CameraFile, WarnsOfAMisspeltKey) {
+    EXPECT_THAT(messages_of("{\"focal_lenght_mm\": 50}"),
+                ElementsAre("camera.json:1:2: warning: focal_lenght_mm: ignored: unknown key "
+                            "'focal_lenght_mm' (did you mean 'focal_length_mm'?)"));
+}
+
+TEST(CameraFile, PlacesBadValues) {
+    EXPECT_THAT(
+        messages_of("{\"f_stop\": 0,\n \"focus_distance\": \"4\", \"fps\": 0}"),
+        ElementsAre("camera.json:1:12: error: f_stop: 0 is out of range; f_stop is a number "
+                    "> 0",
+                    HasSubstr("camera.json:2:20: error: focus_distance: "),
+                    HasSubstr("camera.json:2:32: error: fps: ")));
+    for (const char* bad : {R"({"resolution": [640]})",
+                            R"({"resolution": [640, 0]})",
+                            R"({"resolution": "640x360"})",
+                            R"({"resolution": [640.5, 360]})",
+                            R"({"sensor_fit": "both"})",
+                            R"({"sensor_fit": 1})",
+                            R"({"focal_length_mm": NaN})",
+                            R"({"far_clip": Infinity})",
+                            R"({"near_clip": [1]})",
+                            R"({"shutter_frames": -0.5})",
+                            R"({"fps": "24"})",
+                            R"({"frames": 10})",
+                            R"({"frames": [1.5]})",
+                            R"({"frames": {"x": {}}})",
+                            R"({"frames": {"1": 2}})",
+                            R"({"frames": {"1": {"f_stop": 0}}})",
+                            R"({"frames": {"1": {}, "+1": {}}})",
+                            R"({"frames": {"99999999999": {}}})",
+                            R"({"f_stop": 2, "f_stop": 3})",
+                            R"([1])",
+                            "",
+                            R"({"f_stop": 2)"}) {
+        const CameraFile file = parse(bad);
+        EXPECT_THAT(texts(file.diagnostics), SizeIs(1)) << bad;
+        EXPECT_EQ(file.status().code(), StatusCode::input) << bad;
+    }
+}
+
+TEST(CameraFile, WarnsWhenTheResolutionIsAnother) {
+    const CameraFile file = parse(R"({"resolution": [640, 360]})");
+    EXPECT_FALSE(file.check_resolution({640, 360, 1}));
+    const auto warning = file.check_resolution(kHd);
+    ASSERT_TRUE(warning);
+    EXPECT_EQ(warning->text(),
+              "camera.json: warning: resolution: 640x360 is not the display size "
+              "1920x1080 of the frames; is this their camera?");
+    EXPECT_FALSE(parse("{}").check_resolution(kHd));
+}
+
+TEST(CameraFile, IsReadFromDisk) {
+    const auto path =
+        std::filesystem::temp_directory_path() / concat("camera_", ::getpid(), ".json");
+    std::ofstream(path) << R"({"f_stop": 2.8})";
+    const auto file = load_camera(path.string());
+    ASSERT_TRUE(file.ok());
+    EXPECT_EQ(file->camera.f_stop, 2.8);
+    std::filesystem::remove(path);
+    EXPECT_EQ(load_camera(path.string()).status().code(), StatusCode::input);
+    EXPECT_EQ(load_camera("/").status().code(), StatusCode::input);
+}
+
+}  // namespace
+}  // namespace postchain

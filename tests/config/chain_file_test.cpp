@@ -1,0 +1,261 @@
+#include "config/chain_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "fake_passes.h"
+
+namespace postchain {
+namespace {
+
+using test::fake_passes;
+using test::smear;
+using test::texts;
+using test::tint;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+ChainFile parse(const std::string& text) {
+    return parse_chain(text, "c.yaml", fake_passes());
+}
+std::vector<std::string> errors_of(const std::string& text) {
+    return texts(parse(text).diagnostics);
+}
+// A chain of one pass given by `entry`.
+std::string chain_of(const std::string& entry) {
+    return "postchain: 1\npasses:\n  - " + entry + "\n";
+}
+
+constexpr const char* kYaml = R"(postchain: 1
+camera: {focal_length_mm: 50, sensor_width_mm: 36, f_stop: 1.8, focus_distance: 4.2}
+passes:                       # comment
+  - smear: {mode: narrow, samples: 51, amount: 2, dither: false}
+  - tint
+  - smear:
+      factor: 2
+      shutter_angle_deg: 90
+)";
+
+TEST(ChainFile, ReadsPassesInOrder) {
+    const ChainFile file = parse(kYaml);
+    ASSERT_THAT(texts(file.diagnostics), IsEmpty());
+    ASSERT_EQ(file.chain.links.size(), 3u);
+    EXPECT_EQ(file.chain.links[0].type->name, "smear");
+    EXPECT_EQ(smear(*file.chain.links[0].pass).mode, test::SmearMode::narrow);
+    EXPECT_EQ(smear(*file.chain.links[0].pass).samples, 51);
+    EXPECT_EQ(smear(*file.chain.links[0].pass).amount, 2.0);
+    EXPECT_FALSE(smear(*file.chain.links[0].pass).dither);
+    EXPECT_EQ(tint(*file.chain.links[1].pass).gain, 1.0);
+    EXPECT_EQ(smear(*file.chain.links[2].pass).factor, 2);
+    EXPECT_EQ(smear(*file.chain.links[2].pass).samples, 25);
+    EXPECT_EQ(smear(*file.chain.links[2].pass).shutter_angle_deg, 90.0);
+    EXPECT_EQ(file.chain.camera.f_stop, 1.8);
+    EXPECT_EQ(file.chain.camera.near_clip, std::nullopt);
+}
+
+TEST(ChainFile, JsonMeansTheSame) {
+    const ChainFile json = parse(R"({"postchain": 1,
+        "camera": {"focal_length_mm": 50, "sensor_width_mm": 36.0, "f_stop": 1.8,
+                   "focus_distance": 4.2},
+        "passes": [{"smear": {"mode": "narrow", "samples": 51, "amount": 2.0, "dither": false}},
+                   "tint", {"smear": {"factor": 2, "shutter_angle_deg": 90}}]})");
+    ASSERT_THAT(texts(json.diagnostics), IsEmpty());
+    EXPECT_EQ(json.chain.text(), parse(kYaml).chain.text());
+    EXPECT_EQ(json.chain.hash(), parse(kYaml).chain.hash());
+}
+
+TEST(ChainFile, AcceptsEmptyForms) {
+    EXPECT_THAT(errors_of("postchain: 1\npasses: []\n"), IsEmpty());
+    EXPECT_THAT(errors_of(chain_of("smear:")), IsEmpty());
+    EXPECT_THAT(errors_of(chain_of("smear: {}")), IsEmpty());
+    EXPECT_THAT(errors_of(chain_of("tint: {limit: null}")), IsEmpty());
+    EXPECT_EQ(tint(*parse(chain_of("tint: {limit: null}")).chain.links[0].pass).limit,
+              std::nullopt);
+}
+
+TEST(ChainFile, NamesEvenSamples) {
+    EXPECT_THAT(errors_of("postchain: 1\npasses:\n  - tint\n  - smear: {samples: 24}\n"),
+                ElementsAre("c.yaml:4:21: error: passes[1].samples: 24 is even; samples is an odd "
+                            "integer in 1..255"));
+}
+
+TEST(ChainFile, NamesTheNearestKey) {
+    EXPECT_THAT(errors_of(chain_of("smear: {sampels: 25}")),
+                ElementsAre("c.yaml:3:13: error: passes[0].sampels: unknown key 'sampels' (did you "
+                            "mean 'samples'?)"));
+    EXPECT_THAT(errors_of(chain_of("smeer")),
+                ElementsAre("c.yaml:3:5: error: passes[0]: unknown pass 'smeer' (did you mean "
+                            "'smear'?)"));
+    EXPECT_THAT(errors_of("postchain: 1\npases: []\n"),
+                ElementsAre(HasSubstr("c.yaml:2:1: error: pases: unknown key 'pases' (did you mean "
+                                      "'passes'?)"),
+                            HasSubstr("passes: missing")));
+    EXPECT_THAT(errors_of("postchain: 1\npasses: []\ncamera: {fstop: 2}\n"),
+                ElementsAre("c.yaml:3:10: error: camera.fstop: unknown key 'fstop' (did you mean "
+                            "'f_stop'?)"));
+    EXPECT_THAT(errors_of(chain_of("smear: {zzzzzz: 1}")),
+                ElementsAre(HasSubstr("known are mode, samples, amount")));
+}
+
+TEST(ChainFile, NamesWrongTypes) {
+    const auto error = [](const std::string& value) {
+        const auto all = errors_of(chain_of("smear: {" + value + "}"));
+        return all.size() == 1 ? all[0] : "not one error: " + testing::PrintToString(all);
+    };
+    EXPECT_THAT(error("samples: many"),
+                HasSubstr("c.yaml:3:22: error: passes[0].samples: many is"));
+    EXPECT_THAT(error("samples: '25'"), HasSubstr("samples is an odd integer in 1..255"));
+    EXPECT_THAT(error("samples: 25.0"), HasSubstr("samples is an odd integer"));
+    EXPECT_THAT(error("samples: true"), HasSubstr("true is a boolean"));
+    EXPECT_THAT(error("samples: [25]"), HasSubstr("a list; samples is an odd integer"));
+    EXPECT_THAT(error("samples: {a: 1}"), HasSubstr("a map; samples is an odd integer"));
+    EXPECT_THAT(error("samples:"), HasSubstr("no value; samples is"));
+    EXPECT_THAT(error("dither: yes"), HasSubstr("dither is true or false"));
+    EXPECT_THAT(error("dither: 1"), HasSubstr("dither is true or false"));
+    EXPECT_THAT(error("amount: much"), HasSubstr("amount is a number in 0..10"));
+    EXPECT_THAT(error("mode: 3"), HasSubstr("mode is one of wide, narrow"));
+    EXPECT_THAT(error("mode: narow"), HasSubstr("did you mean 'narrow'?"));
+}
+
+TEST(ChainFile, NamesValuesOutOfRange) {
+    EXPECT_THAT(errors_of(chain_of("smear: {samples: 257, amount: -0.5, factor: 3}")),
+                ElementsAre(HasSubstr("passes[0].samples: 257 is out of range"),
+                            HasSubstr("passes[0].amount: -0.5 is out of range"),
+                            HasSubstr("passes[0].factor: 3 is not among them; factor is one of 1, "
+                                      "2, 4")));
+    EXPECT_THAT(errors_of(chain_of("tint: {gain: 0}")),
+                ElementsAre(HasSubstr("gain is a number > 0")));
+    EXPECT_THAT(errors_of("postchain: 1\ncamera: {f_stop: 0}\npasses: []\n"),
+                ElementsAre(HasSubstr("c.yaml:2:18: error: camera.f_stop: 0 is out of range")));
+}
+
+TEST(ChainFile, RefusesNonFiniteAndForbiddenNumbers) {
+    for (const char* bad : {".inf", "-.inf", ".nan", "1e999", "0x5", "0o5", "05", "1_0"})
+        EXPECT_THAT(errors_of(chain_of(concat("smear: {amount: ", bad, "}"))),
+                    ElementsAre(HasSubstr("c.yaml:3:21: error: passes[0].amount: '")))
+            << bad;
+}
+
+TEST(ChainFile, RefusesParametersThatExcludeEachOther) {
+    EXPECT_THAT(errors_of(chain_of("smear: {shutter_frames: 0.5, shutter_angle_deg: 180}")),
+                ElementsAre("c.yaml:3:12: error: passes[0]: shutter_frames and shutter_angle_deg "
+                            "are both given; give one of them"));
+    EXPECT_THAT(errors_of(chain_of("smear: {shutter_frames: 0.5, shutter_angle_deg: null}")),
+                IsEmpty());
+}
+
+TEST(ChainFile, RefusesWrongShapes) {
+    EXPECT_THAT(errors_of(chain_of("smear: {}\n    tint: {}")),
+                ElementsAre(HasSubstr("c.yaml:4:5: error: passes[0]: one entry of the list is one "
+                                      "pass, but here are smear, tint")));
+    // The commonest slip of indentation.
+    EXPECT_THAT(errors_of(chain_of("smear:\n    samples: 25")),
+                ElementsAre(HasSubstr("a pass's parameters stand in a map of their own")));
+    EXPECT_THAT(errors_of(chain_of("smear: 3")),
+                ElementsAre(HasSubstr("passes[0]: '3'; the parameters of a pass are a map")));
+    EXPECT_THAT(errors_of(chain_of("[smear]")), ElementsAre(HasSubstr("passes[0]: a list")));
+    EXPECT_THAT(errors_of(chain_of("{}")), ElementsAre(HasSubstr("passes[0]: empty")));
+    EXPECT_THAT(errors_of(chain_of("")), ElementsAre(HasSubstr("passes[0]: nothing")));
+    EXPECT_THAT(errors_of("postchain: 1\npasses: smear\n"),
+                ElementsAre(HasSubstr("passes: 'smear'; passes is a list")));
+    EXPECT_THAT(errors_of("postchain: 1\npasses: {smear: {}}\n"),
+                ElementsAre(HasSubstr("passes: a map; passes is a list")));
+    EXPECT_THAT(errors_of("postchain: 1\npasses:\n"), ElementsAre(HasSubstr("passes: nothing")));
+    EXPECT_THAT(errors_of("postchain: 1\ncamera: [50]\npasses: []\n"),
+                ElementsAre(HasSubstr("camera: a list; camera is a map")));
+    EXPECT_THAT(errors_of("- smear\n"),
+                ElementsAre(HasSubstr("c.yaml:1:1: error: a chain file is")));
+    EXPECT_THAT(errors_of("just words\n"), ElementsAre(HasSubstr("'just words'")));
+}
+
+TEST(ChainFile, ChecksTheVersion) {
+    EXPECT_THAT(
+        errors_of("passes: []\n"),
+        ElementsAre("c.yaml:1:1: error: postchain: missing; a chain file says postchain: 1"));
+    for (const char* version : {"2", "0", "'1'", "1.0", "one", "true", "[1]", ""})
+        EXPECT_THAT(errors_of(concat("postchain: ", version, "\npasses: []\n")),
+                    ElementsAre(HasSubstr("error: postchain: ")))
+            << version;
+}
+
+TEST(ChainFile, ReportsAllErrorsAtOnce) {
+    const ChainFile file = parse(
+        "postchain: 2\ncamera: {f_stop: -1}\npasses:\n  - smear: {samples: 24, sampels: 3}\n"
+        "  - blur\n  - tint: {gain: &a 2}\nextra: 1\nextra: 2\n");
+    EXPECT_THAT(
+        texts(file.diagnostics),
+        ElementsAre(HasSubstr("6:17: error: anchors"), HasSubstr("8:1: error: duplicate"),
+                    HasSubstr("1:12: error: postchain"), HasSubstr("2:18: error: camera.f_stop"),
+                    HasSubstr("4:21: error: passes[0].samples"),
+                    HasSubstr("4:25: error: passes[0].sampels"), HasSubstr("5:5: error: passes[1]"),
+                    HasSubstr("7:1: error: extra")));
+    EXPECT_EQ(file.status().code(), StatusCode::chain);
+    EXPECT_THAT(file.status().message(), HasSubstr("passes[0].sampels"));
+}
+
+TEST(ChainFile, EmptyAndGarbageFilesAreInvalidChains) {
+    for (const char* text : {"", "\xff\xfe", "[", "&a b", "\t", "{\"postchain\": 1"}) {
+        const ChainFile file = parse(text);
+        EXPECT_EQ(file.status().code(), StatusCode::chain) << text;
+        EXPECT_THAT(file.status().message(), testing::StartsWith("c.yaml:1:"));
+    }
+    EXPECT_EQ(parse(std::string(size_t(1) << 20, '[')).status().code(), StatusCode::chain);
+}
+
+TEST(WriteChain, ReadsBackAsTheSameChain) {
+    for (const std::string& text :
+         {std::string(kYaml), std::string("postchain: 1\npasses: []\n"),
+          chain_of("tint: {limit: null}"), chain_of("tint: {gain: 0.1, limit: 99.99999999999999}"),
+          chain_of("smear: {amount: 1e-300, shutter_frames: 0.5}")}) {
+        const ChainFile file = parse(text);
+        ASSERT_THAT(texts(file.diagnostics), IsEmpty());
+        const std::string written = write_chain(file.chain);
+        const ChainFile again = parse(written);
+        EXPECT_THAT(texts(again.diagnostics), IsEmpty()) << written;
+        EXPECT_EQ(again.chain.text(), file.chain.text()) << written;
+        EXPECT_EQ(again.chain.hash(), file.chain.hash());
+    }
+}
+
+TEST(WriteChain, WritesDefaultsToo) {
+    EXPECT_EQ(write_chain(parse(chain_of("tint: {limit: null}")).chain),
+              "postchain: 1\npasses:\n  - tint:\n      gain: 1\n      limit: null\n");
+}
+
+TEST(FindChain, PrefersShippedNamesAndReadsFiles) {
+    namespace fs = std::filesystem;
+    const fs::path folder = fs::temp_directory_path() / concat("postchain_find_", ::getpid());
+    fs::create_directories(folder);
+    std::ofstream(folder / "mine.yaml") << chain_of("tint");
+    const auto found = find_chain((folder / "mine.yaml").string());
+    ASSERT_TRUE(found.ok());
+    EXPECT_EQ(found->text, chain_of("tint"));
+    EXPECT_FALSE(found->shipped);
+    const auto loaded = load_chain((folder / "mine.yaml").string(), fake_passes());
+    ASSERT_TRUE(loaded.ok());
+    EXPECT_EQ(loaded->chain.links.size(), 1u);
+    EXPECT_FALSE(find_chain(folder.string()).ok());
+    fs::remove_all(folder);
+
+    const auto shipped = find_chain("paper");
+    ASSERT_TRUE(shipped.ok());
+    EXPECT_TRUE(shipped->shipped);
+    EXPECT_THAT(shipped->file_name, HasSubstr("chains/paper.yaml"));
+}
+
+TEST(FindChain, NamesWhatThereIs) {
+    const auto missing = find_chain("papr");
+    ASSERT_FALSE(missing.ok());
+    EXPECT_EQ(missing.status().code(), StatusCode::chain);
+    EXPECT_THAT(missing.status().message(), HasSubstr("dof_first, offline, paper, realtime"));
+    EXPECT_THAT(missing.status().message(), HasSubstr("did you mean 'paper'?"));
+    EXPECT_FALSE(find_chain("/nowhere/paper.yaml").ok());
+    EXPECT_FALSE(find_chain("").ok());
+}
+
+}  // namespace
+}  // namespace postchain

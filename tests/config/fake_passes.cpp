@@ -1,0 +1,69 @@
+#include "fake_passes.h"
+
+namespace postchain::test {
+namespace {
+
+template <class P>
+class FakePass : public Pass {
+  public:
+    RoleUse roles() const override { return {{Role::color}, {}, {}, {}}; }
+    Status check(const FrameDescription&) const override { return {}; }
+    std::optional<LeftOut> identity(const PlanContext&) const override { return {}; }
+    void plan(PassPlanner&) const override {}
+    void reference(const PlanContext&, ReferenceFrame&) const override {}
+    void* parameters() override { return &values_; }
+
+  private:
+    P values_;
+};
+
+const ParameterTable& smear_table() {
+    static const ParameterTable table =
+        ParameterTableBuilder<Smear>()
+            .choice("mode", &Smear::mode, {"wide", "narrow"}, {.help = "how wide"})
+            .integer("samples", &Smear::samples, {.min = 1, .max = 255, .odd = true})
+            .number("amount", &Smear::amount, {.min = 0, .max = 10, .help = "how much | at most"})
+            .integer("factor", &Smear::factor, {.allowed = {1, 2, 4}})
+            .boolean("dither", &Smear::dither, {})
+            .number("shutter_frames", &Smear::shutter_frames,
+                    {.min = 0, .max = 4, .unit = "frames", .excludes = "shutter_angle_deg"})
+            .number("shutter_angle_deg", &Smear::shutter_angle_deg, {.min = 0, .max = 1440})
+            .table();
+    return table;
+}
+
+const ParameterTable& tint_table() {
+    static const ParameterTable table =
+        ParameterTableBuilder<Tint>()
+            .number("gain", &Tint::gain, {.min = 0, .min_excluded = true})
+            .number("limit", &Tint::limit, {.min = 0, .max = 100})
+            .table();
+    return table;
+}
+
+}  // namespace
+
+const PassRegistry& fake_passes() {
+    static const PassRegistry registry({
+        {"smear", "Smear", "Smears.", &smear_table(),
+         [] { return std::make_unique<FakePass<Smear>>(); }},
+        {"tint", "Tint", "Tints.", &tint_table(),
+         [] { return std::make_unique<FakePass<Tint>>(); }},
+    });
+    return registry;
+}
+
+const Smear& smear(const Pass& pass) {
+    return *static_cast<const Smear*>(pass.parameters());
+}
+const Tint& tint(const Pass& pass) {
+    return *static_cast<const Tint*>(pass.parameters());
+}
+
+std::vector<std::string> texts(const Diagnostics& diagnostics) {
+    std::vector<std::string> all;
+    for (const auto& d : diagnostics) all.push_back(d.text());
+    return all;
+}
+
+}  // namespace postchain::test

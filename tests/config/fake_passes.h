@@ -1,0 +1,40 @@
+// Two passes that do nothing but have parameters of every kind.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "chain/pass.h"
+#include "config/diagnostic.h"
+
+namespace postchain::test {
+
+enum class SmearMode { wide, narrow };
+
+struct Smear {
+    SmearMode mode = SmearMode::wide;
+    int samples = 25;
+    double amount = 1.5;
+    int factor = 4;
+    bool dither = true;
+    std::optional<double> shutter_frames;
+    std::optional<double> shutter_angle_deg;
+};
+
+struct Tint {
+    double gain = 1;
+    std::optional<double> limit = 8.0;
+};
+
+// smear: mode wide|narrow, samples odd 1..255, amount 0..10, factor 1|2|4, dither,
+// shutter_frames 0..4 excludes shutter_angle_deg. tint: gain > 0, limit 0..100 or unset.
+const PassRegistry& fake_passes();
+
+const Smear& smear(const Pass& pass);
+const Tint& tint(const Pass& pass);
+
+// Texts of all diagnostics.
+std::vector<std::string> texts(const Diagnostics& diagnostics);
+
+}  // namespace postchain::test

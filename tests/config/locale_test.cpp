@@ -1,0 +1,81 @@
+// Numbers read and write the same under any locale of C and C++.
+//
+// A locale like de_DE need not be installed: the C++ one is made here from a facet with a decimal
+// comma and grouping, which is what a program gets from std::locale("de_DE.UTF-8").
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <clocale>
+#include <locale>
+
+#include "config/camera_file.h"
+#include "config/chain_file.h"
+#include "config/schema.h"
+#include "fake_passes.h"
+
+namespace postchain {
+namespace {
+
+using test::fake_passes;
+using test::texts;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+struct GermanNumbers : std::numpunct<char> {
+    char do_decimal_point() const override { return ','; }
+    char do_thousands_sep() const override { return '.'; }
+    std::string do_grouping() const override { return "\3"; }
+};
+
+class GermanLocale : public testing::Test {
+  protected:
+    void SetUp() override {
+        std::locale::global(std::locale(std::locale::classic(), new GermanNumbers));
+        std::setlocale(LC_ALL, "de_DE.UTF-8");  // where it is installed
+        std::ostringstream check;
+        check << 1234.5;
+        ASSERT_EQ(check.str(), "1.234,5");  // the locale is really on
+    }
+    void TearDown() override {
+        std::locale::global(std::locale::classic());
+        std::setlocale(LC_ALL, "C");
+    }
+};
+
+TEST_F(GermanLocale, ChainFilesMeanTheSame) {
+    const std::string text =
+        "postchain: 1\ncamera: {focus_distance: 1234.5}\npasses:\n  - smear: {amount: 2.5}\n";
+    const ChainFile file =
+        parse_chain(text, "c", fake_passes(), {"tint.gain=1", "camera.f_stop=1.4"});
+    EXPECT_EQ(file.chain.camera.focus_distance, 1234.5);
+    EXPECT_EQ(file.chain.camera.f_stop, 1.4);
+    EXPECT_EQ(test::smear(*file.chain.links[0].pass).amount, 2.5);
+    const std::string written = write_chain(file.chain);
+    const std::string schema = chain_schema(fake_passes());
+    const std::string described = passes_as_json(fake_passes());
+    const uint64_t hash = file.chain.hash();
+    std::locale::global(std::locale::classic());
+    std::setlocale(LC_ALL, "C");
+    EXPECT_EQ(write_chain(file.chain), written);
+    EXPECT_EQ(chain_schema(fake_passes()), schema);
+    EXPECT_EQ(passes_as_json(fake_passes()), described);
+    EXPECT_EQ(file.chain.hash(), hash);
+}
+
+TEST_F(GermanLocale, DiagnosticsCountWithoutGrouping) {
+    std::string text = "postchain: 1\n";
+    for (int i = 0; i < 1500; ++i) text += "# comment\n";
+    EXPECT_THAT(
+        texts(
+            parse_chain(text + "passes: [{smear: {amount: 1,5}}]", "c", fake_passes()).diagnostics),
+        ElementsAre(testing::StartsWith("c:1502:30: error: ")));
+    const CameraFile camera = parse_camera(
+        R"({"resolution": [1920, 1080], "focus_distance": 1234.5, "f_stop": 2.8})", "c");
+    EXPECT_THAT(texts(camera.diagnostics), IsEmpty());
+    EXPECT_EQ(camera.camera.focus_distance, 1234.5);
+    EXPECT_THAT(camera.check_resolution({2048, 858, 1})->text(),
+                testing::HasSubstr("1920x1080 is not the display size 2048x858"));
+}
+
+}  // namespace
+}  // namespace postchain

@@ -1,0 +1,152 @@
+// --set: paths, precedence, errors.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "config/camera_file.h"
+#include "config/chain_file.h"
+#include "fake_passes.h"
+
+namespace postchain {
+namespace {
+
+using test::fake_passes;
+using test::smear;
+using test::texts;
+using test::tint;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr const char* kChain =
+    "postchain: 1\ncamera: {f_stop: 4}\npasses:\n  - smear: {samples: 31}\n  - tint\n";
+constexpr const char* kTwice =
+    "postchain: 1\npasses:\n  - smear: {shutter_frames: 0.5}\n  - tint\n  - smear\n";
+
+ChainFile parse(const std::string& text, const std::vector<std::string>& overrides) {
+    return parse_chain(text, "c.yaml", fake_passes(), overrides);
+}
+
+TEST(Override, SetsByIndexByNameAndTheCamera) {
+    const ChainFile file = parse(
+        kChain, {"passes[0].samples=51", "tint.gain=0.25", "camera.f_stop=2", "smear.mode=narrow"});
+    ASSERT_THAT(texts(file.diagnostics), IsEmpty());
+    EXPECT_EQ(smear(*file.chain.links[0].pass).samples, 51);
+    EXPECT_EQ(smear(*file.chain.links[0].pass).mode, test::SmearMode::narrow);
+    EXPECT_EQ(tint(*file.chain.links[1].pass).gain, 0.25);
+    EXPECT_EQ(file.chain.camera.f_stop, 2.0);
+}
+
+TEST(Override, EqualsTheSameValueInTheFile) {
+    const ChainFile file = parse(kChain, {"passes[0].samples=33"});
+    std::string text = kChain;
+    text.replace(text.find("31"), 2, "33");
+    EXPECT_EQ(file.chain.hash(), parse(text, {}).chain.hash());
+    EXPECT_NE(file.chain.hash(), parse(kChain, {}).chain.hash());
+}
+
+TEST(Override, TheLaterWinsAndNullUnsets) {
+    EXPECT_EQ(
+        smear(*parse(kChain, {"smear.samples=51", "passes[0].samples=53"}).chain.links[0].pass)
+            .samples,
+        53);
+    const ChainFile file = parse(kChain, {"tint.limit=null", "camera.f_stop=null"});
+    EXPECT_THAT(texts(file.diagnostics), IsEmpty());
+    EXPECT_EQ(tint(*file.chain.links[1].pass).limit, std::nullopt);
+    EXPECT_EQ(file.chain.camera.f_stop, std::nullopt);
+}
+
+TEST(Override, IsAUsageErrorThatNamesTheText) {
+    EXPECT_THAT(texts(parse(kChain, {"passes[0].samples=24"}).diagnostics),
+                ElementsAre("--set passes[0].samples=24: error: passes[0].samples: 24 is even; "
+                            "samples is an odd integer in 1..255"));
+    EXPECT_EQ(parse(kChain, {"passes[0].samples=24"}).status().code(), StatusCode::usage);
+    const std::vector<std::pair<std::string, std::string>> wrong = {
+        {"smear.sampels=3", "did you mean 'samples'?"},
+        {"camera.fstop=3", "did you mean 'f_stop'?"},
+        {"passes[2].samples=3", "the chain has 2 passes, counted from 0"},
+        {"passes[-1].samples=3", "the number of a pass"},
+        {"passes[x].samples=3", "the number of a pass"},
+        {"blur.samples=3", "neither camera nor a pass of the chain"},
+        {"samples=3", "PASS.KEY=VALUE"},
+        {"smear.samples", "PASS.KEY=VALUE"},
+        {".samples=3", "PASS.KEY=VALUE"},
+        {"smear.=3", "PASS.KEY=VALUE"},
+        {"smear.samples=", "no value"},
+        {"smear.amount=inf", "finite"},
+        {"smear.amount=0x3", "decimal"},
+        {"smear.samples=null", "no value; samples is"},
+        {"", "PASS.KEY=VALUE"},
+    };
+    for (const auto& [text, message] : wrong) {
+        const ChainFile file = parse(kChain, {text});
+        EXPECT_EQ(file.status().code(), StatusCode::usage) << text;
+        EXPECT_THAT(file.status().message(), HasSubstr("--set " + text + ": error: "));
+        EXPECT_THAT(file.status().message(), HasSubstr(message));
+    }
+}
+
+TEST(Override, OfAPassThatStandsTwiceIsAUsageError) {
+    const ChainFile file = parse(kTwice, {"smear.samples=51"});
+    EXPECT_EQ(file.status().code(), StatusCode::usage);
+    EXPECT_THAT(file.status().message(), HasSubstr("name one of passes[0], passes[2]"));
+    EXPECT_TRUE(parse(kTwice, {"passes[2].samples=51"}).status().ok());
+}
+
+TEST(Override, AnInvalidFileStaysAnInvalidFile) {
+    const ChainFile file = parse("postchain: 1\npasses:\n  - blur\n  - tint: {gain: 0}\n",
+                                 {"passes[1].gain=1", "blur.x=1"});
+    EXPECT_EQ(file.status().code(), StatusCode::chain);
+    EXPECT_EQ(file.diagnostics.size(), 2u) << text_of(file.diagnostics);
+}
+
+TEST(Override, MakesExcludedValuesOfTheFileGiveWay) {
+    const ChainFile file = parse(kTwice, {"passes[0].shutter_angle_deg=90"});
+    EXPECT_THAT(texts(file.diagnostics),
+                ElementsAre("--set passes[0].shutter_angle_deg=90: note: passes[0].shutter_frames: "
+                            "0.5 of the chain file gives way"));
+    EXPECT_EQ(smear(*file.chain.links[0].pass).shutter_frames, std::nullopt);
+    EXPECT_EQ(smear(*file.chain.links[0].pass).shutter_angle_deg, 90.0);
+    const ChainFile both =
+        parse(kTwice, {"passes[2].shutter_angle_deg=90", "passes[2].shutter_frames=0.25"});
+    EXPECT_EQ(both.status().code(), StatusCode::usage);
+    EXPECT_THAT(both.status().message(), HasSubstr("both given"));
+}
+
+// defaults < file metadata < --camera < the chain's camera < a pass's own value < --set.
+TEST(Precedence, OfCameraValues) {
+    Camera metadata;
+    metadata.f_stop = 1;
+    metadata.focal_length_mm = 10;
+    metadata.focus_distance = 100;
+    const CameraFile file = parse_camera(R"({"f_stop": 2, "focal_length_mm": 20})", "camera.json");
+    ASSERT_THAT(texts(file.diagnostics), IsEmpty());
+    const Camera frame = frame_camera(metadata, &file, 1, {1920, 1080, 1});
+    EXPECT_EQ(frame.focus_distance, 100.0);    // metadata alone
+    EXPECT_EQ(frame.focal_length_mm, 20.0);    // --camera over metadata
+    EXPECT_EQ(frame.near_clip, std::nullopt);  // nobody says
+    const Camera chain = parse(kChain, {}).chain.camera;
+    EXPECT_EQ(frame.overlaid_by(chain).f_stop, 4.0);  // the chain over --camera
+    EXPECT_EQ(frame.overlaid_by(parse(kChain, {"camera.f_stop=8"}).chain.camera).f_stop, 8.0);
+    EXPECT_EQ(frame_camera(metadata, nullptr, 1, {}).f_stop, 1.0);
+}
+
+TEST(Precedence, ASetCameraValueBeatsAPassesOwn) {
+    EXPECT_EQ(smear(*parse(kTwice, {}).chain.links[0].pass).shutter_frames, 0.5);
+    const ChainFile file = parse(kTwice, {"camera.shutter_frames=0.25"});
+    EXPECT_TRUE(file.status().ok());
+    EXPECT_THAT(texts(file.diagnostics),
+                ElementsAre(HasSubstr("note: passes[0].shutter_frames: 0.5 of the chain file")));
+    EXPECT_EQ(smear(*file.chain.links[0].pass).shutter_frames, std::nullopt);
+    EXPECT_EQ(file.chain.camera.shutter_frames, 0.25);
+    // Written as an angle it is the same value.
+    const ChainFile angle = parse("postchain: 1\npasses:\n  - smear: {shutter_angle_deg: 90}\n",
+                                  {"camera.shutter_frames=0.25"});
+    EXPECT_EQ(smear(*angle.chain.links[0].pass).shutter_angle_deg, std::nullopt);
+    // Of two overrides the pass's own is the nearer one.
+    const ChainFile own =
+        parse(kTwice, {"passes[0].shutter_frames=2", "camera.shutter_frames=0.25"});
+    EXPECT_EQ(smear(*own.chain.links[0].pass).shutter_frames, 2.0);
+}
+
+}  // namespace
+}  // namespace postchain

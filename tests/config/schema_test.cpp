@@ -1,0 +1,189 @@
+#include "config/schema.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "config/chain_file.h"
+#include "config/embedded.h"
+#include "fake_passes.h"
+#include "passes/registry.h"
+#include "schema_check.h"
+
+namespace postchain {
+namespace {
+
+using test::fake_passes;
+using test::schema_violation;
+using test::texts;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+TextNode tree_of(const std::string& text) {
+    const TextTree tree = read_text_tree(text, "t");
+    EXPECT_THAT(texts(tree.diagnostics), IsEmpty()) << text;
+    return tree.root;
+}
+
+TEST(Schema, AgreesWithTheParser) {
+    const TextNode schema = tree_of(chain_schema(fake_passes()));
+    const std::vector<std::string> good = {
+        "passes: []",
+        "passes: [smear, tint, smear]",
+        "passes: [smear: ]",
+        "passes: [{smear: {}}]",
+        "passes: [{smear: {samples: 1}}]",
+        "passes: [{smear: {samples: 255}}]",
+        "passes: [{smear: {amount: 0}}]",
+        "passes: [{smear: {amount: 10.0, mode: narrow}}]",
+        "passes: [{smear: {factor: 4, dither: true}}]",
+        "passes: [{tint: {limit: null}}]",
+        "passes: [{smear: {shutter_frames: 1}}]",
+        "passes: [{smear: {shutter_angle_deg: 1}}]",
+        "passes: [{smear: {shutter_angle_deg: 1, shutter_frames: null}}]",
+        "passes: []\ncamera: {f_stop: 1.8, near_clip: 0}",
+        "passes: []\ncamera: {f_stop: null}",
+        "passes: []\ncamera: {}"};
+    const std::vector<std::string> bad = {
+        "passes: [blur]",
+        "passes: [{blur: {}}]",
+        "passes: {}",
+        "passes: smear",
+        "passes: [[smear]]",
+        "passes: [{}]",
+        "passes: [{smear: {}, tint: {}}]",
+        "passes: [{smear: 1}]",
+        "passes: [{smear: [1]}]",
+        "passes: [null]",
+        "camera: {f_stop: 2}",
+        "passes: []\nextra: 1",
+        "passes: []\ncamera: {f_stop: 0}",
+        "passes: []\ncamera: {fstop: 1}",
+        "passes: []\ncamera: [1]",
+        "passes: []\ncamera: {f_stop: '2'}",
+        "passes: [{smear: {sampels: 1}}]",
+        "passes: [{smear: {samples: 24}}]",
+        "passes: [{smear: {samples: 0}}]",
+        "passes: [{smear: {samples: 257}}]",
+        "passes: [{smear: {samples: 1.5}}]",
+        "passes: [{smear: {samples: '25'}}]",
+        "passes: [{smear: {samples: null}}]",
+        "passes: [{smear: {samples: true}}]",
+        "passes: [{smear: {amount: -0.1}}]",
+        "passes: [{smear: {amount: 10.1}}]",
+        "passes: [{smear: {amount: wide}}]",
+        "passes: [{smear: {factor: 3}}]",
+        "passes: [{smear: {mode: wider}}]",
+        "passes: [{smear: {mode: 1}}]",
+        "passes: [{smear: {dither: yes}}]",
+        "passes: [{smear: {dither: 1}}]",
+        "passes: [{tint: {gain: 0}}]",
+        "passes: [{tint: {gain: null}}]",
+        "passes: [{tint: {limit: 100.5}}]",
+        "passes: [{smear: {shutter_frames: 1, shutter_angle_deg: 1}}]"};
+    for (const auto& [list, expected] : {std::pair(&good, true), std::pair(&bad, false)}) {
+        for (const std::string& body : *list) {
+            const std::string text = "postchain: 1\n" + body + "\n";
+            const ChainFile file = parse_chain(text, "t", fake_passes());
+            EXPECT_EQ(file.status().ok(), expected) << text << text_of(file.diagnostics);
+            const std::string violation = schema_violation(tree_of(text), schema, schema);
+            EXPECT_EQ(violation.empty(), expected) << text << violation;
+        }
+    }
+    for (const char* text :
+         {"passes: []", "postchain: 2\npasses: []", "postchain: '1'\npasses: []"}) {
+        EXPECT_FALSE(parse_chain(text, "t", fake_passes()).status().ok());
+        EXPECT_NE(schema_violation(tree_of(text), schema, schema), "");
+    }
+}
+
+// Every row at its ends, and just outside them, for the passes this program really has.
+TEST(Schema, AgreesWithTheParserAtTheEndsOfEveryRange) {
+    const TextNode schema = tree_of(chain_schema(builtin_passes()));
+    size_t checked = 0;
+    for (const auto& type : builtin_passes().types()) {
+        for (const auto& row : type.parameters->rows()) {
+            std::vector<std::string> values = {"true", "word", "1",    "0",  "2",
+                                               "-1",   "0.5",  "null", "1e9"};
+            for (double end : {row.min, row.max})
+                if (std::isfinite(end))
+                    for (double step : {-1.0, 0.0, 1.0})
+                        values.push_back(text_of(ParameterValue(end + step)));
+            for (const auto& word : row.choices) values.push_back(word);
+            for (int64_t number : row.allowed) values.push_back(std::to_string(number));
+            for (const auto& value : values) {
+                const std::string text = "postchain: 1\npasses:\n  - " + type.name + ": {" +
+                                         row.key + ": " + value + "}\n";
+                const bool parsed = parse_chain(text, "t", builtin_passes()).status().ok();
+                const std::string violation = schema_violation(tree_of(text), schema, schema);
+                EXPECT_EQ(violation.empty(), parsed) << text << violation;
+                ++checked;
+            }
+        }
+    }
+    EXPECT_GT(checked, 300u);
+}
+
+TEST(Schema, HoldsTheShippedChains) {
+    const TextNode schema = tree_of(chain_schema(builtin_passes()));
+    size_t chains = 0;
+    for (const auto& file : embedded_config()) {
+        if (!file.path.starts_with("chains/")) continue;
+        ++chains;
+        EXPECT_EQ(schema_violation(tree_of(std::string(file.text)), schema, schema), "")
+            << file.path;
+    }
+    EXPECT_EQ(chains, 4u);
+}
+
+TEST(Schema, SaysTypesRangesAndDefaults) {
+    const TextNode schema = tree_of(chain_schema(fake_passes()));
+    EXPECT_EQ(schema.find("$schema")->text, "https://json-schema.org/draft/2020-12/schema");
+    const TextNode& rows = *schema.find("$defs")->find("pass.smear")->find("properties");
+    const TextNode& samples = *rows.find("samples");
+    EXPECT_EQ(samples.find("type")->text, "integer");
+    EXPECT_EQ(samples.find("minimum")->text, "1");
+    EXPECT_EQ(samples.find("maximum")->text, "255");
+    EXPECT_EQ(samples.find("default")->text, "25");
+    EXPECT_EQ(samples.find("not")->find("multipleOf")->text, "2");
+    EXPECT_THAT(rows.find("shutter_frames")->find("description")->text, HasSubstr("frames"));
+    EXPECT_EQ(rows.find("mode")->find("enum")->items[1].text, "narrow");
+    EXPECT_EQ(rows.find("mode")->find("default")->text, "wide");
+}
+
+TEST(Describe, NamesEveryParameterWithDefaultRangeAndUnit) {
+    const std::string text = passes_as_text(builtin_passes());
+    const std::string markdown = passes_as_markdown(builtin_passes());
+    const TextNode json = tree_of(passes_as_json(builtin_passes()));
+    EXPECT_EQ(passes_as_json(builtin_passes()).find('\n'), std::string::npos);
+    ASSERT_EQ(json.find("passes")->items.size(), builtin_passes().types().size());
+    for (size_t p = 0; p < builtin_passes().types().size(); ++p) {
+        const PassType& type = builtin_passes().types()[p];
+        const TextNode& pass = json.find("passes")->items[p];
+        EXPECT_EQ(pass.find("name")->text, type.name);
+        EXPECT_THAT(markdown, HasSubstr("(`" + type.name + "`)"));
+        for (size_t i = 0; i < type.parameters->rows().size(); ++i) {
+            const Parameter& row = type.parameters->rows()[i];
+            EXPECT_THAT(text, HasSubstr("  " + row.key + " "));
+            EXPECT_THAT(text, HasSubstr(row.domain()));
+            EXPECT_THAT(markdown, HasSubstr("| `" + row.key + "` | "));
+            const TextNode& entry = pass.find("parameters")->items[i];
+            EXPECT_EQ(entry.find("key")->text, row.key);
+            EXPECT_EQ(entry.find("unit")->text, row.unit);
+            EXPECT_EQ(entry.find("type")->text, name_of(row.type));
+            EXPECT_EQ(*value_of(*entry.find("default")),
+                      *value_of(tree_of("a: " + yaml_text_of(row.default_value)).entries[0].value));
+        }
+    }
+    EXPECT_EQ(json.find("camera")->items.size(), camera_parameters().rows().size());
+}
+
+TEST(Describe, WritesOneRowAsTextAndMarkdown) {
+    const std::string text = passes_as_text(fake_passes());
+    EXPECT_THAT(text, HasSubstr("  samples            an odd integer in 1..255; default 25\n"));
+    EXPECT_THAT(text, HasSubstr("  shutter_frames     a number in 0..4 (frames); default unset\n"));
+    EXPECT_THAT(passes_as_markdown(fake_passes()),
+                HasSubstr("| `amount` | a number in 0..10 |  | 1.5 | how much \\| at most |\n"));
+}
+
+}  // namespace
+}  // namespace postchain

@@ -1,0 +1,84 @@
+// The chains that come with the program, against the passes it has.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "config/chain_file.h"
+#include "fake_passes.h"
+#include "passes/registry.h"
+
+namespace postchain {
+namespace {
+
+using test::texts;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+ChainFile load(const std::string& name) {
+    auto file = load_chain(name, builtin_passes());
+    EXPECT_TRUE(file.ok()) << file.status().message();
+    EXPECT_THAT(texts(file->diagnostics), IsEmpty());
+    return std::move(*file);
+}
+
+std::vector<std::string> order(const Chain& chain) {
+    std::vector<std::string> names;
+    for (const auto& link : chain.links) names.push_back(link.type->name);
+    return names;
+}
+
+std::string value(const Chain& chain, size_t pass, const std::string& key) {
+    const ChainLink& link = chain.links[pass];
+    return text_of(link.type->parameters->find(key)->get(link.pass->parameters()));
+}
+
+TEST(Shipped, AreFour) {
+    EXPECT_THAT(shipped_chains(), ElementsAre("dof_first", "offline", "paper", "realtime"));
+    for (const auto& name : shipped_chains()) {
+        const ChainFile file = load(name);
+        EXPECT_EQ(file.chain.links.size(), 3u);
+        // Lens and shutter are the frames' affair.
+        EXPECT_EQ(file.chain.camera, Camera());
+        const ChainFile again = parse_chain(write_chain(file.chain), "w", builtin_passes());
+        EXPECT_EQ(again.chain.hash(), file.chain.hash());
+    }
+}
+
+TEST(Shipped, PaperHasTheReportsValues) {
+    const Chain chain = load("paper").chain;
+    EXPECT_THAT(order(chain), ElementsAre("motion_blur", "fxaa", "depth_of_field"));
+    for (const auto& [key, expected] :
+         std::vector<std::pair<std::string, std::string>>{{"mode", "guertin"},
+                                                          {"samples", "25"},
+                                                          {"max_blur_px", "40"},
+                                                          {"jitter", "0.95"},
+                                                          {"tile_jitter", "true"},
+                                                          {"tile_jitter_slope", "1"},
+                                                          {"center_weight", "40"},
+                                                          {"variance_threshold_px", "1.5"},
+                                                          {"depth_softness", "1"},
+                                                          {"sample_split", "even"},
+                                                          {"shutter_frames", "unset"}})
+        EXPECT_EQ(value(chain, 0, key), expected) << key;
+    EXPECT_EQ(value(chain, 1, "preset"), "12");
+    EXPECT_EQ(value(chain, 1, "hint"), "checkerboard");
+    EXPECT_EQ(value(chain, 1, "hint_gate"), "tile");
+    EXPECT_EQ(value(chain, 2, "method"), "gilham");
+    EXPECT_EQ(value(chain, 2, "coc"), "lens");
+}
+
+TEST(Shipped, DofFirstIsPaperInAnotherOrder) {
+    const Chain paper = load("paper").chain, other = load("dof_first").chain;
+    EXPECT_THAT(order(other), ElementsAre("depth_of_field", "motion_blur", "fxaa"));
+    EXPECT_EQ(other.links[1].text(), paper.links[0].text());
+    EXPECT_EQ(other.links[2].text(), paper.links[1].text());
+    EXPECT_EQ(other.links[0].text(), paper.links[2].text());
+}
+
+TEST(Shipped, OfflineTakesMoreSamplesThanRealtime) {
+    const Chain realtime = load("realtime").chain, offline = load("offline").chain;
+    EXPECT_LT(std::stoi(value(realtime, 0, "samples")), 25);
+    EXPECT_GT(std::stoi(value(offline, 0, "samples")), 100);
+}
+
+}  // namespace
+}  // namespace postchain

@@ -1,0 +1,230 @@
+// The strict reading of YAML and JSON: what yaml-cpp 0.7 would let pass.
+#include "config/text_tree.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "fake_passes.h"
+
+namespace postchain {
+namespace {
+
+using test::texts;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+std::vector<std::string> errors_of(const std::string& text) {
+    return texts(read_text_tree(text, "t").diagnostics);
+}
+
+TEST(TextTree, ReadsYamlAndJsonAlike) {
+    const TextTree yaml = read_text_tree("a: 1\nb:\n  - x\n  - {c: true}\n", "t");
+    const TextTree json = read_text_tree(R"({"a": 1, "b": ["x", {"c": true}]})", "t");
+    for (const TextTree* tree : {&yaml, &json}) {
+        EXPECT_THAT(texts(tree->diagnostics), IsEmpty());
+        ASSERT_EQ(tree->root.entries.size(), 2u);
+        EXPECT_EQ(*value_of(*tree->root.find("a")), ParameterValue(int64_t(1)));
+        const TextNode& list = *tree->root.find("b");
+        ASSERT_EQ(list.items.size(), 2u);
+        EXPECT_EQ(list.items[0].text, "x");
+        EXPECT_EQ(*value_of(*list.items[1].find("c")), ParameterValue(true));
+    }
+}
+
+TEST(TextTree, ReadsJsonWithTabsEscapesAndNoSpaces) {
+    const TextTree tree = read_text_tree("{\n\t\"a\":1,\n\t\"b\":\"q\\\"\\u0041\\/\\n\"}", "t");
+    EXPECT_THAT(texts(tree.diagnostics), IsEmpty());
+    EXPECT_EQ(tree.root.find("b")->text, "q\"A/\n");
+}
+
+TEST(TextTree, CountsLinesAndColumnsInCharacters) {
+    // The key after the two-byte e-acute stands at column 9, not 10.
+    const TextTree tree = read_text_tree("# c\n{a: '\xc3\xa9', b: [1,\n  2]}\n", "t");
+    ASSERT_THAT(texts(tree.diagnostics), IsEmpty());
+    EXPECT_EQ(tree.root.line, 2);
+    EXPECT_EQ(tree.root.entries[1].key.line, 2);
+    EXPECT_EQ(tree.root.entries[1].key.column, 10);
+    EXPECT_EQ(tree.root.find("b")->items[1].line, 3);
+    EXPECT_EQ(tree.root.find("b")->items[1].column, 3);
+}
+
+TEST(TextTree, CountsColumnsFarDownALongLine) {
+    std::string text = "{";
+    for (int i = 0; i < 1000; ++i) text += concat("k", i, ": 0, ");
+    const size_t column = text.size() + 1;
+    const TextTree tree = read_text_tree(text + "z: 1}", "t");
+    EXPECT_EQ(tree.root.entries.back().key.column, int(column));
+}
+
+TEST(TextTree, LeavesOutAByteOrderMark) {
+    const TextTree tree = read_text_tree(
+        "\xef\xbb\xbf"
+        "a: 1",
+        "t");
+    EXPECT_THAT(texts(tree.diagnostics), IsEmpty());
+    EXPECT_EQ(tree.root.entries[0].key.column, 1);
+    EXPECT_EQ(tree.root.entries[0].key.text, "a");
+}
+
+TEST(TextTree, RefusesDuplicateKeys) {
+    EXPECT_THAT(errors_of("a: 1\nb: 2\na: 3\n"),
+                ElementsAre("t:3:1: error: duplicate key 'a'; it is already given in line 1"));
+    EXPECT_THAT(errors_of(R"({"x": {"a": 1, "a": 1}})"),
+                ElementsAre(HasSubstr("t:1:16: error: duplicate key 'a'")));
+}
+
+TEST(TextTree, RefusesAnchorsAliasesTagsAndMergeKeys) {
+    EXPECT_THAT(
+        errors_of("a: &x 1\nb: *x\n"),
+        ElementsAre("t:1:4: error: anchors (&name) are not allowed; write the value again",
+                    "t:2:4: error: aliases (*name) are not allowed; write the value again"));
+    EXPECT_THAT(errors_of("a: &x {c: 1}\nb: {<<: *x}\n"),
+                ElementsAre(HasSubstr("t:1:4: error: anchors"), HasSubstr("t:2:9: error: aliases"),
+                            HasSubstr("t:2:5: error: merge keys")));
+    EXPECT_THAT(errors_of("a: *nowhere\n"), ElementsAre(HasSubstr("t:1:4: error:")));
+    EXPECT_THAT(errors_of("a: !!int 5\n"), ElementsAre(HasSubstr("t:1:4: error: tags")));
+    EXPECT_THAT(errors_of("a: !mine [1]\n"), ElementsAre(HasSubstr("t:1:4: error: tags")));
+    EXPECT_THAT(errors_of("a: ! 5\n"), ElementsAre(HasSubstr("t:1:4: error: tags")));
+    EXPECT_THAT(errors_of("a: '!x &y *z <<'\n"), IsEmpty());
+    EXPECT_THAT(errors_of("'<<': 1\n"), IsEmpty());
+}
+
+TEST(TextTree, RefusesAllButOneDocument) {
+    EXPECT_THAT(errors_of("a: 1\n---\nb: 2\n"), ElementsAre(HasSubstr("one document only")));
+    EXPECT_THAT(errors_of("{\"a\": 1} {\"b\": 2}"), ElementsAre(HasSubstr("t:1:10: error")));
+    EXPECT_THAT(errors_of("---\na: 1\n...\n"), IsEmpty());
+    EXPECT_THAT(errors_of("%YAML 1.2\n---\na: 1\n"),
+                ElementsAre("t:1:1: error: directives (%NAME) are not allowed"));
+}
+
+TEST(TextTree, NamesAnEmptyFile) {
+    for (const char* text : {"", "\n \n", "# nothing\n", "---\n", "\xef\xbb\xbf", "null", "~"})
+        EXPECT_THAT(errors_of(text), ElementsAre("t:1:1: error: is empty")) << "'" << text << "'";
+}
+
+TEST(TextTree, RefusesWhatIsNotUtf8) {
+    EXPECT_THAT(errors_of("a: 1\nb: \xff\n"), ElementsAre("t:2:4: error: byte 0xff is not UTF-8"));
+    EXPECT_THAT(errors_of("b: \xe9t\xe9"), ElementsAre(HasSubstr("byte 0xe9 is not UTF-8")));
+    // Overlong '/', a surrogate, above U+10FFFF, cut off.
+    for (const char* bad : {"\xc0\xaf", "\xed\xa0\x80", "\xf4\x90\x80\x80", "\xe2\x82", "\x80"})
+        EXPECT_THAT(errors_of(concat("a: ", bad)), ElementsAre(HasSubstr("is not UTF-8")));
+    for (const char* good : {"\xc2\xa0", "\xed\x9f\xbf", "\xf4\x8f\xbf\xbf", "\xe2\x82\xac"})
+        EXPECT_THAT(errors_of(concat("a: 'x", good, "'")), IsEmpty());
+    // UTF-16 begins with a byte order mark that is not UTF-8, or has zero bytes.
+    EXPECT_THAT(errors_of(std::string("\xff\xfe"
+                                      "a\0",
+                                      4)),
+                SizeIs(1));
+    EXPECT_THAT(errors_of(std::string("a\0:\0", 4)),
+                ElementsAre(HasSubstr("control character 0x00")));
+}
+
+TEST(TextTree, RefusesTooMuchText) {
+    const std::string line = "# comment comment comment comment\n";
+    std::string text;
+    while (text.size() <= (size_t(1) << 20)) text += line;
+    EXPECT_THAT(errors_of(text + "a: 1\n"), ElementsAre("t:1:1: error: larger than 1048576 bytes"));
+}
+
+TEST(TextTree, RefusesAMegabyteOfNesting) {
+    const auto repeat = [](const std::string& what) {
+        std::string text;
+        while (text.size() + what.size() <= (size_t(1) << 20)) text += what;
+        return text;
+    };
+    EXPECT_THAT(errors_of(repeat("[")), ElementsAre("t:1:33: error: nested deeper than 32 levels"));
+    for (const char* what : {"[", "{", "[{", "{a: ", "{a: [", "- ", "? ", "[\n", "- - ", "-\n "})
+        EXPECT_THAT(errors_of(repeat(what)), ElementsAre(HasSubstr("error:"))) << what;
+    // Brackets that the first look takes for quoted, and one level of indentation per line.
+    EXPECT_THAT(errors_of("[a ' , " + repeat("[").substr(20)), ElementsAre(HasSubstr("deeper")));
+    std::string steps;
+    for (int i = 0; i < 1000; ++i) steps += std::string(size_t(i), ' ') + "a:\n";
+    EXPECT_THAT(errors_of(steps), ElementsAre("t:33:33: error: nested deeper than 32 levels"));
+}
+
+TEST(TextTree, AllowsNestingUpToTheLimit) {
+    EXPECT_THAT(errors_of(std::string(32, '[') + "1" + std::string(32, ']')), IsEmpty());
+    EXPECT_THAT(errors_of(std::string(33, '[') + "1" + std::string(33, ']')), SizeIs(1));
+    // Brackets in quotes and comments are text.
+    EXPECT_THAT(
+        errors_of("# " + std::string(100, '[') + "\na: \"" + std::string(100, '{') + "\"\n"),
+        IsEmpty());
+}
+
+TEST(TextTree, PlacesErrorsOfSyntax) {
+    EXPECT_THAT(errors_of("a: [1, 2\n"), ElementsAre(HasSubstr("error: not YAML or JSON")));
+    EXPECT_THAT(errors_of("a: 1\n b: 2\n"), ElementsAre(HasSubstr("t:2:")));
+    EXPECT_THAT(errors_of("\"a: 1\n"), SizeIs(1));
+    EXPECT_THAT(errors_of("{[1]: 2}"), ElementsAre(HasSubstr("a key is a word, not a list")));
+}
+
+TEST(TextTree, LimitsTheNumberOfErrors) {
+    std::string text;
+    for (int i = 0; i < 5000; ++i) text += "a: 1\n";
+    EXPECT_THAT(errors_of(text), SizeIs(101));
+    EXPECT_THAT(errors_of(text).back(), HasSubstr("too many errors"));
+}
+
+ParameterValue plain(const std::string& text) {
+    const auto value = value_of_plain_text(text);
+    return value.ok() ? *value : ParameterValue("refused: " + value.status().message());
+}
+
+TEST(Scalar, ReadsNumbersBooleansAndWords) {
+    EXPECT_EQ(plain("25"), ParameterValue(int64_t(25)));
+    EXPECT_EQ(plain("-0"), ParameterValue(int64_t(0)));
+    EXPECT_EQ(plain("+7"), ParameterValue(int64_t(7)));
+    EXPECT_EQ(plain("-9223372036854775808"), ParameterValue(std::numeric_limits<int64_t>::min()));
+    EXPECT_EQ(plain("9223372036854775808"), ParameterValue(9223372036854775808.0));
+    EXPECT_EQ(plain("0.5"), ParameterValue(0.5));
+    EXPECT_EQ(plain(".5"), ParameterValue(0.5));
+    EXPECT_EQ(plain("5."), ParameterValue(5.0));
+    EXPECT_EQ(plain("+1.5e+3"), ParameterValue(1500.0));
+    EXPECT_EQ(plain("-1E-2"), ParameterValue(-0.01));
+    EXPECT_EQ(plain("25.0"), ParameterValue(25.0));
+    EXPECT_EQ(plain("true"), ParameterValue(true));
+    EXPECT_EQ(plain("false"), ParameterValue(false));
+    EXPECT_EQ(plain("null"), ParameterValue());
+    for (const char* word : {"yes", "no", "on", "off", "True", "FALSE", "Null", "guertin", "1,5",
+                             "1.2.3", "12abc", "e5", ".", "-", "+", "1e", "0x", "--1", "+-1"})
+        EXPECT_EQ(plain(word), ParameterValue(std::string(word))) << word;
+}
+
+TEST(Scalar, RefusesNumbersInForbiddenForms) {
+    for (const char* bad : {"010", "-007", "00.5", "0x1F", "-0x10", "0o17", "0b101", "1_000",
+                            ".inf", "-.INF", "inf", "Infinity", ".nan", "NaN", "1e999", "-1e999"})
+        EXPECT_THAT(text_of(plain(bad)), HasSubstr("refused:")) << bad;
+}
+
+TEST(Scalar, TakesQuotedNumbersForText) {
+    const TextTree tree = read_text_tree("{a: \"25\", b: '0x1', c: \"true\"}", "t");
+    EXPECT_EQ(*value_of(*tree.root.find("a")), ParameterValue(std::string("25")));
+    EXPECT_EQ(*value_of(*tree.root.find("b")), ParameterValue(std::string("0x1")));
+    EXPECT_EQ(*value_of(*tree.root.find("c")), ParameterValue(std::string("true")));
+}
+
+TEST(Scalar, WritesWhatItReadsBack) {
+    const std::vector<ParameterValue> values = {{},
+                                                true,
+                                                int64_t(-3),
+                                                0.1,
+                                                1e300,
+                                                5e-324,
+                                                std::string("guertin"),
+                                                std::string("25"),
+                                                std::string("true"),
+                                                std::string("a: b"),
+                                                std::string(""),
+                                                std::string("no\n\"\\ #"),
+                                                std::string("on")};
+    for (const auto& value : values) {
+        const TextTree tree = read_text_tree("a: " + yaml_text_of(value), "t");
+        ASSERT_THAT(texts(tree.diagnostics), IsEmpty()) << yaml_text_of(value);
+        EXPECT_EQ(*value_of(*tree.root.find("a")), value) << yaml_text_of(value);
+    }
+}
+
+}  // namespace
+}  // namespace postchain

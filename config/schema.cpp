@@ -61,6 +61,7 @@ void write_row(JsonWriter& json, const Parameter& row) {
 void write_exclusion(JsonWriter& json, const Parameter& row, const Parameter& other) {
     json.begin_object();
     json.key("not").begin_object();
+    json.key("type").value("object");
     json.key("required").value(std::vector<std::string>{row.key, other.key});
     json.key("properties").begin_object();
     for (const Parameter* one : {&row, &other}) {
@@ -93,7 +94,7 @@ void write_table(JsonWriter& json, const ParameterTable& table, const std::strin
     bool any = false;
     for (const auto& row : table.rows()) {
         const Parameter* other = row.excludes.empty() ? nullptr : table.find(row.excludes);
-        if (!other) continue;
+        if (!other || (other->excludes == row.key && other < &row)) continue;  // said already
         if (!any) json.key("allOf").begin_array();
         any = true;
         write_exclusion(json, row, *other);

@@ -198,8 +198,10 @@ TextTree read_text_tree(std::string_view text, const std::string& file_name, Sta
         return places.at(size_t(std::max(mark.pos, 0)));
     };
     Builder builder(text, places, limits.depth, reporter);
+    // yaml-cpp takes a line end at the end of the file for the end of an open quote.
+    const size_t end = text.find_last_not_of(" \t\r\n") + 1;
     try {
-        std::istringstream in{std::string(text)};
+        std::istringstream in{std::string(text.substr(0, end))};
         YAML::Parser parser(in);
         if (!parser.HandleNextDocument(builder) || builder.root.is_null()) {
             if (!has_errors(tree.diagnostics)) return refuse({1, 1}, "is empty");

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
 #include <filesystem>
 #include <fstream>
 
@@ -79,7 +81,7 @@ TEST(ChainFile, AcceptsEmptyForms) {
 
 TEST(ChainFile, NamesEvenSamples) {
     EXPECT_THAT(errors_of("postchain: 1\npasses:\n  - tint\n  - smear: {samples: 24}\n"),
-                ElementsAre("c.yaml:4:21: error: passes[1].samples: 24 is even; samples is an odd "
+                ElementsAre("c.yaml:4:22: error: passes[1].samples: 24 is even; samples is an odd "
                             "integer in 1..255"));
 }
 
@@ -188,10 +190,10 @@ TEST(ChainFile, ReportsAllErrorsAtOnce) {
         "  - blur\n  - tint: {gain: &a 2}\nextra: 1\nextra: 2\n");
     EXPECT_THAT(
         texts(file.diagnostics),
-        ElementsAre(HasSubstr("6:17: error: anchors"), HasSubstr("8:1: error: duplicate"),
+        ElementsAre(HasSubstr("6:18: error: anchors"), HasSubstr("8:1: error: duplicate"),
                     HasSubstr("1:12: error: postchain"), HasSubstr("2:18: error: camera.f_stop"),
-                    HasSubstr("4:21: error: passes[0].samples"),
-                    HasSubstr("4:25: error: passes[0].sampels"), HasSubstr("5:5: error: passes[1]"),
+                    HasSubstr("4:22: error: passes[0].samples"),
+                    HasSubstr("4:26: error: passes[0].sampels"), HasSubstr("5:5: error: passes[1]"),
                     HasSubstr("7:1: error: extra")));
     EXPECT_EQ(file.status().code(), StatusCode::chain);
     EXPECT_THAT(file.status().message(), HasSubstr("passes[0].sampels"));

@@ -65,10 +65,9 @@ TEST_F(GermanLocale, ChainFilesMeanTheSame) {
 TEST_F(GermanLocale, DiagnosticsCountWithoutGrouping) {
     std::string text = "postchain: 1\n";
     for (int i = 0; i < 1500; ++i) text += "# comment\n";
-    EXPECT_THAT(
-        texts(
-            parse_chain(text + "passes: [{smear: {amount: 1,5}}]", "c", fake_passes()).diagnostics),
-        ElementsAre(testing::StartsWith("c:1502:30: error: ")));
+    EXPECT_THAT(texts(parse_chain(text + "passes:\n- smear:\n    amount: 1,5\n", "c", fake_passes())
+                          .diagnostics),
+                ElementsAre(testing::StartsWith("c:1504:13: error: ")));
     const CameraFile camera = parse_camera(
         R"({"resolution": [1920, 1080], "focus_distance": 1234.5, "f_stop": 2.8})", "c");
     EXPECT_THAT(texts(camera.diagnostics), IsEmpty());

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
 #include <filesystem>
 #include <fstream>
 
@@ -154,7 +156,7 @@ TEST(Profiles, PlainFilesAreGeneric) {
     const ProfileMatch match = detect(one_part({"R", "G", "B", "A", "Z"}));
     EXPECT_EQ(match.profile, "generic");
     EXPECT_THAT(channels(match, Role::inverse_depth), ElementsAre("Z"));
-    EXPECT_THAT(match.missing[Role::motion], HasSubstr("motion.x, motion.y or "));
+    EXPECT_THAT(match.missing.at(Role::motion), HasSubstr("motion.x, motion.y or "));
     EXPECT_THAT(match.text(), HasSubstr("motion: none; looked for motion.x, motion.y"));
     const ProfileMatch rgb = detect(one_part({"R", "G", "B"}));
     EXPECT_THAT(channels(rgb, Role::color), ElementsAre("R", "G", "B"));
@@ -312,7 +314,7 @@ TEST(OwnProfile, IsReadFromAFile) {
     EXPECT_EQ(converted(match->options.motion, 1, 1), (std::array<double, 2>{0.25, -0.25}));
     std::ofstream(path) << "profile: 1\nname: x\nmotion: [{channels: [[a]]}]\n";
     EXPECT_THAT(find_profile(path.string()).status().message(),
-                HasSubstr(":3:21: error: motion[0].channels[0]: a list of 2 channel names"));
+                HasSubstr(":3:22: error: motion[0].channels[0]: a list of 2 channel names"));
     std::filesystem::remove(path);
     EXPECT_EQ(find_profile(path.string()).status().code(), StatusCode::usage);
     EXPECT_THAT(find_profile("cycels").status().message(), HasSubstr("did you mean 'cycles'?"));

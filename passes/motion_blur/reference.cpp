@@ -220,15 +220,17 @@ class Reference {
     Vec dominant_at(int x, int y) const {
         int i = x / edge_, j = y / edge_;
         if (jitters_tiles(p_)) {
-            const double lx = (x - i * edge_ + 0.5) / edge_, ly = (y - j * edge_ + 0.5) / edge_;
-            const double ex = std::min(lx, 1 - lx), ey = std::min(ly, 1 - ly);
-            const double probability = std::max(0.0, 0.5 - p_.tile_jitter_slope * std::min(ex, ey));
+            // Distances from the tile's borders in pixels: exact.
+            const double lx = x - i * edge_ + 0.5, ly = y - j * edge_ + 0.5;
+            const double ex = std::min(lx, edge_ - lx), ey = std::min(ly, edge_ - ly);
+            const double e = std::min(ex, ey) / edge_;
+            const double probability = std::max(0.0, 0.5 - p_.tile_jitter_slope * e);
             if (noise_.at(x % kNoiseSize, y % kNoiseSize, 0) < probability) {
                 int ni = i, nj = j;
                 if (ex <= ey)
-                    ni += lx < 0.5 ? -1 : 1;
+                    ni += 2 * lx < edge_ ? -1 : 1;
                 else
-                    nj += ly < 0.5 ? -1 : 1;
+                    nj += 2 * ly < edge_ ? -1 : 1;
                 if (in_grid(ni, nj) && (ni != i || nj != j)) {
                     const Tile& across = neighbors_[size_t(nj * columns_ + ni)];
                     const Vec own = velocity_[index(x, y)];
@@ -271,8 +273,10 @@ class Reference {
         const Vec v_c = velocity_[index(x, y)];
         const double speed = length(v_c);
         const Vec w_max = unit(v_max);
-        Vec w_c = p_.static_direction == StaticDirection::dominant ? w_max : Vec{-w_max.y, w_max.x};
-        if (dot(w_c, v_c) < 0) w_c = -1 * w_c;
+        const bool dominant = p_.static_direction == StaticDirection::dominant;
+        Vec w_c = dominant ? w_max : Vec{-w_max.y, w_max.x};
+        // The side on which v_c lies, from the unscaled vectors: exactly 0 where v_c is v_max.
+        if (dot(dominant ? v_max : Vec{-v_max.y, v_max.x}, v_c) < 0) w_c = -1 * w_c;
         if (speed > 0) {
             const double share = clamp01((speed - 0.5) / p_.variance_threshold_px);
             w_c = unit((1 - share) * w_c + share * unit(v_c));

@@ -48,12 +48,15 @@ float inverse_length(float squared) {
 // The tile of p, or near a border, with probability 0.5 - tau e at e tiles from it, the tile across.
 // Only across the nearer of the two borders, never outside the grid.
 ivec2 choose_tile(ivec2 p, ivec2 own, float random) {
-    const vec2 local = (vec2(p - own * block.tile_px) + 0.5) / float(block.tile_px);
-    const vec2 distances = min(local, 1.0 - local);
+    // In half pixels, so that equal distances and thresholds that a random number can hit are exact:
+    // random < 0.5 - tau e with e = distance / (2 r).
+    const ivec2 local = 2 * (p - own * block.tile_px) + 1;
+    const ivec2 distances = min(local, 2 * block.tile_px - local);
     const bool along_x = distances.x <= distances.y;
-    const float e = along_x ? distances.x : distances.y;
-    if (random >= 0.5 - block.tile_jitter_slope * e) return own;
-    const int side = (along_x ? local.x : local.y) < 0.5 ? -1 : 1;
+    const float edge = float(block.tile_px);
+    const float e = float(along_x ? distances.x : distances.y);
+    if (random * 2.0 * edge + block.tile_jitter_slope * e >= edge) return own;
+    const int side = (along_x ? local.x : local.y) < block.tile_px ? -1 : 1;
     const ivec2 across = own + (along_x ? ivec2(side, 0) : ivec2(0, side));
     const bool outside =
         any(lessThan(across, ivec2(0))) || any(greaterThanEqual(across, block.tiles));
@@ -119,7 +122,13 @@ void main() {
 #else
     vec2 w_still = vec2(-w_max.y, w_max.x);
 #endif
-    if (dot(w_still, v_c) < 0.0) w_still = -w_still;
+    // w_p . v_c >= 0, by the unscaled vectors: exactly 0 where v_c is v_max.
+#if DOMINANT
+    precise const float side = dot(v_max, v_c);
+#else
+    precise const float side = v_max.x * v_c.y - v_max.y * v_c.x;
+#endif
+    if (side < 0.0) w_still = -w_still;
     const float own_share =
         clamp((v_c_squared * inverse_c - kShortestPx) / block.variance_threshold_px, 0.0, 1.0);
     const vec2 w_c = normalize(mix(w_still, v_c * inverse_c, own_share));

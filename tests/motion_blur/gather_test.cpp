@@ -1,0 +1,208 @@
+// The gather and the hint against pixels computed by hand.
+//
+// N = 3 without jitter puts the taps at t = -1/2, 0, 1/2: the outer two along w_max, the middle one
+// along w_c. With |v_max| = 4 the outer taps lie at T = 2. Depths are equal unless said: f = b = 1.
+
+#include <cmath>
+
+#include "tests/motion_blur/support.h"
+
+namespace postchain::test {
+namespace {
+
+const Values kThree = {{"samples", int64_t(3)}, {"max_blur_px", int64_t(16)}};
+
+Values three(const Values& more) {
+    Values all = kThree;
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+}
+
+// 9 x 3 pixels, one bright pixel at (4, 1).
+struct Spot : BlurFrame {
+    Spot() : BlurFrame(9, 3) { set_gray(4, 1, 1); }
+};
+
+// v = (4, 0) everywhere: w_c = w_max, w_A = w_B = 1.
+// Outer weight: cone(2, 1/4) + cone(2, 1/4) + 2 cylinder(2, 4) = 0.5 + 0.5 + 2 = 3.
+// Middle weight: 1 + 1 + 2 = 4. total = 3 / (40 * 4) = 0.01875. Sum of weights 10.01875.
+TEST(Gather, UniformMotion) {
+    Spot frame;
+    frame.set_all_half_velocities(4, 0);
+    const ImageF out = blurred(plain_blur(kThree), frame);
+    expect_pixel(out, 4, 1, {1 - 6 / 10.01875});
+    expect_pixel(out, 2, 1, {3 / 10.01875});
+    expect_pixel(out, 6, 1, {3 / 10.01875});
+    expect_pixel(out, 3, 1, {0}, 0);  // T = 2 steps over the spot
+    expect_pixel(out, 2, 0, {0}, 0);
+}
+
+TEST(Gather, SingleUsesBothWeightsAsOne) {
+    // Motion down, one tile, w_max = (0, 1). At (4, 0): S = (4, 2) has v = 0, which guertin gives
+    // w_B = 0; single gives 1. T = 2.
+    BlurFrame frame(9, 5);
+    frame.set_gray(4, 4, 1);
+    frame.set_all_half_velocities(0, 4);
+    frame.set_half_velocity(4, 4, 0, 0);
+    // guertin at (4, 2): f cone(2, 2) 0 + b cone(2, 1/4) * 1 + 2 cylinder(2, 0.5) = 0.5; the tap
+    // above 3, the middle 4, total 3/160.
+    expect_pixel(blurred(plain_blur(kThree), frame), 4, 2, {0.5 / 7.51875});
+    // single: the same here, for the cone of v_S is 0 anyway ...
+    const Chain single = plain_blur(three({{"mode", "single"}}));
+    expect_pixel(blurred(single, frame), 4, 2, {0.5 / 7.51875});
+    // ... but at a still pixel beside movers the middle tap counts w_B = 1: 1 + 1 + 2 = 4 against
+    // guertin's 0 + 1 + 2 = 3. Still (4, 2) with total 3 / (40 * 0.5) = 0.15; its outer taps move:
+    // f cone(2, 1/4) = 0.5 each, in single + b cone(2, 2) = 0.
+    frame.set_half_velocity(4, 4, 0, 4);
+    frame.set_half_velocity(4, 2, 0, 0);
+    expect_pixel(blurred(single, frame), 4, 2, {0.5 / 5.15});
+    expect_pixel(blurred(plain_blur(kThree), frame), 4, 2, {0.5 / 4.15});
+}
+
+TEST(Gather, BorderSkipsOrClamps) {
+    Spot frame;
+    frame.set_all_half_velocities(4, 0);
+    frame.set_gray(0, 1, 1);
+    // (1, 1): the left tap at x = -1. skip: middle 4, right (3, 1) dark 3, total: no light comes.
+    expect_pixel(blurred(plain_blur(kThree), frame), 1, 1, {0});
+    // clamp: the tap moves to (0, 1): 3 / 10.01875.
+    const Chain clamp = plain_blur(three({{"border", "clamp"}}));
+    expect_pixel(blurred(clamp, frame), 1, 1, {3 / 10.01875});
+    // (0, 1) itself: skip loses the left tap, clamp moves it to the pixel itself.
+    expect_pixel(blurred(plain_blur(kThree), frame), 0, 1, {1 - 3 / 7.01875});
+    expect_pixel(blurred(clamp, frame), 0, 1, {1 - 3 / 10.01875});
+}
+
+TEST(Gather, DepthByHand) {
+    Spot frame;
+    frame.set_all_half_velocities(4, 0);
+    frame.depth().at(4, 1) = 2;  // the spot is nearer: w = 2 against 1
+    ImageF out = blurred(plain_blur(kThree), frame);
+    // At the spot, p nearer: f = clamp(1 - (2 - 1)) = 0, b = 1: outer weight 0.5 + 2 = 2.5.
+    expect_pixel(out, 4, 1, {1 - 5 / 9.01875});
+    // At (2, 1), S the spot: f = 1, b = 0: 2.5 again; its other tap 3, middle 4.
+    expect_pixel(out, 2, 1, {2.5 / 9.51875});
+    // Ratio 1.5, s = 1: the cone behind halves: at the spot f = 0.5: 0.25 + 0.5 + 2 = 2.75.
+    frame.depth().at(4, 1) = 1.5;
+    out = blurred(plain_blur(kThree), frame);
+    expect_pixel(out, 4, 1, {1 - 5.5 / 9.51875});
+    // s = 20: 0 again. s = 0: depth is not looked at.
+    out = blurred(plain_blur(three({{"depth_softness", 20.0}})), frame);
+    expect_pixel(out, 4, 1, {1 - 5 / 9.01875});
+    out = blurred(plain_blur(three({{"depth_softness", 0.0}})), frame);
+    expect_pixel(out, 4, 1, {1 - 6 / 10.01875});
+    // Sky: q = 0 all over is equal depth; the spot against sky: f = 0, b = 1 at the spot.
+    for (float& q : frame.depth().data) q = 0;
+    expect_pixel(blurred(plain_blur(kThree), frame), 4, 1, {1 - 6 / 10.01875});
+    frame.depth().at(4, 1) = 1e-10f;
+    out = blurred(plain_blur(kThree), frame);
+    expect_pixel(out, 4, 1, {1 - 5 / 9.01875});
+    expect_pixel(out, 2, 1, {2.5 / 9.51875});
+    out = blurred(plain_blur(three({{"depth_softness", 0.0}})), frame);
+    expect_pixel(out, 4, 1, {1 - 6 / 10.01875});
+}
+
+// A still dark pixel at (4, 1), all else moves (4, 0) and is white. w_max = (1, 0), w_c = w_p =
+// (0, 1). Outer: f cone(2, 1/4) w_B = 0.5; b: w_A = 0; cylinder(2, 0.5) = 0. Middle: v_S = 0, so
+// w_B = 0 and w_A = 1: 0 + 1 + 2 = 3. total = 3 / (40 * 0.5) = 0.15.
+TEST(Gather, StillPixelAmongMovers) {
+    BlurFrame frame(9, 3);
+    for (float& value : frame.color().data) value = 1;
+    frame.set_gray(4, 1, 0);
+    frame.set_all_half_velocities(4, 0);
+    frame.set_half_velocity(4, 1, 0, 0);
+    expect_pixel(blurred(plain_blur(kThree), frame), 4, 1, {1 / 4.15});
+    // dominant: w_c = (1, 0): the middle tap is the same; b cone(2, 2) = 0 still. Same picture.
+    const Chain dominant = plain_blur(three({{"static_direction", "dominant"}}));
+    expect_pixel(blurred(dominant, frame), 4, 1, {1 / 4.15});
+    // kappa = 1: total = 3 / 0.5 = 6.
+    expect_pixel(blurred(plain_blur(three({{"center_weight", 1.0}})), frame), 4, 1, {1 / 10.0});
+}
+
+// As before, but (4, 1) has v = (1.25, 0): the share of its own direction is (1.25 - 0.5) / 1.5 =
+// 0.5. w_p . v_c = 0, no flip: w_c = normalize((0.5, 0.5)), |w_c . w_max| = 0.70711.
+// Outer: f cone(2, 1/4) = 0.5, b cone(2, 0.8) = 0, cylinder(2, 1.25) = 0. Middle along w_c: w_A =
+// 1, w_B = 0.70711: 0.70711 + 1 + 2. total = 3 / (40 * 1.25) = 0.06.
+TEST(Gather, SlowPixelMixesDirections) {
+    BlurFrame frame(9, 3);
+    for (float& value : frame.color().data) value = 1;
+    frame.set_gray(4, 1, 0);
+    frame.set_all_half_velocities(4, 0);
+    frame.set_half_velocity(4, 1, 1.25, 0);
+    const double half = std::sqrt(0.5);
+    expect_pixel(blurred(plain_blur(kThree), frame), 4, 1, {1 / (0.06 + 3 + half + 1)});
+    // gamma = 0.01: all its own direction: w_c = (1, 0); middle 1 + 1 + 2.
+    const Chain own = plain_blur(three({{"variance_threshold_px", 0.01}}));
+    expect_pixel(blurred(own, frame), 4, 1, {1 / (0.06 + 4 + 1)});
+    // gamma = 100: share 0.0075: w_c = (0.0075, 0.9925) / 0.992528, w_B = 0.0075565.
+    const Chain across = plain_blur(three({{"variance_threshold_px", 100.0}}));
+    const double w_b = 0.0075 / std::sqrt(0.0075 * 0.0075 + 0.9925 * 0.9925);
+    expect_pixel(blurred(across, frame), 4, 1, {1 / (0.06 + 3 + w_b + 1)});
+}
+
+// Two directions, N = 5: t = -2/3, -1/3, 0, 1/3, 2/3, |v_max| = 3. The centre column moves (0, 2),
+// all else (3, 0). At the centre (4, 4): taps 1 and 3 go along w_c = (0, 1) to T = 1, S = (4, 3),
+// (4, 5): cone(1, 1/2) = 0.5 twice, cylinder(1, 2) = 1: weight 3. Taps 0 and 4 along (1, 0) to T =
+// 2: w_A = 0, w_B = 1: f cone(2, 1/3) = 1/3, 2 cylinder(2, 2) = 2 * 0.5: weight 4/3. The middle tap
+// lies along w_max: w_A = w_B = 0: nothing. total = 5 / (40 * 2) = 0.0625. Sum 8.729167.
+TEST(Gather, TwoDirections) {
+    BlurFrame frame(9, 9);
+    frame.set_all_half_velocities(3, 0);
+    for (int y = 0; y < 9; ++y) frame.set_half_velocity(4, y, 0, 2);
+    frame.color().at(4, 5, 0) = 1;  // red along w_c, green along w_max
+    frame.color().at(6, 4, 1) = 1;
+    Values values = {{"samples", int64_t(5)}, {"max_blur_px", int64_t(16)}};
+    const double sum = 0.0625 + 6 + 8.0 / 3;
+    expect_pixel(blurred(plain_blur(values), frame), 4, 4, {3 / sum, 4.0 / 3 / sum});
+    // One tile: u = 0, so with sample_split variance all five taps lie along w_max: T = 1 too, S =
+    // (3, 4) and (5, 4): f cone(1, 1/3) = 2/3, 2 cylinder(1, 2) = 2: weight 8/3 each.
+    values.push_back({"sample_split", "variance"});
+    const double along = 0.0625 + 8.0 / 3 + 16.0 / 3;
+    expect_pixel(blurred(plain_blur(values), frame), 4, 4, {0, 4.0 / 3 / along});
+}
+
+// Tiles of 4 px, all of left column moving (0, 3), all of right column (3, 0): u of each tile is 1
+// - (1 + 0) / 2 = 0.5 everywhere, so also between. floor((i + 1) / 2) > floor(i / 2) for odd i: the
+// even split exactly.
+TEST(Gather, VarianceOfOneHalfIsTheEvenSplit) {
+    BlurFrame frame(8, 4);
+    frame.color() = noise_image(8, 4, 4, 3);
+    for (int y = 0; y < 4; ++y)
+        for (int x = 0; x < 8; ++x) frame.set_half_velocity(x, y, x < 4 ? 0 : 3, x < 4 ? 3 : 0);
+    Values values = {{"samples", int64_t(25)}, {"max_blur_px", int64_t(4)}};
+    const ImageF even = blurred(plain_blur(values), frame);
+    values.push_back({"sample_split", "variance"});
+    EXPECT_TRUE(equal_bits(even, blurred(plain_blur(values), frame)));
+}
+
+TEST(Hint, ByHand) {
+    // Tiles of 6 px. Tiles 0 and 2 hold one velocity each, tile 4 is mixed; 1 and 3 rest, but their
+    // neighbours reach them, so look at tile centres only where the sum is known.
+    const Values values = {
+        {"samples", int64_t(3)}, {"max_blur_px", int64_t(6)}, {"variance_threshold_px", 0.01}};
+    const auto hint_of = [&](double v, double v_centre) {
+        BlurFrame frame(6, 6);
+        frame.set_all_half_velocities(v, 0);
+        frame.set_half_velocity(3, 3, v_centre, 0);
+        const ImageF hint = stages_of(plain_blur(values), frame)["hint"];
+        return std::pair(hint.at(3, 3, 0), hint.at(3, 3, 1));
+    };
+    using Gates = std::pair<float, float>;
+    EXPECT_EQ(hint_of(0, 0), Gates(0, 0));
+    EXPECT_EQ(hint_of(0.5, 0.5), Gates(0, 0));  // not above min_speed_px
+    // v = 0.6, uniform: T = 0.3, outer weights 0.5 + 0.5 + 2 = 3, sum 10 + 3 / 24. Second moment
+    // 6 * 0.09 / 10.125 = 0.0533: streak sqrt(3 * 0.0533) = 0.4 px.
+    EXPECT_EQ(hint_of(0.6, 0.6), Gates(1, 0));
+    // v = 0.8: T = 0.4: 6 * 0.16 / 10.09 = 0.0951: 0.534 px.
+    EXPECT_EQ(hint_of(0.8, 0.8), Gates(1, 1));
+    // A still pixel among movers (weights of StillPixelAmongMovers): T = 2: 4 / 4.15: 1.7 px.
+    EXPECT_EQ(hint_of(4, 0), Gates(1, 1));
+    // A still pixel on still ground in a moving tile: no tap counts but its own.
+    BlurFrame frame(6, 6);
+    frame.set_half_velocity(0, 0, 4, 0);
+    const ImageF hint = stages_of(plain_blur(values), frame)["hint"];
+    expect_pixel(hint, 5, 5, {1, 0}, 0);
+}
+
+}  // namespace
+}  // namespace postchain::test

@@ -1,0 +1,130 @@
+// Measured properties. The figures are printed; docs/motion_blur.md quotes them with their bounds.
+
+#include <cmath>
+#include <cstdio>
+
+#include "tests/motion_blur/support.h"
+
+namespace postchain::test {
+namespace {
+
+// Two discs that cross in different directions over a still, textured ground, seen through a window
+// whose corner lies at (left, top).
+BlurFrame window(int left, int top) {
+    constexpr int kSize = 200;
+    BlurFrame frame(kSize, kSize);
+    for (int y = 0; y < kSize; ++y) {
+        for (int x = 0; x < kSize; ++x) {
+            const double px = x + left, py = y + top;
+            frame.set_gray(x, y, float(0.2 + 0.1 * std::sin(0.4 * px) * std::cos(0.3 * py)));
+            if (std::hypot(px - 90, py - 110) < 28) {
+                frame.set_gray(x, y, float(0.8 + 0.1 * std::sin(0.7 * px)));
+                frame.set_half_velocity(x, y, 14.35, 5.1);
+                frame.depth().at(x, y) = 2;
+            } else if (std::hypot(px - 140, py - 90) < 24) {
+                frame.set_gray(x, y, 0.5);
+                frame.set_half_velocity(x, y, -4.2, 12.7);
+                frame.depth().at(x, y) = 1.5;
+            }
+        }
+    }
+    return frame;
+}
+
+// Moving the picture by 1 .. r - 1 px moves the tile grid over the content. How far does the result
+// differ from the unmoved one? 0 would mean that no grid shows. Without tile jitter a pixel's
+// direction can change from one tile's to another's and with it every tap: only the mean is bounded
+// tightly.
+TEST(Measured, ShiftAgainstTheTileGrid) {
+    constexpr int kRadius = 20, kMargin = 40;
+    for (const char* mode : {"guertin", "single"}) {
+        const Chain chain = plain_blur({{"max_blur_px", int64_t(kRadius)}, {"mode", mode}});
+        const ImageF still = blurred(chain, window(0, 0));
+        double largest = 0, squares = 0;
+        size_t count = 0;
+        for (int shift = 1; shift < kRadius; ++shift) {
+            const ImageF moved = blurred(chain, window(shift, shift));
+            for (int y = kMargin; y < still.height - kMargin; ++y) {
+                for (int x = kMargin; x < still.width - kMargin; ++x) {
+                    const double d =
+                        std::abs(double(still.at(x, y)) - moved.at(x - shift, y - shift));
+                    largest = std::max(largest, d);
+                    squares += d * d;
+                    ++count;
+                }
+            }
+        }
+        const double rms = std::sqrt(squares / double(count));
+        std::printf("  shift by 1..%d px, %s: rms %.4f (bound 0.01), largest %.3f (bound 0.25)\n",
+                    kRadius - 1, mode, rms, largest);
+        EXPECT_LE(rms, 0.01) << mode;
+        EXPECT_LE(largest, 0.25) << mode;
+        EXPECT_GT(largest, 0);  // the measurement can see a grid
+    }
+}
+
+// A white half plane moves (L, 0) half-velocity over still black ground. Exact: the pixel at d px
+// outside the edge is covered for clamp((L - d) / (2 L)) of the shutter's time.
+TEST(Measured, OpacityProfile) {
+    for (const char* mode : {"guertin", "single"}) {
+        for (const double softness : {1.0, 20.0}) {
+            constexpr double kLength = 20.5;
+            BlurFrame frame(160, 9);
+            for (int y = 0; y < 9; ++y) {
+                for (int x = 0; x < 80; ++x) {
+                    frame.set_gray(x, y, 1);
+                    frame.set_half_velocity(x, y, kLength, 0);
+                    frame.depth().at(x, y) = 2;
+                }
+            }
+            const Chain chain = plain_blur(
+                {{"samples", int64_t(255)}, {"mode", mode}, {"depth_softness", softness}});
+            const ImageF out = blurred(chain, frame);
+            double inside = 0, outside = 0;
+            for (int x = 40; x < 120; ++x) {
+                const double d = x - 79.5;
+                const double exact = std::clamp((kLength - d) / (2 * kLength), 0.0, 1.0);
+                double& worst = d < 0 ? inside : outside;
+                worst = std::max(worst, std::abs(out.at(x, 4) - exact));
+            }
+            std::printf(
+                "  opacity, %s, s = %g: off by %.3f inside the edge, %.3f outside "
+                "(bound 0.4)\n",
+                mode, softness, inside, outside);
+            EXPECT_LE(inside, 0.4);
+            EXPECT_LE(outside, 0.4);
+        }
+    }
+}
+
+// A change of the inputs by 1e-3 px or 1e-3 of the depth: how far does a pixel change? Taps are
+// rounded to pixels, so a tap may jump to the next pixel: one tap's weight times the contrast.
+// The random frame has contrast 1 between neighbours and the largest weight, 4, against a sum of
+// at least 25 / 40 / rho.
+TEST(Measured, Continuity) {
+    const BlurFrame smooth = window(0, 0);
+    BlurFrame rough = random_frame(120, 120, 12, 1.2f, 51);
+    for (const auto& [name, frame, bound] :
+         {std::tuple("discs", &smooth, 0.1), {"noise", &rough, 0.5}}) {
+        const Chain chain = plain_blur();
+        const ImageF before = blurred(chain, *frame);
+        BlurFrame nudged = *frame;
+        const ImageF by = noise_image(before.width, before.height, 3, 52, -1e-3f, 1e-3f);
+        for (size_t i = 0; i < by.pixels(); ++i) {
+            nudged.motion().data[2 * i] += 4 * by.data[3 * i];
+            nudged.motion().data[2 * i + 1] += 4 * by.data[3 * i + 1];
+            nudged.depth().data[i] *= 1 + by.data[3 * i + 2];
+        }
+        const ImageF after = blurred(chain, nudged);
+        const Difference d = compare(after, before, 0.01);
+        std::printf(
+            "  motion changed by 1e-3 px, depth by 1e-3, %s: largest change %.4f (bound "
+            "%.2f), %.3f %% of the pixels above 0.01 (bound 3 %%)\n",
+            name, d.max, bound, 100 * d.fraction);
+        EXPECT_LE(d.max, bound) << name;
+        EXPECT_LE(d.fraction, 0.03) << name;
+    }
+}
+
+}  // namespace
+}  // namespace postchain::test

@@ -1,0 +1,117 @@
+// The tables of random numbers: values by hand, equal on GPU and CPU, evenly spread, independent.
+
+#include "passes/motion_blur/noise.h"
+
+#include <cmath>
+#include <set>
+
+#include "tests/motion_blur/support.h"
+
+namespace postchain::test {
+namespace {
+
+using motion_blur::Noise;
+using motion_blur::noise_table;
+
+ImageF gpu_table(const std::string& noise, int64_t seed = 0) {
+    BlurFrame frame(4, 4);
+    return stages_of(blur({{"noise", noise}, {"seed", seed}}), frame)["noise"];
+}
+
+TEST(Noise, HaltonByHand) {
+    const ImageF table = gpu_table("halton");
+    expect_pixel(table, 0, 0, {0, -1}, 1e-6);
+    expect_pixel(table, 1, 0, {0.5, 2.0 / 3 - 1}, 1e-6);     // index 1
+    expect_pixel(table, 0, 1, {0.25, 4.0 / 3 - 1}, 1e-6);    // index 2
+    expect_pixel(table, 1, 1, {0.75, 2.0 / 9 - 1}, 1e-6);    // index 3 = 10 in base 3
+    expect_pixel(table, 2, 0, {0.125, 8.0 / 9 - 1}, 1e-6);   // index 4 = 100b = 11 in base 3
+    expect_pixel(table, 127, 127, {16383.0 / 16384}, 1e-6);  // fourteen ones
+}
+
+TEST(Noise, GradientNoiseByHand) {
+    const ImageF table = gpu_table("ign");
+    const auto ign = [](double x, double y) {
+        const double inner = 0.06711056 * x + 0.00583715 * y;
+        const double outer = 52.9829189 * (inner - std::floor(inner));
+        return outer - std::floor(outer);
+    };
+    for (auto [x, y] : {std::pair(0, 0), {1, 0}, {0, 1}, {17, 5}, {127, 127}})
+        expect_pixel(table, x, y, {ign(x, y), 2 * ign(y + 37, x + 11) - 1}, 1e-5);
+}
+
+TEST(Noise, BlueRanksAreAPermutation) {
+    const auto& ranks = motion_blur::blue_noise_ranks();
+    const std::set<int> seen(ranks.begin(), ranks.end());
+    EXPECT_EQ(seen.size(), ranks.size());
+    EXPECT_EQ(*seen.rbegin(), int(ranks.size()) - 1);
+}
+
+// Averages over 4 x 4 pixels of white noise vary with 1/12/16; of blue noise far less, for it has
+// no low frequencies. Measured 0.0003.
+TEST(Noise, BlueHasNoLowFrequencies) {
+    const ImageF table = gpu_table("blue");
+    for (int channel : {0, 1}) {
+        double variance = 0;
+        for (int by = 0; by < 16; ++by) {
+            for (int bx = 0; bx < 16; ++bx) {
+                double mean = 0;
+                for (int y = 0; y < 4; ++y)
+                    for (int x = 0; x < 4; ++x)
+                        mean += table.at(4 * bx + x, 4 * by + y, channel) / 16.0;
+                const double value = channel == 0 ? mean : (mean + 1) / 2;
+                variance += (value - 0.5) * (value - 0.5) / 256;
+            }
+        }
+        RecordProperty(channel == 0 ? "tile" : "tap", std::to_string(variance));
+        EXPECT_LT(variance, 0.2 / 12 / 16) << channel;
+    }
+}
+
+TEST(Noise, SpreadAndIndependent) {
+    for (const char* name : {"halton", "ign", "blue"}) {
+        const ImageF table = gpu_table(name, 5);
+        std::vector<int> cells(64, 0);
+        double product = 0;
+        for (int y = 0; y < 128; ++y) {
+            for (int x = 0; x < 128; ++x) {
+                const double tile = table.at(x, y, 0), tap = table.at(x, y, 1);
+                ASSERT_TRUE(tile >= 0 && tile < 1 && tap >= -1 && tap < 1) << name;
+                ++cells[size_t(int(tile * 8) * 8 + int((tap + 1) * 4))];
+                product += (tile - 0.5) * tap / 16384;
+            }
+        }
+        // 256 pairs in each of 8 x 8 cells; five standard deviations of a random table are 80.
+        for (int count : cells) EXPECT_NEAR(count, 256, 80) << name;
+        // Correlation: product over the standard deviations sqrt(1/12) and sqrt(1/3).
+        EXPECT_LT(std::abs(product) * 6, 0.03) << name;
+    }
+}
+
+TEST(Noise, GpuEqualsTable) {
+    const std::pair<const char*, Noise> kinds[] = {
+        {"halton", Noise::halton}, {"ign", Noise::ign}, {"blue", Noise::blue}};
+    for (const auto& [name, noise] : kinds) {
+        for (int seed : {0, 1, 12345}) {
+            motion_blur::Parameters parameters;
+            parameters.seed = seed;
+            const auto shift = motion_blur::noise_shift(parameters, 1);
+            const Difference d = compare(gpu_table(name, seed), noise_table(noise, shift), 2e-7);
+            EXPECT_EQ(d.fraction, 0) << name << " seed " << seed << ": " << d.text;
+        }
+    }
+}
+
+TEST(Noise, ShiftsWithSeedAndFrame) {
+    motion_blur::Parameters p;
+    EXPECT_EQ(motion_blur::noise_shift(p, 7), (std::array<int, 2>{0, 0}));
+    p.animate_noise = true;
+    EXPECT_NE(motion_blur::noise_shift(p, 7), motion_blur::noise_shift(p, 8));
+    EXPECT_EQ(motion_blur::noise_shift(p, 0), (std::array<int, 2>{0, 0}));
+    p.animate_noise = false;
+    p.seed = 1;
+    EXPECT_NE(motion_blur::noise_shift(p, 7), (std::array<int, 2>{0, 0}));
+    EXPECT_EQ(motion_blur::noise_shift(p, 7), motion_blur::noise_shift(p, 8));
+}
+
+}  // namespace
+}  // namespace postchain::test

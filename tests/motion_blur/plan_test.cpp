@@ -1,0 +1,180 @@
+// What the pass plans, leaves out, asks for and refuses.
+
+#include "passes/motion_blur/motion_blur.h"
+#include "passes/motion_blur/parameters.h"
+#include "tests/motion_blur/support.h"
+
+namespace postchain::test {
+namespace {
+
+Plan plan_of(const Chain& chain, const FrameDescription& frame, const PlanOptions& options = {}) {
+    auto plan = make_plan(chain, frame, options);
+    EXPECT_TRUE(plan.ok()) << plan.status().message();
+    return plan.ok() ? *plan : Plan();
+}
+
+FrameDescription description(double max_speed_px) {
+    FrameDescription frame;
+    frame.width = frame.display_width = 100;
+    frame.height = frame.display_height = 50;
+    frame.planes = {Role::color, Role::inverse_depth, Role::motion};
+    frame.facts.max_speed_px = max_speed_px;
+    return frame;
+}
+
+std::vector<std::string> names(const Plan& plan) {
+    std::vector<std::string> result;
+    for (const auto& texture : plan.textures)
+        if (!texture.imported) result.push_back(texture.name.substr(texture.name.rfind('.') + 1));
+    return result;
+}
+
+bool leaves_out(const Plan& plan, const std::string& what) {
+    for (const auto& left : plan.left_out)
+        if (left.what == "motion_blur." + what) return true;
+    return false;
+}
+
+using testing::ElementsAre;
+
+TEST(Plan, TexturesAndWhatIsLeftOut) {
+    const Plan plain = plan_of(plain_blur(), description(9));
+    EXPECT_THAT(names(plain),
+                ElementsAre("half_velocity", "row_max", "tile_max", "neighbor_max", "color"));
+    for (const char* what : {"tile_variance", "noise", "hint"})
+        EXPECT_TRUE(leaves_out(plain, what)) << what;
+    PlanOptions hinted;
+    hinted.outputs = {Role::color, Role::hint};
+    const Plan full = plan_of(blur({{"sample_split", "variance"}}), description(9), hinted);
+    EXPECT_THAT(names(full), ElementsAre("half_velocity", "row_max", "tile_max", "neighbor_max",
+                                         "tile_variance", "noise", "color", "hint"));
+    for (const char* what : {"tile_variance", "noise", "hint"})
+        EXPECT_FALSE(leaves_out(full, what)) << what;
+    // single has one direction to split.
+    const Values single = {{"mode", "single"}, {"sample_split", "variance"}};
+    EXPECT_TRUE(leaves_out(plan_of(blur(single), description(9)), "tile_variance"));
+}
+
+TEST(Plan, TileCounts) {
+    for (const auto& [width, height, r, columns, rows] : {std::tuple(1, 1, 40, 1, 1),
+                                                          {40, 41, 40, 1, 2},
+                                                          {16384, 2, 40, 410, 1},
+                                                          {16384, 2, 1, 16384, 2},
+                                                          {1023, 1025, 1024, 1, 2}}) {
+        FrameDescription frame = description(9);
+        frame.width = width;
+        frame.height = height;
+        const Plan plan = plan_of(plain_blur({{"max_blur_px", int64_t(r)}}), frame);
+        for (const auto& texture : plan.textures) {
+            if (texture.name != "0.motion_blur.tile_max") continue;
+            EXPECT_EQ(texture.width, columns);
+            EXPECT_EQ(texture.height, rows);
+        }
+    }
+}
+
+TEST(Plan, FormatsFollowPrecisionAndStorage) {
+    const auto format_of = [](const Chain& chain, Precision precision, const char* name) {
+        PlanOptions options;
+        options.precision = precision;
+        const Plan plan = plan_of(chain, description(9), options);
+        for (const auto& texture : plan.textures)
+            if (texture.name == std::string("0.motion_blur.") + name) return texture.format;
+        return Format::r8;
+    };
+    const char* v = "half_velocity";
+    EXPECT_EQ(format_of(blur(), Precision::fp32, v), Format::rg32f);
+    EXPECT_EQ(format_of(blur(), Precision::fp16, v), Format::rg16f);
+    EXPECT_EQ(format_of(blur({{"velocity_storage", "fp32"}}), Precision::fp16, v), Format::rg32f);
+    EXPECT_EQ(format_of(blur({{"velocity_storage", "fp16"}}), Precision::fp32, v), Format::rg16f);
+    EXPECT_EQ(format_of(blur({{"velocity_storage", "unorm8"}}), Precision::fp32, v), Format::rg8);
+    EXPECT_EQ(format_of(blur(), Precision::fp32, "color"), Format::rgba32f);
+    EXPECT_EQ(format_of(blur(), Precision::fp16, "color"), Format::rgba16f);
+    // 500 px squared does not fit a half: tiles are fp32 always.
+    EXPECT_EQ(format_of(blur(), Precision::fp16, "tile_max"), Format::rgba32f);
+}
+
+TEST(Plan, LeftOutByFactsOrConfiguration) {
+    // Default shutter 0.5: half-velocity is a quarter of the speed.
+    const Plan still = plan_of(blur(), description(2));
+    EXPECT_TRUE(still.passes[0].left_out);
+    EXPECT_TRUE(still.steps.empty());
+    ASSERT_FALSE(still.left_out.empty());
+    EXPECT_EQ(still.left_out[0].what, "motion_blur");
+    EXPECT_EQ(still.left_out[0].rule, kRuleFacts);
+    EXPECT_EQ(still.left_out[0].reason, "largest half-velocity 0.5 px <= 0.5 px");
+    EXPECT_EQ(plan_of(blur(), description(1.24)).left_out[0].reason,
+              "largest half-velocity 0.31 px <= 0.5 px");
+    EXPECT_FALSE(plan_of(blur(), description(2.001)).passes[0].left_out);
+    EXPECT_FALSE(plan_of(blur({{"min_speed_px", 0.0}}), description(0.001)).passes[0].left_out);
+    EXPECT_TRUE(plan_of(blur({{"min_speed_px", 0.0}}), description(0)).passes[0].left_out);
+
+    const Plan closed = plan_of(blur({{"shutter_frames", 0.0}}), description(80));
+    EXPECT_TRUE(closed.passes[0].left_out);
+    EXPECT_EQ(closed.left_out[0].rule, kRuleConfiguration);
+    PlanOptions no_elide;
+    no_elide.elide = false;
+    EXPECT_FALSE(plan_of(blur(), description(0), no_elide).passes[0].left_out);
+}
+
+TEST(Plan, ShutterPrecedence) {
+    motion_blur::Parameters p;
+    Camera camera;
+    EXPECT_EQ(motion_blur::shutter_frames(p, camera), 0.5);
+    camera.shutter_frames = 0.25;
+    EXPECT_EQ(motion_blur::shutter_frames(p, camera), 0.25);
+    p.shutter_angle_deg = 270;
+    EXPECT_EQ(motion_blur::shutter_frames(p, camera), 0.75);
+    p.shutter_angle_deg.reset();
+    p.shutter_frames = 1.5;
+    EXPECT_EQ(motion_blur::shutter_frames(p, camera), 1.5);
+    // A camera with the shutter shut counts as well.
+    FrameDescription frame = description(80);
+    frame.camera.shutter_frames = 0;
+    EXPECT_TRUE(plan_of(blur(), frame).passes[0].left_out);
+    EXPECT_FALSE(plan_of(blur({{"shutter_frames", 0.5}}), frame).passes[0].left_out);
+}
+
+TEST(Plan, RefusesWhatTheTableForbids) {
+    const ParameterTable& table = motion_blur::parameter_table();
+    motion_blur::Parameters p;
+    const auto refuses = [&](const char* key, ParameterValue value) {
+        return !table.set(&p, key, value).ok();
+    };
+    EXPECT_TRUE(refuses("samples", int64_t(24)));
+    EXPECT_TRUE(refuses("samples", int64_t(1025)));
+    EXPECT_TRUE(refuses("samples", int64_t(-1)));
+    EXPECT_TRUE(refuses("max_blur_px", int64_t(0)));
+    EXPECT_TRUE(refuses("max_blur_px", 40.5));
+    EXPECT_TRUE(refuses("jitter", 1.01));
+    EXPECT_TRUE(refuses("center_weight", 0.0));
+    EXPECT_TRUE(refuses("shutter_frames", -0.1));
+    EXPECT_TRUE(refuses("mode", "mcguire"));
+    EXPECT_TRUE(refuses("seed", int64_t(-1)));
+    EXPECT_TRUE(table.check(&p).ok());
+    EXPECT_TRUE(table.set(&p, "shutter_frames", 0.5).ok());
+    EXPECT_TRUE(table.set(&p, "shutter_angle_deg", 180.0).ok());
+    EXPECT_FALSE(table.check(&p).ok());
+}
+
+TEST(Plan, Defaults) {
+    EXPECT_EQ(motion_blur::parameter_table().text(blur().links[0].pass->parameters()),
+              "mode=guertin samples=25 max_blur_px=40 shutter_frames=unset shutter_angle_deg=unset "
+              "jitter=0.95 tile_jitter=true tile_jitter_slope=1 center_weight=40 "
+              "variance_threshold_px=1.5 depth_softness=1 sample_split=even noise=halton seed=0 "
+              "animate_noise=false border=skip static_direction=perpendicular min_speed_px=0.5 "
+              "velocity_storage=auto");
+}
+
+TEST(Plan, NeedsDepthOnlyToCompareIt) {
+    FrameDescription frame = description(80);
+    frame.planes = {Role::color, Role::motion};
+    EXPECT_EQ(make_plan(blur(), frame).status().code(), StatusCode::input);
+    EXPECT_TRUE(make_plan(blur({{"depth_softness", 0.0}}), frame).ok());
+    frame.planes = {Role::color, Role::inverse_depth, Role::motion};
+    const Plan plan = plan_of(blur({{"depth_softness", 0.0}}), frame);
+    EXPECT_FALSE(plan.reads.has(Role::inverse_depth));
+}
+
+}  // namespace
+}  // namespace postchain::test

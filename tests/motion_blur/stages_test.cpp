@@ -1,0 +1,218 @@
+// Each tile stage against pixels computed by hand. Shutter 0.5 unless said: v = motion / 4.
+
+#include <cmath>
+
+#include "tests/motion_blur/support.h"
+
+namespace postchain::test {
+namespace {
+
+TEST(HalfVelocity, ByHand) {
+    BlurFrame frame(6, 1);
+    const float motion[6][2] = {{4, 0}, {0, -8}, {60, 80}, {-120, 0}, {0, 0}, {40, -40}};
+    for (int x = 0; x < 6; ++x)
+        for (int c = 0; c < 2; ++c) frame.motion().at(x, 0, c) = motion[x][c];
+    const ImageF v = stages_of(plain_blur({{"max_blur_px", int64_t(10)}}), frame)["half_velocity"];
+    expect_pixel(v, 0, 0, {1, 0});
+    expect_pixel(v, 1, 0, {0, -2});
+    expect_pixel(v, 2, 0, {6, 8});    // (15, 20), length 25, times 10/25
+    expect_pixel(v, 3, 0, {-10, 0});  // -30 -> -10
+    expect_pixel(v, 4, 0, {0, 0});
+    const double side = 10 / std::sqrt(2.0);  // (10, -10), length 14.14, stays on its diagonal
+    expect_pixel(v, 5, 0, {side, -side});
+}
+
+TEST(HalfVelocity, StorageByHand) {
+    BlurFrame frame(5, 1);
+    frame.set_half_velocity(0, 0, 1, 0);
+    frame.set_half_velocity(1, 0, -10, 0);
+    frame.set_half_velocity(2, 0, 0.001, 3.0009765625);
+    frame.set_half_velocity(3, 0, 5, -0.03);
+    const Values r10 = {{"max_blur_px", int64_t(10)}};
+    Values values = r10;
+    values.push_back({"velocity_storage", "unorm8"});
+    // code = 128 + round(127 v / 10): 12.7 -> 141; -127 -> 1; 0.0127 -> 128, 38.112 -> 166;
+    // 63.5 -> 64 (to even) -> 192, -0.381 -> 128
+    ImageF v = stages_of(plain_blur(values), frame)["half_velocity"];
+    expect_pixel(v, 0, 0, {141 / 255.0, 128 / 255.0}, 1e-6);
+    expect_pixel(v, 1, 0, {1 / 255.0, 128 / 255.0}, 1e-6);
+    expect_pixel(v, 2, 0, {128 / 255.0, 166 / 255.0}, 1e-6);
+    expect_pixel(v, 3, 0, {192 / 255.0, 128 / 255.0}, 1e-6);
+    expect_pixel(v, 4, 0, {128 / 255.0, 128 / 255.0}, 1e-6);
+    values = r10;
+    values.push_back({"velocity_storage", "fp16"});
+    // 11 bits: 3.0009765625 = 3 + 2^-10 lies half-way between 3 and 3 + 2^-9: to even, 3.
+    // 0.001 = 1.024 * 2^-10 -> 1049/1024 * 2^-10 (1048.576 rounded)
+    v = stages_of(plain_blur(values), frame)["half_velocity"];
+    expect_pixel(v, 2, 0, {1049.0 / 1024 / 1024, 3}, 1e-9);
+    expect_pixel(v, 0, 0, {1, 0}, 0);
+}
+
+// 7 x 5 pixels in tiles of 3: 3 x 2 tiles, the last column one pixel wide, the last row two high.
+TEST(TileMax, ByHand) {
+    BlurFrame frame(7, 5);
+    frame.set_half_velocity(0, 0, 1, 0);
+    frame.set_half_velocity(2, 2, 0, -2);   // longest of tile 0,0
+    frame.set_half_velocity(3, 0, 0, 1.5);  // tile 1,0: three of equal length, in three rows ...
+    frame.set_half_velocity(5, 1, 1.5, 0);
+    frame.set_half_velocity(4, 2, -1.5, 0);
+    frame.set_half_velocity(6, 1, 30, 40);  // tile 2,0: clamped to 3 px
+    frame.set_half_velocity(6, 0, -3, 0);
+    frame.set_half_velocity(6, 2, -30, 39);
+    frame.set_half_velocity(2, 3, 2, 0);  // tile 0,1: equal in one row: the left one
+    frame.set_half_velocity(1, 3, -2, 0);
+    frame.set_half_velocity(6, 3, 0, 0.25);  // tile 2,1: both pixels move
+    frame.set_half_velocity(6, 4, 0.5, 0);
+    auto stages = stages_of(plain_blur({{"max_blur_px", int64_t(3)}}), frame);
+    const ImageF& tiles = stages["tile_max"];
+    ASSERT_EQ(tiles.width, 3);
+    ASSERT_EQ(tiles.height, 2);
+    // v, squared length before the clamp, smallest |v|
+    expect_pixel(tiles, 0, 0, {0, -2, 4, 0});
+    expect_pixel(tiles, 1, 0, {0, 1.5, 2.25, 0});  // ... the first row wins
+    expect_pixel(tiles, 2, 0, {1.8, 2.4, 2500, 3});
+    expect_pixel(tiles, 0, 1, {-2, 0, 4, 0});
+    expect_pixel(tiles, 1, 1, {0, 0, 0, 0});
+    expect_pixel(tiles, 2, 1, {0.5, 0, 0.25, 0.25});
+    // The same by rows of pixels.
+    const ImageF& rows = stages["row_max"];
+    ASSERT_EQ(rows.width, 3);
+    ASSERT_EQ(rows.height, 5);
+    expect_pixel(rows, 0, 0, {1, 0, 1, 0});
+    expect_pixel(rows, 0, 2, {0, -2, 4, 0});
+    expect_pixel(rows, 1, 1, {1.5, 0, 2.25, 0});
+    expect_pixel(rows, 2, 2, {-30 * 3 / std::sqrt(2421.0), 39 * 3 / std::sqrt(2421.0), 2421, 3});
+    expect_pixel(rows, 1, 4, {0, 0, 0, 0});
+}
+
+// 15 x 9 pixels, tiles of 3 with one velocity each.
+struct TileFrame : BlurFrame {
+    TileFrame() : BlurFrame(15, 9) {}
+    void set_tile(int i, int j, double vx, double vy) {
+        for (int y = 3 * j; y < 3 * j + 3; ++y)
+            for (int x = 3 * i; x < 3 * i + 3; ++x) set_half_velocity(x, y, vx, vy);
+    }
+};
+
+TEST(NeighborMax, ByHand) {
+    TileFrame frame;
+    // Tile 1,1 lies diagonally (+1, +1) of 0,0 and (-1, +1) of 2,0.
+    frame.set_tile(1, 1, 1, 1);
+    frame.set_tile(0, 1, 0.5, 0);
+    frame.set_tile(4, 0, 0, 1);
+    frame.set_tile(4, 2, -2, 1);
+    const Values r3 = {{"max_blur_px", int64_t(3)}};
+    ImageF out = stages_of(plain_blur(r3), frame)["neighbor_max"];
+    expect_pixel(out, 0, 0, {1, 1, 2, 0});       // diagonal, along it: counts (beats 0.5 below)
+    expect_pixel(out, 2, 0, {0, 0, 0, 0});       // diagonal, across it: does not
+    expect_pixel(out, 0, 1, {1, 1, 2, 0});       // on-axis: always
+    expect_pixel(out, 2, 2, {1, 1, 2, 0});       // (-1, -1) of 2,2: two-sided, counts
+    expect_pixel(out, 0, 2, {0.5, 0, 0.25, 0});  // across (1,1); above it moves
+    // Offset (1, 1) of (-2, 1): signs differ. Offset (1, -1) of (0, 1): one sign is zero.
+    expect_pixel(out, 3, 1, {0, 0, 0, 0});
+    expect_pixel(out, 4, 1, {-2, 1, 5, 0});  // both on-axis: the longer
+}
+
+TEST(NeighborMax, TiesTakeTheCentreThenRowOrder) {
+    TileFrame frame;
+    frame.set_tile(1, 0, 0, 2);   // above the centre of 1,1
+    frame.set_tile(0, 1, 2, 0);   // left of it
+    frame.set_tile(2, 1, -2, 0);  // right of it
+    const Values r3 = {{"max_blur_px", int64_t(3)}};
+    expect_pixel(stages_of(plain_blur(r3), frame)["neighbor_max"], 1, 1, {0, 2, 4, 0});
+    frame.set_tile(1, 1, 0, -2);
+    expect_pixel(stages_of(plain_blur(r3), frame)["neighbor_max"], 1, 1, {0, -2, 4, 0});
+}
+
+TEST(NeighborMax, ComparesLengthsBeforeTheClamp) {
+    TileFrame frame;
+    frame.set_tile(1, 1, 300, 0);
+    frame.set_tile(2, 1, 0, 301);
+    const ImageF out = stages_of(plain_blur({{"max_blur_px", int64_t(3)}}), frame)["neighbor_max"];
+    expect_pixel(out, 1, 1, {0, 3, 301.0 * 301.0, 0});
+    expect_pixel(out, 0, 1, {3, 0, 90000, 0});
+}
+
+TEST(NeighborMax, SingleCountsAllEight) {
+    TileFrame frame;
+    frame.set_tile(1, 1, 1, 1);
+    const Values values = {{"max_blur_px", int64_t(3)}, {"mode", "single"}};
+    const ImageF out = stages_of(plain_blur(values), frame)["neighbor_max"];
+    for (int j = 0; j < 3; ++j)
+        for (int i = 0; i < 3; ++i) expect_pixel(out, i, j, {1, 1, 2});
+    expect_pixel(out, 3, 1, {0, 0, 0, 0});
+}
+
+// The rule, evaluated in another way: a diagonal tile counts when stepping along +v or -v from it
+// moves towards the centre in both axes.
+TEST(NeighborMax, EqualsBruteForce) {
+    constexpr int kTiles = 24, kEdge = 4;
+    BlurFrame frame(kTiles * kEdge, kTiles * kEdge);
+    const ImageF tile_motion = noise_image(kTiles, kTiles, 2, 7, -12, 12);
+    for (int y = 0; y < frame.height(); ++y)
+        for (int x = 0; x < frame.width(); ++x)
+            for (int c = 0; c < 2; ++c)
+                frame.motion().at(x, y, c) = tile_motion.at(x / kEdge, y / kEdge, c);
+    const ImageF out =
+        stages_of(plain_blur({{"max_blur_px", int64_t(kEdge)}}), frame)["neighbor_max"];
+    int diagonal_winners = 0;
+    for (int j = 0; j < kTiles; ++j) {
+        for (int i = 0; i < kTiles; ++i) {
+            double best = -1;
+            float expected[2] = {0, 0};
+            bool diagonal_won = false;
+            for (int b = std::max(0, j - 1); b <= std::min(kTiles - 1, j + 1); ++b) {
+                for (int a = std::max(0, i - 1); a <= std::min(kTiles - 1, i + 1); ++a) {
+                    const double vx = tile_motion.at(a, b, 0), vy = tile_motion.at(a, b, 1);
+                    bool counts = a == i || b == j;
+                    for (int sign : {1, -1})
+                        counts = counts || (sign * vx * (i - a) > 0 && sign * vy * (j - b) > 0);
+                    if (!counts || vx * vx + vy * vy <= best) continue;
+                    best = vx * vx + vy * vy;
+                    expected[0] = tile_motion.at(a, b, 0) / 4;
+                    expected[1] = tile_motion.at(a, b, 1) / 4;
+                    diagonal_won = a != i && b != j;
+                }
+            }
+            diagonal_winners += diagonal_won;
+            const double length = std::sqrt(best) / 4;
+            const double scale = length > kEdge ? kEdge / length : 1;
+            expect_pixel(out, i, j, {expected[0] * scale, expected[1] * scale, best / 16}, 1e-5);
+        }
+    }
+    EXPECT_GT(diagonal_winners, 50);
+}
+
+TEST(TileVariance, ByHand) {
+    TileFrame frame;  // 5 x 3 tiles
+    frame.set_tile(0, 0, 2, 0);
+    frame.set_tile(1, 0, 0, 2);
+    frame.set_tile(0, 1, 0.3, 0);  // slower than 0.5 px: no direction
+    frame.set_tile(4, 0, 1, 1);
+    frame.set_tile(4, 1, -1, 1);
+    frame.set_tile(3, 0, -2, -2);
+    frame.set_tile(2, 2, 3, 0);
+    const Values values = {{"max_blur_px", int64_t(3)}, {"sample_split", "variance"}};
+    const ImageF u = stages_of(plain_blur(values), frame)["tile_variance"];
+    // Neighbours that move, itself included; |n . n'|:
+    expect_pixel(u, 0, 0, {1 - (1 + 0) / 2.0});      // itself 1, the tile to the right 0
+    expect_pixel(u, 0, 1, {0});                      // slow: still
+    expect_pixel(u, 2, 1, {0});                      // still
+    expect_pixel(u, 2, 2, {0});                      // alone: |n . n| = 1
+    expect_pixel(u, 3, 0, {1 - (1 + 1 + 0) / 3.0});  // (-1,-1) is parallel to (1,1), across (-1,1)
+    expect_pixel(u, 4, 0, {1 - (1 + 0 + 1) / 3.0});
+    expect_pixel(u, 4, 1, {1 - (0 + 1 + 0) / 3.0});
+}
+
+TEST(TileVariance, ObliqueDirections) {
+    TileFrame frame;
+    frame.set_tile(0, 0, 2, 0);
+    frame.set_tile(0, 1, 1.5, 2);  // n = (0.6, 0.8)
+    const Values values = {{"max_blur_px", int64_t(3)}, {"sample_split", "variance"}};
+    const ImageF u = stages_of(plain_blur(values), frame)["tile_variance"];
+    expect_pixel(u, 0, 0, {1 - (1 + 0.6) / 2});
+    expect_pixel(u, 0, 1, {0.2});
+}
+
+}  // namespace
+}  // namespace postchain::test

@@ -1,0 +1,105 @@
+#include "tests/motion_blur/support.h"
+
+#include <cmath>
+
+namespace postchain::test {
+namespace {
+
+const std::string kPrefix = "0.motion_blur.";
+
+PlanOptions whole(Precision precision) {
+    PlanOptions options;
+    options.precision = precision;
+    options.elide = false;
+    options.outputs = {Role::color, Role::hint};
+    return options;
+}
+
+template <class T>
+std::map<std::string, Image<T>> without_prefix(std::map<std::string, Image<T>> stages) {
+    std::map<std::string, Image<T>> result;
+    for (auto& [name, stage] : stages) {
+        EXPECT_EQ(name.rfind(kPrefix, 0), 0u) << name;
+        result[name.substr(kPrefix.size())] = std::move(stage);
+    }
+    return result;
+}
+
+}  // namespace
+
+BlurFrame::BlurFrame(int width, int height) {
+    planes[Role::color] = constant_image(width, height, {0, 0, 0, 1});
+    planes[Role::motion] = ImageF(width, height, 2);
+    planes[Role::inverse_depth] = ImageF(width, height, 1, 1.0f);
+}
+
+void BlurFrame::set_half_velocity(int x, int y, double vx, double vy) {
+    motion().at(x, y, 0) = float(4 * vx);
+    motion().at(x, y, 1) = float(4 * vy);
+}
+
+void BlurFrame::set_all_half_velocities(double vx, double vy) {
+    for (int y = 0; y < height(); ++y)
+        for (int x = 0; x < width(); ++x) set_half_velocity(x, y, vx, vy);
+}
+
+void BlurFrame::set_gray(int x, int y, float value) {
+    for (int c = 0; c < 3; ++c) color().at(x, y, c) = value;
+}
+
+BlurFrame random_frame(int width, int height, float longest, float ratio, uint32_t seed) {
+    BlurFrame frame(width, height);
+    frame.color() = noise_image(width, height, 4, seed);
+    frame.motion() = noise_image(width, height, 2, seed + 1, -4 * longest, 4 * longest);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            frame.depth().at(x, y) = (x / 5 + y / 3) % 2 == 0 ? 1.0f : ratio;
+    return frame;
+}
+
+Chain blur(const Values& values) {
+    Chain chain;
+    append(chain, "motion_blur");
+    const ParameterTable& table = *builtin_passes().find("motion_blur")->parameters;
+    for (const auto& [key, value] : values) {
+        const Status status = table.set(chain.links[0].pass->parameters(), key, value);
+        EXPECT_TRUE(status.ok()) << key << ": " << status.message();
+    }
+    return chain;
+}
+
+Chain plain_blur(const Values& values) {
+    Values all = {{"jitter", 0.0}, {"tile_jitter", false}};
+    all.insert(all.end(), values.begin(), values.end());
+    return blur(all);
+}
+
+ImageF blurred(const Chain& chain, const BlurFrame& frame, Precision precision) {
+    PlanOptions options;
+    options.precision = precision;
+    options.elide = false;
+    return filter(chain, describe(frame.planes), frame.planes, options)[Role::color];
+}
+
+std::map<std::string, ImageF> stages_of(const Chain& chain, const BlurFrame& frame,
+                                        Precision precision) {
+    return without_prefix(
+        filter_with_stages(chain, describe(frame.planes), frame.planes, whole(precision)).stages);
+}
+
+std::map<std::string, ImageD> reference_stages_of(const Chain& chain, const BlurFrame& frame,
+                                                  Precision precision) {
+    return without_prefix(
+        reference(chain, describe(frame.planes), frame.planes, whole(precision)).stages);
+}
+
+void expect_pixel(const ImageF& image, int x, int y, const std::vector<double>& expected,
+                  double bound) {
+    ASSERT_TRUE(image.inside(x, y));
+    for (size_t c = 0; c < expected.size(); ++c)
+        EXPECT_NEAR(double(image.at(x, y, int(c))), expected[c],
+                    bound * std::max(1.0, std::abs(expected[c])))
+            << "at " << x << "," << y << " channel " << c;
+}
+
+}  // namespace postchain::test

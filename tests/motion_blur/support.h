@@ -1,0 +1,58 @@
+// Small frames for the motion blur's tests: colour, motion and inverse depth made by hand.
+#pragma once
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "tests/support/gpu.h"
+#include "tests/support/images.h"
+
+namespace postchain::test {
+
+using Values = std::vector<std::pair<std::string, ParameterValue>>;
+
+// Colour black with alpha 1, depth 1, no motion.
+struct BlurFrame {
+    BlurFrame(int width, int height);
+
+    int width() const { return color().width; }
+    int height() const { return color().height; }
+    ImageF& color() { return planes.at(Role::color); }
+    ImageF& motion() { return planes.at(Role::motion); }
+    ImageF& depth() { return planes.at(Role::inverse_depth); }
+    const ImageF& color() const { return planes.at(Role::color); }
+
+    // Motion such that at shutter 0.5 the half-velocity is (x, y): four times as much.
+    void set_half_velocity(int x, int y, double vx, double vy);
+    void set_all_half_velocities(double vx, double vy);
+    void set_gray(int x, int y, float value);
+
+    FramePlanes planes;
+};
+
+// Random smooth-free content: noise colour, noise motion of half-velocities up to `longest` px at
+// shutter 0.5 (each component), two depths of ratio `ratio`.
+BlurFrame random_frame(int width, int height, float longest, float ratio, uint32_t seed);
+
+// The motion blur with these parameters over neither jitter nor tile jitter, shutter 0.5.
+Chain plain_blur(const Values& values = {});
+// The motion blur with these parameters and else its defaults.
+Chain blur(const Values& values = {});
+
+// Color on the GPU, nothing left out.
+ImageF blurred(const Chain& chain, const BlurFrame& frame, Precision precision = Precision::fp32);
+// All stages by their names without "0.motion_blur.", hint included, nothing left out.
+std::map<std::string, ImageF> stages_of(const Chain& chain, const BlurFrame& frame,
+                                        Precision precision = Precision::fp32);
+std::map<std::string, ImageD> reference_stages_of(const Chain& chain, const BlurFrame& frame,
+                                                  Precision precision = Precision::fp32);
+
+// |a - b| <= bound * max(1, |b|) in all channels named.
+void expect_pixel(const ImageF& image, int x, int y, const std::vector<double>& expected,
+                  double bound = 1e-5);
+
+}  // namespace postchain::test

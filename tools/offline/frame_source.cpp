@@ -1,5 +1,6 @@
 #include "tools/offline/frame_source.h"
 
+#include <algorithm>
 #include <chrono>
 
 namespace postchain::offline {
@@ -26,33 +27,53 @@ FileChannels channels_of_file(const io::ExrFile& file) {
     return channels;
 }
 
-std::vector<std::string> all_names(const FileChannels& channels) {
-    std::vector<std::string> names;
-    for (const auto& part : channels.parts)
-        names.insert(names.end(), part.channels.begin(), part.channels.end());
-    return names;
+Result<ProfileMatch> match_file(const SourceSettings& settings, const io::ExrFile& file) {
+    const FileChannels channels = channels_of_file(file);
+    return settings.profile
+               ? match_profile(*settings.profile, channels, settings.layer, settings.view)
+               : detect_profile(builtin_profiles(), channels, settings.layer, settings.view);
 }
 
-// The channels of a file that holds one plane only: by the profile's names, else by their number.
-Result<RoleChannels> find_in_own_file(const Profile& profile, const FileChannels& file, Role role,
-                                      const SourceSettings& settings) {
-    auto found = match_role(profile, file, role, settings.layer, settings.view);
-    if (found.ok()) return found;
-    const size_t needed = size_t(postchain::channels_of(role));
-    static const std::vector<std::vector<std::string>> plain = {{"Z"},      {"Y"},      {"R"},
-                                                                {"R", "G"}, {"X", "Y"}, {"U", "V"}};
-    for (size_t part = 0; part < file.parts.size(); ++part) {
-        const auto& names = file.parts[part].channels;
+// The channels of a file that holds one plane alone and names them after no profile: a single
+// channel is the depth, the usual pairs are the motion.
+std::optional<RoleChannels> plain_channels(const io::ExrFile& file, Role role) {
+    static const std::vector<std::vector<std::string>> known = {
+        {"Z"}, {"Y"}, {"R"}, {"R", "G"}, {"X", "Y"}, {"U", "V"}, {"u", "v"}};
+    const size_t needed = size_t(channels_of(role));
+    const FileChannels channels = channels_of_file(file);
+    for (size_t part = 0; part < channels.parts.size(); ++part) {
+        const auto& names = channels.parts[part].channels;
         if (names.size() == needed && needed == 1) return RoleChannels{int(part), names};
-        for (const auto& candidate : plain) {
-            if (candidate.size() != needed) continue;
-            bool all = true;
+        for (const auto& candidate : known) {
+            bool all = candidate.size() == needed;
             for (const auto& name : candidate)
                 all = all && std::find(names.begin(), names.end(), name) != names.end();
             if (all) return RoleChannels{int(part), candidate};
         }
     }
-    return found.status();
+    return std::nullopt;
+}
+
+// Depth or motion in a file of its own: joins what it says to the match of color's file.
+Status add_own_file(const SourceSettings& settings, const io::ExrFile& file, Role role,
+                    ProfileMatch& match) {
+    auto own = match_file(settings, file);
+    if (own.ok() && own->roles.count(role)) {
+        match.roles[role] = own->roles.at(role);
+        if (role == Role::inverse_depth) match.options.depth = own->options.depth;
+        if (role == Role::motion) match.options.motion = own->options.motion;
+        if (role == Role::motion_back) match.options.motion_back = own->options.motion_back;
+    } else if (auto plain = plain_channels(file, role)) {
+        match.roles[role] = *plain;
+    } else {
+        std::string found;
+        for (const auto& part : file.parts())
+            for (const auto& channel : part.channels) found += " " + channel.name;
+        return Status(StatusCode::input,
+                      concat(file.path(), ": no ", name_of(role), " channels found among", found));
+    }
+    match.missing.erase(role);
+    return Status();
 }
 
 }  // namespace
@@ -64,30 +85,21 @@ Result<FrameHeader> open_source_frame(const SourceSettings& settings,
     FrameHeader header;
     header.files = std::move(*opened);
     const io::ExrFile& color_file = header.files.color_file();
-    const FileChannels channels = channels_of_file(color_file);
-    auto match = settings.profile
-                     ? match_profile(*settings.profile, channels, settings.layer, settings.view)
-                     : detect_profile(builtin_profiles(), channels, settings.layer, settings.view);
-    if (!match.ok()) {
+    auto match = match_file(settings, color_file);
+    if (!match.ok() || !match->roles.count(Role::color)) {
         if (Status why = color_file.explain_no_color(); !why.ok()) return why;
-        return match.status().at(color_file.path());
+        if (!match.ok()) return match.status().at(color_file.path());
+        return Status(StatusCode::input, concat(color_file.path(), ": no color; looked for ",
+                                                match->missing[Role::color], "\n", match->text()));
     }
     header.match = std::move(*match);
-    for (const auto& [role, where] : header.match.roles) {
-        if (header.files.files.count(role) && role != Role::color) continue;  // has its own file
-        header.assignment[role] = {where.part, where.channels};
-    }
-    Result<Profile> profile =
-        settings.profile ? Result<Profile>(*settings.profile) : find_profile(header.match.profile);
-    if (!profile.ok()) return profile.status();
     for (const auto& [role, file] : header.files.files) {
         if (role == Role::color) continue;
-        auto found = find_in_own_file(*profile, channels_of_file(*file), role, settings);
-        if (!found.ok()) return found.status().at(file->path());
-        header.assignment[role] = {found->part, found->channels};
-        header.match.roles[role] = *found;
-        header.match.missing.erase(role);
+        if (Status status = add_own_file(settings, *file, role, header.match); !status.ok())
+            return status;
     }
+    for (const auto& [role, where] : header.match.roles)
+        header.assignment[role] = {where.part, where.channels};
 
     const auto& part = color_file.parts()[size_t(header.assignment.at(Role::color).part)];
     const Display display{part.display_window.width(), part.display_window.height(),

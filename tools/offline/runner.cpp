@@ -91,7 +91,7 @@ bool same_work_done(const Task& task, const std::string& work, bool sidecar) {
     if (!existing.ok()) return false;
     for (const auto& part : existing->parts()) {
         const auto found = part.attributes.find("postchain");
-        if (part.complete && found != part.attributes.end() && found->second == work) return true;
+        if (found != part.attributes.end() && found->second == work) return true;
     }
     return false;
 }

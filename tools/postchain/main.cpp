@@ -17,6 +17,14 @@ int fail(const Status& status) {
 
 namespace {
 
+// "generated scene: wheels (...), poles (...)"
+std::string scene_names() {
+    std::string text;
+    for (const auto& scene : scenes::scenes())
+        text += (text.empty() ? "" : "; ") + scene.name + ": " + scene.help;
+    return text;
+}
+
 int command(int argc, char** argv) {
     Options options;
     SceneOptions scene;
@@ -60,7 +68,7 @@ int command(int argc, char** argv) {
 
     CLI::App* scene_app =
         app.add_subcommand("scene", "render a generated sequence, with its truth if asked for");
-    scene_app->add_option("NAME", scene.name, scenes::names_text())->required();
+    scene_app->add_option("NAME", scene.name, scene_names())->required();
     scene_app->add_option("-o,--output", scene.folder, "folder; made if it is not there")
         ->type_name("DIR")
         ->required();

@@ -201,7 +201,7 @@ int threads_of(const Options& options) {
     return std::max(1, int(std::thread::hardware_concurrency()));
 }
 
-Result<std::unique_ptr<gl::Context>> context_of(const Options& options) {
+Result<gl::ContextOptions> context_options_of(const Options& options) {
     gl::ContextOptions context;
     if (options.device == "software") {
         context.device = gl::ContextOptions::kSoftware;
@@ -216,7 +216,13 @@ Result<std::unique_ptr<gl::Context>> context_of(const Options& options) {
     // llvmpipe reads its number of threads from here, once, when the context is made.
     if (options.threads > 0) setenv("LP_NUM_THREADS", std::to_string(options.threads).c_str(), 1);
     io::set_exr_threads(threads_of(options));
-    return gl::Context::create(context);
+    return context;
+}
+
+Result<std::unique_ptr<gl::Context>> context_of(const Options& options) {
+    auto context = context_options_of(options);
+    if (!context.ok()) return context.status();
+    return gl::Context::create(*context);
 }
 
 std::string renderer_text(const gl::Context& context) {

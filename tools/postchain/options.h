@@ -55,7 +55,8 @@ Result<PlanOptions> plan_options_of(const Options& options);
 // Everything but `output` and the writing policies.
 Result<offline::RunSettings> input_settings_of(const Options& options);
 Result<offline::RunSettings> run_settings_of(const Options& options);
-// Applies --threads, then makes the context.
+// Applies --threads to OpenEXR and to the software renderer, and reads --device.
+Result<gl::ContextOptions> context_options_of(const Options& options);
 Result<std::unique_ptr<gl::Context>> context_of(const Options& options);
 int threads_of(const Options& options);
 

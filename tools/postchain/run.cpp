@@ -1,32 +1,15 @@
 // postchain run: the runner with messages, progress and signals around it.
-#include <unistd.h>
-
-#include <atomic>
-#include <csignal>
 #include <cstdio>
 #include <filesystem>
 
-#include "tools/io/atomic_file.h"
 #include "tools/offline/sidecar.h"
 #include "tools/postchain/exit_code.h"
 #include "tools/postchain/log.h"
+#include "tools/postchain/stop_on_signal.h"
 #include "tools/postchain/verbs.h"
 
 namespace postchain {
 namespace {
-
-std::atomic<bool> g_stop = false;
-std::atomic<int> g_signal = 0;
-
-// The first signal ends the run after the frame under way; the second at once. Either way no
-// temporary file stays behind.
-void on_signal(int number) {
-    if (g_stop.exchange(true)) {
-        io::remove_live_temporaries();
-        _exit(kExitSignal + number);
-    }
-    g_signal = number;
-}
 
 std::string seconds_text(double seconds) {
     const long s = long(seconds + 0.5);
@@ -73,7 +56,6 @@ void say(const offline::FrameReport& report, const offline::RunProgress& progres
 }
 
 int code_of(const offline::RunSummary& summary) {
-    if (g_signal) return kExitSignal + g_signal;
     const size_t bad = summary.failed + summary.missing;
     if (bad == 0) return summary.held > 0 ? kExitSomeFailed : kExitOk;
     const size_t good = summary.written + summary.skipped + summary.held;
@@ -95,20 +77,15 @@ int run_verb(const Options& options) {
     if (!context.ok()) return fail(context.status());
     const std::string renderer = renderer_text(**context);
     log::detail("renderer: " + renderer);
-    struct sigaction action = {};
-    action.sa_handler = on_signal;
-    sigaction(SIGINT, &action, nullptr);
-    sigaction(SIGTERM, &action, nullptr);
-
+    const StopOnSignal stop;
     Executor executor(**context);
     auto summary = offline::run_sequence(
         chain->chain, *settings, executor, renderer,
         [&](const offline::FrameReport& report, const offline::RunProgress& progress) {
             say(report, progress, options.json);
         },
-        &g_stop);
+        &stop.flag());
     log::progress("");
-    if (g_signal) io::remove_live_temporaries();
     if (!summary.ok()) return fail(summary.status());
     std::string text = concat(summary->written, " written");
     const auto count = [&](size_t frames, const char* what) {
@@ -120,7 +97,7 @@ int run_verb(const Options& options) {
     count(summary->failed, "failed");
     log::info(
         concat(text, " of ", summary->total, " frames in ", seconds_text(summary->elapsed_s)));
-    return code_of(*summary);
+    return stop.asked() ? stop.exit_code() : code_of(*summary);
 }
 
 }  // namespace postchain

@@ -1,0 +1,26 @@
+#!/usr/bin/env bash
+# Installs what building, testing and the demo need, on Debian bookworm. Does nothing when all is
+# there. Usage: tools/install_packages.sh
+set -euo pipefail
+
+packages=(
+    g++ cmake ninja-build pkg-config clang-format
+    libepoxy-dev libegl-dev libegl-mesa0 libgl1-mesa-dri libglm-dev
+    libopenexr-dev libopenimageio-dev openimageio-tools
+    libyaml-cpp-dev nlohmann-json3-dev libcli11-dev libspdlog-dev libfmt-dev
+    libgtest-dev libgmock-dev libbenchmark-dev
+)
+missing=()
+for package in "${packages[@]}"; do
+    status=$(dpkg-query -W -f '${Status}' "$package" 2>/dev/null || true)
+    [[ $status == "install ok installed" ]] || missing+=("$package")
+done
+((${#missing[@]} == 0)) && exit 0
+echo "installing: ${missing[*]}"
+as_root=()
+if [[ $(id -u) != 0 ]]; then
+    as_root=(sudo)
+fi
+export DEBIAN_FRONTEND=noninteractive
+"${as_root[@]}" apt-get update -q
+"${as_root[@]}" apt-get install -q -y --no-install-recommends "${missing[@]}"

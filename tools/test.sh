@@ -1,0 +1,30 @@
+#!/usr/bin/env bash
+# Installs, builds and runs every test but the sanitizer build; --full adds that and the core
+# preset (chain and passes alone). Usage: tools/test.sh [--full]
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+full=false
+case ${1:-} in
+    "") ;;
+    --full) full=true ;;
+    *)
+        echo "usage: tools/test.sh [--full]" >&2
+        exit 2
+        ;;
+esac
+
+tools/install_packages.sh
+
+build_and_test() {
+    echo "== preset $1"
+    cmake --preset "$1"
+    cmake --build --preset "$1" -j "$(nproc)"
+    ctest --preset "$1" --no-tests=error
+}
+
+build_and_test release
+if $full; then
+    build_and_test core
+    build_and_test debug
+fi

@@ -5,8 +5,8 @@
 //
 // N is up on the screen (row y - 1). Every comparison that a tie can decide is computed in fp32
 // in the paper's order of operations; `precise` forbids fusing and reordering.
-// Deviations: the lumas along the edge are means of two or four texels fetched one by one instead
-// of one bilinear fetch (the same numbers, without a coordinate that rounds); a pixel without any
+// Deviations: the lumas along the edge are means of two or four gathered texels instead of one
+// bilinear fetch (the same numbers, without a filter weight that rounds); a pixel without any
 // range leaves also when both thresholds are 0; blend.glsl; the hint (docs/fxaa.md).
 //
 // HINT 0: none. 1: checkerboard. 2: threshold.
@@ -37,17 +37,15 @@ vec4 color_at(ivec2 p) {
     return texelFetch(color_plane, inside(p), 0);
 }
 
-// Mean luma across the edge between the lines of p and q, `halves` half texels along it.
+// Mean luma across the edge between the lines of p and q, `halves` half texels along it. The
+// gather point is the corner between four texels, half a texel from where rounding could matter.
 float line_luma(ivec2 p, ivec2 q, ivec2 along, int halves) {
-    const ivec2 here = along * (halves >> 1);
-    precise float mean = 0.5 * (luma_at(p + here) + luma_at(q + here));
-    if ((halves & 1) != 0) {
-        const ivec2 there = here + along;
-        precise float next = 0.5 * (luma_at(p + there) + luma_at(q + there));
-        precise float both = 0.5 * (mean + next);
-        return both;
-    }
-    return mean;
+    const ivec2 corner = min(p, q) + along * (halves >> 1);
+    const vec4 four = textureGather(luma_plane, (vec2(corner) + 1.0) / vec2(block.size));
+    precise float here = 0.5 * (four.w + (along.x != 0 ? four.x : four.z));
+    precise float next = 0.5 * (four.y + (along.x != 0 ? four.z : four.x));
+    precise float both = 0.5 * (here + next);
+    return (halves & 1) != 0 ? both : here;
 }
 
 // Where the walk in one direction (`sense` 1 or -1) ends: distance in half texels, and the last

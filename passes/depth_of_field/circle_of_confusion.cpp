@@ -82,8 +82,8 @@ Status resolve_planes(const Parameters& p, const FrameDescription& frame, Circle
     coc.near_span = p.near_sharp - p.near_blurry;
     coc.far_sharp = p.far_sharp;
     coc.far_span = p.far_blurry - p.far_sharp;
-    coc.near_radius_px = std::min(p.max_near_fraction * frame.display_width, coc.max_radius_px);
-    coc.far_radius_px = std::min(p.max_far_fraction * frame.display_width, coc.max_radius_px);
+    coc.near_radius_px = p.max_near_fraction * frame.display_width;
+    coc.far_radius_px = p.max_far_fraction * frame.display_width;
     return Status();
 }
 

@@ -24,9 +24,8 @@ vec4 fetch_low(ivec2 p) {
 #if FACTOR == 1
     return texelFetch(low, p, 0);
 #else
-    vec2 position = (vec2(p) + 0.5) / float(FACTOR) - 0.5;
-    position = clamp(position, vec2(0.0), vec2(block.low_size - 1));
-    ivec2 a = ivec2(position);
+    vec2 position = max((vec2(p) + 0.5) / float(FACTOR) - 0.5, 0.0);
+    ivec2 a = ivec2(position);  // at most low_size - 1; beyond the last centre a = b
     ivec2 b = min(a + 1, block.low_size - 1);
     vec2 t = position - vec2(a);
     vec4 top = between(texelFetch(low, a, 0), texelFetch(low, ivec2(b.x, a.y), 0), t.x);

@@ -84,6 +84,14 @@ TEST(circle_of_confusion, width_is_the_display_width) {
     EXPECT_NEAR(diameter(overscan, true, 10), 4.8100 / 2, 5e-5);
 }
 
+// An infinite f-stop: no depth, not even d = 0, leaves focus.
+TEST(circle_of_confusion, pinhole) {
+    FrameDescription frame = frame_1920(50, INFINITY, 5);
+    const CircleOfConfusion coc = *circle_of_confusion({}, frame);
+    for (const double w : {0.0, 0.1, 1e30, double(INFINITY)}) EXPECT_EQ(coc.radius_px(w), 0);
+    EXPECT_EQ(coc.largest_radius_px(0, INFINITY), 0);
+}
+
 TEST(circle_of_confusion, own_values_beat_the_camera) {
     const FrameDescription frame = frame_1920(24, 8, 3);
     Parameters own;
@@ -157,6 +165,20 @@ TEST(coc_stage, planes_by_hand) {
                          {"far_sharp", 5.0},
                          {"far_blurry", 9.0}}),
                  {-9.6, -9.6, -4.8, 0, 0, 0, 1.6, 3.2, 3.2, 3.2});
+}
+
+// |R| is clamped after the ramp, whose slope stays: radii 0.06 * 640 = 38.4, limit 12: d = 2.75,
+// an eighth: -4.8; d = 2.5, a quarter: -9.6; d = 2: -19.2, clamped to -12; d = 5.5: 4.8; sky: 12.
+TEST(coc_stage, planes_clamped_after_the_ramp) {
+    expect_radii(coc_of({0.5f, 0.4f, 1 / 2.75f, 1 / 5.5f, 0}, {{"coc", "planes"s},
+                                                               {"near_blurry", 1.0},
+                                                               {"near_sharp", 3.0},
+                                                               {"far_sharp", 5.0},
+                                                               {"far_blurry", 9.0},
+                                                               {"max_near_fraction", 0.06},
+                                                               {"max_far_fraction", 0.06},
+                                                               {"max_radius_px", 12.0}}),
+                 {-12, -9.6, -4.8, 4.8, 12});
 }
 
 // R = 10 clamp((d - 4)/2, -1, 1): d = 1 and 2: -10; 3: -5; 4: 0; 5: 5; 8 and sky: 10. The focus

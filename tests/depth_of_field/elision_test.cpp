@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -91,40 +92,43 @@ TEST(left_out, not_when_one_pixel_blurs) {
     EXPECT_EQ(plan_of(chain_of("depth_of_field"), planes).steps.size(), 5u);
 }
 
-// The decision is made in double precision and the GPU works in fp32: walking the largest radius
-// through 0.5 px in steps from a few fp32 roundings, whatever is left out is exact when run.
+// The decision is made in double precision and the GPU works in fp32. Inverse depths are walked
+// through the one with a radius of 0.5 px, from neighbouring floats to 1e-4 away, for lenses and
+// planes without round numbers: whatever is left out is exact when run.
 TEST(left_out, never_wrongly_at_the_threshold) {
     int left = 0, kept = 0;
+    PlanOptions whole;
+    whole.elide = false;
     for (const char* coc : {"lens", "planes", "range"})
-        for (int i = -30; i <= 30; ++i) {
-            const double nudge = 1 + i * std::abs(i) * 2e-7;
-            // lens: R = 32 (1/4 - w). planes: R = 3.2 (d - 5)/4. range: R = 19.2 (d - 4)/10.
-            const double w = coc == "lens"s     ? 0.25 - 0.5 / 32 * nudge
-                             : coc == "planes"s ? 1 / (5 + 4 * 0.5 / 3.2 * nudge)
-                                                : 1 / (4 + 10 * 0.5 / 19.2 * nudge);
-            const FramePlanes planes = focused_planes(float(w));
+        for (int k = 0; k < 24; ++k) {
+            const double s = 1.5 + 0.371 * k;
+            // lens: R = 32 (1/s - w). planes: R = 3.2 (d - s)/4. range: R = 19.2 (d - s)/10.
+            const double threshold = coc == "lens"s     ? 1 / s - 0.5 / 32
+                                     : coc == "planes"s ? 1 / (s + 4 * 0.5 / 3.2)
+                                                        : 1 / (s + 10 * 0.5 / 19.2);
             const Chain chain = chain_of("depth_of_field", {{"coc", std::string(coc)},
-                                                            {"near_blurry", 1.0},
-                                                            {"near_sharp", 3.0},
-                                                            {"far_sharp", 5.0},
-                                                            {"far_blurry", 9.0},
+                                                            {"focus_distance", s},
+                                                            {"near_blurry", 0.2},
+                                                            {"near_sharp", 0.3},
+                                                            {"far_sharp", s},
+                                                            {"far_blurry", s + 4},
                                                             {"range", 10.0}});
-            if (plan_of(chain, planes).steps.empty()) {
+            for (const int ulps : {-1000, -100, -3, -2, -1, 0, 1, 2, 3, 100, 1000}) {
+                const float w = std::bit_cast<float>(std::bit_cast<int>(float(threshold)) + ulps);
+                const FramePlanes planes = flat_planes(constant_image(2, 2, {1, 2, 3, 1}), w);
+                if (!plan_of(chain, planes).steps.empty()) {
+                    ++kept;
+                    continue;
+                }
                 ++left;
-                const ImageF coc_stage = filter_with_stages(chain, describe_round(planes), planes,
-                                                            [] {
-                                                                PlanOptions whole;
-                                                                whole.elide = false;
-                                                                return whole;
-                                                            }())
-                                             .stages.at(stage("coc"));
-                EXPECT_LE(std::abs(coc_stage.at(0, 0)), 0.5f) << coc << " step " << i;
-            } else {
-                ++kept;
+                const Stages stages =
+                    filter_with_stages(chain, describe_round(planes), planes, whole);
+                EXPECT_LE(std::abs(stages.stages.at(stage("coc")).at(0, 0)), 0.5f)
+                    << coc << " s = " << s << ", " << ulps << " ulps";
             }
         }
-    EXPECT_GT(left, 30);
-    EXPECT_GT(kept, 30);
+    EXPECT_GT(left, 100);
+    EXPECT_GT(kept, 300);
 }
 
 // A hint passes through unchanged only where |R| is 0: the pass stays while somebody reads it.

@@ -101,14 +101,15 @@ TEST(every_stage_too, half_storage_stays_within_its_rounding) {
     const Stages gpu = filter_with_stages(chain, frame, planes, half);
     const ReferenceFrame wanted = reference(chain, frame, planes, half);
     for (const auto& [name, expected] : wanted.stages) {
-        const double bound = name == stage("coc") ? 0.008 : 0.008;
+        const double bound = 0.008;
         const Difference difference = compare(gpu.stages.at(name), expected, bound);
         EXPECT_LE(difference.max, bound) << name << ": " << difference.text;
         EXPECT_GT(difference.max, 1e-6) << name << " is not stored as half";
     }
 }
 
-// Half holds 65504: what is larger saturates and stays a finite highlight.
+// Half holds 65504: what is larger saturates and stays a finite highlight. (Where a driver rounds
+// towards zero, as llvmpipe does, the store alone would do it.)
 TEST(every_stage_too, half_storage_stays_finite) {
     FramePlanes planes = deep_planes(40, 30);
     planes[Role::color].at(11, 9, 0) = 1e10f;

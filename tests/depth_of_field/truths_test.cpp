@@ -115,7 +115,8 @@ TEST(truths, width_not_a_multiple_of_the_box) {
 TEST(truths, nan_and_infinity_stay_where_they_are) {
     FramePlanes planes = flat_planes(noise_image(37, 29, 4, 9), 0);
     for (int x = 20; x < 37; ++x)
-        for (int y = 0; y < 29; ++y) planes[Role::inverse_depth].at(x, y) = 0.25f;  // in focus
+        for (int y = 0; y < 29; ++y)
+            planes[Role::inverse_depth].at(x, y) = 0.235f;  // R = 0.48, sharp
     planes[Role::color].at(5, 5, 0) = kNan;
     planes[Role::color].at(6, 5, 1) = kInfinity;
     planes[Role::color].at(30, 20, 2) = -kInfinity;

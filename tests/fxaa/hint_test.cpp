@@ -99,7 +99,9 @@ TEST(Checkerboard, AtTheBorderOfAnAreaTheShortCutKeepsToTheGate) {
             const int outside = std::max({from - x, x - (to - 1), from - y, y - (to - 1)});
             // Inside, one pixel or more from the border: equal. (The search is cut off by a mean
             // that differs from 0.5 by less than 1/4: outside, this picture is near 0.5.)
-            if (outside <= -1) EXPECT_LT(d, 1e-6) << x << "," << y;
+            if (outside <= -1) {
+                EXPECT_LT(d, 1e-6) << x << "," << y;
+            }
             // Two pixels outside: untouched in both.
             if (outside >= 2) {
                 EXPECT_EQ(short_cut.at(x, y), color.at(x, y));

@@ -77,7 +77,9 @@ TEST(Truth, PixelsBelowTheThresholdKeepEveryBitBesideEdges) {
     for (int y = 0; y < 24; ++y) {
         for (int x = 0; x < 40; ++x) {
             const bool same = std::equal(out.pixel(x, y), out.pixel(x, y) + 4, image.pixel(x, y));
-            if (y != 11 && y != 12) EXPECT_TRUE(same) << x << "," << y;
+            if (y != 11 && y != 12) {
+                EXPECT_TRUE(same) << x << "," << y;
+            }
             moved += !same;
         }
     }
@@ -138,7 +140,9 @@ TEST(Truth, NonFiniteTexelsNeitherSpreadNorVanish) {
                                         : image.at(x, y, c) == out.at(x, y, c);
                         }
                         EXPECT_EQ(before, after) << blend << " " << hint << " " << x << "," << y;
-                        if (!before) EXPECT_TRUE(same) << "a non-finite texel stays as it is";
+                        if (!before) {
+                            EXPECT_TRUE(same) << "a non-finite texel stays as it is";
+                        }
                         other += before && !same;
                     }
                 }

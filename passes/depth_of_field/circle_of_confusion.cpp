@@ -10,6 +10,9 @@ namespace {
 // and at most four operations, each 2^-24; doubled.
 constexpr double kGpuRelativeError = 10.0 / 16777216.0;
 
+// fp32 must hold the gain; |R| reaches max_radius_px long before it matters.
+constexpr double kMaxGain = 1e30;
+
 // One value of the lens: the pass's own or the camera's, > 0, or the reason why not.
 Result<double> lens_value(const char* key, const char* unit, const std::optional<double>& own,
                           const std::optional<double>& camera) {
@@ -67,6 +70,7 @@ Status resolve_lens(const Parameters& p, const FrameDescription& frame, CircleOf
     coc.lens = true;
     coc.gain_px = 0.5 * f_px * (f / *f_stop);
     if (p.breathing) coc.gain_px /= 1 - f / s;
+    coc.gain_px = std::min(coc.gain_px, kMaxGain);
     coc.focus_inverse = 1 / s;
     return Status();
 }

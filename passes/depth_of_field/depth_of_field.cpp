@@ -8,6 +8,7 @@
 namespace postchain::depth_of_field {
 namespace {
 
+constexpr double kMaxDistance = 1e30;   // scene units; fp32 holds it and its inverse
 constexpr double kSharpRadiusPx = 0.5;  // up to here a pixel returns its colour bit for bit
 
 const ParameterTable& table() {
@@ -33,6 +34,7 @@ const ParameterTable& table() {
                      .unset_means = "the camera's"})
             .number("focus_distance", &Parameters::focus_distance,
                     {.min = 0,
+                     .max = kMaxDistance,
                      .min_excluded = true,
                      .unit = "scene units",
                      .help = "coc: lens; distance of the plane in focus, beyond the focal length",
@@ -47,18 +49,22 @@ const ParameterTable& table() {
                      {.help = "coc: lens; refocus as a thin lens does: radii times s/(s - f)"})
             .number("near_blurry", &Parameters::near_blurry,
                     {.min = 0,
+                     .max = kMaxDistance,
                      .unit = "scene units",
                      .help = "coc: planes; at this distance and nearer the near blur is largest"})
             .number("near_sharp", &Parameters::near_sharp,
                     {.min = 0,
+                     .max = kMaxDistance,
                      .unit = "scene units",
                      .help = "coc: planes; the near blur begins nearer than this distance"})
             .number("far_sharp", &Parameters::far_sharp,
                     {.min = 0,
+                     .max = kMaxDistance,
                      .unit = "scene units",
                      .help = "coc: planes; the far blur begins beyond this distance"})
             .number("far_blurry", &Parameters::far_blurry,
                     {.min = 0,
+                     .max = kMaxDistance,
                      .unit = "scene units",
                      .help = "coc: planes; at this distance and beyond the far blur is largest"})
             .number("max_near_fraction", &Parameters::max_near_fraction,
@@ -73,12 +79,14 @@ const ParameterTable& table() {
                      .help = "coc: planes; largest far radius"})
             .number("focus", &Parameters::focus,
                     {.min = 0,
+                     .max = kMaxDistance,
                      .min_excluded = true,
                      .unit = "scene units",
                      .help = "coc: range; distance of the plane in focus",
                      .unset_means = "focus_distance, the pass's or the camera's"})
             .number("range", &Parameters::range,
                     {.min = 0,
+                     .max = kMaxDistance,
                      .min_excluded = true,
                      .unit = "scene units",
                      .help = "coc: range; distance from the focus at which the radius is "

@@ -28,7 +28,7 @@ namespace {
 using shared::DepthOfFieldBlock;
 using shared::DepthOfFieldBlurBlock;
 
-constexpr double kMaxGain = 1e30;  // fp32 must hold gain (1/s - w); |R| is clamped long before
+constexpr double kMaxFactor = 1e30;  // fp32 must hold it; |R| is clamped long before
 
 double blur_sigma_px(const Parameters& parameters, const FrameDescription& frame) {
     return parameters.blur_sigma_px.value_or(0.5 * max_radius_px(parameters, frame));
@@ -39,12 +39,12 @@ DepthOfFieldBlock block_of(const CircleOfConfusion& coc, const GilhamSizes& size
     DepthOfFieldBlock block{};
     block.size = {frame.width, frame.height};
     block.low_size = {sizes.low_width, sizes.low_height};
-    block.gain_px = float(std::min(coc.gain_px, kMaxGain));
-    block.focus_inverse = float(std::min(coc.focus_inverse, kMaxGain));
+    block.gain_px = float(coc.gain_px);
+    block.focus_inverse = float(std::min(coc.focus_inverse, kMaxFactor));
     block.near_sharp = float(coc.near_sharp);
-    block.near_inverse_span = float(1 / coc.near_span);
+    block.near_inverse_span = float(std::min(1 / coc.near_span, kMaxFactor));
     block.far_sharp = float(coc.far_sharp);
-    block.far_inverse_span = float(1 / coc.far_span);
+    block.far_inverse_span = float(std::min(1 / coc.far_span, kMaxFactor));
     block.near_radius_px = float(coc.near_radius_px);
     block.far_radius_px = float(coc.far_radius_px);
     block.max_radius_px = float(coc.max_radius_px);

@@ -200,6 +200,16 @@ TEST(coc_stage, range_by_hand) {
         {-10, -5, 10});
 }
 
+// The ends of the ranges, where fp32 could meet 0 times infinity: the plane in focus stays at 0.
+TEST(coc_stage, extreme_parameters) {
+    expect_radii(coc_of({0, 0.25f, 0.5f}, {{"f_stop", 1e-300}}), {19.2, 0, -19.2});
+    expect_radii(coc_of({0, 0.25f, 0.5f}, {{"sensor_width_mm", 1e-300}}), {19.2, 0, -19.2});
+    expect_radii(coc_of({0, 0.25f, 0.5f}, {{"coc", "range"s}, {"range", 1e-300}}),
+                 {19.2, 0, -19.2});
+    expect_radii(coc_of({0, 0.25f, 0.5f}, {{"coc", "range"s}, {"focus", 1e30}, {"range", 1e30}}),
+                 {19.2, -19.2, -19.2});
+}
+
 // NaN and negative inverse depths, which a host might hand over, count as sky.
 TEST(coc_stage, bad_depth_is_sky) {
     for (const char* source : {"lens", "planes", "range"}) {

@@ -1,7 +1,7 @@
 #include "config/camera_file.h"
 
 #include <algorithm>
-#include <charconv>
+#include <cstdlib>
 #include <limits>
 
 #include "config/reporter.h"
@@ -12,6 +12,16 @@ namespace {
 
 // A matrix for each of some ten thousand frames still fits.
 constexpr TextLimits kCameraLimits = {size_t(64) << 20, 32};
+
+// Letters that one word has and the other has not: 0 for two letters swapped.
+size_t letters_apart(const std::string& a, const std::string& b) {
+    std::array<int, 256> count = {};
+    for (unsigned char c : a) ++count[c];
+    for (unsigned char c : b) --count[c];
+    size_t apart = 0;
+    for (int n : count) apart += size_t(std::abs(n));
+    return apart;
+}
 
 const std::vector<std::string> kFitNames = {"horizontal", "vertical", "auto"};
 
@@ -140,9 +150,7 @@ class CameraParser {
         std::vector<std::string> known = {"resolution", "fps", "frames", "sensor_fit"};
         for (const auto& row : camera_parameters().rows()) known.push_back(row.key);
         const std::string near = nearest_word(key.text, known);
-        const size_t shorter = std::min(key.text.size(), near.size());
-        const size_t longer = std::max(key.text.size(), near.size());
-        if (!near.empty() && longer - shorter <= 2 && near[0] == key.text[0])
+        if (!near.empty() && letters_apart(key.text, near) <= 2)
             return reporter_.warning(
                 key, path,
                 "ignored: unknown key '" + key.text + "' (did you mean '" + near + "'?)");

@@ -292,7 +292,8 @@ Result<ProfileMatch> detect_profile(const std::vector<Profile>& profiles, const 
 std::string ProfileMatch::text() const {
     std::string text = concat("profile ", profile, detected ? " (detected: " : " (", why, ")\n");
     if (!layers.empty() && !(layers.size() == 1 && layers[0].empty()))
-        text += "layer " + shown(layer) + " of " + shown(layers) + "\n";
+        text += "layer " + shown(layer) +
+                (layers.size() > 1 ? " of " + shown(layers) : std::string()) + "\n";
     if (!views.empty()) text += "view " + view + " of " + joined(views) + "\n";
     for (const auto& [role, found] : roles) {
         text += concat(name_of(role), ": ", joined(found.channels));

@@ -101,6 +101,13 @@ TEST(CameraFile, WarnsOfAMisspeltKey) {
                             "'focal_lenght_mm' (did you mean 'focal_length_mm'?)"));
 }
 
+TEST(CameraFile, TakesOtherProgramsKeysForWhatTheyAre) {
+    for (const char* key :
+         {"shutter_position", "aperture_blades", "scene", "z", "fov", "near_plane"})
+        EXPECT_THAT(messages_of(concat("{\"", key, "\": 1}")),
+                    ElementsAre(concat("camera.json:1:2: note: ignored keys: ", key)));
+}
+
 TEST(CameraFile, PlacesBadValues) {
     EXPECT_THAT(
         messages_of("{\"f_stop\": 0,\n \"focus_distance\": \"4\", \"fps\": 0}"),

@@ -216,7 +216,7 @@ class Reference {
         return sum;
     }
 
-    // v_max at a pixel: the tile chosen with jitter, v_c where that tile is slower.
+    // v_max at a pixel, of the tile chosen with jitter.
     Vec dominant_at(int x, int y) const {
         int i = x / edge_, j = y / edge_;
         if (jitters_tiles(p_)) {
@@ -231,15 +231,14 @@ class Reference {
                     ni += 2 * lx < edge_ ? -1 : 1;
                 else
                     nj += 2 * ly < edge_ ? -1 : 1;
-                if (in_grid(ni, nj) && (ni != i || nj != j)) {
-                    const Tile& across = neighbors_[size_t(nj * columns_ + ni)];
-                    const Vec own = velocity_[index(x, y)];
-                    // A clamped vector has length r exactly: nothing is longer.
-                    const bool clamped = across.squared >= double(edge_) * edge_;
-                    return !clamped && length(across.v) < length(own) ? own : across.v;
+                if (in_grid(ni, nj)) {
+                    i = ni;
+                    j = nj;
                 }
             }
         }
+        // "If |v_max| < |v_c|, use v_c" cannot happen: the tile across a border takes the longest
+        // vector of a neighbourhood that has the pixel's own tile on its axis.
         return neighbors_[size_t(j * columns_ + i)].v;
     }
 

@@ -93,17 +93,9 @@ void main() {
 #else
     const ivec2 tile = own_tile;
 #endif
-    const vec3 dominant = texelFetch(neighbor_max, tile, 0).xyz;
-    vec2 v_max = dominant.xy;
-    const vec2 v_c = velocity_at(p);
-    const float v_c_squared = dot(v_c, v_c);
-#if TILE_JITTER
-    // |v_max| < |v_c| is possible only in another tile, and only where v_max was not clamped: both
-    // are known without comparing two lengths that rounding could swap.
-    if (tile != own_tile && dominant.z < float(block.tile_px * block.tile_px) &&
-        dot(v_max, v_max) < v_c_squared)
-        v_max = v_c;
-#endif
+    // Never slower than v_c: every tile that can be chosen has this pixel's own among those whose
+    // vectors it takes the longest of.
+    const vec2 v_max = texelFetch(neighbor_max, tile, 0).xy;
     const float reach = length(v_max);
     if (reach <= block.still_limit_px) {
         imageStore(blurred, p, color_p);
@@ -113,6 +105,8 @@ void main() {
         return;
     }
 
+    const vec2 v_c = velocity_at(p);
+    const float v_c_squared = dot(v_c, v_c);
     const float inverse_c = inverse_length(v_c_squared);
     const float inverse_rho_c = min(inverse_c, 1.0 / kShortestPx);
     const vec2 w_max = v_max / reach;

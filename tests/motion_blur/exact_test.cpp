@@ -18,6 +18,7 @@ const std::vector<Values>& many_settings() {
         {{"max_blur_px", int64_t(7)}, {"depth_softness", 20.0}},
         {{"static_direction", "dominant"}, {"velocity_storage", "unorm8"}},
         {{"center_weight", 10000.0}, {"samples", int64_t(1)}},
+        {{"min_speed_px", 0.0}},
     };
     return settings;
 }

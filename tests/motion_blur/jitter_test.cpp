@@ -30,7 +30,7 @@ TEST(TileJitter, ByHand) {
     // but there is no tile above: stays.
     EXPECT_EQ(hint.at(6, 0, 0), 0);
     // (8, 1): local x 0.125, left neighbour with probability 0.4375. Index 1000010b, mirrored
-    // 0.0100001b = 0.2578: takes tile 1, which rests; v_c = 0 is no faster: still.
+    // 0.0100001b = 0.2578: takes tile 1, which rests.
     EXPECT_EQ(hint.at(8, 1, 0), 0);
     // (9, 1): odd x: stays in its moving tile. (12, 1): index 01011 0010b ... its left neighbour is
     // tile 2, which moves as well.
@@ -38,7 +38,8 @@ TEST(TileJitter, ByHand) {
     EXPECT_EQ(hint.at(12, 1, 0), 1);
 }
 
-// Where the tile across is slower than the pixel itself, v_c is used: a moving pixel never rests.
+// The tile across a border has the pixel's own tile among its on-axis neighbours: v_max is never
+// shorter than v_c, and a moving pixel never rests, whatever tile it takes.
 TEST(TileJitter, NeverSlowerThanThePixel) {
     BlurFrame frame(64, 64);
     for (int y = 0; y < 64; ++y)

@@ -241,6 +241,7 @@ Result<WriteReport> write_planes_exr(const std::string& path, const PlanesFile& 
     const auto write = [&](Imf::OStream& stream) -> Status {
         Imf::Header header(box_of(file.display_window.value_or(pixels.window)),
                            box_of(pixels.window));
+        header.setType(Imf::SCANLINEIMAGE);
         header.compression() = Imf::ZIP_COMPRESSION;
         header.zipCompressionLevel() = options.zip_level;
         for (const PlaneChannel& c : file.channels) {

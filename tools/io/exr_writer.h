@@ -37,7 +37,7 @@ struct WriteOptions {
     HalfOverflow overflow = HalfOverflow::refuse;
     int zip_level = kZipLevel;
     // String attributes of color's part ("postchain" -> version and chain hash).
-    std::map<std::string, std::string> attributes;
+    std::map<std::string, std::string> attributes = {};
 
     // zlib's level for ZIP and ZIPS, see exr_writer.cpp for the figures behind it.
     static constexpr int kZipLevel = 4;

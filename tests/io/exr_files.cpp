@@ -1,0 +1,300 @@
+#include "tests/io/exr_files.h"
+
+#include <ImfChannelList.h>
+#include <ImfDeepFrameBuffer.h>
+#include <ImfDeepScanLineOutputPart.h>
+#include <ImfDeepTiledOutputPart.h>
+#include <ImfFrameBuffer.h>
+#include <ImfMultiPartOutputFile.h>
+#include <ImfOutputPart.h>
+#include <ImfPartType.h>
+#include <ImfTiledOutputPart.h>
+#include <OpenImageIO/deepdata.h>
+#include <OpenImageIO/imageio.h>
+#include <gtest/gtest.h>
+#include <half.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <bit>
+#include <fstream>
+#include <memory>
+#include <sstream>
+
+namespace postchain::test {
+
+namespace fs = std::filesystem;
+
+TempFolder::TempFolder() {
+    std::string name = (fs::temp_directory_path() / "postchain_io_XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr) ADD_FAILURE() << "no temporary folder";
+    path_ = name;
+}
+
+TempFolder::~TempFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+}
+
+std::vector<std::string> TempFolder::names() const {
+    std::vector<std::string> names;
+    for (const auto& entry : fs::directory_iterator(path_)) {
+        names.push_back(entry.path().filename().string());
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+uint32_t sample_bits(const FilePart& part, size_t channel, int x, int y) {
+    // A hash of the place (Wang's mixing steps).
+    uint32_t h = uint32_t(channel) * 0x9e3779b9u + uint32_t(x) * 73856093u +
+                 uint32_t(y) * 19349663u + uint32_t(part.name.size()) * 83492791u;
+    h = (h ^ 61u) ^ (h >> 16);
+    h *= 9u;
+    h ^= h >> 4;
+    h *= 0x27d4eb2du;
+    h ^= h >> 15;
+    const float value = float(int(h % 4001) - 2000) / 1001.0f;
+    switch (part.channels[channel].type) {
+        case Imf::HALF:
+            return half(value).bits();
+        case Imf::FLOAT:
+            if (part.special_values && h % 7 == 0) return 0x7fc01234u;  // NaN with a payload
+            if (part.special_values && h % 7 == 1) return 0x7f800000u;  // +Inf
+            return std::bit_cast<uint32_t>(value);
+        default:
+            return h;
+    }
+}
+
+float sample_value(const FilePart& part, size_t channel, int x, int y) {
+    const uint32_t bits = sample_bits(part, channel, x, y);
+    switch (part.channels[channel].type) {
+        case Imf::HALF: {
+            half h;
+            h.setBits(uint16_t(bits));
+            return float(h);
+        }
+        case Imf::FLOAT:
+            return std::bit_cast<float>(bits);
+        default:
+            return float(bits);
+    }
+}
+
+namespace {
+
+Imf::Header header_of(const FilePart& part, bool multi) {
+    Imf::Header header(part.display, part.data);
+    header.compression() = part.compression;
+    header.lineOrder() = part.line_order;
+    for (const FileChannel& c : part.channels) {
+        header.channels().insert(c.name, Imf::Channel(c.type, c.sampling, c.sampling));
+    }
+    if (part.tile > 0) {
+        header.setTileDescription(
+            Imf::TileDescription(unsigned(part.tile), unsigned(part.tile), part.levels));
+    }
+    if (multi) header.setName(part.name);
+    // MultiPartOutputFile demands a type also of a single part.
+    header.setType(part.deep ? (part.tile > 0 ? Imf::DEEPTILE : Imf::DEEPSCANLINE)
+                             : (part.tile > 0 ? Imf::TILEDIMAGE : Imf::SCANLINEIMAGE));
+    if (part.edit) part.edit(header);
+    return header;
+}
+
+struct Planes {
+    std::vector<std::vector<char>> bytes;
+    Imf::FrameBuffer buffer;
+};
+
+// All samples of a window, channel by channel.
+std::unique_ptr<Planes> planes_of(const FilePart& part, const Imath::Box2i& window) {
+    auto planes = std::make_unique<Planes>();
+    for (size_t c = 0; c < part.channels.size(); ++c) {
+        const FileChannel& channel = part.channels[c];
+        const int s = channel.sampling;
+        const size_t size = channel.type == Imf::HALF ? 2 : 4;
+        const int width = (window.max.x - window.min.x) / s + 1;
+        const int height = (window.max.y - window.min.y) / s + 1;
+        std::vector<char>& bytes = planes->bytes.emplace_back(size_t(width) * height * size);
+        for (int y = 0; y < height; ++y) {
+            for (int x = 0; x < width; ++x) {
+                const uint32_t bits =
+                    sample_bits(part, c, window.min.x + x * s, window.min.y + y * s);
+                std::memcpy(bytes.data() + (size_t(y) * width + x) * size, &bits, size);
+            }
+        }
+        planes->buffer.insert(channel.name, Imf::Slice::Make(channel.type, bytes.data(), window,
+                                                             size, size * size_t(width), s, s));
+    }
+    return planes;
+}
+
+void write_deep(Imf::MultiPartOutputFile& out, int index, const FilePart& part) {
+    const Imath::Box2i& w = part.data;
+    const int width = w.max.x - w.min.x + 1;
+    const int height = w.max.y - w.min.y + 1;
+    const size_t pixels = size_t(width) * height;
+    std::vector<unsigned> counts(pixels);
+    std::vector<std::vector<float>> samples(part.channels.size() * pixels);
+    std::vector<std::vector<char*>> pointers(part.channels.size(), std::vector<char*>(pixels));
+    for (size_t p = 0; p < pixels; ++p) {
+        counts[p] = unsigned(p % 4);
+        for (size_t c = 0; c < part.channels.size(); ++c) {
+            std::vector<float>& values = samples[c * pixels + p];
+            for (unsigned s = 0; s < counts[p]; ++s) values.push_back(float(s * 10 + c));
+            pointers[c][p] = reinterpret_cast<char*>(values.data());
+        }
+    }
+    Imf::DeepFrameBuffer buffer;
+    const auto origin = [&](auto* base, size_t size) {
+        return reinterpret_cast<char*>(base) -
+               (ptrdiff_t(w.min.x) + ptrdiff_t(w.min.y) * width) * ptrdiff_t(size);
+    };
+    buffer.insertSampleCountSlice(Imf::Slice(Imf::UINT, origin(counts.data(), sizeof(unsigned)),
+                                             sizeof(unsigned), sizeof(unsigned) * width));
+    for (size_t c = 0; c < part.channels.size(); ++c) {
+        buffer.insert(part.channels[c].name,
+                      Imf::DeepSlice(Imf::FLOAT, origin(pointers[c].data(), sizeof(char*)),
+                                     sizeof(char*), sizeof(char*) * width, sizeof(float)));
+    }
+    if (part.tile > 0) {
+        Imf::DeepTiledOutputPart to(out, index);
+        to.setFrameBuffer(buffer);
+        to.writeTiles(0, to.numXTiles(0) - 1, 0, to.numYTiles(0) - 1, 0, 0);
+    } else {
+        Imf::DeepScanLineOutputPart to(out, index);
+        to.setFrameBuffer(buffer);
+        to.writePixels(height);
+    }
+}
+
+void write_tiled(Imf::MultiPartOutputFile& out, int index, const FilePart& part) {
+    Imf::TiledOutputPart to(out, index);
+    for (int ly = 0; ly < to.numYLevels(); ++ly) {
+        for (int lx = 0; lx < to.numXLevels(); ++lx) {
+            if (!to.isValidLevel(lx, ly)) continue;
+            const auto planes = planes_of(part, to.dataWindowForLevel(lx, ly));
+            to.setFrameBuffer(planes->buffer);
+            to.writeTiles(0, to.numXTiles(lx) - 1, 0, to.numYTiles(ly) - 1, lx, ly);
+        }
+    }
+}
+
+}  // namespace
+
+void write_file(const std::string& path, const std::vector<FilePart>& parts) {
+    const bool multi = parts.size() > 1 || !parts[0].name.empty();
+    std::vector<Imf::Header> headers;
+    for (const FilePart& part : parts) headers.push_back(header_of(part, multi));
+    Imf::MultiPartOutputFile out(path.c_str(), headers.data(), int(headers.size()));
+    for (size_t i = 0; i < parts.size(); ++i) {
+        const FilePart& part = parts[i];
+        if (part.deep) {
+            write_deep(out, int(i), part);
+        } else if (part.tile > 0) {
+            write_tiled(out, int(i), part);
+        } else {
+            const auto planes = planes_of(part, part.data);
+            Imf::OutputPart to(out, int(i));
+            to.setFrameBuffer(planes->buffer);
+            to.writePixels(part.data.max.y - part.data.min.y + 1);
+        }
+    }
+}
+
+std::vector<OiioChannel> oiio_channels(const std::string& path, int part, int level) {
+    const auto in = OIIO::ImageInput::open(path);
+    if (in == nullptr || !in->seek_subimage(part, level)) {
+        ADD_FAILURE() << path << ": " << OIIO::geterror();
+        return {};
+    }
+    const OIIO::ImageSpec spec = in->spec();
+    std::vector<char> pixels(spec.image_bytes(true));
+    if (!in->read_image(part, level, 0, spec.nchannels, OIIO::TypeDesc::UNKNOWN, pixels.data())) {
+        ADD_FAILURE() << path << ": " << in->geterror();
+    }
+    std::vector<OiioChannel> channels;
+    const size_t stride = spec.pixel_bytes(true);
+    size_t offset = 0;
+    for (int c = 0; c < spec.nchannels; ++c) {
+        OiioChannel& channel = channels.emplace_back();
+        const OIIO::TypeDesc type = spec.channelformat(c);
+        channel.name = spec.channelnames[size_t(c)];
+        channel.type = type.c_str();
+        for (size_t p = 0; p < spec.image_pixels(); ++p) {
+            const char* from = pixels.data() + p * stride + offset;
+            channel.bytes.insert(channel.bytes.end(), from, from + type.size());
+        }
+        offset += type.size();
+    }
+    return channels;
+}
+
+const OiioChannel& named(const std::vector<OiioChannel>& channels, const std::string& name) {
+    for (const OiioChannel& c : channels) {
+        if (c.name == name) return c;
+    }
+    static const OiioChannel kNone;
+    ADD_FAILURE() << "no channel " << name;
+    return kNone;
+}
+
+std::vector<std::string> oiio_attributes(const std::string& path, int part) {
+    const auto in = OIIO::ImageInput::open(path);
+    if (in == nullptr || !in->seek_subimage(part, 0)) {
+        ADD_FAILURE() << path << ": " << OIIO::geterror();
+        return {};
+    }
+    const OIIO::ImageSpec& s = in->spec();
+    std::vector<std::string> lines;
+    for (const auto& a : s.extra_attribs) {
+        lines.push_back(a.name().string() + " = " + a.get_string());
+    }
+    std::ostringstream windows;
+    windows << "windows = " << s.x << " " << s.y << " " << s.width << " " << s.height << " of "
+            << s.full_x << " " << s.full_y << " " << s.full_width << " " << s.full_height
+            << " tile " << s.tile_width << " " << s.tile_height;
+    lines.push_back(windows.str());
+    std::sort(lines.begin(), lines.end());
+    return lines;
+}
+
+int oiio_parts(const std::string& path) {
+    const auto in = OIIO::ImageInput::open(path);
+    int n = 0;
+    while (in != nullptr && in->seek_subimage(n, 0)) ++n;
+    return n;
+}
+
+std::string oiio_deep(const std::string& path, int part) {
+    const auto in = OIIO::ImageInput::open(path);
+    OIIO::DeepData deep;
+    if (in == nullptr || !in->seek_subimage(part, 0) ||
+        !in->read_native_deep_image(part, 0, deep)) {
+        ADD_FAILURE() << path << ": no deep data";
+        return {};
+    }
+    std::ostringstream text;
+    for (int64_t p = 0; p < deep.pixels(); ++p) {
+        text << "\n" << deep.samples(p) << ":";
+        for (int s = 0; s < deep.samples(p); ++s) {
+            for (int c = 0; c < deep.channels(); ++c) text << " " << deep.deep_value(p, c, s);
+        }
+    }
+    return text.str();
+}
+
+std::string file_bytes(const std::string& path) {
+    std::ifstream in(path, std::ios::binary);
+    std::ostringstream text;
+    text << in.rdbuf();
+    return text.str();
+}
+
+void set_file_bytes(const std::string& path, const std::string& bytes) {
+    std::ofstream(path, std::ios::binary).write(bytes.data(), std::streamsize(bytes.size()));
+}
+
+}  // namespace postchain::test

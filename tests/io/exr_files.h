@@ -1,0 +1,79 @@
+// EXR files made with OpenEXR itself, and read back with OpenImageIO: the two ends between which
+// tools/io is tested.
+#pragma once
+
+#include <ImathBox.h>
+#include <ImfCompression.h>
+#include <ImfHeader.h>
+#include <ImfLineOrder.h>
+#include <ImfPixelType.h>
+#include <ImfTileDescription.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace postchain::test {
+
+// A folder that is removed with all that is in it.
+class TempFolder {
+  public:
+    TempFolder();
+    ~TempFolder();
+    TempFolder(const TempFolder&) = delete;
+    std::string path(const std::string& name) const { return (path_ / name).string(); }
+    std::string path() const { return path_.string(); }
+    std::vector<std::string> names() const;  // sorted
+
+  private:
+    std::filesystem::path path_;
+};
+
+struct FileChannel {
+    std::string name;
+    Imf::PixelType type = Imf::HALF;
+    int sampling = 1;  // in x and y
+};
+
+struct FilePart {
+    std::string name = {};
+    std::vector<FileChannel> channels = {};
+    Imath::Box2i data = {{0, 0}, {12, 8}};
+    Imath::Box2i display = {{0, 0}, {12, 8}};
+    Imf::Compression compression = Imf::ZIP_COMPRESSION;
+    Imf::LineOrder line_order = Imf::INCREASING_Y;
+    int tile = 0;  // side of a tile, 0 = scanlines
+    Imf::LevelMode levels = Imf::ONE_LEVEL;
+    bool deep = false;
+    bool special_values = false;  // Inf and NaN with a payload in float channels
+    std::function<void(Imf::Header&)> edit = {};
+};
+
+// One part without a name is a single-part file. Pixels are sample_bits() of their place.
+void write_file(const std::string& path, const std::vector<FilePart>& parts);
+
+// The stored bits of one sample: half and float in (-2, 2), uint any.
+uint32_t sample_bits(const FilePart& part, size_t channel, int x, int y);
+float sample_value(const FilePart& part, size_t channel, int x, int y);
+
+// Everything of one sub-image and level as OpenImageIO reads it, in the file's own types.
+struct OiioChannel {
+    std::string name;
+    std::string type;
+    std::vector<char> bytes;
+    bool operator==(const OiioChannel&) const = default;
+};
+std::vector<OiioChannel> oiio_channels(const std::string& path, int part = 0, int level = 0);
+const OiioChannel& named(const std::vector<OiioChannel>& channels, const std::string& name);
+// name and value of every attribute, windows and compression among them.
+std::vector<std::string> oiio_attributes(const std::string& path, int part = 0);
+int oiio_parts(const std::string& path);
+// Sample counts and values of a deep part, as text.
+std::string oiio_deep(const std::string& path, int part);
+
+std::string file_bytes(const std::string& path);
+void set_file_bytes(const std::string& path, const std::string& bytes);
+
+}  // namespace postchain::test

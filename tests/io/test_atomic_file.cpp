@@ -1,0 +1,197 @@
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/file.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "tests/io/exr_files.h"
+#include "tools/io/atomic_file.h"
+
+namespace postchain::io {
+namespace {
+
+using test::file_bytes;
+using test::TempFolder;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+std::string error_of(const std::string& path) {
+    const Result<AtomicFile> file = AtomicFile::create(path);
+    EXPECT_FALSE(file.ok());
+    EXPECT_EQ(file.status().code(), StatusCode::output);
+    EXPECT_THAT(file.status().message(), HasSubstr(path));
+    return file.status().message();
+}
+
+TEST(AtomicFile, TheNameAppearsOnlyOnCommit) {
+    const TempFolder folder;
+    Result<AtomicFile> file = AtomicFile::create(folder.path("a.txt"));
+    ASSERT_TRUE(file.ok()) << file.status().message();
+    EXPECT_TRUE(file->write("hello", 5).ok());
+    EXPECT_THAT(folder.names(), ElementsAre(".a.txt." + std::to_string(::getpid()) + ".tmp"));
+    const Result<bool> done = file->commit(OnExisting::fail);
+    ASSERT_TRUE(done.ok() && *done);
+    EXPECT_THAT(folder.names(), ElementsAre("a.txt"));
+    EXPECT_EQ(file_bytes(folder.path("a.txt")), "hello");
+}
+
+TEST(AtomicFile, LeavesNothingWithoutCommit) {
+    const TempFolder folder;
+    {
+        Result<AtomicFile> file = AtomicFile::create(folder.path("a.txt"));
+        ASSERT_TRUE(file.ok());
+        EXPECT_TRUE(file->write("hello", 5).ok());
+    }
+    EXPECT_THAT(folder.names(), IsEmpty());
+}
+
+TEST(AtomicFile, WritesAfterSeekLandWhereTheyShould) {
+    const TempFolder folder;
+    Result<AtomicFile> file = AtomicFile::create(folder.path("a"));
+    ASSERT_TRUE(file.ok());
+    const std::string large(3'000'000, 'x');  // more than the buffer
+    EXPECT_TRUE(file->write("0000", 4).ok());
+    EXPECT_TRUE(file->write(large.data(), large.size()).ok());
+    EXPECT_TRUE(file->seek(1).ok());
+    EXPECT_TRUE(file->write("12", 2).ok());
+    EXPECT_EQ(file->position(), 3u);
+    EXPECT_EQ(file->size(), 3'000'004u);
+    ASSERT_TRUE(file->commit(OnExisting::fail).ok());
+    EXPECT_EQ(file_bytes(folder.path("a")), "0120" + large);
+}
+
+TEST(AtomicFile, ExistingFileUnderEachPolicy) {
+    const TempFolder folder;
+    const std::string path = folder.path("a.txt");
+    test::set_file_bytes(path, "old");
+    Result<bool> done = atomic_write_text(path, "new", OnExisting::fail);
+    ASSERT_FALSE(done.ok());
+    EXPECT_EQ(done.status().code(), StatusCode::output);
+    EXPECT_THAT(done.status().message(), HasSubstr("exists already"));
+    EXPECT_EQ(file_bytes(path), "old");
+    done = atomic_write_text(path, "new", OnExisting::skip);
+    ASSERT_TRUE(done.ok());
+    EXPECT_FALSE(*done);
+    EXPECT_EQ(file_bytes(path), "old");
+    done = atomic_write_text(path, "new", OnExisting::overwrite);
+    ASSERT_TRUE(done.ok() && *done);
+    EXPECT_EQ(file_bytes(path), "new");
+    EXPECT_THAT(folder.names(), ElementsAre("a.txt"));
+}
+
+TEST(AtomicFile, SaysWhatIsWrongWithThePath) {
+    const TempFolder folder;
+    test::set_file_bytes(folder.path("file"), "x");
+    EXPECT_THAT(error_of(folder.path("none/a.exr")), HasSubstr("does not exist"));
+    EXPECT_THAT(error_of(folder.path("none/deeper/a.exr")), HasSubstr("does not exist"));
+    EXPECT_THAT(error_of(folder.path("file/a.exr")), HasSubstr("file is a file, not a folder"));
+    EXPECT_THAT(error_of(folder.path("file/b/a.exr")), HasSubstr("file is a file, not a folder"));
+    EXPECT_THAT(error_of(folder.path()), HasSubstr("is a folder"));
+    EXPECT_THAT(error_of(folder.path("")), HasSubstr("no file name"));
+    EXPECT_THAT(error_of(folder.path(std::string(250, 'n'))), HasSubstr("name is too long"));
+    EXPECT_THAT(error_of(folder.path(std::string(5000, 'n'))), HasSubstr("name is too long"));
+    // A place nobody can write to, not even the administrator.
+    EXPECT_FALSE(error_of("/proc/a.exr").empty());
+    EXPECT_THAT(folder.names(), ElementsAre("file"));
+}
+
+TEST(AtomicFile, ReplacesATemporaryOfADeadProcess) {
+    const TempFolder folder;
+    const std::string left = folder.path(".a.txt." + std::to_string(::getpid()) + ".tmp");
+    test::set_file_bytes(left, "left behind, longer than what follows");
+    const Result<bool> done = atomic_write_text(folder.path("a.txt"), "new");
+    ASSERT_TRUE(done.ok()) << done.status().message();
+    EXPECT_EQ(file_bytes(folder.path("a.txt")), "new");
+    EXPECT_THAT(folder.names(), ElementsAre("a.txt"));
+}
+
+TEST(AtomicFile, LeavesATemporaryThatIsBeingWritten) {
+    const TempFolder folder;
+    const std::string held = folder.path(".a.txt." + std::to_string(::getpid()) + ".tmp");
+    test::set_file_bytes(held, "of a process with our number in another container");
+    const int fd = ::open(held.c_str(), O_WRONLY);
+    ASSERT_EQ(::flock(fd, LOCK_EX), 0);
+    EXPECT_THAT(error_of(folder.path("a.txt")), HasSubstr("another process"));
+    EXPECT_EQ(file_bytes(held), "of a process with our number in another container");
+    ::close(fd);
+
+    Result<AtomicFile> first = AtomicFile::create(folder.path("b.txt"));
+    ASSERT_TRUE(first.ok());
+    EXPECT_THAT(error_of(folder.path("b.txt")), HasSubstr("this process already"));
+}
+
+TEST(AtomicFile, ASignalsShutdownRemovesEveryLiveTemporary) {
+    const TempFolder folder;
+    Result<AtomicFile> a = AtomicFile::create(folder.path("a"));
+    Result<AtomicFile> b = AtomicFile::create(folder.path("b"));
+    Result<AtomicFile> c = AtomicFile::create(folder.path("c"));
+    ASSERT_TRUE(a.ok() && b.ok() && c.ok());
+    EXPECT_TRUE(c->write("c", 1).ok());
+    ASSERT_TRUE(c->commit(OnExisting::fail).ok());
+    remove_live_temporaries();
+    EXPECT_THAT(folder.names(), ElementsAre("c"));
+    EXPECT_FALSE(a->commit(OnExisting::overwrite).ok());
+    EXPECT_FALSE(b->commit(OnExisting::fail).ok());
+    EXPECT_THAT(folder.names(), ElementsAre("c"));
+}
+
+// Runs `body` in a child; its exit status.
+template <class Body>
+int in_child(Body body) {
+    const pid_t child = ::fork();
+    if (child == 0) ::_exit(body());
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
+}
+
+TEST(AtomicFile, AFileSizeLimitIsAClearErrorAndLeavesNothing) {
+    const TempFolder folder;
+    for (const int limit : {1, 1000, 1'500'000}) {
+        const int result = in_child([&] {
+            ::signal(SIGXFSZ, SIG_IGN);
+            const rlimit lower{rlim_t(limit), rlim_t(limit)};
+            ::setrlimit(RLIMIT_FSIZE, &lower);
+            const Result<bool> done =
+                atomic_write_text(folder.path("a.txt"), std::string(2'000'000, 'x'));
+            if (done.ok()) return 1;
+            if (done.status().code() != StatusCode::output) return 2;
+            return done.status().message().find("file-size limit") == std::string::npos ? 3 : 0;
+        });
+        EXPECT_EQ(result, 0) << limit;
+        EXPECT_THAT(folder.names(), IsEmpty());
+    }
+}
+
+TEST(AtomicFile, AFullDiskIsAClearError) {
+    const TempFolder folder;
+    Result<AtomicFile> file = AtomicFile::create(folder.path("a"));
+    ASSERT_TRUE(file.ok());
+    // /dev/full takes the place of the temporary behind its descriptor.
+    int descriptor = -1;
+    for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
+        std::error_code ignored;
+        if (std::filesystem::read_symlink(entry, ignored).string() == file->temporary()) {
+            descriptor = std::stoi(entry.path().filename().string());
+        }
+    }
+    ASSERT_GE(descriptor, 0);
+    const int full = ::open("/dev/full", O_WRONLY);
+    ASSERT_GE(full, 0);
+    ASSERT_EQ(::dup2(full, descriptor), descriptor);
+    const std::string large(2'000'000, 'x');
+    const Status written = file->write(large.data(), large.size());
+    ::close(full);
+    ASSERT_FALSE(written.ok());
+    EXPECT_EQ(written.code(), StatusCode::output);
+    EXPECT_THAT(written.message(), HasSubstr("disk full"));
+    EXPECT_FALSE(file->commit(OnExisting::overwrite).ok()) << "the failure must stick";
+}
+
+}  // namespace
+}  // namespace postchain::io

@@ -1,0 +1,273 @@
+// Every EXR that must be refused, and what the message must name.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "tests/io/exr_files.h"
+#include "tools/io/exr_reader.h"
+#include "tools/io/frame_reader.h"
+
+namespace postchain::io {
+namespace {
+
+using test::file_bytes;
+using test::FilePart;
+using test::set_file_bytes;
+using test::TempFolder;
+using test::write_file;
+using testing::AllOf;
+using testing::HasSubstr;
+
+std::string open_error(const std::string& path, const ReadLimits& limits = {}) {
+    const Result<ExrFile> file = ExrFile::open(path, limits);
+    EXPECT_FALSE(file.ok()) << path;
+    if (file.ok()) return "";
+    EXPECT_EQ(file.status().code(), StatusCode::input);
+    EXPECT_THAT(file.status().message(), HasSubstr(path));
+    return file.status().message();
+}
+
+// Opens and reads every channel of every part; ok only when all of it could be read.
+Status read_all(const std::string& path) {
+    Result<ExrFile> file = ExrFile::open(path);
+    if (!file.ok()) return file.status();
+    for (size_t i = 0; i < file->parts().size(); ++i) {
+        Result<PartPixels> pixels = file->read_part(int(i));
+        if (!pixels.ok()) return pixels.status();
+    }
+    return {};
+}
+
+FilePart rgba_z(const std::string& name = {}) {
+    return {.name = name, .channels = {{"R"}, {"G"}, {"B"}, {"A"}, {"Z", Imf::FLOAT}}};
+}
+
+TEST(BadInput, WhatIsNoExrAtAll) {
+    const TempFolder folder;
+    EXPECT_THAT(open_error(folder.path("none.exr")), HasSubstr("no such file"));
+    EXPECT_THAT(open_error(folder.path()), HasSubstr("is not a file"));
+    set_file_bytes(folder.path("zero.exr"), "");
+    EXPECT_THAT(open_error(folder.path("zero.exr")), HasSubstr("zero bytes"));
+    set_file_bytes(folder.path("text.exr"), "a text that was renamed");
+    EXPECT_THAT(open_error(folder.path("text.exr")), HasSubstr("not an EXR"));
+    set_file_bytes(folder.path("short.exr"), "v/");
+    EXPECT_THAT(open_error(folder.path("short.exr")), HasSubstr("not an EXR"));
+    set_file_bytes(folder.path("old.exr"), std::string("\x76\x2f\x31\x01\x01\0\0\0", 8));
+    EXPECT_THAT(open_error(folder.path("old.exr")), HasSubstr("version 1"));
+}
+
+TEST(BadInput, TruncatedAtEveryLength) {
+    const TempFolder folder;
+    FilePart tiled = rgba_z("t");
+    tiled.tile = 5;
+    tiled.compression = Imf::ZIPS_COMPRESSION;
+    FilePart mip = rgba_z();
+    mip.tile = 4;
+    mip.levels = Imf::MIPMAP_LEVELS;
+    const std::vector<std::vector<FilePart>> files = {{rgba_z()}, {rgba_z("a"), tiled}, {mip}};
+    for (size_t f = 0; f < files.size(); ++f) {
+        const std::string path = folder.path("whole.exr");
+        write_file(path, files[f]);
+        ASSERT_TRUE(read_all(path).ok()) << read_all(path).message();
+        const std::string whole = file_bytes(path);
+        const std::string cut = folder.path("cut.exr");
+        for (size_t length = 0; length < whole.size(); ++length) {
+            set_file_bytes(cut, whole.substr(0, length));
+            const Status s = read_all(cut);
+            // Level 0 of a mip-mapped file may be whole while a smaller level is cut; the copy
+            // of such a part is checked by the writer.
+            if (f == 2 && s.ok()) continue;
+            ASSERT_FALSE(s.ok()) << "file " << f << " cut at " << length << " of " << whole.size();
+            ASSERT_EQ(s.code(), StatusCode::input);
+        }
+        set_file_bytes(cut, whole.substr(0, whole.size() - 1));
+        if (f < 2) {
+            EXPECT_THAT(read_all(cut).message(), AllOf(HasSubstr(cut), HasSubstr("truncated")));
+        }
+    }
+}
+
+TEST(BadInput, FlippedBytesAreAnErrorOrPixelsButNoCrash) {
+    const TempFolder folder;
+    const std::string path = folder.path("f.exr");
+    FilePart tiled = rgba_z("t");
+    tiled.tile = 8;
+    int refused = 0;
+    int read = 0;
+    for (const std::vector<FilePart>& parts : {std::vector{rgba_z()}, {rgba_z("a"), tiled}}) {
+        write_file(path, parts);
+        const std::string whole = file_bytes(path);
+        for (size_t at = 0; at < whole.size(); ++at) {
+            for (const int flip : {0x01, 0x80, 0xff}) {
+                std::string bytes = whole;
+                bytes[at] = char(bytes[at] ^ flip);
+                set_file_bytes(path, bytes);
+                const Status s = read_all(path);
+                (s.ok() ? read : refused) += 1;
+                ASSERT_TRUE(s.ok() || s.code() == StatusCode::input) << s.message();
+            }
+        }
+    }
+    EXPECT_GT(refused, 1000);
+    EXPECT_GT(read, 0);  // attributes nobody checks
+}
+
+TEST(BadInput, AFileWhoseWriterDidNotFinish) {
+    const TempFolder folder;
+    const std::string path = folder.path("f.exr");
+    write_file(path, {rgba_z()});
+    std::string bytes = file_bytes(path);
+    // 9 lines of ZIP are one chunk; its entry in the table points behind the table itself.
+    size_t entry = std::string::npos;
+    for (size_t at = 8; at + 8 <= bytes.size() && entry == std::string::npos; ++at) {
+        uint64_t offset;
+        std::memcpy(&offset, bytes.data() + at, 8);
+        if (offset == at + 8) entry = at;
+    }
+    ASSERT_NE(entry, std::string::npos);
+    std::memset(bytes.data() + entry, 0, 8);
+    set_file_bytes(path, bytes);
+    EXPECT_THAT(open_error(path), HasSubstr("incomplete"));
+}
+
+TEST(BadInput, SixteenThousandThreeHundredAndEightyFiveIsTooWide) {
+    const TempFolder folder;
+    const std::string path = folder.path("f.exr");
+    FilePart part{.channels = {{"R"}, {"G"}, {"B"}}};
+    const auto write_size = [&](int width, int height) {
+        part.data = part.display = {{0, 0}, {width - 1, height - 1}};
+        write_file(path, {part});
+    };
+    write_size(16384, 2);
+    EXPECT_TRUE(read_all(path).ok());
+    write_size(2, 16384);
+    EXPECT_TRUE(read_all(path).ok());
+    write_size(16385, 2);
+    EXPECT_THAT(open_error(path), AllOf(HasSubstr("16385x2"), HasSubstr("16384")));
+    write_size(2, 16385);
+    EXPECT_THAT(open_error(path), AllOf(HasSubstr("2x16385"), HasSubstr("16384")));
+}
+
+// Replaces the value of the first attribute of this name and type.
+std::string with_attribute(std::string bytes, const std::string& name, const std::string& type,
+                           const std::string& value) {
+    const std::string key = name + '\0' + type + '\0';
+    const size_t at = bytes.find(key);
+    EXPECT_NE(at, std::string::npos);
+    return bytes.replace(at + key.size() + 4, value.size(), value);
+}
+
+std::string ints(std::initializer_list<int32_t> values) {
+    std::string text;
+    for (const int32_t v : values) text.append(reinterpret_cast<const char*>(&v), 4);
+    return text;
+}
+
+TEST(BadInput, HostileHeadersAllocateNothing) {
+    const TempFolder folder;
+    const std::string path = folder.path("f.exr");
+    write_file(path, {rgba_z()});
+    const std::string whole = file_bytes(path);
+    // Refused by the first look at the header: OpenEXR has not been asked to allocate by it.
+    for (const auto& window : {ints({0, 0, 16383, 16383}), ints({-2147483647, 0, 2147483647, 1}),
+                               ints({0, -2147483647, 1, 2147483647}), ints({5, 5, 4, 4}),
+                               ints({0, 0, 2147483647, 2147483647})}) {
+        set_file_bytes(path, with_attribute(whole, "dataWindow", "box2i", window));
+        EXPECT_FALSE(open_error(path).empty());
+    }
+    const size_t size_at = whole.find(std::string("dataWindow\0box2i", 16)) + 17;
+    for (const int32_t size : {-1, 2147483647, 1000000}) {
+        std::string bytes = whole;
+        bytes.replace(size_at, 4, ints({size}));
+        set_file_bytes(path, bytes);
+        EXPECT_FALSE(open_error(path).empty());
+    }
+    FilePart tiled = rgba_z();
+    tiled.tile = 8;
+    write_file(path, {tiled});
+    const std::string tiles = file_bytes(path);
+    std::string tiny = with_attribute(tiles, "tiles", "tiledesc", ints({1, 1}));
+    tiny = with_attribute(tiny, "dataWindow", "box2i", ints({0, 0, 16383, 16383}));
+    set_file_bytes(path, tiny);
+    EXPECT_THAT(open_error(path), HasSubstr("truncated"));  // 2^28 tiles in a file of 1 KB
+    set_file_bytes(path, with_attribute(tiles, "tiles", "tiledesc", ints({0, 0})));
+    EXPECT_THAT(open_error(path), HasSubstr("tiles"));
+}
+
+TEST(BadInput, ALimitOnBytes) {
+    const TempFolder folder;
+    const std::string path = folder.path("f.exr");
+    FilePart part = rgba_z();
+    part.data = {{0, 0}, {1023, 1023}};  // 12 bytes a pixel: 12 MiB
+    write_file(path, {part});
+    EXPECT_TRUE(ExrFile::open(path, {.max_bytes = 12u << 20}).ok());
+    EXPECT_THAT(open_error(path, {.max_bytes = (12u << 20) - 1}), HasSubstr("12 MiB"));
+}
+
+std::string read_error(const std::string& path, const ChannelAssignment& roles,
+                       RoleSet wanted = {Role::color}) {
+    Result<OpenFrame> open = open_frame({{Role::color, path}}, 1);
+    EXPECT_TRUE(open.ok()) << open.status().message();
+    if (!open.ok()) return "";
+    const Result<InputFrame> frame = read_frame(*open, roles, wanted, Keep::all);
+    EXPECT_FALSE(frame.ok());
+    EXPECT_EQ(frame.status().code(), StatusCode::input);
+    EXPECT_THAT(frame.status().message(), HasSubstr(path));
+    return frame.status().message();
+}
+
+TEST(BadInput, DeepPartsForANeededRole) {
+    const TempFolder folder;
+    const std::string path = folder.path("f.exr");
+    FilePart deep{.name = "beauty",
+                  .channels = {{"R", Imf::FLOAT}, {"G", Imf::FLOAT}, {"B", Imf::FLOAT}},
+                  .compression = Imf::ZIPS_COMPRESSION,
+                  .deep = true};
+    write_file(path, {deep});
+    EXPECT_THAT(read_error(path, {{Role::color, {0, {"R", "G", "B"}}}}),
+                AllOf(HasSubstr("deep"), HasSubstr("'beauty'")));
+    EXPECT_THAT(read_error(path, {}), HasSubstr("deep"));
+    deep.tile = 4;
+    write_file(path, {deep});
+    EXPECT_THAT(read_error(path, {{Role::color, {0, {"R", "G", "B"}}}}), HasSubstr("deep"));
+    Result<ExrFile> file = ExrFile::open(path);
+    ASSERT_TRUE(file.ok());
+    EXPECT_FALSE(file->read_part(0).ok());
+}
+
+TEST(BadInput, LuminanceChromaAndSubsampledChannels) {
+    const TempFolder folder;
+    const std::string path = folder.path("f.exr");
+    FilePart yc{.channels = {{"Y"}, {"RY", Imf::HALF, 2}, {"BY", Imf::HALF, 2}},
+                .data = {{0, 0}, {15, 7}},
+                .display = {{0, 0}, {15, 7}}};
+    write_file(path, {yc});
+    EXPECT_THAT(read_error(path, {}), HasSubstr("luminance-chroma"));
+    EXPECT_THAT(read_error(path, {{Role::color, {0, {"Y", "RY", "BY"}}}}),
+                HasSubstr("luminance-chroma"));
+    FilePart sub = yc;
+    sub.channels = {{"R"}, {"G"}, {"B", Imf::HALF, 2}};
+    write_file(path, {sub});
+    EXPECT_THAT(read_error(path, {{Role::color, {0, {"R", "G", "B"}}}}),
+                AllOf(HasSubstr("channel B"), HasSubstr("subsampled 2x2")));
+}
+
+TEST(BadInput, ARoleThatIsNotThere) {
+    const TempFolder folder;
+    const std::string path = folder.path("f.exr");
+    write_file(path, {rgba_z()});
+    const ChannelAssignment color = {{Role::color, {0, {"R", "G", "B", "A"}}}};
+    EXPECT_THAT(read_error(path, color, {Role::motion}), HasSubstr("motion"));
+    ChannelAssignment wrong = color;
+    wrong[Role::inverse_depth] = {0, {"depth.Z"}};
+    EXPECT_THAT(read_error(path, wrong, {Role::inverse_depth}),
+                AllOf(HasSubstr("no channel depth.Z"), HasSubstr("A, B, G, R, Z")));
+    wrong[Role::inverse_depth] = {3, {"Z"}};
+    EXPECT_THAT(read_error(path, wrong, {Role::inverse_depth}), HasSubstr("no part 3"));
+    wrong[Role::inverse_depth] = {0, {"Z", "A"}};
+    EXPECT_THAT(read_error(path, wrong, {Role::inverse_depth}), HasSubstr("2 channels"));
+}
+
+}  // namespace
+}  // namespace postchain::io

@@ -1,0 +1,280 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <half.h>
+
+#include <ImfChromaticities.h>
+#include <ImfStandardAttributes.h>
+#include <ImfStringAttribute.h>
+
+#include <bit>
+
+#include "tests/io/exr_files.h"
+#include "tools/io/exr_reader.h"
+
+namespace postchain::io {
+namespace {
+
+using test::FilePart;
+using test::TempFolder;
+using test::write_file;
+using testing::ElementsAre;
+
+ExrFile open_ok(const std::string& path) {
+    Result<ExrFile> file = ExrFile::open(path);
+    EXPECT_TRUE(file.ok()) << file.status().message();
+    return std::move(*file);
+}
+
+// Every sample of the file's own part, in its own type, against the bits it was made of.
+void expect_samples(const std::string& path, int part, const FilePart& made) {
+    ExrFile file = open_ok(path);
+    const Result<PartPixels> pixels = file.read_part(part);
+    ASSERT_TRUE(pixels.ok()) << pixels.status().message();
+    ASSERT_EQ(pixels->planes.size(), made.channels.size());
+    for (size_t c = 0; c < made.channels.size(); ++c) {
+        const int s = made.channels[c].sampling;
+        const PartPixels::Plane* plane = pixels->find(made.channels[c].name);
+        ASSERT_NE(plane, nullptr);
+        const size_t size = size_t(bytes_of(plane->channel.type));
+        for (int y = 0; y < plane->height; ++y) {
+            for (int x = 0; x < plane->width; ++x) {
+                uint32_t bits = 0;
+                std::memcpy(
+                    &bits,
+                    plane->bytes.get() + (size_t(y) * size_t(plane->width) + size_t(x)) * size,
+                    size);
+                ASSERT_EQ(bits, test::sample_bits(made, c, made.data.min.x + x * s,
+                                                  made.data.min.y + y * s))
+                    << made.channels[c].name << " at " << x << ", " << y;
+            }
+        }
+    }
+}
+
+FilePart every_type() {
+    return {.channels = {{"A"}, {"B"}, {"G"}, {"R"}, {"Z", Imf::FLOAT}, {"id", Imf::UINT}},
+            .special_values = true};
+}
+
+class Compression : public testing::TestWithParam<Imf::Compression> {};
+
+TEST_P(Compression, EveryBitOfScanlinesAndTiles) {
+    const TempFolder folder;
+    const std::string path = folder.path("f.exr");
+    for (const int tile : {0, 5}) {
+        for (const auto order : {Imf::INCREASING_Y, Imf::DECREASING_Y}) {
+            FilePart part = every_type();
+            part.compression = GetParam();
+            part.tile = tile;
+            part.line_order = order;
+            part.data = {{-7, -3}, {20, 35}};
+            write_file(path, {part});
+            expect_samples(path, 0, part);
+        }
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Lossless, Compression,
+                         testing::Values(Imf::NO_COMPRESSION, Imf::RLE_COMPRESSION,
+                                         Imf::ZIPS_COMPRESSION, Imf::ZIP_COMPRESSION,
+                                         Imf::PIZ_COMPRESSION));
+
+TEST(ExrReader, ThreadsChangeNothing) {
+    const TempFolder folder;
+    const std::string path = folder.path("f.exr");
+    FilePart part = every_type();
+    part.data = {{0, 0}, {99, 299}};
+    write_file(path, {part});
+    set_exr_threads(2);
+    expect_samples(path, 0, part);
+    set_exr_threads(0);
+    expect_samples(path, 0, part);
+}
+
+TEST(ExrReader, WindowsNeedNotAgree) {
+    const TempFolder folder;
+    const std::string path = folder.path("f.exr");
+    FilePart part = every_type();
+    part.data = {{-4, -6}, {10, 12}};
+    part.display = {{0, 0}, {99, 49}};
+    part.edit = [](Imf::Header& h) { h.pixelAspectRatio() = 2; };
+    write_file(path, {part});
+    const ExrFile file = open_ok(path);
+    const ExrPart& p = file.parts()[0];
+    EXPECT_EQ(p.data_window, (Window{-4, -6, 10, 12}));
+    EXPECT_EQ(p.data_window.width(), 15);
+    EXPECT_EQ(p.data_window.height(), 19);
+    EXPECT_EQ(p.display_window, (Window{0, 0, 99, 49}));
+    EXPECT_EQ(p.pixel_aspect, 2);
+    expect_samples(path, 0, part);
+}
+
+TEST(ExrReader, OnePixel) {
+    const TempFolder folder;
+    const std::string path = folder.path("f.exr");
+    FilePart part = every_type();
+    part.data = part.display = {{0, 0}, {0, 0}};
+    write_file(path, {part});
+    expect_samples(path, 0, part);
+}
+
+TEST(ExrReader, WideAsTheLimit) {
+    const TempFolder folder;
+    const std::string path = folder.path("f.exr");
+    FilePart part{.channels = {{"R"}, {"Z", Imf::FLOAT}}};
+    part.data = part.display = {{0, 0}, {16383, 2}};
+    write_file(path, {part});
+    expect_samples(path, 0, part);
+}
+
+TEST(ExrReader, SubsampledChannelsComeAsTheyAre) {
+    const TempFolder folder;
+    const std::string path = folder.path("f.exr");
+    FilePart part{.channels = {{"R"}, {"sub", Imf::FLOAT, 2}}, .data = {{-4, -2}, {11, 7}}};
+    write_file(path, {part});
+    expect_samples(path, 0, part);
+}
+
+TEST(ExrReader, LevelZeroOfAMipMap) {
+    const TempFolder folder;
+    const std::string path = folder.path("f.exr");
+    for (const auto levels : {Imf::MIPMAP_LEVELS, Imf::RIPMAP_LEVELS}) {
+        FilePart part = every_type();
+        part.tile = 4;
+        part.levels = levels;
+        write_file(path, {part});
+        EXPECT_TRUE(open_ok(path).parts()[0].mip_mapped);
+        expect_samples(path, 0, part);
+    }
+}
+
+TEST(ExrReader, PartsViewsAndTypes) {
+    const TempFolder folder;
+    const std::string path = folder.path("f.exr");
+    FilePart left = every_type();
+    left.name = "rgba.left";
+    left.edit = [](Imf::Header& h) { h.setView("left"); };
+    FilePart depth{.name = "depth", .channels = {{"Z", Imf::FLOAT}}, .tile = 4};
+    FilePart deep{.name = "deep",
+                  .channels = {{"Z", Imf::FLOAT}},
+                  .compression = Imf::ZIPS_COMPRESSION,
+                  .deep = true};
+    write_file(path, {left, depth, deep});
+    ExrFile file = open_ok(path);
+    ASSERT_EQ(file.parts().size(), 3u);
+    EXPECT_EQ(file.parts()[0].name, "rgba.left");
+    EXPECT_EQ(file.parts()[0].view, "left");
+    EXPECT_EQ(file.parts()[0].type, "scanlineimage");
+    EXPECT_EQ(file.parts()[1].type, "tiledimage");
+    EXPECT_TRUE(file.parts()[1].tiled);
+    EXPECT_EQ(file.parts()[2].type, "deepscanline");
+    EXPECT_TRUE(file.parts()[2].deep);
+    EXPECT_EQ(file.parts()[0].find("id")->type, PixelType::uint32);
+    EXPECT_EQ(file.parts()[0].find("none"), nullptr);
+    expect_samples(path, 0, left);
+    expect_samples(path, 1, depth);
+}
+
+TEST(ExrReader, ReadsOnlyTheChannelsAskedFor) {
+    const TempFolder folder;
+    const std::string path = folder.path("f.exr");
+    FilePart part = every_type();
+    part.special_values = false;
+    write_file(path, {part});
+    ExrFile file = open_ok(path);
+    const Result<PartPixels> pixels = file.read_part(0, {"Z", "R"});
+    ASSERT_TRUE(pixels.ok());
+    EXPECT_EQ(pixels->planes.size(), 2u);
+    // The order of the names is the order of the channels; the file's is alphabetic.
+    const Result<ImageF> image = file.read_channels(0, {"Z", "R", "id"});
+    ASSERT_TRUE(image.ok());
+    ASSERT_EQ(image->channels, 3);
+    for (int y = 0; y < image->height; ++y) {
+        for (int x = 0; x < image->width; ++x) {
+            EXPECT_EQ(image->at(x, y, 0), test::sample_value(part, 4, x, y));
+            EXPECT_EQ(image->at(x, y, 1), test::sample_value(part, 3, x, y));
+            EXPECT_EQ(image->at(x, y, 2), test::sample_value(part, 5, x, y));
+        }
+    }
+    EXPECT_FALSE(file.read_channels(0, {"Q"}).ok());
+    EXPECT_FALSE(file.read_part(1).ok());
+}
+
+TEST(ExrReader, CropAndFill) {
+    const TempFolder folder;
+    const std::string path = folder.path("f.exr");
+    FilePart part = every_type();
+    part.data = {{-2, -3}, {9, 8}};
+    write_file(path, {part});
+    ExrFile file = open_ok(path);
+    const Result<PartPixels> pixels = file.read_part(0);
+    ASSERT_TRUE(pixels.ok());
+    const ImageF image = pixels->interleaved({"R"}, {1, 2, 3, 5}, 4, 7);
+    EXPECT_EQ(image.width, 3);
+    EXPECT_EQ(image.height, 4);
+    EXPECT_EQ(image.channels, 4);
+    EXPECT_EQ(image.at(0, 0, 0), test::sample_value(part, 3, 1, 2));
+    EXPECT_EQ(image.at(2, 3, 0), test::sample_value(part, 3, 3, 5));
+    EXPECT_EQ(image.at(2, 3, 1), 7);
+    EXPECT_EQ(image.at(2, 3, 3), 7);
+}
+
+TEST(ExrReader, AllHalvesBecomeTheirFloats) {
+    // 65536 patterns; Imath's table is the independent side.
+    const TempFolder folder;
+    const std::string path = folder.path("f.exr");
+    FilePart part{.channels = {{"id", Imf::UINT}}};
+    part.data = part.display = {{0, 0}, {255, 255}};
+    write_file(path, {part});
+    ExrFile file = open_ok(path);
+    Result<PartPixels> pixels = file.read_part(0);
+    ASSERT_TRUE(pixels.ok());
+    PartPixels::Plane& plane = pixels->planes[0];
+    plane.channel.type = PixelType::half;
+    plane.channel.name = "h";
+    for (uint32_t i = 0; i < 65536; ++i) {
+        const auto bits = uint16_t(i);
+        std::memcpy(plane.bytes.get() + i * 2, &bits, 2);
+    }
+    const ImageF image = pixels->interleaved({"h"}, pixels->window);
+    for (uint32_t i = 0; i < 65536; ++i) {
+        half h;
+        h.setBits(uint16_t(i));
+        const float expected = float(h);
+        if (std::isnan(expected)) {
+            ASSERT_TRUE(std::isnan(image.data[i])) << i;
+        } else {
+            ASSERT_EQ(std::bit_cast<uint32_t>(image.data[i]), std::bit_cast<uint32_t>(expected));
+        }
+    }
+}
+
+TEST(ExrReader, AttributesAsText) {
+    const TempFolder folder;
+    const std::string path = folder.path("f.exr");
+    FilePart part = every_type();
+    part.edit = [](Imf::Header& h) {
+        h.insert("comment", Imf::StringAttribute("hello"));
+        Imf::addAperture(h, 2.8f);
+        Imf::addFramesPerSecond(h, Imf::Rational(24000, 1001));
+        Imf::addMultiView(h, {"left", "right"});
+        Imf::addTimeCode(h, Imf::TimeCode(1, 2, 3, 4));
+        Imf::addChromaticities(h, Imf::Chromaticities());
+    };
+    write_file(path, {part});
+    const ExrFile file = open_ok(path);
+    const ExrPart& p = file.parts()[0];
+    EXPECT_EQ(p.attributes.at("comment"), "hello");
+    EXPECT_EQ(p.attributes.at("aperture"), "2.8");
+    EXPECT_EQ(p.attributes.at("framesPerSecond"), "24000/1001");
+    EXPECT_EQ(p.attributes.at("timeCode"), "01:02:03:04");
+    EXPECT_EQ(p.attributes.at("compression"), "zip");
+    EXPECT_EQ(p.attributes.at("dataWindow"), "(0, 0)-(12, 8)");
+    EXPECT_EQ(p.attributes.at("multiView"), "left, right");
+    EXPECT_THAT(p.views, ElementsAre("left", "right"));
+    ASSERT_TRUE(p.chromaticities.has_value());
+    EXPECT_EQ((*p.chromaticities)[0], 0.64f);
+}
+
+}  // namespace
+}  // namespace postchain::io

@@ -1,0 +1,522 @@
+// What write_filtered() keeps, replaces and refuses. Files are made with OpenEXR; what came out is
+// read with OpenImageIO, which shares no code with tools/io.
+#include <ImfChromaticities.h>
+#include <ImfPreviewImage.h>
+#include <ImfStandardAttributes.h>
+#include <ImfStringAttribute.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <half.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "tests/io/exr_files.h"
+#include "tools/io/exr_writer.h"
+
+namespace postchain::io {
+namespace {
+
+using test::FilePart;
+using test::named;
+using test::oiio_attributes;
+using test::oiio_channels;
+using test::OiioChannel;
+using test::TempFolder;
+using test::write_file;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+const std::vector<std::string> kRgba = {"R", "G", "B", "A"};
+
+InputFrame read_ok(const std::string& path, int part = 0,
+                   const std::vector<std::string>& color = kRgba) {
+    Result<OpenFrame> open = open_frame({{Role::color, path}}, 1);
+    EXPECT_TRUE(open.ok()) << open.status().message();
+    Result<InputFrame> frame =
+        read_frame(*open, {{Role::color, {part, color}}}, {Role::color}, Keep::all);
+    EXPECT_TRUE(frame.ok()) << frame.status().message();
+    return std::move(*frame);
+}
+
+// A picture no input holds: values of each pixel and channel apart, exact in half.
+ImageF new_color(const InputFrame& frame) {
+    ImageF color(frame.description.width, frame.description.height, 4);
+    for (size_t i = 0; i < color.data.size(); ++i) color.data[i] = 4 + float(i % 1021) / 256;
+    return color;
+}
+
+WriteReport write_ok(const std::string& path, InputFrame& frame, const ImageF& color,
+                     WriteOptions options = {}) {
+    const Result<WriteReport> report = write_filtered(path, frame, color, options);
+    EXPECT_TRUE(report.ok()) << report.status().message();
+    return report.ok() ? *report : WriteReport();
+}
+
+// All channels of `out` are those of `in` but for `replaced`, which hold `color`.
+void expect_only_color_changed(const std::string& in, const std::string& out, int part,
+                               const std::vector<std::string>& replaced, const ImageF& color) {
+    const std::vector<OiioChannel> before = oiio_channels(in, part);
+    const std::vector<OiioChannel> after = oiio_channels(out, part);
+    ASSERT_EQ(before.size(), after.size());
+    for (size_t c = 0; c < before.size(); ++c) {
+        EXPECT_EQ(before[c].name, after[c].name);
+        EXPECT_EQ(before[c].type, after[c].type);
+        const auto it = std::find(replaced.begin(), replaced.end(), before[c].name);
+        if (it == replaced.end()) {
+            EXPECT_TRUE(before[c].bytes == after[c].bytes) << before[c].name;
+            continue;
+        }
+        const size_t index = size_t(it - replaced.begin());
+        std::vector<char> expected;
+        for (size_t p = 0; p < color.pixels(); ++p) {
+            const float value = color.data[p * 4 + index];
+            const half h(value);
+            const bool is_half = after[c].type == "half";
+            const char* from =
+                is_half ? reinterpret_cast<const char*>(&h) : reinterpret_cast<const char*>(&value);
+            expected.insert(expected.end(), from, from + (is_half ? 2 : 4));
+        }
+        EXPECT_TRUE(expected == after[c].bytes) << after[c].name;
+    }
+}
+
+// Attributes of `out` beside those of `in`: first what is gone, then what is new.
+std::vector<std::string> attribute_changes(const std::string& in, const std::string& out,
+                                           int part = 0) {
+    const auto before = oiio_attributes(in, part);
+    const auto after = oiio_attributes(out, part);
+    std::vector<std::string> changes;
+    std::vector<std::string> diff;
+    std::set_difference(before.begin(), before.end(), after.begin(), after.end(),
+                        std::back_inserter(diff));
+    for (const auto& line : diff) changes.push_back("- " + line);
+    diff.clear();
+    std::set_difference(after.begin(), after.end(), before.begin(), before.end(),
+                        std::back_inserter(diff));
+    for (const auto& line : diff) changes.push_back("+ " + line);
+    return changes;
+}
+
+FilePart every_type(const std::string& name = {}) {
+    return {.name = name,
+            .channels = {{"R"},
+                         {"G"},
+                         {"B"},
+                         {"A"},
+                         {"Z", Imf::FLOAT},
+                         {"Vector.X", Imf::FLOAT},
+                         {"diffuse.R"},
+                         {"id", Imf::UINT}},
+            .data = {{-7, -3}, {20, 35}},
+            .display = {{0, 0}, {99, 49}},
+            .special_values = true,
+            .edit = [](Imf::Header& h) {
+                h.pixelAspectRatio() = 1.5f;
+                h.screenWindowWidth() = 2;
+                h.insert("comment", Imf::StringAttribute("kept"));
+                Imf::addOwner(h, "somebody");
+                Imf::addTimeCode(h, Imf::TimeCode(1, 2, 3, 4));
+                Imf::addChromaticities(h, Imf::Chromaticities({0.7f, 0.3f}));
+            }};
+}
+
+struct Layout {
+    Imf::Compression compression;
+    int tile;
+    Imf::LineOrder order;
+};
+
+class Layouts : public testing::TestWithParam<Layout> {};
+
+TEST_P(Layouts, OnlyColorAndTheNewAttributeChange) {
+    const TempFolder folder;
+    const std::string in = folder.path("in.exr");
+    const std::string out = folder.path("out.exr");
+    FilePart part = every_type();
+    part.compression = GetParam().compression;
+    part.tile = GetParam().tile;
+    part.line_order = GetParam().order;
+    write_file(in, {part});
+    InputFrame frame = read_ok(in);
+    const ImageF color = new_color(frame);
+    const WriteReport report = write_ok(out, frame, color, {.attributes = {{"postchain", "1 ab"}}});
+    expect_only_color_changed(in, out, 0, kRgba, color);
+    EXPECT_THAT(attribute_changes(in, out), ElementsAre("+ postchain = 1 ab"));
+    EXPECT_THAT(report.notes, IsEmpty());
+    EXPECT_EQ(report.bytes, test::file_bytes(out).size());
+    EXPECT_FALSE(report.skipped);
+    // OpenImageIO names neither: line order and type are looked at as OpenEXR stored them.
+    const Result<ExrFile> before = ExrFile::open(in);
+    const Result<ExrFile> after = ExrFile::open(out);
+    ASSERT_TRUE(before.ok() && after.ok());
+    auto attributes = after->parts()[0].attributes;
+    EXPECT_EQ(attributes.erase("postchain"), 1u);
+    EXPECT_EQ(attributes, before->parts()[0].attributes);
+}
+
+INSTANTIATE_TEST_SUITE_P(EveryLosslessOne, Layouts,
+                         testing::Values(Layout{Imf::NO_COMPRESSION, 0, Imf::INCREASING_Y},
+                                         Layout{Imf::RLE_COMPRESSION, 0, Imf::DECREASING_Y},
+                                         Layout{Imf::ZIPS_COMPRESSION, 0, Imf::INCREASING_Y},
+                                         Layout{Imf::ZIP_COMPRESSION, 0, Imf::DECREASING_Y},
+                                         Layout{Imf::ZIP_COMPRESSION, 0, Imf::INCREASING_Y},
+                                         Layout{Imf::PIZ_COMPRESSION, 0, Imf::INCREASING_Y},
+                                         Layout{Imf::ZIP_COMPRESSION, 8, Imf::INCREASING_Y},
+                                         Layout{Imf::PIZ_COMPRESSION, 7, Imf::DECREASING_Y},
+                                         Layout{Imf::NO_COMPRESSION, 64, Imf::RANDOM_Y}));
+
+TEST(ExrWriter, ThreadsChangeNothing) {
+    const TempFolder folder;
+    FilePart part = every_type();
+    part.data = {{0, 0}, {199, 299}};
+    write_file(folder.path("in.exr"), {part});
+    for (const int threads : {0, 2}) {
+        set_exr_threads(threads);
+        InputFrame frame = read_ok(folder.path("in.exr"));
+        write_ok(folder.path(std::to_string(threads)), frame, new_color(frame));
+    }
+    set_exr_threads(0);
+    EXPECT_EQ(test::file_bytes(folder.path("0")), test::file_bytes(folder.path("2")));
+}
+
+TEST(ExrWriter, TheInputsOwnColorGivesTheInputsPixels) {
+    const TempFolder folder;
+    const std::string in = folder.path("in.exr");
+    FilePart part = every_type();
+    write_file(in, {part});
+    InputFrame frame = read_ok(in);
+    const ImageF color = frame.planes.at(Role::color);
+    write_ok(folder.path("out.exr"), frame, color);
+    EXPECT_TRUE(oiio_channels(in) == oiio_channels(folder.path("out.exr")));
+}
+
+TEST(ExrWriter, FloatColorAndNoAlpha) {
+    const TempFolder folder;
+    const std::string in = folder.path("in.exr");
+    const std::string out = folder.path("out.exr");
+    FilePart part{.channels = {{"R", Imf::FLOAT}, {"G"}, {"B", Imf::FLOAT}}};
+    write_file(in, {part});
+    InputFrame frame = read_ok(in, 0, {"R", "G", "B"});
+    ImageF color = new_color(frame);
+    color.at(3, 2, 0) = 1e20f;  // fits float
+    write_ok(out, frame, color);
+    expect_only_color_changed(in, out, 0, {"R", "G", "B"}, color);
+}
+
+TEST(ExrWriter, EveryOtherPartStaysBitForBit) {
+    const TempFolder folder;
+    const std::string in = folder.path("in.exr");
+    const std::string out = folder.path("out.exr");
+    // A lossy part, a mip-mapped one, a rip-mapped one and two deep ones around color's.
+    FilePart lossy{.name = "lossy",
+                   .channels = {{"R"}, {"G"}, {"B"}},
+                   .data = {{-7, -3}, {40, 41}},
+                   .compression = Imf::DWAA_COMPRESSION};
+    FilePart color = every_type("beauty");
+    FilePart mip{.name = "mip", .channels = {{"Z", Imf::FLOAT}}, .tile = 4};
+    mip.levels = Imf::MIPMAP_LEVELS;
+    FilePart rip = mip;
+    rip.name = "rip";
+    rip.levels = Imf::RIPMAP_LEVELS;
+    FilePart deep{.name = "deep",
+                  .channels = {{"A", Imf::FLOAT}, {"Z", Imf::FLOAT}},
+                  .compression = Imf::ZIPS_COMPRESSION,
+                  .deep = true};
+    FilePart deep_tiles = deep;
+    deep_tiles.name = "deep_tiles";
+    deep_tiles.tile = 8;
+    std::vector<FilePart> parts = {lossy, color, mip, rip, deep, deep_tiles};
+    for (FilePart& part : parts) {  // attributes that all parts of a file share
+        part.display = color.display;
+        part.edit = color.edit;
+    }
+    write_file(in, parts);
+    InputFrame frame = read_ok(in, 1);
+    const ImageF filtered = new_color(frame);
+    const WriteReport report = write_ok(out, frame, filtered, {.attributes = {{"postchain", "x"}}});
+    EXPECT_THAT(report.notes, IsEmpty());
+    ASSERT_EQ(test::oiio_parts(out), int(parts.size()));
+    expect_only_color_changed(in, out, 1, kRgba, filtered);
+    for (int part = 0; part < int(parts.size()); ++part) {
+        if (part == 1) {
+            EXPECT_THAT(attribute_changes(in, out, part), ElementsAre("+ postchain = x"));
+            continue;
+        }
+        EXPECT_THAT(attribute_changes(in, out, part), IsEmpty());
+        if (parts[size_t(part)].deep) {
+            EXPECT_EQ(test::oiio_deep(in, part), test::oiio_deep(out, part));
+        } else {
+            EXPECT_TRUE(oiio_channels(in, part) == oiio_channels(out, part)) << part;
+        }
+    }
+    for (const int level : {1, 2}) {
+        EXPECT_TRUE(oiio_channels(in, 2, level) == oiio_channels(out, 2, level)) << level;
+    }
+    // The chunks themselves: compressed bytes of the lossy part are the same.
+    const std::string a = test::file_bytes(in);
+    const std::string b = test::file_bytes(out);
+    int common = 0;
+    for (size_t at = 0; at + 64 <= a.size(); at += 64) {
+        common += b.find(a.substr(at, 64)) != std::string::npos;
+    }
+    EXPECT_GT(common, 10);
+}
+
+TEST(ExrWriter, TheOtherViewStays) {
+    const TempFolder folder;
+    const std::string in = folder.path("in.exr");
+    const std::string out = folder.path("out.exr");
+    FilePart part{.channels = {{"R"}, {"G"}, {"B"}, {"right.R"}, {"right.G"}, {"right.B"}},
+                  .edit = [](Imf::Header& h) {
+                      Imf::addMultiView(h, {"left", "right"});
+                  }};
+    write_file(in, {part});
+    for (const std::vector<std::string>& names :
+         {std::vector<std::string>{"R", "G", "B"}, {"right.R", "right.G", "right.B"}}) {
+        InputFrame frame = read_ok(in, 0, names);
+        const ImageF color = new_color(frame);
+        write_ok(out, frame, color, {.on_existing = OnExisting::overwrite});
+        expect_only_color_changed(in, out, 0, names, color);
+        EXPECT_THAT(attribute_changes(in, out), IsEmpty());
+    }
+    // The same as two parts, one per view.
+    FilePart left{.name = "rgb.left",
+                  .channels = {{"R"}, {"G"}, {"B"}},
+                  .edit = [](Imf::Header& h) { h.setView("left"); }};
+    FilePart right = left;
+    right.name = "rgb.right";
+    right.edit = [](Imf::Header& h) { h.setView("right"); };
+    write_file(in, {left, right});
+    InputFrame frame = read_ok(in, 1, {"R", "G", "B"});
+    const ImageF color = new_color(frame);
+    write_ok(out, frame, color, {.on_existing = OnExisting::overwrite});
+    expect_only_color_changed(in, out, 1, {"R", "G", "B"}, color);
+    EXPECT_TRUE(oiio_channels(in, 0) == oiio_channels(out, 0));
+    EXPECT_THAT(attribute_changes(in, out, 1), IsEmpty());
+}
+
+TEST(ExrWriter, MetadataThatIsNoLongerTrueIsLeftOut) {
+    const TempFolder folder;
+    const std::string in = folder.path("in.exr");
+    const std::string out = folder.path("out.exr");
+    FilePart part = every_type();
+    part.edit = [](Imf::Header& h) {
+        h.setPreviewImage(Imf::PreviewImage(2, 2));
+        h.insert("oiio:SHA-1", Imf::StringAttribute("0123"));
+        h.insert("comment", Imf::StringAttribute("kept"));
+    };
+    write_file(in, {part});
+    InputFrame frame = read_ok(in);
+    const WriteReport report = write_ok(out, frame, new_color(frame));
+    EXPECT_THAT(report.notes, ElementsAre(HasSubstr("preview"), HasSubstr("oiio:SHA-1")));
+    const Result<ExrFile> file = ExrFile::open(out);
+    ASSERT_TRUE(file.ok());
+    EXPECT_FALSE(file->parts()[0].attributes.contains("preview"));
+    EXPECT_FALSE(file->parts()[0].attributes.contains("oiio:SHA-1"));
+    EXPECT_TRUE(file->parts()[0].attributes.contains("comment"));
+}
+
+TEST(ExrWriter, LossyCompressionNeverTouchesOtherChannels) {
+    const TempFolder folder;
+    const std::string in = folder.path("in.exr");
+    const std::string out = folder.path("out.exr");
+    for (const auto compression :
+         {Imf::PXR24_COMPRESSION, Imf::B44_COMPRESSION, Imf::B44A_COMPRESSION,
+          Imf::DWAA_COMPRESSION, Imf::DWAB_COMPRESSION}) {
+        for (const int tile : {0, 16}) {
+            FilePart part = every_type();
+            part.special_values = false;
+            part.compression = compression;
+            part.tile = tile;
+            write_file(in, {part});
+            InputFrame frame = read_ok(in);
+            const ImageF color = new_color(frame);
+            const WriteReport report =
+                write_ok(out, frame, color, {.on_existing = OnExisting::overwrite});
+            EXPECT_THAT(report.notes, ElementsAre(HasSubstr("replaced by zip")));
+            EXPECT_EQ(ExrFile::open(out)->parts()[0].compression, "zip");
+            expect_only_color_changed(in, out, 0, kRgba, color);
+        }
+    }
+}
+
+TEST(ExrWriter, LossyCompressionOfColorAloneIsKept) {
+    const TempFolder folder;
+    const std::string in = folder.path("in.exr");
+    const std::string out = folder.path("out.exr");
+    FilePart part{.channels = {{"R"}, {"G"}, {"B"}, {"A"}},
+                  .data = {{0, 0}, {63, 63}},
+                  .compression = Imf::DWAA_COMPRESSION};
+    write_file(in, {part});
+    InputFrame frame = read_ok(in);
+    const ImageF color(64, 64, 4, 0.5f);
+    const WriteReport report = write_ok(out, frame, color);
+    EXPECT_THAT(report.notes, IsEmpty());
+    EXPECT_EQ(ExrFile::open(out)->parts()[0].compression, "dwaa");
+    const Result<ImageF> back = ExrFile::open(out)->read_channels(0, kRgba);
+    ASSERT_TRUE(back.ok());
+    for (const float v : back->data) EXPECT_NEAR(v, 0.5f, 0.01f);
+}
+
+TEST(ExrWriter, AMipMappedColorPartKeepsItsFullSizeLevel) {
+    const TempFolder folder;
+    const std::string in = folder.path("in.exr");
+    const std::string out = folder.path("out.exr");
+    FilePart part = every_type();
+    part.tile = 8;
+    part.levels = Imf::MIPMAP_LEVELS;
+    write_file(in, {part});
+    InputFrame frame = read_ok(in);
+    const ImageF color = new_color(frame);
+    const WriteReport report = write_ok(out, frame, color);
+    EXPECT_THAT(report.notes, ElementsAre(HasSubstr("smaller levels")));
+    expect_only_color_changed(in, out, 0, kRgba, color);
+    EXPECT_FALSE(ExrFile::open(out)->parts()[0].mip_mapped);
+}
+
+TEST(ExrWriter, ColorBeyondHalfIsRefusedOrClampedNeverInf) {
+    const TempFolder folder;
+    const std::string in = folder.path("in.exr");
+    const std::string out = folder.path("out.exr");
+    write_file(in, {every_type()});
+    InputFrame frame = read_ok(in);
+    ImageF color = new_color(frame);
+    color.at(1, 0, 0) = 65505;
+    color.at(1, 0, 1) = 1e6f;  // the same pixel
+    color.at(2, 5, 2) = -70000;
+    color.at(3, 5, 2) = 65504;  // fits
+    Result<WriteReport> refused = write_filtered(out, frame, color, {});
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.status().code(), StatusCode::output);
+    EXPECT_THAT(refused.status().message(), HasSubstr("2 pixels"));
+    EXPECT_THAT(folder.names(), ElementsAre("in.exr"));
+
+    color.at(4, 4, 0) = std::numeric_limits<float>::infinity();
+    color.at(5, 4, 3) = std::numeric_limits<float>::quiet_NaN();
+    const WriteReport report = write_ok(out, frame, color, {.overflow = HalfOverflow::clamp});
+    EXPECT_EQ(report.overflow_pixels, 2u);
+    EXPECT_EQ(report.nonfinite_pixels, 2u);
+    ImageF expected = color;
+    expected.at(1, 0, 0) = expected.at(1, 0, 1) = expected.at(4, 4, 0) = 65504;
+    expected.at(2, 5, 2) = -65504;
+    expected.at(5, 4, 3) = 0;
+    expect_only_color_changed(in, out, 0, kRgba, expected);
+}
+
+TEST(ExrWriter, RoundsToTheNearestHalf) {
+    // 2049 lies between the halves 2048 and 2050: to even. 2051 between 2050 and 2052: to 2052.
+    const TempFolder folder;
+    const std::string in = folder.path("in.exr");
+    const std::string out = folder.path("out.exr");
+    write_file(in, {every_type()});
+    InputFrame frame = read_ok(in);
+    ImageF color = new_color(frame);
+    for (size_t i = 0; i < color.data.size(); ++i) color.data[i] = float(i % 2 == 0 ? 2049 : 2051);
+    write_ok(out, frame, color);
+    const Result<ImageF> back = ExrFile::open(out)->read_channels(0, kRgba);
+    ASSERT_TRUE(back.ok());
+    for (size_t i = 0; i < back->data.size(); ++i) {
+        ASSERT_EQ(back->data[i], i % 2 == 0 ? 2048.0f : 2052.0f);
+    }
+}
+
+TEST(ExrWriter, ColorFromAFileOfItsOwn) {
+    const TempFolder folder;
+    FilePart color_part{.channels = {{"R"}, {"G"}, {"B"}, {"A"}}};
+    FilePart depth_part{.channels = {{"Z", Imf::FLOAT}}};
+    write_file(folder.path("c.exr"), {color_part});
+    write_file(folder.path("d.exr"), {depth_part});
+    Result<OpenFrame> open = open_frame(
+        {{Role::color, folder.path("c.exr")}, {Role::inverse_depth, folder.path("d.exr")}}, 1);
+    ASSERT_TRUE(open.ok());
+    Result<InputFrame> frame =
+        read_frame(*open, {{Role::color, {0, kRgba}}, {Role::inverse_depth, {0, {"Z"}}}},
+                   {Role::color, Role::inverse_depth}, Keep::all);
+    ASSERT_TRUE(frame.ok()) << frame.status().message();
+    const ImageF color = new_color(*frame);
+    write_ok(folder.path("out.exr"), *frame, color);
+    expect_only_color_changed(folder.path("c.exr"), folder.path("out.exr"), 0, kRgba, color);
+}
+
+TEST(ExrWriter, ADamagedPartThatWouldBeCopiedIsAnError) {
+    const TempFolder folder;
+    const std::string in = folder.path("in.exr");
+    FilePart beauty{.name = "a", .channels = {{"R"}, {"G"}, {"B"}, {"A"}}};
+    FilePart other{.name = "b", .channels = {{"X", Imf::FLOAT}}};
+    write_file(in, {beauty, other});
+    const std::string whole = test::file_bytes(in);
+    test::set_file_bytes(in, whole.substr(0, whole.size() - 3));
+    InputFrame frame = read_ok(in);
+    const Result<WriteReport> report =
+        write_filtered(folder.path("out.exr"), frame, new_color(frame), {});
+    ASSERT_FALSE(report.ok());
+    EXPECT_THAT(folder.names(), ElementsAre("in.exr"));
+}
+
+TEST(PlanesWriter, TypesAttributesAndWindows) {
+    const TempFolder folder;
+    const std::string path = folder.path("f.exr");
+    ImageF color(5, 3, 4);
+    ImageF depth(5, 3, 1, 2.5f);
+    for (size_t i = 0; i < color.data.size(); ++i) color.data[i] = float(i) / 8;
+    PlanesFile file;
+    file.channels = {{"ViewLayer.Combined.R", PixelType::half, &color, 0},
+                     {"ViewLayer.Combined.A", PixelType::half, &color, 3},
+                     {"ViewLayer.Depth.Z", PixelType::float32, &depth, 0},
+                     {"id", PixelType::uint32, &color, 1}};
+    file.attributes = {{"comment", "text"}, {"aperture", 2.8f}, {"frame", 7}};
+    file.origin_x = -1;
+    file.origin_y = 2;
+    file.display_window = Window{0, 0, 9, 9};
+    const Result<WriteReport> report = write_planes_exr(path, file);
+    ASSERT_TRUE(report.ok()) << report.status().message();
+    const auto channels = oiio_channels(path);
+    ASSERT_EQ(channels.size(), 4u);
+    EXPECT_EQ(named(channels, "ViewLayer.Combined.R").type, "half");
+    EXPECT_EQ(named(channels, "ViewLayer.Depth.Z").type, "float");
+    EXPECT_EQ(named(channels, "id").type, "uint");
+    const OiioChannel& alpha = named(channels, "ViewLayer.Combined.A");
+    for (size_t p = 0; p < color.pixels(); ++p) {
+        half h;
+        std::memcpy(&h, alpha.bytes.data() + p * 2, 2);
+        EXPECT_EQ(float(h), color.data[p * 4 + 3]);
+    }
+    const auto attributes = oiio_attributes(path);
+    EXPECT_THAT(attributes, testing::Contains("windows = -1 2 5 3 of 0 0 10 10 tile 0 0"));
+    EXPECT_THAT(attributes, testing::Contains("frame = 7"));
+    const Result<ExrFile> back = ExrFile::open(path);
+    ASSERT_TRUE(back.ok());
+    EXPECT_EQ(back->parts()[0].attributes.at("comment"), "text");
+    EXPECT_EQ(back->parts()[0].attributes.at("aperture"), "2.8");
+}
+
+TEST(PlanesWriter, AWholeImageAsFloat) {
+    const TempFolder folder;
+    ImageF image(3, 2, 2);
+    image.data = {1, 2, 3, 4, 5, 6, 7, 8, 9, 1e30f, std::numeric_limits<float>::infinity(), 12};
+    const Result<WriteReport> report = write_planes_exr(folder.path("f.exr"), image, {"x", "y"});
+    ASSERT_TRUE(report.ok());
+    EXPECT_EQ(report->nonfinite_pixels, 1u);
+    const Result<ImageF> back = ExrFile::open(folder.path("f.exr"))->read_channels(0, {"x", "y"});
+    ASSERT_TRUE(back.ok());
+    EXPECT_TRUE(*back == image);
+}
+
+TEST(PlanesWriter, SizesThatDifferAreADefectOfTheCaller) {
+    const TempFolder folder;
+    const ImageF a(3, 2, 1);
+    const ImageF b(3, 3, 1);
+    PlanesFile file;
+    file.channels = {{"a", PixelType::half, &a, 0}, {"b", PixelType::half, &b, 0}};
+    EXPECT_EQ(write_planes_exr(folder.path("f"), file).status().code(), StatusCode::internal);
+    file.channels = {{"a", PixelType::half, &a, 1}};
+    EXPECT_EQ(write_planes_exr(folder.path("f"), file).status().code(), StatusCode::internal);
+    EXPECT_EQ(write_planes_exr(folder.path("f"), PlanesFile()).status().code(),
+              StatusCode::internal);
+    EXPECT_THAT(folder.names(), IsEmpty());
+}
+
+}  // namespace
+}  // namespace postchain::io

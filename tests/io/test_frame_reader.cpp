@@ -1,0 +1,238 @@
+#include <ImfChromaticities.h>
+#include <ImfFloatAttribute.h>
+#include <ImfRgbaYca.h>
+#include <ImfStandardAttributes.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/io/exr_files.h"
+#include "tools/io/frame_reader.h"
+
+namespace postchain::io {
+namespace {
+
+using test::FilePart;
+using test::sample_value;
+using test::TempFolder;
+using test::write_file;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+FilePart cycles() {
+    return {.channels = {{"V.Combined.R"},
+                         {"V.Combined.G"},
+                         {"V.Combined.B"},
+                         {"V.Combined.A"},
+                         {"V.Depth.Z", Imf::FLOAT},
+                         {"V.Vector.X", Imf::FLOAT},
+                         {"V.Vector.Y", Imf::FLOAT},
+                         {"V.Vector.Z", Imf::FLOAT},
+                         {"V.Vector.W", Imf::FLOAT}},
+            .data = {{-2, -1}, {13, 9}},
+            .display = {{0, 0}, {11, 7}}};
+}
+
+const ChannelAssignment kCycles = {
+    {Role::color, {0, {"V.Combined.R", "V.Combined.G", "V.Combined.B", "V.Combined.A"}}},
+    {Role::inverse_depth, {0, {"V.Depth.Z"}}},
+    {Role::motion, {0, {"V.Vector.Z", "V.Vector.W"}}},
+    {Role::motion_back, {0, {"V.Vector.X", "V.Vector.Y"}}}};
+
+InputFrame read_ok(const std::map<Role, std::string>& files, const ChannelAssignment& roles,
+                   RoleSet wanted, Keep keep = Keep::nothing) {
+    Result<OpenFrame> open = open_frame(files, 17);
+    EXPECT_TRUE(open.ok()) << open.status().message();
+    Result<InputFrame> frame = read_frame(*open, roles, wanted, keep);
+    EXPECT_TRUE(frame.ok()) << frame.status().message();
+    return std::move(*frame);
+}
+
+TEST(FrameReader, PlanesInTheFilesOwnConvention) {
+    const TempFolder folder;
+    const FilePart part = cycles();
+    write_file(folder.path("f.exr"), {part});
+    const InputFrame frame =
+        read_ok({{Role::color, folder.path("f.exr")}}, kCycles,
+                {Role::color, Role::inverse_depth, Role::motion, Role::motion_back}, Keep::all);
+    EXPECT_EQ(frame.description.width, 16);
+    EXPECT_EQ(frame.description.height, 11);
+    EXPECT_EQ(frame.description.display_width, 12);
+    EXPECT_EQ(frame.description.display_height, 8);
+    EXPECT_EQ(frame.description.frame_number, 17);
+    EXPECT_EQ(frame.data_window, (Window{-2, -1, 13, 9}));
+    EXPECT_EQ(frame.kept->planes.size(), 9u);
+    EXPECT_FALSE(frame.half_depth);
+    const std::map<Role, std::vector<size_t>> expected = {{Role::color, {0, 1, 2, 3}},
+                                                          {Role::inverse_depth, {4}},
+                                                          {Role::motion, {7, 8}},
+                                                          {Role::motion_back, {5, 6}}};
+    ASSERT_EQ(frame.planes.size(), expected.size());
+    for (const auto& [role, channels] : expected) {
+        const ImageF& plane = frame.planes.at(role);
+        ASSERT_EQ(plane.channels, int(channels.size()));
+        for (int y = 0; y < plane.height; ++y) {
+            for (int x = 0; x < plane.width; ++x) {
+                for (size_t c = 0; c < channels.size(); ++c) {
+                    ASSERT_EQ(plane.at(x, y, int(c)),
+                              sample_value(part, channels[c], x - 2, y - 1));
+                }
+            }
+        }
+    }
+}
+
+TEST(FrameReader, ReadsOnlyWhatIsWanted) {
+    const TempFolder folder;
+    write_file(folder.path("f.exr"), {cycles()});
+    const InputFrame frame =
+        read_ok({{Role::color, folder.path("f.exr")}}, kCycles, {Role::inverse_depth});
+    EXPECT_EQ(frame.planes.size(), 2u);
+    EXPECT_TRUE(frame.planes.contains(Role::color));
+    EXPECT_EQ(frame.description.planes, (RoleSet{Role::color, Role::inverse_depth}));
+    EXPECT_EQ(frame.kept, nullptr);
+}
+
+TEST(FrameReader, AlphaThatIsNotThereIsOne) {
+    const TempFolder folder;
+    write_file(folder.path("f.exr"), {cycles()});
+    ChannelAssignment roles = kCycles;
+    roles[Role::color].channels.pop_back();
+    const InputFrame frame = read_ok({{Role::color, folder.path("f.exr")}}, roles, {});
+    const ImageF& color = frame.planes.at(Role::color);
+    ASSERT_EQ(color.channels, 4);
+    EXPECT_EQ(color.at(3, 3, 3), 1);
+}
+
+TEST(FrameReader, HalfDepthIsSaid) {
+    const TempFolder folder;
+    FilePart part = cycles();
+    part.channels[4].type = Imf::HALF;
+    write_file(folder.path("f.exr"), {part});
+    EXPECT_TRUE(
+        read_ok({{Role::color, folder.path("f.exr")}}, kCycles, {Role::inverse_depth}).half_depth);
+}
+
+TEST(FrameReader, PlanesInPartsOfLargerWindowsAreCropped) {
+    const TempFolder folder;
+    FilePart color{.name = "rgb", .channels = {{"R"}, {"G"}, {"B"}}, .data = {{2, 1}, {7, 5}}};
+    FilePart depth{
+        .name = "depth", .channels = {{"Z", Imf::FLOAT}}, .data = {{-3, 0}, {9, 9}}, .tile = 4};
+    write_file(folder.path("f.exr"), {color, depth});
+    const ChannelAssignment roles = {{Role::color, {0, {"R", "G", "B"}}},
+                                     {Role::inverse_depth, {1, {"Z"}}}};
+    const InputFrame frame =
+        read_ok({{Role::color, folder.path("f.exr")}}, roles, {Role::inverse_depth});
+    const ImageF& z = frame.planes.at(Role::inverse_depth);
+    ASSERT_EQ(z.width, 6);
+    ASSERT_EQ(z.height, 5);
+    EXPECT_EQ(z.at(0, 0), sample_value(depth, 0, 2, 1));
+    EXPECT_EQ(z.at(5, 4), sample_value(depth, 0, 7, 5));
+
+    depth.data = {{3, 0}, {9, 9}};  // one column short
+    write_file(folder.path("f.exr"), {color, depth});
+    Result<OpenFrame> open = open_frame({{Role::color, folder.path("f.exr")}}, 1);
+    ASSERT_TRUE(open.ok());
+    const Result<InputFrame> bad = read_frame(*open, roles, {Role::inverse_depth}, Keep::nothing);
+    ASSERT_FALSE(bad.ok());
+    EXPECT_THAT(bad.status().message(), HasSubstr("(3, 0)-(9, 9), does not cover"));
+}
+
+TEST(FrameReader, PlanesInFilesOfTheirOwn) {
+    const TempFolder folder;
+    FilePart color{.channels = {{"R"}, {"G"}, {"B"}}};
+    FilePart depth{.channels = {{"R", Imf::FLOAT}}};
+    FilePart motion{.channels = {{"R", Imf::FLOAT}, {"G", Imf::FLOAT}}};
+    write_file(folder.path("c.exr"), {color});
+    write_file(folder.path("d.exr"), {depth});
+    write_file(folder.path("m.exr"), {motion});
+    const InputFrame frame = read_ok({{Role::color, folder.path("c.exr")},
+                                      {Role::inverse_depth, folder.path("d.exr")},
+                                      {Role::motion, folder.path("m.exr")}},
+                                     {{Role::color, {0, {"R", "G", "B"}}},
+                                      {Role::inverse_depth, {0, {"R"}}},
+                                      {Role::motion, {0, {"R", "G"}}}},
+                                     {Role::inverse_depth, Role::motion}, Keep::all);
+    EXPECT_EQ(frame.planes.at(Role::inverse_depth).at(4, 5), sample_value(depth, 0, 4, 5));
+    EXPECT_EQ(frame.planes.at(Role::motion).at(4, 5, 1), sample_value(motion, 1, 4, 5));
+    EXPECT_EQ(frame.kept->planes.size(), 3u) << "color's file alone is written back";
+    EXPECT_EQ(&frame.files.file_of(Role::motion_back), &frame.files.color_file());
+}
+
+TEST(FrameReader, ChannelsForTheProfile) {
+    const TempFolder folder;
+    FilePart left{
+        .name = "l", .channels = {{"R"}}, .edit = [](Imf::Header& h) { h.setView("left"); }};
+    FilePart depth{.name = "d", .channels = {{"Z", Imf::FLOAT}}};
+    write_file(folder.path("f.exr"), {left, depth});
+    const Result<ExrFile> file = ExrFile::open(folder.path("f.exr"));
+    ASSERT_TRUE(file.ok());
+    const FileChannels channels = channels_of(*file);
+    ASSERT_EQ(channels.parts.size(), 2u);
+    EXPECT_EQ(channels.parts[0].name, "l");
+    EXPECT_EQ(channels.parts[0].view, "left");
+    EXPECT_THAT(channels.parts[1].channels, ElementsAre("Z"));
+}
+
+std::array<double, 3> weights_in_file(const TempFolder& folder, const Imf::Chromaticities* c) {
+    FilePart part = cycles();
+    if (c != nullptr) part.edit = [c](Imf::Header& h) { Imf::addChromaticities(h, *c); };
+    write_file(folder.path("f.exr"), {part});
+    return read_ok({{Role::color, folder.path("f.exr")}}, kCycles, {}).description.luma_weights;
+}
+
+TEST(LumaWeights, ComeFromTheFilesPrimaries) {
+    const TempFolder folder;
+    EXPECT_THAT(weights_in_file(folder, nullptr), ElementsAre(0.2126, 0.7152, 0.0722));
+    // Rec. 709, ACES AP1, ACES AP0, against OpenEXR's own computation.
+    const Imf::Chromaticities rec709;
+    const Imf::Chromaticities ap1({0.713f, 0.293f}, {0.165f, 0.830f}, {0.128f, 0.044f},
+                                  {0.32168f, 0.33767f});
+    const Imf::Chromaticities ap0({0.7347f, 0.2653f}, {0, 1}, {0.0001f, -0.077f},
+                                  {0.32168f, 0.33767f});
+    for (const Imf::Chromaticities& c : {rec709, ap1, ap0}) {
+        const std::array<double, 3> w = weights_in_file(folder, &c);
+        const Imath::V3f expected = Imf::RgbaYca::computeYw(c);
+        for (int i = 0; i < 3; ++i) EXPECT_NEAR(w[size_t(i)], expected[i], 1e-5);
+        EXPECT_NEAR(w[0] + w[1] + w[2], 1, 1e-9);
+    }
+    // Published: SMPTE RP 177 for Rec. 709; S-2014-004 (ACEScg) for AP1.
+    const auto w709 = weights_in_file(folder, &rec709);
+    EXPECT_NEAR(w709[0], 0.2126, 1e-4);
+    EXPECT_NEAR(w709[1], 0.7152, 1e-4);
+    const auto w1 = weights_in_file(folder, &ap1);
+    EXPECT_NEAR(w1[0], 0.2722287168, 1e-5);
+    EXPECT_NEAR(w1[1], 0.6740817658, 1e-5);
+    EXPECT_NEAR(w1[2], 0.0536895174, 1e-5);
+}
+
+TEST(LumaWeights, DegeneratePrimariesFallBackToRec709) {
+    EXPECT_THAT(luma_weights({0.3f, 0.3f, 0.3f, 0.3f, 0.3f, 0.3f, 0.3f, 0.3f}),
+                ElementsAre(0.2126, 0.7152, 0.0722));
+    EXPECT_THAT(luma_weights({0.64f, 0, 0.3f, 0.6f, 0.15f, 0.06f, 0.3127f, 0.329f}),
+                ElementsAre(0.2126, 0.7152, 0.0722));
+}
+
+TEST(CameraFromAttributes, StandardNames) {
+    const TempFolder folder;
+    FilePart part = cycles();
+    part.edit = [](Imf::Header& h) {
+        Imf::addAperture(h, 2.8f);
+        Imf::addFocus(h, 4.5f);
+        Imf::addExpTime(h, 1.0f / 48);
+        Imf::addFramesPerSecond(h, Imf::Rational(24, 1));
+        h.insert("nominalFocalLength", Imf::FloatAttribute(35));
+    };
+    write_file(folder.path("f.exr"), {part});
+    const Camera camera = camera_from_attributes(ExrFile::open(folder.path("f.exr"))->parts()[0]);
+    EXPECT_NEAR(camera.f_stop.value(), 2.8, 1e-6);
+    EXPECT_NEAR(camera.focus_distance.value(), 4.5, 1e-6);
+    EXPECT_NEAR(camera.shutter_frames.value(), 0.5, 1e-5);  // 1/48 s at 24 frames a second
+    EXPECT_NEAR(camera.focal_length_mm.value(), 35, 1e-6);
+    EXPECT_FALSE(camera.sensor_width_mm.has_value());
+
+    write_file(folder.path("f.exr"), {cycles()});
+    EXPECT_EQ(camera_from_attributes(ExrFile::open(folder.path("f.exr"))->parts()[0]), Camera());
+}
+
+}  // namespace
+}  // namespace postchain::io

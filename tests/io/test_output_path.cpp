@@ -1,0 +1,191 @@
+// EXR output when the way to the file is not smooth: existing files, limits, kills, races.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <thread>
+
+#include "tests/io/exr_files.h"
+#include "tools/io/exr_writer.h"
+
+namespace postchain::io {
+namespace {
+
+using test::FilePart;
+using test::TempFolder;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+constexpr int kSide = 96;
+
+// A frame whose color can be written again and again.
+class OutputPath : public testing::Test {
+  protected:
+    void SetUp() override {
+        FilePart part{.channels = {{"R"}, {"G"}, {"B"}, {"A"}, {"Z", Imf::FLOAT}},
+                      .data = {{0, 0}, {kSide - 1, kSide - 1}}};
+        test::write_file(input.path("in.exr"), {part});
+    }
+    InputFrame frame() {
+        Result<OpenFrame> open = open_frame({{Role::color, input.path("in.exr")}}, 1);
+        Result<InputFrame> frame =
+            read_frame(*open, {{Role::color, {0, {"R", "G", "B", "A"}}}}, {}, Keep::all);
+        EXPECT_TRUE(frame.ok()) << frame.status().message();
+        return std::move(*frame);
+    }
+    Status write(InputFrame& f, const std::string& path, float value, OnExisting on_existing,
+                 bool* skipped = nullptr) {
+        const ImageF color(kSide, kSide, 4, value);
+        WriteOptions options;
+        options.on_existing = on_existing;
+        const Result<WriteReport> report = write_filtered(path, f, color, options);
+        if (report.ok() && skipped != nullptr) *skipped = report->skipped;
+        return report.status();
+    }
+    // The one value the file's color consists of; fails unless the file is whole.
+    float value_of(const std::string& path) {
+        Result<ExrFile> file = ExrFile::open(path);
+        EXPECT_TRUE(file.ok()) << file.status().message();
+        if (!file.ok()) return -1;
+        const Result<ImageF> color = file->read_channels(0, {"R", "G", "B", "A"});
+        EXPECT_TRUE(color.ok()) << color.status().message();
+        if (!color.ok()) return -1;
+        for (const float v : color->data) {
+            EXPECT_EQ(v, color->data[0]);
+            if (v != color->data[0]) return -1;
+        }
+        return color->data[0];
+    }
+
+    TempFolder input;
+    TempFolder folder;
+};
+
+TEST_F(OutputPath, ExistingFileUnderEachPolicy) {
+    InputFrame f = frame();
+    const std::string path = folder.path("out.exr");
+    bool skipped = true;
+    ASSERT_TRUE(write(f, path, 1, OnExisting::fail, &skipped).ok());
+    EXPECT_FALSE(skipped);
+    const Status failed = write(f, path, 2, OnExisting::fail);
+    EXPECT_EQ(failed.code(), StatusCode::output);
+    EXPECT_THAT(failed.message(), HasSubstr("exists already"));
+    EXPECT_EQ(value_of(path), 1);
+    ASSERT_TRUE(write(f, path, 2, OnExisting::skip, &skipped).ok());
+    EXPECT_TRUE(skipped);
+    EXPECT_EQ(value_of(path), 1);
+    ASSERT_TRUE(write(f, path, 2, OnExisting::overwrite, &skipped).ok());
+    EXPECT_FALSE(skipped);
+    EXPECT_EQ(value_of(path), 2);
+    EXPECT_THAT(folder.names(), ElementsAre("out.exr"));
+}
+
+TEST_F(OutputPath, TheInputItselfMayBeOverwritten) {
+    InputFrame f = frame();
+    ASSERT_TRUE(write(f, input.path("in.exr"), 3, OnExisting::overwrite).ok());
+    EXPECT_EQ(value_of(input.path("in.exr")), 3);
+}
+
+TEST_F(OutputPath, NoFolderAndAFileInItsPlace) {
+    InputFrame f = frame();
+    EXPECT_THAT(write(f, folder.path("none/out.exr"), 1, OnExisting::fail).message(),
+                HasSubstr("does not exist"));
+    test::set_file_bytes(folder.path("file"), "x");
+    EXPECT_THAT(write(f, folder.path("file/out.exr"), 1, OnExisting::fail).message(),
+                HasSubstr("is a file, not a folder"));
+}
+
+// Runs `body` in a child, without threads of ours; its exit status.
+template <class Body>
+pid_t start_child(Body body) {
+    const pid_t child = ::fork();
+    if (child == 0) ::_exit(body());
+    return child;
+}
+
+int wait_for(pid_t child) {
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
+}
+
+TEST_F(OutputPath, AFileSizeLimitAtAnyPointLeavesNothing) {
+    const Status whole = [&] {
+        InputFrame f = frame();
+        return write(f, folder.path("whole.exr"), 1, OnExisting::fail);
+    }();
+    ASSERT_TRUE(whole.ok());
+    const auto size = std::filesystem::file_size(folder.path("whole.exr"));
+    for (const uint64_t limit : {uint64_t(0), uint64_t(1), uint64_t(300), size / 2, size - 1}) {
+        const int result = wait_for(start_child([&] {
+            InputFrame f = frame();
+            ::signal(SIGXFSZ, SIG_IGN);
+            const rlimit lower{rlim_t(limit), rlim_t(limit)};
+            ::setrlimit(RLIMIT_FSIZE, &lower);
+            const Status s = write(f, folder.path("out.exr"), 1, OnExisting::fail);
+            if (s.ok()) return 1;
+            if (s.code() != StatusCode::output) return 2;
+            return s.message().find("file-size limit") == std::string::npos ? 3 : 0;
+        }));
+        EXPECT_EQ(result, 0) << limit;
+        EXPECT_THAT(folder.names(), ElementsAre("whole.exr"));
+    }
+}
+
+TEST_F(OutputPath, KilledAtAnyMomentTheNameHoldsOldNewOrNothing) {
+    const std::string path = folder.path("out.exr");
+    int found = 0;
+    for (int round = 0; round < 24; ++round) {
+        if (round % 8 == 0) std::filesystem::remove(path);
+        const pid_t child = start_child([&] {
+            InputFrame f = frame();
+            for (int n = 0;; ++n) {
+                if (!write(f, path, float(round * 64 + n % 64), OnExisting::overwrite).ok()) {
+                    return 1;
+                }
+            }
+        });
+        std::this_thread::sleep_for(std::chrono::microseconds(3000 + round * 1700));
+        ::kill(child, SIGKILL);
+        EXPECT_EQ(wait_for(child), 1000 + SIGKILL);
+        if (std::filesystem::exists(path)) {
+            ++found;
+            EXPECT_GE(value_of(path), 0);
+        }
+    }
+    EXPECT_GT(found, 4) << "the children must have had the time to write";
+}
+
+TEST_F(OutputPath, TwoProcessesAtOneOutput) {
+    for (const OnExisting policy : {OnExisting::fail, OnExisting::skip, OnExisting::overwrite}) {
+        for (int round = 0; round < 8; ++round) {
+            const std::string path = folder.path("out.exr");
+            std::filesystem::remove(path);
+            // 0 written, 1 skipped, 2 failed because it exists.
+            std::vector<pid_t> children;
+            for (int c = 0; c < 4; ++c) {
+                children.push_back(start_child([&] {
+                    InputFrame f = frame();
+                    bool skipped = false;
+                    const Status s = write(f, path, 7, policy, &skipped);
+                    if (s.ok()) return skipped ? 1 : 0;
+                    return s.message().find("exists already") != std::string::npos ? 2 : 3;
+                }));
+            }
+            std::vector<int> results;
+            for (const pid_t child : children) results.push_back(wait_for(child));
+            std::sort(results.begin(), results.end());
+            const int others = policy == OnExisting::fail ? 2 : policy == OnExisting::skip ? 1 : 0;
+            EXPECT_THAT(results, ElementsAre(0, others, others, others));
+            EXPECT_EQ(value_of(path), 7);
+            EXPECT_THAT(folder.names(), ElementsAre("out.exr"));
+        }
+    }
+}
+
+}  // namespace
+}  // namespace postchain::io

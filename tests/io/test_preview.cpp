@@ -1,0 +1,59 @@
+#include <OpenImageIO/imageio.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "tests/io/exr_files.h"
+#include "tools/io/exr_writer.h"
+
+namespace postchain::io {
+namespace {
+
+using test::TempFolder;
+using testing::ElementsAre;
+
+std::vector<int> shown(const ImageF& color, const PreviewOptions& options = {}) {
+    const TempFolder folder;
+    const std::string path = folder.path("p.png");
+    const Status s = write_png_preview(path, color, options);
+    EXPECT_TRUE(s.ok()) << s.message();
+    EXPECT_THAT(folder.names(), ElementsAre("p.png"));
+    const auto in = OIIO::ImageInput::open(path);
+    if (in == nullptr) return {};
+    EXPECT_STREQ(in->format_name(), "png");
+    std::vector<uint8_t> bytes(in->spec().image_pixels() * size_t(in->spec().nchannels));
+    EXPECT_TRUE(in->read_image(0, 0, 0, in->spec().nchannels, OIIO::TypeDesc::UINT8, bytes.data()));
+    return {bytes.begin(), bytes.end()};
+}
+
+TEST(Preview, DisplayCurve) {
+    // v = 1: (1/2)^(1/2.2) = 0.72974, x255 = 186.08. v = 3: 0.75^(1/2.2) = 0.87742, 223.74.
+    // v = 0.25: 0.2^(1/2.2) = 0.48116, 122.70.
+    ImageF color(2, 1, 4, 1);
+    color.data = {1, 3, 0.25f, 1, 0, -5, std::numeric_limits<float>::quiet_NaN(), 1};
+    EXPECT_THAT(shown(color), ElementsAre(186, 224, 123, 0, 0, 0));
+    // One stop up: 0.5 is shown as 1 was.
+    color.data = {0.5f, 1.5f, 0.125f, 1, 0, 0, 0, 0};
+    EXPECT_THAT(shown(color, {.exposure_stops = 1}), ElementsAre(186, 224, 123, 0, 0, 0));
+}
+
+TEST(Preview, OtherCurvesAndGrey) {
+    // 0.5^(1/2.2) = 0.72974: 186.
+    ImageF color(1, 1, 3);
+    color.data = {0.5f, 1, 7};
+    EXPECT_THAT(shown(color, {.curve = ToneCurve::gamma}), ElementsAre(186, 255, 255));
+    EXPECT_THAT(shown(color, {.curve = ToneCurve::none}), ElementsAre(128, 255, 255));
+    ImageF grey(2, 1, 1);
+    grey.data = {0, 1};
+    EXPECT_THAT(shown(grey, {.curve = ToneCurve::none}), ElementsAre(0, 255));
+}
+
+TEST(Preview, UnwritablePathIsAnError) {
+    const TempFolder folder;
+    EXPECT_EQ(write_png_preview(folder.path("none/p.png"), ImageF(1, 1, 3)).code(),
+              StatusCode::output);
+}
+
+}  // namespace
+}  // namespace postchain::io

@@ -1,0 +1,235 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/io/exr_files.h"
+#include "tools/io/sequence.h"
+
+namespace postchain::io {
+namespace {
+
+using test::TempFolder;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+std::vector<int> frames_of(std::string_view text) {
+    const Result<FrameRange> range = FrameRange::parse(text);
+    EXPECT_TRUE(range.ok()) << range.status().message();
+    return range.ok() ? range->frames : std::vector<int>();
+}
+
+std::string range_error(std::string_view text) {
+    const Result<FrameRange> range = FrameRange::parse(text);
+    EXPECT_FALSE(range.ok()) << text;
+    EXPECT_EQ(range.status().code(), StatusCode::usage);
+    return range.status().message();
+}
+
+TEST(FrameRange, TakesNumbersRangesAndSteps) {
+    EXPECT_THAT(frames_of("7"), ElementsAre(7));
+    EXPECT_THAT(frames_of("1-4"), ElementsAre(1, 2, 3, 4));
+    EXPECT_THAT(frames_of("20-27x3"), ElementsAre(20, 23, 26));
+    EXPECT_THAT(frames_of("-5--3"), ElementsAre(-5, -4, -3));
+    EXPECT_THAT(frames_of("-1-1"), ElementsAre(-1, 0, 1));
+    EXPECT_THAT(frames_of("-4-4x4"), ElementsAre(-4, 0, 4));
+    EXPECT_THAT(frames_of("1001"), ElementsAre(1001));
+    EXPECT_THAT(frames_of("5-5"), ElementsAre(5));
+}
+
+TEST(FrameRange, KeepsTheOrderWrittenAndEachFrameOnce) {
+    EXPECT_THAT(frames_of("9,1-3,2-4,1001"), ElementsAre(9, 1, 2, 3, 4, 1001));
+    EXPECT_EQ(frames_of("1-10,20-40x2,-5--1,1001").size(), 10u + 11u + 5u + 1u);
+}
+
+TEST(FrameRange, RefusesAColonAsAmbiguous) {
+    EXPECT_THAT(range_error("1:10"), HasSubstr("two things"));
+    EXPECT_THAT(range_error("1-10:2"), HasSubstr("1-10x2"));
+}
+
+TEST(FrameRange, RefusesWhatIsNoRange) {
+    for (const char* text : {"",    ",",     "1,",    ",1",      "a",           "1-",        "-",
+                             "--1", "1-2-3", "1-10x", "1x2",     "1-10y2",      "1 - 3",     " 1",
+                             "+1",  "0x10",  "1.5",   "1-10x-2", "99999999999", "1000000000"}) {
+        EXPECT_FALSE(range_error(text).empty());
+    }
+    EXPECT_THAT(range_error("1-10x0"), HasSubstr("step"));
+    EXPECT_THAT(range_error("10-1"), HasSubstr("backwards"));
+}
+
+TEST(FrameRange, CapsTheNumberOfFrames) {
+    EXPECT_EQ(frames_of("1-1000000").size(), 1000000u);
+    EXPECT_THAT(range_error("1-1000001"), HasSubstr("more than 1000000"));
+    EXPECT_THAT(range_error("1-600000,600001-1200000"), HasSubstr("more than"));
+    EXPECT_EQ(frames_of("-999999999-999999999x999999999").size(), 3u);
+}
+
+PathPattern pattern_of(std::string_view text) {
+    Result<PathPattern> pattern = PathPattern::parse(text);
+    EXPECT_TRUE(pattern.ok()) << pattern.status().message();
+    return pattern.ok() ? *pattern : PathPattern();
+}
+
+TEST(PathPattern, FormatsEveryToken) {
+    EXPECT_EQ(pattern_of("a/b.####.exr").format(7), "a/b.0007.exr");
+    EXPECT_EQ(pattern_of("b.@.exr").format(7), "b.7.exr");
+    EXPECT_EQ(pattern_of("b.@@@@.exr").format(12345), "b.12345.exr");
+    EXPECT_EQ(pattern_of("b.%04d.exr").format(7), "b.0007.exr");
+    EXPECT_EQ(pattern_of("b.%d.exr").format(1001), "b.1001.exr");
+    EXPECT_EQ(pattern_of("b.$F4.exr").format(7), "b.0007.exr");
+    EXPECT_EQ(pattern_of("/x/b$F.exr").format(-7), "/x/b-7.exr");
+    // printf("%04d", -5): the sign counts as a column.
+    EXPECT_EQ(pattern_of("b.####.exr").format(-5), "b.-005.exr");
+}
+
+TEST(PathPattern, OnlyTheFileNameHoldsTheToken) {
+    EXPECT_EQ(pattern_of("shot#1/@x/b.##.exr").format(3), "shot#1/@x/b.03.exr");
+    EXPECT_FALSE(pattern_of("shot####/b.exr").has_token());
+    EXPECT_EQ(pattern_of("b.exr").folder(), ".");
+    EXPECT_EQ(pattern_of("/b.exr").folder(), "/");
+    EXPECT_EQ(pattern_of("x/y/b.exr").folder(), "x/y");
+}
+
+TEST(PathPattern, MatchesWhatItFormatsAndNothingElse) {
+    const PathPattern p = pattern_of("b.####.exr");
+    for (const int frame : {0, 7, 1001, 9999, 12345, -5, -1234, 999999999}) {
+        EXPECT_EQ(p.match(p.format(frame)), frame);
+    }
+    EXPECT_EQ(p.match("b.-0005.exr"), -5);  // as some programs write it
+    for (const char* name :
+         {"b.007.exr", "b.00007.exr", "b..exr", "b.exr", "c.0007.exr", "b.0007.exr2", "b.00a7.exr",
+          "b. 007.exr", "b.+007.exr", ".b.0007.exr.4711.tmp", "b.99999999999.exr", "b.-0000.exr"}) {
+        EXPECT_FALSE(p.match(name).has_value()) << name;
+    }
+    EXPECT_EQ(pattern_of("b.@.exr").match("b.0007.exr"), std::nullopt);
+}
+
+TEST(PathPattern, RefusesWhatHasNoOneMeaning) {
+    for (const char* text : {"", "a/", "b.####.%04d.exr", "b.%4d.exr", "b.%099d.exr"}) {
+        const Result<PathPattern> p = PathPattern::parse(text);
+        EXPECT_FALSE(p.ok()) << text;
+        EXPECT_EQ(p.status().code(), StatusCode::usage);
+    }
+    // No tokens: a percent sign or dollar that begins none.
+    EXPECT_FALSE(pattern_of("100%.exr").has_token());
+    EXPECT_FALSE(pattern_of("$HOME.exr").has_token());
+}
+
+TEST(PathPattern, NumberOfASingleFileIsItsLastGroupOfDigits) {
+    EXPECT_EQ(pattern_of("render.0010.exr").literal_frame(), 10);
+    EXPECT_EQ(pattern_of("v2/shot3_v012.exr").literal_frame(), 12);
+    EXPECT_EQ(pattern_of("shot3_final.exr").literal_frame(), 3);
+    EXPECT_EQ(pattern_of("final.exr").literal_frame(), 0);
+    EXPECT_EQ(pattern_of("v2/final.exr").literal_frame(), 0);
+    EXPECT_EQ(pattern_of("final.mp4").literal_frame(), 0);
+    EXPECT_EQ(pattern_of("f-5.exr").literal_frame(), 5);
+    EXPECT_EQ(pattern_of("20261120123456.exr").literal_frame(), 0);
+}
+
+TEST(PathPattern, DiscoversFramesButNoTemporaries) {
+    const TempFolder folder;
+    for (const char* name : {"b.0010.exr", "b.0012.exr", "b.-003.exr", ".b.0011.exr.99.tmp",
+                             "b.0013.exr.json", "c.0010.exr"}) {
+        test::set_file_bytes(folder.path(name), "x");
+    }
+    const auto found = pattern_of(folder.path("b.####.exr")).discover();
+    ASSERT_EQ(found.size(), 3u);
+    EXPECT_EQ(found.at(10), folder.path("b.0010.exr"));
+    EXPECT_EQ(found.at(-3), folder.path("b.-003.exr"));
+    EXPECT_TRUE(found.contains(12));
+    EXPECT_TRUE(pattern_of(folder.path("none/b.####.exr")).discover().empty());
+    // The widest pattern there is meets temporaries of both kinds and takes none.
+    test::set_file_bytes(folder.path(".7.55.tmp"), "x");
+    EXPECT_TRUE(pattern_of(folder.path("#")).discover().empty());
+}
+
+TEST(InputSpec, OnePatternOrOnePerPlane) {
+    Result<InputSpec> one = InputSpec::parse("a,b/A.####.exr");
+    ASSERT_TRUE(one.ok());
+    EXPECT_FALSE(one->separate_files());
+    EXPECT_EQ(one->color().text(), "a,b/A.####.exr");
+
+    Result<InputSpec> many =
+        InputSpec::parse("color=A,1.####.exr,depth=B.exr,motion=C.%04d.exr,motion_back=D.@.exr");
+    ASSERT_TRUE(many.ok()) << many.status().message();
+    EXPECT_TRUE(many->separate_files());
+    EXPECT_EQ(many->patterns.at(Role::color).text(), "A,1.####.exr");
+    EXPECT_EQ(many->patterns.at(Role::inverse_depth).text(), "B.exr");
+    EXPECT_EQ(many->patterns.at(Role::motion).text(), "C.%04d.exr");
+    EXPECT_EQ(many->patterns.at(Role::motion_back).text(), "D.@.exr");
+
+    Result<InputSpec> equals = InputSpec::parse("./a=b.exr");
+    ASSERT_TRUE(equals.ok());
+    EXPECT_EQ(equals->color().text(), "./a=b.exr");
+}
+
+TEST(InputSpec, RefusesWhatItCannotRead) {
+    for (const char* text : {"", "colour=A.exr", "color=", "depth=B.exr", "color=A.exr,color=B.exr",
+                             "color=A.exr,deep=B.exr", "color=A.exr,depth="}) {
+        const Result<InputSpec> spec = InputSpec::parse(text);
+        EXPECT_FALSE(spec.ok()) << text;
+        EXPECT_EQ(spec.status().code(), StatusCode::usage);
+    }
+    EXPECT_THAT(InputSpec::parse("colour=A.exr").status().message(), HasSubstr("motion_back="));
+}
+
+FrameList list_of(const std::string& input, const char* range = nullptr) {
+    Result<InputSpec> spec = InputSpec::parse(input);
+    EXPECT_TRUE(spec.ok()) << spec.status().message();
+    std::optional<FrameRange> frames;
+    if (range != nullptr) frames = *FrameRange::parse(range);
+    Result<FrameList> list = find_frames(*spec, frames);
+    EXPECT_TRUE(list.ok()) << list.status().message();
+    return list.ok() ? *list : FrameList();
+}
+
+TEST(FindFrames, WithoutARangeTakesWhatIsThereAndNamesTheGaps) {
+    const TempFolder folder;
+    for (const char* name : {"b.0010.exr", "b.0011.exr", "b.0014.exr"}) {
+        test::set_file_bytes(folder.path(name), "x");
+    }
+    const FrameList list = list_of(folder.path("b.####.exr"));
+    EXPECT_THAT(list.frames, ElementsAre(10, 11, 14));
+    EXPECT_THAT(list.missing, IsEmpty());
+    EXPECT_THAT(list.gaps, ElementsAre(12, 13));
+
+    const FrameList asked = list_of(folder.path("b.####.exr"), "9-11");
+    EXPECT_THAT(asked.frames, ElementsAre(9, 10, 11));
+    EXPECT_THAT(asked.missing, ElementsAre(9));
+    EXPECT_TRUE(asked.is_missing(9));
+    EXPECT_EQ(asked.files.at(10).at(Role::color), folder.path("b.0010.exr"));
+    EXPECT_THAT(asked.gaps, IsEmpty());
+}
+
+TEST(FindFrames, ASingleFileIsOneFrame) {
+    const TempFolder folder;
+    test::set_file_bytes(folder.path("b.0010.exr"), "x");
+    EXPECT_THAT(list_of(folder.path("b.0010.exr")).frames, ElementsAre(10));
+    EXPECT_THAT(list_of(folder.path("b.0010.exr"), "10-11").missing, ElementsAre(11));
+}
+
+TEST(FindFrames, AFrameIsMissingWhenAnyOfItsPlanesIs) {
+    const TempFolder folder;
+    for (const char* name : {"c.1.exr", "c.2.exr", "d.2.exr", "m.exr"}) {
+        test::set_file_bytes(folder.path(name), "x");
+    }
+    const FrameList list =
+        list_of("color=" + folder.path("c.@.exr") + ",depth=" + folder.path("d.@.exr") +
+                ",motion=" + folder.path("m.exr"));
+    EXPECT_THAT(list.frames, ElementsAre(1, 2));
+    EXPECT_THAT(list.missing, ElementsAre(1));
+    EXPECT_EQ(list.files.at(2).at(Role::motion), folder.path("m.exr"));  // serves every frame
+}
+
+TEST(FindFrames, NothingOnDiskIsAnError) {
+    const TempFolder folder;
+    for (const char* name : {"b.####.exr", "b.exr"}) {
+        Result<InputSpec> spec = InputSpec::parse(folder.path(name));
+        const Result<FrameList> list = find_frames(*spec, std::nullopt);
+        ASSERT_FALSE(list.ok());
+        EXPECT_EQ(list.status().code(), StatusCode::input);
+        EXPECT_THAT(list.status().message(), HasSubstr(name));
+    }
+}
+
+}  // namespace
+}  // namespace postchain::io

@@ -218,6 +218,7 @@ CameraFile parse_camera(std::string_view text, const std::string& file_name) {
     TextTree tree = read_text_tree(text, file_name, StatusCode::input, kCameraLimits);
     file.diagnostics = std::move(tree.diagnostics);
     if (!tree.root.is_null()) CameraParser(file).parse(tree.root);
+    sort_by_place(file.diagnostics);
     return file;
 }
 

@@ -163,6 +163,7 @@ ChainFile parse_chain(std::string_view text, const std::string& file_name,
     ChainParser parser(registry, file);
     if (!tree.root.is_null()) {
         parser.parse(tree.root);
+        sort_by_place(file.diagnostics);
         apply_overrides(overrides, parser.entries, registry, file.chain, file.diagnostics);
     }
     return file;

@@ -1,5 +1,8 @@
 #include "config/diagnostic.h"
 
+#include <algorithm>
+#include <tuple>
+
 #include "chain/parameter.h"
 #include "config/reporter.h"
 
@@ -57,6 +60,14 @@ void Reporter::add(Severity severity, int line, int column, const std::string& p
         return;
     }
     out_.push_back({file_, line, column, severity, path, message, code_});
+}
+
+void sort_by_place(Diagnostics& diagnostics) {
+    const size_t count = std::min(diagnostics.size(), kMaxDiagnostics);
+    std::stable_sort(diagnostics.begin(), diagnostics.begin() + std::ptrdiff_t(count),
+                     [](const Diagnostic& a, const Diagnostic& b) {
+                         return std::tie(a.line, a.column) < std::tie(b.line, b.column);
+                     });
 }
 
 std::string joined(const std::vector<std::string>& words) {

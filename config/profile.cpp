@@ -243,6 +243,7 @@ ProfileFile parse_profile(std::string_view text, const std::string& file_name) {
     TextTree tree = read_text_tree(text, file_name, StatusCode::usage);
     file.diagnostics = std::move(tree.diagnostics);
     if (!tree.root.is_null()) ProfileParser(file, file_name).parse(tree.root);
+    sort_by_place(file.diagnostics);
     return file;
 }
 

@@ -34,6 +34,9 @@ class Reporter {
     Diagnostics& out_;
 };
 
+// Into the order of the text; the last word about too many errors stays last.
+void sort_by_place(Diagnostics& diagnostics);
+
 // "unknown key 'x' (did you mean 'y'?)" or with all known words when none is near; `what` is the
 // kind of word: "key", "pass".
 std::string unknown_word(const std::string& what, const std::string& word,

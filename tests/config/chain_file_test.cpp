@@ -93,9 +93,9 @@ TEST(ChainFile, NamesTheNearestKey) {
                 ElementsAre("c.yaml:3:5: error: passes[0]: unknown pass 'smeer' (did you mean "
                             "'smear'?)"));
     EXPECT_THAT(errors_of("postchain: 1\npases: []\n"),
-                ElementsAre(HasSubstr("c.yaml:2:1: error: pases: unknown key 'pases' (did you mean "
-                                      "'passes'?)"),
-                            HasSubstr("passes: missing")));
+                ElementsAre(HasSubstr("passes: missing"),
+                            HasSubstr("c.yaml:2:1: error: pases: unknown key 'pases' (did you mean "
+                                      "'passes'?)")));
     EXPECT_THAT(errors_of("postchain: 1\npasses: []\ncamera: {fstop: 2}\n"),
                 ElementsAre("c.yaml:3:10: error: camera.fstop: unknown key 'fstop' (did you mean "
                             "'f_stop'?)"));
@@ -190,11 +190,11 @@ TEST(ChainFile, ReportsAllErrorsAtOnce) {
         "  - blur\n  - tint: {gain: &a 2}\nextra: 1\nextra: 2\n");
     EXPECT_THAT(
         texts(file.diagnostics),
-        ElementsAre(HasSubstr("6:18: error: anchors"), HasSubstr("8:1: error: duplicate"),
-                    HasSubstr("1:12: error: postchain"), HasSubstr("2:18: error: camera.f_stop"),
+        ElementsAre(HasSubstr("1:12: error: postchain"), HasSubstr("2:18: error: camera.f_stop"),
                     HasSubstr("4:22: error: passes[0].samples"),
                     HasSubstr("4:26: error: passes[0].sampels"), HasSubstr("5:5: error: passes[1]"),
-                    HasSubstr("7:1: error: extra")));
+                    HasSubstr("6:18: error: anchors"), HasSubstr("7:1: error: extra"),
+                    HasSubstr("8:1: error: duplicate")));
     EXPECT_EQ(file.status().code(), StatusCode::chain);
     EXPECT_THAT(file.status().message(), HasSubstr("passes[0].sampels"));
 }

@@ -2,7 +2,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
+
+#include "config/camera_file.h"
 #include "config/chain_file.h"
+#include "config/profile.h"
 #include "fake_passes.h"
 #include "passes/registry.h"
 
@@ -78,6 +82,37 @@ TEST(Shipped, OfflineTakesMoreSamplesThanRealtime) {
     const Chain realtime = load("realtime").chain, offline = load("offline").chain;
     EXPECT_LT(std::stoi(value(realtime, 0, "samples")), 25);
     EXPECT_GT(std::stoi(value(offline, 0, "samples")), 100);
+}
+
+// Fenced blocks of one language in a document.
+std::vector<std::string> blocks_of(const std::string& document, const std::string& language) {
+    std::ifstream in(std::string(POSTCHAIN_SOURCE_DIR) + "/docs/" + document);
+    EXPECT_TRUE(in) << document;
+    std::vector<std::string> blocks;
+    bool inside = false;
+    for (std::string line; std::getline(in, line);) {
+        if (!inside && line == "```" + language) {
+            inside = true;
+            blocks.emplace_back();
+        } else if (line == "```") {
+            inside = false;
+        } else if (inside) {
+            blocks.back() += line + "\n";
+        }
+    }
+    return blocks;
+}
+
+TEST(Documents, ExamplesAreValid) {
+    const auto chains = blocks_of("chain_file.md", "yaml");
+    ASSERT_EQ(chains.size(), 1u);
+    EXPECT_THAT(texts(parse_chain(chains[0], "doc", builtin_passes()).diagnostics), IsEmpty());
+    const auto cameras = blocks_of("chain_file.md", "json");
+    ASSERT_EQ(cameras.size(), 1u);
+    EXPECT_THAT(texts(parse_camera(cameras[0], "doc").diagnostics), IsEmpty());
+    const auto profiles = blocks_of("profiles.md", "yaml");
+    ASSERT_EQ(profiles.size(), 1u);
+    EXPECT_THAT(texts(parse_profile(profiles[0], "doc").diagnostics), IsEmpty());
 }
 
 }  // namespace

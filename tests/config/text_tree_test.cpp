@@ -151,6 +151,7 @@ TEST(TextTree, AllowsNestingUpToTheLimit) {
     EXPECT_THAT(
         errors_of("# " + std::string(100, '[') + "\na: \"" + std::string(100, '{') + "\"\n"),
         IsEmpty());
+    EXPECT_THAT(errors_of("a: \"\\\" " + std::string(100, '[') + "\"\n"), IsEmpty());
 }
 
 TEST(TextTree, PlacesErrorsOfSyntax) {

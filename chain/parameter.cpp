@@ -176,7 +176,7 @@ std::string nearest_word(std::string_view word, const std::vector<std::string>& 
         return row.back();
     };
     std::string best;
-    size_t best_distance = std::max<size_t>(2, word.size() / 2) + 1;
+    size_t best_distance = std::max<size_t>(2, word.size() / 3) + 1;
     if (word.size() > 256) return best;
     for (const auto& candidate : known) {
         const size_t d = distance(word, candidate);

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "passes/fxaa/reference.h"
-#include "shared/fxaa_block.h"
+#include "shaders/shared/fxaa_block.h"
 
 namespace postchain::fxaa {
 namespace {

@@ -18,6 +18,22 @@ ImageF noise_image(int width, int height, int channels, uint32_t seed, float low
     return image;
 }
 
+ImageF textured_image(int width, int height, int channels, uint32_t seed) {
+    ImageF image(width, height, channels);
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+            for (int c = 0; c < channels; ++c) {
+                const double phase = 0.37 * seed + 1.7 * c;
+                double value = 0.5 + 0.16 * std::sin(0.413 * x + 0.217 * y + phase) +
+                               0.12 * std::sin(0.131 * x - 0.563 * y + 2 * phase);
+                if (std::sin(0.77 * x + 0.29 * y + 0.1 * seed) > 0.4) value *= 0.35;
+                image.at(x, y, c) = float(value);
+            }
+        }
+    }
+    return image;
+}
+
 ImageF constant_image(int width, int height, std::initializer_list<float> pixel) {
     ImageF image(width, height, int(pixel.size()));
     size_t i = 0;
@@ -28,7 +44,7 @@ ImageF constant_image(int width, int height, std::initializer_list<float> pixel)
 TestFrame layered_frame(int width, int height, std::array<float, 2> square_motion,
                         std::array<float, 2> ground_motion, uint32_t seed) {
     TestFrame frame;
-    ImageF color = noise_image(width, height, 4, seed);
+    ImageF color = textured_image(width, height, 4, seed);
     ImageF depth(width, height, 1, 0.1f);  // 10 units away
     ImageF motion(width, height, 2);
     for (int y = 0; y < height; ++y) {

@@ -288,6 +288,11 @@ class Run {
         report.write = std::move(*written);
         report.write_ms = milliseconds_since(start);
         report.frames_in_flight = in_flight_peak_;
+        if (settings_.preview) {
+            const auto name = fs::path(report.output).replace_extension(".png").string();
+            if (Status status = io::write_png_preview(name, job.result); !status.ok())
+                return status;
+        }
         if (!settings_.sidecar) return Status();
         return io::atomic_write_text(report.output + ".json",
                                      sidecar_json(report, settings_.version))

@@ -43,6 +43,7 @@ struct RunSettings {
     ErrorPolicy on_error = ErrorPolicy::stop;
     bool strict = false;      // non-finite values are an error
     bool sidecar = true;      // OUT.json beside each output
+    bool preview = false;     // OUT.png beside each output, display transform, 8 bits
     std::string dump_folder;  // every stage as EXR; empty = none
     std::string version;      // of the command, for metadata
 };

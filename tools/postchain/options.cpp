@@ -113,6 +113,7 @@ void add_writing(CLI::App& verb, Options& o) {
         ->capture_default_str();
     verb.add_flag("--strict", o.strict, "non-finite values in input or output are an error");
     verb.add_flag("--no-sidecar", o.no_sidecar, "write no OUT.json beside each output");
+    verb.add_flag("--png", o.png, "write OUT.png beside each output, for a look");
     verb.add_option("--dump-stages", o.dump_stages, "write each intermediate plane as EXR")
         ->type_name("DIR");
     verb.add_flag("--json", o.json, "one JSON object per frame on stdout");
@@ -192,6 +193,7 @@ Result<offline::RunSettings> run_settings_of(const Options& options) {
     settings->overflow = choice<io::HalfOverflow>(options.overflow, {"refuse", "clamp"});
     settings->strict = options.strict;
     settings->sidecar = !options.no_sidecar;
+    settings->preview = options.png;
     settings->dump_folder = options.dump_stages;
     return settings;
 }

@@ -34,6 +34,7 @@ struct Options {
     std::string no_elide;  // "all" or rule names
     bool strict = false;
     bool no_sidecar = false;
+    bool png = false;
     int threads = 0;
     std::string dump_stages;
     bool verbose = false;

@@ -156,7 +156,7 @@ Result<ScenePlanes> SceneRenderer::render(const SceneModel& model, const RenderS
     const size_t pixels = size_t(width) * size_t(height);
     gl.set(objects, records_of(model));
     gl.set(letters, model.letters);
-    gl.set(points, sample_points(samples));
+    gl.set(points, sample_points(samples, settings.lens));
     gl.reserve(color_sums, pixels * sizeof(glm::vec4));
     gl.reserve(vector_sums, settings.vectors ? pixels * sizeof(glm::vec4) : sizeof(glm::vec4));
     gl.reserve(depths, settings.vectors ? pixels * sizeof(float) : sizeof(float));

@@ -2,7 +2,7 @@
 //
 //   model + instant --poses in double--> pose sets, one per instant
 //   pose sets + bounds --cull--> objects of each 16x16 tile
-//   sample points (Hammersley: time = (i+0.5)/N, lens and pixel = Sobol dimensions 1-4)
+//   sample points (time = (i+0.5)/N; lens and pixel: samples.h)
 //   --render.comp, a few samples per dispatch--> sums --> mean
 //
 // The same request gives the same bits on the same machine and driver.

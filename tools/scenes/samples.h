@@ -6,10 +6,11 @@
 
 namespace postchain::scenes {
 
-// Points 0..count-1 of the Sobol sequence (direction numbers of Joe and Kuo 2008), dimensions 1-2
-// for the lens and 3-4 for the pixel, all moved by half of 1/count so that a picture without lens
-// and shutter is centred. Together with time = (i+0.5)/count a Hammersley set. One point is the
-// middle: the pixel's centre.
-std::vector<glm::vec4> sample_points(int count);
+// The better pair, dimensions 1-2 of the Sobol sequence (a (0,2)-sequence), goes to the lens where
+// there is one, else to the pixel; the other pair is Roberts' R2 sequence (2018: multiples of 1/g
+// and 1/g^2, g the plastic number), which has no structure in common with it. All are moved by half
+// of 1/count, so that the Sobol points are centred; together with time = (i+0.5)/count they are a
+// Hammersley set. One point is the middle: the pixel's centre.
+std::vector<glm::vec4> sample_points(int count, bool lens);
 
 }  // namespace postchain::scenes

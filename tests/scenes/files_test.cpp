@@ -1,0 +1,213 @@
+// What is written, and what is said when it cannot be.
+#include <gmock/gmock.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "config/camera_file.h"
+#include "support.h"
+#include "tools/io/exr_reader.h"
+
+namespace postchain::scenes::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Files : public testing::Test {
+  protected:
+    void SetUp() override {
+        folder_ = fs::path(testing::TempDir()) /
+                  concat("scenes_", getpid(), "_",
+                         testing::UnitTest::GetInstance()->current_test_info()->name());
+        fs::remove_all(folder_);
+        request_.name = "crossing";
+        request_.folder = folder_.string();
+        request_.width = 48;
+        request_.height = 27;
+        request_.sharp_samples = 4;
+    }
+    void TearDown() override { fs::remove_all(folder_); }
+
+    std::vector<std::string> names() const {
+        std::vector<std::string> found;
+        for (const auto& entry : fs::directory_iterator(folder_))
+            found.push_back(entry.path().filename().string());
+        return found;
+    }
+    std::string bytes(const std::string& name) const {
+        std::ifstream in(folder_ / name, std::ios::binary);
+        return {std::istreambuf_iterator<char>(in), {}};
+    }
+
+    fs::path folder_;
+    SceneRequest request_;
+};
+
+TEST_F(Files, HoldTheCyclesChannels) {
+    request_.frames = {3};
+    ASSERT_TRUE(write_scene(renderer(), request_).ok());
+    EXPECT_THAT(names(),
+                testing::UnorderedElementsAre("gbuf.0003.exr", "sharp.0003.exr", "camera.json"));
+    auto file = io::ExrFile::open((folder_ / "gbuf.0003.exr").string());
+    ASSERT_TRUE(file.ok()) << file.status().message();
+    const io::ExrPart& part = file->parts().at(0);
+    EXPECT_EQ(part.channels.size(), 9u);
+    for (const char* name : {"R", "G", "B", "A"}) {
+        const auto* channel = part.find(concat("ViewLayer.Combined.", name));
+        ASSERT_NE(channel, nullptr);
+        EXPECT_EQ(channel->type, io::PixelType::half);
+    }
+    for (const char* name : {"Depth.Z", "Vector.X", "Vector.Y", "Vector.Z", "Vector.W"}) {
+        const auto* channel = part.find(concat("ViewLayer.", name));
+        ASSERT_NE(channel, nullptr) << name;
+        EXPECT_EQ(channel->type, io::PixelType::float32);
+    }
+
+    const ScenePlanes planes = render("crossing", 48, 27, 3, Picture::gbuf);
+    auto depth = file->read_channels(0, {"ViewLayer.Depth.Z"});
+    auto vectors = file->read_channels(0, {"ViewLayer.Vector.X", "ViewLayer.Vector.Y",
+                                           "ViewLayer.Vector.Z", "ViewLayer.Vector.W"});
+    auto color = file->read_channels(0, {"ViewLayer.Combined.R", "ViewLayer.Combined.A"});
+    ASSERT_TRUE(depth.ok() && vectors.ok() && color.ok());
+    EXPECT_EQ(*depth, planes.depth);
+    EXPECT_EQ(*vectors, planes.vectors);
+    for (int y = 0; y < 27; ++y)
+        for (int x = 0; x < 48; ++x) {
+            const float red = planes.color.at(x, y, 0);
+            EXPECT_NEAR(color->at(x, y, 0), red, red / 2048 + 1e-7);  // half has 11 bits
+            EXPECT_EQ(color->at(x, y, 1), planes.color.at(x, y, 3));
+        }
+}
+
+TEST_F(Files, OfATruthHoldColorOnly) {
+    request_.truth_samples = 2;
+    ASSERT_TRUE(write_scene(renderer(), request_).ok());
+    EXPECT_THAT(names(),
+                testing::UnorderedElementsAre("gbuf.0001.exr", "sharp.0001.exr", "mb.0001.exr",
+                                              "dof.0001.exr", "both.0001.exr", "camera.json"));
+    auto file = io::ExrFile::open((folder_ / "both.0001.exr").string());
+    ASSERT_TRUE(file.ok());
+    std::vector<std::string> channels;
+    for (const auto& channel : file->parts().at(0).channels) channels.push_back(channel.name);
+    EXPECT_THAT(channels, testing::UnorderedElementsAre("R", "G", "B", "A"));
+}
+
+TEST_F(Files, AreTheSameBytesHoweverTheSequenceIsSplit) {
+    request_.frames = {1, 2};
+    request_.truth_samples = 3;
+    ASSERT_TRUE(write_scene(renderer(), request_).ok());
+    const std::string sharp = bytes("sharp.0002.exr"), both = bytes("both.0002.exr");
+    request_.frames = {2};
+    ASSERT_TRUE(write_scene(renderer(), request_).ok());
+    EXPECT_GT(sharp.size(), 1000u);
+    EXPECT_EQ(bytes("sharp.0002.exr"), sharp);
+    EXPECT_EQ(bytes("both.0002.exr"), both);
+}
+
+TEST_F(Files, CameraIsReadBackAsItIs) {
+    request_.frames = {4, 5};
+    ASSERT_TRUE(write_scene(renderer(), request_).ok());
+    auto camera = load_camera((folder_ / "camera.json").string());
+    ASSERT_TRUE(camera.ok()) << camera.status().message();
+    ASSERT_TRUE(camera->status().ok()) << camera->status().message();
+    const Camera expected = camera_at(make_crossing(), 4);
+    EXPECT_EQ(camera->camera_for(5, {48, 27}), expected);
+    EXPECT_DOUBLE_EQ(*expected.shutter_frames, 0.5);
+    EXPECT_DOUBLE_EQ(*camera->fps, 24);
+    EXPECT_EQ((*camera->resolution)[0], 48);
+    EXPECT_EQ((*camera->resolution)[1], 27);
+}
+
+TEST_F(Files, CameraOfAZoomHasItsValuesPerFrame) {
+    request_.name = "zoom";
+    request_.frames = {4, 5, -3};
+    ASSERT_TRUE(write_scene(renderer(), request_).ok());
+    auto camera = load_camera((folder_ / "camera.json").string());
+    ASSERT_TRUE(camera.ok());
+    ASSERT_TRUE(camera->status().ok()) << camera->status().message();
+    const SceneModel model = make_zoom();
+    for (int frame : request_.frames) {
+        const Camera read = camera->camera_for(frame, {48, 27});
+        const Camera expected = camera_at(model, frame);
+        EXPECT_NEAR(*read.focal_length_mm, *expected.focal_length_mm, 1e-6) << frame;
+        EXPECT_NEAR(*read.focus_distance, *expected.focus_distance, 1e-7) << frame;
+    }
+}
+
+TEST_F(Files, TheRequestsCameraReplacesTheScenes) {
+    request_.camera.f_stop = 5.6;
+    request_.camera.focus_distance = 2.5;
+    request_.camera.shutter_frames = 0.25;
+    const auto model = model_for(request_);
+    ASSERT_TRUE(model.ok());
+    const Camera camera = camera_at(*model, 1);
+    EXPECT_EQ(*camera.f_stop, 5.6);
+    EXPECT_EQ(*camera.focus_distance, 2.5);
+    EXPECT_EQ(*camera.shutter_frames, 0.25);
+    EXPECT_EQ(*camera.focal_length_mm, 50);
+    request_.camera.f_stop = 0;
+    EXPECT_EQ(model_for(request_).status().code(), StatusCode::usage);
+    EXPECT_THAT(model_for(request_).status().message(), testing::HasSubstr("camera.f_stop"));
+    request_.camera.f_stop = NAN;
+    EXPECT_EQ(model_for(request_).status().code(), StatusCode::usage);
+    request_.camera = {};
+    request_.camera.meters_per_unit = 0.01;
+    EXPECT_EQ(model_for(request_).status().code(), StatusCode::usage);
+}
+
+TEST_F(Files, ErrorsSayWhatIsWrong) {
+    request_.name = "weels";
+    const Status unknown = write_scene(renderer(), request_);
+    EXPECT_EQ(unknown.code(), StatusCode::usage);
+    EXPECT_THAT(unknown.message(),
+                testing::AllOf(testing::HasSubstr("weels"), testing::HasSubstr("wheels, poles")));
+    request_.name = "still";
+    request_.frames = {};
+    EXPECT_EQ(write_scene(renderer(), request_).code(), StatusCode::usage);
+    request_.frames = {1};
+    request_.truth_samples = -1;
+    EXPECT_EQ(write_scene(renderer(), request_).code(), StatusCode::usage);
+    request_.truth_samples = 0;
+    EXPECT_EQ(render_frame(renderer(), request_, 1, Picture::mb).status().code(),
+              StatusCode::usage);
+    EXPECT_FALSE(fs::exists(folder_)) << "nothing is made for a request that cannot be met";
+    request_.folder = (folder_ / "parent" / "missing").string();
+    const Status missing = write_scene(renderer(), request_);
+    EXPECT_EQ(missing.code(), StatusCode::output);
+    EXPECT_THAT(missing.message(), testing::HasSubstr(request_.folder));
+}
+
+TEST_F(Files, ProgressGrowsToOneAndCanStop) {
+    request_.truth_samples = 20;
+    request_.frames = {1, 2};
+    double last = -1;
+    const Status status = write_scene(renderer(), request_, [&](const SceneProgress& progress) {
+        EXPECT_GE(progress.done, last);
+        last = progress.done;
+        return true;
+    });
+    ASSERT_TRUE(status.ok());
+    EXPECT_NEAR(last, 1, 1e-9);
+
+    fs::remove_all(folder_);
+    const Status stopped = write_scene(renderer(), request_, [](const SceneProgress& progress) {
+        return progress.picture != Picture::dof;
+    });
+    EXPECT_EQ(stopped.code(), StatusCode::cancelled);
+    EXPECT_THAT(names(),
+                testing::UnorderedElementsAre("gbuf.0001.exr", "sharp.0001.exr", "mb.0001.exr"));
+}
+
+TEST_F(Files, AreKeptWhenAsked) {
+    ASSERT_TRUE(write_scene(renderer(), request_).ok());
+    request_.on_existing = io::OnExisting::fail;
+    EXPECT_EQ(write_scene(renderer(), request_).code(), StatusCode::output);
+    request_.on_existing = io::OnExisting::skip;
+    EXPECT_TRUE(write_scene(renderer(), request_).ok());
+}
+
+}  // namespace
+}  // namespace postchain::scenes::test

@@ -1,0 +1,35 @@
+// One renderer for all tests of this room, and small models with known answers.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include "tools/scenes/renderer.h"
+#include "tools/scenes/scene.h"
+
+namespace postchain::scenes::test {
+
+SceneRenderer& renderer();  // made on first use; fails the test process when there is no GL
+
+// Fails the test when rendering fails.
+ScenePlanes render(const SceneModel& model, const RenderSettings& settings);
+ScenePlanes render(const std::string& scene, int width, int height, int frame, Picture picture,
+                   int samples = 1, const Camera& camera = {});
+
+// Nothing but a camera at rest at the origin: 50 mm on 36 mm, so that F = 50/36 * width pixels.
+SceneModel empty_model(double focus_distance = 2, double f_stop = 2);
+// An unlit surface of exactly this radiance.
+Object unlit(Object object, glm::dvec3 radiance);
+
+// Sum of the first channel, centre and second moments about it, in pixels.
+struct Moments {
+    double sum = 0;
+    double x = 0, y = 0;    // pixel coordinates, centres at halves
+    double xx = 0, yy = 0;  // variances
+};
+Moments moments_of(const ImageF& image);
+
+double display(double value);  // x/(1+x), gamma 2.2
+// Root of the mean squared difference of the first three channels, as displayed.
+double display_rmse(const ImageF& a, const ImageF& b);
+
+}  // namespace postchain::scenes::test

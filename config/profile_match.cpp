@@ -113,13 +113,12 @@ struct Found {
     RoleChannels channels;
 };
 
-// The first complete pattern of a role. Of a named layer, color must be that layer's own; what
-// has no layer (one depth for all) serves every layer. The unnamed layer has no <layer>.
+// The first complete pattern of a role: the layer's own first, then what has no layer (one depth
+// for all). A named layer that is offered has color of its own, when any layer has.
 std::optional<Found> find_role(Role role, const std::vector<RoleSource>& sources,
                                const std::string& layer, const Names& names) {
     for (const bool layered : {true, false}) {
         if (layered && layer.empty()) continue;
-        if (!layered && !layer.empty() && role == Role::color) continue;
         for (const auto& source : sources)
             for (const auto& pattern : source.channels)
                 if (has_layer(pattern) == layered)

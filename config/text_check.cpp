@@ -1,7 +1,7 @@
 #include "config/text_check.h"
 
 #include <algorithm>
-#include <array>
+#include <charconv>
 
 namespace postchain {
 namespace {
@@ -111,6 +111,35 @@ std::optional<TextPlace> find_directive(std::string_view text) {
         at = end + 1;
     }
     return std::nullopt;
+}
+
+std::string join_surrogates(std::string_view text) {
+    // The four digits after \u at `at`, or -1.
+    const auto escape = [&](size_t at) {
+        if (at + 6 > text.size() || text[at] != '\\' || text[at + 1] != 'u') return -1;
+        int code = -1;
+        const char* end = text.data() + at + 6;
+        const auto read = std::from_chars(end - 4, end, code, 16);
+        return read.ec == std::errc() && read.ptr == end ? code : -1;
+    };
+    std::string joined;
+    for (size_t i = 0; i < text.size();) {
+        const int high = escape(i), low = high < 0 ? -1 : escape(i + 6);
+        if (high >= 0xd800 && high < 0xdc00 && low >= 0xdc00 && low < 0xe000) {
+            const unsigned code =
+                0x10000 + (unsigned(high - 0xd800) << 10) + unsigned(low - 0xdc00);
+            joined += "\\U";
+            for (int shift = 28; shift >= 0; shift -= 4)
+                joined += "0123456789abcdef"[(code >> shift) & 15];
+            i += 12;
+        } else {
+            // A backslash takes the next character with it: \\ud83d is no escape.
+            const size_t length = text[i] == '\\' && i + 1 < text.size() ? 2 : 1;
+            joined += text.substr(i, length);
+            i += length;
+        }
+    }
+    return joined;
 }
 
 }  // namespace postchain

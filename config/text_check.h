@@ -43,4 +43,8 @@ std::optional<TextPlace> find_deep_bracket(std::string_view text, int depth);
 // The first line before the document that begins with %.
 std::optional<TextPlace> find_directive(std::string_view text);
 
+// JSON writes a character beyond U+FFFF as two escapes, \ud83d\ude00, which YAML does not know:
+// each such pair becomes the one escape \U0001f600. (Columns after it, in that line, are 2 less.)
+std::string join_surrogates(std::string_view text);
+
 }  // namespace postchain

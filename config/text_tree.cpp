@@ -174,10 +174,11 @@ class SecondDocument : public YAML::EventHandler {
 
 }  // namespace
 
-TextTree read_text_tree(std::string_view text, const std::string& file_name, StatusCode code,
+TextTree read_text_tree(std::string_view given, const std::string& file_name, StatusCode code,
                         const TextLimits& limits) {
     TextTree tree;
     Reporter reporter(file_name, code, tree.diagnostics);
+    std::string_view text = given;
     if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // byte order mark
     const auto refuse = [&](const TextPlace& place, const std::string& message) {
         reporter.add(Severity::error, place.line, place.column, "", message);
@@ -193,6 +194,8 @@ TextTree read_text_tree(std::string_view text, const std::string& file_name, Sta
     if (const auto directive = find_directive(text))
         return refuse(*directive, "directives (%NAME) are not allowed");
 
+    const std::string joined_text = join_surrogates(text);
+    text = joined_text;
     const PlaceIndex places(text);
     const auto place_of = [&](const YAML::Mark& mark) {
         return places.at(size_t(std::max(mark.pos, 0)));

@@ -39,6 +39,16 @@ TEST(TextTree, ReadsJsonWithTabsEscapesAndNoSpaces) {
     EXPECT_EQ(tree.root.find("b")->text, "q\"A/\n");
 }
 
+TEST(TextTree, ReadsJsonEscapesBeyondSixteenBits) {
+    // U+1F600 is F0 9F 98 80 in UTF-8.
+    const TextTree tree = read_text_tree(R"({"a": "x\ud83d\uDE00y", "b": "\\ud83d", "c": 1})", "t");
+    EXPECT_THAT(texts(tree.diagnostics), IsEmpty());
+    EXPECT_EQ(tree.root.find("a")->text, "x\xf0\x9f\x98\x80y");
+    EXPECT_EQ(tree.root.find("b")->text, "\\ud83d");
+    EXPECT_THAT(errors_of(R"({"a": "\ud83d"})"), ElementsAre(HasSubstr("error: not YAML or JSON")));
+    EXPECT_THAT(errors_of(R"({"a": "\ude00\ud83d"})"), SizeIs(1));
+}
+
 TEST(TextTree, CountsLinesAndColumnsInCharacters) {
     // The key after the two-byte e-acute stands at column 9, not 10.
     const TextTree tree = read_text_tree("# c\n{a: '\xc3\xa9', b: [1,\n  2]}\n", "t");

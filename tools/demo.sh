@@ -1,0 +1,33 @@
+#!/usr/bin/env bash
+# Installs what it needs, builds, renders the scene `wheels`, filters it in both orders and prints
+# where the pictures are. Usage: tools/demo.sh [FOLDER]   (default: out/demo)
+set -euo pipefail
+folder=$(realpath -m "${1:-out/demo}")
+cd "$(dirname "$0")/.."
+
+tools/install_packages.sh
+cmake --preset release
+cmake --build --preset release -j "$(nproc)" --target postchain
+postchain=$PWD/build/tools/postchain/postchain
+
+mkdir -p "$folder/wheels" "$folder/paper" "$folder/dof_first"
+echo "== rendering 4 frames of wheels"
+"$postchain" scene wheels -o "$folder/wheels" --frames 1-4 --size 640x360 --overwrite
+for chain in paper dof_first; do
+    echo "== filtering with $chain"
+    "$postchain" run "$chain" -i "$folder/wheels/sharp.####.exr" \
+        --camera "$folder/wheels/camera.json" -o "$folder/$chain/wheels.####.exr" \
+        --png --on-existing overwrite
+done
+
+# The rendered frames as PNG too, with the same display transform (x/(1+x))^(1/2.2).
+for frame in "$folder"/wheels/sharp.*.exr; do
+    oiiotool "$frame" --ch 0,1,2 --chnames R,G,B --clamp:min=0,0,0 \
+        --dup --addc 1 --div --powc 0.454545 -d uint8 -o "${frame%.exr}.png"
+done
+
+echo
+echo "rendered:                      $folder/wheels/sharp.0001.png ... sharp.0004.png"
+echo "motion blur, FXAA, then lens:  $folder/paper/wheels.0001.png ... wheels.0004.png"
+echo "lens, motion blur, then FXAA:  $folder/dof_first/wheels.0001.png ... wheels.0004.png"
+echo "the EXR files lie beside them, with a JSON file each that says what was run"

@@ -13,6 +13,7 @@
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
 #include <half.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -284,6 +285,20 @@ std::string oiio_deep(const std::string& path, int part) {
         }
     }
     return text.str();
+}
+
+MemoryFile::MemoryFile() : fd_(::memfd_create("postchain_io", MFD_CLOEXEC)) {
+    EXPECT_GE(fd_, 0);
+    path_ = "/proc/self/fd/" + std::to_string(fd_);
+}
+
+MemoryFile::~MemoryFile() {
+    ::close(fd_);
+}
+
+void MemoryFile::set(std::string_view bytes) {
+    EXPECT_EQ(::ftruncate(fd_, off_t(bytes.size())), 0);
+    EXPECT_EQ(::pwrite(fd_, bytes.data(), bytes.size(), 0), ssize_t(bytes.size()));
 }
 
 std::string file_bytes(const std::string& path) {

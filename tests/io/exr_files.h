@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace postchain::test {
@@ -72,6 +73,20 @@ std::vector<std::string> oiio_attributes(const std::string& path, int part = 0);
 int oiio_parts(const std::string& path);
 // Sample counts and values of a deep part, as text.
 std::string oiio_deep(const std::string& path, int part);
+
+// A file in memory whose content is replaced again and again, faster than a disk lets it.
+class MemoryFile {
+  public:
+    MemoryFile();
+    ~MemoryFile();
+    MemoryFile(const MemoryFile&) = delete;
+    const std::string& path() const { return path_; }
+    void set(std::string_view bytes);
+
+  private:
+    int fd_ = -1;
+    std::string path_;
+};
 
 std::string file_bytes(const std::string& path);
 void set_file_bytes(const std::string& path, const std::string& bytes);

@@ -99,9 +99,11 @@ TEST_F(OutputPath, NoFolderAndAFileInItsPlace) {
                 HasSubstr("is a file, not a folder"));
 }
 
-// Runs `body` in a child, without threads of ours; its exit status.
+// Runs `body` in a child. The pool's threads, which OpenImageIO may have started in another test,
+// would not live on in the child, so there must be none.
 template <class Body>
 pid_t start_child(Body body) {
+    set_exr_threads(0);
     const pid_t child = ::fork();
     if (child == 0) ::_exit(body());
     return child;

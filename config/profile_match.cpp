@@ -115,8 +115,8 @@ struct Found {
 
 // The first complete pattern of a role: the layer's own first, then what has no layer (one depth
 // for all). A named layer that is offered has color of its own, when any layer has.
-std::optional<Found> find_role(Role role, const std::vector<RoleSource>& sources,
-                               const std::string& layer, const Names& names) {
+std::optional<Found> find_role(const std::vector<RoleSource>& sources, const std::string& layer,
+                               const Names& names) {
     for (const bool layered : {true, false}) {
         if (layered && layer.empty()) continue;
         for (const auto& source : sources)
@@ -132,7 +132,7 @@ std::map<Role, Found> find_roles(const Profile& profile, const std::string& laye
                                  const Names& names) {
     std::map<Role, Found> found;
     for (const auto& [role, sources] : profile.roles)
-        if (auto one = find_role(role, sources, layer, names)) found.emplace(role, *one);
+        if (auto one = find_role(sources, layer, names)) found.emplace(role, *one);
     return found;
 }
 

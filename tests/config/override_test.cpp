@@ -99,6 +99,16 @@ TEST(Override, AnInvalidFileStaysAnInvalidFile) {
     EXPECT_EQ(file.diagnostics.size(), 2u) << text_of(file.diagnostics);
 }
 
+TEST(Override, StatusTakesTheCodeOfTheFileFirst) {
+    const Diagnostic usage{"--set x", 0, 0, Severity::error, "", "u", StatusCode::usage};
+    const Diagnostic chain{"c", 1, 1, Severity::error, "", "c", StatusCode::chain};
+    const Diagnostic note{"c", 1, 1, Severity::note, "", "n", StatusCode::chain};
+    EXPECT_EQ(status_of({usage, chain}).code(), StatusCode::chain);
+    EXPECT_EQ(status_of({note, usage}).code(), StatusCode::usage);
+    EXPECT_EQ(status_of({note, usage, chain}).message(), "--set x: error: u\nc:1:1: error: c");
+    EXPECT_TRUE(status_of({note}).ok());
+}
+
 TEST(Override, MakesExcludedValuesOfTheFileGiveWay) {
     const ChainFile file = parse(kTwice, {"passes[0].shutter_angle_deg=90"});
     EXPECT_THAT(texts(file.diagnostics),

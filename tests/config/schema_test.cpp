@@ -150,6 +150,24 @@ TEST(Schema, SaysTypesRangesAndDefaults) {
     EXPECT_EQ(rows.find("mode")->find("default")->text, "wide");
 }
 
+TEST(Schema, LetsAnOptionalChoiceBeNull) {
+    Parameter row;
+    row.key = "shape";
+    row.type = ParameterType::choice;
+    row.choices = {"disc", "hexagon"};
+    row.optional = true;
+    const ParameterTable table({row});
+    const PassRegistry registry({{"lens", "Lens", "Lens.", &table, {}}});
+    const TextNode schema = tree_of(chain_schema(registry));
+    for (const auto& [value, good] : {std::pair("disc", true), {"null", true}, {"square", false}})
+        EXPECT_EQ(schema_violation(
+                      tree_of(concat("postchain: 1\npasses: [{lens: {shape: ", value, "}}]\n")),
+                      schema, schema)
+                      .empty(),
+                  good)
+            << value;
+}
+
 TEST(Describe, NamesEveryParameterWithDefaultRangeAndUnit) {
     const std::string text = passes_as_text(builtin_passes());
     const std::string markdown = passes_as_markdown(builtin_passes());

@@ -1,6 +1,6 @@
 // Written from the definitions of docs/motion_blur.md, stage by stage, one pixel at a time; the
-// GLSL shares nothing with it but the random numbers (noise.h) and the still limit. One file, though
-// long: six stages that hand their planes on.
+// GLSL shares nothing with it but the random numbers (noise.h) and the still limit. One file,
+// though long: six stages that hand their planes on.
 #include "passes/motion_blur/reference.h"
 
 #include <algorithm>

@@ -167,6 +167,25 @@ INSTANTIATE_TEST_SUITE_P(EveryLosslessOne, Layouts,
                                          Layout{Imf::PIZ_COMPRESSION, 7, Imf::DECREASING_Y},
                                          Layout{Imf::NO_COMPRESSION, 64, Imf::RANDOM_Y}));
 
+bool has_type_attribute(const std::string& path) {
+    return test::file_bytes(path).find(std::string("type\0string\0", 12)) != std::string::npos;
+}
+
+TEST(ExrWriter, ASinglePartGetsNoTypeItDidNotHave) {
+    // OpenEXR's multi-part classes show and demand a type; in the file it is optional.
+    const TempFolder folder;
+    const ImageF image(4, 3, 4, 1);
+    ASSERT_TRUE(write_planes_exr(folder.path("without.exr"), image, kRgba).ok());
+    FilePart part = every_type();
+    write_file(folder.path("with.exr"), {part});
+    for (const std::string name : {"without.exr", "with.exr"}) {
+        InputFrame frame = read_ok(folder.path(name));
+        write_ok(folder.path("out." + name), frame, new_color(frame));
+        EXPECT_EQ(has_type_attribute(folder.path(name)), name == "with.exr");
+        EXPECT_EQ(has_type_attribute(folder.path("out." + name)), name == "with.exr");
+    }
+}
+
 TEST(ExrWriter, ThreadsChangeNothing) {
     const TempFolder folder;
     FilePart part = every_type();

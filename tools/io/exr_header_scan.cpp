@@ -104,6 +104,7 @@ struct PartSizes {
     bool one_level = true;
     int compression = 0;
     std::optional<int32_t> chunk_count;
+    bool type_attribute = false;
 };
 
 Window read_window(Cursor& in) {
@@ -164,6 +165,7 @@ Status read_header(Cursor& in, PartSizes& part, bool& empty) {
         } else if (name == "chunkCount" && size == 4) {
             part.chunk_count = in.int32();
         } else if (name == "type" && type == "string" && size < 64) {
+            part.type_attribute = true;
             std::string value(size_t(size), ' ');
             in.bytes(value.data(), value.size());
             part.tiled = value == "tiledimage" || value == "deeptile";
@@ -219,7 +221,7 @@ Status check_part(const PartSizes& part, const ReadLimits& limits, uint64_t& chu
 
 }  // namespace
 
-Status scan_header(int fd, uint64_t file_bytes, const ReadLimits& limits) {
+Result<HeaderFacts> scan_header(int fd, uint64_t file_bytes, const ReadLimits& limits) {
     if (file_bytes == 0) return input_error("the file is empty (zero bytes); render it again");
     Cursor in(fd, file_bytes);
     const uint32_t magic = uint32_t(in.number(4));
@@ -267,7 +269,7 @@ Status scan_header(int fd, uint64_t file_bytes, const ReadLimits& limits) {
         // Without a count the smaller levels' entries are unknown, and so is the next table.
         if (!counted && !parts[i].one_level) break;
     }
-    return {};
+    return HeaderFacts{(version & kFlagMultiPart) != 0, parts[0].type_attribute};
 }
 
 }  // namespace postchain::io

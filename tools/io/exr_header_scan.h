@@ -13,9 +13,15 @@ namespace postchain::io {
 
 struct ReadLimits;
 
+// What OpenEXR does not tell of a file it has opened.
+struct HeaderFacts {
+    bool multi_part = false;      // the flag; such a file may have one part
+    bool type_attribute = false;  // of the first part: optional in a single flat part
+};
+
 // `fd` is a regular file of `file_bytes` bytes. Errors (input), without the path: zero bytes, not
 // an EXR, truncated or incomplete (a chunk that was never written, or lies behind the end), a side
 // above limits.max_side, more than limits.max_bytes decoded, contradictory sizes.
-Status scan_header(int fd, uint64_t file_bytes, const ReadLimits& limits);
+Result<HeaderFacts> scan_header(int fd, uint64_t file_bytes, const ReadLimits& limits);
 
 }  // namespace postchain::io

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "tools/io/atomic_file.h"
+#include "tools/io/exr_header_scan.h"
 #include "tools/io/exr_reader.h"
 
 namespace postchain::io {
@@ -55,6 +56,7 @@ struct ExrFile::Impl {
     std::unique_ptr<FdIStream> stream;  // outlives `file`
     std::unique_ptr<Imf::MultiPartInputFile> file;
     std::vector<ExrPart> parts;
+    HeaderFacts facts;
 };
 
 inline Window window_of(const IMATH_NAMESPACE::Box2i& box) {

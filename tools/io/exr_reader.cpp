@@ -21,7 +21,6 @@
 #include <new>
 
 #include "tools/io/exr_attributes.h"
-#include "tools/io/exr_header_scan.h"
 #include "tools/io/exr_internal.h"
 #include "tools/io/pixel_encode.h"
 
@@ -296,7 +295,9 @@ Result<ExrFile> ExrFile::open(const std::string& path, const ReadLimits& limits)
     impl->path = path;
     impl->bytes = uint64_t(info.st_size);
     impl->stream = std::make_unique<FdIStream>(fd, impl->bytes, path);
-    if (Status s = scan_header(fd, impl->bytes, limits); !s.ok()) return s.at(path);
+    const Result<HeaderFacts> facts = scan_header(fd, impl->bytes, limits);
+    if (!facts.ok()) return facts.status().at(path);
+    impl->facts = *facts;
     try {
         static std::once_flag once;
         std::call_once(once, [] { Imf::Header::setMaxTileSize(kMaxSide, kMaxSide); });

@@ -10,11 +10,13 @@
 #include <ImfInputPart.h>
 #include <ImfIntAttribute.h>
 #include <ImfMultiPartOutputFile.h>
+#include <ImfOutputFile.h>
 #include <ImfOutputPart.h>
 #include <ImfPartType.h>
 #include <ImfStringAttribute.h>
 #include <ImfThreading.h>
 #include <ImfTiledInputPart.h>
+#include <ImfTiledOutputFile.h>
 #include <ImfTiledOutputPart.h>
 #include <unistd.h>
 
@@ -65,7 +67,7 @@ Status write_file(const std::string& path, OnExisting on_existing, WriteReport& 
     if (!file.ok()) return file.status();
     AtomicOStream stream(*file);
     try {
-        if (Status s = write(stream); !s.ok()) return s;
+        write(stream);
     } catch (...) {
         if (!stream.status.ok()) return stream.status;
         return status_of_exception(StatusCode::output, path);
@@ -95,6 +97,27 @@ void copy_part(Imf::MultiPartInputFile& in, Imf::MultiPartOutputFile& out, int p
     } else {
         Imf::InputPart from(in, part);
         Imf::OutputPart(out, part).copyPixels(from);
+    }
+}
+
+void write_tiles(auto&& to, const Imf::FrameBuffer& buffer) {
+    to.setFrameBuffer(buffer);
+    to.writeTiles(0, to.numXTiles(0) - 1, 0, to.numYTiles(0) - 1, 0, 0);
+}
+
+void write_lines(auto&& to, const Imf::FrameBuffer& buffer) {
+    to.setFrameBuffer(buffer);
+    const IMATH_NAMESPACE::Box2i& window = to.header().dataWindow();
+    to.writePixels(window.max.y - window.min.y + 1);
+}
+
+// MultiPartOutputFile would add a "type" attribute to a file that has none.
+void write_single_part(Imf::OStream& stream, const Imf::Header& header,
+                       const Imf::FrameBuffer& buffer) {
+    if (header.hasTileDescription()) {
+        write_tiles(Imf::TiledOutputFile(stream, header, Imf::globalThreadCount()), buffer);
+    } else {
+        write_lines(Imf::OutputFile(stream, header, Imf::globalThreadCount()), buffer);
     }
 }
 
@@ -178,23 +201,23 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
         buffer.insert(it.name(), it.slice());
     }
 
-    const auto write = [&](Imf::OStream& stream) -> Status {
+    const auto write = [&](Imf::OStream& stream) {
+        if (!input.facts.multi_part) {
+            if (!input.facts.type_attribute) headers[0].erase("type");
+            write_single_part(stream, headers[0], buffer);
+            return;
+        }
         Imf::MultiPartOutputFile out(stream, headers.data(), int(headers.size()), false,
                                      Imf::globalThreadCount());
         for (int part = 0; part < int(headers.size()); ++part) {
             if (part != kept.part) {
                 copy_part(*input.file, out, part);
             } else if (headers[size_t(part)].hasTileDescription()) {
-                Imf::TiledOutputPart to(out, part);
-                to.setFrameBuffer(buffer);
-                to.writeTiles(0, to.numXTiles(0) - 1, 0, to.numYTiles(0) - 1, 0, 0);
+                write_tiles(Imf::TiledOutputPart(out, part), buffer);
             } else {
-                Imf::OutputPart to(out, part);
-                to.setFrameBuffer(buffer);
-                to.writePixels(kept.window.height());
+                write_lines(Imf::OutputPart(out, part), buffer);
             }
         }
-        return {};
     };
     if (Status s = write_file(path, options.on_existing, report, write); !s.ok()) return s;
     return report;
@@ -238,10 +261,9 @@ Result<WriteReport> write_planes_exr(const std::string& path, const PlanesFile& 
     report.overflow_pixels = counts.overflow_pixels;
     report.nonfinite_pixels = counts.nonfinite_pixels;
 
-    const auto write = [&](Imf::OStream& stream) -> Status {
+    const auto write = [&](Imf::OStream& stream) {
         Imf::Header header(box_of(file.display_window.value_or(pixels.window)),
                            box_of(pixels.window));
-        header.setType(Imf::SCANLINEIMAGE);
         header.compression() = Imf::ZIP_COMPRESSION;
         header.zipCompressionLevel() = options.zip_level;
         for (const PlaneChannel& c : file.channels) {
@@ -258,11 +280,7 @@ Result<WriteReport> write_planes_exr(const std::string& path, const PlanesFile& 
         };
         for (const auto& [name, value] : file.attributes) insert(name, value);
         for (const auto& [name, value] : options.attributes) insert(name, value);
-        Imf::MultiPartOutputFile out(stream, &header, 1, false, Imf::globalThreadCount());
-        Imf::OutputPart part(out, 0);
-        part.setFrameBuffer(frame_buffer_of(pixels));
-        part.writePixels(first.height);
-        return {};
+        write_single_part(stream, header, frame_buffer_of(pixels));
     };
     if (Status s = write_file(path, options.on_existing, report, write); !s.ok()) return s;
     return report;

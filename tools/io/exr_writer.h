@@ -39,8 +39,10 @@ struct WriteOptions {
     // String attributes of color's part ("postchain" -> version and chain hash).
     std::map<std::string, std::string> attributes = {};
 
-    // zlib's level for ZIP and ZIPS, see exr_writer.cpp for the figures behind it.
-    static constexpr int kZipLevel = 4;
+    // zlib's level for ZIP and ZIPS. On a 1280x720 Cycles frame (4 half, 5 float channels) levels
+    // 1, 2, 4 (OpenEXR's default), 6 write in 188, 197, 237, 309 ms on one core, and the files
+    // take 8.64, 8.55, 8.18, 8.09 MB: 2 saves a sixth of the time for a twentieth of the size.
+    static constexpr int kZipLevel = 2;
 };
 
 struct WriteReport {

@@ -47,6 +47,7 @@ TEST(TextTree, ReadsJsonEscapesBeyondSixteenBits) {
     EXPECT_EQ(tree.root.find("b")->text, "\\ud83d");
     EXPECT_THAT(errors_of(R"({"a": "\ud83d"})"), ElementsAre(HasSubstr("error: not YAML or JSON")));
     EXPECT_THAT(errors_of(R"({"a": "\ude00\ud83d"})"), SizeIs(1));
+    EXPECT_THAT(errors_of(R"({"a": "\\ud83d\ude00"})"), SizeIs(1));
 }
 
 TEST(TextTree, CountsLinesAndColumnsInCharacters) {

@@ -151,7 +151,8 @@ void convert_motion(ImageF& motion, const MotionConvention& convention, bool for
     double largest = 0;
     for (size_t pixel = 0; pixel < motion.pixels(); ++pixel) {
         float* v = motion.data.data() + 2 * pixel;
-        if (std::abs(v[0]) >= sentinel || std::abs(v[1]) >= sentinel) {
+        if (finite(v[0]) && finite(v[1]) &&
+            (std::abs(v[0]) >= sentinel || std::abs(v[1]) >= sentinel)) {
             v[0] = v[1] = 0;
             if (forward) ++facts.sentinel_motion;
             continue;

@@ -45,7 +45,8 @@ unsigned make_sampler(GLenum filter) {
 }  // namespace
 
 Executor::Executor(gl::Context& context)
-    : clock_(context),
+    : programs_(context.log()),
+      clock_(context),
       sampler_nearest_(make_sampler(GL_NEAREST)),
       sampler_linear_(make_sampler(GL_LINEAR)) {
     glCreateBuffers(1, &block_buffer_);
@@ -97,7 +98,7 @@ Status Executor::execute(const Plan& plan, std::vector<gl::Texture*>& textures,
             return Status(StatusCode::internal, texture.name + " was not handed in");
         names[i] = found->second;
     }
-    pass_times_.clear();
+    timed_passes_.clear();
     if (timing_) clock_.begin();
     for (int i = 0; i < int(plan.steps.size()); ++i) {
         const Step& step = plan.steps[size_t(i)];
@@ -133,7 +134,7 @@ Status Executor::execute(const Plan& plan, std::vector<gl::Texture*>& textures,
             i + 1 == int(plan.steps.size()) || plan.steps[size_t(i) + 1].pass != step.pass;
         if (timing_ && last_of_pass) {
             clock_.mark();
-            pass_times_.push_back({step.pass, plan.passes[size_t(step.pass)].type, 0});
+            timed_passes_.push_back({step.pass, plan.passes[size_t(step.pass)].type, 0});
         }
     }
     return Status();
@@ -160,11 +161,6 @@ Result<std::map<Role, unsigned>> Executor::run(const Plan& plan,
         }
     }
     if (!status.ok()) return status;
-    if (timing_ && !pass_times_.empty()) {
-        const auto milliseconds = clock_.read();
-        for (size_t i = 0; i < pass_times_.size(); ++i)
-            pass_times_[i].milliseconds = milliseconds[i];
-    }
     return outputs;
 }
 
@@ -213,6 +209,16 @@ Result<FramePlanes> Executor::filter(const Plan& plan, const FramePlanes& inputs
     pool_.trim(8);
     if (!status.ok()) return status;
     return result;
+}
+
+std::vector<PassTime> Executor::pass_times() const {
+    if (timed_passes_.empty()) return {};
+    const auto milliseconds = clock_.read_if_ready();
+    if (!milliseconds) return {};
+    std::vector<PassTime> times = timed_passes_;
+    for (size_t i = 0; i < times.size() && i < milliseconds->size(); ++i)
+        times[i].milliseconds = (*milliseconds)[i];
+    return times;
 }
 
 ExecutorCounters Executor::counters() const {

@@ -51,9 +51,10 @@ class Executor {
     Result<std::map<Role, unsigned>> run(const Plan& plan, const std::map<Role, unsigned>& inputs,
                                          const StageObserver& observer = {});
 
-    // Time of each pass in the last run; empty unless timing is on.
+    // Time of each pass in the last run; empty unless timing was on, and while the device has not
+    // finished (after filter() it has).
     void set_timing(bool on) { timing_ = on; }
-    const std::vector<PassTime>& pass_times() const { return pass_times_; }
+    std::vector<PassTime> pass_times() const;
     const char* timing_source() const { return clock_.source(); }
 
     ExecutorCounters counters() const;
@@ -71,8 +72,8 @@ class Executor {
     unsigned sampler_linear_ = 0;
     bool timing_ = false;
     uint64_t dispatches_ = 0;
-    std::vector<PassTime> pass_times_;
-    std::vector<gl::Texture*> held_;  // outputs of the last run()
+    std::vector<PassTime> timed_passes_;  // of the last run, without their times
+    std::vector<gl::Texture*> held_;      // outputs of the last run()
 };
 
 }  // namespace postchain

@@ -3,8 +3,9 @@
 // orders of magnitude. Every time is tagged with its source.
 #pragma once
 
+#include <array>
 #include <chrono>
-#include <string>
+#include <optional>
 #include <vector>
 
 namespace postchain::gl {
@@ -17,15 +18,25 @@ class Clock {
     ~Clock();
     const char* source() const { return software_ ? "wall clock around glFinish" : "GL_TIMESTAMP"; }
 
-    void begin();                // start of a sequence of marks
-    void mark();                 // end of one stretch, start of the next
-    std::vector<double> read();  // milliseconds of each stretch; waits for the device
+    void begin();  // start of a sequence of marks
+    void mark();   // end of one stretch, start of the next
+    // Milliseconds of each stretch of the last sequence; nothing while the device is at it. Never
+    // waits.
+    std::optional<std::vector<double>> read_if_ready() const;
 
   private:
+    // A set of queries is used again only after the other sets have been: a frame that is still
+    // under way keeps its own.
+    static constexpr size_t kSets = 4;
+    struct Set {
+        std::vector<unsigned> queries;
+        size_t used = 0;
+    };
+
     bool software_;
     std::vector<std::chrono::steady_clock::time_point> walls_;
-    std::vector<unsigned> queries_;
-    size_t used_ = 0;
+    std::array<Set, kSets> sets_;
+    size_t current_ = 0;
 };
 
 }  // namespace postchain::gl

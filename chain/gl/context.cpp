@@ -71,6 +71,12 @@ Result<EGLContext> open_context(EGLDisplay display, bool debug) {
     return context;
 }
 
+void APIENTRY on_message(GLenum, GLenum, GLuint, GLenum severity, GLsizei length,
+                         const GLchar* text, const void* context) {
+    if (severity == GL_DEBUG_SEVERITY_NOTIFICATION) return;  // our own debug groups
+    static_cast<const Context*>(context)->log()("GL: " + std::string(text, size_t(length)));
+}
+
 }  // namespace
 
 std::vector<DeviceInfo> list_devices() {
@@ -120,6 +126,11 @@ Result<std::unique_ptr<Context>> Context::create(const ContextOptions& options) 
         for (const char* word : {"llvmpipe", "softpipe", "swrast"})
             if (made->renderer_.find(word) != std::string::npos) made->software_ = true;
         glGetIntegerv(GL_MAX_TEXTURE_SIZE, &made->max_texture_size_);
+        made->log_ = options.log;
+        if (options.debug && made->log_) {
+            glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
+            glDebugMessageCallback(on_message, made.get());
+        }
         return made;
     }
     return Status(StatusCode::gl, "no usable OpenGL 4.5: " + tried +

@@ -5,6 +5,7 @@
 // otherwise. No display server is needed. Use: one thread, make_current() once.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -22,12 +23,16 @@ struct DeviceInfo {
 // All EGL devices of this machine, in EGL's order. Never fails; empty without EGL.
 std::vector<DeviceInfo> list_devices();
 
+// Takes one message, without a newline at its end.
+using LogCallback = std::function<void(const std::string&)>;
+
 struct ContextOptions {
     // -1: the first GPU, else software. kSoftware: software. n >= 0: EGL device n.
     static constexpr int kAutomatic = -1;
     static constexpr int kSoftware = -2;
     int device = kAutomatic;
-    bool debug = false;  // KHR_debug messages go to the log callback
+    bool debug = false;  // KHR_debug messages go to `log`
+    LogCallback log;     // what the library has to say besides errors; may be empty
 };
 
 class Context {
@@ -47,6 +52,7 @@ class Context {
     // llvmpipe, softpipe, swrast: GL timers are wrong there by orders of magnitude.
     bool software() const { return software_; }
     int max_texture_size() const { return max_texture_size_; }
+    const LogCallback& log() const { return log_; }
 
   private:
     Context() = default;
@@ -55,6 +61,7 @@ class Context {
     std::string vendor_, renderer_, version_;
     bool software_ = false;
     int max_texture_size_ = 0;
+    LogCallback log_;
 };
 
 // The GL error flag as a Status: out of memory is named as such.

@@ -3,7 +3,6 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
@@ -156,8 +155,7 @@ Result<unsigned> ProgramCache::get(const ProgramKey& key) {
         return *program;
     }
     if (known == entries_.end()) return program.status();
-    std::fprintf(stderr, "%s\n(the last good version stays in use)\n",
-                 program.status().message().c_str());
+    if (log_) log_(program.status().message() + "\n(the last good version stays in use)");
     known->second.source_hash = hash;  // said once
     return known->second.program;
 }

@@ -2,8 +2,11 @@
 // set they are read from that folder instead (development).
 #pragma once
 
+#include <functional>
 #include <map>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "chain/plan.h"
 #include "chain/status.h"
@@ -16,10 +19,12 @@ Result<std::string> resolve_includes(const std::string& file, std::vector<std::s
 
 class ProgramCache {
   public:
+    explicit ProgramCache(std::function<void(const std::string&)> log = {})
+        : log_(std::move(log)) {}
     ~ProgramCache();
     // The program, compiled on first use. StatusCode::gl with the compiler's log, its file numbers
     // replaced by names. In development mode a changed file is compiled anew; when that fails the
-    // last good program stays and the log is printed once.
+    // last good program stays and `log` is told once.
     Result<unsigned> get(const ProgramKey& key);
     size_t compiled() const { return compiled_; }
 
@@ -28,6 +33,7 @@ class ProgramCache {
         unsigned program = 0;
         uint64_t source_hash = 0;
     };
+    std::function<void(const std::string&)> log_;
     std::map<std::string, Entry> entries_;
     size_t compiled_ = 0;
 };

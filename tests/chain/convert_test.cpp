@@ -116,8 +116,8 @@ TEST(Convert, MotionSignsUnitsBiasAndSentinel) {
     EXPECT_EQ(v[0], -3.0f);
     EXPECT_EQ(v[1], 2.0f);
     for (size_t i : {2u, 3u, 4u, 5u, 8u, 9u, 10u, 11u}) EXPECT_EQ(v[i], 0.0f) << i;
-    EXPECT_EQ(frame.facts.sentinel_motion, 3u);  // 9999, -1e5 and Inf
-    EXPECT_EQ(frame.facts.nonfinite_motion, 1u);
+    EXPECT_EQ(frame.facts.sentinel_motion, 2u);   // 9999 and -1e5
+    EXPECT_EQ(frame.facts.nonfinite_motion, 2u);  // NaN and Inf
     EXPECT_DOUBLE_EQ(frame.facts.max_speed_px, std::sqrt(13.0));
 
     // The same vector as a fraction of a 4 x 2 image, biased to 0.5: 0.5 + 3/4/2, 0.5 - 2/2/2.

@@ -77,13 +77,17 @@ TEST_F(Programs, MissingIncludeAndCircleNamePlace) {
 TEST_F(Programs, FailedReloadKeepsTheLastGoodProgram) {
     const std::string head = "#version 450 core\nfloat value() { return 1.0; }\n";
     write("a.comp", head + kBody);
-    gl::ProgramCache cache;
+    std::vector<std::string> said;
+    gl::ProgramCache cache([&](const std::string& text) { said.push_back(text); });
     auto good = cache.get({"a.comp", {}});
     ASSERT_TRUE(good.ok());
     write("a.comp", "#version 450 core\nbroken\n");
     auto kept = cache.get({"a.comp", {}});
     ASSERT_TRUE(kept.ok());
     EXPECT_EQ(*kept, *good);
+    ASSERT_TRUE(cache.get({"a.comp", {}}).ok());
+    ASSERT_EQ(said.size(), 1u) << "said once";
+    EXPECT_THAT(said[0], HasSubstr("a.comp:2"));
     write("a.comp", head + "// changed\n" + kBody);
     ASSERT_TRUE(cache.get({"a.comp", {}}).ok());
     EXPECT_EQ(cache.compiled(), 2u) << "a good change is compiled";

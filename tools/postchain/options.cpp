@@ -32,6 +32,10 @@ E choice(const std::string& word, std::initializer_list<const char*> names) {
     return static_cast<E>(0);
 }
 
+// An empty word is a shell variable that was not set; it must not mean "all".
+const CLI::Validator kNotEmpty(
+    [](const std::string& text) { return std::string(text.empty() ? "is empty" : ""); }, "");
+
 }  // namespace
 
 void add_logging(CLI::App& verb, Options& o) {
@@ -43,7 +47,9 @@ void add_logging(CLI::App& verb, Options& o) {
 }
 
 void add_chain(CLI::App& verb, Options& o) {
-    verb.add_option("CHAIN", o.chain, "chain file, or the name of a shipped chain")->required();
+    verb.add_option("CHAIN", o.chain, "chain file, or the name of a shipped chain")
+        ->check(kNotEmpty)
+        ->required();
     verb.add_option("--set", o.sets,
                     "change a value: passes[0].samples=51, motion_blur.samples=51, camera.f_stop=2")
         ->type_name("KEY=VALUE")
@@ -55,11 +61,15 @@ void add_input(CLI::App& verb, Options& o) {
     verb.add_option("-i,--input", o.input,
                     "frames: A.####.exr (also @@@@, %04d, $F4), or "
                     "color=A.####.exr,depth=B.####.exr,motion=C.####.exr")
+        ->check(kNotEmpty)
         ->type_name("IN")
         ->required();
     verb.add_option("--frames", o.frames, "which frames: 1-10,20-40x2 (default: all on disk)")
+        ->check(kNotEmpty)
         ->type_name("RANGE");
-    verb.add_option("--camera", o.camera, "camera file (JSON)")->type_name("FILE");
+    verb.add_option("--camera", o.camera, "camera file (JSON)")
+        ->check(kNotEmpty)
+        ->type_name("FILE");
     verb.add_option("--profile", o.profile,
                     "names and units of the writer: cycles, nuke, arnold, vray, generic, or a "
                     "profile file (default: detected)")
@@ -95,6 +105,7 @@ void add_device(CLI::App& verb, Options& o) {
 
 void add_writing(CLI::App& verb, Options& o) {
     verb.add_option("-o,--output", o.output, "output frames: out.####.exr")
+        ->check(kNotEmpty)
         ->type_name("OUT")
         ->required();
     verb.add_option("--on-existing", o.on_existing,
@@ -115,6 +126,7 @@ void add_writing(CLI::App& verb, Options& o) {
     verb.add_flag("--no-sidecar", o.no_sidecar, "write no OUT.json beside each output");
     verb.add_flag("--png", o.png, "write OUT.png beside each output, for a look");
     verb.add_option("--dump-stages", o.dump_stages, "write each intermediate plane as EXR")
+        ->check(kNotEmpty)
         ->type_name("DIR");
     verb.add_flag("--json", o.json, "one JSON object per frame on stdout");
 }
@@ -218,6 +230,8 @@ Result<gl::ContextOptions> context_options_of(const Options& options) {
     // llvmpipe reads its number of threads from here, once, when the context is made.
     if (options.threads > 0) setenv("LP_NUM_THREADS", std::to_string(options.threads).c_str(), 1);
     io::set_exr_threads(threads_of(options));
+    context.debug = options.verbose;
+    context.log = [](const std::string& text) { log::detail(text); };
     return context;
 }
 

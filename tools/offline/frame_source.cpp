@@ -54,6 +54,17 @@ std::optional<RoleChannels> plain_channels(const io::ExrFile& file, Role role) {
     return std::nullopt;
 }
 
+// " R G B Z", for messages.
+std::string names_in(const io::ExrFile& file) {
+    constexpr size_t kShown = 40;
+    std::string text;
+    size_t count = 0;
+    for (const auto& part : file.parts())
+        for (const auto& channel : part.channels)
+            if (count++ < kShown) text += " " + channel.name;
+    return count > kShown ? concat(text, " and ", count - kShown, " more") : text;
+}
+
 // Depth or motion in a file of its own: joins what it says to the match of color's file.
 Status add_own_file(const SourceSettings& settings, const io::ExrFile& file, Role role,
                     ProfileMatch& match) {
@@ -66,11 +77,8 @@ Status add_own_file(const SourceSettings& settings, const io::ExrFile& file, Rol
     } else if (auto plain = plain_channels(file, role)) {
         match.roles[role] = *plain;
     } else {
-        std::string found;
-        for (const auto& part : file.parts())
-            for (const auto& channel : part.channels) found += " " + channel.name;
-        return Status(StatusCode::input,
-                      concat(file.path(), ": no ", name_of(role), " channels found among", found));
+        return Status(StatusCode::input, concat(file.path(), ": no ", name_of(role),
+                                                " channels found among", names_in(file)));
     }
     match.missing.erase(role);
     return Status();
@@ -150,10 +158,11 @@ Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeade
     count(facts.nonfinite_color, "with non-finite color, replaced");
     count(facts.nonfinite_depth, "with non-finite depth, taken as infinitely far");
     count(facts.nonfinite_motion, "with non-finite motion, taken as still");
-    if (facts.first_nonfinite[0] >= 0)
-        warn(concat("the first non-finite pixel is (",
-                    facts.first_nonfinite[0] + frame.input.data_window.min_x, ", ",
-                    facts.first_nonfinite[1] + frame.input.data_window.min_y, ")"));
+    if (facts.first_nonfinite[0] >= 0) {
+        frame.first_nonfinite = {facts.first_nonfinite[0] + frame.input.data_window.min_x,
+                                 facts.first_nonfinite[1] + frame.input.data_window.min_y};
+        warn("the first non-finite pixel is " + frame.first_nonfinite_text());
+    }
     count(facts.negative_depth, "with depth <= 0, taken as infinitely far");
     count(facts.sentinel_motion, "with the sentinel of 'no vector', taken as still");
     if (present.has(Role::motion) && facts.motion_all_zero)
@@ -166,6 +175,28 @@ Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeade
             "depth is half float: its steps of 2^-11 show in the circle of confusion; write "
             "depth as float");
     return frame;
+}
+
+std::string SourceFrame::first_nonfinite_text() const {
+    if (!first_nonfinite) return "none";
+    return concat("(", (*first_nonfinite)[0], ", ", (*first_nonfinite)[1], ")");
+}
+
+Result<Plan> plan_source_frame(const Chain& chain, const SourceFrame& frame,
+                               const PlanOptions& options) {
+    auto plan = make_plan(chain, frame.description, options);
+    if (plan.ok()) return plan;
+    const Status status = plan.status();
+    std::string text = frame.input.files.color_file().path() + ": " + status.message();
+    if (status.code() == StatusCode::input) {
+        for (const auto& [role, names] : frame.match.missing)
+            if (chain.required().has(role))
+                text += concat("; ", name_of(role), " was looked for as ", names);
+        text += "; found were";
+        for (const auto& [role, file] : frame.input.files.files) text += names_in(*file);
+        text += " (profile " + frame.match.profile + ")";
+    }
+    return Status(status.code(), text);
 }
 
 void to_file_convention(ImageF& color, const ConvertOptions& conversion) {

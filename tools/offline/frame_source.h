@@ -6,12 +6,15 @@
 // Everything that looks at a sequence goes through here: run, plan, inspect, diff and the reports.
 #pragma once
 
+#include <array>
 #include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "chain/chain.h"
 #include "chain/frame.h"
+#include "chain/planner.h"
 #include "config/camera_file.h"
 #include "config/profile.h"
 #include "tools/io/frame_reader.h"
@@ -46,13 +49,21 @@ struct SourceFrame {
     ProfileMatch match;
     ConvertOptions conversion;
     std::vector<std::string> warnings;
+    std::optional<std::array<int, 2>> first_nonfinite;  // x, y as in the file
     double read_ms = 0;
     double convert_ms = 0;
+
+    std::string first_nonfinite_text() const;  // "(12, -3)"
 };
 
 // Reads color and those of `wanted` that the frame has. Keep::all is needed to write it back.
 Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeader header,
                                       RoleSet wanted, io::Keep keep);
+
+// make_plan() for this frame. An error names the file and, for a plane that is missing, the
+// channel names that were looked for and those that the file has.
+Result<Plan> plan_source_frame(const Chain& chain, const SourceFrame& frame,
+                               const PlanOptions& options);
 
 // Color as the file wants it back: undoes ConvertOptions::unpremultiplied.
 void to_file_convention(ImageF& color, const ConvertOptions& conversion);

@@ -4,8 +4,12 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <limits>
+#include <new>
+#include <nlohmann/json.hpp>
 #include <semaphore>
+#include <system_error>
 #include <thread>
 
 #include "tools/io/atomic_file.h"
@@ -22,6 +26,10 @@ double milliseconds_since(Clock::time_point start) {
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
+std::string preview_path(const std::string& output) {
+    return fs::path(output).replace_extension(".png").string();
+}
+
 // What is to be made: one output, from the files of one (possibly other) frame.
 struct Task {
     int frame = 0;                      // of the output
@@ -32,42 +40,95 @@ struct Task {
 
 // A frame on its way. Without `source` the report is final.
 struct Job {
+    size_t index = 0;  // into the tasks
     FrameReport report;
     std::optional<SourceFrame> source;
     std::string work;
     ImageF result;
 };
 
-std::string missing_text(const std::vector<int>& frames, const RunSettings& settings) {
+// What `work` throws must not leave its thread: memory runs out in a library, mostly.
+template <class Work>
+Status guarded(const Work& work) {
+    try {
+        return work();
+    } catch (const std::bad_alloc&) {
+        return Status(StatusCode::internal, "out of memory");
+    } catch (const std::exception& error) {
+        return Status(StatusCode::internal, concat("unexpected failure: ", error.what()));
+    }
+}
+
+// The files that one frame lacks: of one pattern, or of those planes that have files of their own.
+std::string absent_files(int frame, const RunSettings& settings) {
     std::string list;
-    for (size_t i = 0; i < frames.size() && i < 20; ++i)
-        list += (i ? ", " : "") + std::to_string(frames[i]);
-    if (frames.size() > 20) list += ", ...";
-    return concat(settings.input.color().text(), ": ", frames.size(),
-                  " of the requested frames are not on disk: ", list,
+    for (const auto& [role, pattern] : settings.input.patterns) {
+        const std::string path = pattern.format(frame);
+        std::error_code error;
+        if (!settings.input.separate_files() || !fs::exists(path, error))
+            list += (list.empty() ? "" : ", ") + path;
+    }
+    return list;
+}
+
+std::string missing_text(const std::vector<int>& frames, const RunSettings& settings) {
+    return concat(absent_files(frames[0], settings), ": ", frames.size(),
+                  " of the requested frames are not on disk: ", frames_text(frames),
                   " (--missing skip or hold goes on without them)");
 }
 
-Result<std::vector<Task>> plan_tasks(const RunSettings& settings) {
+// Existing outputs that OnExisting::fail would find one by one.
+Status check_none_exists(const std::vector<Task>& tasks, const RunSettings& settings) {
+    size_t count = 0;
+    std::string first;
+    for (const Task& task : tasks) {
+        for (const auto& path : {task.output, settings.preview ? preview_path(task.output) : ""}) {
+            std::error_code error;
+            if (path.empty() || !fs::exists(path, error)) continue;
+            if (count++ == 0) first = path;
+        }
+    }
+    if (count == 0) return Status();
+    return Status(StatusCode::output,
+                  concat(first, ": exists", count > 1 ? concat(", and ", count - 1, " more") : "",
+                         " (--on-existing skip or overwrite says what to do)"));
+}
+
+Status check_output_name(const RunSettings& settings) {
+    std::string extension = fs::path(settings.output.text()).extension().string();
+    for (char& c : extension) c = c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c;
+    if (extension == ".exr") return Status();
+    return Status(StatusCode::usage,
+                  settings.output.text() + ": outputs are OpenEXR files; let the name end in .exr");
+}
+
+Result<std::vector<Task>> plan_tasks(const RunSettings& settings, std::vector<int>& gaps) {
+    if (Status status = check_output_name(settings); !status.ok()) return status;
     auto list = io::find_frames(settings.input, settings.frames);
     if (!list.ok()) return list.status();
+    gaps = list->gaps;
     if (!list->missing.empty() && settings.missing == MissingPolicy::error)
         return Status(StatusCode::input, missing_text(list->missing, settings));
     if (list->frames.size() > 1 && !settings.output.has_token())
         return Status(StatusCode::usage, concat(settings.output.text(), ": one output name for ",
                                                 list->frames.size(), " frames; put #### into it"));
+    // A frame is held from what is on disk, asked for or not: a part of a sequence must give what
+    // the whole gives.
+    decltype(list->files) on_disk;
+    if (!list->missing.empty() && settings.missing == MissingPolicy::hold)
+        if (auto all = io::find_frames(settings.input, std::nullopt); all.ok())
+            on_disk = std::move(all->files);
     std::vector<Task> tasks;
     for (int frame : list->frames) {
         Task task;
         task.frame = task.source = frame;
         task.output = settings.output.format(frame);
         auto found = list->files.find(frame);
-        if (found == list->files.end() && settings.missing == MissingPolicy::hold &&
-            !list->files.empty()) {
-            found = list->files.upper_bound(frame);
-            if (found != list->files.begin()) --found;
-        }
         if (found != list->files.end()) {
+            task.files = found->second;
+        } else if (!on_disk.empty()) {
+            found = on_disk.upper_bound(frame);
+            if (found != on_disk.begin()) --found;
             task.source = found->first;
             task.files = found->second;
         }
@@ -81,12 +142,20 @@ Result<std::vector<Task>> plan_tasks(const RunSettings& settings) {
         }
         tasks.push_back(std::move(task));
     }
+    if (settings.on_existing == io::OnExisting::fail && settings.on_error == ErrorPolicy::stop)
+        if (Status status = check_none_exists(tasks, settings); !status.ok()) return status;
     return tasks;
 }
 
-bool same_work_done(const Task& task, const std::string& work, bool sidecar) {
+// Output, sidecar and preview are there, whole and of this very work.
+bool same_work_done(const Task& task, const std::string& work, const RunSettings& settings) {
     std::error_code error;
-    if (sidecar && !fs::exists(task.output + ".json", error)) return false;
+    if (settings.preview && !fs::exists(preview_path(task.output), error)) return false;
+    if (settings.sidecar) {
+        std::ifstream file(task.output + ".json");
+        const auto json = nlohmann::json::parse(file, nullptr, false);
+        if (!json.is_object() || json.value("work", nlohmann::json()) != work) return false;
+    }
     auto existing = io::ExrFile::open(task.output);
     if (!existing.ok()) return false;
     for (const auto& part : existing->parts()) {
@@ -120,13 +189,23 @@ class Run {
           stop_(stop),
           tasks_(std::move(tasks)) {}
 
-    RunSummary walk() {
+    Result<RunSummary> walk() {
         start_ = Clock::now();
         summary_.total = tasks_.size();
-        std::thread reader([this] { read_all(); });
-        std::thread writer([this] { write_all(); });
+        std::thread reader, writer;
+        try {
+            writer = std::thread([this] { write_all(); });
+            reader = std::thread([this] { read_all(); });
+        } catch (const std::system_error& error) {
+            to_write_.close();
+            if (writer.joinable()) writer.join();
+            return Status(StatusCode::internal,
+                          concat("no thread could be started: ", error.what()));
+        }
         while (auto job = to_filter_.pop()) {
-            if (job->source && !halted()) filter(*job);
+            if (job->source && !given_up(*job))
+                if (Status status = guarded([&] { return filter(*job); }); !status.ok())
+                    fail(*job, status.at(job->report.inputs.at(Role::color)));
             if (!to_write_.push(std::move(*job))) break;
             report_finished();
         }
@@ -141,24 +220,30 @@ class Run {
     }
 
   private:
-    bool halted() const { return failed_ || (stop_ && *stop_); }
+    // After a failure under ErrorPolicy::stop the frames before it are still finished: what is
+    // written must not depend on how far ahead the reader was.
+    bool given_up(size_t index) const { return index > first_failed_ || (stop_ && *stop_); }
+    bool given_up(const Job& job) const { return given_up(job.index); }
 
     // ------------------------------------------------------------------- reader thread
     void read_all() {
-        for (const Task& task : tasks_) {
+        for (size_t index = 0; index < tasks_.size(); ++index) {
+            const Task& task = tasks_[index];
             room_.acquire();
-            if (halted()) {
+            if (given_up(index)) {
                 room_.release();
                 break;
             }
             const int alive = ++in_flight_;
             in_flight_peak_ = std::max(in_flight_peak_.load(), alive);
             Job job;
+            job.index = index;
             job.report.frame = task.frame;
             job.report.output = task.output;
             job.report.inputs = task.files;
             job.report.renderer = renderer_;
-            if (Status status = read(task, job); !status.ok()) fail(job, status);
+            if (Status status = guarded([&] { return read(task, job); }); !status.ok())
+                fail(job, status);
             if (!to_filter_.push(std::move(job))) break;
         }
         to_filter_.close();
@@ -167,51 +252,43 @@ class Run {
     Status read(const Task& task, Job& job) {
         if (task.files.empty()) {
             job.report.outcome = Outcome::missing;
-            job.report.status =
-                Status(StatusCode::input,
-                       settings_.input.color().format(task.frame) + ": frame is not on disk");
+            job.report.status = Status(
+                StatusCode::input, absent_files(task.frame, settings_) + ": frame is not on disk");
             return Status();
         }
+        if (settings_.on_existing == io::OnExisting::fail)
+            if (Status status = check_none_exists({task}, settings_); !status.ok()) return status;
         std::error_code error;
         const bool exists = fs::exists(task.output, error);
-        if (exists && settings_.on_existing == io::OnExisting::fail)
-            return Status(StatusCode::output,
-                          task.output + ": exists (--on-existing skip or overwrite)");
         auto header = open_source_frame(settings_.source, task.files, task.source);
         if (!header.ok()) return header.status();
         job.work = work_text(chain_, settings_, *header, task.files, task.source);
         job.report.profile = header->match.profile;
         if (exists && settings_.on_existing == io::OnExisting::skip &&
-            same_work_done(task, job.work, settings_.sidecar)) {
+            same_work_done(task, job.work, settings_)) {
             job.report.outcome = Outcome::skipped;
             return Status();
         }
         const RoleSet wanted = chain_.required() | chain_.optional();
-        const auto missing = header->match.missing;
         auto source =
             read_source_frame(settings_.source, std::move(*header), wanted, io::Keep::all);
         if (!source.ok()) return source.status();
         job.report.warnings = source->warnings;
+        job.report.work = job.work;
         job.report.facts = source->description.facts;
+        job.report.first_nonfinite = source->first_nonfinite;
         job.report.read_ms = source->read_ms;
         job.report.convert_ms = source->convert_ms;
         const auto& facts = source->description.facts;
         const uint64_t bad = facts.nonfinite_color + facts.nonfinite_depth + facts.nonfinite_motion;
         if (settings_.strict && bad > 0)
-            return Status(StatusCode::health, concat(task.files.at(Role::color), ": ", bad,
-                                                     " non-finite pixels under --strict"));
+            return Status(StatusCode::health,
+                          concat(task.files.at(Role::color), ": ", bad,
+                                 " non-finite pixels under --strict, the first at ",
+                                 source->first_nonfinite_text(), "; nothing written"));
         source->description.frame_number = task.source;
-        auto plan = make_plan(chain_, source->description, settings_.plan);
-        if (!plan.ok()) {
-            std::string looked_for;
-            for (const auto& [role, names] : missing)
-                if (chain_.required().has(role))
-                    looked_for += concat("; ", name_of(role), " was looked for as ", names);
-            const Status status = plan.status();
-            return Status(status.code(),
-                          task.files.at(Role::color) + ": " + status.message() +
-                              (status.code() == StatusCode::input ? looked_for : ""));
-        }
+        auto plan = plan_source_frame(chain_, *source, settings_.plan);
+        if (!plan.ok()) return plan.status();
         job.report.plan = std::move(*plan);
         job.report.outcome = task.source == task.frame ? Outcome::written : Outcome::held;
         job.report.held_from = task.source;
@@ -220,7 +297,7 @@ class Run {
     }
 
     // --------------------------------------------------------------- caller's thread, GL
-    void filter(Job& job) {
+    Status filter(Job& job) {
         const auto start = Clock::now();
         executor_.set_timing(true);
         StageObserver dump;
@@ -229,16 +306,14 @@ class Run {
                 return dump_stage(job.report.frame, texture, pixels);
             };
         auto result = executor_.filter(*job.report.plan, job.source->planes, dump);
-        if (!result.ok()) {
-            fail(job, result.status().at(job.report.inputs.at(Role::color)));
-            return;
-        }
+        if (!result.ok()) return result.status();
         job.result = std::move(result->at(Role::color));
         job.source->planes.clear();
         job.report.filter_ms = milliseconds_since(start);
         job.report.pass_times = executor_.pass_times();
         job.report.timing_source = executor_.timing_source();
         job.report.counters = executor_.counters();
+        return Status();
     }
 
     Status dump_stage(int frame, const PlanTexture& texture, const ImageF& pixels) {
@@ -253,8 +328,9 @@ class Run {
     // ------------------------------------------------------------------- writer thread
     void write_all() {
         while (auto job = to_write_.pop()) {
-            if (job->source && !halted()) {
-                if (Status status = write(*job); !status.ok()) fail(*job, status);
+            if (job->source && !given_up(*job)) {
+                if (Status status = guarded([&] { return write(*job); }); !status.ok())
+                    fail(*job, status);
             } else if (job->source) {
                 job->report.status = Status(StatusCode::cancelled, "stopped before it was written");
                 job->report.outcome = Outcome::failed;
@@ -289,8 +365,11 @@ class Run {
         report.write_ms = milliseconds_since(start);
         report.frames_in_flight = in_flight_peak_;
         if (settings_.preview) {
-            const auto name = fs::path(report.output).replace_extension(".png").string();
-            if (Status status = io::write_png_preview(name, job.result); !status.ok())
+            io::PreviewOptions preview;
+            preview.on_existing = options.on_existing;
+            if (Status status =
+                    io::write_png_preview(preview_path(report.output), job.result, preview);
+                !status.ok())
                 return status;
         }
         if (!settings_.sidecar) return Status();
@@ -304,7 +383,10 @@ class Run {
         job.report.outcome = Outcome::failed;
         job.report.status = status;
         job.source.reset();
-        if (settings_.on_error == ErrorPolicy::stop) failed_ = true;
+        if (settings_.on_error == ErrorPolicy::keep_going) return;
+        size_t first = first_failed_;
+        while (job.index < first && !first_failed_.compare_exchange_weak(first, job.index)) {
+        }
     }
 
     void report_finished() {
@@ -334,7 +416,16 @@ class Run {
             RunProgress progress{done_, tasks_.size(), milliseconds_since(start_) * 1e-3, 0};
             progress.remaining_s =
                 progress.elapsed_s / double(done_) * double(tasks_.size() - done_);
-            if (observer_) observer_(*report, progress);
+            if (!observer_) continue;
+            const Status status = guarded([&] {
+                observer_(*report, progress);
+                return Status();
+            });
+            if (!status.ok() && summary_.first_failure.ok()) {
+                ++summary_.failed;
+                summary_.first_failure = status;
+                first_failed_ = 0;
+            }
         }
     }
 
@@ -350,7 +441,8 @@ class Run {
     Channel<Job> to_write_{1};
     Channel<FrameReport> finished_{std::numeric_limits<size_t>::max()};
     std::counting_semaphore<kFramesInFlight> room_{kFramesInFlight};
-    std::atomic<bool> failed_ = false;
+    static constexpr size_t kNone = std::numeric_limits<size_t>::max();
+    std::atomic<size_t> first_failed_ = kNone;  // index of the task; kNone = go on
     std::atomic<int> in_flight_ = 0;
     std::atomic<int> in_flight_peak_ = 0;
     Clock::time_point start_;
@@ -374,6 +466,14 @@ const char* name_of(Outcome outcome) {
             return "failed";
     }
     return "unknown";
+}
+
+std::string frames_text(const std::vector<int>& frames) {
+    constexpr size_t kShown = 20;
+    std::string list;
+    for (size_t i = 0; i < frames.size() && i < kShown; ++i)
+        list += (i ? ", " : "") + std::to_string(frames[i]);
+    return frames.size() > kShown ? list + ", ..." : list;
 }
 
 std::string work_text(const Chain& chain, const RunSettings& settings, const FrameHeader& header,
@@ -404,7 +504,8 @@ std::string work_text(const Chain& chain, const RunSettings& settings, const Fra
 Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& settings, Executor& executor,
                                 const std::string& renderer, const FrameObserver& observer,
                                 const std::atomic<bool>* stop) {
-    auto tasks = plan_tasks(settings);
+    std::vector<int> gaps;
+    auto tasks = plan_tasks(settings, gaps);
     if (!tasks.ok()) return tasks.status();
     std::error_code error;
     const std::string folder = settings.output.folder();
@@ -416,7 +517,10 @@ Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& settings,
     if (!settings.dump_folder.empty() && !fs::is_directory(settings.dump_folder, error))
         return Status(StatusCode::output,
                       settings.dump_folder + ": folder of --dump-stages does not exist");
-    return Run(chain, settings, executor, renderer, observer, stop, std::move(*tasks)).walk();
+    auto summary =
+        Run(chain, settings, executor, renderer, observer, stop, std::move(*tasks)).walk();
+    if (summary.ok()) summary->gaps = std::move(gaps);
+    return summary;
 }
 
 }  // namespace postchain::offline

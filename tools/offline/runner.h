@@ -7,6 +7,7 @@
 // length of the sequence, and the pixels never depend on the overlap.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <functional>
 #include <optional>
@@ -15,7 +16,6 @@
 
 #include "chain/chain.h"
 #include "chain/executor.h"
-#include "chain/planner.h"
 #include "tools/io/exr_writer.h"
 #include "tools/io/sequence.h"
 #include "tools/offline/frame_source.h"
@@ -61,7 +61,9 @@ struct FrameReport {
     std::vector<std::string> warnings;
     std::string profile;
     std::optional<Plan> plan;
+    std::string work;  // work_text() of it
     FrameFacts facts;
+    std::optional<std::array<int, 2>> first_nonfinite;  // x, y as in the file, display's axes
     uint64_t output_nonfinite = 0;
     io::WriteReport write;
     double read_ms = 0, convert_ms = 0, filter_ms = 0, write_ms = 0;
@@ -82,6 +84,7 @@ struct RunProgress {
 struct RunSummary {
     size_t total = 0, written = 0, skipped = 0, held = 0, missing = 0, failed = 0;
     Status first_failure;
+    std::vector<int> gaps;  // not asked for: holes in what was found on disk
     double elapsed_s = 0;
     ExecutorCounters counters;
     int frames_in_flight = 0;
@@ -92,11 +95,16 @@ using FrameObserver = std::function<void(const FrameReport&, const RunProgress&)
 
 // Filters the sequence. `executor` must belong to the GL context current on this thread. `stop`
 // (may be null) ends the run after the frame under way. A Status that is not ok means that nothing
-// could be started (no frames, missing frames under MissingPolicy::error, output equal to input);
-// failures of single frames are in the summary.
+// could be started (no frames, missing frames under MissingPolicy::error, output equal to input, an
+// output that exists under OnExisting::fail with ErrorPolicy::stop); failures of single frames are
+// in the summary. Under ErrorPolicy::stop every frame before the failed one is still written.
+// Nothing is thrown: what a library throws becomes a Status.
 Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& settings, Executor& executor,
                                 const std::string& renderer, const FrameObserver& observer,
                                 const std::atomic<bool>* stop);
+
+// "1, 2, 5", at most twenty of them.
+std::string frames_text(const std::vector<int>& frames);
 
 // What the output's "postchain" attribute says: program version, chain and work hash. Two outputs
 // of equal work have equal text.

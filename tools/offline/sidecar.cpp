@@ -19,8 +19,7 @@ Json health_json(const FrameReport& report) {
                    {"max_inverse_depth", facts.max_inverse_depth},
                    {"output_nonfinite", report.output_nonfinite},
                    {"output_half_overflow", report.write.overflow_pixels}};
-    if (facts.first_nonfinite[0] >= 0)
-        health["input_first_nonfinite"] = {facts.first_nonfinite[0], facts.first_nonfinite[1]};
+    if (report.first_nonfinite) health["input_first_nonfinite"] = *report.first_nonfinite;
     return health;
 }
 
@@ -58,6 +57,7 @@ Json summary_json(const FrameReport& report) {
 
 std::string sidecar_json(const FrameReport& report, const std::string& version) {
     Json json = summary_json(report);
+    json["work"] = report.work;
     json["profile"] = report.profile;
     if (report.plan) json["plan"] = Json::parse(plan_as_json(*report.plan));
     json["times_ms"] = times_json(report);

@@ -2,13 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "chain/status.h"
 
 namespace postchain::offline {
 namespace {
 
-constexpr double kCap = 0.25;  // what was hidden in one of the frames must not decide
+constexpr double kCap = 0.25;   // what was hidden in one of the frames must not decide
+constexpr double kApart = 0.5;  // pixels between two ends of a vector that differ
 
 double compressed(double value) {
     value = std::max(value, 0.0);
@@ -37,15 +39,28 @@ std::string SignCandidate::text() const {
                   "y)");
 }
 
-double SignCheck::margin() const {
-    double right = 0, wrong = 0;
-    for (auto candidate = candidates.rbegin(); candidate != candidates.rend(); ++candidate) {
-        if (candidate->as_converted())
-            right = candidate->error;
-        else
-            wrong = candidate->error;  // the last one seen is the best
+const char* name_of(SignVerdict verdict) {
+    switch (verdict) {
+        case SignVerdict::confirmed:
+            return "confirmed";
+        case SignVerdict::undecided:
+            return "undecided";
+        case SignVerdict::contradicted:
+            return "contradicted";
     }
-    return right > 0 ? wrong / right : 0;
+    return "unknown";
+}
+
+double SignCheck::margin() const {
+    double smallest = std::numeric_limits<double>::infinity();
+    for (const auto& candidate : candidates)
+        if (told_apart(candidate)) smallest = std::min(smallest, candidate.margin);
+    return std::isfinite(smallest) ? smallest : 1;
+}
+
+SignVerdict SignCheck::verdict() const {
+    if (margin() > kSignMargin) return SignVerdict::confirmed;
+    return margin() < 1 / kSignMargin ? SignVerdict::contradicted : SignVerdict::undecided;
 }
 
 SignCheck check_signs(const FramePlanes& planes, const ImageF& next) {
@@ -72,20 +87,39 @@ SignCheck check_signs(const FramePlanes& planes, const ImageF& next) {
     if (pixels.empty()) return check;
     for (const auto& [x, y] : pixels) check.still_error += difference(now, x, y, next, x, y);
     check.still_error /= double(pixels.size());
+    const auto error_of = [&](int x, int y, double vx, double vy) {
+        const double px = x + vx, py = y + vy;
+        const bool inside = px >= 0 && py >= 0 && px <= now.width - 1 && py <= now.height - 1;
+        return inside ? difference(now, x, y, next, px, py) : kCap;
+    };
+    std::vector<double> converted;  // error of the conversion as it stands, per pixel
+    for (const auto& [x, y] : pixels)
+        converted.push_back(error_of(x, y, motion->second.at(x, y, 0), motion->second.at(x, y, 1)));
     for (Role role : {Role::motion, Role::motion_back}) {
         const auto plane = planes.find(role);
         if (plane == planes.end()) continue;
         for (int sign_x : {1, -1}) {
             for (int sign_y : {1, -1}) {
-                SignCandidate candidate{role, sign_x, sign_y, 0};
-                for (const auto& [x, y] : pixels) {
-                    const double px = x + sign_x * double(plane->second.at(x, y, 0));
-                    const double py = y + sign_y * double(plane->second.at(x, y, 1));
-                    const bool inside =
-                        px >= 0 && py >= 0 && px <= now.width - 1 && py <= now.height - 1;
-                    candidate.error += inside ? difference(now, x, y, next, px, py) : kCap;
+                SignCandidate candidate{role, sign_x, sign_y};
+                double apart = 0, converted_apart = 0;
+                for (size_t i = 0; i < pixels.size(); ++i) {
+                    const auto [x, y] = pixels[i];
+                    const double vx = sign_x * double(plane->second.at(x, y, 0));
+                    const double vy = sign_y * double(plane->second.at(x, y, 1));
+                    const double error = error_of(x, y, vx, vy);
+                    candidate.error += error;
+                    const double dx = vx - double(motion->second.at(x, y, 0));
+                    const double dy = vy - double(motion->second.at(x, y, 1));
+                    if (dx * dx + dy * dy < kApart * kApart) continue;
+                    ++candidate.pixels_apart;
+                    apart += error;
+                    converted_apart += converted[i];
                 }
                 candidate.error /= double(pixels.size());
+                // A mean of 1e-6 is no difference: it keeps 0/0 at 1.
+                const double none = 1e-6 * double(candidate.pixels_apart);
+                if (candidate.pixels_apart > 0)
+                    candidate.margin = (apart + none) / (converted_apart + none);
                 check.candidates.push_back(candidate);
             }
         }

@@ -41,8 +41,8 @@ int plan_verb(const Options& options, const std::string& format) {
             status = source.status();
             if (source.ok()) {
                 for (const auto& warning : source->warnings) log::warning(warning);
-                auto plan = make_plan(chain->chain, source->description, settings->plan);
-                status = plan.status().at(files->second.at(Role::color));
+                auto plan = offline::plan_source_frame(chain->chain, *source, settings->plan);
+                status = plan.status();
                 if (plan.ok()) {
                     const std::string text = format == "json"  ? plan_as_json(*plan) + "\n"
                                              : format == "dot" ? plan_as_dot(*plan)

@@ -76,11 +76,19 @@ Json describe_signs(const offline::SignCheck& check) {
     for (const auto& candidate : check.candidates)
         candidates.push_back({{"vectors", candidate.text()},
                               {"error", candidate.error},
+                              {"pixels_apart", candidate.pixels_apart},
+                              {"margin", candidate.margin},
                               {"as_converted", candidate.as_converted()}});
-    return {{"pixels", check.pixels},
+    return {{"verdict", offline::name_of(check.verdict())},
+            {"pixels", check.pixels},
             {"still_error", check.still_error},
             {"margin", check.margin()},
             {"candidates", candidates}};
+}
+
+// Attributes and names may hold bytes that are no UTF-8.
+void print_line(const Json& json) {
+    std::printf("%s\n", json.dump(-1, ' ', false, Json::error_handler_t::replace).c_str());
 }
 
 void print_file(const Json& file) {
@@ -117,14 +125,31 @@ void print_signs(const offline::SignCheck& check, int next) {
         "sign self-check against frame %d over %zu moving pixels (error without a warp "
         "%.4f):\n",
         next, check.pixels, check.still_error);
-    for (const auto& candidate : check.candidates)
-        std::printf("  %-22s %.4f%s\n", candidate.text().c_str(), candidate.error,
-                    candidate.as_converted() ? "  <- as converted" : "");
-    const double margin = check.margin();
-    std::printf("  %s (the next best has %.2f times its error)\n",
-                check.candidates[0].as_converted() ? (margin > 1.1 ? "confirmed" : "undecided")
-                                                   : "the profile's signs are NOT the best ones",
-                margin);
+    for (const auto& candidate : check.candidates) {
+        const std::string note = candidate.as_converted()       ? "as converted"
+                                 : !check.told_apart(candidate) ? "the same displacement"
+                                                                : "";
+        std::printf("  %-22s %.4f%s%s\n", candidate.text().c_str(), candidate.error,
+                    note.empty() ? "" : "  <- ", note.c_str());
+    }
+    switch (check.verdict()) {
+        case offline::SignVerdict::confirmed:
+            std::printf(
+                "  confirmed: where another one differs, its error is at least %.2f times "
+                "as large\n",
+                check.margin());
+            return;
+        case offline::SignVerdict::undecided:
+            std::printf("  undecided: no combination is clearly the best (margin %.2f)\n",
+                        check.margin());
+            return;
+        case offline::SignVerdict::contradicted:
+            std::printf(
+                "  the profile's signs are NOT the best ones: another combination has %.2f "
+                "times their error\n",
+                check.margin());
+            return;
+    }
 }
 
 }  // namespace
@@ -163,7 +188,7 @@ int inspect_verb(const Options& options) {
                                                                wanted, io::Keep::nothing)
                                   : Result<offline::SourceFrame>(header.status());
         if (!source.ok()) {
-            if (options.json) std::printf("%s\n", json.dump().c_str());
+            if (options.json) print_line(json);
             code = fail(source.status());
             continue;
         }
@@ -191,10 +216,11 @@ int inspect_verb(const Options& options) {
                     offline::check_signs(source->planes, next->planes.at(Role::color));
                 json["sign_check"] = describe_signs(check);
                 if (!options.json) print_signs(check, frame + 1);
+            } else {
+                log::warning("no sign self-check: " + next.status().message());
             }
         }
-        if (options.json)
-            std::printf("%s\n", json.dump(-1, ' ', false, Json::error_handler_t::replace).c_str());
+        if (options.json) print_line(json);
     }
     return code;
 }

@@ -1,7 +1,11 @@
 // postchain: the command. Verbs and options here, their work in one file each.
-#include <clocale>
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <exception>
 
 #include "tools/postchain/exit_code.h"
 #include "tools/postchain/log.h"
@@ -115,16 +119,46 @@ int command(int argc, char** argv) {
     return kExitOk;
 }
 
+// A standard stream that the caller has closed would lend its number to the next file opened, and
+// messages would go into an image.
+void open_standard_streams() {
+    for (int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+        if (fcntl(fd, F_GETFD) >= 0) continue;
+        // For reading: what is written to a closed stdout is lost, and must be noticed.
+        const int flags = fd == STDERR_FILENO ? O_WRONLY : O_RDONLY;
+        if (const int opened = open("/dev/null", flags); opened >= 0 && opened != fd) {
+            dup2(opened, fd);
+            close(opened);
+        }
+    }
+}
+
+// A reader that is gone at the end (`passes | head`) has had what it wanted; lines that were lost
+// on the way (`run --json`) and all other failures are errors.
+bool stdout_failed() {
+    errno = 0;
+    const bool failed = std::fflush(stdout) != 0 || std::ferror(stdout);
+    return failed && errno != EPIPE;
+}
+
 }  // namespace
 }  // namespace postchain
 
 int main(int argc, char** argv) {
-    // A file-size limit must come back from write() as an error, not as a signal.
+    // A file-size limit must come back from write() as an error, not as a signal; and a closed pipe
+    // must not end the process in the middle of a file.
     std::signal(SIGXFSZ, SIG_IGN);
-    const int code = postchain::command(argc, argv);
-    if (std::fflush(stdout) != 0) {
+    std::signal(SIGPIPE, SIG_IGN);
+    postchain::open_standard_streams();
+    int code = postchain::kExitSomeFailed;
+    try {
+        code = postchain::command(argc, argv);
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "postchain: error: unexpected failure: %s\n", error.what());
+    }
+    if (postchain::stdout_failed()) {
         std::fprintf(stderr, "postchain: error: stdout cannot be written\n");
-        return code == 0 ? postchain::kExitOutput : code;
+        return code == postchain::kExitOk ? postchain::kExitOutput : code;
     }
     return code;
 }

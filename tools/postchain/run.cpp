@@ -57,6 +57,8 @@ void say(const offline::FrameReport& report, const offline::RunProgress& progres
 
 int code_of(const offline::RunSummary& summary) {
     const size_t bad = summary.failed + summary.missing;
+    // --strict asks about values: its answer must not hide behind frames that were fine.
+    if (summary.first_failure.code() == StatusCode::health) return kExitHealth;
     if (bad == 0) return summary.held > 0 ? kExitSomeFailed : kExitOk;
     const size_t good = summary.written + summary.skipped + summary.held;
     return good > 0 ? kExitSomeFailed : exit_code(summary.first_failure);
@@ -72,12 +74,16 @@ int run_verb(const Options& options) {
     if (!settings->dump_folder.empty()) {
         std::error_code error;
         std::filesystem::create_directories(settings->dump_folder, error);
+        if (error)
+            return fail(
+                Status(StatusCode::output,
+                       settings->dump_folder + ": folder cannot be made: " + error.message()));
     }
+    const StopOnSignal stop;
     auto context = context_of(options);
     if (!context.ok()) return fail(context.status());
     const std::string renderer = renderer_text(**context);
     log::detail("renderer: " + renderer);
-    const StopOnSignal stop;
     Executor executor(**context);
     auto summary = offline::run_sequence(
         chain->chain, *settings, executor, renderer,
@@ -95,6 +101,10 @@ int run_verb(const Options& options) {
     count(summary->held, "held");
     count(summary->missing, "missing");
     count(summary->failed, "failed");
+    if (!summary->gaps.empty())
+        log::warning(concat(settings->input.color().text(), ": holes in the sequence, ",
+                            summary->gaps.size(),
+                            " frames: ", offline::frames_text(summary->gaps)));
     log::info(
         concat(text, " of ", summary->total, " frames in ", seconds_text(summary->elapsed_s)));
     return stop.asked() ? stop.exit_code() : code_of(*summary);

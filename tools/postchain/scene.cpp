@@ -45,11 +45,11 @@ int scene_verb(const Options& options, const SceneOptions& scene) {
     request.frames = range->frames;
     if (auto model = scenes::model_for(request); !model.ok()) return fail(model.status());
 
+    const StopOnSignal stop;
     auto context = context_options_of(options);
     if (!context.ok()) return fail(context.status());
     auto renderer = scenes::SceneRenderer::create(*context);
     if (!renderer.ok()) return fail(renderer.status());
-    const StopOnSignal stop;
     const Status status =
         scenes::write_scene(**renderer, request, [&](const scenes::SceneProgress& progress) {
             char percent[16];

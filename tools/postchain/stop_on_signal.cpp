@@ -26,8 +26,8 @@ void on_signal(int number) {
 StopOnSignal::StopOnSignal() {
     struct sigaction action = {};
     action.sa_handler = on_signal;
-    sigaction(SIGINT, &action, nullptr);
-    sigaction(SIGTERM, &action, nullptr);
+    action.sa_flags = SA_RESTART;  // no read or write under way is to fail for it
+    for (int number : {SIGINT, SIGTERM, SIGHUP}) sigaction(number, &action, nullptr);
 }
 
 StopOnSignal::~StopOnSignal() {

@@ -1,5 +1,5 @@
-// Signals of long verbs: the first SIGINT or SIGTERM asks to stop after the work under way, the
-// second ends the process at once. Either way no temporary file stays behind.
+// Signals of long verbs: the first SIGINT, SIGTERM or SIGHUP asks to stop after the work under way,
+// the second ends the process at once. Either way no temporary file stays behind.
 #pragma once
 
 #include <atomic>
@@ -13,7 +13,7 @@ class StopOnSignal {
 
     bool asked() const { return flag(); }
     const std::atomic<bool>& flag() const;
-    int exit_code() const;  // 128 + the signal's number: 130, 143
+    int exit_code() const;  // 128 + the signal's number: 130, 143, 129
 };
 
 }  // namespace postchain

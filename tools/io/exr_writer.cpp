@@ -121,15 +121,27 @@ void write_single_part(Imf::OStream& stream, const Imf::Header& header,
     }
 }
 
+// Header::erase() of OpenEXR 3.1 leaks the attribute, so this is a copy that never had it.
+Imf::Header without(const Imf::Header& from, const std::vector<std::string>& names) {
+    Imf::Header header;
+    for (auto it = from.begin(); it != from.end(); ++it) {
+        if (std::find(names.begin(), names.end(), it.name()) != names.end()) continue;
+        header.insert(it.name(), it.attribute());
+    }
+    return header;
+}
+
 // The header of color's part in the output.
-Imf::Header color_header(const Imf::Header& from, bool only_color, const WriteOptions& options,
-                         std::vector<std::string>& notes) {
-    Imf::Header header(from);
+Imf::Header color_header(const Imf::Header& from, bool only_color, bool keep_type,
+                         const WriteOptions& options, std::vector<std::string>& notes) {
+    std::vector<std::string> left_out;
     for (const char* name : kStaleAttributes) {
-        if (header.find(name) == header.end()) continue;
-        header.erase(name);
+        if (from.find(name) == from.end()) continue;
+        left_out.push_back(name);
         notes.push_back(concat("attribute ", name, " left out: it described the unfiltered file"));
     }
+    if (!keep_type) left_out.push_back("type");
+    Imf::Header header = without(from, left_out);
     for (const auto& [name, value] : options.attributes) {
         header.insert(name, Imf::StringAttribute(value));
     }
@@ -203,7 +215,6 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
 
     const auto write = [&](Imf::OStream& stream) {
         if (!input.facts.multi_part) {
-            if (!input.facts.type_attribute) headers[0].erase("type");
             write_single_part(stream, headers[0], buffer);
             return;
         }

@@ -205,8 +205,9 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
     ExrFile::Impl& input = frame.files.color_file().impl();
     std::vector<Imf::Header> headers;
     for (int i = 0; i < input.file->parts(); ++i) headers.push_back(input.file->header(i));
-    headers[size_t(kept.part)] = color_header(
-        headers[size_t(kept.part)], names.size() == kept.planes.size(), options, report.notes);
+    headers[size_t(kept.part)] =
+        color_header(headers[size_t(kept.part)], names.size() == kept.planes.size(),
+                     input.facts.multi_part || input.facts.type_attribute, options, report.notes);
     Imf::FrameBuffer buffer = frame_buffer_of(kept);
     const Imf::FrameBuffer fresh_buffer = frame_buffer_of(fresh);
     for (auto it = fresh_buffer.begin(); it != fresh_buffer.end(); ++it) {

@@ -93,6 +93,32 @@ TEST(Cull, NeverLosesASurface) {
     }
 }
 
+TEST(Cull, HoldsForNearSpheresInAWideView) {
+    // 12 mm: half the view is 56 degrees; seen from the side a sphere reaches far beyond r/z.
+    Random random(2);
+    SceneModel model;
+    model.camera = [](double) { return CameraPose{Pose{}, 12, 1}; };
+    for (int i = 0; i < 150; ++i) {
+        const double z = random.between(0.5, 2), radius = z * random.between(0.1, 0.6);
+        const glm::dvec3 centre(random.between(-1.2, 1.2) * z, random.between(-0.6, 0.6) * z, z);
+        model.objects.push_back(sphere(radius, still(at(centre)), {1, 1, 1}));
+    }
+    const PictureGeometry picture{320, 160, 36, 0, 1};
+    const CellLists cells = cull(model, {instant_of(model, 0)}, picture);
+    for (size_t id = 0; id < model.objects.size(); ++id)
+        for (int i = 0; i < 200; ++i) {
+            const Object& object = model.objects[id];
+            const glm::dvec3 p = object.pose(0).to_world(
+                surface_point(object, random.between(-1, 1), random.between(-1, 1)));
+            const double x = 160 + 320 * 12 / 36.0 * p.x / p.z;
+            const double y = 80 - 320 * 12 / 36.0 * p.y / p.z;
+            if (p.z <= 0.02 || x < 0 || y < 0 || x >= 320 || y >= 160) continue;
+            EXPECT_TRUE(
+                lists(cells, cells.tiles, int(y) / 16 * 20 + int(x) / 16, id, Shape::sphere))
+                << id << " at " << x << " " << y;
+        }
+}
+
 TEST(Cull, LeavesOutWhatIsFarFromATile) {
     SceneModel model;
     model.camera = [](double) { return CameraPose{}; };

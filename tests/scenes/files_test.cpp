@@ -128,6 +128,10 @@ TEST_F(Files, CameraOfAZoomHasItsValuesPerFrame) {
     auto camera = load_camera((folder_ / "camera.json").string());
     ASSERT_TRUE(camera.ok());
     ASSERT_TRUE(camera->status().ok()) << camera->status().message();
+    // 2.6 sin(2 pi 4 / 96) = 0.672929517 ahead, where -z is ahead.
+    EXPECT_THAT(bytes("camera.json"),
+                testing::HasSubstr("\"4\": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, -0.672929517], "
+                                   "[0, 0, 0, 1]]"));
     const SceneModel model = make_zoom();
     for (int frame : request_.frames) {
         const Camera read = camera->camera_for(frame, {48, 27});

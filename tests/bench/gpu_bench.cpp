@@ -1,0 +1,322 @@
+// What each pass costs per megapixel and per tap, beside a plain copy of the same frame.
+//
+//   synthetic frame -> textures on the device -> { pass, copy, pass, copy, ... } -> medians
+//
+// Rules of time: spec metrics.md. The wall clock around glFinish on a software renderer, GL
+// timestamps on a GPU (chain/gl/clock.h); two runs to warm up; pass and copy take turns inside one
+// queue, so that both see the same machine; median and quartiles are reported.
+// A tap is a texture fetch by the plan's own count (Step::taps): a bound where a shader leaves
+// early, as motion blur does on still tiles, and a floor for FXAA, which fetches more along edges.
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <thread>
+
+#include "chain/convert.h"
+#include "chain/executor.h"
+#include "chain/planner.h"
+#include "passes/registry.h"
+
+namespace {
+
+using namespace postchain;
+
+struct Settings {
+    int width = 1280;
+    int height = 720;
+    int iterations = 11;
+};
+
+[[noreturn]] void fail(const std::string& text) {
+    std::fprintf(stderr, "gpu_bench: %s\n", text.c_str());
+    std::exit(1);
+}
+
+void require(const Status& status) {
+    if (!status.ok()) fail(status.message());
+}
+
+template <class T>
+T require(Result<T> result) {
+    require(result.status());
+    return std::move(*result);
+}
+
+// Sky above, still; ground, moving in its right half alone; a disc in front that turns, 60 px a
+// frame at its rim. Everything carries waves and bars, so that FXAA finds edges.
+struct BenchFrame {
+    FrameDescription description;
+    FramePlanes planes;
+    double still = 0;  // share of the pixels
+};
+
+BenchFrame make_frame(const Settings& settings) {
+    const int width = settings.width, height = settings.height;
+    ImageF color(width, height, 4, 1), inverse_depth(width, height, 1), motion(width, height, 2);
+    const double radius = 0.3 * height, turn = 60 / radius;
+    size_t still = 0;
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+            const double dx = x - 0.5 * width, dy = y - 0.55 * height;
+            const double wave = 0.5 + 0.3 * std::sin(0.05 * x + 0.02 * y) * std::cos(0.07 * y);
+            const bool bar = (x + 2 * y) % 47 < 9;
+            double w = 0, vx = 0, vy = 0;
+            std::array<double, 3> tint = {0.3, 0.5, 0.9};
+            if (std::hypot(dx, dy) < radius) {
+                const bool spoke = std::fmod(std::atan2(dy, dx) + 7, 0.5) < 0.2;
+                w = 0.5;
+                vx = -turn * dy;
+                vy = turn * dx;
+                tint = spoke ? std::array<double, 3>{0.1, 0.9, 0.2} : tint;
+            } else if (y > height / 4) {
+                w = 0.1 * y / height;
+                vx = x > width / 2 ? 24 : 0;
+                tint = {0.8, 0.6, 0.3};
+            }
+            for (int c = 0; c < 3; ++c)
+                color.at(x, y, c) = float(tint[size_t(c)] * wave * (bar && w > 0 ? 0.2 : 1));
+            inverse_depth.at(x, y) = float(w);
+            motion.at(x, y, 0) = float(vx);
+            motion.at(x, y, 1) = float(vy);
+            still += vx == 0 && vy == 0;
+        }
+    }
+    BenchFrame frame;
+    frame.still = double(still) / double(color.pixels());
+    frame.planes[Role::color] = std::move(color);
+    frame.planes[Role::inverse_depth] = std::move(inverse_depth);
+    frame.planes[Role::motion] = std::move(motion);
+    FrameDescription& d = frame.description;
+    d.display_width = width;
+    d.display_height = height;
+    d.camera.focal_length_mm = 50;
+    d.camera.sensor_width_mm = 36;
+    d.camera.f_stop = 1.8;
+    d.camera.focus_distance = 2;  // the disc
+    ConvertOptions options;
+    options.depth = DepthEncoding::inverse;
+    require(convert_frame(frame.planes, d, options));
+    return frame;
+}
+
+using Values = std::vector<std::pair<std::string, ParameterValue>>;
+
+struct Case {
+    std::string name;
+    std::string pass;  // empty: the copy itself
+    Values values;
+};
+
+std::vector<Case> cases() {
+    std::vector<Case> all = {{"copy", "", {}}};
+    for (const char* mode : {"guertin", "single"})
+        for (const int samples : {5, 9, 13, 25, 51, 101})
+            all.push_back({concat("motion_blur/", mode, "/", samples),
+                           "motion_blur",
+                           {{"mode", std::string(mode)}, {"samples", int64_t(samples)}}});
+    for (const int preset : {10, 12, 29, 39})
+        all.push_back({concat("fxaa/", preset), "fxaa", {{"preset", int64_t(preset)}}});
+    for (const char* leak : {"none", "depth", "coc"})
+        for (const int downsample : {1, 2, 4})
+            all.push_back({concat("depth_of_field/", leak, "/", downsample),
+                           "depth_of_field",
+                           {{"leak", std::string(leak)}, {"downsample", int64_t(downsample)}}});
+    return all;
+}
+
+Plan plan_of(const Case& one, const BenchFrame& frame) {
+    Chain chain;
+    if (!one.pass.empty()) {
+        Pass* pass = chain.append(builtin_passes(), one.pass);
+        if (!pass) fail("no pass " + one.pass);
+        const ParameterTable& table = *chain.links[0].type->parameters;
+        for (const auto& [key, value] : one.values)
+            require(table.set(pass->parameters(), key, value));
+    }
+    PlanOptions options;
+    options.elide = false;
+    return require(make_plan(chain, frame.description, options));
+}
+
+// Adds one dispatch that copies the input's color, as a pass of its own.
+void add_copy(Plan& plan, int width, int height) {
+    const auto add_texture = [&](const char* name, bool imported) {
+        PlanTexture texture;
+        texture.name = name;
+        texture.width = width;
+        texture.height = height;
+        texture.imported = imported;
+        plan.textures.push_back(texture);
+        return TextureId(plan.textures.size()) - 1;
+    };
+    TextureId source = -1;
+    for (size_t i = 0; i < plan.textures.size(); ++i)
+        if (plan.textures[i].imported && plan.textures[i].role == Role::color) source = int(i);
+    if (source < 0) source = add_texture("input.color", true);
+    const TextureId target = add_texture("copy.color", false);
+    Step step;
+    step.pass = int(plan.passes.size());
+    step.name = "copy";
+    step.program.file = "bench/copy.comp";
+    step.bindings = {{0, source, Access::sample_nearest}, {0, target, Access::write}};
+    step.groups = groups_for(width, height);
+    step.taps = uint64_t(width) * uint64_t(height);
+    const int index = int(plan.steps.size());
+    if (plan.textures[size_t(source)].first_step < 0)
+        plan.textures[size_t(source)].first_step = index;
+    plan.textures[size_t(source)].last_step = index;
+    plan.textures[size_t(target)].first_step = plan.textures[size_t(target)].last_step = index;
+    plan.passes.push_back({"copy", "", false});
+    plan.steps.push_back(std::move(step));
+}
+
+// The same work `times` times over in one queue: a GPU must not wait for the next dispatch.
+void repeat(Plan& plan, int times) {
+    const std::vector<Step> steps = plan.steps;
+    const std::vector<PlanPass> passes = plan.passes;
+    for (int i = 1; i < times; ++i) {
+        for (Step step : steps) {
+            step.pass += i * int(passes.size());
+            plan.steps.push_back(std::move(step));
+        }
+        plan.passes.insert(plan.passes.end(), passes.begin(), passes.end());
+    }
+    for (PlanTexture& texture : plan.textures)
+        if (texture.last_step >= 0) texture.last_step += (times - 1) * int(steps.size());
+}
+
+double quantile(std::vector<double> values, double q) {
+    std::sort(values.begin(), values.end());
+    return values[size_t(q * double(values.size() - 1) + 0.5)];
+}
+
+class Bench {
+  public:
+    Bench(const Settings& settings, gl::Context& context)
+        : settings_(settings),
+          software_(context.software()),
+          executor_(context),
+          frame_(make_frame(settings)) {
+        executor_.set_timing(true);
+        for (const auto& [role, plane] : frame_.planes) {
+            const Format format = plane_format(plane.channels, Precision::fp32);
+            gl::Texture* texture = require(pool_.acquire(format, plane.width, plane.height));
+            require(gl::upload(*texture, plane));
+            inputs_[role] = texture->name;
+        }
+    }
+    const BenchFrame& frame() const { return frame_; }
+    const char* timing_source() const { return executor_.timing_source(); }
+
+    void run(benchmark::State& state, const Case& one) {
+        Plan plan = plan_of(one, frame_);
+        double taps = 0;
+        for (const Step& step : plan.steps) taps += double(step.taps);
+        add_copy(plan, settings_.width, settings_.height);
+        if (one.pass.empty()) taps = double(plan.steps[0].taps);
+        repeat(plan, software_ ? 1 : 16);
+        for (int i = 0; i < 2; ++i) require(executor_.run(plan, inputs_));
+
+        std::vector<double> times, copies;
+        for (auto _ : state) {
+            require(executor_.run(plan, inputs_));
+            double seconds = 0;
+            for (const PassTime& time : executor_.pass_times()) {
+                (time.name == "copy" ? copies : times).push_back(time.milliseconds);
+                seconds += 1e-3 * time.milliseconds;
+            }
+            state.SetIterationTime(seconds);
+        }
+        if (one.pass.empty()) times = copies;
+        const double megapixels = 1e-6 * settings_.width * settings_.height;
+        const double median = quantile(times, 0.5);
+        state.counters["ms"] = median;
+        state.counters["low"] = quantile(times, 0.25);
+        state.counters["high"] = quantile(times, 0.75);
+        state.counters["ms/Mpx"] = median / megapixels;
+        state.counters["taps/px"] = taps / (1e6 * megapixels);
+        state.counters["ns/tap"] = 1e6 * median / taps;
+        state.counters["copies"] = median / quantile(copies, 0.5);
+    }
+
+  private:
+    Settings settings_;
+    bool software_;
+    Executor executor_;
+    gl::TexturePool pool_;
+    BenchFrame frame_;
+    std::map<Role, unsigned> inputs_;
+};
+
+class Table : public benchmark::BenchmarkReporter {
+  public:
+    bool ReportContext(const Context&) override {
+        std::printf("%-26s %9s %17s %9s %8s %9s %8s\n", "pass", "ms", "quartiles", "ms/Mpx",
+                    "taps/px", "ns/tap", "copies");
+        return true;
+    }
+    void ReportRuns(const std::vector<Run>& runs) override {
+        for (const Run& run : runs) {
+            const auto value = [&](const char* key) { return run.counters.at(key).value; };
+            std::printf("%-26s %9.3f %8.3f-%8.3f %9.3f %8.1f %9.4f %8.2f\n",
+                        run.run_name.function_name.c_str(), value("ms"), value("low"),
+                        value("high"), value("ms/Mpx"), value("taps/px"), value("ns/tap"),
+                        value("copies"));
+            std::fflush(stdout);
+        }
+    }
+};
+
+// Takes our own arguments out of argv.
+Settings parse(int& argc, char** argv) {
+    Settings settings;
+    int kept = 1;
+    for (int i = 1; i < argc; ++i) {
+        int value = 0;
+        if (std::sscanf(argv[i], "--size=%dx%d", &settings.width, &settings.height) == 2) continue;
+        if (std::sscanf(argv[i], "--iterations=%d", &value) == 1) {
+            settings.iterations = value;
+            continue;
+        }
+        argv[kept++] = argv[i];
+    }
+    argc = kept;
+    if (settings.width < 1 || settings.height < 1 || settings.iterations < 1)
+        fail("--size=WIDTHxHEIGHT and --iterations=N take numbers above 0");
+    return settings;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    const Settings settings = parse(argc, argv);
+    benchmark::Initialize(&argc, argv);
+    if (benchmark::ReportUnrecognizedArguments(argc, argv)) {
+        std::fprintf(stderr, "also: --size=WIDTHxHEIGHT --iterations=N\n");
+        return 2;
+    }
+    const auto context = require(gl::Context::create());
+    Bench bench(settings, *context);
+    const char* threads = std::getenv("LP_NUM_THREADS");
+    std::printf("device: %s, %s, %s\n", context->vendor().c_str(), context->renderer().c_str(),
+                context->version().c_str());
+    std::printf("threads: %s; clock: %s; %dx%d, fp32, %.0f %% of the pixels still; median of %d\n",
+                threads ? threads : std::to_string(std::thread::hardware_concurrency()).c_str(),
+                bench.timing_source(), settings.width, settings.height, 100 * bench.frame().still,
+                settings.iterations);
+    std::printf("copies: time as a multiple of a plain copy of the frame, measured in turn\n");
+    const std::vector<Case> all = cases();
+    for (const Case& one : all)
+        benchmark::RegisterBenchmark(
+            one.name.c_str(), [&bench, one](benchmark::State& state) { bench.run(state, one); })
+            ->UseManualTime()
+            ->Iterations(settings.iterations);
+    Table table;
+    benchmark::RunSpecifiedBenchmarks(&table);
+    benchmark::Shutdown();
+    return 0;
+}

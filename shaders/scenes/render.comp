@@ -31,12 +31,15 @@ struct Hit {
 
 int pose_rows(int rows, int id) { return rows + SCENE_CAMERA_ROWS + 3 * id; }
 
-vec3 to_local(vec4 r0, vec4 r1, vec4 r2, vec3 v) { return r0.xyz * v.x + r1.xyz * v.y + r2.xyz * v.z; }
+vec3 to_local(vec4 r0, vec4 r1, vec4 r2, vec3 v) {
+    return r0.xyz * v.x + r1.xyz * v.y + r2.xyz * v.z;
+}
 
 // Objects of one shape in this cell; `test` sees the object's ray as o, d. A software renderer
 // runs every loop at least once, empty or not: shapes that the scene lacks are compiled out.
 #define NEAREST(shape, test)                                                      \
-    if ((shapes >> shape & 1) != 0) for (uint i = tile[base + shape], end = tile[base + shape + 1]; i < end; ++i) { \
+    if ((shapes >> shape & 1) != 0)                                               \
+    for (uint i = tile[base + shape], end = tile[base + shape + 1]; i < end; ++i) { \
         int id = int(tile[i]);                                                    \
         int at = pose_rows(rows, id);                                             \
         vec4 r0 = pose[at], r1 = pose[at + 1], r2 = pose[at + 2];                 \

@@ -11,7 +11,8 @@
 //   rod        size.x half length along y without the round ends, size.y radius
 //   torus      size.x radius of the ring about z, size.y radius of the tube
 //   wheel      flat in z = 0: size.x outer radius, size.y hub radius, size.z number of spokes,
-//              size.w half width of a spoke; the rim is 1.5 spokes wide, a second ring stands at 0.84
+//              size.w half width of a spoke; the rim is 1.5 spokes wide, a second ring
+//              stands at 0.84
 
 const float kMiss = 1e30;
 

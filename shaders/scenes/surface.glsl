@@ -69,13 +69,15 @@ Surface surface_of(SceneObject object, vec3 p, vec3 n) {
     Surface s = Surface(a, vec3(0.0), object.color_b.w);
     // Flat patterns of a box lie in each of its faces.
     vec2 flat_p = p.xy;
-    if (int(object.flags.x) == SCENE_BOX) flat_p = abs(n.x) > 0.5 ? p.zy : abs(n.y) > 0.5 ? p.xz : p.xy;
+    if (int(object.flags.x) == SCENE_BOX)
+        flat_p = abs(n.x) > 0.5 ? p.zy : abs(n.y) > 0.5 ? p.xz : p.xy;
     if (is(kind, SCENE_CHECKER)) {
         // No face may lie between two cells: boxes end on whole cells, rectangles are at z = 0.
         ivec3 c = ivec3(floor(0.999 * p / cell + vec3(0.0, 0.0, 0.5)));
         s.albedo = ((c.x + c.y + c.z) & 1) == 0 ? a : b;
     } else if (is(kind, SCENE_STRIPES)) {
-        s.albedo = fract((flat_p.x * object.pattern.z + flat_p.y * object.pattern.w) / cell) < 0.5 ? a : b;
+        float along = dot(flat_p, object.pattern.zw);
+        s.albedo = fract(along / cell) < 0.5 ? a : b;
     } else if (is(kind, SCENE_RINGS)) {
         s.albedo = fract(length(p.xy) / cell) < 0.5 ? a : b;
     } else if (is(kind, SCENE_BRICKS)) {

@@ -72,6 +72,7 @@ Status resolve_lens(const Parameters& p, const FrameDescription& frame, CircleOf
     if (p.breathing) coc.gain_px /= 1 - f / s;
     coc.gain_px = std::min(coc.gain_px, kMaxGain);
     coc.focus_inverse = 1 / s;
+    coc.focal_inverse = 1 / f;
     return Status();
 }
 
@@ -145,6 +146,11 @@ double CircleOfConfusion::largest_radius_px(double w_min, double w_max) const {
 double CircleOfConfusion::largest_radius_px() const {
     if (lens) return gain_px == 0 ? 0 : max_radius_px;
     return std::min(std::max(near_radius_px, far_radius_px), max_radius_px);
+}
+
+double CircleOfConfusion::typical_radius_px() const {
+    return std::max(std::abs(radius_px(0)),
+                    std::abs(radius_px(focal_inverse / kTypicalFocalLengths)));
 }
 
 double max_radius_px(const Parameters& parameters, const FrameDescription& frame) {

@@ -26,6 +26,7 @@ struct CircleOfConfusion {
     // lens
     double gain_px = 0;        // pixels times scene units
     double focus_inverse = 0;  // 1/s, 1/scene units
+    double focal_inverse = 0;  // 1/f, 1/scene units
     // planes, scene units
     double near_sharp = 0;
     double near_span = 1;
@@ -43,7 +44,15 @@ struct CircleOfConfusion {
     double largest_radius_px(double w_min, double w_max) const;
     // An upper bound of |R| over all depths.
     double largest_radius_px() const;
+    // lens: the larger of |R| at infinity and at kTypicalFocalLengths; a function of the camera
+    // alone, continuous in each of its values. Focus up to twice kTypicalFocalLengths away makes
+    // it the radius of infinity; focus at infinity, where that is 0, the radius of the foreground.
+    double typical_radius_px() const;
 };
+
+// Distance of a typical foreground, in focal lengths: 1 m for 50 mm. A ratio of two lengths, so it
+// knows no world units.
+inline constexpr double kTypicalFocalLengths = 20;
 
 // max_radius_px or its default for this frame.
 double max_radius_px(const Parameters& parameters, const FrameDescription& frame);

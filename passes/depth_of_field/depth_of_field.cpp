@@ -108,7 +108,9 @@ const ParameterTable& table() {
                      .max = 500,
                      .unit = "px",
                      .help = "standard deviation of the Gaussian, in pixels of the full image",
-                     .unset_means = "max_radius_px / 2"})
+                     .unset_means = "coc: lens: 1/4 of the radius at infinity, or at 20 "
+                                    "focal lengths if that is larger; planes, range: 1/2 of the "
+                                    "largest radius; always at least downsample / 2"})
             .choice("leak", &Parameters::leak, {"none", "depth", "coc"},
                     {.help = "neighbours kept out of the blur: none, those in front, or those "
                              "sharper than the pixel"})

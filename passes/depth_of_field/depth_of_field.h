@@ -44,8 +44,8 @@ struct Parameters {
 
     std::optional<double> max_radius_px;  // unset = 3 % of the display width
     int downsample = 4;
-    std::optional<double> blur_sigma_px;  // unset = max_radius_px / 2
-    Leak leak = Leak::none;
+    std::optional<double> blur_sigma_px;  // unset = from the lens, gilham.cpp
+    Leak leak = Leak::coc;
     bool hdr_weight = false;
 };
 

@@ -12,11 +12,16 @@
 //   blur_x, blur_y Gaussian along x, then y, in-bounds and permitted taps renormalised
 //   color          mix(sharp, bilinear(blur_y), smoothstep(0.5, max(2 sigma, 1), |R|))
 //
+// Deviates from the spec: an unset blur_sigma_px is not max_radius_px / 2 for a lens but a quarter
+// of the radius that the lens gives what is far away. Both depend on parameters and camera alone,
+// so neither flickers with the content; docs/depth_of_field.md has what each costs.
+//
 // Ours, because the chapter is not public: the Gaussian and its width, the guides of the leak
 // tests and their being plain box means, and that non-finite colours do not count.
 #include "passes/depth_of_field/gilham.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "shaders/shared/depth_of_field_block.h"
@@ -30,8 +35,22 @@ using shared::DepthOfFieldBlurBlock;
 
 constexpr double kMaxFactor = 1e30;  // fp32 must hold it; |R| is clamped long before
 
+// The deviation of the blur that down-sampling and up-sampling alone make, in box edges: a box has
+// a variance of 1/12, the triangle of the bilinear weights 1/6.
+constexpr double kCopySigma = 0.5;
+
+// A quarter of the lens's typical radius: a background at twice the focus distance has half the
+// radius of infinity, and a disc of radius R has a deviation of R/2 along each axis. The ramps of
+// planes and range end in large areas of their largest radius, whose deviation is half of it.
+double auto_sigma_px(const Parameters& parameters, const FrameDescription& frame) {
+    const auto coc = circle_of_confusion(parameters, frame);
+    assert(coc.ok());
+    const double sigma = coc->lens ? coc->typical_radius_px() / 4 : coc->largest_radius_px() / 2;
+    return std::max(sigma, kCopySigma * parameters.downsample);
+}
+
 double blur_sigma_px(const Parameters& parameters, const FrameDescription& frame) {
-    return parameters.blur_sigma_px.value_or(0.5 * max_radius_px(parameters, frame));
+    return parameters.blur_sigma_px ? *parameters.blur_sigma_px : auto_sigma_px(parameters, frame);
 }
 
 DepthOfFieldBlock block_of(const CircleOfConfusion& coc, const GilhamSizes& sizes,

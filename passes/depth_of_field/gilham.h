@@ -6,7 +6,8 @@
 
 namespace postchain::depth_of_field {
 
-// Sizes and widths that plan and reference both start from.
+// Sizes and widths that plan and reference both start from. The circle of confusion of parameters
+// and frame must be known and checked.
 struct GilhamSizes {
     int factor = 1;     // of the down-sampling
     int low_width = 0;  // ceil(width / factor)

@@ -378,7 +378,8 @@ TEST(coc_errors, kernel_too_wide) {
     frame.display_width = 16384;
     EXPECT_TRUE(make_plan(chain_of("depth_of_field", {{"downsample", int64_t(1)}}), frame).ok());
     frame.display_width = 60000;
-    const auto plan = make_plan(chain_of("depth_of_field", {{"downsample", int64_t(1)}}), frame);
+    const auto plan = make_plan(
+        chain_of("depth_of_field", {{"downsample", int64_t(1)}, {"coc", "range"s}}), frame);
     ASSERT_FALSE(plan.ok());
     EXPECT_THAT(plan.status().message(),
                 AllOf(HasSubstr("blur_sigma_px: 900 px (auto) at downsample 1 needs 2700 taps"),

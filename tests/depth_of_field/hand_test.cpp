@@ -182,7 +182,9 @@ TEST(composite_stage, weight_by_hand) {
         FramePlanes planes =
             flat_planes(row({third, 0, third, third, 0, 0, 0, 0, 0, 0, 0, 0}), 0.25f);
         planes[Role::inverse_depth].at(1, 0) = float(0.25 - radius / 32);
-        EXPECT_NEAR(dof(planes, {{"blur_sigma_px", 2.0}}).at(1, 0), weight * v, 2e-6) << radius;
+        EXPECT_NEAR(dof(planes, {{"blur_sigma_px", 2.0}, {"leak", "none"s}}).at(1, 0), weight * v,
+                    2e-6)
+            << radius;
     }
 }
 

@@ -176,8 +176,8 @@ TEST(parameter, downsample) {
 TEST(parameter, blur_sigma_px) {
     const FramePlanes planes = banded_planes();
     const auto spread = [&](double sigma) {
-        const ImageF low =
-            dof_stages(planes, {{"blur_sigma_px", sigma}}).stages.at(stage("blur_y"));
+        const ImageF low = dof_stages(planes, {{"blur_sigma_px", sigma}, {"leak", "none"s}})
+                               .stages.at(stage("blur_y"));
         double low_most = 1e9, high_most = -1e9;
         for (int y = 0; y < low.height; ++y)
             for (int x = 0; x < low.width; ++x) {

@@ -63,11 +63,13 @@ TEST(every_stage_too, sizes_around_the_box_and_the_work_group) {
 
 TEST(every_stage_too, kernels_of_every_width) {
     const FramePlanes planes = deep_planes(40, 30);
-    for (const double sigma : {0.0, 0.01, 0.3, 1.0, 4.0, 33.4, 500.0}) {
-        const Settings settings = {{"blur_sigma_px", sigma}, {"downsample", int64_t(1)}};
-        expect_stages_match(dof_stages(planes, settings), dof_reference(planes, settings),
-                            concat("sigma ", sigma));
-    }
+    for (const double sigma : {0.0, 0.01, 0.3, 1.0, 4.0, 33.4, 500.0})
+        for (const char* leak : {"none", "coc"}) {
+            const Settings settings = {
+                {"blur_sigma_px", sigma}, {"downsample", int64_t(1)}, {"leak", std::string(leak)}};
+            expect_stages_match(dof_stages(planes, settings), dof_reference(planes, settings),
+                                concat("sigma ", sigma, " leak ", leak));
+        }
 }
 
 // Values as far apart as renderers write them. fp32 holds a sum to 2^-24 of its largest term.

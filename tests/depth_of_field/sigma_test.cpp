@@ -1,0 +1,153 @@
+// The Gaussian that an unset blur_sigma_px stands for, by hand: for a lens a quarter of the larger
+// of |R| at infinity and at 20 focal lengths, for planes and range half of the largest radius,
+// and never below downsample / 2.
+//
+// The lens is f 50 mm, f/2, sensor 32 mm, W = 640: f_px = 1000, A = 0.025, R = 12.5 (1/s - w) px;
+// 20 f = 1 m, so w = 1 there; |R| <= 19.2 px.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "passes/depth_of_field/gilham.h"
+#include "tests/depth_of_field/support.h"
+
+namespace postchain::test {
+namespace {
+
+using namespace std::string_literals;
+
+using depth_of_field::CocSource;
+using depth_of_field::gilham_sizes;
+using depth_of_field::Parameters;
+
+FrameDescription frame_640(double focus, double f_stop = 2) {
+    FrameDescription frame;
+    frame.width = frame.display_width = 640;
+    frame.height = frame.display_height = 360;
+    frame.camera.focal_length_mm = 50;
+    frame.camera.f_stop = f_stop;
+    frame.camera.focus_distance = focus;
+    frame.camera.sensor_width_mm = 32;
+    return frame;
+}
+
+Parameters unset(int downsample = 1) {
+    Parameters parameters;
+    parameters.downsample = downsample;
+    return parameters;
+}
+
+double sigma_px(const Parameters& parameters, const FrameDescription& frame) {
+    return gilham_sizes(parameters, frame).low_sigma * parameters.downsample;
+}
+
+// s = 1: infinity 12.5, 20 f: 0: 12.5/4 = 3.125.
+// s = 1.25: infinity 10, 20 f: 12.5 (0.8 - 1) = -2.5: 2.5.
+// s = 2: both 6.25: 1.5625, the least there is.
+// s = 5: infinity 2.5, 20 f: 12.5 (0.2 - 1) = -10: 2.5.
+// Focus at infinity: infinity 0, 20 f: -12.5: 3.125.
+TEST(auto_sigma, lens_by_hand) {
+    EXPECT_NEAR(sigma_px(unset(), frame_640(1)), 3.125, 1e-12);
+    EXPECT_NEAR(sigma_px(unset(), frame_640(1.25)), 2.5, 1e-12);
+    EXPECT_NEAR(sigma_px(unset(), frame_640(2)), 1.5625, 1e-12);
+    EXPECT_NEAR(sigma_px(unset(), frame_640(5)), 2.5, 1e-12);
+    EXPECT_NEAR(sigma_px(unset(), frame_640(1e30)), 3.125, 1e-12);
+    EXPECT_NEAR(sigma_px(unset(), frame_640(INFINITY)), 3.125, 1e-12);
+    // s = f (1 + 2^-40): infinity 12.5/0.05 = 250, clamped to 19.2.
+    EXPECT_NEAR(sigma_px(unset(), frame_640(0.05 * (1 + 0x1p-40))), 4.8, 1e-12);
+    // Twice the aperture, twice the radii.
+    EXPECT_NEAR(sigma_px(unset(), frame_640(2, 1)), 3.125, 1e-12);
+
+    Parameters parameters = unset();
+    parameters.breathing = true;  // times s/(s - f) = 2/1.95; 1 at infinity
+    EXPECT_NEAR(sigma_px(parameters, frame_640(2)), 1.5625 * 2 / 1.95, 1e-12);
+    EXPECT_NEAR(sigma_px(parameters, frame_640(INFINITY)), 3.125, 1e-12);
+    parameters = unset();
+    parameters.max_radius_px = 4;
+    EXPECT_NEAR(sigma_px(parameters, frame_640(2)), 1, 1e-12);
+    parameters = unset();
+    parameters.blur_sigma_px = 0.25;  // a number given counts, whatever the box
+    EXPECT_EQ(sigma_px(parameters, frame_640(2)), 0.25);
+}
+
+// Twice the pixels, twice the sigma; a scene in centimetres, the same.
+TEST(auto_sigma, resolution_and_scene_units_cancel) {
+    FrameDescription wide = frame_640(2);
+    wide.display_width = 1280;
+    EXPECT_NEAR(sigma_px(unset(), wide), 3.125, 1e-12);
+    for (const double s : {2.0, 5.0, 1e20}) {
+        FrameDescription centimeters = frame_640(100 * s);
+        centimeters.camera.meters_per_unit = 0.01;
+        EXPECT_NEAR(sigma_px(unset(), centimeters), sigma_px(unset(), frame_640(s)), 1e-12);
+    }
+}
+
+// The copy blurs by half a box edge anyhow; pixels less out of focus than that keep to the sharp
+// image. Pinhole and tiny aperture reach the floor.
+TEST(auto_sigma, at_least_half_a_box) {
+    for (const int factor : {1, 2, 4}) {
+        for (const double f_stop : {200.0, 1e12, double(INFINITY)})
+            EXPECT_EQ(sigma_px(unset(factor), frame_640(2, f_stop)), factor / 2.0);
+        Parameters planes = unset(factor);
+        planes.coc = CocSource::planes;
+        planes.max_near_fraction = planes.max_far_fraction = 0;
+        EXPECT_EQ(sigma_px(planes, frame_640(2)), factor / 2.0);
+    }
+    EXPECT_EQ(sigma_px(unset(4), frame_640(2)), 2);  // 1.5625 without the floor
+    EXPECT_EQ(gilham_sizes(unset(4), frame_640(2)).full_blur_px, 4);
+}
+
+// Half of max(0.015, 0.005) 640 = 9.6 px; of 0.005 * 640 = 3.2 px; of a limit of 6 px; and for
+// range half of 0.03 * 640 = 19.2 px. Neither asks for a lens.
+TEST(auto_sigma, planes_and_range_by_hand) {
+    FrameDescription frame = frame_640(2);
+    frame.camera = {};
+    Parameters parameters = unset();
+    parameters.coc = CocSource::planes;
+    EXPECT_NEAR(sigma_px(parameters, frame), 4.8, 1e-12);
+    parameters.max_near_fraction = 0;
+    EXPECT_NEAR(sigma_px(parameters, frame), 1.6, 1e-12);
+    parameters.max_near_fraction = 0.1;
+    parameters.max_radius_px = 6;
+    EXPECT_NEAR(sigma_px(parameters, frame), 3, 1e-12);
+    parameters = unset();
+    parameters.coc = CocSource::range;
+    parameters.focus = 3;
+    EXPECT_NEAR(sigma_px(parameters, frame), 9.6, 1e-12);
+}
+
+// A focus pull changes it smoothly: |d sigma/d log s| <= 12.5/s/4, so a step of 1 % changes sigma
+// by at most 0.01 * 12.5/s/4.
+TEST(auto_sigma, follows_a_focus_pull_without_a_jump) {
+    for (double s = 0.06; s < 1e5; s *= 1.01) {
+        const double change =
+            std::abs(sigma_px(unset(), frame_640(1.01 * s)) - sigma_px(unset(), frame_640(s)));
+        EXPECT_LE(change, 0.01 * 12.5 / s / 4 + 1e-12) << s;
+    }
+}
+
+// What the frame shows has no say, or the blur would flicker with it.
+TEST(auto_sigma, does_not_depend_on_the_depths) {
+    FrameDescription frame = frame_640(2);
+    for (const double w : {0.0, 0.5, 20.0}) {
+        frame.facts.min_inverse_depth = w;
+        frame.facts.max_inverse_depth = 2 * w;
+        EXPECT_EQ(sigma_px(unset(), frame), 1.5625);
+    }
+}
+
+// On the GPU, lens of round_camera(): R = 32 (1/4 - w), 20 f = 0.72: |R| = 36.4, clamped to 19.2:
+// sigma 4.8, full blur from 9.6 px on. At |R| = (0.5 + 9.6)/2 the weight is 1/2: a dot of 2 among
+// 0 in one row keeps 1/2 * 2 and gets 1/2 * 2 g(0), g(0) = 1/sum of exp(-i^2/(2 4.8^2)) over
+// |i| <= 15.
+TEST(auto_sigma, weight_and_kernel_on_the_gpu) {
+    ImageF color(41, 1, 4);
+    color.at(20, 0) = 2;
+    const FramePlanes planes = flat_planes(std::move(color), float(0.25 + 5.05 / 32));
+    double total = 1;
+    for (int i = 1; i <= 15; ++i) total += 2 * std::exp(-i * i / (2 * 4.8 * 4.8));
+    EXPECT_NEAR(dof(planes, {{"downsample", int64_t(1)}}).at(20, 0), 1 + 1 / total, 1e-5);
+}
+
+}  // namespace
+}  // namespace postchain::test

@@ -114,7 +114,8 @@ vec3 normal_of(int shape, vec3 p, vec4 size) {
     if (shape == SCENE_BOX) {
         vec3 relative = abs(p) / size.xyz;
         float largest = max(max(relative.x, relative.y), relative.z);
-        return sign(p) * vec3(greaterThanEqual(relative, vec3(largest)));
+        // On an edge two faces meet, at a corner three: their mean, of unit length.
+        return normalize(sign(p) * vec3(greaterThanEqual(relative, vec3(largest))));
     }
     if (shape == SCENE_ROD) return (p - vec3(0.0, clamp(p.y, -size.x, size.x), 0.0)) / size.y;
     if (shape == SCENE_TORUS) {

@@ -1,0 +1,43 @@
+#!/usr/bin/env bash
+# Makes the pictures of docs/gallery.md and of the README: for every generated scene one strip of
+# sharp input, result of the chain, truth and their difference. Needs a build (tools/demo.sh).
+# Usage: tools/gallery.sh [CHAIN] [TRUTH_SAMPLES]   (default: paper 256; about ten minutes on 2 cores)
+set -euo pipefail
+cd "$(dirname "$0")/.."
+chain=${1:-paper}
+samples=${2:-256}
+frame=3
+postchain=${POSTCHAIN:-$PWD/build/tools/postchain/postchain}
+images=$PWD/docs/images
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+mkdir -p "$images"
+
+# FILE.exr OUT.exr: the first three channels after (x/(1+x))^(1/2.2).
+display() {
+    oiiotool "$1" --ch 0,1,2 --chnames R,G,B --clamp:min=0,0,0 \
+        --dup --addc 1 --div --powc 0.454545 -d float -o "$2"
+}
+
+for scene in wheels poles crossing zoom still; do
+    "$postchain" scene "$scene" -o "$work/$scene" --frames "$frame" --size 640x360 \
+        --truth-samples "$samples"
+    number=$(printf '%04d' "$frame")
+    "$postchain" run "$chain" -i "$work/$scene/sharp.####.exr" \
+        --camera "$work/$scene/camera.json" -o "$work/result.####.exr" --on-existing overwrite
+    display "$work/$scene/sharp.$number.exr" "$work/a.exr"
+    display "$work/result.$number.exr" "$work/b.exr"
+    display "$work/$scene/both.$number.exr" "$work/c.exr"
+    # The difference four times as strong, or nothing would be seen of most of it.
+    oiiotool "$work/b.exr" "$work/c.exr" --absdiff --mulc 4 -o "$work/d.exr"
+    echo "$scene, PSNR against the truth in dB:" \
+        "input$(oiiotool --diff "$work/a.exr" "$work/c.exr" | sed -n 's/.*Peak SNR = //p' | sed 's/^/ /')," \
+        "result$(oiiotool --diff "$work/b.exr" "$work/c.exr" | sed -n 's/.*Peak SNR = //p' | sed 's/^/ /')"
+    oiiotool "$work/a.exr" --resize 480x270 "$work/b.exr" --resize 480x270 \
+        "$work/c.exr" --resize 480x270 "$work/d.exr" --resize 480x270 \
+        --mosaic:pad=4 4x1 -d uint8 --compression jpeg:88 -o "$images/$scene-strip.jpg"
+    if [[ $scene == wheels ]]; then
+        oiiotool "$work/a.exr" "$work/b.exr" "$work/c.exr" --mosaic:pad=4 3x1 \
+            -d uint8 --compression jpeg:90 -o "$images/wheels.jpg"
+    fi
+done

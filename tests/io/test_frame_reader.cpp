@@ -217,7 +217,7 @@ TEST(CameraFromAttributes, StandardNames) {
     FilePart part = cycles();
     part.edit = [](Imf::Header& h) {
         Imf::addAperture(h, 2.8f);
-        Imf::addFocus(h, 4.5f);
+        Imf::addFocus(h, 4.1234567f);
         Imf::addExpTime(h, 1.0f / 48);
         Imf::addFramesPerSecond(h, Imf::Rational(24, 1));
         h.insert("nominalFocalLength", Imf::FloatAttribute(35));
@@ -225,8 +225,8 @@ TEST(CameraFromAttributes, StandardNames) {
     write_file(folder.path("f.exr"), {part});
     const Camera camera = camera_from_attributes(ExrFile::open(folder.path("f.exr"))->parts()[0]);
     EXPECT_NEAR(camera.f_stop.value(), 2.8, 1e-6);
-    EXPECT_NEAR(camera.focus_distance.value(), 4.5, 1e-6);
-    EXPECT_NEAR(camera.shutter_frames.value(), 0.5, 1e-5);  // 1/48 s at 24 frames a second
+    EXPECT_NEAR(camera.focus_distance.value(), 4.1234567, 3e-7);
+    EXPECT_NEAR(camera.shutter_frames.value(), 0.5, 1e-7);  // 1/48 s at 24 frames a second
     EXPECT_NEAR(camera.focal_length_mm.value(), 35, 1e-6);
     EXPECT_FALSE(camera.sensor_width_mm.has_value());
 

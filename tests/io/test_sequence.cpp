@@ -123,6 +123,7 @@ TEST(PathPattern, NumberOfASingleFileIsItsLastGroupOfDigits) {
     EXPECT_EQ(pattern_of("final.mp4").literal_frame(), 0);
     EXPECT_EQ(pattern_of("f-5.exr").literal_frame(), 5);
     EXPECT_EQ(pattern_of("20261120123456.exr").literal_frame(), 0);
+    EXPECT_EQ(pattern_of("f1234567890.exr").literal_frame(), 0);  // would fit an int
 }
 
 TEST(PathPattern, DiscoversFramesButNoTemporaries) {

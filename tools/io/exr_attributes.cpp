@@ -18,6 +18,8 @@
 #include <ImfTimeCodeAttribute.h>
 #include <ImfVecAttribute.h>
 
+#include <charconv>
+#include <iterator>
 #include <optional>
 
 #include "chain/status.h"
@@ -47,7 +49,11 @@ const char* compression_name(Imf::Compression compression) {
 }
 
 std::string attribute_text(const Imf::Attribute& a) {
-    const auto number = [](auto v) { return concat(v); };
+    // The shortest text that reads back as the same number.
+    const auto number = [](auto v) {
+        char text[64];
+        return std::string(text, std::to_chars(text, text + sizeof text, v).ptr);
+    };
     const auto vec2 = [](const auto& v) { return concat(v.x, " ", v.y); };
     const auto vec3 = [](const auto& v) { return concat(v.x, " ", v.y, " ", v.z); };
     const auto box = [](const auto& b) {

@@ -257,10 +257,6 @@ Result<HeaderFacts> scan_header(int fd, uint64_t file_bytes, const ReadLimits& l
         for (uint64_t c = 0; c < table; ++c) {
             const uint64_t offset = in.number(8);
             if (!in.good()) return truncated();
-            if (offset == 0) {
-                return input_error(
-                    "incomplete: its writer did not finish; wait for it or render it again");
-            }
             if (offset >= file_bytes) {
                 return input_error(
                     "truncated: pixels are missing at its end; copy or render it again");

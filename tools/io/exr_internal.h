@@ -35,8 +35,8 @@ class FdIStream final : public Imf::IStream {
     std::vector<char> buffer_;
 };
 
-// An AtomicFile as OpenEXR wants it. A failed write throws, and stays in `status` because
-// OpenEXR's destructors swallow exceptions.
+// An AtomicFile as OpenEXR wants it. A failed write throws; `status` keeps what OpenEXR would
+// wrap in words of its own.
 class AtomicOStream final : public Imf::OStream {
   public:
     explicit AtomicOStream(AtomicFile& file) : Imf::OStream(file.path().c_str()), file_(file) {}

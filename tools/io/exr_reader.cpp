@@ -301,7 +301,7 @@ Result<ExrFile> ExrFile::open(const std::string& path, const ReadLimits& limits)
     try {
         static std::once_flag once;
         std::call_once(once, [] { Imf::Header::setMaxTileSize(kMaxSide, kMaxSide); });
-        // No reconstruction of chunk tables: an incomplete file is refused by scan_header().
+        // No reconstruction of chunk tables: an incomplete file is refused below.
         impl->file = std::make_unique<Imf::MultiPartInputFile>(*impl->stream,
                                                                Imf::globalThreadCount(), false);
         for (int i = 0; i < impl->file->parts(); ++i) {

@@ -72,7 +72,7 @@ Status write_file(const std::string& path, OnExisting on_existing, WriteReport& 
         if (!stream.status.ok()) return stream.status;
         return status_of_exception(StatusCode::output, path);
     }
-    if (!stream.status.ok()) return stream.status;
+    // A failure that OpenEXR's destructors swallowed has stuck to the file: commit() reports it.
     report.bytes = file->size();
     Result<bool> written = file->commit(on_existing);
     if (!written.ok()) return written.status();

@@ -1,8 +1,8 @@
 #include "tools/io/frame_reader.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
-#include <cstdlib>
 
 namespace postchain::io {
 
@@ -21,15 +21,15 @@ std::optional<double> number_in(const ExrPart& part, const char* name) {
     if (it == part.attributes.end()) return {};
     // A rational stands as "24/1".
     const std::string& text = it->second;
-    char* end = nullptr;
-    double value = std::strtod(text.c_str(), &end);
-    if (end == text.c_str()) return {};
-    if (*end == '/') {
-        const char* divisor = end + 1;
-        value /= std::strtod(divisor, &end);
-        if (end == divisor) return {};
+    const char* end = text.data() + text.size();
+    double value = 0;
+    std::from_chars_result read = std::from_chars(text.data(), end, value);
+    if (read.ec == std::errc() && read.ptr != end && *read.ptr == '/') {
+        double divisor = 0;
+        read = std::from_chars(read.ptr + 1, end, divisor);
+        value /= divisor;
     }
-    if (*end != '\0' || !std::isfinite(value)) return {};
+    if (read.ec != std::errc() || read.ptr != end || !std::isfinite(value)) return {};
     return value;
 }
 

@@ -102,14 +102,17 @@ Status check_output_name(const RunSettings& settings) {
                   settings.output.text() + ": outputs are OpenEXR files; let the name end in .exr");
 }
 
-Result<std::vector<Task>> plan_tasks(const RunSettings& settings, std::vector<int>& gaps) {
-    if (Status status = check_output_name(settings); !status.ok()) return status;
+// `writes`: outputs are to be made, so that their names matter.
+Result<std::vector<Task>> plan_tasks(const RunSettings& settings, bool writes,
+                                     std::vector<int>& gaps) {
+    if (writes)
+        if (Status status = check_output_name(settings); !status.ok()) return status;
     auto list = io::find_frames(settings.input, settings.frames);
     if (!list.ok()) return list.status();
     gaps = list->gaps;
     if (!list->missing.empty() && settings.missing == MissingPolicy::error)
         return Status(StatusCode::input, missing_text(list->missing, settings));
-    if (list->frames.size() > 1 && !settings.output.has_token())
+    if (writes && list->frames.size() > 1 && !settings.output.has_token())
         return Status(StatusCode::usage, concat(settings.output.text(), ": one output name for ",
                                                 list->frames.size(), " frames; put #### into it"));
     // A frame is held from what is on disk, asked for or not: a part of a sequence must give what
@@ -122,7 +125,7 @@ Result<std::vector<Task>> plan_tasks(const RunSettings& settings, std::vector<in
     for (int frame : list->frames) {
         Task task;
         task.frame = task.source = frame;
-        task.output = settings.output.format(frame);
+        if (writes) task.output = settings.output.format(frame);
         auto found = list->files.find(frame);
         if (found != list->files.end()) {
             task.files = found->second;
@@ -134,7 +137,7 @@ Result<std::vector<Task>> plan_tasks(const RunSettings& settings, std::vector<in
         }
         for (const auto& [role, path] : task.files) {
             std::error_code error;
-            if (fs::equivalent(path, task.output, error))
+            if (writes && fs::equivalent(path, task.output, error))
                 return Status(StatusCode::usage,
                               task.output +
                                   ": the output would replace its own input; name "
@@ -176,15 +179,21 @@ uint64_t count_nonfinite(const ImageF& image) {
     return count;
 }
 
+// What is done with each frame: a chain's output is written, or a visitor has a look.
+struct Work {
+    const Chain* chain = nullptr;  // with executor and renderer; null: the visitor's
+    Executor* executor = nullptr;
+    std::string renderer;
+    RoleSet wanted;
+    FrameVisitor visitor;
+};
+
 class Run {
   public:
-    Run(const Chain& chain, const RunSettings& settings, Executor& executor,
-        const std::string& renderer, const FrameObserver& observer, const std::atomic<bool>* stop,
-        std::vector<Task> tasks)
-        : chain_(chain),
+    Run(const Work& work, const RunSettings& settings, const FrameObserver& observer,
+        const std::atomic<bool>* stop, std::vector<Task> tasks)
+        : work_(work),
           settings_(settings),
-          executor_(executor),
-          renderer_(renderer),
           observer_(observer),
           stop_(stop),
           tasks_(std::move(tasks)) {}
@@ -214,7 +223,7 @@ class Run {
         writer.join();
         report_finished();
         summary_.elapsed_s = milliseconds_since(start_) * 1e-3;
-        summary_.counters = executor_.counters();
+        if (work_.executor) summary_.counters = work_.executor->counters();
         summary_.frames_in_flight = in_flight_peak_;
         return summary_;
     }
@@ -241,7 +250,7 @@ class Run {
             job.report.frame = task.frame;
             job.report.output = task.output;
             job.report.inputs = task.files;
-            job.report.renderer = renderer_;
+            job.report.renderer = work_.renderer;
             if (Status status = guarded([&] { return read(task, job); }); !status.ok())
                 fail(job, status);
             if (!to_filter_.push(std::move(job))) break;
@@ -256,22 +265,22 @@ class Run {
                 StatusCode::input, absent_files(task.frame, settings_) + ": frame is not on disk");
             return Status();
         }
-        if (settings_.on_existing == io::OnExisting::fail)
+        if (work_.chain && settings_.on_existing == io::OnExisting::fail)
             if (Status status = check_none_exists({task}, settings_); !status.ok()) return status;
         std::error_code error;
-        const bool exists = fs::exists(task.output, error);
+        const bool exists = work_.chain && fs::exists(task.output, error);
         auto header = open_source_frame(settings_.source, task.files, task.source);
         if (!header.ok()) return header.status();
-        job.work = work_text(chain_, settings_, *header, task.files, task.source);
+        if (work_.chain)
+            job.work = work_text(*work_.chain, settings_, *header, task.files, task.source);
         job.report.profile = header->match.profile;
         if (exists && settings_.on_existing == io::OnExisting::skip &&
             same_work_done(task, job.work, settings_)) {
             job.report.outcome = Outcome::skipped;
             return Status();
         }
-        const RoleSet wanted = chain_.required() | chain_.optional();
-        auto source =
-            read_source_frame(settings_.source, std::move(*header), wanted, io::Keep::all);
+        auto source = read_source_frame(settings_.source, std::move(*header), work_.wanted,
+                                        work_.chain ? io::Keep::all : io::Keep::nothing);
         if (!source.ok()) return source.status();
         job.report.warnings = source->warnings;
         job.report.work = job.work;
@@ -287,9 +296,11 @@ class Run {
                                  " non-finite pixels under --strict, the first at ",
                                  source->first_nonfinite_text(), "; nothing written"));
         source->description.frame_number = task.source;
-        auto plan = plan_source_frame(chain_, *source, settings_.plan);
-        if (!plan.ok()) return plan.status();
-        job.report.plan = std::move(*plan);
+        if (work_.chain) {
+            auto plan = plan_source_frame(*work_.chain, *source, settings_.plan);
+            if (!plan.ok()) return plan.status();
+            job.report.plan = std::move(*plan);
+        }
         job.report.outcome = task.source == task.frame ? Outcome::written : Outcome::held;
         job.report.held_from = task.source;
         job.source = std::move(*source);
@@ -299,20 +310,26 @@ class Run {
     // --------------------------------------------------------------- caller's thread, GL
     Status filter(Job& job) {
         const auto start = Clock::now();
-        executor_.set_timing(true);
+        if (!work_.chain) {
+            const Status status = work_.visitor(*job.source, job.report);
+            job.report.filter_ms = milliseconds_since(start);
+            return status;
+        }
+        Executor& executor = *work_.executor;
+        executor.set_timing(true);
         StageObserver dump;
         if (!settings_.dump_folder.empty())
             dump = [&](const Step&, const PlanTexture& texture, const ImageF& pixels) {
                 return dump_stage(job.report.frame, texture, pixels);
             };
-        auto result = executor_.filter(*job.report.plan, job.source->planes, dump);
+        auto result = executor.filter(*job.report.plan, job.source->planes, dump);
         if (!result.ok()) return result.status();
         job.result = std::move(result->at(Role::color));
         job.source->planes.clear();
         job.report.filter_ms = milliseconds_since(start);
-        job.report.pass_times = executor_.pass_times();
-        job.report.timing_source = executor_.timing_source();
-        job.report.counters = executor_.counters();
+        job.report.pass_times = executor.pass_times();
+        job.report.timing_source = executor.timing_source();
+        job.report.counters = executor.counters();
         return Status();
     }
 
@@ -345,6 +362,7 @@ class Run {
     }
 
     Status write(Job& job) {
+        if (!work_.chain) return Status();
         const auto start = Clock::now();
         FrameReport& report = job.report;
         report.output_nonfinite = count_nonfinite(job.result);
@@ -429,10 +447,8 @@ class Run {
         }
     }
 
-    const Chain& chain_;
+    const Work& work_;
     const RunSettings& settings_;
-    Executor& executor_;
-    const std::string& renderer_;
     const FrameObserver& observer_;
     const std::atomic<bool>* stop_;
     const std::vector<Task> tasks_;
@@ -505,7 +521,7 @@ Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& settings,
                                 const std::string& renderer, const FrameObserver& observer,
                                 const std::atomic<bool>* stop) {
     std::vector<int> gaps;
-    auto tasks = plan_tasks(settings, gaps);
+    auto tasks = plan_tasks(settings, true, gaps);
     if (!tasks.ok()) return tasks.status();
     std::error_code error;
     const std::string folder = settings.output.folder();
@@ -517,8 +533,20 @@ Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& settings,
     if (!settings.dump_folder.empty() && !fs::is_directory(settings.dump_folder, error))
         return Status(StatusCode::output,
                       settings.dump_folder + ": folder of --dump-stages does not exist");
-    auto summary =
-        Run(chain, settings, executor, renderer, observer, stop, std::move(*tasks)).walk();
+    const Work work{&chain, &executor, renderer, chain.required() | chain.optional(), {}};
+    auto summary = Run(work, settings, observer, stop, std::move(*tasks)).walk();
+    if (summary.ok()) summary->gaps = std::move(gaps);
+    return summary;
+}
+
+Result<RunSummary> visit_sequence(const RunSettings& settings, RoleSet wanted,
+                                  const FrameVisitor& visitor, const FrameObserver& observer,
+                                  const std::atomic<bool>* stop) {
+    std::vector<int> gaps;
+    auto tasks = plan_tasks(settings, false, gaps);
+    if (!tasks.ok()) return tasks.status();
+    const Work work{nullptr, nullptr, {}, wanted, visitor};
+    auto summary = Run(work, settings, observer, stop, std::move(*tasks)).walk();
     if (summary.ok()) summary->gaps = std::move(gaps);
     return summary;
 }

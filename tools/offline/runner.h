@@ -2,6 +2,7 @@
 //
 //   reader thread          this thread (GL)       writer thread
 //   open, read, convert -> plan, filter       -> scan, write, sidecar        per frame
+//                       -> a visitor (reports)
 //
 // Neighbouring frames overlap; at most kFramesInFlight are alive, so memory does not grow with the
 // length of the sequence, and the pixels never depend on the overlap.
@@ -102,6 +103,17 @@ using FrameObserver = std::function<void(const FrameReport&, const RunProgress&)
 Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& settings, Executor& executor,
                                 const std::string& renderer, const FrameObserver& observer,
                                 const std::atomic<bool>* stop);
+
+// Called on the caller's thread with each frame in order, while the next ones are being read. A
+// failure is that frame's.
+using FrameVisitor = std::function<Status(SourceFrame& frame, FrameReport& report)>;
+
+// The same walk for whoever has other plans with a frame than writing it: reads color and those
+// of `wanted` that there are. Whatever settings say about chain and output is not looked at. A
+// frame that the visitor took well counts as written.
+Result<RunSummary> visit_sequence(const RunSettings& settings, RoleSet wanted,
+                                  const FrameVisitor& visitor, const FrameObserver& observer,
+                                  const std::atomic<bool>* stop);
 
 // "1, 2, 5", at most twenty of them.
 std::string frames_text(const std::vector<int>& frames);

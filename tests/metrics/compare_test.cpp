@@ -1,0 +1,81 @@
+#include "tools/metrics/compare.h"
+
+#include <cmath>
+
+#include "tests/metrics/support.h"
+#include "tools/metrics/display.h"
+
+namespace postchain::metrics {
+namespace {
+
+TEST(Compare, GivesEveryMetricInTheTablesOrder) {
+    const Pair both = pair(grey(12, 12, 0.7), grey(12, 12, 0.5));
+    const auto result = compare(both, {});
+    ASSERT_TRUE(result.ok());
+    ASSERT_EQ(result->values.size(), metric_rows().size());
+    for (size_t i = 0; i < metric_rows().size(); ++i)
+        EXPECT_EQ(result->values[i].first, metric_rows()[i].name);
+    EXPECT_EQ(*result->value("mse"), mse(both));
+    EXPECT_EQ(*result->value("psnr"), *psnr(both));
+    EXPECT_EQ(*result->value("flip"), flip(both, {}).mean);
+    EXPECT_TRUE(result->exposures.lit);
+}
+
+TEST(Compare, GivesOnlyWhatWasAskedFor) {
+    CompareSettings settings;
+    settings.metrics = {"smape", "difference_max"};
+    const auto result = compare(pair(grey(3, 3, 0.7), grey(3, 3, 0.5)), settings);
+    ASSERT_TRUE(result.ok());
+    ASSERT_EQ(result->values.size(), 2u);
+    EXPECT_EQ(result->values[0].first, "smape");
+    EXPECT_NEAR(*result->value("difference_max"), 0.2, 1e-6);
+    EXPECT_TRUE(result->map.empty());
+}
+
+TEST(Compare, MapsDoNotNeedTheirMetric) {
+    const Pair both = pair(grey(3, 3, 0.7), grey(3, 3, 0.5));
+    for (const auto& row : map_rows()) {
+        CompareSettings settings;
+        settings.metrics = {"mse"};
+        settings.map = row.name;
+        const auto result = compare(both, settings);
+        ASSERT_TRUE(result.ok());
+        EXPECT_EQ(result->values.size(), 1u);
+        ASSERT_EQ(result->map.pixels(), 9u) << row.name;
+        EXPECT_EQ(result->map.channels, 1);
+        EXPECT_GT(result->map.at(1, 1), 0);
+    }
+}
+
+TEST(Compare, UsesTheGivenExposures) {
+    const Pair both = pair(grey(3, 3, 0.7), grey(3, 3, 0.5));
+    CompareSettings settings;
+    settings.metrics = {"hdr_flip"};
+    settings.exposures = ExposureRange{-30, -28, true};  // all black
+    EXPECT_LT(*compare(both, settings)->value("hdr_flip"), 1e-3);
+    settings.exposures.reset();
+    EXPECT_EQ(*compare(both, settings)->value("hdr_flip"),
+              hdr_flip(both, exposure_range(both.reference, ToneMapper::aces), {}).mean);
+}
+
+TEST(Compare, RefusesUnknownNames) {
+    const Pair both = pair(grey(3, 3, 0.7), grey(3, 3, 0.5));
+    CompareSettings settings;
+    settings.metrics = {"vmaf"};
+    const auto metric = compare(both, settings);
+    EXPECT_EQ(metric.status().code(), StatusCode::usage);
+    EXPECT_NE(metric.status().message().find("hdr_flip"), std::string::npos);
+    settings = {};
+    settings.map = "psnr";
+    EXPECT_EQ(compare(both, settings).status().code(), StatusCode::usage);
+}
+
+TEST(Compare, ValuesThatDoNotExistAreSaidNotToExist) {
+    const auto result = compare(pair(grey(1, 1, 0.5), grey(1, 1, 0.5)), {});
+    ASSERT_TRUE(result.ok());
+    for (const auto& [name, value] : result->values)
+        EXPECT_EQ(value.has_value(), name != "psnr" && name != "ssim") << name;
+}
+
+}  // namespace
+}  // namespace postchain::metrics

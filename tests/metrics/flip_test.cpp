@@ -1,0 +1,270 @@
+// FLIP and HDR-FLIP against the golden means of the specification, which an independent program
+// made, and against closed forms of the paper.
+#include "tools/metrics/flip.h"
+
+#include <cmath>
+#include <limits>
+
+#include "tests/metrics/support.h"
+
+namespace postchain::metrics {
+namespace {
+
+constexpr int kSide = 64;
+constexpr double kGolden = 1e-4;
+const Rgb kBlack = {0, 0, 0}, kWhiteRgb = {1, 1, 1};
+
+Rgb scaled(double v, const Rgb& scale) {
+    return {v * scale[0], v * scale[1], v * scale[2]};
+}
+
+FlipResult flip_of(const ImageF& test, const ImageF& reference, const FlipSettings& settings = {}) {
+    return flip(pair(test, reference), settings);
+}
+
+FlipResult hdr_flip_of(const ImageF& test, const ImageF& reference,
+                       ToneMapper mapper = ToneMapper::aces) {
+    const Pair both = pair(test, reference);
+    FlipSettings settings;
+    settings.tone_mapper = mapper;
+    return hdr_flip(both, exposure_range(both.reference, mapper), settings);
+}
+
+double constants(const Rgb& reference, const Rgb& test) {
+    return flip_of(constant(kSide, kSide, test), constant(kSide, kSide, reference)).mean;
+}
+
+TEST(FlipGolden, Constants) {
+    EXPECT_NEAR(constants(kBlack, kWhiteRgb), 0.967388, kGolden);
+    EXPECT_NEAR(constants({0, 1, 0}, {0, 0, 1}), 1.000000, kGolden);
+    EXPECT_NEAR(constants({1, 0, 0}, {0, 1, 0}), 0.986665, kGolden);
+    EXPECT_NEAR(constants({0.5, 0.5, 0.5}, {0.6, 0.6, 0.6}), 0.196255, kGolden);
+    EXPECT_NEAR(constants({0.18, 0.18, 0.18}, {0.19, 0.19, 0.19}), 0.065048, kGolden);
+}
+
+TEST(FlipGolden, RampAgainstRampWithAnotherBlue) {
+    const auto ramp = picture(kSide, kSide, [](int x, int y) {
+        return Rgb{x / 63.0, y / 63.0, (x + y) / 126.0};
+    });
+    const auto other = picture(kSide, kSide, [](int x, int y) {
+        return Rgb{x / 63.0, y / 63.0, 0.5};
+    });
+    const FlipResult result = flip_of(other, ramp);
+    EXPECT_NEAR(result.mean, 0.330818, kGolden);
+    EXPECT_NEAR(result.max, 0.808733, kGolden);
+}
+
+TEST(FlipGolden, ShiftedStep) {
+    const auto step = [](int from) {
+        return picture(kSide, kSide, [=](int x, int) {
+            const double v = x >= from ? 0.8 : 0.1;
+            return Rgb{v, v, v};
+        });
+    };
+    const FlipResult result = flip_of(step(33), step(32));
+    EXPECT_NEAR(result.mean, 0.034444, kGolden);
+    EXPECT_NEAR(result.max, 0.578762, kGolden);
+}
+
+TEST(FlipGolden, CheckerAgainstItsMean) {
+    const auto checker = picture(kSide, kSide, [](int x, int y) {
+        const double v = (x + y) % 2;
+        return Rgb{v, v, v};
+    });
+    const auto half = grey(kSide, kSide, 0.5);
+    EXPECT_NEAR(flip_of(half, checker).mean, 0.004204, kGolden);
+    FlipSettings near;
+    near.pixels_per_degree = 20;
+    EXPECT_NEAR(flip_of(half, checker, near).mean, 0.777964, kGolden);
+}
+
+TEST(FlipGolden, MovedDisc) {
+    const auto disc = [](double cx) {
+        return picture(kSide, kSide, [=](int x, int y) {
+            const double dx = x - cx, dy = y - 31.5;
+            return scaled(dx * dx + dy * dy <= 400 ? 0.75 : 0.05, {1, 0.8, 0.6});
+        });
+    };
+    EXPECT_NEAR(flip_of(disc(33.5), disc(31.5)).mean, 0.113243, kGolden);
+}
+
+TEST(HdrFlipGolden, Ramp) {
+    const auto ramp = [](double gain) {
+        return picture(kSide, kSide, [=](int x, int y) {
+            const double v = std::exp2(-4 + 10 * x / 63.0) * (y >= 32 ? gain : 1);
+            return scaled(v, {1, 0.8, 0.6});
+        });
+    };
+    const auto range = exposure_range(one(ramp(1)), ToneMapper::aces);
+    EXPECT_NEAR(range.start, -4.6445, kGolden);
+    EXPECT_NEAR(range.stop, 0.2761, kGolden);
+    EXPECT_EQ(range.count(), 5);
+    const FlipResult result = hdr_flip_of(ramp(1.1), ramp(1));
+    EXPECT_NEAR(result.mean, 0.069130, kGolden);
+    EXPECT_NEAR(result.max, 0.154359, kGolden);
+}
+
+TEST(HdrFlipGolden, MovedDiscWithEveryToneMapper) {
+    const auto disc = [](double cx) {
+        return picture(kSide, kSide, [=](int x, int y) {
+            const double dx = x - cx, dy = y - 31.5;
+            return scaled(dx * dx + dy * dy <= 100 ? 50 : 0.2 + 0.01 * y, {1, 0.8, 0.6});
+        });
+    };
+    const auto reference = disc(31.5), test = disc(33.5);
+    const auto range = exposure_range(one(reference), ToneMapper::aces);
+    EXPECT_NEAR(range.start, -4.288401, kGolden);
+    EXPECT_NEAR(range.stop, 2.217952, kGolden);
+    EXPECT_EQ(range.count(), 7);
+    EXPECT_NEAR(hdr_flip_of(test, reference, ToneMapper::aces).mean, 0.063121, kGolden);
+    EXPECT_NEAR(hdr_flip_of(test, reference, ToneMapper::reinhard).mean, 0.064963, kGolden);
+    EXPECT_NEAR(hdr_flip_of(test, reference, ToneMapper::hable).mean, 0.061302, kGolden);
+}
+
+// Two greys: a* = b* = 0 and no features, so FLIP is the redistributed |dL|^0.7. In double, from
+// the definition of CIELAB (cubes above the knee) and the paper's constants. In float a* and b* of
+// a grey are off by up to 1e-4, which is what the tolerance stands for.
+TEST(Flip, GreysAreTheClosedForm) {
+    const auto lightness = [](double y) { return 116 * std::cbrt(y) - 16; };
+    // HyAB between Hunt-adjusted green and blue, by hand from L*a*b* of the primaries:
+    // green (87.7362, -86.1787, 83.1826), blue (32.2982, 79.1936, -107.8586); a*, b* times L/100:
+    // green (-75.6099, 72.9812), blue (25.5781, -34.8364) -> 55.4380 + 147.8636 = 203.3017.
+    const double largest = std::pow(203.3017, 0.7);
+    for (double v : {0.1, 0.3, 0.55}) {
+        const double d = std::pow(lightness(v * 1.02) - lightness(v), 0.7);
+        const double expected = d * 0.95 / (0.4 * largest);
+        EXPECT_NEAR(flip_of(grey(8, 8, v * 1.02), grey(8, 8, v)).mean, expected, 3e-5) << v;
+    }
+}
+
+TEST(Flip, EqualPicturesAreZeroAndOrderOfArgumentsDoesNotMatter) {
+    const auto a = picture(40, 30, [](int x, int y) {
+        return Rgb{std::abs(std::sin(x * 1.7)), std::abs(std::sin(y * 0.9)), 0.3};
+    });
+    const auto b = picture(40, 30, [](int x, int y) {
+        return Rgb{std::abs(std::sin(x * 1.6)), 0.4, std::abs(std::cos(y * 0.7))};
+    });
+    EXPECT_EQ(flip_of(a, a).max, 0);
+    EXPECT_EQ(flip_of(a, b).map, flip_of(b, a).map);
+}
+
+// A single pixel in black: FLIP's answer is symmetric about it, largest there, and ends where the
+// widest kernel does (10 pixels at 67.02 pixels per degree).
+TEST(Flip, SinglePixelAnswersInItsNeighbourhoodAlone) {
+    auto test = grey(41, 41, 0);
+    for (int c = 0; c < 3; ++c) test.at(20, 20, c) = 1;
+    const ImageF map = flip_of(test, grey(41, 41, 0)).map;
+    for (int y = 0; y < 41; ++y)
+        for (int x = 0; x < 41; ++x) {
+            EXPECT_NEAR(map.at(x, y), map.at(40 - x, y), 1e-5);
+            EXPECT_NEAR(map.at(x, y), map.at(y, x), 1e-5);
+            EXPECT_LE(map.at(x, y), map.at(20, 20) + 1e-6);
+            if (std::abs(x - 20) > 10 || std::abs(y - 20) > 10) {
+                EXPECT_EQ(map.at(x, y), 0);
+            }
+        }
+    EXPECT_GT(map.at(20, 20), 0.5);
+    EXPECT_GT(map.at(23, 20), 0);
+}
+
+// Shifting both pictures shifts the map (away from the edges).
+TEST(Flip, ShiftsWithThePicture) {
+    const auto blob = [](int cx, double v) {
+        return picture(80, 70, [=](int x, int y) {
+            const bool in = std::abs(x - cx) < 4 && std::abs(y - 33) < 6;
+            return in ? Rgb{v, 0.5, 0.2} : Rgb{0.1, 0.1, 0.1};
+        });
+    };
+    const ImageF a = flip_of(blob(30, 0.9), blob(30, 0.6)).map;
+    const ImageF b = flip_of(blob(43, 0.9), blob(43, 0.6)).map;
+    for (int y = 0; y < 70; ++y)
+        for (int x = 0; x < 67; ++x) ASSERT_EQ(a.at(x, y), b.at(x + 13, y)) << x << " " << y;
+}
+
+TEST(Flip, ThreadsDoNotShow) {
+    const auto a = picture(50, 200, [](int x, int y) {
+        return Rgb{std::abs(std::sin(x * 1.7 + y)), std::abs(std::sin(y * 0.9)), 5.0};
+    });
+    const auto b = grey(50, 200, 0.4);
+    FlipSettings one_thread, four_threads;
+    one_thread.threads = 1;
+    four_threads.threads = 4;
+    const Pair both = pair(a, b);
+    const auto range = exposure_range(both.reference, ToneMapper::aces);
+    EXPECT_EQ(hdr_flip(both, range, one_thread).map, hdr_flip(both, range, four_threads).map);
+}
+
+// The bands of rows that are worked on one by one do not show either: a picture that does not
+// change along y has a map that does not.
+TEST(Flip, BandsDoNotShow) {
+    const auto column = [](int from) {
+        return picture(30, 150, [=](int x, int) {
+            return x >= from ? Rgb{0.9, 0.7, 0.1} : Rgb{0.1, 0.2, 0.3};
+        });
+    };
+    const ImageF map = flip_of(column(12), column(15)).map;
+    for (int y = 1; y < 150; ++y)
+        for (int x = 0; x < 30; ++x) ASSERT_EQ(map.at(x, y), map.at(x, 0)) << x << " " << y;
+}
+
+TEST(Flip, OnePixel) {
+    const double wide = constants({0.5, 0.5, 0.5}, {0.6, 0.6, 0.6});
+    const FlipResult result = flip_of(grey(1, 1, 0.6), grey(1, 1, 0.5));
+    EXPECT_NEAR(result.mean, wide, 1e-5);
+    EXPECT_EQ(result.map.pixels(), 1u);
+    EXPECT_NEAR(hdr_flip_of(grey(1, 1, 0.6), grey(1, 1, 0.5)).mean,
+                hdr_flip_of(grey(9, 9, 0.6), grey(9, 9, 0.5)).mean, 1e-5);
+}
+
+TEST(Flip, ValuesBeyondTheDisplayAreClamped) {
+    EXPECT_EQ(flip_of(grey(4, 4, 7), grey(4, 4, 1)).mean, 0);
+    EXPECT_EQ(flip_of(grey(4, 4, -7), grey(4, 4, 0)).mean, 0);
+}
+
+TEST(HdrFlip, BlackReferenceHasNoExposuresAndAnAnswer) {
+    const auto range = exposure_range(one(grey(8, 8, 0)), ToneMapper::aces);
+    EXPECT_FALSE(range.lit);
+    EXPECT_EQ(hdr_flip_of(grey(8, 8, 0), grey(8, 8, 0)).mean, 0);
+    const double lit = hdr_flip_of(grey(8, 8, 1), grey(8, 8, 0)).mean;
+    EXPECT_GT(lit, 0.5);
+    EXPECT_LE(lit, 1);
+}
+
+TEST(HdrFlip, InfAndHugeValuesStayInRange) {
+    auto reference = grey(16, 16, 0.3);
+    reference.at(3, 3, 0) = std::numeric_limits<float>::infinity();
+    reference.at(5, 5, 1) = std::numeric_limits<float>::quiet_NaN();
+    reference.at(8, 8, 2) = std::numeric_limits<float>::max();
+    auto test = grey(16, 16, 0.4);
+    test.at(9, 9, 0) = -std::numeric_limits<float>::max();
+    test.at(10, 9, 0) = std::numeric_limits<float>::infinity();
+    for (ToneMapper mapper : {ToneMapper::aces, ToneMapper::reinhard, ToneMapper::hable}) {
+        const FlipResult result = hdr_flip_of(test, reference, mapper);
+        for (float v : result.map.data) ASSERT_TRUE(v >= 0 && v <= 1) << v;
+        EXPECT_GT(result.mean, 0);
+    }
+    EXPECT_EQ(hdr_flip_of(reference, reference).max, 0);
+}
+
+// The largest over the exposures: with the range of one exposure twice, HDR-FLIP is FLIP of what
+// the tone mapper makes of the pictures.
+TEST(HdrFlip, OneExposureIsFlipOfTheToneMappedPictures) {
+    const auto aces = [](double x) {
+        x *= 0.6;
+        return (2.51 * x * x + 0.03 * x) / (2.43 * x * x + 0.59 * x + 0.14);
+    };
+    const auto scene = [](double at, bool mapped, auto&& tone) {
+        return picture(32, 32, [=](int x, int) {
+            const double v = x > at ? 0.9 : 0.2;
+            const double shown = mapped ? tone(2 * v) : v;
+            return Rgb{shown, shown, shown};
+        });
+    };
+    const Pair both = pair(scene(12, false, aces), scene(15, false, aces));
+    const ExposureRange range = {1, 1, true};
+    const double hdr = hdr_flip(both, range, {}).mean;
+    EXPECT_NEAR(hdr, flip_of(scene(12, true, aces), scene(15, true, aces)).mean, 1e-5);
+}
+
+}  // namespace
+}  // namespace postchain::metrics

@@ -1,0 +1,96 @@
+#include "tools/metrics/sharpness.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/metrics/support.h"
+
+namespace postchain::metrics {
+namespace {
+
+// The scene value that is displayed as d.
+double shown_as(double d) {
+    const double v = std::pow(d, 2.2);
+    return v / (1 - v);
+}
+
+// Display values: an edge at x = 30 from 0.2 to 0.2 + left, `width` pixels wide (a linear ramp),
+// and one at x = 90 from there by `right`, hard.
+ImageF edges(double left, int width, double right) {
+    return picture(120, 40, [=](int x, int) {
+        const double ramp = std::clamp((x - 30 + width / 2.0) / width, 0.0, 1.0);
+        const double v = shown_as(0.2 + left * ramp + (x >= 90 ? right : 0));
+        return Rgb{v, v, v};
+    });
+}
+
+Sharpness measure(const ImageF& test, const ImageF& truth, const ImageF& input) {
+    auto result = sharpness(pair(test, truth), one(input));
+    EXPECT_TRUE(result.ok());
+    return *result;
+}
+
+TEST(Sharpness, TruthItselfIsOne) {
+    const auto input = edges(0.4, 1, 0.3), truth = edges(0.4, 12, 0.3);
+    const Sharpness s = measure(truth, truth, input);
+    EXPECT_DOUBLE_EQ(*s.edges_in_blurred, 1);
+    EXPECT_DOUBLE_EQ(*s.sharpness_in_focus, 1);
+    EXPECT_GT(s.blurred_pixels, 100u);
+    EXPECT_GT(s.sharp_pixels, 100u);
+}
+
+// An edge of height h over one halfway column has the gradients h/4, h/2, h/4: energy 3/8 h^2. In
+// the truth it is a ramp of 12 steps h/12: 11 columns with that gradient and one with half of it at
+// each end, 11.5 h^2/144 in all. How many of the ramp's 13 columns the region has is not what is
+// tested; those beyond have no energy but epsilon's.
+TEST(Sharpness, EdgeLeftInABlurredRegion) {
+    const double h = 0.4;
+    const auto input = edges(h, 1, 0.3), truth = edges(h, 12, 0.3);
+    const Sharpness s = measure(input, truth, input);
+    ASSERT_EQ(s.blurred_pixels % 40, 0u);  // whole columns
+    const double columns = double(s.blurred_pixels) / 40;
+    ASSERT_GE(columns, 11);
+    const double ends = std::clamp(columns - 11, 0.0, 2.0);
+    const double expected =
+        (h * h * 3 / 8 + columns * 1e-6) / ((11 + ends / 4) * h * h / 144 + columns * 1e-6);
+    EXPECT_NEAR(*s.edges_in_blurred, expected, 0.001 * expected);
+    EXPECT_DOUBLE_EQ(*s.sharpness_in_focus, 1);
+}
+
+// The right edge of the test has half the height: a quarter of the energy.
+TEST(Sharpness, SofterInFocus) {
+    const auto input = edges(0.4, 1, 0.3), truth = edges(0.4, 12, 0.3);
+    const Sharpness s = measure(edges(0.4, 12, 0.15), truth, input);
+    EXPECT_NEAR(*s.sharpness_in_focus, 0.25, 0.002);
+    EXPECT_DOUBLE_EQ(*s.edges_in_blurred, 1);
+}
+
+// Regions depend on truth and input alone.
+TEST(Sharpness, RegionsDoNotDependOnTheTest) {
+    const auto input = edges(0.4, 1, 0.3), truth = edges(0.4, 12, 0.3);
+    const Sharpness a = measure(truth, truth, input), b = measure(grey(120, 40, 9), truth, input);
+    EXPECT_EQ(a.blurred_pixels, b.blurred_pixels);
+    EXPECT_EQ(a.sharp_pixels, b.sharp_pixels);
+    EXPECT_LT(*b.edges_in_blurred, 0.01);
+    EXPECT_LT(*b.sharpness_in_focus, 0.01);
+}
+
+TEST(Sharpness, WithoutRegionsThereIsNoValue) {
+    const Sharpness flat = measure(grey(20, 20, 1), grey(20, 20, 1), grey(20, 20, 1));
+    EXPECT_FALSE(flat.edges_in_blurred);
+    EXPECT_FALSE(flat.sharpness_in_focus);
+    const auto input = edges(0.4, 1, 0.3);
+    const Sharpness all_sharp = measure(input, input, input);
+    EXPECT_FALSE(all_sharp.edges_in_blurred);
+    EXPECT_TRUE(all_sharp.sharpness_in_focus);
+    const Sharpness pixel = measure(grey(1, 1, 1), grey(1, 1, 1), grey(1, 1, 1));
+    EXPECT_FALSE(pixel.edges_in_blurred);
+}
+
+TEST(Sharpness, RefusesAnInputOfAnotherSize) {
+    EXPECT_EQ(sharpness(pair(grey(4, 4, 0), grey(4, 4, 0)), one(grey(4, 5, 0))).status().code(),
+              StatusCode::input);
+}
+
+}  // namespace
+}  // namespace postchain::metrics

@@ -1,0 +1,44 @@
+// Pictures made by a function of the position.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <array>
+
+#include "tools/metrics/pair.h"
+
+namespace postchain::metrics {
+
+using Rgb = std::array<double, 3>;
+
+// f(x, y) -> Rgb
+template <class F>
+ImageF picture(int width, int height, F&& f) {
+    ImageF image(width, height, 3);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const Rgb rgb = f(x, y);
+            for (int c = 0; c < 3; ++c) image.at(x, y, c) = float(rgb[size_t(c)]);
+        }
+    return image;
+}
+
+inline ImageF constant(int width, int height, const Rgb& rgb) {
+    return picture(width, height, [&](int, int) { return rgb; });
+}
+inline ImageF grey(int width, int height, double v) {
+    return constant(width, height, {v, v, v});
+}
+
+inline Pair pair(const ImageF& test, const ImageF& reference) {
+    auto made = pair_of(test, reference);
+    EXPECT_TRUE(made.ok()) << made.status().message();
+    return std::move(*made);
+}
+inline Picture one(const ImageF& image) {
+    auto made = picture_of(image);
+    EXPECT_TRUE(made.ok()) << made.status().message();
+    return std::move(*made);
+}
+
+}  // namespace postchain::metrics

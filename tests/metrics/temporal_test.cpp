@@ -1,0 +1,147 @@
+#include "tools/metrics/temporal.h"
+
+#include <cmath>
+
+#include "tests/metrics/support.h"
+
+namespace postchain::metrics {
+namespace {
+
+// An error that stands still does not count, however large; one that grows by 0.25 a frame does.
+TEST(TemporalError, CountsTheChangeOfTheErrorAlone) {
+    TemporalError still, growing;
+    for (int t = 0; t < 4; ++t) {
+        const auto truth = grey(5, 4, 0.1 * t);
+        ASSERT_TRUE(still.add(pair(grey(5, 4, 0.1 * t + 3), truth)).ok());
+        ASSERT_TRUE(growing.add(pair(grey(5, 4, 0.1 * t + 0.25 * t), truth)).ok());
+    }
+    EXPECT_EQ(growing.steps(), 3);
+    EXPECT_NEAR(*still.mean(), 0, 1e-6);
+    EXPECT_NEAR(*growing.mean(), 0.25, 1e-6);
+    EXPECT_NEAR(*growing.last(), 0.25, 1e-6);
+}
+
+// A single pixel of 4 x 5 that is 2 too bright in the middle one of three frames: it comes and
+// goes, each time 2/20 in the mean.
+TEST(TemporalError, SinglePixelThatFlickers) {
+    TemporalError error;
+    auto test = grey(4, 5, 1);
+    const auto truth = grey(4, 5, 1);
+    ASSERT_TRUE(error.add(pair(test, truth)).ok());
+    EXPECT_FALSE(error.mean());
+    for (int c = 0; c < 3; ++c) test.at(2, 2, c) = 3;
+    ASSERT_TRUE(error.add(pair(test, truth)).ok());
+    ASSERT_TRUE(error.add(pair(truth, truth)).ok());
+    EXPECT_NEAR(*error.mean(), 0.1, 1e-9);
+}
+
+// A step that moves by a pixel a frame, and a rendering that lags by a frame: at each step two
+// columns of ten are wrong that were not, or no longer are.
+TEST(TemporalError, ShiftedStep) {
+    const auto step = [](int from) {
+        return picture(10, 3, [=](int x, int) {
+            const double v = x >= from;
+            return Rgb{v, v, v};
+        });
+    };
+    TemporalError error;
+    for (int t = 0; t < 3; ++t) ASSERT_TRUE(error.add(pair(step(3 + t), step(4 + t))).ok());
+    EXPECT_NEAR(*error.mean(), 0.2, 1e-9);
+}
+
+TEST(TemporalError, RefusesAnotherSize) {
+    TemporalError error;
+    ASSERT_TRUE(error.add(pair(grey(4, 4, 0), grey(4, 4, 0))).ok());
+    EXPECT_EQ(error.add(pair(grey(4, 5, 0), grey(4, 5, 0))).code(), StatusCode::input);
+}
+
+// Values 1, 2, 3, 4 have the sample deviation sqrt(5/3); one pixel of two flickers.
+TEST(Flicker, SampleDeviation) {
+    Flicker flicker;
+    for (int seed = 1; seed <= 4; ++seed) {
+        auto image = grey(2, 1, 7);
+        for (int c = 0; c < 3; ++c) image.at(1, 0, c) = float(seed);
+        ASSERT_TRUE(flicker.add(one(image)).ok());
+    }
+    EXPECT_EQ(flicker.seeds(), 4);
+    EXPECT_NEAR(*flicker.mean(), std::sqrt(5.0 / 3) / 2, 1e-9);
+}
+
+// A constant offset of a million must not eat the deviation.
+TEST(Flicker, IsNumericallyStable) {
+    Flicker flicker;
+    for (int seed = 0; seed < 10; ++seed)
+        ASSERT_TRUE(flicker.add(one(grey(1, 1, 1e6 + seed % 2))).ok());
+    EXPECT_NEAR(*flicker.mean(), std::sqrt(10 * 0.25 / 9), 1e-6);
+}
+
+TEST(Flicker, NeedsTwoOfOneSize) {
+    Flicker flicker;
+    EXPECT_FALSE(flicker.mean());
+    ASSERT_TRUE(flicker.add(one(grey(2, 2, 1))).ok());
+    EXPECT_FALSE(flicker.mean());
+    EXPECT_EQ(flicker.add(one(grey(2, 3, 1))).code(), StatusCode::input);
+    EXPECT_EQ(flicker.seeds(), 1);
+}
+
+ImageF scene() {
+    return picture(24, 20, [](int x, int y) {
+        return Rgb{std::sin(x * 0.8 + y), std::cos(y * 0.5), 0.1 * ((x * 7 + y * 3) % 11)};
+    });
+}
+
+TEST(Shifted, MovesTheContent) {
+    const auto image = scene();
+    const auto moved = shifted(image, 3, -2);
+    EXPECT_EQ(moved.at(10, 5, 1), image.at(7, 7, 1));
+    EXPECT_EQ(moved.at(0, 19, 0), image.at(0, 19, 0));
+}
+
+// A pointwise filter, and a mean of three with its reach as margin, have no grid.
+TEST(GridError, FiltersWithoutAGridHaveNone) {
+    const auto mean_of_three = [](const ImageF& image) {
+        return picture(image.width, image.height, [&](int x, int y) {
+            Rgb sum = {0, 0, 0};
+            for (int dx = -1; dx <= 1; ++dx)
+                for (int c = 0; c < 3; ++c)
+                    sum[size_t(c)] += image.at(std::clamp(x + dx, 0, image.width - 1), y, c) / 3;
+            return sum;
+        });
+    };
+    GridError error(1);
+    for (int k = 1; k < 5; ++k)
+        ASSERT_TRUE(error
+                        .add(one(mean_of_three(shifted(scene(), k, -k))),
+                             one(mean_of_three(scene())), k, -k)
+                        .ok());
+    EXPECT_EQ(error.shifts(), 4);
+    EXPECT_NEAR(*error.mean(), 0, 1e-7);
+}
+
+// A "filter" that adds 1 in every even tile of four columns, over black: shifted by k = 1, 2, 3,
+// the pattern of period 8 disagrees with itself in 2k of 8 columns. Width 24 + k leaves columns
+// k..26+k... the compared 24 are three whole periods.
+TEST(GridError, TilesShow) {
+    for (int k = 1; k < 4; ++k) {
+        const int width = 24 + k;
+        const auto tiles = picture(width, 6, [](int x, int) {
+            const double v = x / 4 % 2;
+            return Rgb{v, v, v};
+        });
+        GridError error(0);
+        // Input black: shift(I) = I, so F(shift(I)) = F(I) = tiles.
+        ASSERT_TRUE(error.add(one(tiles), one(tiles), k, 0).ok());
+        EXPECT_NEAR(*error.mean(), 2 * k / 8.0, 1e-9) << k;
+    }
+}
+
+TEST(GridError, RefusesWhatLeavesNothing) {
+    GridError error(10);
+    const auto image = one(scene());
+    EXPECT_EQ(error.add(image, image, 5, 0).code(), StatusCode::input);
+    EXPECT_EQ(error.add(image, one(grey(3, 3, 0)), 0, 0).code(), StatusCode::input);
+    EXPECT_FALSE(error.mean());
+}
+
+}  // namespace
+}  // namespace postchain::metrics

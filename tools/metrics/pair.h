@@ -1,0 +1,40 @@
+// What every metric is given: a picture and its reference, of one size, finite, RGB.
+//
+//   ImageF (>= 3 channels, linear RGB first) --picture_of--> Picture --pair_of--> Pair --> metrics
+//
+// Non-finite components are replaced by 0 and their pixels counted once, here, so that no metric
+// has to ask. Alpha is not compared.
+#pragma once
+
+#include <cstdint>
+
+#include "chain/image.h"
+#include "chain/status.h"
+
+namespace postchain::metrics {
+
+// Linear RGB without NaN or Inf. Negative values stay.
+struct Picture {
+    ImageF rgb;              // 3 channels
+    uint64_t nonfinite = 0;  // pixels with a NaN or Inf component, which became 0
+};
+
+// Errors (input): no pixels, fewer than 3 channels.
+Result<Picture> picture_of(const ImageF& image);
+
+struct Pair {
+    Picture test;
+    Picture reference;  // of the test's size
+
+    int width() const { return reference.rgb.width; }
+    int height() const { return reference.rgb.height; }
+    size_t pixels() const { return reference.rgb.pixels(); }
+    const float* test_pixel(size_t i) const { return test.rgb.data.data() + 3 * i; }
+    const float* reference_pixel(size_t i) const { return reference.rgb.data.data() + 3 * i; }
+};
+
+// Errors (input): as picture_of; sizes that differ.
+Result<Pair> pair_of(const ImageF& test, const ImageF& reference);
+Result<Pair> pair_of(Picture test, Picture reference);
+
+}  // namespace postchain::metrics

@@ -140,32 +140,59 @@ Status Executor::execute(const Plan& plan, std::vector<gl::Texture*>& textures,
     return Status();
 }
 
-Result<std::map<Role, unsigned>> Executor::run(const Plan& plan,
-                                               const std::map<Role, unsigned>& inputs,
-                                               const StageObserver& observer) {
+Result<std::vector<unsigned>> Executor::run_textures(const Plan& plan,
+                                                     const std::map<Role, unsigned>& inputs,
+                                                     const StageObserver& observer) {
     for (gl::Texture* texture : held_) pool_.release(texture);
     held_.clear();
     pool_.begin_frame();
     std::vector<gl::Texture*> textures(plan.textures.size(), nullptr);
     Status status = execute(plan, textures, inputs, observer);
-    std::map<Role, unsigned> outputs;
+    std::vector<unsigned> names(textures.size(), 0);
     for (size_t t = 0; t < textures.size(); ++t) {
-        if (textures[t]) held_.push_back(textures[t]);
+        if (!textures[t]) continue;
+        names[t] = textures[t]->name;
+        held_.push_back(textures[t]);
     }
+    if (!status.ok()) return status;
+    return names;
+}
+
+Result<std::map<Role, unsigned>> Executor::run(const Plan& plan,
+                                               const std::map<Role, unsigned>& inputs,
+                                               const StageObserver& observer) {
+    auto names = run_textures(plan, inputs, observer);
+    if (!names.ok()) return names.status();
+    std::map<Role, unsigned> outputs;
     for (const auto& [role, id] : plan.outputs) {
         if (plan.textures[size_t(id)].imported) {
             const auto found = inputs.find(role);
             if (found != inputs.end()) outputs[role] = found->second;
-        } else if (textures[size_t(id)]) {
-            outputs[role] = textures[size_t(id)]->name;
+        } else if (const unsigned name = (*names)[size_t(id)]) {
+            outputs[role] = name;
         }
     }
-    if (!status.ok()) return status;
     return outputs;
 }
 
 Result<FramePlanes> Executor::filter(const Plan& plan, const FramePlanes& inputs,
                                      const StageObserver& observer) {
+    auto results = filter_outputs(plan, inputs, {plan.outputs}, observer);
+    if (!results.ok()) return results.status();
+    return std::move(results->front());
+}
+
+Result<std::array<FramePlanes, 2>> Executor::filter_both(const MergedPlan& merged,
+                                                         const FramePlanes& inputs) {
+    auto results = filter_outputs(merged.plan, inputs, {merged.outputs[0], merged.outputs[1]}, {});
+    if (!results.ok()) return results.status();
+    return std::array<FramePlanes, 2>{std::move((*results)[0]), std::move((*results)[1])};
+}
+
+Result<std::vector<FramePlanes>> Executor::filter_outputs(const Plan& plan,
+                                                          const FramePlanes& inputs,
+                                                          const std::vector<Outputs>& outputs,
+                                                          const StageObserver& observer) {
     std::map<Role, unsigned> names;
     std::vector<gl::Texture*> uploaded;
     const auto release = [&] {
@@ -190,25 +217,27 @@ Result<FramePlanes> Executor::filter(const Plan& plan, const FramePlanes& inputs
             return status.at(texture.name);
         }
     }
-    auto outputs = run(plan, names, observer);
-    FramePlanes result;
-    Status status = outputs.status();
-    for (const auto& [role, id] : plan.outputs) {
-        if (!status.ok()) break;
-        const auto& texture = plan.textures[size_t(id)];
-        if (texture.imported) {
-            result[role] = inputs.at(texture.role);
-            continue;
+    auto made = run_textures(plan, names, observer);
+    Status status = made.status();
+    std::vector<FramePlanes> results(outputs.size());
+    for (size_t i = 0; i < outputs.size() && status.ok(); ++i) {
+        for (const auto& [role, id] : outputs[i]) {
+            const auto& texture = plan.textures[size_t(id)];
+            if (texture.imported) {
+                results[i][role] = inputs.at(texture.role);
+                continue;
+            }
+            auto pixels =
+                gl::download((*made)[size_t(id)], texture.format, texture.width, texture.height);
+            status = pixels.status();
+            if (!status.ok()) break;
+            results[i][role] = std::move(*pixels);
         }
-        auto pixels =
-            gl::download(outputs->at(role), texture.format, texture.width, texture.height);
-        status = pixels.status();
-        if (pixels.ok()) result[role] = std::move(*pixels);
     }
     release();
     pool_.trim(8);
     if (!status.ok()) return status;
-    return result;
+    return results;
 }
 
 std::vector<PassTime> Executor::pass_times() const {

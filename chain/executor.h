@@ -13,6 +13,7 @@
 #include "chain/gl/context.h"
 #include "chain/gl/program.h"
 #include "chain/gl/texture_pool.h"
+#include "chain/merge.h"
 #include "chain/plan.h"
 #include "chain/status.h"
 
@@ -46,6 +47,10 @@ class Executor {
     Result<FramePlanes> filter(const Plan& plan, const FramePlanes& inputs,
                                const StageObserver& observer = {});
 
+    // Both results of a merged plan, A's first.
+    Result<std::array<FramePlanes, 2>> filter_both(const MergedPlan& merged,
+                                                   const FramePlanes& inputs);
+
     // Runs on textures that are already on the device (imported role -> GL name); the result's
     // textures belong to the pool until the next call. Nothing is read back.
     Result<std::map<Role, unsigned>> run(const Plan& plan, const std::map<Role, unsigned>& inputs,
@@ -60,6 +65,14 @@ class Executor {
     ExecutorCounters counters() const;
 
   private:
+    using Outputs = std::map<Role, TextureId>;
+    Result<std::vector<FramePlanes>> filter_outputs(const Plan& plan, const FramePlanes& inputs,
+                                                    const std::vector<Outputs>& outputs,
+                                                    const StageObserver& observer);
+    // GL names of all textures; 0 for those that nothing needed or that went back to the pool.
+    Result<std::vector<unsigned>> run_textures(const Plan& plan,
+                                               const std::map<Role, unsigned>& inputs,
+                                               const StageObserver& observer);
     Status execute(const Plan& plan, std::vector<gl::Texture*>& textures,
                    const std::map<Role, unsigned>& inputs, const StageObserver& observer);
     Status dispatch(const Plan& plan, const Step& step, const std::vector<unsigned>& names);

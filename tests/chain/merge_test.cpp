@@ -1,0 +1,159 @@
+// Two plans in one: what is shared, and that it changes no bit.
+#include "chain/merge.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/gpu.h"
+#include "tests/support/images.h"
+
+namespace postchain {
+namespace {
+
+// A plan by hand: every step reads one texture and writes the next, "program" is its letter.
+// chain_plan("xyz"): color -x-> 1 -y-> 2 -z-> 3 = output.
+Plan chain_plan(const std::string& programs, Format format = Format::rgba32f) {
+    Plan plan;
+    plan.width = plan.height = 8;
+    plan.passes = {{"p", programs, false}};
+    plan.textures = {{"input.color", Format::rgba32f, 8, 8, true, Role::color, -1, -1}};
+    for (int i = 0; i < int(programs.size()); ++i) {
+        plan.textures.push_back({concat("0.p.t", i), format, 8, 8, false, Role::color, i, i + 1});
+        Step step;
+        step.name = step.program.file = programs.substr(size_t(i), 1);
+        step.bindings = {{0, i, Access::sample_nearest}, {0, i + 1, Access::write}};
+        plan.steps.push_back(step);
+    }
+    plan.outputs[Role::color] = int(programs.size());
+    return plan;
+}
+
+std::string programs_of(const Plan& plan) {
+    std::string text;
+    for (const auto& step : plan.steps) text += step.program.file;
+    return text;
+}
+
+TEST(MergePlans, SharesAsLongAsWhatIsReadIsTheSame) {
+    // The z of both read different things: y's result here, w's there.
+    const MergedPlan merged = merge_plans(chain_plan("xyz"), chain_plan("xwz"));
+    EXPECT_EQ(programs_of(merged.plan), "xyzwz");
+    EXPECT_EQ(merged.shared_steps, 1);
+    // w reads what A's x wrote.
+    EXPECT_EQ(merged.plan.steps[3].bindings[0].texture, 1);
+    EXPECT_EQ(merged.outputs[0].at(Role::color), 3);
+    EXPECT_EQ(merged.plan.textures[size_t(merged.outputs[1].at(Role::color))].name, "b.0.p.t2");
+    EXPECT_EQ(merged.plan.steps[3].pass, 1);
+    // color, A's three, B's two.
+    EXPECT_EQ(merged.plan.textures.size(), 6u);
+}
+
+TEST(MergePlans, EqualPlansRunOnce) {
+    const MergedPlan merged = merge_plans(chain_plan("xyz"), chain_plan("xyz"));
+    EXPECT_EQ(programs_of(merged.plan), "xyz");
+    EXPECT_EQ(merged.shared_steps, 3);
+    EXPECT_EQ(merged.outputs[0], merged.outputs[1]);
+}
+
+TEST(MergePlans, ResultsLiveUntilTheEnd) {
+    // B is the first step of A: what A only passes through must still be there at the end.
+    const MergedPlan merged = merge_plans(chain_plan("xyz"), chain_plan("x"));
+    EXPECT_EQ(merged.outputs[1].at(Role::color), 1);
+    EXPECT_EQ(merged.plan.textures[1].last_step, 3);  // one past the three steps
+    EXPECT_EQ(merged.plan.textures[3].last_step, 3);
+    EXPECT_EQ(merged.plan.textures[2].last_step, 2);
+}
+
+TEST(MergePlans, BlockFormatAccessAndGroupsDistinguish) {
+    const Plan a = chain_plan("x");
+    const auto shared = [&](const Plan& b) { return merge_plans(a, b).shared_steps; };
+    EXPECT_EQ(shared(a), 1);
+    Plan b = a;
+    b.steps[0].block.resize(16);
+    EXPECT_EQ(shared(b), 0);
+    EXPECT_EQ(shared(chain_plan("x", Format::rgba16f)), 0);
+    b = a;
+    b.steps[0].bindings[0].access = Access::sample_linear;
+    EXPECT_EQ(shared(b), 0);
+    b = a;
+    b.steps[0].groups = {2, 1, 1};
+    EXPECT_EQ(shared(b), 0);
+    b = a;
+    b.steps[0].program.defines["N"] = "2";
+    EXPECT_EQ(shared(b), 0);
+    b = a;
+    b.steps[0].name = "another name for the same work";
+    EXPECT_EQ(shared(b), 1);
+}
+
+TEST(MergePlans, TexturesWrittenTwiceAreNotShared) {
+    Plan a = chain_plan("xy");
+    a.steps[1].bindings[1].texture = 1;  // y writes over what x wrote
+    a.outputs[Role::color] = 1;
+    const MergedPlan merged = merge_plans(a, chain_plan("x"));
+    EXPECT_EQ(merged.shared_steps, 0);
+    EXPECT_NE(merged.outputs[1].at(Role::color), 1);
+    // The other way round.
+    EXPECT_EQ(merge_plans(chain_plan("x"), a).shared_steps, 0);
+}
+
+TEST(MergePlans, PlansWithoutStepsHandTheInputOn) {
+    Plan none = chain_plan("");
+    const MergedPlan merged = merge_plans(chain_plan("x"), none);
+    EXPECT_EQ(merged.outputs[1].at(Role::color), 0);
+    EXPECT_EQ(programs_of(merge_plans(none, chain_plan("x")).plan), "x");
+}
+
+// Both orders of the shipped chains, and chains that differ in one value.
+TEST(MergePlans, ResultsAreThoseOfThePlansAloneBitForBit) {
+    const auto frame = test::layered_frame(67, 43, {9, 3}, {-4, 1});
+    const test::Settings lens = {{"f_stop", 0.05}};  // wide enough to blur so small a picture
+    const test::Settings blur = {{"samples", int64_t(9)}, {"max_blur_px", int64_t(8)}};
+    Chain paper, dof_first, more_taps, nothing;
+    test::append(paper, "motion_blur", blur);
+    test::append(paper, "fxaa");
+    test::append(paper, "depth_of_field", lens);
+    test::append(dof_first, "depth_of_field", lens);
+    test::append(dof_first, "motion_blur", blur);
+    test::append(dof_first, "fxaa");
+    test::append(more_taps, "motion_blur", {{"samples", int64_t(15)}, {"max_blur_px", int64_t(8)}});
+    const Chain* const chains[] = {&paper, &dof_first, &more_taps, &nothing};
+    for (const Chain* a : chains) {
+        for (const Chain* b : chains) {
+            Plan plan_a, plan_b;
+            const auto alone_a = test::filter(*a, frame.description, frame.planes, {}, &plan_a);
+            const auto alone_b = test::filter(*b, frame.description, frame.planes, {}, &plan_b);
+            const MergedPlan merged = merge_plans(plan_a, plan_b);
+            EXPECT_EQ(merged.plan.steps.size() + size_t(merged.shared_steps),
+                      plan_a.steps.size() + plan_b.steps.size());
+            auto both = test::executor().filter_both(merged, frame.planes);
+            ASSERT_TRUE(both.ok()) << both.status().message();
+            EXPECT_TRUE(test::equal_bits((*both)[0].at(Role::color), alone_a.at(Role::color)));
+            EXPECT_TRUE(test::equal_bits((*both)[1].at(Role::color), alone_b.at(Role::color)));
+        }
+    }
+}
+
+// The tiles depend on motion only and the circle of confusion on depth only: both orders need them.
+TEST(MergePlans, BothOrdersShareTilesAndCircleOfConfusion) {
+    const auto frame = test::layered_frame(67, 43, {9, 3}, {-4, 1});
+    Chain first, second;
+    test::append(first, "motion_blur");
+    test::append(first, "depth_of_field", {{"f_stop", 0.05}});
+    test::append(second, "depth_of_field", {{"f_stop", 0.05}});
+    test::append(second, "motion_blur");
+    auto a = make_plan(first, frame.description);
+    auto b = make_plan(second, frame.description);
+    ASSERT_TRUE(a.ok() && b.ok());
+    const MergedPlan merged = merge_plans(*a, *b);
+    std::vector<std::string> of_b;
+    for (size_t i = a->steps.size(); i < merged.plan.steps.size(); ++i)
+        of_b.push_back(merged.plan.steps[i].name);
+    EXPECT_THAT(of_b, ::testing::Not(::testing::Contains("tile_max")));
+    EXPECT_THAT(of_b, ::testing::Not(::testing::Contains("coc")));
+    EXPECT_THAT(of_b, ::testing::Contains("gather"));
+    EXPECT_GE(merged.shared_steps, 3) << plan_as_text(merged.plan);
+}
+
+}  // namespace
+}  // namespace postchain

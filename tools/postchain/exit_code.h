@@ -13,7 +13,8 @@ inline constexpr int kExitInput = 4;
 inline constexpr int kExitOutput = 5;
 inline constexpr int kExitGl = 6;
 inline constexpr int kExitHealth = 7;
-inline constexpr int kExitSignal = 128;  // + the signal's number
+inline constexpr int kExitThreshold = 8;  // an error metric exceeds --fail-above
+inline constexpr int kExitSignal = 128;   // + the signal's number
 
 inline int exit_code(const Status& status) {
     switch (status.code()) {

@@ -32,6 +32,7 @@ std::string scene_names() {
 int command(int argc, char** argv) {
     Options options;
     SceneOptions scene;
+    DiffOptions diff;
     std::string plan_format = "text", passes_format = "text";
 
     CLI::App app("Motion blur, FXAA and depth of field over rendered frames, in any order.",
@@ -41,7 +42,7 @@ int command(int argc, char** argv) {
     app.footer(
         "Exit codes: 0 ok, 1 some frames failed, 2 usage, 3 chain file invalid, 4 input missing "
         "or unreadable,\n5 output not writable, 6 no usable GL, 7 non-finite values under "
-        "--strict, 130/143 on signals.");
+        "--strict, 8 threshold exceeded, 130/143 on signals.");
 
     CLI::App* run = app.add_subcommand("run", "filter a sequence");
     add_chain(*run, options);
@@ -69,6 +70,10 @@ int command(int argc, char** argv) {
     inspect->add_flag("--json", options.json, "one JSON object per frame");
     inspect->get_option("--input")->required(false);
     inspect->add_option("IN", options.input, "frame or pattern, as for --input");
+
+    CLI::App* diff_app =
+        app.add_subcommand("diff", "error metrics of an image or sequence against a reference");
+    add_diff(*diff_app, options, diff);
 
     CLI::App* scene_app =
         app.add_subcommand("scene", "render a generated sequence, with its truth if asked for");
@@ -110,6 +115,7 @@ int command(int argc, char** argv) {
     if (*run) return run_verb(options);
     if (*plan) return plan_verb(options, plan_format);
     if (*inspect) return inspect_verb(options);
+    if (*diff_app) return diff_verb(options, diff);
     if (*scene_app) return scene_verb(options, scene);
     if (*info) return info_verb(options);
     if (*schema) return schema_verb();

@@ -24,6 +24,18 @@ struct SceneOptions {  // scene.cpp
 };
 int scene_verb(const Options& options, const SceneOptions& scene);
 
+struct DiffOptions {   // diff.cpp
+    std::string a, b;  // A is the reference
+    std::vector<std::string> metrics;
+    std::vector<std::string> maps;
+    std::string map_metric = "hdr_flip";
+    std::vector<std::string> fail_above;
+    double pixels_per_degree = 0;
+    std::string tone_mapper = "aces";
+};
+void add_diff(CLI::App& verb, Options& options, DiffOptions& diff);
+int diff_verb(const Options& options, const DiffOptions& diff);
+
 // Man page and bash completion of the whole command, made from its options (completion.cpp).
 std::string man_page(const CLI::App& app);
 std::string bash_completion(const CLI::App& app);

@@ -19,6 +19,19 @@ display() {
         --dup --addc 1 --div --powc 0.454545 -d float -o "$2"
 }
 
+# TEXT STRIP.jpg: PSNR of input a and result b against truth c, and the four pictures side by side;
+# the difference is four times as strong, or nothing would be seen of most of it.
+compare() {
+    local input result
+    input=$(oiiotool --diff "$work/a.exr" "$work/c.exr" | sed -n 's/.*Peak SNR = //p')
+    result=$(oiiotool --diff "$work/b.exr" "$work/c.exr" | sed -n 's/.*Peak SNR = //p')
+    echo "$1, PSNR against the truth in dB: input $input, result $result"
+    oiiotool "$work/b.exr" "$work/c.exr" --absdiff --mulc 4 -o "$work/d.exr"
+    oiiotool "$work/a.exr" --resize 480x270 "$work/b.exr" --resize 480x270 \
+        "$work/c.exr" --resize 480x270 "$work/d.exr" --resize 480x270 \
+        --mosaic:pad=4 4x1 -d uint8 --compression jpeg:88 -o "$2"
+}
+
 for scene in wheels poles crossing zoom still; do
     "$postchain" scene "$scene" -o "$work/$scene" --frames "$frame" --size 640x360 \
         --truth-samples "$samples"
@@ -28,16 +41,21 @@ for scene in wheels poles crossing zoom still; do
     display "$work/$scene/sharp.$number.exr" "$work/a.exr"
     display "$work/result.$number.exr" "$work/b.exr"
     display "$work/$scene/both.$number.exr" "$work/c.exr"
-    # The difference four times as strong, or nothing would be seen of most of it.
-    oiiotool "$work/b.exr" "$work/c.exr" --absdiff --mulc 4 -o "$work/d.exr"
-    echo "$scene, PSNR against the truth in dB:" \
-        "input$(oiiotool --diff "$work/a.exr" "$work/c.exr" | sed -n 's/.*Peak SNR = //p' | sed 's/^/ /')," \
-        "result$(oiiotool --diff "$work/b.exr" "$work/c.exr" | sed -n 's/.*Peak SNR = //p' | sed 's/^/ /')"
-    oiiotool "$work/a.exr" --resize 480x270 "$work/b.exr" --resize 480x270 \
-        "$work/c.exr" --resize 480x270 "$work/d.exr" --resize 480x270 \
-        --mosaic:pad=4 4x1 -d uint8 --compression jpeg:88 -o "$images/$scene-strip.jpg"
+    compare "$scene" "$images/$scene-strip.jpg"
     if [[ $scene == wheels ]]; then
         oiiotool "$work/a.exr" "$work/b.exr" "$work/c.exr" --mosaic:pad=4 3x1 \
             -d uint8 --compression jpeg:90 -o "$images/wheels.jpg"
     fi
 done
+
+# FXAA on one sample per pixel, against the same frame averaged over each pixel; a part, enlarged.
+printf 'postchain: 1\npasses: [fxaa]\n' > "$work/fxaa.yaml"
+"$postchain" run "$work/fxaa.yaml" -i "$work/poles/gbuf.####.exr" -o "$work/fxaa.####.exr"
+display "$work/poles/gbuf.$number.exr" "$work/a.exr"
+display "$work/fxaa.$number.exr" "$work/b.exr"
+display "$work/poles/sharp.$number.exr" "$work/c.exr"
+for picture in a b c; do
+    oiiotool "$work/$picture.exr" --cut 160x90+200+120 \
+        --resize:filter=box 480x270 -o "$work/$picture.exr"
+done
+compare "fxaa on gbuf of poles (the part shown)" "$images/fxaa-strip.jpg"

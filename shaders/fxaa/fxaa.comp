@@ -29,8 +29,8 @@ ivec2 inside(ivec2 p) {
     return clamp(p, ivec2(0), block.size - 1);
 }
 
-float luma_at(ivec2 p) {
-    return texelFetch(luma_plane, inside(p), 0).r;
+float luma_at(int x, int y) {
+    return texelFetch(luma_plane, ivec2(x, y), 0).r;
 }
 
 vec4 color_at(ivec2 p) {
@@ -52,25 +52,30 @@ float line_luma(ivec2 p, ivec2 q, ivec2 along, int halves) {
 // luma it saw less the pair's mean.
 void walk(ivec2 p, ivec2 q, ivec2 along, int sense, float pair_mean, float stop_at,
           out int reached, out float end) {
-    end = 0.0;
-    for (int i = 0; i < block.walk_length - 1; ++i) {
+    // Tested at the end: a software renderer runs a body once more to find the test at its start.
+    const int last = block.walk_length - 1;
+    int i = 0;
+    bool open;
+    do {
         reached = block.walk[i >> 2][i & 3];
         precise float difference = line_luma(p, q, along, sense * reached) - pair_mean;
         end = difference;
-        if (abs(difference) >= stop_at) return;
-    }
-    const int last = block.walk_length - 1;
-    reached = block.walk[last >> 2][last & 3];  // the last step moves without a fetch
+        open = abs(difference) < stop_at;
+        ++i;
+    } while (open && i < last);
+    if (open) reached = block.walk[last >> 2][last & 3];  // the last step moves without a fetch
 }
 
 // Stages 1 to 7 at p with both thresholds scaled.
 vec4 filtered(ivec2 p, vec4 center, float threshold_scale) {
     // 1 local contrast
-    const float m = luma_at(p);
-    const float n = luma_at(p + ivec2(0, -1));
-    const float s = luma_at(p + ivec2(0, 1));
-    const float w = luma_at(p + ivec2(-1, 0));
-    const float e = luma_at(p + ivec2(1, 0));
+    const ivec2 low = max(p - 1, ivec2(0));
+    const ivec2 high = min(p + 1, block.size - 1);
+    const float m = luma_at(p.x, p.y);
+    const float n = luma_at(p.x, low.y);
+    const float s = luma_at(p.x, high.y);
+    const float w = luma_at(low.x, p.y);
+    const float e = luma_at(high.x, p.y);
     const float highest = max(max(n, w), max(e, max(s, m)));
     const float lowest = min(min(n, w), min(e, min(s, m)));
     precise float range = highest - lowest;
@@ -79,10 +84,10 @@ vec4 filtered(ivec2 p, vec4 center, float threshold_scale) {
     if (range < threshold || range == 0.0) return center;
 
     // 2 which way the edge runs
-    const float nw = luma_at(p + ivec2(-1, -1));
-    const float ne = luma_at(p + ivec2(1, -1));
-    const float sw = luma_at(p + ivec2(-1, 1));
-    const float se = luma_at(p + ivec2(1, 1));
+    const float nw = luma_at(low.x, low.y);
+    const float ne = luma_at(high.x, low.y);
+    const float sw = luma_at(low.x, high.y);
+    const float se = luma_at(high.x, high.y);
     precise float across_rows = abs(-2.0 * m + (n + s)) * 2.0 + abs(-2.0 * e + (ne + se)) +
                                 abs(-2.0 * w + (nw + sw));
     precise float across_columns = abs(-2.0 * m + (w + e)) * 2.0 + abs(-2.0 * n + (nw + ne)) +
@@ -133,22 +138,16 @@ void main() {
     const vec4 center = color_at(p);
     vec4 result;
 #if HINT
-    float hint = texelFetch(hint_plane, p, 0)[block.hint_gate];
+    const vec2 gates = texelFetch(hint_plane, p, 0).xy;
+    float hint = block.hint_gate == 0 ? gates.x : gates.y;
     hint = hint > 0.0 ? min(hint, 1.0) : 0.0;  // NaN is no hint
 #endif
 #if HINT == 1
     // Short cut of the checkerboard: two taps, whatever the luma; a hint between 0 and 1 lies
     // between the plain filter and the two taps.
-    if (hint >= 1.0) {
-        result = blend(center, color_at(p + ivec2(0, -1)), kCheckerboardOffset * block.subpix);
-    } else {
-        result = filtered(p, center, 1.0);
-        if (hint > 0.0) {
-            const vec4 taps =
-                blend(center, color_at(p + ivec2(0, -1)), kCheckerboardOffset * block.subpix);
-            result = blend(result, taps, hint);
-        }
-    }
+    const vec4 taps =
+        blend(center, color_at(p + ivec2(0, -1)), kCheckerboardOffset * block.subpix);
+    result = hint >= 1.0 ? taps : blend(filtered(p, center, 1.0), taps, hint);
 #elif HINT == 2
     result = filtered(p, center, 1.0 - hint);
 #else

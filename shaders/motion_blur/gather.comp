@@ -84,7 +84,8 @@ void main() {
     const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(p, block.size))) return;
     const vec4 color_p = texelFetch(color, p, 0);
-    const ivec2 own_tile = p / block.tile_px;
+    // Pixel centres lie half a pixel from where the division could round to the next tile.
+    const ivec2 own_tile = ivec2((vec2(p) + 0.5) / float(block.tile_px));
 #if TILE_JITTER || TAP_JITTER
     const vec2 random = texelFetch(noise, p & 127, 0).xy;
 #endif
@@ -145,7 +146,9 @@ void main() {
     float total = block.center_total * inverse_rho_c;
     vec4 sum = vec4(0.0);
     float moment = 0.0;
-    for (int i = 0; i < count; ++i) {
+    // Tested at the end: a software renderer runs a body once more to find the test at its start.
+    int i = 0;
+    do {
         const float along = (float(2 * i) + shift) * spacing;  // t |v_max|
         const float distance = abs(along);
 #if SINGLE
@@ -161,10 +164,12 @@ void main() {
         const float w_a = follows_own ? 1.0 : aligned;
 #endif
         ivec2 s = p + ivec2(floor(along * d + 0.5));
+        const ivec2 nearest_inside = clamp(s, ivec2(0), block.size - 1);
 #if CLAMP
-        s = clamp(s, ivec2(0), block.size - 1);
+        s = nearest_inside;
+        const bool counts = true;
 #else
-        if (any(lessThan(s, ivec2(0))) || any(greaterThanEqual(s, block.size))) continue;
+        const bool counts = s == nearest_inside;
 #endif
         const vec2 v_s = velocity_at(s);
         const float inverse_s = inverse_length(dot(v_s, v_s));
@@ -194,12 +199,13 @@ void main() {
             clamp(10.0 * distance * max(inverse_rho_s, inverse_rho_c) - 9.5, 0.0, 1.0);
         const float both = 1.0 - edge * edge * (3.0 - 2.0 * edge);
         const float weight = front + back + 2.0 * both * max(w_a, w_b);
-        if (weight > 0.0) {
+        if (counts && weight > 0.0) {
             sum += weight * (texelFetch(color, s, 0) - color_p);
             total += weight;
             moment += weight * distance * distance;
         }
-    }
+        ++i;
+    } while (i < count);
     imageStore(blurred, p, color_p + sum / total);
 #if HINT
     // Half-length of the even streak with the same second moment about p.

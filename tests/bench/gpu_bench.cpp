@@ -225,7 +225,7 @@ class Bench {
         for (auto _ : state) {
             require(executor_.run(plan, inputs_));
             double seconds = 0;
-            for (const PassTime& time : executor_.pass_times()) {
+            for (const PassTime& time : finished_times()) {
                 (time.name == "copy" ? copies : times).push_back(time.milliseconds);
                 seconds += 1e-3 * time.milliseconds;
             }
@@ -244,6 +244,15 @@ class Bench {
     }
 
   private:
+    // Timestamps are there once the device has run past them.
+    std::vector<PassTime> finished_times() const {
+        for (;;) {
+            auto times = executor_.pass_times();
+            if (!times.empty()) return times;
+            std::this_thread::yield();
+        }
+    }
+
     Settings settings_;
     bool software_;
     Executor executor_;

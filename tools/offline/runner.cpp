@@ -145,27 +145,35 @@ Result<std::vector<Task>> plan_tasks(const RunSettings& settings, bool writes,
         }
         tasks.push_back(std::move(task));
     }
-    if (settings.on_existing == io::OnExisting::fail && settings.on_error == ErrorPolicy::stop)
+    if (writes && settings.on_existing == io::OnExisting::fail &&
+        settings.on_error == ErrorPolicy::stop)
         if (Status status = check_none_exists(tasks, settings); !status.ok()) return status;
     return tasks;
+}
+
+// A file cut off by a few bytes may still have a header whose chunks all begin inside it.
+bool whole(io::ExrFile& file) {
+    for (size_t part = 0; part < file.parts().size(); ++part)
+        if (!file.parts()[part].deep && !file.read_part(int(part)).ok()) return false;
+    return true;
 }
 
 // Output, sidecar and preview are there, whole and of this very work.
 bool same_work_done(const Task& task, const std::string& work, const RunSettings& settings) {
     std::error_code error;
     if (settings.preview && !fs::exists(preview_path(task.output), error)) return false;
-    if (settings.sidecar) {
-        std::ifstream file(task.output + ".json");
-        const auto json = nlohmann::json::parse(file, nullptr, false);
-        if (!json.is_object() || json.value("work", nlohmann::json()) != work) return false;
-    }
     auto existing = io::ExrFile::open(task.output);
     if (!existing.ok()) return false;
+    bool same = false;
     for (const auto& part : existing->parts()) {
         const auto found = part.attributes.find("postchain");
-        if (found != part.attributes.end() && found->second == work) return true;
+        same |= found != part.attributes.end() && found->second == work;
     }
-    return false;
+    if (!same || !settings.sidecar) return same && whole(*existing);
+    std::ifstream file(task.output + ".json");
+    const auto json = nlohmann::json::parse(file, nullptr, false);
+    return json.is_object() && json.value("work", nlohmann::json()) == work &&
+           json.value("output_bytes", nlohmann::json()) == existing->file_bytes();
 }
 
 uint64_t count_nonfinite(const ImageF& image) {

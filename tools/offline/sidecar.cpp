@@ -57,6 +57,7 @@ Json summary_json(const FrameReport& report) {
 
 std::string sidecar_json(const FrameReport& report, const std::string& version) {
     Json json = summary_json(report);
+    json["output_bytes"] = report.write.bytes;
     json["work"] = report.work;
     json["profile"] = report.profile;
     if (report.plan) json["plan"] = Json::parse(plan_as_json(*report.plan));

@@ -5,6 +5,7 @@
 #include "config/schema.h"
 #include "passes/registry.h"
 #include "tools/postchain/verbs.h"
+#include "tools/scenes/scene.h"
 
 namespace postchain {
 namespace {
@@ -101,6 +102,8 @@ std::string man_page(const CLI::App& app) {
 std::string bash_completion(const CLI::App& app) {
     std::vector<std::string> names;
     for (const CLI::App* verb : verbs(app)) names.push_back(verb->get_name());
+    std::vector<std::string> scene_names;
+    for (const auto& scene : scenes::scenes()) scene_names.push_back(scene.name);
     std::string out =
         "# bash completion of postchain, made by `postchain completion`\n"
         "_postchain() {\n"
@@ -138,6 +141,11 @@ std::string bash_completion(const CLI::App& app) {
     }
     out +=
         "        esac\n        return\n    fi\n"
+        "    if ((COMP_CWORD == 2)) && [[ $verb == scene ]]; then\n"
+        "        COMPREPLY=($(compgen -W \"" +
+        joined(scene_names) +
+        "\" -- \"$current\"))\n"
+        "        return\n    fi\n"
         "    if ((COMP_CWORD == 2)) && [[ $verb == run || $verb == plan ]]; then\n"
         "        COMPREPLY=($(compgen -W \"" +
         joined(shipped_chains()) +

@@ -1,0 +1,72 @@
+// Runs the built command as a user's shell would, and says what came of it.
+#pragma once
+
+#include <sys/types.h>
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace postchain::test {
+
+using Arguments = std::vector<std::string>;
+using Json = nlohmann::ordered_json;
+
+struct Launch {
+    std::map<std::string, std::optional<std::string>> environment = {};  // no value: unset
+    std::string folder = {};                                             // working folder
+    std::optional<long> file_bytes;                                      // RLIMIT_FSIZE
+    std::string stdout_path = {};  // instead of being captured
+    bool close_stdout = false;
+    bool close_stderr = false;
+    double timeout_s = 120;  // after it the process is killed and the test fails
+};
+
+struct Outcome {
+    int code = -1;    // exit code, -1 when a signal ended it
+    int signal = 0;   // that ended it
+    std::string out;  // stdout
+    std::string err;  // stderr
+    long peak_kib = 0;
+
+    std::string text() const;  // for failure messages
+};
+
+// A process under way; command[0] is the program.
+class Process {
+  public:
+    Process(const Arguments& command, const Launch& launch = {});
+    ~Process();  // kills it when nobody waited
+    Process(const Process&) = delete;
+
+    void send(int signal) const;
+    bool running();
+    Outcome wait();
+
+  private:
+    Launch launch_;
+    std::string folder_;  // of the captured streams
+    pid_t pid_ = -1;
+    int status_ = 0;
+    long peak_kib_ = 0;
+    bool done_ = false;
+};
+
+// The command line of the built postchain.
+Arguments with_command(const Arguments& arguments);
+// The first argument is the verb: run({"plan", "paper", "-i", ...}).
+Outcome run(const Arguments& arguments, const Launch& launch = {});
+// Any other program.
+Outcome run_program(const Arguments& command, const Launch& launch = {});
+
+// Objects of a text with one JSON value per line; a failure of the test when a line is none.
+std::vector<Json> json_lines(const std::string& text);
+
+bool contains(const std::string& text, const std::string& part);
+
+std::string read_text(const std::string& path);
+void write_text(const std::string& path, const std::string& text);
+
+}  // namespace postchain::test

@@ -1,0 +1,180 @@
+// One frame in the convention of each renderer, in separate files, layers, views and parts.
+#include <set>
+
+#include "tests/command/fixture.h"
+
+namespace postchain::test {
+namespace {
+
+class ConventionTest : public CommandTest {
+  protected:
+    // Filters a frame on its own and returns the picture; the profile goes to `profile`.
+    ImageF filtered(const std::string& input, const Arguments& more = {},
+                    const std::string& chain = "all.yaml") {
+        Arguments arguments = {"run",  at(chain),       "-i",       input, "-o",
+                               out(9), "--on-existing", "overwrite"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const auto outcome = run(arguments);
+        EXPECT_EQ(outcome.code, 0) << outcome.text();
+        if (outcome.code != 0) return {};
+        profile = sidecar(9)["profile"].get<std::string>();
+        return read_color(out(9));
+    }
+    std::string profile;
+};
+
+TEST_F(ConventionTest, EveryProfileGivesThePixelsOfCycles) {
+    const Planes planes = make_planes(96, 64);
+    write_frame(in(1), planes);
+    const ImageF cycles = filtered(in(1));
+    EXPECT_EQ(profile, "cycles");
+    ASSERT_FALSE(cycles.empty());
+    EXPECT_GT(largest_difference(cycles, planes.color), 0.05);
+    for (const std::string name : {"cycles", "nuke", "arnold", "vray", "generic"}) {
+        FrameFile file;
+        file.convention = name;
+        write_frame(in(2), planes, file);
+        EXPECT_LE(largest_difference(filtered(in(2)), cycles), 1e-5) << name << " detected";
+        EXPECT_EQ(profile, name);
+        EXPECT_LE(largest_difference(filtered(in(2), {"--profile", name}), cycles), 1e-5) << name;
+        EXPECT_EQ(profile, name);
+    }
+}
+
+TEST_F(ConventionTest, AProfileOfOnesOwn) {
+    const Planes planes = make_planes(96, 64);
+    write_frame(in(1), planes);
+    const ImageF expected = filtered(in(1));
+    // uv fractions around 0.5, y up; reverse-Z with a near plane of 0.5: z = 0.5/d.
+    Planes engine = planes;
+    for (size_t i = 0; i < engine.motion.pixels(); ++i) {
+        engine.motion.data[2 * i] = 0.5f + planes.motion.data[2 * i] / 96;
+        engine.motion.data[2 * i + 1] = 0.5f - planes.motion.data[2 * i + 1] / 64;
+        engine.depth.data[i] = 0.5f / planes.depth.data[i];
+    }
+    FrameFile file;
+    file.convention = "generic";
+    write_frame(in(2), engine, file);
+    write_text(at("engine.yaml"),
+               "profile: 1\nname: engine\ncolor: [{channels: [[R, G, B, A]]}]\n"
+               "depth: [{channels: [[Z]], encoding: reverse_infinite}]\n"
+               "motion: [{channels: [[motion.x, motion.y]], unit: fraction, scale: [1, -1],"
+               " bias: 0.5}]\n");
+    write_text(at("near.json"), "{\"near_clip\": 0.5}");
+    const ImageF got =
+        filtered(in(2), {"--profile", at("engine.yaml"), "--camera", at("near.json")});
+    EXPECT_EQ(profile, "engine");
+    EXPECT_LE(largest_difference(got, expected), 1e-4);
+    const auto without = run({"run", at("all.yaml"), "-i", in(2), "-o", out(9), "--profile",
+                              at("engine.yaml"), "--on-existing", "overwrite"});
+    EXPECT_NE(without.code, 0);
+    EXPECT_TRUE(contains(without.err, "near_clip")) << without.err;
+}
+
+TEST_F(ConventionTest, PlanesInFilesOfTheirOwn) {
+    const Planes planes = make_planes(96, 64);
+    write_frame(in(1), planes);
+    const ImageF expected = filtered(in(1));
+    FrameFile color;
+    color.convention = "generic";
+    color.depth = color.motion = false;
+    write_frame(at("c.0001.exr"), planes, color);
+    ASSERT_TRUE(io::write_planes_exr(at("z.0001.exr"), planes.depth, {"Y"}).ok());
+    ASSERT_TRUE(
+        io::write_planes_exr(at("m.0001.exr"), planes.motion, {"motion.x", "motion.y"}).ok());
+    const std::string input =
+        "color=" + at("c.####.exr") + ",depth=" + at("z.####.exr") + ",motion=" + at("m.####.exr");
+    EXPECT_LE(largest_difference(filtered(input), expected), 1e-5);
+    const auto inputs = sidecar(9)["inputs"];
+    EXPECT_EQ(inputs["inverse_depth"], at("z.0001.exr"));
+    EXPECT_EQ(inputs["motion"], at("m.0001.exr"));
+    // The output is the color file, filtered: it has not gained channels.
+    EXPECT_EQ(other_channels(out(9)).size(), 0u);
+    // A depth of another size is refused.
+    ASSERT_TRUE(io::write_planes_exr(at("z.0001.exr"), ImageF(40, 20, 1, 2.0f), {"Y"}).ok());
+    const auto outcome =
+        run({"run", at("all.yaml"), "-i", input, "-o", out(9), "--on-existing", "overwrite"});
+    EXPECT_EQ(outcome.code, 4) << outcome.text();
+    EXPECT_TRUE(contains(outcome.err, at("z.0001.exr"))) << outcome.err;
+}
+
+TEST_F(ConventionTest, LayersAreChosenOrListed) {
+    const Planes one = make_planes(48, 32, 1), two = make_planes(48, 32, 2);
+    io::PlanesFile file;
+    for (int c = 0; c < 4; ++c) {
+        file.channels.push_back(
+            {std::string("one.Combined.") + "RGBA"[c], io::PixelType::float32, &one.color, c});
+        file.channels.push_back(
+            {std::string("two.Combined.") + "RGBA"[c], io::PixelType::float32, &two.color, c});
+    }
+    ASSERT_TRUE(io::write_planes_exr(in(1), file).ok());
+    const auto unchosen = run({"run", at("fxaa.yaml"), "-i", in(1), "-o", out(1)});
+    EXPECT_EQ(unchosen.code, 4) << unchosen.text();
+    EXPECT_TRUE(contains(unchosen.err, "one") && contains(unchosen.err, "two") &&
+                contains(unchosen.err, "--layer"))
+        << unchosen.err;
+    const auto unknown =
+        run({"run", at("fxaa.yaml"), "-i", in(1), "-o", out(1), "--layer", "three"});
+    EXPECT_EQ(unknown.code, 2) << unknown.text();
+    EXPECT_TRUE(contains(unknown.err, "one") && contains(unknown.err, "two")) << unknown.err;
+    const auto chosen = run({"run", at("fxaa.yaml"), "-i", in(1), "-o", out(1), "--layer", "two"});
+    ASSERT_EQ(chosen.code, 0) << chosen.text();
+    const auto before = io::ExrFile::open(in(1))->read_channels(0, {"one.Combined.G"});
+    const auto after = io::ExrFile::open(out(1))->read_channels(0, {"one.Combined.G"});
+    EXPECT_EQ(before->data, after->data);
+    EXPECT_NE(io::ExrFile::open(in(1))->read_channels(0, {"two.Combined.G"})->data,
+              io::ExrFile::open(out(1))->read_channels(0, {"two.Combined.G"})->data);
+}
+
+// Two views and depth in parts of their own; the parts that are not filtered stay as they are.
+TEST_F(ConventionTest, PartsAndViews) {
+    const auto rgba = [](const char* name, const char* view) {
+        FilePart part;
+        part.name = name;
+        part.channels = {{"A"}, {"B"}, {"G"}, {"R"}};
+        part.data = part.display = {{0, 0}, {31, 23}};
+        part.edit = [view](Imf::Header& header) { header.setView(view); };
+        return part;
+    };
+    FilePart other;
+    other.name = "matte";
+    other.channels = {{"red", Imf::FLOAT}};
+    other.data = other.display = {{0, 0}, {31, 23}};
+    write_file(in(1), {rgba("rgba.left", "left"), rgba("rgba.right", "right"), other});
+    const auto left = run({"run", at("fxaa.yaml"), "-i", in(1), "-o", out(1)});
+    ASSERT_EQ(left.code, 0) << left.text();
+    const auto right = run({"run", at("fxaa.yaml"), "-i", in(1), "-o", out(2), "--view", "right"});
+    ASSERT_EQ(right.code, 0) << right.text();
+    const auto bytes = [](const std::string& path, int part) { return oiio_channels(path, part); };
+    ASSERT_EQ(oiio_parts(out(1)), 3);
+    EXPECT_NE(bytes(out(1), 0), bytes(in(1), 0));
+    EXPECT_EQ(bytes(out(1), 1), bytes(in(1), 1));
+    EXPECT_EQ(bytes(out(2), 0), bytes(in(1), 0));
+    EXPECT_NE(bytes(out(2), 1), bytes(in(1), 1));
+    EXPECT_EQ(bytes(out(1), 2), bytes(in(1), 2));
+    const auto unknown = run({"run", at("fxaa.yaml"), "-i", in(1), "-o", out(3), "--view", "top"});
+    EXPECT_EQ(unknown.code, 2) << unknown.text();
+    EXPECT_TRUE(contains(unknown.err, "left") && contains(unknown.err, "right")) << unknown.err;
+}
+
+TEST_F(ConventionTest, DepthAndVectorsInPartsOfTheirOwn) {
+    const auto part = [](const char* name, std::vector<FileChannel> channels) {
+        FilePart made;
+        made.name = name;
+        made.channels = std::move(channels);
+        made.data = made.display = {{0, 0}, {31, 23}};
+        return made;
+    };
+    write_file(in(1),
+               {part("rgba", {{"A"}, {"B"}, {"G"}, {"R"}}), part("depth", {{"Z", Imf::FLOAT}}),
+                part("forward", {{"u", Imf::FLOAT}, {"v", Imf::FLOAT}})});
+    const auto outcome = run({"run", at("all.yaml"), "-i", in(1), "-o", out(1)});
+    ASSERT_EQ(outcome.code, 0) << outcome.text();
+    EXPECT_EQ(sidecar(1)["profile"], "nuke");
+    EXPECT_EQ(oiio_channels(out(1), 1), oiio_channels(in(1), 1));
+    EXPECT_EQ(oiio_channels(out(1), 2), oiio_channels(in(1), 2));
+    EXPECT_NE(oiio_channels(out(1), 0), oiio_channels(in(1), 0));
+}
+
+}  // namespace
+}  // namespace postchain::test

@@ -1,0 +1,247 @@
+// plan, inspect, info, schema, passes, man, completion: what they print can be used.
+#include <set>
+
+#include "tests/command/fixture.h"
+
+namespace postchain::test {
+namespace {
+
+using DescribeTest = CommandTest;
+
+TEST_F(DescribeTest, PlanAsTextJsonAndDot) {
+    write_sequence(at(""), {1, 2});
+    const auto text = run({"plan", at("all.yaml"), "-i", in(1)});
+    EXPECT_EQ(text.code, 0);
+    EXPECT_EQ(text.err, "");
+    for (const char* word : {"frame 1", "48x32", "motion_blur", "step gather", "output color"})
+        EXPECT_TRUE(contains(text.out, word)) << word;
+
+    const auto json = run({"plan", at("all.yaml"), "-i", in(), "--json"});
+    EXPECT_EQ(json.code, 0);
+    const auto plans = json_lines(json.out);
+    ASSERT_EQ(plans.size(), 2u);
+    EXPECT_EQ(plans[1]["frame"], 2);
+    EXPECT_EQ(plans[0]["chain_hash"], plans[1]["chain_hash"]);
+    ASSERT_EQ(plans[0]["passes"].size(), 3u);
+    EXPECT_EQ(plans[0]["passes"][1]["pass"], "fxaa");
+
+    const auto dot = run({"plan", at("all.yaml"), "-i", in(1), "--dot"});
+    EXPECT_EQ(dot.code, 0);
+    EXPECT_TRUE(dot.out.starts_with("digraph")) << dot.out.substr(0, 80);
+    EXPECT_EQ(std::count(dot.out.begin(), dot.out.end(), '{'),
+              std::count(dot.out.begin(), dot.out.end(), '}'));
+    EXPECT_EQ(run({"plan", at("all.yaml"), "-i", in(1), "--dot", "--json"}).code, 2);
+}
+
+TEST_F(DescribeTest, PlanSaysWhatIsLeftOutAndRunsTheSame) {
+    write_sequence(at(""), {1});
+    const Arguments still = {"--set", "motion_blur.shutter_frames=0"};
+    const auto plan = [&](const Arguments& more) {
+        Arguments arguments = {"plan", at("motion_blur.yaml"), "-i", in(1), "--json"};
+        arguments.insert(arguments.end(), still.begin(), still.end());
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const auto outcome = run(arguments);
+        EXPECT_EQ(outcome.code, 0) << outcome.text();
+        return json_lines(outcome.out).at(0);
+    };
+    const auto left_out = plan({});
+    EXPECT_EQ(left_out["steps"].size(), 0u);
+    ASSERT_GE(left_out["left_out"].size(), 1u);
+    EXPECT_EQ(left_out["left_out"][0]["rule"], "off_by_configuration");
+    EXPECT_TRUE(contains(left_out["left_out"][0]["reason"].get<std::string>(), "shutter_frames"));
+    EXPECT_GT(plan({"--no-elide"})["steps"].size(), 3u);
+    EXPECT_GT(plan({"--no-elide", "off_by_configuration"})["steps"].size(), 3u);
+    EXPECT_EQ(plan({"--no-elide", "identity_by_facts"})["steps"].size(), 0u);
+    // run says the same in its line.
+    const auto outcome = filter("motion_blur", still);
+    EXPECT_EQ(outcome.code, 0);
+    EXPECT_TRUE(contains(outcome.err, "left out motion_blur: shutter_frames is 0")) << outcome.err;
+    EXPECT_EQ(read_color(out(1)).data, read_color(in(1)).data);
+}
+
+TEST_F(DescribeTest, InspectNamesWhatItFound) {
+    FrameFile file;
+    file.object_ids = true;
+    file.origin_x = -3;
+    file.attributes["comment"] = std::string("a shot");
+    write_frame(in(1), make_planes(48, 32), file);
+    const auto text = run({"inspect", in(1)});
+    EXPECT_EQ(text.code, 0) << text.text();
+    for (const char* word : {"ViewLayer.Combined.R (float)", "id (uint)", "(-3, 0)-(44, 31)",
+                             "profile cycles", "comment: a shot", "max_speed_px: 6.7"})
+        EXPECT_TRUE(contains(text.out, word)) << word << "\n" << text.out;
+    const auto json = run({"inspect", "-i", in(1), "--json"});
+    EXPECT_EQ(json.code, 0);
+    const auto lines = json_lines(json.out);
+    ASSERT_EQ(lines.size(), 1u);
+    EXPECT_EQ(lines[0]["match"]["profile"], "cycles");
+    EXPECT_EQ(lines[0]["match"]["detected"], true);
+    EXPECT_EQ(lines[0]["facts"]["width"], 48);
+    EXPECT_EQ(lines[0]["files"]["color"]["parts"][0]["attributes"]["comment"], "a shot");
+    EXPECT_EQ(run({"inspect"}).code, 2);
+    EXPECT_EQ(run({"inspect", at("none.exr")}).code, 4);
+    EXPECT_EQ(run({"inspect", in(), "--frames", "1-2"}).code, 4);
+}
+
+TEST_F(DescribeTest, SignSelfCheckOfAGeneratedScene) {
+    const auto scene =
+        run({"scene", "wheels", "-o", at("w"), "--size", "160x90", "--frames", "1-2"});
+    ASSERT_EQ(scene.code, 0) << scene.text();
+    const auto right = run({"inspect", at("w/sharp.####.exr")});
+    EXPECT_EQ(right.code, 0);
+    EXPECT_TRUE(contains(right.out, "confirmed")) << right.out;
+    const auto json = json_lines(run({"inspect", at("w/sharp.####.exr"), "--json"}).out).at(0);
+    EXPECT_EQ(json["sign_check"]["verdict"], "confirmed");
+    EXPECT_EQ(json["sign_check"]["candidates"].size(), 8u);
+    EXPECT_EQ(json["sign_check"]["candidates"][0]["as_converted"], true);
+
+    // The same pictures under a profile that has y the wrong way round.
+    write_text(at("flipped.yaml"),
+               "profile: 1\nname: flipped\n"
+               "color: [{channels: [['<layer>.Combined.R', '<layer>.Combined.G',"
+               " '<layer>.Combined.B', '<layer>.Combined.A']]}]\n"
+               "depth: [{channels: [['<layer>.Depth.Z']]}]\n"
+               "motion: [{channels: [['<layer>.Vector.Z', '<layer>.Vector.W']],"
+               " scale: [1, -1]}]\n");
+    const Arguments flipped = {"inspect", at("w/sharp.####.exr"), "--profile", at("flipped.yaml")};
+    const auto wrong = run(flipped);
+    EXPECT_EQ(wrong.code, 0);
+    EXPECT_TRUE(contains(wrong.out, "NOT the best")) << wrong.out;
+    Arguments as_json = flipped;
+    as_json.push_back("--json");
+    const auto check = json_lines(run(as_json).out).at(0)["sign_check"];
+    EXPECT_EQ(check["verdict"], "contradicted");
+    EXPECT_EQ(check["candidates"].size(), 4u);  // the profile names no motion_back
+    EXPECT_EQ(check["candidates"][0]["vectors"], "motion (-x, -y)");
+}
+
+TEST_F(DescribeTest, SignSelfCheckThatIsNotPossible) {
+    write_frame(in(1), make_planes(48, 32, 1));
+    write_frame(in(2), make_planes(40, 32, 2));
+    EXPECT_TRUE(contains(run({"inspect", in()}).out, "not possible"));
+    write_text(in(2), "broken");
+    const auto outcome = run({"inspect", in()});
+    EXPECT_EQ(outcome.code, 0);
+    EXPECT_TRUE(contains(outcome.err, "no sign self-check") && contains(outcome.err, in(2)))
+        << outcome.err;
+}
+
+TEST_F(DescribeTest, Info) {
+    const auto text = run({"info"});
+    EXPECT_EQ(text.code, 0) << text.text();
+    for (const char* word : {"postchain ", "OpenEXR ", "OpenImageIO ", "GL in use: "})
+        EXPECT_TRUE(contains(text.out, word)) << word;
+    const auto json = run({"info", "--json"});
+    const auto lines = json_lines(json.out);
+    ASSERT_EQ(lines.size(), 1u);
+    EXPECT_GE(lines[0]["gl"]["max_texture_size"], 16384);
+    EXPECT_TRUE(lines[0]["devices"].is_array());
+}
+
+TEST_F(DescribeTest, SchemaAndPasses) {
+    const auto schema = run({"schema"});
+    EXPECT_EQ(schema.code, 0);
+    const Json json = Json::parse(schema.out, nullptr, false);
+    ASSERT_TRUE(json.is_object());
+    EXPECT_EQ(json["$schema"], "https://json-schema.org/draft/2020-12/schema");
+    const auto passes = Json::parse(run({"passes", "--json"}).out, nullptr, false);
+    ASSERT_TRUE(passes.is_object());
+    const auto text = run({"passes"}).out, markdown = run({"passes", "--markdown"}).out;
+    std::set<std::string> names;
+    for (const auto& pass : passes["passes"]) {
+        names.insert(pass["name"].get<std::string>());
+        for (const auto& row : pass["parameters"]) {
+            const auto key = row["key"].get<std::string>();
+            EXPECT_TRUE(contains(text, "  " + key + " ")) << key;
+            EXPECT_TRUE(contains(markdown, "| `" + key + "` |")) << key;
+            EXPECT_TRUE(contains(schema.out, "\"" + key + "\"")) << key;
+        }
+    }
+    EXPECT_EQ(names, (std::set<std::string>{"depth_of_field", "fxaa", "motion_blur"}));
+}
+
+TEST_F(DescribeTest, HelpIsCompletePerVerb) {
+    const auto top = run({"--help"});
+    EXPECT_EQ(top.code, 0);
+    for (const char* verb :
+         {"run", "plan", "inspect", "scene", "info", "schema", "passes", "man", "completion"}) {
+        EXPECT_TRUE(contains(top.out, verb)) << verb;
+        const auto help = run({verb, "--help"});
+        EXPECT_EQ(help.code, 0) << verb;
+        EXPECT_EQ(help.err, "") << verb;
+        EXPECT_TRUE(contains(help.out, std::string("Usage: postchain ") + verb)) << help.out;
+        EXPECT_TRUE(contains(help.out, "Exit codes")) << verb;
+    }
+    EXPECT_TRUE(run({"--version"}).out.starts_with("postchain 0."));
+}
+
+TEST_F(DescribeTest, ManPageIsRoff) {
+    const auto man = run({"man"});
+    EXPECT_EQ(man.code, 0);
+    EXPECT_TRUE(man.out.starts_with(".TH POSTCHAIN 1 ")) << man.out.substr(0, 80);
+    for (const char* word : {".SH NAME\n", ".SH SYNOPSIS\n", ".SH run\n", ".SH PARAMETERS\n",
+                             ".SH EXIT STATUS\n", "\\-\\-on\\-existing", "motion_blur.samples"})
+        EXPECT_TRUE(contains(man.out, word)) << word;
+    // Every request is one that man(7) knows, and no text begins with its control characters.
+    const std::set<std::string> known = {".TH", ".SH", ".TP", ".B", ".br"};
+    std::istringstream lines(man.out);
+    for (std::string line; std::getline(lines, line);) {
+        if (line.starts_with(".")) {
+            EXPECT_TRUE(known.count(line.substr(0, line.find(' ')))) << line;
+        }
+        EXPECT_FALSE(line.starts_with("'")) << line;
+    }
+    // And groff, where there is one, has nothing to complain of.
+    write_text(at("postchain.1"), man.out);
+    const auto groff = run_program({"bash", "-c",
+                                    "command -v groff >/dev/null || exit 0; "
+                                    "groff -man -Tascii -ww " +
+                                        at("postchain.1")});
+    EXPECT_EQ(groff.code, 0);
+    EXPECT_EQ(groff.err, "");
+}
+
+class Completion : public CommandTest {
+  protected:
+    // What bash offers at the end of these words.
+    std::set<std::string> offered(const std::vector<std::string>& words) {
+        write_text(at("completion"), run({"completion"}).out);
+        std::string script = "source " + at("completion") + "\nCOMP_WORDS=(";
+        for (const auto& word : words) script += "'" + word + "' ";
+        script += ")\nCOMP_CWORD=" + std::to_string(words.size() - 1) +
+                  "\n$(complete -p postchain | sed 's/.*-F \\([a-z_]*\\).*/\\1/')\n"
+                  "printf '%s\\n' \"${COMPREPLY[@]}\"\n";
+        write_text(at("ask"), script);
+        Launch launch;
+        launch.folder = at("");
+        const auto outcome = run_program({"bash", "--norc", at("ask")}, launch);
+        EXPECT_EQ(outcome.code, 0) << outcome.text();
+        EXPECT_EQ(outcome.err, "");
+        std::set<std::string> found;
+        std::istringstream lines(outcome.out);
+        for (std::string line; std::getline(lines, line);)
+            if (!line.empty()) found.insert(line);
+        return found;
+    }
+};
+
+TEST_F(Completion, IsBashAndOffersWhatFits) {
+    write_text(at("completion"), run({"completion"}).out);
+    EXPECT_EQ(run_program({"bash", "-n", at("completion")}).code, 0);
+    using Words = std::set<std::string>;
+    EXPECT_EQ(offered({"postchain", "s"}), (Words{"scene", "schema"}));
+    EXPECT_EQ(offered({"postchain", "run", "pap"}), Words{"paper"});
+    EXPECT_EQ(offered({"postchain", "run", "rever"}), Words{"reversed.yaml"});
+    EXPECT_EQ(offered({"postchain", "run", "paper", "--on-e"}),
+              (Words{"--on-error", "--on-existing"}));
+    EXPECT_EQ(offered({"postchain", "run", "paper", "--on-existing", ""}),
+              (Words{"fail", "skip", "overwrite"}));
+    EXPECT_EQ(offered({"postchain", "run", "paper", "--set", "motion_blur.sample"}),
+              (Words{"motion_blur.sample_split=", "motion_blur.samples="}));
+    EXPECT_EQ(offered({"postchain", "plan", "paper", "--profile", "c"}), Words{"cycles"});
+    EXPECT_EQ(offered({"postchain", "scene", "whe"}), Words{"wheels"});
+    EXPECT_EQ(offered({"postchain", "scene", "--tru"}), Words{"--truth-samples"});
+}
+
+}  // namespace
+}  // namespace postchain::test

@@ -1,0 +1,94 @@
+// Documents in step with the program. After a change of tables or options:
+//
+//   build/tools/postchain/postchain passes --markdown  -> the part of docs/parameters.md below its
+//                                                         first heading
+//   build/tools/postchain/postchain schema             -> config/chain.schema.json
+//   tools/update_docs.sh does both.
+#include <regex>
+#include <set>
+
+#include "tests/command/fixture.h"
+
+namespace postchain::test {
+namespace {
+
+const std::string kRoot = POSTCHAIN_SOURCE_DIR;
+const char* kRemedy = "run tools/update_docs.sh";
+
+TEST(Documents, ParametersAndSchemaAreTheProgramsOwn) {
+    const auto schema = run({"schema"});
+    ASSERT_EQ(schema.code, 0);
+    EXPECT_TRUE(read_text(kRoot + "/config/chain.schema.json") == schema.out)
+        << "config/chain.schema.json is out of date; " << kRemedy;
+    const auto passes = run({"passes", "--markdown"});
+    const std::string document = read_text(kRoot + "/docs/parameters.md");
+    ASSERT_TRUE(document.starts_with("# Parameters\n"));
+    EXPECT_TRUE(document.ends_with("\n\n" + passes.out))
+        << "docs/parameters.md is out of date; " << kRemedy;
+}
+
+std::vector<std::string> matches(const std::string& text, const std::string& pattern) {
+    std::vector<std::string> found;
+    const std::regex expression(pattern);
+    for (std::sregex_iterator it(text.begin(), text.end(), expression), end; it != end; ++it)
+        found.push_back((*it)[1]);
+    return found;
+}
+
+TEST(Documents, EveryVerbAndOptionIsInCommandMd) {
+    const std::string document = read_text(kRoot + "/docs/command.md");
+    ASSERT_NE(document, "");
+    const std::string help = run({"--help"}).out;
+    const size_t list = help.find("Subcommands:");
+    ASSERT_NE(list, std::string::npos) << help;
+    const auto verbs = matches(help.substr(list), "\n  ([a-z]+) ");
+    ASSERT_GE(verbs.size(), 9u);
+    std::set<std::string> options;
+    for (const auto& verb : verbs) {
+        EXPECT_TRUE(contains(document, "postchain " + verb))
+            << verb << " is not in docs/command.md";
+        for (const auto& name : matches(run({verb, "--help"}).out, "\n  (?:-[a-z],)?(--[a-z-]+)"))
+            options.insert(name);
+    }
+    EXPECT_GE(options.size(), 25u);
+    for (const auto& option : options)
+        EXPECT_TRUE(contains(document, option)) << option << " is not in docs/command.md";
+    // And back: the document names no option and no verb that does not exist.
+    for (const auto& name : matches(document, "(--[a-z][a-z-]*)"))
+        EXPECT_TRUE(options.count(name) || name == "--version" || name == "--help") << name;
+    for (const auto& name : matches(document, "postchain ([a-z]+)\\b"))
+        EXPECT_EQ(std::count(verbs.begin(), verbs.end(), name), 1) << "postchain " << name;
+    for (const char* code : {"0", "1", "2", "3", "4", "5", "6", "7", "8", "130", "143"})
+        EXPECT_TRUE(contains(document, std::string("| ") + code + " |")) << "exit code " << code;
+}
+
+// Blocks ```yaml of a document that begin a chain file, plan without a complaint about the chain.
+void check_chains_of(const std::string& path, int at_least) {
+    TempFolder folder;
+    const std::string document = read_text(path);
+    write_frame(folder.path("in.0001.exr"), make_planes(24, 16));
+    int count = 0;
+    for (size_t i = document.find("```yaml\n"); i != std::string::npos;
+         i = document.find("```yaml\n", i + 1)) {
+        const size_t begin = i + 8;
+        const std::string text = document.substr(begin, document.find("```", begin) - begin);
+        if (!contains(text, "postchain: 1")) continue;
+        ++count;
+        write_text(folder.path("chain.yaml"), text);
+        const auto outcome =
+            run({"plan", folder.path("chain.yaml"), "-i", folder.path("in.0001.exr"), "--set",
+                 "camera.focal_length_mm=50", "--set", "camera.sensor_width_mm=36", "--set",
+                 "camera.f_stop=2", "--set", "camera.focus_distance=2"});
+        EXPECT_EQ(outcome.code, 0) << path << ":\n" << text << outcome.text();
+    }
+    EXPECT_GE(count, at_least) << path;
+}
+
+TEST(Documents, ChainsInDocumentsParse) {
+    check_chains_of(kRoot + "/docs/chain_file.md", 1);
+    check_chains_of(kRoot + "/docs/command.md", 1);
+    if (std::filesystem::exists(kRoot + "/README.md")) check_chains_of(kRoot + "/README.md", 1);
+}
+
+}  // namespace
+}  // namespace postchain::test

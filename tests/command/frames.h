@@ -1,0 +1,73 @@
+// Small frames with depth and vectors, written in the convention of each renderer, and read back.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "chain/image.h"
+#include "tests/io/exr_files.h"
+#include "tools/io/exr_writer.h"
+
+namespace postchain::test {
+
+// Canonical motion, distance as depth: a bright square of distance 2 before a ground of distance
+// 6, the square moving by (6, 3) pixels per frame, the ground by (-2, 1).
+struct Planes {
+    ImageF color;   // RGBA, alpha 1
+    ImageF depth;   // distance along the view axis
+    ImageF motion;  // to the next frame, pixels, y down
+    ImageF back;    // from the previous frame
+};
+// `frame` moves the square by its motion, so that frames differ.
+Planes make_planes(int width, int height, int frame = 1);
+
+struct FrameFile {
+    std::string convention = "cycles";  // or nuke, arnold, vray, generic
+    io::PixelType color_type = io::PixelType::float32;
+    io::PixelType depth_type = io::PixelType::float32;
+    bool depth = true;
+    bool motion = true;
+    bool object_ids = false;  // one channel more that nobody reads: "id", uint
+    int origin_x = 0, origin_y = 0;
+    std::optional<io::Window> display = {};
+    std::map<std::string, io::AttributeValue> attributes = {};
+};
+// Channel names, signs and encodings as config/profiles/<convention>.yaml states them.
+void write_frame(const std::string& path, const Planes& planes, const FrameFile& file = {});
+
+// A sequence DIR/in.####.exr of `size`, with the square moving from frame to frame.
+void write_sequence(const std::string& folder, const std::vector<int>& frames, int width = 48,
+                    int height = 32, const FrameFile& file = {});
+
+// The color of a file, whatever its channels are called; a failure of the test when it has none.
+ImageF read_color(const std::string& path);
+// The stored bytes of every channel of the first part that is not color.
+std::map<std::string, std::string> other_channels(const std::string& path);
+
+// A chain with a camera of its own, so that frames need none.
+inline const char* kAllPasses =
+    "postchain: 1\n"
+    "camera: {focal_length_mm: 50, sensor_width_mm: 36, f_stop: 1.4, focus_distance: 2,"
+    " meters_per_unit: 0.05, shutter_frames: 0.5}\n"
+    "passes:\n"
+    "  - motion_blur: {samples: 9}\n"
+    "  - fxaa: {hint: threshold}\n"
+    "  - depth_of_field: {downsample: 2}\n";
+inline const char* kReversed =
+    "postchain: 1\n"
+    "camera: {focal_length_mm: 50, sensor_width_mm: 36, f_stop: 1.4, focus_distance: 2,"
+    " meters_per_unit: 0.05, shutter_frames: 0.5}\n"
+    "passes:\n"
+    "  - depth_of_field: {downsample: 2}\n"
+    "  - fxaa\n"
+    "  - motion_blur: {samples: 9}\n";
+inline const char* kFxaa = "postchain: 1\npasses: [fxaa]\n";
+inline const char* kMotionBlur =
+    "postchain: 1\npasses: [motion_blur: {samples: 5, shutter_frames: 0.5}]\n";
+
+double largest_difference(const ImageF& a, const ImageF& b);  // inf when sizes differ
+
+// Names in a folder that are temporaries of an output.
+std::vector<std::string> temporaries(const std::string& folder);
+
+}  // namespace postchain::test

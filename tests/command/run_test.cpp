@@ -1,0 +1,224 @@
+// postchain run: what it writes and what it says.
+#include <cmath>
+#include <set>
+
+#include "tests/command/fixture.h"
+
+namespace postchain::test {
+namespace {
+
+using RunTest = CommandTest;
+
+TEST_F(RunTest, BothOrdersOfAGeneratedScene) {
+    const auto scene =
+        run({"scene", "wheels", "-o", at("w"), "--size", "96x64", "--frames", "1-2"});
+    ASSERT_EQ(scene.code, 0) << scene.text();
+    ImageF pictures[2];
+    int i = 0;
+    for (const char* chain : {"paper", "dof_first"}) {
+        const std::string output = at(std::string("out/") + chain + ".####.exr");
+        const auto outcome = run({"run", chain, "-i", at("w/sharp.####.exr"), "--camera",
+                                  at("w/camera.json"), "-o", output});
+        ASSERT_EQ(outcome.code, 0) << outcome.text();
+        EXPECT_EQ(outcome.out, "");
+        EXPECT_TRUE(contains(outcome.err, "2 written of 2 frames")) << outcome.err;
+        const std::string first = at(std::string("out/") + chain + ".0001.exr");
+        pictures[i] = read_color(first);
+        EXPECT_GT(largest_difference(pictures[i], read_color(at("w/sharp.0001.exr"))), 0.05);
+        EXPECT_EQ(other_channels(first), other_channels(at("w/sharp.0001.exr")));
+        EXPECT_EQ(other_channels(first).size(), 5u);  // depth and four of vectors
+        ++i;
+    }
+    EXPECT_GT(largest_difference(pictures[0], pictures[1]), 0.01);
+}
+
+TEST_F(RunTest, OtherChannelsStayBitIdentical) {
+    FrameFile file;
+    file.object_ids = true;
+    file.convention = "nuke";
+    write_sequence(at(""), {1}, 48, 32, file);
+    const auto outcome = filter("all");
+    ASSERT_EQ(outcome.code, 0) << outcome.text();
+    const auto before = other_channels(in(1)), after = other_channels(out(1));
+    EXPECT_EQ(before, after);
+    EXPECT_EQ(after.size(), 6u);  // id, depth.Z, forward, backward
+    EXPECT_GT(largest_difference(read_color(in(1)), read_color(out(1))), 0.05);
+}
+
+// Every key of a sidecar, parents first: "times_ms", "times_ms.read", ... Elements of lists are
+// written [].
+void collect_keys(const Json& json, const std::string& prefix, std::set<std::string>& keys) {
+    if (json.is_array()) {
+        for (const auto& value : json) collect_keys(value, prefix + "[]", keys);
+    } else if (json.is_object()) {
+        for (const auto& [key, value] : json.items()) {
+            // Inputs are named after planes, outputs after planes too; the plan has its own test.
+            const std::string path = prefix.empty() ? key : prefix + "." + key;
+            keys.insert(path);
+            if (path != "plan" && path != "inputs") collect_keys(value, path, keys);
+        }
+    }
+}
+
+TEST_F(RunTest, SidecarHasTheKeysOfItsDocument) {
+    FrameFile half_depth;
+    half_depth.depth_type = io::PixelType::half;
+    Planes planes = make_planes(48, 32);
+    planes.color.at(7, 5, 1) = INFINITY;
+    planes.color.at(3, 2, 0) = NAN;
+    write_frame(in(1), planes, half_depth);
+    const auto outcome = filter("all", {"--frames", "1-2", "--missing", "hold"});
+    EXPECT_EQ(outcome.code, 1) << outcome.text();  // frame 2 is held, that is not 0
+    std::set<std::string> keys;
+    collect_keys(sidecar(1), "", keys);
+    collect_keys(sidecar(2), "", keys);
+    const std::string document = read_text(std::string(POSTCHAIN_SOURCE_DIR) + "/docs/sidecar.md");
+    for (const auto& key : keys)
+        EXPECT_TRUE(contains(document, "| `" + key + "` |")) << key << " is not in docs/sidecar.md";
+    // And back: every key of the document can be had, but for those it marks as rare.
+    for (size_t i = document.find("\n| `"); i != std::string::npos;
+         i = document.find("\n| `", i + 1)) {
+        const size_t begin = i + 4, end = document.find('`', begin);
+        const std::string key = document.substr(begin, end - begin);
+        const std::string line = document.substr(begin, document.find('\n', begin) - begin);
+        EXPECT_TRUE(keys.count(key) || contains(line, "only when")) << key;
+    }
+    const Json json = sidecar(1);
+    EXPECT_EQ(json["frame"], 1);
+    EXPECT_EQ(json["outcome"], "written");
+    EXPECT_EQ(json["inputs"]["color"], in(1));
+    EXPECT_EQ(json["output"], out(1));
+    EXPECT_EQ(json["profile"], "cycles");
+    EXPECT_EQ(json["health"]["input_nonfinite_color"], 2);
+    EXPECT_EQ(json["health"]["input_first_nonfinite"], Json::array({3, 2}));
+    EXPECT_NEAR(json["health"]["max_speed_px"].get<double>(), std::sqrt(45.0), 1e-4);
+    EXPECT_NEAR(json["health"]["max_inverse_depth"].get<double>(), 0.5, 1e-6);
+    EXPECT_EQ(json["plan"]["passes"].size(), 3u);
+    EXPECT_EQ(json["counters"]["dispatches"], json["plan"]["steps"].size());
+    EXPECT_EQ(sidecar(2)["outcome"], "held");
+    EXPECT_EQ(sidecar(2)["held_from"], 1);
+    EXPECT_EQ(read_color(out(2)).data, read_color(out(1)).data);
+}
+
+TEST_F(RunTest, CountersStayConstantAfterTheFirstFrame) {
+    write_sequence(at(""), {1, 2, 3, 4, 5, 6});
+    ASSERT_EQ(filter("all").code, 0);
+    const auto first = sidecar(1)["counters"];
+    EXPECT_GT(first["texture_allocations"], 0);
+    EXPECT_EQ(first["programs"], first["dispatches"]);  // one program per step here
+    for (int frame = 2; frame <= 6; ++frame) {
+        const auto counters = sidecar(frame)["counters"];
+        for (const char* key :
+             {"texture_allocations", "textures_alive", "texture_bytes_peak", "programs"})
+            EXPECT_EQ(counters[key], first[key]) << key << " of frame " << frame;
+        EXPECT_EQ(counters["dispatches"], frame * first["dispatches"].get<int>());
+        EXPECT_LE(counters["frames_in_flight"], 4);
+    }
+}
+
+TEST_F(RunTest, JsonLines) {
+    write_sequence(at(""), {1, 2});
+    const auto outcome =
+        filter("fxaa", {"--json", "--log-format", "json", "--frames", "1-3", "--missing", "skip"});
+    EXPECT_EQ(outcome.code, 1) << outcome.text();
+    const auto lines = json_lines(outcome.out);
+    ASSERT_EQ(lines.size(), 3u);
+    for (size_t i = 0; i < 3; ++i) {
+        EXPECT_EQ(lines[i]["frame"], i + 1);
+        EXPECT_EQ(lines[i]["outcome"], i < 2 ? "written" : "missing");
+        EXPECT_EQ(lines[i]["done"], i + 1);
+        EXPECT_EQ(lines[i]["total"], 3);
+    }
+    EXPECT_EQ(lines[2]["error_code"], "input");
+    EXPECT_TRUE(contains(lines[2]["error"].get<std::string>(), in(3)));
+    std::set<std::string> levels;
+    for (const auto& line : json_lines(outcome.err)) {
+        levels.insert(line["level"].get<std::string>());
+        EXPECT_TRUE(line["message"].is_string());
+    }
+    EXPECT_TRUE(levels.count("info") && levels.count("error"));
+}
+
+TEST_F(RunTest, QuietAndVerbose) {
+    write_sequence(at(""), {1});
+    const auto quiet = filter("fxaa", {"-q"});
+    EXPECT_EQ(quiet.code, 0);
+    EXPECT_EQ(quiet.out + quiet.err, "");
+    const auto again = filter("fxaa", {"-q"});
+    EXPECT_EQ(again.code, 5);
+    EXPECT_TRUE(contains(again.err, out(1))) << again.err;
+    const auto verbose = filter("fxaa", {"-v", "--on-existing", "overwrite"});
+    EXPECT_EQ(verbose.code, 0);
+    EXPECT_TRUE(contains(verbose.err, "renderer: ")) << verbose.err;
+    EXPECT_TRUE(contains(verbose.err, "frame 1 written: " + out(1))) << verbose.err;
+}
+
+TEST_F(RunTest, PreviewsStagesAndNoSidecar) {
+    write_sequence(at(""), {1});
+    const auto outcome =
+        filter("all", {"--png", "--no-sidecar", "--dump-stages", at("stages/deeper")});
+    ASSERT_EQ(outcome.code, 0) << outcome.text();
+    EXPECT_FALSE(exists(out(1) + ".json"));
+    EXPECT_EQ(read_text(at("out/o.0001.png")).substr(1, 3), "PNG");
+    // One EXR for each texture that the plan's steps write.
+    const auto plan = json_lines(run({"plan", at("all.yaml"), "-i", in(1), "--json"}).out);
+    ASSERT_EQ(plan.size(), 1u);
+    size_t stages = 0;
+    for (const auto& texture : plan[0]["textures"]) {
+        if (texture["imported"] == true) continue;
+        ++stages;
+        const std::string name = texture["name"].get<std::string>();
+        const auto file = io::ExrFile::open(at("stages/deeper/" + name + ".0001.exr"));
+        ASSERT_TRUE(file.ok()) << name;
+        EXPECT_EQ(file->parts()[0].data_window.width(), texture["width"]) << name;
+    }
+    EXPECT_GE(stages, 8u);
+    // A preview is not replaced without being asked for either.
+    std::filesystem::remove(out(1));
+    const auto again = filter("all", {"--png"});
+    EXPECT_EQ(again.code, 5) << again.text();
+    EXPECT_TRUE(contains(again.err, at("out/o.0001.png"))) << again.err;
+}
+
+TEST_F(RunTest, ThreadsDoNotChangePixels) {
+    write_sequence(at(""), {1, 2}, 96, 64);
+    ImageF first;
+    for (const char* threads : {"1", "2"}) {
+        ASSERT_EQ(filter("all", {"--threads", threads, "--on-existing", "overwrite"}).code, 0);
+        const ImageF color = read_color(out(2));
+        if (first.empty()) first = color;
+        EXPECT_EQ(color.data, first.data) << threads << " threads";
+    }
+}
+
+TEST_F(RunTest, SetReachesPassAndCamera) {
+    write_sequence(at(""), {1});
+    ASSERT_EQ(filter("all").code, 0);
+    const ImageF plain = read_color(out(1));
+    for (const char* set : {"passes[0].samples=31", "motion_blur.samples=31", "camera.f_stop=22",
+                            "camera.shutter_frames=1"}) {
+        ASSERT_EQ(filter("all", {"--set", set, "--on-existing", "overwrite"}).code, 0) << set;
+        EXPECT_GT(largest_difference(read_color(out(1)), plain), 0) << set;
+    }
+}
+
+// Memory does not grow with the length of the sequence.
+TEST_F(RunTest, PeakMemoryOfALongRun) {
+    write_frame(in(1), make_planes(192, 108));
+    for (int frame = 2; frame <= 60; ++frame) std::filesystem::copy_file(in(1), in(frame));
+    const Arguments arguments = {"--threads", "1", "--on-existing", "overwrite", "-q", "--frames"};
+    const auto with = [&](const char* frames) {
+        auto more = arguments;
+        more.push_back(frames);
+        return filter("motion_blur", more);
+    };
+    const auto few = with("1-6"), many = with("1-60");
+    ASSERT_EQ(few.code, 0) << few.text();
+    ASSERT_EQ(many.code, 0) << many.text();
+    EXPECT_EQ(outputs().size(), 60u);
+    EXPECT_LT(double(many.peak_kib) / double(few.peak_kib), 1.1)
+        << few.peak_kib << " KiB for 6 frames, " << many.peak_kib << " KiB for 60";
+}
+
+}  // namespace
+}  // namespace postchain::test

@@ -1,0 +1,194 @@
+// Kills, signals, and surroundings that a program may meet: foreign locale, no home, no display,
+// no GL.
+#include <chrono>
+#include <thread>
+
+#include "tests/command/fixture.h"
+
+namespace postchain::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+class SurvivalTest : public CommandTest {
+  protected:
+    Arguments over_and_over() const {
+        return with_command(
+            {"run", at("all.yaml"), "-i", in(), "-o", out(), "--on-existing", "overwrite", "-q"});
+    }
+};
+
+// Whatever the moment, each final name holds the old picture, the new one, or nothing.
+TEST_F(SurvivalTest, KilledAtAnyMoment) {
+    write_sequence(at(""), {1, 2, 3, 4, 5, 6}, 96, 64);
+    // How long a run takes here, and what it makes.
+    const auto start = std::chrono::steady_clock::now();
+    ASSERT_EQ(filter("all").code, 0);
+    const double whole_s =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    std::vector<ImageF> made, old;
+    for (int frame = 1; frame <= 6; ++frame) made.push_back(read_color(out(frame)));
+    ASSERT_EQ(filter("fxaa", {"--on-existing", "overwrite"}).code, 0);
+    std::vector<std::string> old_bytes;
+    for (int frame = 1; frame <= 6; ++frame) {
+        old.push_back(read_color(out(frame)));
+        old_bytes.push_back(read_text(out(frame)));
+    }
+    fs::remove(out(6));
+    int olds = 0, news = 0, none = 0;
+    for (int round = 0; round < 10; ++round) {
+        for (int frame = 1; frame <= 5; ++frame)
+            write_text(out(frame), old_bytes[size_t(frame - 1)]);
+        fs::remove(out(6));
+        {
+            Process process(over_and_over());
+            std::this_thread::sleep_for(
+                std::chrono::duration<double>(whole_s * (0.05 + 0.1 * round)));
+            process.send(SIGKILL);
+            process.wait();
+        }
+        for (int frame = 1; frame <= 6; ++frame) {
+            if (!exists(out(frame))) {
+                EXPECT_EQ(frame, 6);
+                ++none;
+                continue;
+            }
+            const auto color = read_color(out(frame));
+            if (color == old[size_t(frame - 1)]) {
+                EXPECT_NE(frame, 6);
+                ++olds;
+            } else if (color == made[size_t(frame - 1)]) {
+                ++news;
+            } else {
+                ADD_FAILURE() << out(frame) << " is neither the old nor the new picture";
+            }
+        }
+        // What a kill leaves is a temporary that matches no pattern, and hinders nobody.
+        for (const auto& name : temporaries(at("out"))) {
+            EXPECT_TRUE(name.ends_with(".tmp")) << name;
+            fs::remove(at("out/" + name));
+        }
+    }
+    EXPECT_EQ(olds + news + none, 60);
+    EXPECT_GT(olds, 0);
+    ASSERT_EQ(filter("all", {"--on-existing", "skip"}).code, 0);  // takes up where it ended
+    for (int frame = 1; frame <= 6; ++frame)
+        EXPECT_EQ(read_color(out(frame)), made[size_t(frame - 1)]) << frame;
+}
+
+TEST_F(SurvivalTest, SignalsEndARunWithoutTemporaries) {
+    write_frame(in(1), make_planes(96, 64));
+    for (int frame = 2; frame <= 300; ++frame) fs::copy_file(in(1), in(frame));
+    const struct {
+        int signal;
+        int code;
+    } cases[] = {{SIGINT, 130}, {SIGTERM, 143}, {SIGHUP, 129}};
+    for (const auto& expected : cases) {
+        Process process(over_and_over());
+        for (int wait = 0; wait < 6000 && outputs().size() < 3; ++wait) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(5));
+            if (!process.running()) break;
+        }
+        process.send(expected.signal);
+        const auto outcome = process.wait();
+        EXPECT_EQ(outcome.code, expected.code) << outcome.text();
+        EXPECT_EQ(temporaries(at("out")), std::vector<std::string>());
+        const auto names = outputs();
+        EXPECT_GE(names.size(), 3u);
+        EXPECT_LT(names.size(), 300u);
+        for (const auto& name : names) {
+            EXPECT_FALSE(read_color(at("out/" + name)).empty());
+            EXPECT_TRUE(exists(at("out/" + name + ".json"))) << name;
+            fs::remove(at("out/" + name));
+        }
+    }
+}
+
+TEST_F(SurvivalTest, ASecondSignalEndsItAtOnce) {
+    write_frame(in(1), make_planes(640, 360));
+    for (int frame = 2; frame <= 40; ++frame) fs::copy_file(in(1), in(frame));
+    Process process(over_and_over());
+    for (int wait = 0; wait < 6000 && outputs().empty() && process.running(); ++wait)
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    process.send(SIGINT);
+    process.send(SIGTERM);
+    const auto outcome = process.wait();
+    EXPECT_TRUE(outcome.code == 130 || outcome.code == 143) << outcome.text();
+    EXPECT_EQ(temporaries(at("out")), std::vector<std::string>());
+}
+
+TEST_F(SurvivalTest, SignalToAScene) {
+    Process process(with_command({"scene", "wheels", "-o", at("w"), "--size", "320x180", "--frames",
+                                  "1-200", "--truth-samples", "64"}));
+    for (int wait = 0; wait < 6000 && !exists(at("w")) && process.running(); ++wait)
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    process.send(SIGTERM);
+    EXPECT_EQ(process.wait().code, 143);
+    EXPECT_EQ(temporaries(at("w")), std::vector<std::string>());
+}
+
+// de_DE writes 0,5 and 1.000: neither may reach a file, a name or a number that is read. Where the
+// system lacks the locale the run is plain; tests/offline has a locale made by hand.
+TEST_F(SurvivalTest, SurroundingsDoNotMatter) {
+    write_sequence(at(""), {1, 1001});
+    write_text(at("camera.json"), "{\"f_stop\": 1.5, \"frames\": {\"1001\": {\"f_stop\": 2.5}}}");
+    const Arguments arguments = {"--on-existing",   "overwrite", "--camera",
+                                 at("camera.json"), "--set",     "motion_blur.shutter_frames=0.75",
+                                 "--json"};
+    const auto plain = filter("all", arguments);
+    ASSERT_EQ(plain.code, 0) << plain.text();
+    const ImageF first = read_color(out(1)), last = read_color(out(1001));
+    const std::string work = sidecar(1001)["work"];
+    const std::string bare = at("bare");
+    fs::create_directory(bare);
+    const std::map<std::string, std::optional<std::string>> surroundings[] = {
+        {{"LC_ALL", "de_DE.UTF-8"}, {"LANG", "de_DE.UTF-8"}},
+        {{"LC_ALL", "no_SUCH"}},
+        {{"HOME", std::nullopt}, {"XDG_CACHE_HOME", std::nullopt}},
+        {{"HOME", "/nonexistent"}, {"TMPDIR", "/nonexistent"}},
+        {{"DISPLAY", std::nullopt},
+         {"WAYLAND_DISPLAY", std::nullopt},
+         {"XDG_RUNTIME_DIR", std::nullopt}},
+        {{"DISPLAY", ":77"}, {"WAYLAND_DISPLAY", "wayland-77"}},
+        {{"PATH", std::nullopt}, {"TERM", std::nullopt}},
+    };
+    for (const auto& environment : surroundings) {
+        Launch launch;
+        launch.environment = environment;
+        launch.folder = bare;
+        const auto outcome = filter("all", arguments, launch);
+        const std::string what = environment.begin()->first;
+        EXPECT_EQ(outcome.code, 0) << what << outcome.text();
+        EXPECT_EQ(read_color(out(1)), first) << what;
+        EXPECT_EQ(read_color(out(1001)), last) << what;
+        EXPECT_EQ(sidecar(1001)["work"], work) << what;
+        EXPECT_EQ(json_lines(outcome.out).size(), 2u) << what;
+    }
+}
+
+TEST_F(SurvivalTest, NoUsableGl) {
+    write_sequence(at(""), {1});
+    write_text(at("vendor.json"), "");
+    Launch launch;
+    launch.environment = {{"__EGL_VENDOR_LIBRARY_FILENAMES", at("vendor.json")}};
+    const auto outcome = filter("fxaa", {}, launch);
+    EXPECT_EQ(outcome.code, 6) << outcome.text();
+    EXPECT_TRUE(contains(outcome.err, "OpenGL 4.5") && contains(outcome.err, "install a driver"));
+    EXPECT_TRUE(outputs().empty());
+    const auto info = run({"info"}, launch);
+    EXPECT_EQ(info.code, 6);
+    EXPECT_TRUE(contains(info.out, "OpenEXR ")) << info.out;  // what can be said is said
+    EXPECT_EQ(run({"scene", "still", "-o", at("s"), "--frames", "1"}, launch).code, 6);
+    // Whatever needs no GL works.
+    EXPECT_EQ(run({"plan", at("fxaa.yaml"), "-i", in(1)}, launch).code, 0);
+    EXPECT_EQ(run({"inspect", in(1)}, launch).code, 0);
+    EXPECT_EQ(run({"passes"}, launch).code, 0);
+    // A device that does not exist.
+    const auto device = filter("fxaa", {"--device", "99"});
+    EXPECT_EQ(device.code, 6) << device.text();
+    EXPECT_TRUE(contains(device.err, "postchain info")) << device.err;
+    EXPECT_EQ(filter("fxaa", {"--device", "software"}).code, 0);
+}
+
+}  // namespace
+}  // namespace postchain::test

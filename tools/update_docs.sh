@@ -1,0 +1,20 @@
+#!/usr/bin/env bash
+# Writes the documents that the program makes from its own tables: docs/parameters.md and
+# config/chain.schema.json. Usage: tools/update_docs.sh [COMMAND]
+# (default: build/tools/postchain/postchain).
+set -euo pipefail
+command=$(realpath "${1:-$(dirname "$0")/../build/tools/postchain/postchain}")
+cd "$(dirname "$0")/.."
+
+"$command" schema > config/chain.schema.json
+{
+    cat <<'END'
+# Parameters
+
+Made by `postchain passes --markdown` (tools/update_docs.sh); a test holds the two together. Keys are
+those of a chain file and of `--set` (docs/chain_file.md). What the passes do with them:
+docs/motion_blur.md, docs/fxaa.md, docs/depth_of_field.md.
+
+END
+    "$command" passes --markdown
+} > docs/parameters.md

@@ -8,6 +8,7 @@
 // oiiotool is given its best form: one process for all frames, and channels kept in their types
 // (left alone it writes every channel as float, which is slower and larger). Its best form of three
 // is chosen by CPU time before the pairs are run.
+#include <fcntl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -18,6 +19,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -54,7 +56,8 @@ Cost run(const Words& words) {
     const pid_t child = fork();
     if (child < 0) fail("fork failed");
     if (child == 0) {
-        if (!std::freopen("/dev/null", "w", stdout)) _exit(126);
+        const int nowhere = open("/dev/null", O_WRONLY);
+        if (nowhere < 0 || dup2(nowhere, STDOUT_FILENO) < 0) _exit(126);
         execvp(arguments[0], arguments.data());
         _exit(127);
     }

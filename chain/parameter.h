@@ -33,6 +33,14 @@ using ParameterValue = std::variant<std::monostate, bool, int64_t, double, std::
 // Canonical text: "true", "25", "0.5" (shortest text that reads back as the same double), "unset".
 std::string text_of(const ParameterValue& value);
 
+// What a row has to do with sampling error: how far a filter of few samples is from the same filter
+// of many (spec metrics.md). Whoever wants the latter sets and averages, and needs to know no pass.
+enum class Convergence {
+    none,
+    set,       // the filter converges as this value goes to Parameter::converged
+    averaged,  // random numbers alone depend on it: the mean over many values is the filter
+};
+
 struct Parameter {
     std::string key;
     ParameterType type = ParameterType::number;
@@ -47,6 +55,8 @@ struct Parameter {
     bool optional = false;             // may be left unset
     std::string unset_means;           // "the camera's shutter_frames"
     std::string excludes;              // key that must not be set together with this one
+    Convergence convergence = Convergence::none;
+    double converged = 0;  // of Convergence::set: where the filter counts as converged
     ParameterValue default_value;
 
     std::function<ParameterValue(const void*)> get;
@@ -97,6 +107,8 @@ struct RowOptions {
     std::string help = {};
     std::string unset_means = {};
     std::string excludes = {};
+    Convergence convergence = Convergence::none;
+    double converged = 0;
 };
 
 template <class P>
@@ -166,6 +178,8 @@ class ParameterTableBuilder {
         row.help = std::move(options.help);
         row.unset_means = std::move(options.unset_means);
         row.excludes = std::move(options.excludes);
+        row.convergence = options.convergence;
+        row.converged = options.converged;
         return row;
     }
     template <class T>

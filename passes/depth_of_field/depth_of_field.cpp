@@ -102,7 +102,9 @@ const ParameterTable& table() {
                       .max = 4,
                       .allowed = {1, 2, 4},
                       .unit = "px",
-                      .help = "edge of the box that one pixel of the blurred copy covers"})
+                      .help = "edge of the box that one pixel of the blurred copy covers",
+                      .convergence = Convergence::set,
+                      .converged = 1})
             .number("blur_sigma_px", &Parameters::blur_sigma_px,
                     {.min = 0,
                      .max = 500,

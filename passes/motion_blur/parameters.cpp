@@ -16,7 +16,9 @@ const ParameterTable& parameter_table() {
                       .max = 1023,
                       .odd = true,
                       .unit = "taps",
-                      .help = "taps of the gather per pixel"})
+                      .help = "taps of the gather per pixel",
+                      .convergence = Convergence::set,
+                      .converged = 401})
             .integer("max_blur_px", &P::max_blur_px,
                      {.min = 1,
                       .max = 1024,
@@ -75,7 +77,8 @@ const ParameterTable& parameter_table() {
             .integer("seed", &P::seed,
                      {.min = 0,
                       .max = double(std::numeric_limits<int>::max()),
-                      .help = "shifts the noise pattern"})
+                      .help = "shifts the noise pattern",
+                      .convergence = Convergence::averaged})
             .boolean("animate_noise", &P::animate_noise,
                      {.help = "shift the noise pattern with the frame number too"})
             .choice("border", &P::border, {"skip", "clamp"},

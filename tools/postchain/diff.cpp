@@ -4,6 +4,7 @@
 //
 // HDR-FLIP's exposures come from the references alone; those of a sequence are read once before,
 // so that every frame is judged at the same exposures.
+#include <OpenImageIO/color.h>
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
 
@@ -132,6 +133,8 @@ Status write_map(const DiffWork& work, const std::string& path, const ImageF& ma
                       colors.data.data());
     if (!OIIO::ImageBufAlgo::color_map(to, from, 0, "magma"))
         return Status(StatusCode::internal, path + ": " + to.geterror());
+    // OpenImageIO keeps its color maps linear; the published magma is display-referred sRGB.
+    for (float& v : colors.data) v = OIIO::linear_to_sRGB(v);
     return io::write_png_preview(path, colors, {0, io::ToneCurve::none, work.on_existing});
 }
 

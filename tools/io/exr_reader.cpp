@@ -178,7 +178,7 @@ Imf::FrameBuffer frame_buffer_of(const PartPixels& pixels) {
     return buffer;
 }
 
-Status status_of_exception(StatusCode code, const std::string& place) {
+Status status_of_exception(StatusCode code, const std::string& place, const std::string& fault) {
     try {
         throw;
     } catch (const std::bad_alloc&) {
@@ -186,9 +186,9 @@ Status status_of_exception(StatusCode code, const std::string& place) {
     } catch (const std::exception& e) {
         std::string what = e.what();
         std::replace(what.begin(), what.end(), '\n', ' ');
-        return Status(code, concat(place, ": ", what));
+        return Status(code, concat(place, ": ", fault, what));
     } catch (...) {
-        return Status(code, concat(place, ": unknown failure inside OpenEXR"));
+        return Status(code, concat(place, ": ", fault, "unknown failure inside OpenEXR"));
     }
 }
 
@@ -312,7 +312,7 @@ Result<ExrFile> ExrFile::open(const std::string& path, const ReadLimits& limits)
             impl->parts.push_back(part_of(impl->file->header(i)));
         }
     } catch (...) {
-        return status_of_exception(StatusCode::input, concat(path, ": damaged or truncated"));
+        return status_of_exception(StatusCode::input, path, "damaged or truncated: ");
     }
     return ExrFile(std::move(impl));
 }
@@ -391,7 +391,7 @@ Result<PartPixels> ExrFile::read_part(int part, const std::vector<std::string>& 
             in.readPixels(info.data_window.min_y, info.data_window.max_y);
         }
     } catch (...) {
-        return status_of_exception(StatusCode::input, concat(path(), ": damaged or truncated"));
+        return status_of_exception(StatusCode::input, path(), "damaged or truncated: ");
     }
     return pixels;
 }

@@ -49,13 +49,13 @@ struct Job {
 
 // What `work` throws must not leave its thread: memory runs out in a library, mostly.
 template <class Work>
-Status guarded(const Work& work) {
+Status guarded(const std::string& place, const Work& work) {
     try {
         return work();
     } catch (const std::bad_alloc&) {
-        return Status(StatusCode::internal, "out of memory");
+        return Status(StatusCode::internal, place + ": not enough memory");
     } catch (const std::exception& error) {
-        return Status(StatusCode::internal, concat("unexpected failure: ", error.what()));
+        return Status(StatusCode::internal, concat(place, ": unexpected failure: ", error.what()));
     }
 }
 
@@ -221,8 +221,9 @@ class Run {
         }
         while (auto job = to_filter_.pop()) {
             if (job->source && !given_up(*job))
-                if (Status status = guarded([&] { return filter(*job); }); !status.ok())
-                    fail(*job, status.at(job->report.inputs.at(Role::color)));
+                if (Status status = guarded(job->report.output, [&] { return filter(*job); });
+                    !status.ok())
+                    fail(*job, status);
             if (!to_write_.push(std::move(*job))) break;
             report_finished();
         }
@@ -259,7 +260,7 @@ class Run {
             job.report.output = task.output;
             job.report.inputs = task.files;
             job.report.renderer = work_.renderer;
-            if (Status status = guarded([&] { return read(task, job); }); !status.ok())
+            if (Status status = guarded(task.output, [&] { return read(task, job); }); !status.ok())
                 fail(job, status);
             if (!to_filter_.push(std::move(job))) break;
         }
@@ -331,7 +332,7 @@ class Run {
                 return dump_stage(job.report.frame, texture, pixels);
             };
         auto result = executor.filter(*job.report.plan, job.source->planes, dump);
-        if (!result.ok()) return result.status();
+        if (!result.ok()) return result.status().at(job.report.inputs.at(Role::color));
         job.result = std::move(result->at(Role::color));
         job.source->planes.clear();
         job.report.filter_ms = milliseconds_since(start);
@@ -354,7 +355,8 @@ class Run {
     void write_all() {
         while (auto job = to_write_.pop()) {
             if (job->source && !given_up(*job)) {
-                if (Status status = guarded([&] { return write(*job); }); !status.ok())
+                const std::string& place = job->report.output;
+                if (Status status = guarded(place, [&] { return write(*job); }); !status.ok())
                     fail(*job, status);
             } else if (job->source) {
                 job->report.status = Status(StatusCode::cancelled, "stopped before it was written");
@@ -443,7 +445,7 @@ class Run {
             progress.remaining_s =
                 progress.elapsed_s / double(done_) * double(tasks_.size() - done_);
             if (!observer_) continue;
-            const Status status = guarded([&] {
+            const Status status = guarded(concat("frame ", report->frame), [&] {
                 observer_(*report, progress);
                 return Status();
             });

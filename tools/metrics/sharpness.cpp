@@ -48,6 +48,10 @@ ImageF smoothed_transposed(const ImageF& image) {
     return out;
 }
 
+ImageF energy_around(const Picture& picture) {
+    return smoothed_transposed(smoothed_transposed(gradient_energy(picture)));
+}
+
 struct Region {
     double test = 0, truth = 0;
     size_t pixels = 0;
@@ -66,20 +70,19 @@ Result<Sharpness> sharpness(const Pair& truth_pair, const Picture& input) {
         return Status(StatusCode::input,
                       concat("sizes differ: the input has ", input.rgb.width, "x", input.rgb.height,
                              ", the truth ", truth_pair.width(), "x", truth_pair.height()));
-    const ImageF test = gradient_energy(truth_pair.test);
-    const ImageF truth = gradient_energy(truth_pair.reference);
-    const ImageF truth_around = smoothed_transposed(smoothed_transposed(truth));
-    const ImageF input_around = smoothed_transposed(smoothed_transposed(gradient_energy(input)));
+    const ImageF test = energy_around(truth_pair.test);
+    const ImageF truth = energy_around(truth_pair.reference);
+    const ImageF unblurred = energy_around(input);
     Region blurred, sharp;
     for (size_t i = 0; i < test.data.size(); ++i) {
-        const double before = double(input_around.data[i]), after = double(truth_around.data[i]);
+        const double before = double(unblurred.data[i]), after = double(truth.data[i]);
         if (before < kMinEnergy) continue;
         Region* region = nullptr;
         if (after <= kBlurredPart * before) region = &blurred;
         if (after >= kSharpPart * before && after * kSharpPart <= before) region = &sharp;
         if (!region) continue;
         region->test += double(test.data[i]);
-        region->truth += double(truth.data[i]);
+        region->truth += after;
         ++region->pixels;
     }
     return Sharpness{blurred.ratio(), sharp.ratio(), blurred.pixels, sharp.pixels};

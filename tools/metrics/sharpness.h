@@ -6,8 +6,10 @@
 //   e  = g smoothed by a Gaussian of kRegionSigma pixels
 //   blurred: e(input) >= kMinEnergy and e(truth) <= kBlurredPart e(input)
 //   sharp:   e(input) >= kMinEnergy and kSharpPart <= e(truth) / e(input) <= 1 / kSharpPart
-//   value = (sum of g(test) + n kEnergyEpsilon) / (sum of g(truth) + n kEnergyEpsilon), over the n
+//   value = (sum of e(test) + n kEnergyEpsilon) / (sum of e(truth) + n kEnergyEpsilon), over the n
 //           pixels of a region
+// By the same e as the regions, so that the input itself reads at least 1 / kBlurredPart where the
+// truth is blurred, and kSharpPart .. 1 / kSharpPart where it is sharp (but for the epsilon).
 // Which pixels are blurred and which are sharp depends on truth and input alone, so it is the same
 // for every variant.
 #pragma once

@@ -1,0 +1,113 @@
+// Starts the page: reads the report, wires the parts together.
+import { by_id } from "./dom.js";
+import { fill_bar } from "./bar.js";
+import { add_crops } from "./crops.js";
+import { ImageStore } from "./images.js";
+import { bind_keys } from "./keys.js";
+import { fill_list } from "./list.js";
+import { model_of } from "./model.js";
+import { add_frames_plot, add_pareto } from "./plots.js";
+import { fields_of, State } from "./state.js";
+import { add_comparison, add_facts, add_split, add_times, add_variants } from "./tables.js";
+import { overlay } from "./overlay.js";
+import { Viewer } from "./viewer.js";
+
+const json = (id) => JSON.parse(by_id(id).textContent);
+
+function start() {
+    const store = new ImageStore(json("manifest"));
+    const model = model_of(json("report"), store);
+    document.title = model.title;
+    by_id("title").textContent = model.title;
+    by_id("meta").textContent = [
+        `${model.width} \u00d7 ${model.height}`,
+        `${model.frames.length} frame${model.frames.length === 1 ? "" : "s"}`,
+        model.renderer, model.no_truth && `no truth: ${model.no_truth}`,
+    ].filter(Boolean).join("  \u00b7  ");
+    const verdict = model.comparison?.verdict ?? model.under?.join("; ");
+    by_id("verdict").hidden = !verdict;
+    by_id("verdict").textContent = verdict ?? "";
+
+    const shown = model.sources.filter((s) => s.frames.length);
+    const first = shown.find((s) => s.kind === "color") ?? shown[0] ?? model.sources[0];
+    const second = shown.find((s) => s.kind === "color" && s !== first) ?? shown.find(
+        (s) => s !== first) ?? first;
+    const metric = model.metric(model.pareto_metric) ?? model.metric("hdr_flip") ?? model.metrics[0];
+    const state = new State(fields_of(model), {
+        show: first.key, last: second.key, frame: first.frames[0] ?? model.page_frames[0] ?? 0,
+        ev: 0, tone: "display", map: model.maps[0]?.key ?? "", pin: false, zoom: 0, x: 0, y: 0,
+        metric: metric?.name ?? "", crops: [],
+    });
+
+    const page = { model, store, state };
+    // Shows a source; the one shown before is the other half of the flip.
+    page.show = (key, more = {}) => {
+        if (!model.source(key)) return;
+        const before = state.get("show");
+        state.set({ show: key, ...(key === before ? {} : { last: before }), ...more });
+    };
+    page.flip = () => page.show(state.get("last"));
+    page.step = (count) => {
+        const at = model.sources.findIndex((s) => s.key === state.get("show"));
+        page.show(model.sources[(at + count + model.sources.length) % model.sources.length].key);
+    };
+    page.step_frame = (count) => {
+        const at = model.page_frames.indexOf(state.get("frame"));
+        const n = model.page_frames.length;
+        if (n) state.set({ frame: model.page_frames[(at + count + n) % n] });
+    };
+    const live = by_id("live");
+    page.say = (text) => (live.textContent = text);
+
+    const marks = overlay(page);
+    page.viewer = new Viewer(by_id("canvas"), model, store, state, {
+        cursor: (pixel) => page.on_cursor.forEach((f) => f(pixel)),
+        drawn: () => marks.drawn(),
+        busy: (on) => marks.busy(on),
+        choosing: (box) => marks.choosing(box),
+        crop: (box) => state.set({
+            crops: [...state.get("crops"), { frame: state.get("frame"), ...box }] }),
+    });
+    page.on_cursor = [marks.cursor];
+    fill_list(page);
+    fill_bar(page);
+    bind_keys(page);
+
+    const more = by_id("more");
+    add_comparison(page, more);
+    add_pareto(page, more);
+    add_frames_plot(page, more);
+    add_crops(page, more);
+    add_split(page, more);
+    add_times(page, more);
+    add_variants(page, more);
+    add_facts(page, more);
+
+    preload(page);
+    // For tests and the console: the parts, and a promise of a finished canvas.
+    globalThis.postchain = {
+        ...page,
+        settled: async () => {
+            await page.viewer.loaded;
+            page.viewer.draw_now();
+        },
+    };
+}
+
+// Decodes what the next keys may ask for, one picture at a time.
+function preload({ model, store, state }) {
+    let round = 0;
+    state.watch(["frame"], async () => {
+        const mine = ++round;
+        const frame = state.get("frame");
+        const names = model.sources.map((s) => [s.kind, s.variant, frame]);
+        for (const map of model.maps.filter((m) => m.formula === 0))
+            names.push(...model.variant_sources.map((s) => ["error", s.variant, frame, map.key]));
+        for (const name of names) {
+            await store.load(...name).catch(() => undefined);
+            if (mine !== round) return;
+        }
+    });
+}
+
+start();

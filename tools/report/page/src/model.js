@@ -1,0 +1,65 @@
+// The report as the page wants it: report.json (docs/report.md) and the list of pictures.
+import { kFormulas, kStoredScale, kTones } from "./tone.js";
+
+const kMapNames = { hdr_flip: "HDR-FLIP", flip: "FLIP", relmse: "relMSE", smape: "SMAPE",
+    mse: "MSE", psnr: "PSNR", ssim: "SSIM", tde: "TDE" };
+export const metric_name = (key) => kMapNames[key] ?? key.replaceAll("_", " ");
+
+export function model_of(report, store) {
+    const model = { ...report };
+    const frames_with = (kind, variant) =>
+        report.page_frames.filter((frame) => store.has(kind, variant, frame));
+
+    // What can be shown on the canvas, in the order of the list. key: as in the address; digit:
+    // the key of the keyboard; frames: those it has a picture of.
+    model.sources = report.variants.map((variant, index) => ({
+        key: String(index + 1), kind: "color", variant: index, name: variant.name,
+        digit: index < 9 ? String(index + 1) : "", data: variant,
+        frames: frames_with("color", index),
+    }));
+    const truth_frames = frames_with("truth", -1);
+    if (truth_frames.length)
+        model.sources.unshift({ key: "truth", kind: "truth", variant: -1, name: "Truth",
+            digit: "0", frames: truth_frames });
+    const input_frames = frames_with("input", -1);
+    if (input_frames.length)
+        model.sources.push({ key: "input", kind: "input", variant: -1, name: "Input", digit: "I",
+            frames: input_frames });
+    model.source = (key) => model.sources.find((s) => s.key === key);
+    model.variant_sources = model.sources.filter((s) => s.kind === "color");
+
+    // What error maps compare with. Without truth two chains are compared with each other.
+    model.reference = truth_frames.length ? model.source("truth")
+        : report.kind === "ab" && model.variant_sources[0]?.frames.length ? model.variant_sources[0]
+            : undefined;
+
+    // Stored maps first: they are what the report is about.
+    model.maps = store.maps().map((map) => ({ ...kStoredScale, key: map, name: metric_name(map),
+        help: "made with the report" }));
+    if (model.reference) model.maps.push(...kFormulas);
+    model.tones = kTones.map((t) => t.key);
+
+    model.metrics = report.metrics.filter((m) => report.variants.some(
+        (v) => Number.isFinite(v.metrics?.[m.name]?.mean)));
+    model.metric = (name) => model.metrics.find((m) => m.name === name);
+    model.mean = (variant, name) => variant.metrics?.[name]?.mean ?? undefined;
+    model.time = (variant) => variant.timing?.total?.median_ms ?? undefined;
+    return model;
+}
+
+// True when a is better than b.
+export function is_better(better, a, b) {
+    if (better === "higher") return a > b;
+    if (better === "one") return Math.abs(a - 1) < Math.abs(b - 1);
+    return a < b;
+}
+
+// Indices into points ({time, error}) that no other beats in both time and error, by time.
+export function pareto_of(points, better) {
+    const beats = (a, b) =>
+        (a.time < b.time && !is_better(better, b.error, a.error)) ||
+        (a.time === b.time && is_better(better, a.error, b.error));
+    return points.map((_, i) => i)
+        .filter((i) => !points.some((other) => beats(other, points[i])))
+        .sort((i, j) => points[i].time - points[j].time);
+}

@@ -1,0 +1,86 @@
+#version 300 es
+// Part of a picture, or its error map, at one scale. The formulas are those of tone.js; what a
+// pixel shows is the same as on the CPU (cpu_view.js) to one step of 8 bits.
+precision highp float;
+precision highp int;
+
+uniform highp sampler2D picture;    // linear RGB
+uniform highp sampler2D reference;  // linear RGB
+uniform highp sampler2D stored;     // an error map made with the report, 0..1
+uniform highp sampler2D magma;      // 256 x 1
+
+uniform vec2 canvas;      // device pixels
+uniform vec2 center;      // picture pixel at the middle of the canvas
+uniform float scale;      // device pixels per picture pixel
+uniform float gain;       // 2^EV
+uniform int tone;
+uniform int formula;      // -1: the picture; 0: the stored map; 1.. : kFormulas
+uniform vec3 range;       // low, high, 1 when logarithmic
+uniform vec3 background;
+uniform bool grid;
+
+out vec4 color;
+
+vec3 srgb(vec3 v) {
+    return mix(1.055 * pow(v, vec3(1.0 / 2.4)) - 0.055, 12.92 * v, lessThanEqual(v, vec3(0.0031308)));
+}
+
+vec3 shown(vec3 v) {
+    vec3 x = min(max(v, 0.0) * gain, 1e30);
+    if (tone == 0) return pow(x / (1.0 + x), vec3(1.0 / 2.2));
+    if (tone == 1) {
+        x = 0.6 * min(x, 1e6);
+        return srgb(clamp(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0));
+    }
+    return srgb(clamp(x, 0.0, 1.0));
+}
+
+float error(ivec2 at) {
+    if (formula == 0) return texelFetch(stored, at, 0).r;
+    vec3 i = texelFetch(picture, at, 0).rgb, r = texelFetch(reference, at, 0).rgb;
+    vec3 d = abs(i - r);
+    if (formula == 3) return max(d.r, max(d.g, d.b));
+    vec3 e = formula == 1 ? d * d / ((abs(r) + 0.01) * (abs(r) + 0.01))
+                          : 2.0 * d / (abs(i) + abs(r) + 0.02);
+    return (e.r + e.g + e.b) / 3.0;
+}
+
+vec3 pixel(ivec2 at) {
+    if (formula < 0) {
+        vec3 v = texelFetch(picture, at, 0).rgb;
+        // What is not a number stands out.
+        return any(isnan(v)) ? vec3(1.0, 0.0, 1.0) : shown(v);
+    }
+    float e = error(at);
+    float t = range.z > 0.5 ? log(max(e, 1e-30) / range.x) / log(range.y / range.x)
+                            : (e - range.x) / (range.y - range.x);
+    if (isnan(e)) t = 1.0;
+    return texelFetch(magma, ivec2(int(round(255.0 * clamp(t, 0.0, 1.0))), 0), 0).rgb;
+}
+
+void main() {
+    ivec2 size = textureSize(picture, 0);
+    vec2 device = vec2(gl_FragCoord.x, canvas.y - gl_FragCoord.y);
+    vec2 at = (device - 0.5 * canvas) / scale + center;
+    color = vec4(background, 1.0);
+    if (any(lessThan(at, vec2(0.0))) || any(greaterThanEqual(at, vec2(size)))) return;
+
+    // Smaller than life: the mean of what is shown over the pixel's footprint.
+    int n = scale >= 1.0 ? 1 : min(int(ceil(1.0 / scale)), 4);
+    vec3 sum = vec3(0.0);
+    for (int y = 0; y < n; ++y)
+        for (int x = 0; x < n; ++x) {
+            vec2 offset = ((vec2(x, y) + 0.5) / float(n) - 0.5) / scale;
+            ivec2 tap = ivec2(floor(n == 1 ? at : at + offset));
+            sum += pixel(clamp(tap, ivec2(0), size - 1));
+        }
+    color.rgb = sum / float(n * n);
+
+    if (grid) {
+        vec2 inside = fract(at) * scale;
+        if (min(inside.x, inside.y) < 1.0) {
+            float light = dot(color.rgb, vec3(0.3, 0.6, 0.1));
+            color.rgb = mix(color.rgb, vec3(light > 0.45 ? 0.0 : 1.0), 0.22);
+        }
+    }
+}

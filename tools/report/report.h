@@ -161,9 +161,12 @@ struct Report {
     std::string input;                 // as typed
     std::optional<std::string> truth;  // as typed, or "generated (wheels, 256 samples)"
     std::string no_truth;              // why there is none
-    std::vector<int> frames;           // in order
-    int width = 0, height = 0;         // pixels
-    std::vector<int> page_frames;      // those whose images are kept
+    // What the metrics compare with: "truth"; without one "converged" (bench: each variant's own
+    // filter converged) or "a" (ab: the first variant's picture; it has no values of its own).
+    std::string reference;
+    std::vector<int> frames;       // in order
+    int width = 0, height = 0;     // pixels
+    std::vector<int> page_frames;  // those whose images are kept
 
     std::vector<MetricInfo> metrics;
     std::vector<std::pair<std::string, double>> constants;  // epsilons and the like
@@ -189,7 +192,7 @@ struct Report {
     std::vector<std::string> notes;  // what was left out and what to mistrust
 
     // The stored image, or nullptr.
-    const StoredImage* find(ImageKind kind, int variant, int frame) const;
+    const StoredImage* find(ImageKind of, int variant, int frame) const;
 };
 
 // RGB (or the one channel) of a stored image. Errors (input): the file is gone or damaged.

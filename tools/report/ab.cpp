@@ -1,0 +1,312 @@
+#include "tools/report/ab.h"
+
+#include <algorithm>
+#include <thread>
+
+#include "chain/merge.h"
+#include "config/chain_file.h"
+#include "tools/metrics/temporal.h"
+#include "tools/report/images.h"
+#include "tools/report/statistics.h"
+#include "tools/report/timing.h"
+#include "tools/report/truth.h"
+
+namespace postchain::report {
+namespace {
+
+class AbRun {
+  public:
+    AbRun(const NamedChain& a, const NamedChain& b, const ExperimentSettings& settings,
+          Executor& executor, const std::atomic<bool>* stop)
+        : chains_{&a, &b}, settings_(settings), executor_(executor), stop_(stop) {}
+
+    Result<Report> run(const ProgressCallback& callback) {
+        if (Status status = start(); !status.ok()) return status;
+        // The timing of each chain weighs as much as a frame.
+        ProgressMeter progress(report_.frames.size() + 2, 0, callback);
+        progress_ = &progress;
+        auto summary = offline::visit_sequence(
+            settings_.run,
+            chains_[0]->chain.required() | chains_[0]->chain.optional() |
+                chains_[1]->chain.required() | chains_[1]->chain.optional(),
+            [&](offline::SourceFrame& frame, offline::FrameReport&) { return visit(frame); },
+            [&](const offline::FrameReport& frame, const offline::RunProgress&) {
+                for (const auto& warning : frame.warnings) note(warning);
+            },
+            stop_);
+        if (!summary.ok()) return summary.status();
+        if (stop_ && *stop_) return Status(StatusCode::cancelled, "stopped");
+        if (!summary->first_failure.ok()) return summary->first_failure;
+        if (Status status = time_both(); !status.ok()) return status;
+        for (Variant& variant : report_.variants) find_means(variant);
+        report_.crops = crops_of(std::move(worst_), kCrops);
+        report_.comparison = compare_variants(report_, tiles_);
+        report_.comparison->shared_steps = shared_steps_;
+        report_.comparison->steps_a = steps_[0];
+        report_.comparison->steps_b = steps_[1];
+        return std::move(report_);
+    }
+
+  private:
+    static constexpr size_t kCrops = 6;
+
+    Status start() {
+        report_.kind = Kind::ab;
+        report_.title = chains_[0]->name + " against " + chains_[1]->name;
+        report_.folder = settings_.folder;
+        report_.command = settings_.command;
+        report_.version = settings_.run.version;
+        report_.input = settings_.input;
+        report_.renderer = settings_.renderer;
+        report_.software = settings_.software;
+        report_.threads = settings_.threads > 0
+                              ? settings_.threads
+                              : std::max(1, int(std::thread::hardware_concurrency()));
+        report_.precision = name_of(settings_.run.plan.precision);
+        const auto mapper = settings_.flip.tone_mapper;
+        auto survey = survey_input(settings_.run, mapper, settings_.truth.empty());
+        if (!survey.ok()) return survey.status();
+        report_.frames = survey->frames;
+        report_.width = survey->width;
+        report_.height = survey->height;
+        exposures_ = survey->exposures;
+        if (!settings_.truth.empty()) {
+            auto truth = Truth::open(settings_.truth, report_.frames);
+            if (!truth.ok()) return truth.status();
+            if (Status status = truth->survey(settings_.run, mapper); !status.ok()) return status;
+            exposures_ = truth->exposures();
+            truth_ = std::move(*truth);
+            report_.truth = settings_.truth;
+            report_.reference = "truth";
+        } else {
+            report_.no_truth = "none was given (-r)";
+            report_.reference = "a";
+            note("without a truth the metrics say how far " + chains_[1]->name + " is from " +
+                 chains_[0]->name + ", not which is nearer to anything");
+        }
+        if (Status status = prepare_folder(settings_.folder, settings_.overwrite, false);
+            !status.ok())
+            return status;
+        report_.page_frames = spread_frames(report_.frames, settings_.page_frames);
+        report_.metrics = metric_columns(truth_.has_value());
+        report_.constants = metrics::metric_constants();
+        report_.constants.emplace_back("pixels_per_degree", settings_.flip.pixels_per_degree);
+        report_.exposure_start = exposures_.start;
+        report_.exposure_stop = exposures_.stop;
+        report_.exposures = exposures_.exposures();
+        report_.tone_mapper = metrics::name_of(mapper);
+        for (const NamedChain* chain : chains_) {
+            Variant variant;
+            variant.name = chain->name;
+            variant.chain_text = write_chain(chain->chain);
+            variant.chain_hash = chain->chain.hash();
+            report_.variants.push_back(std::move(variant));
+            for (const auto& seed : seeds_of(chain->chain))
+                report_.seeds.push_back(chain->name + ": " + seed);
+        }
+        if (chains_[0]->name == chains_[1]->name) {
+            report_.variants[0].name += " (A)";
+            report_.variants[1].name += " (B)";
+        }
+        for (const char* metric : {"flip", "hdr_flip", "relmse", "smape", "mse"})
+            tiles_.emplace(metric, TileBootstrap(kBootstrapSeed, kBootstrapReplicates));
+        return Status();
+    }
+
+    void note(const std::string& text) {
+        auto& notes = report_.notes;
+        if (std::find(notes.begin(), notes.end(), text) == notes.end()) notes.push_back(text);
+    }
+
+    void fail(size_t variant, int frame, const Status& status) {
+        std::string& failure = report_.variants[variant].failure;
+        failure += concat(failure.empty() ? "" : "; ", "frame ", frame, ": ", status.message());
+    }
+
+    // Results of both chains; nothing for one that failed.
+    std::array<std::optional<ImageF>, 2> filter(const offline::SourceFrame& frame) {
+        const int number = frame.description.frame_number;
+        std::array<std::optional<Plan>, 2> plans;
+        std::array<std::optional<ImageF>, 2> results;
+        for (size_t v = 0; v < 2; ++v) {
+            auto plan = offline::plan_source_frame(chains_[v]->chain, frame, settings_.run.plan);
+            if (!plan.ok()) {
+                fail(v, number, plan.status());
+                continue;
+            }
+            for (const LeftOut& left : plan->left_out)
+                report_.variants[v].left_out.emplace_back(number, left);
+            plans[v] = std::move(*plan);
+        }
+        if (plans[0] && plans[1]) {
+            const MergedPlan merged = merge_plans(*plans[0], *plans[1]);
+            if (steps_[0] < 0) {
+                shared_steps_ = merged.shared_steps;
+                steps_ = {int(plans[0]->steps.size()), int(plans[1]->steps.size())};
+            }
+            if (auto both = executor_.filter_both(merged, frame.planes); both.ok()) {
+                for (size_t v = 0; v < 2; ++v) results[v] = std::move((*both)[v].at(Role::color));
+                return results;
+            }
+            // One of them; each alone says which.
+        }
+        for (size_t v = 0; v < 2; ++v) {
+            if (!plans[v]) continue;
+            auto alone = executor_.filter(*plans[v], frame.planes);
+            if (alone.ok())
+                results[v] = std::move(alone->at(Role::color));
+            else
+                fail(v, number, alone.status());
+        }
+        return results;
+    }
+
+    Status visit(offline::SourceFrame& frame) {
+        const int number = frame.description.frame_number;
+        progress_->at(concat("frame ", number));
+        const auto found = std::find(report_.frames.begin(), report_.frames.end(), number);
+        const auto index = size_t(found - report_.frames.begin());
+        const bool kept = std::find(report_.page_frames.begin(), report_.page_frames.end(),
+                                    number) != report_.page_frames.end();
+        auto input = metrics::picture_of(frame.planes.at(Role::color));
+        if (!input.ok()) return input.status();
+        auto results = filter(frame);
+        std::optional<metrics::Picture> reference;
+        if (truth_) {
+            auto loaded = truth_->load(number);
+            if (!loaded.ok()) return loaded.status();
+            reference = std::move(*loaded);
+        } else if (results[0]) {
+            auto picture = metrics::picture_of(*results[0]);
+            if (!picture.ok()) return picture.status();
+            reference = std::move(*picture);
+        }
+        if (kept) {
+            if (Status s = store(ImageKind::input, -1, number, "input", input->rgb); !s.ok())
+                return s;
+            if (truth_)
+                if (Status s = store(ImageKind::truth, -1, number, "truth", reference->rgb);
+                    !s.ok())
+                    return s;
+        }
+        std::array<std::map<std::string, ImageF>, 2> maps;
+        for (size_t v = truth_ ? 0 : 1; v < 2 && reference; ++v) {
+            if (!results[v]) continue;
+            auto pair = metrics::pair_of(*results[v], reference->rgb);
+            if (!pair.ok()) return pair.status();
+            Status status = judge(v, index, *pair, truth_ ? &*input : nullptr, maps[v]);
+            if (!status.ok()) return status;
+        }
+        for (size_t v = 0; v < 2 && kept; ++v) {
+            if (!results[v]) continue;
+            const std::string name = v == 0 ? "a" : "b";
+            if (Status s = store(ImageKind::color, int(v), number, name, *results[v]); !s.ok())
+                return s;
+            const auto map = maps[v].find("hdr_flip");
+            if (map == maps[v].end()) continue;
+            if (Status s = store(ImageKind::error, int(v), number, name + ".hdr_flip", map->second);
+                !s.ok())
+                return s;
+            worst_.emplace_back(worst_tile(map->second, number, kCropPx), report_.variants[v].name);
+        }
+        if (truth_)
+            for (auto& [metric, bootstrap] : tiles_)
+                if (maps[0].count(metric) && maps[1].count(metric))
+                    bootstrap.add(number, tile_sums(maps[0].at(metric), maps[1].at(metric),
+                                                    kBootstrapTilePx));
+        progress_->finished();
+        return Status();
+    }
+
+    // Every metric of one variant's picture.
+    Status judge(size_t v, size_t index, const metrics::Pair& pair, const metrics::Picture* input,
+                 std::map<std::string, ImageF>& maps) {
+        auto measured = measure(pair, input, exposures_, settings_.flip, true);
+        if (!measured.ok()) return measured.status();
+        Variant& variant = report_.variants[v];
+        const size_t count = report_.frames.size();
+        for (const auto& column : report_.metrics) {
+            const auto value = measured->values.find(column.name);
+            set_value(variant, column.name, index, count,
+                      value == measured->values.end() ? std::nullopt
+                                                      : std::optional<double>(value->second));
+        }
+        // Steps in time are between neighbouring frame numbers only.
+        auto& temporal = temporal_[v];
+        const bool follows = index > 0 && report_.frames[index] == report_.frames[index - 1] + 1 &&
+                             last_index_[v] == int(index) - 1;
+        if (!follows) temporal = metrics::TemporalError();
+        if (Status status = temporal.add(pair); !status.ok()) return status;
+        last_index_[v] = int(index);
+        set_value(variant, "tde", index, count, follows ? temporal.last() : std::nullopt);
+        maps = std::move(measured->maps);
+        return Status();
+    }
+
+    Status store(ImageKind kind, int variant, int frame, const std::string& name,
+                 const ImageF& pixels) {
+        StoredImage entry;
+        entry.kind = kind;
+        entry.variant = variant;
+        entry.frame = frame;
+        entry.path = image_path(name, frame);
+        if (kind == ImageKind::error) entry.map = "hdr_flip";
+        return store_image(report_, std::move(entry), pixels);
+    }
+
+    // Each chain alone, on the first frame, while nothing else of this process runs.
+    Status time_both() {
+        auto list = io::find_frames(settings_.run.input, settings_.run.frames);
+        if (!list.ok()) return list.status();
+        const int frame = report_.frames.front();
+        auto header =
+            offline::open_source_frame(settings_.run.source, list->files.at(frame), frame);
+        if (!header.ok()) return header.status();
+        for (size_t v = 0; v < 2; ++v) {
+            progress_->at("timing " + report_.variants[v].name);
+            const Chain& chain = chains_[v]->chain;
+            auto source =
+                offline::read_source_frame(settings_.run.source, *header,
+                                           chain.required() | chain.optional(), io::Keep::nothing);
+            if (!source.ok()) return source.status();
+            source->description.frame_number = frame;
+            auto plan = offline::plan_source_frame(chain, *source, settings_.run.plan);
+            if (plan.ok()) {
+                auto timing = time_plan(executor_, *plan, source->planes, settings_.repeats);
+                if (!timing.ok()) return timing.status();
+                if (!timing->trustworthy)
+                    note("times of " + report_.variants[v].name +
+                         " are not to be trusted: " + timing->why_not);
+                report_.variants[v].timing = std::move(*timing);
+            }
+            if (stop_ && *stop_) return Status(StatusCode::cancelled, "stopped");
+            progress_->finished();
+        }
+        return Status();
+    }
+
+    const std::array<const NamedChain*, 2> chains_;
+    const ExperimentSettings& settings_;
+    Executor& executor_;
+    const std::atomic<bool>* stop_;
+    ProgressMeter* progress_ = nullptr;
+    Report report_;
+    std::optional<Truth> truth_;
+    metrics::ExposureRange exposures_;
+    std::array<metrics::TemporalError, 2> temporal_;
+    std::array<int, 2> last_index_ = {-2, -2};
+    std::map<std::string, TileBootstrap> tiles_;
+    std::vector<std::pair<WorstTile, std::string>> worst_;
+    int shared_steps_ = 0;
+    std::array<int, 2> steps_ = {-1, -1};
+};
+
+}  // namespace
+
+Result<Report> run_ab(const NamedChain& a, const NamedChain& b, const ExperimentSettings& settings,
+                      Executor& executor, const ProgressCallback& progress,
+                      const std::atomic<bool>* stop) {
+    return AbRun(a, b, settings, executor, stop).run(progress);
+}
+
+}  // namespace postchain::report

@@ -1,0 +1,52 @@
+// The same filter converged, and the error of a variant in three parts.
+//
+//   chain --rows of Convergence::set at their converged value--> many taps
+//         --rows of Convergence::averaged at many values, GPU, fp32--> mean picture C, scatter
+//
+//   G = the variant on the GPU, R = its double reference (same taps, same random values),
+//   C = converged, T = truth:   G - T = (G - R) + (R - C) + (C - T)
+//                                     precision   sampling   model
+// Which rows converge, and where, stands in the passes' parameter tables (chain/parameter.h).
+// Source: spec metrics.md, "Error in three parts".
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "chain/executor.h"
+#include "chain/planner.h"
+#include "tools/report/experiment.h"
+
+namespace postchain::report {
+
+inline constexpr int kConvergedSeeds = 4;
+
+// A copy with every converging row at its converged value; `changes` says which those are.
+Chain converged_chain(const Chain& chain, std::vector<std::string>* changes);
+// A copy whose averaged rows are moved on by `offset` (round their range); same chain: none.
+Chain with_seed_offset(const Chain& chain, int offset);
+bool has_seeds(const Chain& chain);
+
+struct Converged {
+    ImageF rgb;        // mean over the seeds, 3 channels
+    int seeds = 0;     // 1 where nothing is random
+    double noise = 0;  // MSE that is left in the mean: variance over seeds / seeds
+    std::vector<std::string> changes;
+};
+// Errors: those of planning and of the executor.
+Result<Converged> converge(const Chain& chain, const FrameDescription& frame,
+                           const FramePlanes& planes, const PlanOptions& options,
+                           Executor& executor, int seeds = kConvergedSeeds);
+
+// `gpu`, `reference` (>= 3 channels), `converged` and `truth` are of one size; no truth: no model
+// and no total. Errors (input): sizes that differ.
+Result<ErrorSplit> split_error(int frame, const ImageF& gpu, const ImageD& reference,
+                               const Converged& converged, const metrics::Picture* truth,
+                               const metrics::ExposureRange& exposures,
+                               const metrics::FlipSettings& flip);
+
+// Mean of the splits of several frames of one variant.
+ErrorSplit mean_split(const std::vector<ErrorSplit>& splits);
+
+}  // namespace postchain::report

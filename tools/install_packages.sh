@@ -8,7 +8,9 @@ packages=(
     libepoxy-dev libegl-dev libegl-mesa0 libgl1-mesa-dri libglm-dev
     libopenexr-dev libopenimageio-dev openimageio-tools
     libyaml-cpp-dev nlohmann-json3-dev libcli11-dev libspdlog-dev libfmt-dev
+    zlib1g-dev
     libgtest-dev libgmock-dev libbenchmark-dev
+    python3 chromium chromium-driver
 )
 missing=()
 for package in "${packages[@]}"; do

@@ -69,7 +69,7 @@ export function add_crops(page, more) {
         seen.disconnect();
         tiles = [];
         const columns = columns_of(page);
-        const found = (model.crops ?? []).filter((c) => model.page_frames.includes(c.frame));
+        const found = model.crops.filter((c) => model.page_frames.includes(c.frame));
         const chosen = state.get("crops").map((c) => ({ ...c, why: "chosen", chosen: true }));
         rows.replaceChildren(...[...chosen, ...found].map((crop) => {
             const size = kTile / Math.max(crop.width, crop.height);
@@ -112,5 +112,5 @@ export function add_crops(page, more) {
     state.watch(["crops"], build);
     state.watch(all ? ["show"] : ["show", "last", "metric"], all ? mark : build);
     state.watch(["ev", "tone", "map", "pin"], repaint);
-    page.viewer.on_hold = repaint;
+    page.on_hold = repaint;
 }

@@ -22,11 +22,11 @@ function start() {
     by_id("meta").textContent = [
         `${model.width} \u00d7 ${model.height}`,
         `${model.frames.length} frame${model.frames.length === 1 ? "" : "s"}`,
-        model.renderer, model.no_truth && `no truth: ${model.no_truth}`,
+        model.device.renderer, model.no_truth && `no truth: ${model.no_truth}`,
     ].filter(Boolean).join("  \u00b7  ");
-    const verdict = model.comparison?.verdict ?? model.under?.join("; ");
+    const verdict = model.comparison?.verdict || model.under.join("; ");
     by_id("verdict").hidden = !verdict;
-    by_id("verdict").textContent = verdict ?? "";
+    by_id("verdict").textContent = verdict;
 
     const shown = model.sources.filter((s) => s.frames.length);
     const first = shown.find((s) => s.kind === "color") ?? shown[0] ?? model.sources[0];
@@ -63,6 +63,7 @@ function start() {
     page.viewer = new Viewer(by_id("canvas"), model, store, state, {
         cursor: (pixel) => page.on_cursor.forEach((f) => f(pixel)),
         drawn: () => marks.drawn(),
+        held: () => page.on_hold?.(),
         busy: (on) => marks.busy(on),
         choosing: (box) => marks.choosing(box),
         crop: (box) => state.set({

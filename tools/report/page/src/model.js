@@ -36,6 +36,8 @@ export function model_of(report, store) {
     // Stored maps first: they are what the report is about.
     model.maps = store.maps().map((map) => ({ ...kStoredScale, key: map, name: metric_name(map),
         help: "made with the report" }));
+    model.compared = { truth: "truth", a: report.variants[0]?.name,
+        converged: "itself converged" }[report.reference] ?? "truth";
     if (model.reference) model.maps.push(...kFormulas);
     model.tones = kTones.map((t) => t.key);
 

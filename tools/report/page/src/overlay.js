@@ -60,7 +60,7 @@ export function overlay(page) {
             scale.hidden = !drawn_map;
             if (drawn_map && scale.dataset.map !== drawn_map.key) {
                 scale.dataset.map = drawn_map.key;
-                fill_scale(scale, drawn_map, drawn_map.formula === 0 ? "truth"
+                fill_scale(scale, drawn_map, drawn_map.formula === 0 ? model.compared
                     : model.reference.name);
             }
             const zoom = viewer.scale();

@@ -1,6 +1,6 @@
 // Error against time, and error over frames, drawn with uPlot.
 import uPlot from "uplot";
-import { by_id, color_of, h, limit, milliseconds, number } from "./dom.js";
+import { color_of, h, limit, milliseconds, number } from "./dom.js";
 import { metric_name, pareto_of } from "./model.js";
 
 const kReach = 28;   // CSS pixels a click may miss a point by
@@ -26,6 +26,9 @@ function even_ticks(low, high) {
     return ticks;
 }
 
+const tick_text = (v) => (v && (Math.abs(v) < 1e-3 || Math.abs(v) >= 1e5) ? number(v, 1)
+    : String(Number(v.toPrecision(3))));
+
 // {scale, axis} of uPlot for values; logarithmic where `log` and all are positive.
 function axis_of(values, log, label, size) {
     log = log && values.every((v) => v > 0);
@@ -39,7 +42,7 @@ function axis_of(values, log, label, size) {
             stroke: () => color_of("quiet"), grid: { stroke: () => color_of("grid"), width: 1 },
             ticks: { stroke: () => color_of("line"), width: 1, size: 5 },
             splits: () => (log ? log_ticks : even_ticks)(...range),
-            filter: (_, splits) => splits, values: (_, splits) => splits.map((v) => number(v)),
+            filter: (_, splits) => splits, values: (_, splits) => splits.map(tick_text),
         },
     };
 }
@@ -87,6 +90,8 @@ export function add_pareto(page, more) {
         c.stroke();
         c.globalAlpha = 1;
         c.font = `${12 * density}px system-ui, sans-serif`;
+        c.textAlign = "left";
+        c.textBaseline = "alphabetic";
         const taken = [];
         const order = points.map((_, i) => i).sort((a, b) => rank(a) - rank(b));
         for (const i of order) {

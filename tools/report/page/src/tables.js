@@ -29,7 +29,7 @@ function whisker(entry, base, reach) {
     const interval = entry.t_interval;
     return h("svg", { class: "whisker", viewBox: `0 0 ${width} ${height}`, "aria-hidden": "true" },
         h("line", { x1: width / 2, x2: width / 2, y1: 0, y2: height, stroke: "var(--grey)" }),
-        interval && h("line", { x1: at(interval.low), x2: at(interval.high), y1: y, y2: y, stroke: ink,
+        interval && h("line", { x1: at(interval[0]), x2: at(interval[1]), y1: y, y2: y, stroke: ink,
             "stroke-width": 3 }),
         h("circle", { cx: at(entry.mean), cy: y, r: 4, fill: ink }));
 }
@@ -43,12 +43,12 @@ export function add_comparison({ model }, more) {
         return base > 0 ? base : undefined;
     });
     const spans = comparison.metrics.flatMap((m, i) => (bases[i] && Number.isFinite(m.mean)
-        ? [m.mean, m.t_interval?.low, m.t_interval?.high].filter(Number.isFinite)
+        ? [m.mean, ...(m.t_interval ?? [])].filter(Number.isFinite)
             .map((v) => Math.abs(v) / bases[i]) : []));
     // Wide enough for nine of ten; the rest leave the box.
     spans.sort((x, y) => x - y);
     const reach = spans[Math.floor(0.9 * (spans.length - 1))] || 1;
-    const interval = (v) => (v ? `${signed(v.low)} \u2026 ${signed(v.high)}` : "\u2013");
+    const interval = (v) => (v ? v.map(signed).join(" \u2026 ") : "\u2013");
     more.append(panel("A against B",
         `A: ${a.name}. B: ${b.name}. Differences are B \u2212 A (for ratios, how much further from 1), ` +
         "with paired 95 % t-intervals over frames and the bootstrap over tiles within frames. " +
@@ -76,20 +76,20 @@ export function add_split(page, more) {
     const { model } = page;
     const sources = model.variant_sources.filter((s) => s.data.split);
     if (!sources.length) return;
-    const others = [...new Set(sources.flatMap((s) => Object.keys(s.data.split.others ?? {})))];
+    const others = [...new Set(sources.flatMap((s) => Object.keys(s.data.split.others)))];
     const select = h("select", { "aria-label": "Metric of the error split" },
         h("option", { value: "mse" }, "MSE (adds up)"),
         others.map((key) => h("option", { value: key }, metric_name(key))));
     const body = h("div", { class: "scroll" });
     const about = h("p", { class: "about" });
-    const notes = [...new Set(sources.flatMap((s) => [...(s.data.split.notes ?? []),
-        ...(s.data.split.convergence ?? [])]))];
+    const notes = [...new Set(sources.flatMap((s) => [...s.data.split.notes,
+        ...s.data.split.convergence]))];
 
     function draw() {
         const stacked = select.value === "mse";
         const parts = [...kParts.map(([key]) => key), ...(stacked ? ["cross"] : [])];
-        const value = (s, key) => (stacked ? (key === "cross" ? s.data.split.cross
-            : s.data.split.mse?.[key]) : s.data.split.others?.[select.value]?.[key]);
+        const value = (s, key) => (stacked ? s.data.split.mse
+            : s.data.split.others[select.value])?.[key];
         const sums = sources.map((s) => parts.map((key) => value(s, key) ?? 0));
         const total = (list, sign) => list.reduce((sum, v) => sum + Math.max(0, sign * v), 0);
         const above = Math.max(...sums.map((v) => total(v, 1)), ...sources.map((s) => value(s, "total") ?? 0));
@@ -117,7 +117,7 @@ export function add_split(page, more) {
             h("th", { scope: "row" }, s.name), h("td", { style: { width: "38%" } }, bars(s, sums[i])),
             [...parts, "total"].map((key) => h("td", { class: "num" }, number(value(s, key)))),
             h("td", { class: "num" }, s.data.split.seeds ? String(s.data.split.seeds) : "\u2013"),
-            h("td", { class: "num" }, stacked ? number(s.data.split.converged_noise) : "")) }));
+            h("td", { class: "num" }, stacked ? number(s.data.split.converged_noise_mse) : "")) }));
         body.replaceChildren(legend([...parts.map((key, i) => [key === "cross" ? "cross term" : key, color(i)]),
             ["total", "var(--text)"]]),
         h("table", {}, head(["Variant"], [""], ...kParts.map(([key, help]) => [key, "num", help]),
@@ -151,7 +151,7 @@ export function add_times(page, more) {
     const kind = (pass) => pass.replace(/^\d+\./, "");
     const kinds = [...new Set(sources.flatMap((s) => s.data.timing.passes.map((p) => kind(p.pass))))];
     const longest = Math.max(...sources.map((s) => Math.max(s.data.timing.total.median_ms,
-        s.data.timing.passes.reduce((sum, p) => sum + p.time.median_ms, 0)))) || 1;
+        s.data.timing.passes.reduce((sum, p) => sum + p.median_ms, 0)))) || 1;
     const clocks = [...new Set(sources.map((s) => s.data.timing.source))].join(", ");
     const doubts = [...new Set(sources.filter((s) => s.data.timing.trustworthy === false)
         .map((s) => s.data.timing.why_not))].filter(Boolean);
@@ -160,17 +160,17 @@ export function add_times(page, more) {
         let from = 0;
         return { key: s.key, row: h("tr", {}, h("th", { scope: "row" }, s.name),
             h("td", { style: { width: "38%" } }, h("div", { class: "bars" }, passes.map((p) => {
-                const bar = h("i", { title: `${p.pass}: ${milliseconds(p.time.median_ms)}`, style: {
-                    "--from": percent(from / longest), "--width": percent(p.time.median_ms / longest),
+                const bar = h("i", { title: `${p.pass}: ${milliseconds(p.median_ms)}`, style: {
+                    "--from": percent(from / longest), "--width": percent(p.median_ms / longest),
                     "--color": color(kinds.indexOf(kind(p.pass))) } });
-                from += p.time.median_ms;
+                from += p.median_ms;
                 return bar;
             }))),
             h("td", { class: "num" }, milliseconds(total.median_ms)),
             h("td", { class: "num" }, `\u00b1 ${number(total.spread_ms / 2, 2)}`),
             h("td", { class: "num" }, String(total.n)), h("td", { class: "num" }, String(frame)),
             h("td", {}, passes.map((p) => `${kind(p.pass)} ${p.left_out ? "left out"
-                : milliseconds(p.time.median_ms)}`).join(", "))) };
+                : milliseconds(p.median_ms)}`).join(", "))) };
     });
     more.append(panel("Time per pass",
         `Median of n repetitions, no transfers; \u00b1 is half the distance between the quartiles. Clock: ${clocks}.`,
@@ -187,15 +187,15 @@ export function add_variants(page, more) {
         const v = s.data;
         // "motion_blur: largest half-velocity ..." with the frames it holds for.
         const reasons = new Map();
-        for (const entry of v.left_out ?? []) {
-            const text = [entry.what ?? entry.step ?? entry.name, entry.reason].filter(Boolean).join(": ");
+        for (const entry of v.left_out) {
+            const text = `${entry.what}: ${entry.reason}`;
             reasons.set(text, [...(reasons.get(text) ?? []), entry.frame]);
         }
         return { key: s.key, row: h("tr", {}, h("th", { scope: "row" }, s.name),
             model.metrics.map((m) => h("td", { class: "num" }, number(model.mean(v, m.name)))),
             h("td", {}, v.failure ? h("span", { class: "bad" }, `failed: ${v.failure}`) : "",
-                h("details", {}, h("summary", {}, h("code", {}, String(v.chain_hash))),
-                    h("pre", {}, v.chain_text),
+                h("details", {}, h("summary", {}, h("code", {}, v.chain_hash)),
+                    h("pre", {}, v.chain),
                     reasons.size ? h("ul", { class: "notes" }, [...reasons].map(([text, frames]) =>
                         h("li", {}, `left out: ${text} (frames ${frames.join(", ")})`))) : "",
                     v.resumed ? h("p", { class: "quiet" }, "Taken from an interrupted run.") : ""))) };
@@ -208,36 +208,35 @@ export function add_variants(page, more) {
 }
 
 export function add_facts({ model, viewer }, more) {
-    const numbers = (list) => (list?.length ? list.map((v) => number(v, 4)).join(", ") : undefined);
     const facts = [
-        ["Command", model.command?.length && h("code", {}, model.command.join(" "))],
+        ["Command",  h("code", {}, model.command.join(" "))],
         ["Input", model.input && h("code", {}, model.input)],
         ["Truth", model.truth ? h("code", {}, model.truth) : model.no_truth && `none: ${model.no_truth}`],
         ["Frames", model.frames.join(", ") + (model.page_frames.length < model.frames.length
             ? ` (pictures of ${model.page_frames.join(", ")})` : "")],
-        ["Device, driver", model.renderer + (model.software ? " (software)" : "")],
-        ["Threads", model.threads && String(model.threads)],
-        ["Precision", model.precision],
-        ["Seeds", model.seeds?.join(", ")],
-        ["HDR-FLIP", model.exposures?.length && `${model.tone_mapper}, EV ${number(model.exposure_start, 4)} \u2026 ` +
-            `${number(model.exposure_stop, 4)}: ${numbers(model.exposures)}`],
+        ["Device, driver", model.device.renderer + (model.device.software ? " (software)" : "")],
+        ["Threads", String(model.device.threads)],
+        ["Precision", model.device.precision],
+        ["Seeds", model.seeds.join(", ")],
+        ["Compared with", model.compared],
+        ["HDR-FLIP", model.hdr_flip.exposures_ev.length && `${model.hdr_flip.tone_mapper}, EV ` +
+            `${number(model.hdr_flip.start_ev, 4)} \u2026 ${number(model.hdr_flip.stop_ev, 4)}: ` +
+            model.hdr_flip.exposures_ev.map((v) => number(v, 4)).join(", ")],
         ["Display transform", model.display_transform],
         ["Shared steps", model.comparison && `${model.comparison.shared_steps} run once for both ` +
             `(A ${model.comparison.steps_a}, B ${model.comparison.steps_b})`],
-        ["Bootstrap", model.comparison && `${model.comparison.bootstrap_replicates} replicates of tiles of ` +
-            `${model.comparison.bootstrap_tile_px} px, seed ${model.comparison.bootstrap_seed}`],
+        ["Bootstrap", model.comparison && `${model.comparison.bootstrap.replicates} replicates of tiles ` +
+            `of ${model.comparison.bootstrap.tile_px} px, seed ${model.comparison.bootstrap.seed}`],
         ["postchain", model.version],
         ["This page", `drawn with ${viewer.painter.name}; pictures are 16-bit floats, FLIP maps 8 bit`],
     ].filter(([, value]) => value);
     more.append(h("section", { class: "panel", "aria-label": "Conditions" }, h("h2", {}, "Conditions"),
         h("table", { class: "facts" }, h("tbody", {}, facts.map(([name, value]) => h("tr", {},
             h("th", { scope: "row" }, name), h("td", {}, value)))))));
-    const constants = Array.isArray(model.constants) ? model.constants.map((c) =>
-        (Array.isArray(c) ? c : [c.name, c.value])) : Object.entries(model.constants ?? {});
     more.append(h("section", { class: "panel", "aria-label": "Metrics" }, h("h2", {}, "Metrics"),
         h("table", { class: "facts" }, h("tbody", {}, model.metrics.map((m) => h("tr", {},
             h("th", { scope: "row" }, metric_name(m.name)), h("td", {}, m.help))),
-        constants.map(([name, value]) => h("tr", {}, h("th", { scope: "row" }, name.replaceAll("_", " ")),
+        Object.entries(model.constants).map(([name, value]) => h("tr", {}, h("th", { scope: "row" }, name.replaceAll("_", " ")),
             h("td", {}, number(value, 4)))))),
-        model.notes?.length ? h("ul", { class: "notes" }, model.notes.map((n) => h("li", {}, n))) : ""));
+        model.notes.length ? h("ul", { class: "notes" }, model.notes.map((n) => h("li", {}, n))) : ""));
 }

@@ -15,8 +15,8 @@ export function background_of() {
 }
 
 export class Viewer {
-    // on: {cursor({x, y} or undefined), drawn(), crop({x, y, width, height}), busy(bool),
-    // failed(message)}
+    // on: {cursor({x, y} or undefined), drawn(), held(), busy(bool), choosing(box or
+    // undefined), crop(box)}; a box is {x, y, width, height} in picture pixels
     constructor(canvas, model, store, state, on) {
         Object.assign(this, { canvas, model, store, state, on });
         this.holding = false;  // D is down
@@ -46,6 +46,7 @@ export class Viewer {
         if (this.holding === on) return;
         this.holding = on;
         this.load();
+        this.on.held();
     }
 
     // [kind, variant, frame, map] of all that the view needs.

@@ -44,6 +44,10 @@ namespace {
         const rlimit limit = {rlim_t(*launch.file_bytes), rlim_t(*launch.file_bytes)};
         setrlimit(RLIMIT_FSIZE, &limit);
     }
+    if (launch.memory_bytes) {
+        const rlimit limit = {rlim_t(*launch.memory_bytes), rlim_t(*launch.memory_bytes)};
+        setrlimit(RLIMIT_AS, &limit);
+    }
     std::vector<char*> argv;
     for (const auto& word : command) argv.push_back(const_cast<char*>(word.c_str()));
     argv.push_back(nullptr);

@@ -1,5 +1,7 @@
 // Bad input through the command: exit codes, messages that name file, place and remedy, and
 // nothing left behind.
+#include <sys/stat.h>
+
 #include <cmath>
 
 #include "tests/command/fixture.h"
@@ -83,6 +85,28 @@ TEST_F(InputTest, NotAnExr) {
     fs::remove(in(1));
     fs::create_directory(in(1));
     expect_refused(4, {"not a file"});
+    fs::remove(in(1));
+    ASSERT_EQ(mkfifo(in(1).c_str(), 0600), 0);  // nobody will ever write to it
+    expect_refused(4, {"not a file"});
+    fs::remove(in(1));
+    fs::create_symlink(in(1), in(1));
+    EXPECT_EQ(filter("fxaa", {"--frames", "1"}).code, 4);
+}
+
+// Less memory than the frame needs: an error with its name, whichever allocation it is that fails.
+TEST_F(InputTest, TooLittleMemory) {
+    ASSERT_TRUE(io::write_planes_exr(in(1), ImageF(8192, 3000, 3, 0.25f), {"R", "G", "B"}).ok());
+    for (long mebibytes : {700L, 900L, 1200L}) {
+        Launch launch;
+        launch.memory_bytes = mebibytes << 20;
+        const auto outcome = filter("fxaa", {"--threads", "1"}, launch);
+        EXPECT_EQ(outcome.signal, 0) << mebibytes << outcome.text();
+        EXPECT_TRUE(outcome.code == 1 || outcome.code == 4 || outcome.code == 6)
+            << mebibytes << outcome.text();
+        EXPECT_TRUE(contains(outcome.err, "memory") || outcome.code == 6) << outcome.err;
+        EXPECT_FALSE(contains(outcome.err, "damaged")) << outcome.err;
+        EXPECT_TRUE(fs::is_empty(at("out")));
+    }
 }
 
 TEST_F(InputTest, DamagedBytesEverywhereNeverCrash) {
@@ -248,66 +272,6 @@ TEST_F(InputTest, WideAsATexture) {
     expect_refused(4, {"16385", "16384"}, "all");
     write_frame(in(1), make_planes(2, 16385));
     expect_refused(4, {"16385", "16384"}, "all");
-}
-
-TEST_F(InputTest, ChainErrorsNameTheirPlace) {
-    write_frame(in(1), make_planes(24, 16));
-    const struct {
-        std::string text;
-        std::vector<std::string> words;
-    } cases[] = {
-        {"postchain: 1\npasses:\n  - motion_blur: {sampels: 25}\n",
-         {":3:19: error", "sampels", "did you mean 'samples'"}},
-        {"postchain: 1\npasses:\n  - fxaa: {preset: high}\n", {":3:20: error", "preset"}},
-        {"postchain: 1\npasses:\n  - motion_blur: {samples: 99999}\n", {":3:28: error", "99999"}},
-        {"postchain: 1\npasses:\n  - motion_blur: {samples: 24}\n", {":3:28: error", "odd"}},
-        {"postchain: 1\npasses: []\npasses: []\n", {":3:1: error", "duplicate"}},
-        {"postchain: 1\npasses: [&a fxaa, *a]\n", {":2:", "error"}},
-        {"postchain: 1\npasses: " + std::string(1 << 20, '['), {"error"}},
-        {"", {"empty"}},
-        {"postchain: 1\npasses: [\xff\xfe]\n", {":2:10: error", "UTF-8"}},
-        {"postchain: 1\npasses: [fxaa: {subpix: .nan}]\n", {":2:", "error", "subpix"}},
-        {"postchain: 1\npasses: [blur]\n", {":2:10: error", "blur"}},
-    };
-    for (const auto& bad : cases) {
-        write_text(at("bad.yaml"), bad.text);
-        const auto outcome = filter("bad");
-        EXPECT_EQ(outcome.code, 3) << bad.text.substr(0, 80) << "\n" << outcome.text();
-        EXPECT_TRUE(contains(outcome.err, at("bad.yaml"))) << outcome.err.substr(0, 400);
-        for (const auto& word : bad.words)
-            EXPECT_TRUE(contains(outcome.err, word)) << word << "\n" << outcome.err.substr(0, 400);
-        EXPECT_EQ(run({"plan", at("bad.yaml"), "-i", in(1)}).code, 3);
-    }
-    // All at once.
-    write_text(at("bad.yaml"), "postchain: 1\npasses:\n  - fxaa: {a: 1, b: 2}\n  - nothing\n");
-    const auto outcome = filter("bad");
-    for (const char* place : {":3:12: error", ":3:18: error", ":4:5: error"})
-        EXPECT_TRUE(contains(outcome.err, place)) << outcome.err;
-    EXPECT_EQ(filter("no_such_chain").code, 3);
-    EXPECT_TRUE(fs::is_empty(at("out")));
-}
-
-TEST_F(InputTest, CameraErrors) {
-    write_frame(in(1), make_planes(24, 16));
-    for (const char* text : {"{\"f_stop\": \"wide\"}", "{\"f_stop\": -1}", "{", "", "[1]"}) {
-        write_text(at("camera.json"), text);
-        const auto outcome = filter("fxaa", {"--camera", at("camera.json")});
-        EXPECT_EQ(outcome.code, 4) << text << outcome.text();
-        EXPECT_TRUE(contains(outcome.err, at("camera.json"))) << outcome.err;
-    }
-    EXPECT_EQ(filter("fxaa", {"--camera", at("none.json")}).code, 4);
-    EXPECT_EQ(filter("fxaa", {"--camera", at("out")}).code, 4);
-    EXPECT_TRUE(fs::is_empty(at("out")));
-    // A misspelt key is said, another program's key does not matter.
-    write_text(at("camera.json"), "{\"f_stp\": 2, \"lens_maker\": \"us\"}");
-    expect_warned({"f_stp"}, "fxaa", {"--camera", at("camera.json")});
-}
-
-// A lens that nothing states is named, with the ways to state it.
-TEST_F(InputTest, AMissingLensIsNamed) {
-    write_frame(in(1), make_planes(24, 16));
-    write_text(at("dof.yaml"), "postchain: 1\npasses: [depth_of_field]\n");
-    expect_refused(3, {"focal_length_mm", "--camera"}, "dof");
 }
 
 TEST_F(InputTest, TextInMetadataThatIsNoUtf8) {

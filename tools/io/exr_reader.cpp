@@ -280,7 +280,8 @@ uint64_t ExrFile::file_bytes() const {
 }
 
 Result<ExrFile> ExrFile::open(const std::string& path, const ReadLimits& limits) {
-    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    // O_NONBLOCK: a pipe is refused below instead of waiting here for a writer.
+    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (fd < 0) {
         return input_error(path, errno == ENOENT
                                      ? std::string("no such file")

@@ -1,0 +1,78 @@
+// Chain files and camera files that are wrong, through the command.
+#include "tests/command/fixture.h"
+
+namespace postchain::test {
+namespace {
+
+namespace fs = std::filesystem;
+using ChainTest = CommandTest;
+
+TEST_F(ChainTest, ChainErrorsNameTheirPlace) {
+    write_frame(in(1), make_planes(24, 16));
+    const struct {
+        std::string text;
+        std::vector<std::string> words;
+    } cases[] = {
+        {"postchain: 1\npasses:\n  - motion_blur: {sampels: 25}\n",
+         {":3:19: error", "sampels", "did you mean 'samples'"}},
+        {"postchain: 1\npasses:\n  - fxaa: {preset: high}\n", {":3:20: error", "preset"}},
+        {"postchain: 1\npasses:\n  - motion_blur: {samples: 99999}\n", {":3:28: error", "99999"}},
+        {"postchain: 1\npasses:\n  - motion_blur: {samples: 24}\n", {":3:28: error", "odd"}},
+        {"postchain: 1\npasses: []\npasses: []\n", {":3:1: error", "duplicate"}},
+        {"postchain: 1\npasses: [&a fxaa, *a]\n", {":2:", "error"}},
+        {"postchain: 1\npasses: " + std::string(1 << 20, '['), {"error"}},
+        {"", {"empty"}},
+        {"postchain: 1\npasses: [\xff\xfe]\n", {":2:10: error", "UTF-8"}},
+        {"postchain: 1\npasses: [fxaa: {subpix: .nan}]\n", {":2:", "error", "subpix"}},
+        {"postchain: 1\npasses: [blur]\n", {":2:10: error", "blur"}},
+    };
+    for (const auto& bad : cases) {
+        write_text(at("bad.yaml"), bad.text);
+        const auto outcome = filter("bad");
+        EXPECT_EQ(outcome.code, 3) << bad.text.substr(0, 80) << "\n" << outcome.text();
+        EXPECT_TRUE(contains(outcome.err, at("bad.yaml"))) << outcome.err.substr(0, 400);
+        for (const auto& word : bad.words)
+            EXPECT_TRUE(contains(outcome.err, word)) << word << "\n" << outcome.err.substr(0, 400);
+        EXPECT_EQ(run({"plan", at("bad.yaml"), "-i", in(1)}).code, 3);
+    }
+    // All at once.
+    write_text(at("bad.yaml"), "postchain: 1\npasses:\n  - fxaa: {a: 1, b: 2}\n  - nothing\n");
+    const auto outcome = filter("bad");
+    for (const char* place : {":3:12: error", ":3:18: error", ":4:5: error"})
+        EXPECT_TRUE(contains(outcome.err, place)) << outcome.err;
+    EXPECT_EQ(filter("no_such_chain").code, 3);
+    EXPECT_TRUE(fs::is_empty(at("out")));
+}
+
+TEST_F(ChainTest, CameraErrors) {
+    write_frame(in(1), make_planes(24, 16));
+    for (const char* text : {"{\"f_stop\": \"wide\"}", "{\"f_stop\": -1}", "{", "", "[1]"}) {
+        write_text(at("camera.json"), text);
+        const auto outcome = filter("fxaa", {"--camera", at("camera.json")});
+        EXPECT_EQ(outcome.code, 4) << text << outcome.text();
+        EXPECT_TRUE(contains(outcome.err, at("camera.json"))) << outcome.err;
+    }
+    EXPECT_EQ(filter("fxaa", {"--camera", at("none.json")}).code, 4);
+    EXPECT_EQ(filter("fxaa", {"--camera", at("out")}).code, 4);
+    EXPECT_TRUE(fs::is_empty(at("out")));
+    // A misspelt key is said, another program's key does not matter.
+    write_text(at("camera.json"), "{\"f_stp\": 2, \"lens_maker\": \"us\"}");
+    const auto outcome = filter("fxaa", {"--camera", at("camera.json")});
+    EXPECT_EQ(outcome.code, 0) << outcome.text();
+    EXPECT_TRUE(contains(outcome.err, "f_stp")) << outcome.err;
+    EXPECT_FALSE(contains(outcome.err, "lens_maker")) << outcome.err;
+}
+
+// A lens that nothing states is named, with the ways to state it.
+TEST_F(ChainTest, AMissingLensIsNamed) {
+    write_frame(in(1), make_planes(24, 16));
+    write_text(at("dof.yaml"), "postchain: 1\npasses: [depth_of_field]\n");
+    const auto outcome = filter("dof");
+    EXPECT_EQ(outcome.code, 3) << outcome.text();
+    for (const auto& word : {in(1), std::string("focal_length_mm"), std::string("--camera")})
+        EXPECT_TRUE(contains(outcome.err, word)) << outcome.err;
+    EXPECT_TRUE(fs::is_empty(at("out")));
+}
+
+}  // namespace
+}  // namespace postchain::test

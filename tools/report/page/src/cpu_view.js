@@ -31,6 +31,13 @@ export function error_at(view, x, y) {
         rgb_at(view.reference, x, y));
 }
 
+// Taps a side of a device pixel. Whole and large scales show pixels as they are; between, edges of
+// pixels are smoothed; small scales take what falls into the device pixel.
+export function taps_of(scale) {
+    if (scale < 1) return Math.min(Math.ceil(1 / scale), 4);
+    return scale >= 4 || Number.isInteger(scale) ? 1 : 2;
+}
+
 // Fills `out` (RGBA of width x height) with the view, whose members are those of GlView.draw, with
 // `ev` beside gain.
 export function render(view, out, width, height) {
@@ -51,8 +58,8 @@ export function render(view, out, width, height) {
         sum[1] += bad ? 0 : lookup[g];
         sum[2] += bad ? 255 : lookup[b];
     };
-    const n = scale >= 1 ? 1 : Math.min(Math.ceil(1 / scale), 4);
-    const taps = Array.from({ length: n }, (_, i) => (n === 1 ? 0 : ((i + 0.5) / n - 0.5) / scale));
+    const n = taps_of(scale);
+    const taps = Array.from({ length: n }, (_, i) => ((i + 0.5) / n - 0.5) / scale);
     const background = view.background.map((v) => Math.round(255 * v));
     const clamp = (v, end) => Math.min(Math.max(Math.floor(v), 0), end - 1);
     const sum = [0, 0, 0];

@@ -83,6 +83,7 @@ export function add_crops(page, more) {
                 const tile = { source, crop, canvas };
                 tile.button = h("button", {
                     type: "button", class: "tile", title: source.name,
+                    style: { width: `${Math.max(crop.width * size, 80) + 2}px` },
                     "aria-label": `Show ${source.name}, frame ${crop.frame}, region at ${crop.x}, ${crop.y}`,
                     onclick: () => {
                         page.show(source.key, { frame: crop.frame });

@@ -1,6 +1,7 @@
 // Draws a view with WebGL2.
 import vertex_text from "./view.vert";
 import fragment_text from "./view.frag";
+import { taps_of } from "./cpu_view.js";
 import { kMagma } from "./magma.js";
 
 const kTextureBytes = 512 * 2 ** 20;
@@ -118,6 +119,7 @@ export class GlView {
         gl.uniform3f(this.at("range"), error?.low ?? 0, error?.high ?? 1, error?.log ? 1 : 0);
         gl.uniform3f(this.at("background"), ...view.background);
         gl.uniform1i(this.at("grid"), view.grid ? 1 : 0);
+        gl.uniform1i(this.at("n"), taps_of(view.scale));
         gl.drawArrays(gl.TRIANGLES, 0, 3);
     }
 

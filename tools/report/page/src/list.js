@@ -5,6 +5,10 @@ import { is_better, metric_name } from "./model.js";
 // Three values in columns of 8.
 const triple = (rgb) => rgb.map((v) => number(v).padStart(8)).join("");
 
+// What stands where no cursor is: the order of the passes.
+const passes_of = ({ data }) => (data?.timing?.passes ?? [])
+    .map(({ pass }) => pass.replace(/^\d+\./, "").replaceAll("_", " ")).join(" \u2192 ");
+
 export function fill_list(page) {
     const { model, state } = page;
     const select = by_id("metric");
@@ -18,13 +22,13 @@ export function fill_list(page) {
         const failure = source.data?.failure;
         const parts = {
             figure: h("span", { class: "figure" }),
-            values: h("span", { class: failure ? "values reason" : "values" }, failure ?? ""),
+            values: h("span", { class: failure ? "values reason" : "values" }, failure ?? passes_of(source)),
             at: h("span", { class: "at" }),
         };
         const time = source.data && !failure ? milliseconds(model.time(source.data)) : "";
         const untrusted = source.data?.timing?.trustworthy === false;
         parts.row = h("button", {
-            type: "button", class: "row", "aria-pressed": "false", title: failure || source.name,
+            type: "button", class: "row", "aria-pressed": "false", title: failure || source.data?.name,
             onclick: () => page.show(source.key),
             // After a click the keyboard belongs to the picture, so that space flips.
             onpointerup: () => page.viewer.canvas.focus({ preventScroll: true }),
@@ -67,7 +71,7 @@ export function fill_list(page) {
             const { values: line, at } = rows.get(source.key);
             if (source.data?.failure) continue;
             const found = pixel && page.viewer.values(source, pixel, map);
-            line.textContent = found ? triple(found.rgb) : "";
+            line.textContent = found ? triple(found.rgb) : passes_of(source);
             at.textContent = found?.error !== undefined ? number(found.error) : "";
         }
         readout.textContent = pixel

@@ -5,15 +5,28 @@ const kMapNames = { hdr_flip: "HDR-FLIP", flip: "FLIP", relmse: "relMSE", smape:
     mse: "MSE", psnr: "PSNR", ssim: "SSIM", tde: "TDE" };
 export const metric_name = (key) => kMapNames[key] ?? key.replaceAll("_", " ");
 
+// Short names: "samples=5, preset=39" for "motion_blur.samples=5, fxaa.preset=39" where the last
+// part of every swept key says which it is.
+function names_of(variants) {
+    const last = (key) => key.split(".").at(-1);
+    const keys = [...new Set(variants.flatMap((v) => Object.keys(v.sweep)))];
+    const unique = new Set(keys.map(last)).size === keys.length;
+    const names = variants.map(({ name, sweep }) => (unique && Object.keys(sweep).length
+        ? Object.entries(sweep).map(([key, value]) => `${last(key)}=${value}`).join(", ") : name));
+    return new Set(names).size === names.length ? names : variants.map((v) => v.name);
+}
+
 export function model_of(report, store) {
     const model = { ...report };
     const frames_with = (kind, variant) =>
         report.page_frames.filter((frame) => store.has(kind, variant, frame));
 
+    const names = names_of(report.variants);
+
     // What can be shown on the canvas, in the order of the list. key: as in the address; digit:
     // the key of the keyboard; frames: those it has a picture of.
     model.sources = report.variants.map((variant, index) => ({
-        key: String(index + 1), kind: "color", variant: index, name: variant.name,
+        key: String(index + 1), kind: "color", variant: index, name: names[index],
         digit: index < 9 ? String(index + 1) : "", data: variant,
         frames: frames_with("color", index),
     }));

@@ -92,7 +92,12 @@ export function add_pareto(page, more) {
         c.font = `${12 * density}px system-ui, sans-serif`;
         c.textAlign = "left";
         c.textBaseline = "alphabetic";
-        const taken = [];
+        // No label on a point.
+        const taken = points.map((p) => {
+            const [x, y] = place_of(u, p.time, p.error);
+            const r = 6 * density;
+            return { left: x - r, top: y - r, right: x + r, bottom: y + r };
+        });
         const order = points.map((_, i) => i).sort((a, b) => rank(a) - rank(b));
         for (const i of order) {
             const [x, y] = place_of(u, points[i].time, points[i].error);
@@ -115,15 +120,15 @@ export function add_pareto(page, more) {
     // What is shown first, then the Pareto set: labels of the rest would crowd a large sweep.
     const rank = (i) => (points[i].key === state.get("show") ? 0
         : front.includes(i) ? 1 : points.length <= 12 ? 2 : 3);
-    // A label where no other one lies: right of the point, else left, else below, else none.
+    // A label where no other one lies: above the line to the right, else around the point, else none.
     function label(u, i, x, y, taken) {
         const c = u.ctx;
         const density = devicePixelRatio;
         const width = c.measureText(points[i].name).width;
-        const height = 15 * density;
-        for (const [left, top] of [[x + 13 * density, y - height / 2],
-            [x - width - 13 * density, y - height / 2], [x - width / 2, y + 10 * density],
-            [x - width / 2, y - height - 10 * density]]) {
+        const [gap, height] = [8 * density, 15 * density];
+        for (const [left, top] of [[x + gap, y - height - gap / 4], [x + gap, y + gap / 2],
+            [x - width - gap, y - height - gap / 4], [x - width - gap, y + gap / 2],
+            [x - width / 2, y + 1.5 * gap], [x - width / 2, y - height - 1.5 * gap]]) {
             const area = { left, top, right: left + width, bottom: top + height };
             const inside = left > u.bbox.left && area.right < u.bbox.left + u.bbox.width &&
                 top > u.bbox.top && area.bottom < u.bbox.top + u.bbox.height;

@@ -18,6 +18,7 @@ uniform int formula;      // -1: the picture; 0: the stored map; 1.. : kFormulas
 uniform vec3 range;       // low, high, 1 when logarithmic
 uniform vec3 background;
 uniform bool grid;
+uniform int n;            // taps a side of a device pixel (taps_of of cpu_view.js)
 
 out vec4 color;
 
@@ -65,13 +66,12 @@ void main() {
     color = vec4(background, 1.0);
     if (any(lessThan(at, vec2(0.0))) || any(greaterThanEqual(at, vec2(size)))) return;
 
-    // Smaller than life: the mean of what is shown over the pixel's footprint.
-    int n = scale >= 1.0 ? 1 : min(int(ceil(1.0 / scale)), 4);
+    // The mean of what is shown over the footprint of a device pixel.
     vec3 sum = vec3(0.0);
     for (int y = 0; y < n; ++y)
         for (int x = 0; x < n; ++x) {
             vec2 offset = ((vec2(x, y) + 0.5) / float(n) - 0.5) / scale;
-            ivec2 tap = ivec2(floor(n == 1 ? at : at + offset));
+            ivec2 tap = ivec2(floor(at + offset));
             sum += pixel(clamp(tap, ivec2(0), size - 1));
         }
     color.rgb = sum / float(n * n);

@@ -93,6 +93,7 @@ TEST_F(InputTest, NotAnExr) {
     EXPECT_EQ(filter("fxaa", {"--frames", "1"}).code, 4);
 }
 
+#if !POSTCHAIN_SANITIZED  // the address sanitizer itself reserves terabytes
 // Less memory than the frame needs: an error with its name, whichever allocation it is that fails.
 TEST_F(InputTest, TooLittleMemory) {
     ASSERT_TRUE(io::write_planes_exr(in(1), ImageF(8192, 3000, 3, 0.25f), {"R", "G", "B"}).ok());
@@ -108,6 +109,7 @@ TEST_F(InputTest, TooLittleMemory) {
         EXPECT_TRUE(fs::is_empty(at("out")));
     }
 }
+#endif
 
 TEST_F(InputTest, DamagedBytesEverywhereNeverCrash) {
     write_frame(in(1), make_planes(24, 16));

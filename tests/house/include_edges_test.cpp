@@ -30,9 +30,12 @@ const Edges& allowed_rooms() {
         {"tools/metrics", {"chain"}},
         {"tools/scenes", {"tools/io", "chain", "shaders/shared"}},
         {"tools/offline", {"tools/io", "config", "passes", "chain"}},
+        {"tools/report",
+         {"tools/offline", "tools/io", "tools/metrics", "tools/scenes", "config", "passes", "chain",
+          "shaders"}},
         {"tools/postchain",
-         {"tools/offline", "tools/io", "tools/metrics", "tools/scenes", "config", "passes",
-          "chain"}},
+         {"tools/report", "tools/offline", "tools/io", "tools/metrics", "tools/scenes", "config",
+          "passes", "chain"}},
     };
     return edges;
 }
@@ -47,7 +50,8 @@ const Edges& allowed_libraries() {
         {"Imath", {"tools/io"}},
         {"OpenImageIO", {"tools/io", "tools/postchain"}},
         {"yaml-cpp", {"config"}},
-        {"nlohmann", {"tools/offline", "tools/postchain"}},
+        {"nlohmann", {"tools/offline", "tools/postchain", "tools/report"}},
+        {"zlib.h", {"tools/report"}},
         {"CLI", {"tools/postchain"}},
         {"spdlog", {"tools/postchain"}},
         {"fmt", {"tools/postchain", "tools/io", "tools/offline", "tools/scenes"}},

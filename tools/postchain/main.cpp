@@ -33,6 +33,7 @@ int command(int argc, char** argv) {
     Options options;
     SceneOptions scene;
     DiffOptions diff;
+    ExperimentOptions experiment;
     std::string plan_format = "text", passes_format = "text";
 
     CLI::App app("Motion blur, FXAA and depth of field over rendered frames, in any order.",
@@ -91,6 +92,9 @@ int command(int argc, char** argv) {
     scene_app->add_flag("--overwrite", scene.overwrite, "replace files that exist");
     add_device(*scene_app, options);
 
+    CLI::App* ab = app.add_subcommand("ab", "two chains on one sequence: report with verdict");
+    add_ab(*ab, options, experiment);
+
     CLI::App* info = app.add_subcommand("info", "GL devices, limits and library versions");
     add_device(*info, options);
     info->add_flag("--json", options.json, "one JSON object");
@@ -117,6 +121,7 @@ int command(int argc, char** argv) {
     if (*inspect) return inspect_verb(options);
     if (*diff_app) return diff_verb(options, diff);
     if (*scene_app) return scene_verb(options, scene);
+    if (*ab) return ab_verb(options, experiment, argc, argv);
     if (*info) return info_verb(options);
     if (*schema) return schema_verb();
     if (*passes) return passes_verb(passes_format);

@@ -36,6 +36,26 @@ struct DiffOptions {   // diff.cpp
 void add_diff(CLI::App& verb, Options& options, DiffOptions& diff);
 int diff_verb(const Options& options, const DiffOptions& diff);
 
+struct ExperimentOptions {  // experiments.cpp
+    std::string chain_b;    // of ab; A stands in Options::chain
+    std::string truth;
+    bool overwrite = false;
+    int repeats = 5;
+    int page_frames = 0;  // 0: the verb's own default
+    std::string assets;
+    std::vector<std::string> fail_above;
+    double pixels_per_degree = 0;
+    std::string tone_mapper = "aces";
+    // Of bench.
+    std::vector<std::string> sweeps;
+    std::vector<std::string> under;
+    int max_variants = 64;
+    int split_frames = 1;
+    int truth_samples = 256;
+};
+void add_ab(CLI::App& verb, Options& options, ExperimentOptions& experiment);
+int ab_verb(const Options& options, const ExperimentOptions& experiment, int argc, char** argv);
+
 // Man page and bash completion of the whole command, made from its options (completion.cpp).
 std::string man_page(const CLI::App& app);
 std::string bash_completion(const CLI::App& app);

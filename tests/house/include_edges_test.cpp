@@ -135,6 +135,21 @@ TEST(IncludeEdges, NoArrowRunsUp) {
     EXPECT_GT(files, 50u) << "the walk found too little to mean anything";
 }
 
+// Metrics know pictures and nothing of chains, so that anything with pixels can be measured.
+TEST(IncludeEdges, MetricsKnowOnlyPicturesOfTheChain) {
+    const fs::path root = POSTCHAIN_SOURCE_DIR;
+    size_t files = 0;
+    for (const auto& entry : fs::directory_iterator(root / "tools/metrics")) {
+        if (!is_source(entry.path())) continue;
+        ++files;
+        for (const auto& include : includes_of(entry.path(), root))
+            if (include.quoted && include.target.rfind("tools/metrics/", 0) != 0)
+                EXPECT_TRUE(include.target == "chain/image.h" || include.target == "chain/status.h")
+                    << include.file << ":" << include.line << ": " << include.target;
+    }
+    EXPECT_GT(files, 10u);
+}
+
 TEST(IncludeEdges, TheListItselfHasNoCircle) {
     for (const auto& [start, targets] : allowed_rooms()) {
         std::set<std::string> seen, open = targets;

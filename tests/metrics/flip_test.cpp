@@ -113,8 +113,8 @@ TEST(HdrFlipGolden, MovedDiscWithEveryToneMapper) {
     };
     const auto reference = disc(31.5), test = disc(33.5);
     const auto range = exposure_range(one(reference), ToneMapper::aces);
-    EXPECT_NEAR(range.start, -4.288401, kGolden);
-    EXPECT_NEAR(range.stop, 2.217952, kGolden);
+    EXPECT_NEAR(range.start, -4.288401, 2e-6);
+    EXPECT_NEAR(range.stop, 2.217952, 2e-6);
     EXPECT_EQ(range.count(), 7);
     EXPECT_NEAR(hdr_flip_of(test, reference, ToneMapper::aces).mean, 0.063121, kGolden);
     EXPECT_NEAR(hdr_flip_of(test, reference, ToneMapper::reinhard).mean, 0.064963, kGolden);

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "tools/metrics/color_space.h"
-
 namespace postchain::metrics {
 namespace {
 
@@ -69,7 +67,7 @@ double inverse_of(ToneMapper mapper, double value) {
 
 double luminance(const float* rgb) {
     double y = 0;
-    for (size_t c = 0; c < 3; ++c) y += kRgbToXyz[1][c] * double(rgb[c]);
+    for (size_t c = 0; c < 3; ++c) y += kLuminance[c] * double(rgb[c]);
     return y;
 }
 

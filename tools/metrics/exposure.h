@@ -28,7 +28,8 @@ ToneCurve curve_of(ToneMapper mapper);
 // The x > 0 with curve(x) = value, 0 < value < 1.
 double inverse_of(ToneMapper mapper, double value);
 
-// Luminance weights: the Y row of the matrix RGB to XYZ.
+// Rec. 709 luminance of linear RGB, with its published weights.
+inline constexpr double kLuminance[3] = {0.2126, 0.7152, 0.0722};
 double luminance(const float* rgb);
 
 struct ExposureRange {

@@ -101,6 +101,18 @@ void fill(const fs::path& folder, const Words& sources, int frames) {
         fs::copy_file(sources[size_t(i) % sources.size()], numbered(folder, "in", i + 1));
 }
 
+// Everything this program makes; gone when it ends, also by fail().
+const fs::path& scratch_folder() {
+    static const fs::path folder =
+        fs::temp_directory_path() / ("postchain_bench_" + std::to_string(getpid()));
+    return folder;
+}
+
+void remove_scratch_folder() {
+    std::error_code ignored;
+    fs::remove_all(scratch_folder(), ignored);
+}
+
 struct Setup {
     std::string command = POSTCHAIN_COMMAND;
     fs::path folder;
@@ -285,11 +297,14 @@ int main(int argc, char** argv) {
         }
     }
     if (!files.empty() && (files.size() != 2 || setup.camera.empty())) usage();
-    setup.folder = fs::temp_directory_path() / ("postchain_bench_" + std::to_string(getpid()));
-    setup.sources = files.empty() ? render(setup, "scene", "1280x720", &setup.camera) : files;
-    compare_with_copy(setup);
-    compare_memory(setup);
-    std::error_code ignored;
-    fs::remove_all(setup.folder, ignored);
+    setup.folder = scratch_folder();
+    std::atexit(remove_scratch_folder);
+    try {
+        setup.sources = files.empty() ? render(setup, "scene", "1280x720", &setup.camera) : files;
+        compare_with_copy(setup);
+        compare_memory(setup);
+    } catch (const std::exception& e) {  // of std::filesystem and of JSON
+        fail(e.what());
+    }
     return 0;
 }

@@ -1,4 +1,5 @@
 // Man page and bash completion, made from the command's own options and the parameter tables.
+#include <CLI/CLI.hpp>
 #include <algorithm>
 
 #include "chain/plan.h"

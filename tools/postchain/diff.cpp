@@ -7,6 +7,7 @@
 #include <OpenImageIO/color.h>
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cstdio>

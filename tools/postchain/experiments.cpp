@@ -1,4 +1,5 @@
 // postchain ab and bench: experiments with messages, progress and signals around them.
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>

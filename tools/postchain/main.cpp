@@ -1,6 +1,7 @@
 // postchain: the command. Verbs and options here, their work in one file each.
 #include <fcntl.h>
 #include <unistd.h>
+#include <CLI/CLI.hpp>
 
 #include <cerrno>
 #include <csignal>

@@ -1,5 +1,6 @@
 #include "tools/postchain/options.h"
 
+#include <CLI/CLI.hpp>
 #include <charconv>
 #include <cstdlib>
 #include <sstream>

@@ -1,7 +1,6 @@
 // The options that verbs share, and how they become settings.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <optional>
 #include <string>
@@ -10,6 +9,10 @@
 #include "chain/gl/context.h"
 #include "config/chain_file.h"
 #include "tools/offline/runner.h"
+
+namespace CLI {
+class App;
+}
 
 namespace postchain {
 

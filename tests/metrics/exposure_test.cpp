@@ -78,8 +78,10 @@ TEST(ExposureRange, SequencesTakeTheSmallestStartAndTheLargestStop) {
     EXPECT_EQ(both.start, -3);
     EXPECT_EQ(both.stop, 2);
     EXPECT_EQ(both.count(), 5);
-    EXPECT_EQ(joined(black, b).start, -2);  // a black frame's 0 EV is no exposure
-    EXPECT_EQ(joined(a, black).stop, 1);
+    // A black frame's 0 EV is no exposure.
+    const ExposureRange bright = {-9, -4, true}, dark = {3, 5, true};
+    EXPECT_EQ(joined(black, bright).stop, -4);
+    EXPECT_EQ(joined(dark, black).start, 3);
     EXPECT_FALSE(joined(black, black).lit);
     EXPECT_EQ(joined({-30, 0, true}, {-2, 1, true}).start, -19);
 }

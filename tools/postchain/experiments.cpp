@@ -4,13 +4,16 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "passes/registry.h"
 #include "tools/postchain/exit_code.h"
 #include "tools/postchain/log.h"
 #include "tools/postchain/stop_on_signal.h"
 #include "tools/postchain/verbs.h"
 #include "tools/report/ab.h"
+#include "tools/report/bench.h"
 #include "tools/report/limits.h"
 #include "tools/report/page/page.h"
+#include "tools/report/truth.h"
 
 namespace postchain {
 namespace {
@@ -97,10 +100,10 @@ Result<report::ExperimentSettings> settings_of(const Options& o, const Experimen
 
 Result<std::vector<report::MetricLimit>> limits_of(const std::string& option,
                                                    const std::vector<std::string>& texts,
-                                                   bool with_truth) {
+                                                   report::Kind kind, bool with_truth) {
     std::vector<report::MetricLimit> limits;
     for (const auto& text : texts) {
-        auto limit = report::parse_limit(option, text, report::metric_columns(with_truth));
+        auto limit = report::parse_limit(option, text, report::metric_columns(kind, with_truth));
         if (!limit.ok()) return limit.status();
         limits.push_back(std::move(*limit));
     }
@@ -160,7 +163,7 @@ int ab_verb(const Options& options, const ExperimentOptions& e, int argc, char**
     if (!b.ok()) return fail(b.status());
     auto settings = settings_of(options, e, argc, argv, 8);
     if (!settings.ok()) return fail(settings.status());
-    auto limits = limits_of("--fail-above", e.fail_above, !e.truth.empty());
+    auto limits = limits_of("--fail-above", e.fail_above, report::Kind::ab, !e.truth.empty());
     if (!limits.ok()) return fail(limits.status());
     const StopOnSignal stop;
     auto context = context_of(options);
@@ -176,6 +179,111 @@ int ab_verb(const Options& options, const ExperimentOptions& e, int argc, char**
     if (stop.asked()) return stop.exit_code();
     if (!report.ok()) return fail(report.status());
     return finish(*report, options, e, *limits);
+}
+
+void add_bench(CLI::App& verb, Options& o, ExperimentOptions& e) {
+    verb.add_option("CHAIN", o.chain, "chain file, or the name of a shipped chain")->required();
+    verb.add_option("--sweep", e.sweeps,
+                    "values to try of one key of --set, may be repeated (all combinations are "
+                    "run): motion_blur.samples=5,9,13")
+        ->type_name("KEY=V1,V2,...")
+        ->expected(1)
+        ->take_all();
+    verb.add_option("--max-variants", e.max_variants, "refuse a larger product of the sweeps")
+        ->check(CLI::Range(1, 100000))
+        ->capture_default_str();
+    verb.add_option("--under", e.under,
+                    "pick the cheapest variant whose mean is not above it and write its chain "
+                    "file, may be repeated: flip=0.1")
+        ->type_name("METRIC=NUMBER")
+        ->expected(1)
+        ->take_all();
+    verb.add_option("--split-frames", e.split_frames,
+                    "frames on which the error is split into precision, sampling and model")
+        ->check(CLI::Range(0, 1000))
+        ->capture_default_str();
+    verb.add_option("--truth-samples", e.truth_samples,
+                    "samples per pixel of the truth of a generated scene, without --truth")
+        ->check(CLI::Range(1, 1 << 20))
+        ->capture_default_str();
+    add_experiment(verb, o, e);
+}
+
+namespace {
+
+// Without --truth: that of the generated scene, where the input is one.
+Status find_truth(const Options& options, const ExperimentOptions& e,
+                  report::BenchSettings& settings, const StopOnSignal& stop) {
+    if (!settings.truth.empty()) return Status();
+    auto survey = report::survey_input(settings.run, settings.flip.tone_mapper, false);
+    if (!survey.ok()) return survey.status();
+    const report::SceneOfInput scene = report::find_scene(settings.run, *survey);
+    if (!scene.request) {
+        settings.no_truth = scene.why_not;
+        return Status();
+    }
+    auto context = context_options_of(options);
+    if (!context.ok()) return context.status();
+    auto pattern = report::generate_truth(
+        *scene.request, settings.folder + "/truth", e.truth_samples, *context,
+        [&](int frame, double share) {
+            log::progress(concat("truth of ", scene.request->name, ", frame ", frame, ", ",
+                                 int(100 * share), " %"));
+            return !stop.asked();
+        });
+    log::progress("");
+    if (!pattern.ok()) return pattern.status();
+    settings.truth = *pattern;
+    settings.truth_is =
+        concat("generated: ", scene.request->name, ", ", e.truth_samples, " samples per pixel");
+    return Status();
+}
+
+}  // namespace
+
+int bench_verb(const Options& options, const ExperimentOptions& e, int argc, char** argv) {
+    auto chain = find_chain(options.chain);
+    if (!chain.ok()) return fail(chain.status());
+    // Once alone, for its own notes and errors.
+    if (auto file = load_chain_of(options); !file.ok()) return fail(file.status());
+    std::vector<report::Sweep> sweeps;
+    for (const auto& text : e.sweeps) {
+        auto sweep = report::parse_sweep(text);
+        if (!sweep.ok()) return fail(sweep.status());
+        sweeps.push_back(std::move(*sweep));
+    }
+    auto variants =
+        report::sweep_variants(*chain, builtin_passes(), options.sets, sweeps, e.max_variants);
+    if (!variants.ok()) return fail(variants.status());
+    report::BenchSettings settings;
+    auto common = settings_of(options, e, argc, argv, 1);
+    if (!common.ok()) return fail(common.status());
+    static_cast<report::ExperimentSettings&>(settings) = std::move(*common);
+    settings.split_frames = e.split_frames;
+    auto limits = limits_of("--fail-above", e.fail_above, report::Kind::bench, true);
+    if (!limits.ok()) return fail(limits.status());
+    auto under = limits_of("--under", e.under, report::Kind::bench, true);
+    if (!under.ok()) return fail(under.status());
+    if (Status status = report::prepare_folder(settings.folder, e.overwrite, true); !status.ok())
+        return fail(status);
+
+    const StopOnSignal stop;
+    if (Status status = find_truth(options, e, settings, stop); !status.ok())
+        return stop.asked() ? stop.exit_code() : fail(status);
+    auto context = context_of(options);
+    if (!context.ok()) return fail(context.status());
+    settings.renderer = renderer_text(**context);
+    settings.software = (*context)->software();
+    Executor executor(**context);
+    auto report =
+        report::run_bench(*variants, settings, executor, progress_printer(), &stop.flag());
+    log::progress("");
+    if (stop.asked()) return stop.exit_code();
+    if (!report.ok()) return fail(report.status());
+    auto met = report::choose_under(*report, *under);
+    if (!met.ok()) return fail(met.status());
+    const int code = finish(*report, options, e, *limits);
+    return code == kExitOk && !*met ? kExitThreshold : code;
 }
 
 }  // namespace postchain

@@ -95,6 +95,8 @@ int command(int argc, char** argv) {
 
     CLI::App* ab = app.add_subcommand("ab", "two chains on one sequence: report with verdict");
     add_ab(*ab, options, experiment);
+    CLI::App* bench = app.add_subcommand("bench", "error against run time, over swept parameters");
+    add_bench(*bench, options, experiment);
 
     CLI::App* info = app.add_subcommand("info", "GL devices, limits and library versions");
     add_device(*info, options);
@@ -123,6 +125,7 @@ int command(int argc, char** argv) {
     if (*diff_app) return diff_verb(options, diff);
     if (*scene_app) return scene_verb(options, scene);
     if (*ab) return ab_verb(options, experiment, argc, argv);
+    if (*bench) return bench_verb(options, experiment, argc, argv);
     if (*info) return info_verb(options);
     if (*schema) return schema_verb();
     if (*passes) return passes_verb(passes_format);

@@ -46,7 +46,7 @@ struct ExperimentOptions {  // experiments.cpp
     std::vector<std::string> fail_above;
     double pixels_per_degree = 0;
     std::string tone_mapper = "aces";
-    // Of bench.
+    // Of bench:
     std::vector<std::string> sweeps;
     std::vector<std::string> under;
     int max_variants = 64;
@@ -55,6 +55,8 @@ struct ExperimentOptions {  // experiments.cpp
 };
 void add_ab(CLI::App& verb, Options& options, ExperimentOptions& experiment);
 int ab_verb(const Options& options, const ExperimentOptions& experiment, int argc, char** argv);
+void add_bench(CLI::App& verb, Options& options, ExperimentOptions& experiment);
+int bench_verb(const Options& options, const ExperimentOptions& experiment, int argc, char** argv);
 
 // Man page and bash completion of the whole command, made from its options (completion.cpp).
 std::string man_page(const CLI::App& app);

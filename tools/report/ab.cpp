@@ -88,7 +88,7 @@ class AbRun {
             !status.ok())
             return status;
         report_.page_frames = spread_frames(report_.frames, settings_.page_frames);
-        report_.metrics = metric_columns(truth_.has_value());
+        report_.metrics = metric_columns(Kind::ab, truth_.has_value());
         report_.constants = metrics::metric_constants();
         report_.constants.emplace_back("pixels_per_degree", settings_.flip.pixels_per_degree);
         report_.exposure_start = exposures_.start;

@@ -58,12 +58,13 @@ void ProgressMeter::say() {
     if (callback_) callback_(progress_);
 }
 
-std::vector<MetricInfo> metric_columns(bool with_truth) {
+std::vector<MetricInfo> metric_columns(Kind kind, bool with_truth) {
     std::vector<MetricInfo> columns;
     for (const auto& row : metrics::metric_rows())
         columns.push_back({row.name, row.help, row.is_error ? Better::lower : Better::higher});
-    columns.push_back(
-        {"tde", "mean of |(I_t - I_t-1) - (R_t - R_t-1)| from the frame before", Better::lower});
+    if (kind == Kind::ab)
+        columns.push_back({"tde", "mean of |(I_t - I_t-1) - (R_t - R_t-1)| from the frame before",
+                           Better::lower});
     if (!with_truth) return columns;
     columns.push_back({"edges_in_blurred",
                        "gradient energy where the truth is blurred, over the truth's",
@@ -179,6 +180,10 @@ std::vector<Crop> crops_of(std::vector<std::pair<WorstTile, std::string>> tiles,
     return crops;
 }
 
+std::string under_file(const std::string& metric) {
+    return "under_" + metric + ".yaml";
+}
+
 Status prepare_folder(const std::string& folder, bool overwrite, bool resume) {
     std::error_code error;
     fs::create_directories(folder, error);
@@ -198,8 +203,11 @@ Status prepare_folder(const std::string& folder, bool overwrite, bool resume) {
                           ": holds a report already; name another folder, or replace it "
                           "with --overwrite");
     if (!empty && overwrite) {
-        for (const char* name : {"images", "results", "truth", "index.html", "report.json",
-                                 "report.csv", "report.md", "under.yaml"}) {
+        std::vector<std::string> names = {"images",      "results",    "truth",    "index.html",
+                                          "report.json", "report.csv", "report.md"};
+        for (const auto& column : metric_columns(Kind::bench, true))
+            names.push_back(under_file(column.name));
+        for (const auto& name : names) {
             fs::remove_all(folder + "/" + name, error);
             if (error)
                 return Status(StatusCode::output,

@@ -53,8 +53,9 @@ class ProgressMeter {
     double start_s_ = 0;
 };
 
-// Columns of every report, in order.
-std::vector<MetricInfo> metric_columns(bool with_truth);
+// Columns of a report, in order. tde needs the frame before, which bench does not keep for every
+// variant; edges and sharpness need a truth.
+std::vector<MetricInfo> metric_columns(Kind kind, bool with_truth);
 
 // Values of one picture by name of metric_columns(), but for tde; and the maps that can be
 // averaged over tiles: flip, hdr_flip, relmse, smape, mse (means over RGB).
@@ -102,6 +103,9 @@ WorstTile worst_tile(const ImageF& map, int frame, int tile_px);
 inline constexpr int kCropPx = 96;
 // The worst ones over all variants without overlap, at most `limit`.
 std::vector<Crop> crops_of(std::vector<std::pair<WorstTile, std::string>> tiles, size_t limit);
+
+// Chain file of the variant that --under METRIC=... has picked: "under_flip.yaml".
+std::string under_file(const std::string& metric);
 
 // A file in every folder of a report, from the moment an experiment begins there.
 inline constexpr const char* kFolderMark = ".postchain-report";

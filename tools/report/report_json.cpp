@@ -1,24 +1,13 @@
 // report.json: keys are a contract, written down in docs/report.md.
-#include <cmath>
-#include <nlohmann/json.hpp>
-
 #include "tools/io/atomic_file.h"
-#include "tools/report/report.h"
+#include "tools/report/json_parts.h"
 
 namespace postchain::report {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-Json number(const std::optional<double>& value) {
-    // JSON has no Inf and no NaN.
-    if (!value || !std::isfinite(*value)) return nullptr;
-    return *value;
-}
-
 Json numbers(const std::vector<std::optional<double>>& values) {
     Json list = Json::array();
-    for (const auto& value : values) list.push_back(number(value));
+    for (const auto& value : values) list.push_back(json_of(value));
     return list;
 }
 
@@ -26,69 +15,25 @@ Json word(const std::string& text) {
     return text.empty() ? Json(nullptr) : Json(text);
 }
 
-Json figure(const TimeFigure& time) {
-    return {{"median_ms", time.median_ms}, {"spread_ms", time.spread_ms}, {"n", time.n}};
-}
-
-Json timing(const Timing& timing) {
-    Json passes = Json::array();
-    for (const PassCost& cost : timing.passes) {
-        Json pass = figure(cost.time);
-        pass["pass"] = cost.pass;
-        pass["left_out"] = cost.left_out;
-        passes.push_back(std::move(pass));
-    }
-    return {{"frame", timing.frame},
-            {"source", timing.source},
-            {"trustworthy", timing.trustworthy},
-            {"why_not", word(timing.why_not)},
-            {"total", figure(timing.total)},
-            {"passes", passes}};
-}
-
-Json parts(const ErrorParts& parts) {
-    return {{"precision", number(parts.precision)},
-            {"sampling", number(parts.sampling)},
-            {"model", number(parts.model)},
-            {"total", number(parts.total)}};
-}
-
-Json split(const ErrorSplit& split) {
-    Json mse = parts(split.mse);
-    mse["cross"] = number(split.cross);
-    Json others = Json::object();
-    for (const auto& [name, one] : split.others) others[name] = parts(one);
-    return {{"frames", split.frames},
-            {"mse", mse},
-            {"others", others},
-            {"seeds", split.seeds},
-            {"converged_noise_mse", split.converged_noise},
-            {"convergence", split.convergence},
-            {"notes", split.notes}};
-}
-
 Json variant(const Variant& variant) {
     Json sweep = Json::object();
     for (const auto& [key, value] : variant.sweep) sweep[key] = value;
     Json metrics = Json::object();
     for (const auto& [name, series] : variant.metrics)
-        metrics[name] = {{"mean", number(series.mean)}, {"frames", numbers(series.frames)}};
+        metrics[name] = {{"mean", json_of(series.mean)}, {"frames", numbers(series.frames)}};
     Json left_out = Json::array();
-    for (const auto& [frame, left] : variant.left_out)
-        left_out.push_back({{"frame", frame},
-                            {"what", left.what},
-                            {"rule", left.rule},
-                            {"reason", left.reason},
-                            {"dispatches", left.dispatches},
-                            {"bytes", left.bytes},
-                            {"taps", left.taps}});
+    for (const auto& [frame, left] : variant.left_out) {
+        Json one = {{"frame", frame}};
+        one.update(json_of(left));
+        left_out.push_back(std::move(one));
+    }
     return {{"name", variant.name},
             {"sweep", sweep},
             {"chain", variant.chain_text},
             {"chain_hash", hex_of(variant.chain_hash)},
             {"metrics", metrics},
-            {"timing", variant.timing ? timing(*variant.timing) : Json(nullptr)},
-            {"split", variant.split ? split(*variant.split) : Json(nullptr)},
+            {"timing", variant.timing ? json_of(*variant.timing) : Json(nullptr)},
+            {"split", variant.split ? json_of(*variant.split) : Json(nullptr)},
             {"left_out", left_out},
             {"failure", word(variant.failure)},
             {"pareto", variant.pareto},
@@ -106,7 +51,7 @@ Json comparison(const Comparison& comparison) {
         metrics.push_back({{"metric", metric.metric},
                            {"n", metric.n},
                            {"differences", numbers(metric.differences)},
-                           {"mean", number(metric.mean)},
+                           {"mean", json_of(metric.mean)},
                            {"t_interval", interval(metric.t_interval)},
                            {"bootstrap", interval(metric.bootstrap)},
                            {"tiles", metric.tiles},

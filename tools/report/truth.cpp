@@ -71,6 +71,14 @@ Result<metrics::Picture> Truth::load(int frame) const {
     return metrics::picture_of(source->planes.at(Role::color));
 }
 
+std::string Truth::identity(int frame) const {
+    const std::string& path = files_.at(frame).at(Role::color);
+    std::error_code error;
+    const auto size = fs::file_size(path, error);
+    const auto time = fs::last_write_time(path, error).time_since_epoch().count();
+    return concat(fs::path(path).filename().string(), " ", size, " ", time);
+}
+
 Status Truth::survey(const offline::RunSettings& input, metrics::ToneMapper mapper) {
     auto list = io::find_frames(input.input, input.frames);
     if (!list.ok()) return list.status();

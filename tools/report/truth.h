@@ -31,6 +31,8 @@ class Truth {
     const metrics::ExposureRange& exposures() const { return exposures_; }
 
     Result<metrics::Picture> load(int frame) const;
+    // Name, size and time of change of the frame's file.
+    std::string identity(int frame) const;
 
   private:
     Result<offline::SourceFrame> read(int frame) const;

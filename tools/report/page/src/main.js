@@ -5,6 +5,7 @@ import { add_crops } from "./crops.js";
 import { ImageStore } from "./images.js";
 import { bind_keys } from "./keys.js";
 import { fill_list } from "./list.js";
+import { kMagma } from "./magma.js";
 import { model_of } from "./model.js";
 import { add_frames_plot, add_pareto } from "./plots.js";
 import { fields_of, State } from "./state.js";
@@ -88,6 +89,8 @@ function start() {
     // For tests and the console: the parts, and a promise of a finished canvas.
     globalThis.postchain = {
         ...page,
+        pareto: () => page.pareto,
+        magma: (i) => [...kMagma.slice(4 * i, 4 * i + 3)],
         settled: async () => {
             await page.viewer.loaded;
             page.viewer.draw_now();

@@ -1,0 +1,164 @@
+"""Headless Chromium through chromedriver's HTTP interface (W3C WebDriver), with Python's own
+library alone."""
+import base64
+import json
+import re
+import shutil
+import struct
+import subprocess
+import tempfile
+import time
+import urllib.error
+import urllib.request
+import zlib
+
+ARGUMENTS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+             "--disable-background-networking", "--disable-component-update", "--disable-sync",
+             "--force-device-scale-factor=1", "--hide-scrollbars"]
+# WebGL2 without a GPU, and no WebGL at all.
+SOFTWARE_GL = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+NO_GL = ["--disable-3d-apis"]
+SHIFT, SPACE, RIGHT = "\ue008", " ", "\ue014"
+
+
+def decode_png(data):
+    """RGB rows of an 8-bit RGB or RGBA file without interlace."""
+    at, header, packed = 8, None, b""
+    while at < len(data):
+        size, kind = struct.unpack(">I4s", data[at:at + 8])
+        if kind == b"IHDR":
+            header = struct.unpack(">IIBBBBB", data[at + 8:at + 8 + size])
+        elif kind == b"IDAT":
+            packed += data[at + 8:at + 8 + size]
+        at += 12 + size
+    width, height, depth, color, _, _, interlace = header
+    assert depth == 8 and color in (2, 6) and not interlace, header
+    step = 3 if color == 2 else 4
+    raw, above, rows = zlib.decompress(packed), bytes(width * step), []
+    for y in range(height):
+        start = y * (width * step + 1)
+        kind, line = raw[start], bytearray(raw[start + 1:start + 1 + width * step])
+        for i in range(len(line)):
+            a = line[i - step] if i >= step else 0
+            b, c = above[i], above[i - step] if i >= step else 0
+            p = a + b - c
+            paeth = min((abs(p - a), 0, a), (abs(p - b), 1, b), (abs(p - c), 2, c))[2]
+            line[i] = (line[i] + (0, a, b, (a + b) // 2, paeth)[kind]) & 255
+        rows.append([tuple(line[i:i + 3]) for i in range(0, len(line), step)])
+        above = bytes(line)
+    return rows
+
+
+class Browser:
+    """One window; close() ends it and removes what it wrote."""
+
+    def __init__(self, extra):
+        self.folder = tempfile.mkdtemp(prefix="postchain-chromium-")
+        self.driver = subprocess.Popen(["chromedriver", "--port=0"], stdout=subprocess.PIPE,
+                                       stderr=subprocess.DEVNULL, text=True)
+        for line in self.driver.stdout:
+            found = re.search(r"on port (\d+)\.", line)
+            if found:
+                self.base = f"http://127.0.0.1:{found[1]}"
+                break
+        else:
+            raise RuntimeError("chromedriver did not start")
+        arguments = ARGUMENTS + [f"--user-data-dir={self.folder}"] + extra
+        session = self.call("POST", "/session", {"capabilities": {"alwaysMatch": {
+            "browserName": "chrome", "goog:chromeOptions": {"args": arguments},
+            "goog:loggingPrefs": {"browser": "ALL"}}}})
+        self.base += f"/session/{session['sessionId']}"
+
+    def close(self):
+        try:
+            self.call("DELETE", "")
+        finally:
+            self.driver.terminate()
+            self.driver.wait()
+            self.driver.stdout.close()
+            shutil.rmtree(self.folder, ignore_errors=True)
+
+    def call(self, method, path, body=None):
+        request = urllib.request.Request(
+            self.base + path, method=method, headers={"Content-Type": "application/json"},
+            data=None if body is None else json.dumps(body).encode())
+        try:
+            with urllib.request.urlopen(request, timeout=60) as answer:
+                return json.load(answer)["value"]
+        except urllib.error.HTTPError as error:
+            raise RuntimeError(json.load(error)["value"]["message"]) from None
+
+    def open(self, address):
+        self.call("POST", "/url", {"url": "about:blank"})  # else only the hash would change
+        self.call("POST", "/url", {"url": address})
+
+    def run(self, script, *arguments):
+        """The value of the body of an async function."""
+        text = ("const done = arguments[arguments.length - 1];"
+                f"(async (...args) => {{ {script} }})(...arguments)"
+                ".then((v) => done([v]), (e) => done(String(e.stack)));")
+        value = self.call("POST", "/execute/async", {"script": text, "args": list(arguments)})
+        if not isinstance(value, list):
+            raise AssertionError(value)
+        return value[0]
+
+    def wait(self, script, *arguments, seconds=20):
+        """The first true value of an expression."""
+        end = time.monotonic() + seconds
+        while True:
+            value = self.run(f"return {script};", *arguments)
+            if value:
+                return value
+            if time.monotonic() > end:
+                raise AssertionError(f"never: {script}")
+            time.sleep(0.02)
+
+    def command(self, name, **parameters):
+        """Of the DevTools protocol."""
+        return self.call("POST", "/goog/cdp/execute", {"cmd": name, "params": parameters})
+
+    def size(self, width, height):
+        self.command("Emulation.setDeviceMetricsOverride", width=width, height=height,
+                     deviceScaleFactor=1, mobile=False)
+
+    def scheme(self, name):
+        self.command("Emulation.setEmulatedMedia",
+                     features=[{"name": "prefers-color-scheme", "value": name}])
+
+    def pixel(self, x, y):
+        """RGB on the screen, CSS pixels from the window's corner."""
+        left, top = self.run("return [scrollX, scrollY];")
+        shot = self.command("Page.captureScreenshot", format="png", clip={
+            "x": x + left, "y": y + top, "width": 1, "height": 1, "scale": 1})
+        return decode_png(base64.b64decode(shot["data"]))[0][0]
+
+    def keys(self, *events):
+        """("down", key), ("up", key) or a key to press."""
+        actions = []
+        for event in events:
+            if isinstance(event, str):
+                actions += [{"type": "keyDown", "value": event}, {"type": "keyUp", "value": event}]
+            else:
+                actions.append({"type": f"key{event[0].title()}", "value": event[1]})
+        self.call("POST", "/actions", {"actions": [{"type": "key", "id": "k", "actions": actions}]})
+
+    def mouse(self, *events):
+        """(x, y): move there; "down", "up"."""
+        actions = []
+        for event in events:
+            if event in ("down", "up"):
+                actions.append({"type": f"pointer{event.title()}", "button": 0})
+            else:
+                actions.append({"type": "pointerMove", "x": round(event[0]), "y": round(event[1]),
+                                "duration": 0})
+        self.call("POST", "/actions", {"actions": [{"type": "pointer", "id": "m",
+                                                    "actions": actions}]})
+
+    def wheel(self, x, y, delta):
+        self.call("POST", "/actions", {"actions": [{"type": "wheel", "id": "w", "actions": [
+            {"type": "scroll", "x": round(x), "y": round(y), "deltaX": 0, "deltaY": delta,
+             "duration": 0}]}]})
+
+    def errors(self):
+        return [entry["message"] for entry in self.call("POST", "/se/log", {"type": "browser"})
+                if entry["level"] == "SEVERE"]

@@ -1,0 +1,141 @@
+#include "tests/page/fixture.h"
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+
+#include "tools/report/images.h"
+
+namespace postchain::report::testing {
+
+namespace {
+
+void store(Report& report, StoredImage entry, const ImageF& pixels) {
+    if (const auto status = store_image(report, std::move(entry), pixels); !status.ok()) {
+        std::fprintf(stderr, "%s\n", status.message().c_str());
+        std::exit(1);
+    }
+}
+
+// Time rises, the error falls and rises again: variant 2 is beaten by variant 1.
+constexpr double kErrors[kGood] = {0.4, 0.1, 0.2};
+constexpr double kTimes[kGood] = {10, 40, 200};  // ms
+
+Variant make_variant(int index) {
+    Variant variant;
+    const std::string samples = std::to_string(5 << index);
+    variant.name = "motion_blur.samples=" + samples;
+    variant.sweep = {{"motion_blur.samples", samples}};
+    variant.chain_text =
+        "postchain: 1\npasses:\n  - motion_blur: {samples: " + samples + "}  # </script> & <b>\n";
+    variant.chain_hash = 0x1000u + unsigned(index);
+    if (index == kGood) {
+        variant.failure = "out of GL memory: 1.2 GiB asked for";
+        return variant;
+    }
+    const double error = kErrors[index];
+    variant.metrics["hdr_flip"] = {{error * 0.9, error * 1.1}, error};
+    variant.metrics["mse"] = {{error / 10, error / 10}, error / 10};
+    variant.metrics["psnr"] = {{30.0, 30.0}, -10 * std::log10(error / 10)};
+    Timing timing;
+    timing.frame = kFrames[0];
+    timing.source = "wall clock around glFinish";
+    timing.passes = {{"0.motion_blur", false, {kTimes[index] * 0.75, 0.5, 5}},
+                     {"1.fxaa", index == 0, {kTimes[index] * 0.25, 0.2, 5}}};
+    timing.total = {kTimes[index], 0.6, 5};
+    variant.timing = timing;
+    ErrorSplit split;
+    split.frames = {kFrames[0]};
+    split.mse = {1e-9, error / 50, error / 10, error / 10};
+    split.cross = -error / 50 - 1e-9;
+    split.others["hdr_flip"] = {1e-5, error / 5, error, error};
+    split.seeds = 4;
+    split.converged_noise = 1e-6;
+    split.convergence = {"motion_blur.samples " + samples + " -> 401"};
+    variant.split = split;
+    variant.pareto = index < 2;
+    return variant;
+}
+
+}  // namespace
+
+ImageF variant_picture(int variant, int frame) {
+    ImageF image(kWidth, kHeight, 3);
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+            image.at(x, y, 0) = (float(x) + 0.5f) / kWidth * float(1 << variant) *
+                                (frame == kFrames[0] ? 1.0f : 0.5f);
+            image.at(x, y, 1) = (float(y) + 0.5f) / kHeight;
+            image.at(x, y, 2) = float(variant + 1) / 4;
+        }
+    if (variant == 1) {
+        image.at(5, 7, 0) = std::nanf("");
+        image.at(6, 7, 0) = 1e6f;
+        image.at(7, 7, 0) = -1;
+    }
+    return image;
+}
+
+ImageF truth_picture(int frame) {
+    ImageF image = variant_picture(0, frame);
+    for (size_t i = 0; i < image.pixels(); ++i) image.data[3 * i + 1] *= 2;
+    return image;
+}
+
+ImageF error_map(int variant) {
+    ImageF image(kWidth, kHeight, 1);
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x)
+            image.at(x, y) = float(x) / (kWidth - 1) * float(variant + 1) / kGood;
+    return image;
+}
+
+Report make_report(const std::string& folder) {
+    Report report;
+    report.kind = Kind::bench;
+    report.title = "A <test> & its \"report\"";
+    report.folder = folder;
+    report.command = {"postchain", "bench", "paper"};
+    report.version = "0.1.0";
+    report.input = "in.####.exr";
+    report.truth = "truth.####.exr";
+    report.reference = "truth";
+    report.width = kWidth;
+    report.height = kHeight;
+    report.metrics = {{"hdr_flip", "HDR-FLIP at 67.02 pixels per degree", Better::lower},
+                      {"mse", "mean (I-R)^2", Better::lower},
+                      {"psnr", "dB, after the display transform", Better::higher}};
+    report.constants = {{"relmse_epsilon", 0.01}};
+    report.exposure_start = -2;
+    report.exposure_stop = 1;
+    report.exposures = {-2, -0.5, 1};
+    report.tone_mapper = "aces";
+    report.renderer = "llvmpipe";
+    report.software = true;
+    report.threads = 2;
+    report.precision = "fp32";
+    report.seeds = {"motion_blur.seed 0"};
+    report.pareto_metric = "hdr_flip";
+    report.under = {"hdr_flip=0.2: motion_blur.samples=10 (40 ms)"};
+    report.crops = {{kFrames[0], 8, 8, 32, 32, "largest HDR-FLIP"}};
+    for (int v = 0; v <= kGood; ++v) report.variants.push_back(make_variant(v));
+    for (const int frame : kFrames) {
+        report.frames.push_back(frame);
+        report.page_frames.push_back(frame);
+        store(report, {ImageKind::truth, -1, frame, "", image_path("truth", frame)},
+              truth_picture(frame));
+        store(report, {ImageKind::input, -1, frame, "", image_path("input", frame)},
+              ImageF(kWidth, kHeight, 3, 0.5f));
+        for (int v = 0; v < kGood; ++v) {
+            const std::string name = std::to_string(v);
+            store(report, {ImageKind::color, v, frame, "", image_path("color" + name, frame)},
+                  variant_picture(v, frame));
+            store(report,
+                  {ImageKind::error, v, frame, "hdr_flip", image_path("error" + name, frame)},
+                  error_map(v));
+        }
+    }
+    return report;
+}
+
+}  // namespace postchain::report::testing

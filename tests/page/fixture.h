@@ -1,0 +1,25 @@
+// A small report whose pictures follow from their coordinates; page_test.py has the same formulas.
+#pragma once
+
+#include <string>
+
+#include "tools/report/report.h"
+
+namespace postchain::report::testing {
+
+inline constexpr int kWidth = 96, kHeight = 64;
+inline constexpr int kFrames[] = {1001, 1002};
+inline constexpr int kGood = 3;  // variants with pictures; one more has failed
+
+// Variant v, linear RGB: (x + 1/2) / 96 * 2^v, halved in the second frame; (y + 1/2) / 64;
+// (v + 1) / 4. In variant 1 the pixels (5,7), (6,7), (7,7) hold NaN, 1e6 and -1 in red. The truth
+// is variant 0 with twice the green.
+ImageF variant_picture(int variant, int frame);
+ImageF truth_picture(int frame);
+// x / 95 * (v + 1) / 3
+ImageF error_map(int variant);
+
+// Writes the pictures to folder/images and returns the report.
+Report make_report(const std::string& folder);
+
+}  // namespace postchain::report::testing

@@ -1,0 +1,19 @@
+// page_fixture DIR: writes the report of fixture.h as DIR/index.html, and as DIR/light.html with
+// its pictures in "DIR/its pictures".
+#include <cstdio>
+
+#include "tests/page/fixture.h"
+#include "tools/report/page/page.h"
+
+int main(int argc, char** argv) {
+    using namespace postchain::report;
+    if (argc != 2) return 2;
+    const std::string folder = argv[1];
+    const Report report = testing::make_report(folder);
+    auto status = write_page(report, folder + "/index.html");
+    if (status.ok())
+        status = write_page(report, folder + "/light.html", {folder + "/its pictures"});
+    if (status.ok()) return 0;
+    std::fprintf(stderr, "%s\n", status.message().c_str());
+    return 1;
+}

@@ -156,6 +156,12 @@ class BenchRun {
             }
             if (!whole) open.push_back(frame);
         }
+        for (size_t v = 0; v < variants_.size(); ++v) {
+            auto work = work_of(v, report_.frames.front());
+            if (!work.ok()) continue;
+            report_.variants[v].timing = store_->timing(name_of_variant(v), *work);
+            if (report_.variants[v].timing) ++done_;
+        }
         return open;
     }
 
@@ -315,20 +321,16 @@ class BenchRun {
             if (stopped())
                 return Status(StatusCode::cancelled, "stopped; the same command goes on");
             Variant& variant = report_.variants[v];
-            if (!variant.failure.empty()) {
-                progress_->finished();
-                continue;
-            }
-            auto work = work_of(v, frame);
-            if (!work.ok()) return work.status();
-            variant.timing = store_->timing(name_of_variant(v), *work);
-            if (!variant.timing) {
+            if (!variant.timing && variant.failure.empty()) {
                 progress_->at("timing " + variant.name);
+                auto work = work_of(v, frame);
+                if (!work.ok()) return work.status();
                 if (Status status = time_one(v, frame, source); !status.ok()) return status;
                 if (variant.timing)
                     if (Status status = store_->keep(name_of_variant(v), *work, *variant.timing);
                         !status.ok())
                         return status;
+                progress_->finished();
             }
             if (variant.timing && !variant.timing->trustworthy)
                 report_.notes.push_back("times of " + variant.name +

@@ -194,11 +194,15 @@ SceneOfInput find_scene(const offline::RunSettings& input, const InputSurvey& su
     return found;
 }
 
-Result<std::string> generate_truth(const scenes::SceneRequest& given, const std::string& folder,
+Result<std::string> generate_truth(const scenes::SceneRequest& given, const std::string& parent,
                                    int samples, const gl::ContextOptions& context,
                                    const std::function<bool(int, double)>& progress) {
     scenes::SceneRequest request = given;
     request.truth_samples = samples;
+    // One folder for each request: what an interrupted run has left there is of this very one.
+    const std::string text = concat(request.name, " ", request.width, "x", request.height, " ",
+                                    samples, " ", camera_parameters().text(&request.camera));
+    const std::string folder = parent + "/" + hex_of(hash_text(text));
     std::error_code error;
     fs::create_directories(folder, error);
     if (error) return Status(StatusCode::output, folder + ": cannot be made: " + error.message());

@@ -60,10 +60,10 @@ struct SceneOfInput {
 };
 SceneOfInput find_scene(const offline::RunSettings& input, const InputSurvey& survey);
 
-// Renders `both` of every frame that is not in `folder` yet as both.####.exr (float); returns the
-// pattern. Makes a GL context of its own and leaves none current. Errors: those of the scenes and
-// of writing.
-Result<std::string> generate_truth(const scenes::SceneRequest& request, const std::string& folder,
+// Renders `both` of every frame that is not there yet as both.####.exr (float) into a folder of
+// this request under `parent`; returns the pattern. Makes a GL context of its own and leaves none
+// current. Errors: those of the scenes and of writing.
+Result<std::string> generate_truth(const scenes::SceneRequest& request, const std::string& parent,
                                    int samples, const gl::ContextOptions& context,
                                    const std::function<bool(int frame, double share)>& progress);
 

@@ -7,8 +7,9 @@
 
 namespace postchain::offline {
 
-// Keys: frame, outcome, inputs, output, held_from, warnings, output_bytes, work, profile, plan, times_ms, health,
-// counters, write_notes, renderer, version. docs/sidecar.md describes each. One object, indented.
+// Keys: frame, outcome, inputs, output, held_from, warnings, output_bytes, work, profile, plan,
+// times_ms, health, counters, write_notes, renderer, version. docs/sidecar.md describes each. One
+// object, indented.
 std::string sidecar_json(const FrameReport& report, const std::string& version);
 
 // The same on one line, without the plan: for --json and --log-format json.

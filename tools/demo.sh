@@ -6,7 +6,7 @@ folder=$(realpath -m "${1:-out/demo}")
 cd "$(dirname "$0")/.."
 
 tools/install_packages.sh
-cmake --preset release
+cmake --preset release -DBUILD_TESTING=OFF
 cmake --build --preset release -j "$(nproc)" --target postchain
 postchain=$PWD/build/tools/postchain/postchain
 

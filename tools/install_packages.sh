@@ -1,17 +1,20 @@
 #!/usr/bin/env bash
-# Installs what building, testing and the demo need, on Debian bookworm. Does nothing when all is
-# there. Usage: tools/install_packages.sh
+# Installs what building postchain needs, on Debian bookworm; with --tests also what its tests need.
+# Does nothing when all is there. Usage: tools/install_packages.sh [--tests]
 set -euo pipefail
 
 packages=(
-    g++ cmake ninja-build pkg-config clang-format
+    g++ cmake ninja-build pkg-config
     libepoxy-dev libegl-dev libegl-mesa0 libgl1-mesa-dri libglm-dev
-    libopenexr-dev libopenimageio-dev openimageio-tools
+    libopenexr-dev libopenimageio-dev openimageio-tools zlib1g-dev
     libyaml-cpp-dev nlohmann-json3-dev libcli11-dev libspdlog-dev libfmt-dev
-    zlib1g-dev
-    libgtest-dev libgmock-dev libbenchmark-dev
-    python3 chromium chromium-driver
 )
+if [[ ${1:-} == --tests ]]; then
+    packages+=(
+        libgtest-dev libgmock-dev libbenchmark-dev clang-format
+        python3 chromium chromium-driver
+    )
+fi
 missing=()
 for package in "${packages[@]}"; do
     status=$(dpkg-query -W -f '${Status}' "$package" 2>/dev/null || true)

@@ -14,11 +14,11 @@ case ${1:-} in
         ;;
 esac
 
-tools/install_packages.sh
+tools/install_packages.sh --tests
 
 build_and_test() {
     echo "== preset $1"
-    cmake --preset "$1"
+    cmake --preset "$1" -DBUILD_TESTING=ON
     cmake --build --preset "$1" -j "$(nproc)"
     ctest --preset "$1" --no-tests=error
 }

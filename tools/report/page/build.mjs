@@ -33,7 +33,8 @@ async function bundle(entry, loader) {
 const glsl = { ".vert": "text", ".frag": "text" };
 const script = await bundle("src/main.js", glsl);
 const style = await bundle("src/style.css", {});
-const template = read("src/index.html").split("\n").map((line) => line.trim()).filter(Boolean).join("\n");
+const template = read("src/index.html").split("\n").map((line) => line.trim()).filter(Boolean)
+    .join("\n");
 const license = read("node_modules/uplot/LICENSE").trim();
 
 const notice = `<!--

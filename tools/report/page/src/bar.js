@@ -63,5 +63,6 @@ export function fill_bar(page) {
     by_id("zoom-out").addEventListener("click", () => page.viewer.zoom_by(-1));
     // As in the list: a click leaves the keyboard to the picture.
     for (const button of document.querySelectorAll(".bar button"))
-        button.addEventListener("pointerup", () => page.viewer.canvas.focus({ preventScroll: true }));
+        button.addEventListener("pointerup", () =>
+            page.viewer.canvas.focus({ preventScroll: true }));
 }

@@ -1,5 +1,6 @@
 // Regions worth a look, side by side: those found with the report, and those chosen with shift and
-// drag. They follow exposure, tone curve and error map of the canvas; a click shows the region there.
+// drag. They follow exposure, tone curve and error map of the canvas; a click shows the region
+// there.
 import { render } from "./cpu_view.js";
 import { h, settle } from "./dom.js";
 import { pareto_of } from "./model.js";
@@ -29,8 +30,8 @@ export function add_crops(page, more) {
     more.append(h("section", { class: "panel wide", "aria-label": "Crops" },
         h("h2", {}, "Crops"),
         h("p", { class: "about" }, "Regions where the error is largest, and those you choose: ",
-            h("kbd", {}, "Shift"), " + drag on the picture. Same exposure, tone curve and error map ",
-            "as above. ", all ? "" : "Shown: truth, the last two, and the Pareto set."), rows));
+            h("kbd", {}, "Shift"), " + drag on the picture. Same exposure, tone curve and error ",
+            "map as above. ", all ? "" : "Shown: truth, the last two, and the Pareto set."), rows));
 
     let tiles = [];
     const seen = new IntersectionObserver((entries) => {
@@ -84,7 +85,8 @@ export function add_crops(page, more) {
                 tile.button = h("button", {
                     type: "button", class: "tile", title: source.name,
                     style: { width: `${Math.max(crop.width * size, 80) + 2}px` },
-                    "aria-label": `Show ${source.name}, frame ${crop.frame}, region at ${crop.x}, ${crop.y}`,
+                    "aria-label": `Show ${source.name}, frame ${crop.frame}, region at ` +
+                        `${crop.x}, ${crop.y}`,
                     onclick: () => {
                         page.show(source.key, { frame: crop.frame });
                         page.viewer.show_region(crop);

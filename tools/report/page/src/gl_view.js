@@ -7,12 +7,12 @@ import { kMagma } from "./magma.js";
 const kTextureBytes = 512 * 2 ** 20;
 
 export class GlView {
-    // Undefined when WebGL2 is not to be had.
-    static create(canvas) {
+    // Undefined when WebGL2 is not to be had, or not for pictures whose longer side is `side`.
+    static create(canvas, side) {
         const gl = canvas.getContext("webgl2", {
             alpha: false, antialias: false, depth: false, preserveDrawingBuffer: true,
         });
-        if (!gl) return undefined;
+        if (!gl || gl.getParameter(gl.MAX_TEXTURE_SIZE) < side) return undefined;
         try {
             return new GlView(gl);
         } catch (error) {
@@ -80,10 +80,11 @@ export class GlView {
             gl.bindTexture(gl.TEXTURE_2D, held.texture);
             this.textures.delete(image.name);
         } else {
-            const texture = image.bits === 16
-                ? this.#texture(gl.RGB16F, image.width, image.height, gl.RGB, gl.HALF_FLOAT, image.data)
-                : this.#texture(gl.R8, image.width, image.height, gl.RED, gl.UNSIGNED_BYTE, image.data);
-            held = { texture, bytes: image.data.byteLength };
+            const { width, height, bits, data } = image;
+            const texture = bits === 16
+                ? this.#texture(gl.RGB16F, width, height, gl.RGB, gl.HALF_FLOAT, data)
+                : this.#texture(gl.R8, width, height, gl.RED, gl.UNSIGNED_BYTE, data);
+            held = { texture, bytes: data.byteLength };
         }
         this.textures.set(image.name, held);
     }

@@ -22,13 +22,16 @@ export function fill_list(page) {
         const failure = source.data?.failure;
         const parts = {
             figure: h("span", { class: "figure" }),
-            values: h("span", { class: failure ? "values reason" : "values" }, failure ?? passes_of(source)),
+            values: h("span", { class: failure ? "values reason" : "values passes" },
+                failure ?? passes_of(source)),
             at: h("span", { class: "at" }),
         };
-        const time = source.data && !failure ? milliseconds(model.time(source.data)) : "";
+        const time = source.data && !(failure && model.time(source.data) === undefined)
+            ? milliseconds(model.time(source.data)) : "";
         const untrusted = source.data?.timing?.trustworthy === false;
         parts.row = h("button", {
-            type: "button", class: "row", "aria-pressed": "false", title: failure || source.data?.name,
+            type: "button", class: "row", "aria-pressed": "false",
+            title: failure || source.data?.name,
             onclick: () => page.show(source.key),
             // After a click the keyboard belongs to the picture, so that space flips.
             onpointerup: () => page.viewer.canvas.focus({ preventScroll: true }),
@@ -50,7 +53,7 @@ export function fill_list(page) {
         select.value = state.get("metric");
         const better = model.metric(state.get("metric"))?.better;
         let best;
-        for (const source of model.variant_sources) {
+        for (const source of model.variant_sources.filter(() => model.reference_kind !== "a")) {
             const mean = model.mean(source.data, state.get("metric"));
             if (mean !== undefined && (best === undefined || is_better(better, mean, best)))
                 best = mean;
@@ -58,9 +61,10 @@ export function fill_list(page) {
         for (const source of model.variant_sources) {
             const mean = model.mean(source.data, state.get("metric"));
             const { figure } = rows.get(source.key);
-            figure.textContent = source.data.failure ? "failed" : number(mean);
+            const failed = source.data.failure && mean === undefined;
+            figure.textContent = failed ? "failed" : number(mean);
             figure.classList.toggle("best", mean !== undefined && mean === best);
-            figure.classList.toggle("bad", Boolean(source.data.failure));
+            figure.classList.toggle("bad", Boolean(failed));
         }
     });
 
@@ -72,6 +76,7 @@ export function fill_list(page) {
             if (source.data?.failure) continue;
             const found = pixel && page.viewer.values(source, pixel, map);
             line.textContent = found ? triple(found.rgb) : passes_of(source);
+            line.classList.toggle("passes", !found);
             at.textContent = found?.error !== undefined ? number(found.error) : "";
         }
         readout.textContent = pixel

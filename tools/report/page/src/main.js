@@ -1,16 +1,18 @@
 // Starts the page: reads the report, wires the parts together.
 import { by_id } from "./dom.js";
 import { fill_bar } from "./bar.js";
+import { add_comparison } from "./comparison.js";
+import { add_split, add_times } from "./costs.js";
 import { add_crops } from "./crops.js";
 import { ImageStore } from "./images.js";
 import { bind_keys } from "./keys.js";
 import { fill_list } from "./list.js";
 import { kMagma } from "./magma.js";
 import { model_of } from "./model.js";
+import { overlay } from "./overlay.js";
 import { add_frames_plot, add_pareto } from "./plots.js";
 import { fields_of, State } from "./state.js";
-import { add_comparison, add_facts, add_split, add_times, add_variants } from "./tables.js";
-import { overlay } from "./overlay.js";
+import { add_facts, add_variants } from "./tables.js";
 import { Viewer } from "./viewer.js";
 
 const json = (id) => JSON.parse(by_id(id).textContent);
@@ -33,7 +35,8 @@ function start() {
     const first = shown.find((s) => s.kind === "color") ?? shown[0] ?? model.sources[0];
     const second = shown.find((s) => s.kind === "color" && s !== first) ?? shown.find(
         (s) => s !== first) ?? first;
-    const metric = model.metric(model.pareto_metric) ?? model.metric("hdr_flip") ?? model.metrics[0];
+    const metric = model.metric(model.pareto_metric) ?? model.metric("hdr_flip") ??
+        model.metrics[0];
     const state = new State(fields_of(model), {
         show: first.key, last: second.key, frame: first.frames[0] ?? model.page_frames[0] ?? 0,
         ev: 0, tone: "display", map: model.maps[0]?.key ?? "", pin: false, zoom: 0, x: 0, y: 0,

@@ -2,7 +2,8 @@
 import { kFormulas, kStoredScale, kTones } from "./tone.js";
 
 const kMapNames = { hdr_flip: "HDR-FLIP", flip: "FLIP", relmse: "relMSE", smape: "SMAPE",
-    mse: "MSE", psnr: "PSNR", ssim: "SSIM", tde: "TDE" };
+    mse: "MSE", psnr: "PSNR", ssim: "SSIM", tde: "TDE",
+    relmse_trimmed: "relMSE trimmed", nonfinite: "non-finite pixels" };
 export const metric_name = (key) => kMapNames[key] ?? key.replaceAll("_", " ");
 
 // Short names: "samples=5, preset=39" for "motion_blur.samples=5, fxaa.preset=39" where the last
@@ -41,7 +42,9 @@ export function model_of(report, store) {
     model.source = (key) => model.sources.find((s) => s.key === key);
     model.variant_sources = model.sources.filter((s) => s.kind === "color");
 
-    // What error maps compare with. Without truth two chains are compared with each other.
+    // What the metrics were compared with (docs/report.md), and what error maps are: without truth
+    // two chains are compared with each other.
+    model.reference_kind = report.reference;
     model.reference = truth_frames.length ? model.source("truth")
         : report.kind === "ab" && model.variant_sources[0]?.frames.length ? model.variant_sources[0]
             : undefined;

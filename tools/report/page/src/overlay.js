@@ -10,7 +10,8 @@ const kRamp = `linear-gradient(to right, ${Array.from({ length: 33 }, (_, i) => 
 }).join()})`;
 
 function ticks_of(scale) {
-    if (!scale.log) return [0, 0.25, 0.5, 0.75, 1].map((t) => scale.low + t * (scale.high - scale.low));
+    if (!scale.log)
+        return [0, 0.25, 0.5, 0.75, 1].map((t) => scale.low + t * (scale.high - scale.low));
     const count = Math.round(Math.log10(scale.high / scale.low));
     return Array.from({ length: count + 1 }, (_, i) => scale.low * 10 ** i);
 }

@@ -33,12 +33,14 @@ const tick_text = (v) => (v && (Math.abs(v) < 1e-3 || Math.abs(v) >= 1e5) ? numb
 function axis_of(values, log, label, size) {
     log = log && values.every((v) => v > 0);
     const [low, high] = [Math.min(...values), Math.max(...values)];
-    const pad = log ? Math.max((high / low) ** 0.08, 1.15) : (high - low) * 0.08 || Math.abs(high) * 0.1 || 1;
+    const pad = log ? Math.max((high / low) ** 0.12, 1.02)
+        : (high - low) * 0.08 || Math.abs(high) * 0.1 || 1;
     const range = log ? [low / pad, high * pad] : [low - pad, high + pad];
     return {
         scale: { time: false, distr: log ? 3 : 1, range: () => range },
         axis: {
-            label: `${label}${log ? ", log" : ""}`, size, labelSize: 18, font: kFont, labelFont: kFont,
+            label: `${label}${log ? ", log" : ""}`, size, labelSize: 18, font: kFont,
+            labelFont: kFont,
             stroke: () => color_of("quiet"), grid: { stroke: () => color_of("grid"), width: 1 },
             ticks: { stroke: () => color_of("line"), width: 1, size: 5 },
             splits: () => (log ? log_ticks : even_ticks)(...range),
@@ -51,7 +53,8 @@ function axis_of(values, log, label, size) {
 function keep_fresh(box, get_plot) {
     new ResizeObserver(() => {
         const plot = get_plot();
-        if (plot && box.clientWidth) plot.setSize({ width: box.clientWidth, height: box.clientHeight });
+        if (plot && box.clientWidth)
+            plot.setSize({ width: box.clientWidth, height: box.clientHeight });
     }).observe(box);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () =>
         get_plot()?.redraw(false));
@@ -64,6 +67,8 @@ function place_of(plot, x, y) {
 
 export function add_pareto(page, more) {
     const { model, state } = page;
+    // Against one of the variants itself there is no error.
+    if (model.reference_kind === "a") return;
     if (!model.variant_sources.some((s) => model.time(s.data) !== undefined)) return;
     const box = h("div", { class: "plot pareto", tabindex: "0", role: "img" });
     const tip = h("div", { class: "tip", hidden: true });
@@ -120,7 +125,8 @@ export function add_pareto(page, more) {
     // What is shown first, then the Pareto set: labels of the rest would crowd a large sweep.
     const rank = (i) => (points[i].key === state.get("show") ? 0
         : front.includes(i) ? 1 : points.length <= 12 ? 2 : 3);
-    // A label where no other one lies: above the line to the right, else around the point, else none.
+    // A label where no other one lies: above the line to the right, else around the point, else
+    // none.
     function label(u, i, x, y, taken) {
         const c = u.ctx;
         const density = devicePixelRatio;
@@ -155,15 +161,18 @@ export function add_pareto(page, more) {
         const i = event.type === "mouseleave" ? -1 : nearest(event.offsetX, event.offsetY);
         tip.hidden = i < 0;
         if (i < 0) return;
-        tip.textContent = `${points[i].name}: ${number(points[i].error)} in ${milliseconds(points[i].time)}`;
+        const { name, error, time } = points[i];
+        tip.textContent = `${name}: ${number(error)} in ${milliseconds(time)}`;
         const left = plot.over.offsetLeft + plot.valToPos(points[i].time, "x");
-        tip.style.left = `${limit(left - tip.clientWidth / 2, 0, box.clientWidth - tip.clientWidth)}px`;
+        const room = box.clientWidth - tip.clientWidth;
+        tip.style.left = `${limit(left - tip.clientWidth / 2, 0, room)}px`;
         tip.style.top = `${plot.over.offsetTop + plot.valToPos(points[i].error, "y") - 38}px`;
     }
 
     function build() {
         const metric = model.metric(state.get("metric"));
-        points = model.variant_sources.map((s) => ({
+        // A variant that failed in some frames has means over fewer.
+        points = model.variant_sources.filter((s) => !s.data.failure).map((s) => ({
             key: s.key, name: s.name, time: model.time(s.data),
             error: metric && model.mean(s.data, metric.name),
         })).filter((p) => p.time !== undefined && p.error !== undefined)
@@ -177,11 +186,13 @@ export function add_pareto(page, more) {
         }
         front = pareto_of(points, metric.better);
         const name = metric_name(metric.name);
-        about.textContent = `${name}: ${{ lower: "lower", higher: "higher", one: "nearer to 1" }[metric.better]} ` +
-            "is better. On the line: no other variant is both faster and nearer. A click shows the picture.";
-        box.setAttribute("aria-label", `${name} against time. Pareto set: ` +
-            front.map((i) => `${points[i].name} ${number(points[i].error)} in ${milliseconds(points[i].time)}`).join("; ") +
-            ". Left and right arrow keys choose a point.");
+        const way = { lower: "lower", higher: "higher", one: "nearer to 1" }[metric.better];
+        about.textContent = `${name}: ${way} is better. On the line: no other variant is both ` +
+            "faster and nearer. A click shows the picture.";
+        const words = front.map((i) =>
+            `${points[i].name} ${number(points[i].error)} in ${milliseconds(points[i].time)}`);
+        box.setAttribute("aria-label", `${name} against time. Pareto set: ${words.join("; ")}. ` +
+            "Left and right arrow keys choose a point.");
         const x = axis_of(points.map((p) => p.time), true, "time per frame, ms", 36);
         const y = axis_of(points.map((p) => p.error), metric.better === "lower", name, 54);
         plot = new uPlot({
@@ -258,7 +269,8 @@ export function add_frames_plot(page, more) {
         }, [model.frames, ...columns], box);
         plot.over.addEventListener("click", (event) => {
             const at = plot.posToVal(event.offsetX, "x");
-            const frames = [...model.page_frames].sort((a, b) => Math.abs(a - at) - Math.abs(b - at));
+            const frames = [...model.page_frames]
+                .sort((a, b) => Math.abs(a - at) - Math.abs(b - at));
             if (frames.length) state.set({ frame: frames[0] });
         });
     }

@@ -72,7 +72,8 @@ export class State {
     // What stands in the address: members that differ from the default.
     hash() {
         return Object.entries(this.fields)
-            .map(([key, { write }]) => [key, write(this.values[key] ?? ""), write(this.defaults[key] ?? "")])
+            .map(([key, { write }]) =>
+                [key, write(this.values[key] ?? ""), write(this.defaults[key] ?? "")])
             .filter(([, text, usual]) => text !== usual)
             .map(([key, text]) => `${key}=${text}`).join("&");
     }

@@ -23,7 +23,8 @@ uniform int n;            // taps a side of a device pixel (taps_of of cpu_view.
 out vec4 color;
 
 vec3 srgb(vec3 v) {
-    return mix(1.055 * pow(v, vec3(1.0 / 2.4)) - 0.055, 12.92 * v, lessThanEqual(v, vec3(0.0031308)));
+    return mix(1.055 * pow(v, vec3(1.0 / 2.4)) - 0.055, 12.92 * v,
+               lessThanEqual(v, vec3(0.0031308)));
 }
 
 vec3 shown(vec3 v) {

@@ -4,7 +4,9 @@ import { color_of, limit } from "./dom.js";
 import { GlView } from "./gl_view.js";
 import { kTones } from "./tone.js";
 
-const kLadder = [0.0625, 0.125, 0.25, 0.33, 0.5, 0.67, 1, 1.5, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64];
+// Steps of the zoom, device pixels per picture pixel.
+const kLadder = [0.0625, 0.125, 0.25, 0.33, 0.5, 0.67, 1, 1.5, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48,
+    64];
 const kGridFrom = 8;      // device pixels per picture pixel
 const kWheelStep = 60;    // of a wheel event's deltaY, for one step of the ladder
 const kLeastCrop = 4;     // picture pixels
@@ -21,7 +23,7 @@ export class Viewer {
         Object.assign(this, { canvas, model, store, state, on });
         this.holding = false;  // D is down
         this.painter = new URLSearchParams(location.search).get("renderer") === "2d"
-            ? undefined : GlView.create(canvas);
+            ? undefined : GlView.create(canvas, Math.max(model.width, model.height));
         if (!this.painter) {
             // A canvas that once gave a WebGL context gives no other.
             const fresh = canvas.cloneNode();
@@ -232,7 +234,8 @@ export class Viewer {
             if (drag?.crop) {
                 this.on.choosing(undefined);
                 const box = this.#box(drag.at, place(event));
-                if (event.type === "pointerup" && box.width >= kLeastCrop && box.height >= kLeastCrop)
+                if (event.type === "pointerup" &&
+                    Math.min(box.width, box.height) >= kLeastCrop)
                     this.on.crop(box);
             }
             drag = undefined;

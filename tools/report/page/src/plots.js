@@ -228,7 +228,9 @@ export function add_frames_plot(page, more) {
     const box = h("div", { class: "plot" });
     const about = h("p", { class: "about" });
     const legend = h("div", { class: "legend" });
-    more.append(h("section", { class: "panel", "aria-label": "Error over frames" },
+    const alone = !more.querySelector(".pareto");
+    more.append(h("section", { class: alone ? "panel wide" : "panel",
+        "aria-label": "Error over frames" },
         h("h2", {}, "Error over frames"), about, legend, box));
     let plot;
 

@@ -51,6 +51,10 @@ export function add_facts({ model, viewer }, more) {
             `(A ${model.comparison.steps_a}, B ${model.comparison.steps_b})`],
         ["Bootstrap", bootstrap && `${bootstrap.replicates} replicates of tiles of ` +
             `${bootstrap.tile_px} px, seed ${bootstrap.seed}`],
+        ["Constants", Object.entries(model.constants).map(([name, value]) =>
+            `${name.replaceAll("_", " ")} ${value}`).join(", ")],
+        ["Notes", model.notes.length && h("ul", { class: "notes" },
+            model.notes.map((n) => h("li", {}, n)))],
         ["postchain", model.version],
         ["This page", `drawn with ${viewer.painter.name}; pictures are 16-bit floats, stored ` +
             "maps 8 bit"],
@@ -61,10 +65,5 @@ export function add_facts({ model, viewer }, more) {
             h("th", { scope: "row" }, name), h("td", {}, value)))))));
     more.append(h("section", { class: "panel", "aria-label": "Metrics" }, h("h2", {}, "Metrics"),
         h("table", { class: "facts" }, h("tbody", {}, model.metrics.map((m) => h("tr", {},
-            h("th", { scope: "row" }, metric_name(m.name)), h("td", {}, m.help))),
-        Object.entries(model.constants).map(([name, value]) => h("tr", {},
-            h("th", { scope: "row" }, name.replaceAll("_", " ")),
-            h("td", {}, number(value, 4)))))),
-        model.notes.length
-            ? h("ul", { class: "notes" }, model.notes.map((n) => h("li", {}, n))) : ""));
+            h("th", { scope: "row" }, metric_name(m.name)), h("td", {}, m.help)))))));
 }

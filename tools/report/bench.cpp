@@ -321,7 +321,9 @@ class BenchRun {
             if (stopped())
                 return Status(StatusCode::cancelled, "stopped; the same command goes on");
             Variant& variant = report_.variants[v];
-            if (!variant.timing && variant.failure.empty()) {
+            if (!variant.timing && !variant.failure.empty()) {
+                progress_->finished();
+            } else if (!variant.timing) {
                 progress_->at("timing " + variant.name);
                 auto work = work_of(v, frame);
                 if (!work.ok()) return work.status();
@@ -335,7 +337,6 @@ class BenchRun {
             if (variant.timing && !variant.timing->trustworthy)
                 report_.notes.push_back("times of " + variant.name +
                                         " are not to be trusted: " + variant.timing->why_not);
-            progress_->finished();
         }
         return Status();
     }

@@ -14,7 +14,7 @@ namespace {
 Json load(const std::string& path, const std::string& key) {
     std::ifstream file(path);
     Json json = Json::parse(file, nullptr, false);
-    if (!json.is_object() || json.value("key", "") != key) return nullptr;
+    if (!json.is_object() || json.value("key", Json()) != key) return nullptr;
     return json;
 }
 

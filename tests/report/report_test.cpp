@@ -1,0 +1,224 @@
+// report.json, report.csv, report.md.
+#include "tools/report/report.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <limits>
+#include <set>
+#include <sstream>
+
+#include "tests/report/support.h"
+#include "tools/report/json_parts.h"
+
+namespace postchain::report {
+namespace {
+
+using ::testing::HasSubstr;
+
+// Every member filled with something of its own.
+Report filled() {
+    Report report;
+    report.kind = Kind::ab;
+    report.title = "A, \"B\" | C";
+    report.command = {"postchain", "ab"};
+    report.version = "9";
+    report.input = "in.####.exr";
+    report.truth = "truth.####.exr";
+    report.reference = "truth";
+    report.frames = {10, 11};
+    report.page_frames = {10};
+    report.width = 64;
+    report.height = 40;
+    report.metrics = {{"flip", "FLIP", Better::lower}, {"psnr", "dB", Better::higher}};
+    report.constants = {{"relmse_epsilon", 0.01}};
+    report.exposures = {-1, 2};
+    report.tone_mapper = "aces";
+    report.variants.resize(2);
+    Variant& variant = report.variants[0];
+    variant.name = "one, two";
+    variant.sweep = {{"fxaa.preset", "10"}};
+    variant.chain_text = "postchain: 1\n";
+    variant.chain_hash = 0xabc;
+    variant.metrics["flip"] = {{0.25, std::nullopt}, 0.25};
+    variant.timing.emplace();
+    variant.timing->source = "clock";
+    variant.timing->passes = {{"0.fxaa", false, {1.5, 0.5, 3}}};
+    variant.timing->total = {1.5, 0.5, 3};
+    variant.split.emplace();
+    variant.split->frames = {10};
+    variant.split->mse = {0.1, 0.2, 0.3, 0.7};
+    variant.split->cross = 0.1;
+    variant.split->others["smape"].model = 0.5;
+    variant.left_out.emplace_back(10, LeftOut{"fxaa", "rule", "reason", 1, 2, 3});
+    report.variants[1].name = "bad";
+    report.variants[1].failure = "frame 10: no\nsecond line";
+    report.comparison.emplace();
+    report.comparison->metrics.push_back({"flip",
+                                          {0.1, std::nullopt},
+                                          1,
+                                          0.1,
+                                          std::nullopt,
+                                          Interval{-1, 1},
+                                          4,
+                                          Finding::too_few_frames,
+                                          "words"});
+    report.comparison->verdict = "Too few.";
+    StoredImage image;
+    image.path = "images/a.0010.exr";
+    report.images = {image};
+    report.crops = {{10, 1, 2, 3, 4, "why"}};
+    report.notes = {"a note"};
+    return report;
+}
+
+void collect_keys(const Json& json, std::set<std::string>& keys) {
+    for (const auto& [key, value] : json.items()) {
+        if (json.is_object()) keys.insert(key);
+        if (value.is_structured()) collect_keys(value, keys);
+    }
+}
+
+TEST(ReportJson, EveryKeyIsInTheDocument) {
+    const Json json = Json::parse(report_as_json(filled()));
+    std::ifstream file(std::string(POSTCHAIN_SOURCE_DIR) + "/docs/report.md");
+    std::stringstream text;
+    text << file.rdbuf();
+    ASSERT_FALSE(text.str().empty());
+    std::set<std::string> keys;
+    collect_keys(json, keys);
+    // Names that are data, not keys of the format.
+    for (const char* data : {"flip", "smape", "relmse_epsilon", "fxaa.preset"}) keys.erase(data);
+    EXPECT_GT(keys.size(), 70u);
+    for (const auto& key : keys)
+        EXPECT_THAT(text.str(), HasSubstr("`" + key + "`")) << "not in docs/report.md";
+}
+
+TEST(ReportJson, ValuesAndNulls) {
+    const Json json = Json::parse(report_as_json(filled()));
+    EXPECT_EQ(json["kind"], "ab");
+    EXPECT_EQ(json["variants"][0]["metrics"]["flip"]["frames"], Json::parse("[0.25, null]"));
+    EXPECT_EQ(json["variants"][0]["chain_hash"], "0000000000000abc");
+    EXPECT_EQ(json["variants"][0]["split"]["mse"]["cross"], 0.1);
+    EXPECT_TRUE(json["variants"][0]["failure"].is_null());
+    EXPECT_TRUE(json["variants"][1]["timing"].is_null());
+    EXPECT_EQ(json["comparison"]["metrics"][0]["bootstrap"], Json::parse("[-1.0, 1.0]"));
+    EXPECT_TRUE(json["comparison"]["metrics"][0]["t_interval"].is_null());
+    EXPECT_EQ(json["comparison"]["metrics"][0]["finding"], "too_few_frames");
+    EXPECT_TRUE(json["images"][0]["variant"].is_null());
+    EXPECT_EQ(json["truth"], "truth.####.exr");
+}
+
+TEST(ReportJson, NonFiniteNumbersAndForeignBytesStillMakeJson) {
+    Report report = filled();
+    report.variants[0].metrics["flip"].mean = std::numeric_limits<double>::infinity();
+    report.variants[0].metrics["flip"].frames[0] = std::numeric_limits<double>::quiet_NaN();
+    report.input = "f\xfcr.exr";
+    const Json json = Json::parse(report_as_json(report), nullptr, false);
+    ASSERT_FALSE(json.is_discarded());
+    EXPECT_TRUE(json["variants"][0]["metrics"]["flip"]["mean"].is_null());
+}
+
+TEST(ReportJson, TimingAndSplitComeBack) {
+    const Report report = filled();
+    const auto timing = timing_from(json_of(*report.variants[0].timing));
+    ASSERT_TRUE(timing);
+    EXPECT_EQ(timing->passes[0].pass, "0.fxaa");
+    EXPECT_EQ(timing->total.median_ms, 1.5);
+    const auto split = split_from(json_of(*report.variants[0].split));
+    ASSERT_TRUE(split);
+    EXPECT_EQ(*split->mse.model, 0.3);
+    EXPECT_EQ(*split->cross, 0.1);
+    EXPECT_FALSE(split->others.at("smape").precision);
+    EXPECT_FALSE(timing_from(Json::parse("{}")));
+    EXPECT_FALSE(split_from(Json::parse("[]")));
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+    std::vector<std::string> lines;
+    std::istringstream in(text);
+    for (std::string line; std::getline(in, line);) lines.push_back(line);
+    return lines;
+}
+
+// Fields of one line, quotes taken off (RFC 4180; no line breaks inside here).
+std::vector<std::string> fields_of(const std::string& line) {
+    std::vector<std::string> fields(1);
+    bool quoted = false;
+    for (size_t i = 0; i < line.size(); ++i) {
+        if (line[i] == '"') {
+            if (quoted && i + 1 < line.size() && line[i + 1] == '"')
+                fields.back() += line[++i];
+            else
+                quoted = !quoted;
+        } else if (line[i] == ',' && !quoted) {
+            fields.emplace_back();
+        } else {
+            fields.back() += line[i];
+        }
+    }
+    return fields;
+}
+
+TEST(ReportCsv, EveryRowHasEveryColumn) {
+    Report report = filled();
+    report.variants[1].failure = "frame 10: no, \"never\"";
+    const auto lines = lines_of(report_as_csv(report));
+    ASSERT_EQ(lines.size(), 7u);  // header, two variants of two frames and a mean
+    const auto header = fields_of(lines[0]);
+    for (const auto& line : lines) EXPECT_EQ(fields_of(line).size(), header.size()) << line;
+    const auto field = [&](size_t line, const std::string& name) {
+        const auto at = std::find(header.begin(), header.end(), name);
+        EXPECT_NE(at, header.end()) << name;
+        return fields_of(lines[line])[size_t(at - header.begin())];
+    };
+    EXPECT_EQ(field(1, "variant"), "one, two");
+    EXPECT_EQ(field(1, "frame"), "10");
+    EXPECT_EQ(field(1, "flip"), "0.25");
+    EXPECT_EQ(field(2, "flip"), "");
+    EXPECT_EQ(field(3, "frame"), "mean");
+    EXPECT_EQ(field(3, "total_ms"), "1.5");
+    EXPECT_EQ(field(3, "mse_cross"), "0.1");
+    EXPECT_EQ(field(3, "mse_total"), "0.7");
+    EXPECT_EQ(field(6, "failure"), "frame 10: no, \"never\"");
+    EXPECT_EQ(field(6, "total_ms"), "");
+}
+
+TEST(ReportMarkdown, TablesVerdictAndFailures) {
+    const std::string text = report_as_markdown(filled());
+    EXPECT_THAT(text, HasSubstr("Too few."));
+    EXPECT_THAT(text, HasSubstr("bad failed: frame 10: no"));
+    EXPECT_THAT(text, HasSubstr("| flip | 1 | 0.1 |  | -1 .. 1 | too few frames to decide |"));
+    EXPECT_THAT(text, HasSubstr("| one, two | 0.1 | 0.2 | 0.3 | 0.1 | 0.7 |"));
+    EXPECT_THAT(text, HasSubstr("- a note"));
+    // Every row of a table has as many bars as the one before it in that table.
+    size_t bars = 0;
+    for (const auto& line : lines_of(text)) {
+        size_t here = 0;
+        for (size_t i = 0; i < line.size(); ++i)
+            here += line[i] == '|' && (i == 0 || line[i - 1] != '\\');
+        if (line.empty() || line[0] != '|') {
+            bars = 0;
+            continue;
+        }
+        EXPECT_TRUE(bars == 0 || here == bars) << line;
+        bars = here;
+    }
+}
+
+TEST(ReportFiles, AreWrittenWholeAndFailClearly) {
+    const test::TempFolder folder;
+    Report report = filled();
+    report.folder = folder.path();
+    ASSERT_TRUE(write_report_json(report).ok());
+    ASSERT_TRUE(write_report_csv(report).ok());
+    ASSERT_TRUE(write_report_markdown(report).ok());
+    for (const char* name : {"report.json", "report.csv", "report.md"})
+        EXPECT_GT(std::filesystem::file_size(folder.path(name)), 100u);
+    report.folder = folder.path("nowhere");
+    EXPECT_EQ(write_report_json(report).code(), StatusCode::output);
+}
+
+}  // namespace
+}  // namespace postchain::report

@@ -113,7 +113,7 @@ void TileBootstrap::add(int frame, const TileSums& tiles) {
     for (size_t r = 0; r < replicates_.size(); ++r) {
         uint64_t start = seed_;
         uint64_t state = split_mix(start) ^ (uint64_t(uint32_t(frame)) << 32 | uint64_t(r));
-        split_mix(state);
+        state = split_mix(state);
         double sum = 0, pixels = 0;
         for (size_t i = 0; i < n; ++i) {
             // The top 32 bits as a fraction of n: bias below n / 2^32.

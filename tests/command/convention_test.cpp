@@ -88,6 +88,13 @@ TEST_F(ConventionTest, PlanesInFilesOfTheirOwn) {
     const auto inputs = sidecar(9)["inputs"];
     EXPECT_EQ(inputs["inverse_depth"], at("z.0001.exr"));
     EXPECT_EQ(inputs["motion"], at("m.0001.exr"));
+    // A file of another convention keeps it: Nuke's depth is 1/distance.
+    FrameFile nuke;
+    nuke.convention = "nuke";
+    write_frame(at("n.0001.exr"), planes, nuke);
+    const std::string mixed =
+        "color=" + at("c.####.exr") + ",depth=" + at("n.####.exr") + ",motion=" + at("n.####.exr");
+    EXPECT_LE(largest_difference(filtered(mixed), expected), 1e-5);
     // The output is the color file, filtered: it has not gained channels.
     EXPECT_EQ(other_channels(out(9)).size(), 0u);
     // A depth of another size is refused.

@@ -7,6 +7,7 @@
 namespace postchain::test {
 namespace {
 
+namespace fs = std::filesystem;
 using RunTest = CommandTest;
 
 TEST_F(RunTest, BothOrdersOfAGeneratedScene) {
@@ -144,6 +145,12 @@ TEST_F(RunTest, QuietAndVerbose) {
     const auto quiet = filter("fxaa", {"-q"});
     EXPECT_EQ(quiet.code, 0);
     EXPECT_EQ(quiet.out + quiet.err, "");
+    // Nor a warning.
+    FrameFile half_depth;
+    half_depth.depth_type = io::PixelType::half;
+    write_frame(in(2), make_planes(48, 32), half_depth);
+    EXPECT_EQ(filter("all", {"-q", "--frames", "2"}).err, "");
+    fs::remove(in(2));
     const auto again = filter("fxaa", {"-q"});
     EXPECT_EQ(again.code, 5);
     EXPECT_TRUE(contains(again.err, out(1))) << again.err;
@@ -204,7 +211,7 @@ TEST_F(RunTest, SetReachesPassAndCamera) {
 
 // Memory does not grow with the length of the sequence.
 TEST_F(RunTest, PeakMemoryOfALongRun) {
-    write_frame(in(1), make_planes(192, 108));
+    write_frame(in(1), make_planes(320, 180));
     for (int frame = 2; frame <= 60; ++frame) std::filesystem::copy_file(in(1), in(frame));
     const Arguments arguments = {"--threads", "1", "--on-existing", "overwrite", "-q", "--frames"};
     const auto with = [&](const char* frames) {

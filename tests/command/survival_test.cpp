@@ -42,8 +42,20 @@ TEST_F(SurvivalTest, KilledAtAnyMoment) {
         fs::remove(out(6));
         {
             Process process(over_and_over());
-            std::this_thread::sleep_for(
-                std::chrono::duration<double>(whole_s * (0.05 + 0.1 * round)));
+            if (round % 2) {
+                std::this_thread::sleep_for(
+                    std::chrono::duration<double>(whole_s * (0.05 + 0.1 * round)));
+            } else {
+                // In the middle of writing frame 1 + round / 2.
+                const std::string begin = ".o.000" + std::to_string(1 + round / 2) + ".exr.";
+                const auto writing = [&] {
+                    const auto names = temporaries(at("out"));
+                    return std::any_of(names.begin(), names.end(),
+                                       [&](const auto& name) { return name.starts_with(begin); });
+                };
+                while (process.running() && !writing()) {
+                }
+            }
             process.send(SIGKILL);
             process.wait();
         }

@@ -153,6 +153,27 @@ TEST_F(Ab, TimesNameSourceAndPasses) {
     EXPECT_EQ(report->variants[1].timing->total.median_ms, 0);
 }
 
+// A second chain without random numbers has no flicker to measure; noise: none has none.
+TEST_F(Ab, FlickerIsTheScatterOverSeedsOfTheFirstFrame) {
+    auto report = run(test::kChainText, kNothing, settings());
+    ASSERT_TRUE(report.ok());
+    const Series& flicker = report->variants[0].metrics.at("flicker");
+    ASSERT_TRUE(flicker.frames[0]);
+    EXPECT_GT(*flicker.frames[0], 1e-4);
+    EXPECT_FALSE(flicker.frames[1]);
+    EXPECT_FALSE(report->variants[1].metrics.at("flicker").mean);
+    auto still = run_ab(
+        {"one", test::parse(test::kChainText, {"motion_blur.noise=none"})}, chain("two", kNothing),
+        [&] {
+            auto again = settings();
+            again.overwrite = true;
+            return again;
+        }(),
+        test::executor(), {}, nullptr);
+    ASSERT_TRUE(still.ok());
+    EXPECT_EQ(*still->variants[0].metrics.at("flicker").frames[0], 0);
+}
+
 TEST_F(Ab, StopsWhenAsked) {
     const std::atomic<bool> stop = true;
     auto report = run_ab(chain("one", kNothing), chain("two", kNothing), settings(),

@@ -6,6 +6,7 @@
 #include "chain/merge.h"
 #include "config/chain_file.h"
 #include "tools/metrics/temporal.h"
+#include "tools/report/converge.h"
 #include "tools/report/images.h"
 #include "tools/report/statistics.h"
 #include "tools/report/timing.h"
@@ -278,10 +279,30 @@ class AbRun {
                     note("times of " + report_.variants[v].name +
                          " are not to be trusted: " + timing->why_not);
                 report_.variants[v].timing = std::move(*timing);
+                if (Status status = flicker(v, *source); !status.ok()) return status;
             }
             if (stop_ && *stop_) return Status(StatusCode::cancelled, "stopped");
             progress_->finished();
         }
+        return Status();
+    }
+
+    // The first frame again and again with other random numbers: what a still shot would show.
+    Status flicker(size_t v, const offline::SourceFrame& frame) {
+        const Chain& chain = chains_[v]->chain;
+        if (!has_seeds(chain)) return Status();
+        metrics::Flicker flicker;
+        for (int i = 0; i < kConvergedSeeds; ++i) {
+            auto plan =
+                offline::plan_source_frame(with_seed_offset(chain, i), frame, settings_.run.plan);
+            if (!plan.ok()) return plan.status();
+            auto result = executor_.filter(*plan, frame.planes);
+            if (!result.ok()) return result.status();
+            auto picture = metrics::picture_of(result->at(Role::color));
+            if (!picture.ok()) return picture.status();
+            if (Status status = flicker.add(*picture); !status.ok()) return status;
+        }
+        set_value(report_.variants[v], "flicker", 0, report_.frames.size(), flicker.mean());
         return Status();
     }
 

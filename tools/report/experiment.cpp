@@ -62,9 +62,13 @@ std::vector<MetricInfo> metric_columns(Kind kind, bool with_truth) {
     std::vector<MetricInfo> columns;
     for (const auto& row : metrics::metric_rows())
         columns.push_back({row.name, row.help, row.is_error ? Better::lower : Better::higher});
-    if (kind == Kind::ab)
+    if (kind == Kind::ab) {
         columns.push_back({"tde", "mean of |(I_t - I_t-1) - (R_t - R_t-1)| from the frame before",
                            Better::lower});
+        columns.push_back({"flicker",
+                           "standard deviation over seeds of the first frame, mean over pixels",
+                           Better::lower});
+    }
     if (!with_truth) return columns;
     columns.push_back({"edges_in_blurred",
                        "gradient energy where the truth is blurred, over the truth's",

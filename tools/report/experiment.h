@@ -53,12 +53,12 @@ class ProgressMeter {
     double start_s_ = 0;
 };
 
-// Columns of a report, in order. tde needs the frame before, which bench does not keep for every
-// variant; edges and sharpness need a truth.
+// Columns of a report, in order. tde and flicker are ab's: tde needs the frame before, which bench
+// does not keep for every variant; edges and sharpness need a truth.
 std::vector<MetricInfo> metric_columns(Kind kind, bool with_truth);
 
-// Values of one picture by name of metric_columns(), but for tde; and the maps that can be
-// averaged over tiles: flip, hdr_flip, relmse, smape, mse (means over RGB).
+// Values of one picture by name of metric_columns(), but for tde and flicker; and the maps that can
+// be averaged over tiles: flip, hdr_flip, relmse, smape, mse (means over RGB).
 struct Measured {
     std::map<std::string, double> values;
     std::map<std::string, ImageF> maps;

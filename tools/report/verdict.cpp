@@ -193,6 +193,8 @@ class Judge {
                     (text.empty() ? "" : " ") + b() + " is nearer to the truth by " + for_b + ".";
             if (!open.empty() && !(for_a.empty() && for_b.empty()))
                 text += " No measurable difference: " + open + ".";
+            text += concat(" HDR-FLIP: ", a(), " ", number(*mean(0, "hdr_flip")), ", ", b(), " ",
+                           number(*mean(1, "hdr_flip")), ", B - A ", range(*main->t_interval), ".");
             text += concat(" Intervals are 95 %, paired over ", main->n,
                            " frames, one metric at a time.");
         }

@@ -8,30 +8,6 @@ namespace {
 // A dispatch reads what the one before wrote, as a texture or as an image.
 constexpr GLbitfield kBarriers = GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT;
 
-GLenum image_format(Format format) {
-    switch (format) {
-        case Format::rgba32f:
-            return GL_RGBA32F;
-        case Format::rgba16f:
-            return GL_RGBA16F;
-        case Format::rg32f:
-            return GL_RG32F;
-        case Format::rg16f:
-            return GL_RG16F;
-        case Format::r32f:
-            return GL_R32F;
-        case Format::r16f:
-            return GL_R16F;
-        case Format::rgba8:
-            return GL_RGBA8;
-        case Format::rg8:
-            return GL_RG8;
-        case Format::r8:
-            return GL_R8;
-    }
-    return 0;
-}
-
 unsigned make_sampler(GLenum filter) {
     GLuint sampler = 0;
     glCreateSamplers(1, &sampler);
@@ -74,7 +50,8 @@ Status Executor::dispatch(const Plan& plan, const Step& step, const std::vector<
         const auto unit = GLuint(binding.unit);
         if (binding.access == Access::write) {
             const auto format = plan.textures[size_t(binding.texture)].format;
-            glBindImageTexture(unit, name, 0, GL_FALSE, 0, GL_WRITE_ONLY, image_format(format));
+            glBindImageTexture(unit, name, 0, GL_FALSE, 0, GL_WRITE_ONLY,
+                               gl::internal_format(format));
         } else {
             glBindTextureUnit(unit, name);
             glBindSampler(

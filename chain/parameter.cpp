@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "chain/text.h"
+
 namespace postchain {
 
 const char* name_of(ParameterType type) {
@@ -27,12 +29,6 @@ std::string text_of(double value) {
     char buffer[32];
     const auto end = std::to_chars(buffer, buffer + sizeof(buffer), value).ptr;
     return std::string(buffer, end);
-}
-
-std::string joined(const std::vector<std::string>& words) {
-    std::string text;
-    for (const auto& word : words) text += (text.empty() ? "" : ", ") + word;
-    return text;
 }
 
 std::string kind_of(const ParameterValue& value) {

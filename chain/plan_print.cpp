@@ -4,26 +4,10 @@
 
 #include "chain/parameter.h"
 #include "chain/plan.h"
+#include "chain/text.h"
 
 namespace postchain {
 namespace {
-
-std::string quoted(const std::string& text) {
-    std::string out = "\"";
-    for (char c : text) {
-        if (c == '"' || c == '\\') out += '\\';
-        if (c == '\n') {
-            out += "\\n";
-        } else if (static_cast<unsigned char>(c) < 0x20) {
-            char code[8];
-            std::snprintf(code, sizeof(code), "\\u%04x", c);
-            out += code;
-        } else {
-            out += c;
-        }
-    }
-    return out + "\"";
-}
 
 std::string megabytes(uint64_t bytes) {
     char text[32];

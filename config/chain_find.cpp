@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <set>
+#include "chain/text.h"
 
 #include "config/chain_file.h"
 #include "config/embedded.h"

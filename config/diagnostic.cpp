@@ -70,12 +70,6 @@ void sort_by_place(Diagnostics& diagnostics) {
                      });
 }
 
-std::string joined(const std::vector<std::string>& words) {
-    std::string text;
-    for (const auto& word : words) text += (text.empty() ? "" : ", ") + word;
-    return text;
-}
-
 std::string unknown_word(const std::string& what, const std::string& word,
                          const std::vector<std::string>& known) {
     const std::string near = nearest_word(word, known);

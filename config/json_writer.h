@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "chain/parameter.h"
+#include "chain/text.h"
 
 namespace postchain {
 
@@ -38,21 +39,6 @@ class JsonWriter {
         end_array();
     }
     const std::string& text() const { return text_; }
-
-    static std::string quoted(const std::string& word) {
-        std::string text = "\"";
-        for (char c : word) {
-            const auto byte = static_cast<unsigned char>(c);
-            if (c == '"' || c == '\\') text += '\\';
-            if (byte >= 0x20) {
-                text += c;
-            } else {
-                const char* digits = "0123456789abcdef";
-                text += std::string("\\u00") + digits[byte >> 4] + digits[byte & 15];
-            }
-        }
-        return text + "\"";
-    }
 
   private:
     void open(char bracket) {

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "chain/text.h"
 #include "config/diagnostic.h"
 #include "config/text_tree.h"
 
@@ -41,7 +42,5 @@ void sort_by_place(Diagnostics& diagnostics);
 // kind of word: "key", "pass".
 std::string unknown_word(const std::string& what, const std::string& word,
                          const std::vector<std::string>& known);
-// "a, b, c"
-std::string joined(const std::vector<std::string>& words);
 
 }  // namespace postchain

@@ -3,7 +3,9 @@
 #include <charconv>
 #include <cmath>
 #include <optional>
+#include "chain/text.h"
 
+#include "chain/text.h"
 #include "config/text_tree.h"
 
 namespace postchain {
@@ -131,18 +133,7 @@ std::string yaml_text_of(const ParameterValue& value) {
         "true", "false", "null", "inf", "infinity", "nan", "yes", "no", "on", "off", "y", "n"};
     for (const char* t : taken) plain = plain && lower(*word) != t;
     if (plain) return *word;
-    std::string text = "\"";
-    for (char c : *word) {
-        const auto byte = static_cast<unsigned char>(c);
-        if (c == '"' || c == '\\') text += '\\';
-        if (byte >= 0x20) {
-            text += c;
-        } else {
-            const char* digits = "0123456789abcdef";
-            text += std::string("\\u00") + digits[byte >> 4] + digits[byte & 15];
-        }
-    }
-    return text + "\"";
+    return quoted(*word);
 }
 
 }  // namespace postchain

@@ -17,17 +17,7 @@ std::string description_of(const Parameter& row) {
 }
 
 const char* json_type(ParameterType type) {
-    switch (type) {
-        case ParameterType::boolean:
-            return "boolean";
-        case ParameterType::integer:
-            return "integer";
-        case ParameterType::number:
-            return "number";
-        case ParameterType::choice:
-            return "string";
-    }
-    return "string";
+    return type == ParameterType::choice ? "string" : name_of(type);
 }
 
 void write_row(JsonWriter& json, const Parameter& row) {

@@ -44,6 +44,10 @@ uint64_t bytes_of(const Texture& texture) {
 
 }  // namespace
 
+unsigned internal_format(Format format) {
+    return gl_format(format).internal;
+}
+
 TexturePool::~TexturePool() {
     for (const auto& texture : textures_) glDeleteTextures(1, &texture->name);
 }

@@ -12,6 +12,9 @@
 
 namespace postchain::gl {
 
+// GL's name of a format: of texture storage and of image bindings.
+unsigned internal_format(Format format);
+
 struct Texture {
     unsigned name = 0;  // GL texture, immutable storage, one level
     Format format = Format::rgba32f;

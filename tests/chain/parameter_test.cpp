@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "chain/frame.h"
+#include "chain/text.h"
 
 namespace postchain {
 namespace {
@@ -115,6 +116,12 @@ TEST(Parameter, DefaultsAreWhatTheStructIsBornWith) {
     EXPECT_EQ(table().find("samples")->default_value, ParameterValue(int64_t(25)));
     EXPECT_EQ(table().find("mode")->default_value, ParameterValue(std::string("fast")));
     EXPECT_EQ(table().find("shutter")->default_value, ParameterValue());
+}
+
+TEST(Text, QuotesWhatJsonDemands) {
+    EXPECT_EQ(quoted("a\"b\\c\n\x01"), "\"a\\\"b\\\\c\\n\\u0001\"");
+    EXPECT_EQ(joined({"a", "b", "c"}), "a, b, c");
+    EXPECT_EQ(joined({}, " "), "");
 }
 
 // FNV-1a test vectors of the algorithm's authors (64 bit).

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "chain/plan.h"
+#include "chain/text.h"
 #include "config/schema.h"
 #include "passes/registry.h"
 #include "tools/postchain/verbs.h"
@@ -63,12 +64,6 @@ std::vector<std::string> set_keys() {
     return keys;
 }
 
-std::string joined(const std::vector<std::string>& words) {
-    std::string text;
-    for (const auto& word : words) text += (text.empty() ? "" : " ") + word;
-    return text;
-}
-
 void append_parameters(std::string& out, const std::string& prefix, const ParameterTable& table) {
     for (const auto& row : table.rows()) {
         out += ".TP\n.B " + roff(prefix + "." + row.key) + "\n" + roff(row.help) + ": " +
@@ -112,7 +107,7 @@ std::string bash_completion(const CLI::App& app) {
         "    local verb=${COMP_WORDS[1]}\n"
         "    if ((COMP_CWORD == 1)); then\n"
         "        COMPREPLY=($(compgen -W \"" +
-        joined(names) +
+        joined(names, " ") +
         " --help --version\" -- \"$current\"))\n"
         "        return\n"
         "    fi\n"
@@ -128,7 +123,7 @@ std::string bash_completion(const CLI::App& app) {
             if (words.empty()) continue;
             for (const auto& name : option->get_lnames())
                 out += "    \"" + verb->get_name() + " --" + name +
-                       "\")\n        COMPREPLY=($(compgen -W \"" + joined(words) +
+                       "\")\n        COMPREPLY=($(compgen -W \"" + joined(words, " ") +
                        "\" -- \"$current\"))\n        return ;;\n";
         }
     }
@@ -137,19 +132,19 @@ std::string bash_completion(const CLI::App& app) {
         std::vector<std::string> flags;
         for (const CLI::Option* option : verb->get_options())
             for (const auto& name : option->get_lnames()) flags.push_back("--" + name);
-        out += "        " + verb->get_name() + ") COMPREPLY=($(compgen -W \"" + joined(flags) +
+        out += "        " + verb->get_name() + ") COMPREPLY=($(compgen -W \"" + joined(flags, " ") +
                "\" -- \"$current\")) ;;\n";
     }
     out +=
         "        esac\n        return\n    fi\n"
         "    if ((COMP_CWORD == 2)) && [[ $verb == scene ]]; then\n"
         "        COMPREPLY=($(compgen -W \"" +
-        joined(scene_names) +
+        joined(scene_names, " ") +
         "\" -- \"$current\"))\n"
         "        return\n    fi\n"
         "    if ((COMP_CWORD == 2)) && [[ $verb == run || $verb == plan ]]; then\n"
         "        COMPREPLY=($(compgen -W \"" +
-        joined(shipped_chains()) +
+        joined(shipped_chains(), " ") +
         "\" -- \"$current\") $(compgen -f -- \"$current\"))\n"
         "        return\n    fi\n"
         "    COMPREPLY=($(compgen -f -- \"$current\"))\n"

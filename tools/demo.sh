@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Installs what it needs, builds, renders the scene `wheels`, filters it in both orders and prints
-# where the pictures are. Usage: tools/demo.sh [FOLDER]   (default: out/demo)
+# Installs what it needs, builds, renders the scene `wheels` with its truth, filters it in both
+# orders, measures both against the truth and prints where pictures and report are. Usage: tools/demo.sh [FOLDER]   (default: out/demo)
 set -euo pipefail
 folder=$(realpath -m "${1:-out/demo}")
 cd "$(dirname "$0")/.."
@@ -11,8 +11,9 @@ cmake --build --preset release -j "$(nproc)" --target postchain
 postchain=$PWD/build/tools/postchain/postchain
 
 mkdir -p "$folder/wheels" "$folder/paper" "$folder/dof_first"
-echo "== rendering 4 frames of wheels"
-"$postchain" scene wheels -o "$folder/wheels" --frames 1-4 --size 640x360 --overwrite
+echo "== rendering 4 frames of wheels and their truth"
+"$postchain" scene wheels -o "$folder/wheels" --frames 1-4 --size 640x360 --truth-samples 64 \
+    --overwrite
 for chain in paper dof_first; do
     echo "== filtering with $chain"
     "$postchain" run "$chain" -i "$folder/wheels/sharp.####.exr" \
@@ -26,8 +27,14 @@ for frame in "$folder"/wheels/sharp.*.exr; do
         --dup --addc 1 --div --powc 0.454545 -d uint8 -o "${frame%.exr}.png"
 done
 
+echo "== which order is nearer to the truth?"
+"$postchain" ab paper dof_first -i "$folder/wheels/sharp.####.exr" \
+    --camera "$folder/wheels/camera.json" -r "$folder/wheels/both.####.exr" \
+    -o "$folder/report" --overwrite
+
 echo
 echo "rendered:                      $folder/wheels/sharp.0001.png ... sharp.0004.png"
 echo "motion blur, FXAA, then lens:  $folder/paper/wheels.0001.png ... wheels.0004.png"
 echo "lens, motion blur, then FXAA:  $folder/dof_first/wheels.0001.png ... wheels.0004.png"
+echo "report on the two orders:      $folder/report/index.html   (open it in a browser)"
 echo "the EXR files lie beside them, with a JSON file each that says what was run"

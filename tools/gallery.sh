@@ -29,7 +29,8 @@ compare() {
     oiiotool "$work/b.exr" "$work/c.exr" --absdiff --mulc 4 -o "$work/d.exr"
     oiiotool "$work/a.exr" --resize 480x270 "$work/b.exr" --resize 480x270 \
         "$work/c.exr" --resize 480x270 "$work/d.exr" --resize 480x270 \
-        --mosaic:pad=4 4x1 -d uint8 --compression jpeg:88 -o "$2"
+        --mosaic:pad=4 4x1 -d uint8 --nosoftwareattrib --eraseattrib '.*' \
+        --compression jpeg:88 -o "$2"
 }
 
 for scene in wheels poles crossing zoom still; do
@@ -44,7 +45,7 @@ for scene in wheels poles crossing zoom still; do
     compare "$scene" "$images/$scene-strip.jpg"
     if [[ $scene == wheels ]]; then
         oiiotool "$work/a.exr" "$work/b.exr" "$work/c.exr" --mosaic:pad=4 3x1 \
-            -d uint8 --compression jpeg:90 -o "$images/wheels.jpg"
+            -d uint8 --nosoftwareattrib --eraseattrib '.*' --compression jpeg:90 -o "$images/wheels.jpg"
     fi
 done
 

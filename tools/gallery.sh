@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # Makes the pictures of docs/gallery.md and of the README: for every generated scene one strip of
 # sharp input, result of the chain, truth and their difference. Needs a build (tools/demo.sh).
-# Usage: tools/gallery.sh [CHAIN] [TRUTH_SAMPLES]   (default: paper 256; about ten minutes on 2 cores)
+# Usage: tools/gallery.sh [CHAIN] [TRUTH_SAMPLES]   (default: paper 192; about ten minutes on 2 cores)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 chain=${1:-paper}
-samples=${2:-256}
+samples=${2:-192}
 frame=3
 postchain=${POSTCHAIN:-$PWD/build/tools/postchain/postchain}
 images=$PWD/docs/images

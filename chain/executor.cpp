@@ -86,6 +86,7 @@ Status Executor::execute(const Plan& plan, std::vector<gl::Texture*>& textures,
             if (!acquired.ok()) return acquired.status().at(texture.name);
             textures[t] = *acquired;
             names[t] = textures[t]->name;
+            gl::label_texture(names[t], texture.name);
         }
         if (Status status = dispatch(plan, step, names); !status.ok()) return status;
         if (observer) {

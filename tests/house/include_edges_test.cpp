@@ -33,9 +33,10 @@ const Edges& allowed_rooms() {
         {"tools/report",
          {"tools/offline", "tools/io", "tools/metrics", "tools/scenes", "config", "passes", "chain",
           "shaders"}},
+        {"tools/stress", {"passes", "chain"}},
         {"tools/postchain",
-         {"tools/report", "tools/offline", "tools/io", "tools/metrics", "tools/scenes", "config",
-          "passes", "chain"}},
+         {"tools/stress", "tools/report", "tools/offline", "tools/io", "tools/metrics",
+          "tools/scenes", "config", "passes", "chain"}},
     };
     return edges;
 }

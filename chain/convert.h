@@ -1,11 +1,11 @@
 // Conversion to the canonical frame: any depth encoding and motion convention -> the planes of
 // chain/role.h, with the facts found on the way, in one walk over the pixels.
-// Source: spec frame.md (the tables of encodings and conventions).
+// Tables of encodings and conventions: docs/frame.md.
 #pragma once
 
 #include <limits>
-#include <optional>
 #include <string>
+#include <vector>
 
 #include "chain/frame.h"
 #include "chain/status.h"

@@ -1,7 +1,7 @@
 // The canonical frame: what the chain knows about one frame besides its pixels.
 //
 // Every input is converted once, at the border (chain/convert.h), into the planes of
-// chain/role.h. No pass ever sees another convention. Source: spec frame.md.
+// chain/role.h. No pass ever sees another convention. Described in docs/frame.md.
 #pragma once
 
 #include <array>

@@ -4,7 +4,7 @@
 //   B:  tiles -> gather' -> coc -> blur'               gather', blur'
 //
 // Two steps are the same when program, uniform block, groups and what they read are the same, and
-// what they write has the same format and size. Source: spec architecture.md, "shared in A/B".
+// what they write has the same format and size. What for: docs/report.md, "ab".
 #pragma once
 
 #include <array>

@@ -34,7 +34,8 @@ using ParameterValue = std::variant<std::monostate, bool, int64_t, double, std::
 std::string text_of(const ParameterValue& value);
 
 // What a row has to do with sampling error: how far a filter of few samples is from the same filter
-// of many (spec metrics.md). Whoever wants the latter sets and averages, and needs to know no pass.
+// of many (docs/report.md, "bench"). Whoever wants the latter sets and averages, and needs to know
+// no pass.
 enum class Convergence {
     none,
     set,       // the filter converges as this value goes to Parameter::converged

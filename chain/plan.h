@@ -12,7 +12,6 @@
 #include <map>
 #include <string>
 #include <type_traits>
-#include <utility>
 #include <vector>
 
 #include "chain/frame.h"
@@ -98,7 +97,7 @@ struct LeftOut {
     bool operator==(const LeftOut&) const = default;
 };
 
-// Names of the rules (spec architecture.md, "Leaving out what a scene does not need").
+// Names of the rules (docs/architecture.md, "Rules of leaving out").
 inline constexpr const char* kRuleConfiguration = "off_by_configuration";
 inline constexpr const char* kRuleFacts = "identity_by_facts";
 inline constexpr const char* kRuleUnusedPlane = "unused_plane";

@@ -1,4 +1,4 @@
-// Roles: what a plane means to the chain (spec frame.md), and sets of them.
+// Roles: what a plane means to the chain (docs/frame.md), and sets of them.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@ enum class Role : uint8_t {
     inverse_depth,  // 1/d, d along the view axis in scene units; 0 = sky
     motion,         // to the next frame, pixels of this image per frame, +x right, +y down
     motion_back,    // from the previous frame to this one, same axes
-    hint,           // FXAA's hint: x = tile gate, y = pixel gate, each in 0..1 (spec fxaa.md)
+    hint,           // FXAA's hint: x = tile gate, y = pixel gate, each in 0..1 (docs/fxaa.md)
 };
 
 inline constexpr std::array<Role, 5> kAllRoles = {Role::color, Role::inverse_depth, Role::motion,

@@ -1,4 +1,4 @@
-// camera.json: lens, shutter and clip planes of a sequence. Source: spec command.md.
+// camera.json: lens, shutter and clip planes of a sequence. Format: docs/chain_file.md.
 //
 // Precedence: defaults < metadata of the image file < --camera < the chain's camera < a pass's own
 // value < --set. The first three steps are frame_camera() below; make_plan() (chain/planner.h)

@@ -1,4 +1,4 @@
-// Chain files: YAML or JSON text -> Chain. Source: spec command.md, "The chain file".
+// Chain files: YAML or JSON text -> Chain. Format: docs/chain_file.md.
 //
 //   postchain: 1
 //   camera: {focal_length_mm: 50, f_stop: 1.8}
@@ -7,7 +7,7 @@
 //     - fxaa                          # a bare name: all defaults
 //
 // Which keys exist, their types and ranges come from the passes' parameter tables and
-// camera_parameters(); this file knows no pass. Documentation: docs/chain_file.md.
+// camera_parameters(); this file knows no pass.
 #pragma once
 
 #include <string>

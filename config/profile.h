@@ -1,6 +1,6 @@
 // Profiles: which channels of an EXR mean what, for one writer. A profile is data
 // (config/profiles/*.yaml, or a file of the user's); this file reads it and matches it with the
-// channels of a file. Source: spec frame.md; documentation: docs/profiles.md.
+// channels of a file. Conventions: docs/frame.md; format: docs/profiles.md.
 //
 //   channels of all parts --view--> names --patterns--> role -> part, channels + ConvertOptions
 #pragma once

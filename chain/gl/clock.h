@@ -1,5 +1,5 @@
-// Times stretches of GL work by the rules of spec metrics.md: TIMESTAMP pairs on a GPU, read only
-// when ready; the wall clock around glFinish on a software renderer, whose timers are wrong by
+// Times stretches of GL work by the rules of docs/benchmarks.md: TIMESTAMP pairs on a GPU, read
+// only when ready; the wall clock around glFinish on a software renderer, whose timers are wrong by
 // orders of magnitude. Every time is tagged with its source.
 #pragma once
 

@@ -15,7 +15,7 @@
 namespace postchain::gl {
 
 struct DeviceInfo {
-    int index = -1;    // for --device; -1 = the surfaceless software renderer
+    int index = 0;     // for --device: the place in list_devices()
     std::string name;  // EGL's words: extensions' driver name or device file
     bool software = false;
 };

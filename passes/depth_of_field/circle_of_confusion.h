@@ -1,7 +1,7 @@
 // The signed circle of confusion, in double precision: what the plan decides by and what the
 // uniform block of shaders/depth_of_field/coc.comp is filled from.
 //
-// Source: spec depth_of_field.md, "Signed circle of confusion". Radius R in pixels of the full
+// Described in docs/depth_of_field.md, "Circle of confusion". Radius R in pixels of the full
 // image, half the diameter c; R > 0 behind the focus plane, R < 0 in front of it. With w = 1/d:
 //
 //   lens          R = gain (1/s - w)    gain = f_px A / 2, f_px = f W / sensor_width, A = f/N

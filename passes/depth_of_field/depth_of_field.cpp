@@ -1,7 +1,5 @@
 #include "passes/depth_of_field/depth_of_field.h"
 
-#include <algorithm>
-
 #include "passes/depth_of_field/circle_of_confusion.h"
 #include "passes/depth_of_field/gilham.h"
 

@@ -1,6 +1,6 @@
 // Depth of field: parameters and pass type.
 //
-// Source: spec depth_of_field.md. The method `gilham` is the documented core of D. Gilham,
+// Described in docs/depth_of_field.md. The method `gilham` is the documented core of D. Gilham,
 // Real-Time Depth-of-Field Implemented with a Post-Processing only Technique, ShaderX5, 2006:
 // signed circle of confusion, down-sampled copy, separable Gaussian, interpolation with the sharp
 // image. Its kernel, tap counts and leak test are not public; ours are in gilham.cpp and

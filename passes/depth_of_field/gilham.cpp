@@ -1,4 +1,4 @@
-// The method `gilham`. Source: spec depth_of_field.md, after D. Gilham, ShaderX5, 2006.
+// The method `gilham`. After D. Gilham, ShaderX5, 2006; docs/depth_of_field.md.
 //
 //   inverse_depth --coc--> coc (full size) ---------------------------------+
 //   color --downsample--> small, guide --blur_x--> --blur_y--> blur_y --+   |
@@ -12,9 +12,9 @@
 //   blur_x, blur_y Gaussian along x, then y, in-bounds and permitted taps renormalised
 //   color          mix(sharp, bilinear(blur_y), smoothstep(0.5, max(2 sigma, 1), |R|))
 //
-// Deviates from the spec: an unset blur_sigma_px is not max_radius_px / 2 for a lens but a quarter
-// of the radius that the lens gives what is far away. Both depend on parameters and camera alone,
-// so neither flickers with the content; docs/depth_of_field.md has what each costs.
+// For a lens an unset blur_sigma_px is a quarter of the radius that the lens gives what is far
+// away, and not the more obvious max_radius_px / 2. Both depend on parameters and camera alone, so
+// neither flickers with the content; docs/depth_of_field.md has what each costs.
 //
 // Ours, because the chapter is not public: the Gaussian and its width, the guides of the leak
 // tests and their being plain box means, and that non-finite colours do not count.

@@ -1,4 +1,4 @@
-// Double-precision reference of `gilham`, written from the spec (depth_of_field.md) and sharing
+// Double-precision reference of `gilham`, written from docs/depth_of_field.md and sharing
 // nothing with the shaders but the sizes of gilham_sizes(). Plain sums divided by plain weights:
 // slow, and as close to the formulas as code gets.
 //
@@ -17,7 +17,7 @@ bool all_finite(const double* c) {
     return std::isfinite(c[0]) && std::isfinite(c[1]) && std::isfinite(c[2]) && std::isfinite(c[3]);
 }
 
-// R = c/2 from the formulas of the spec. Lengths in meters for the lens; d in scene units.
+// R by the formulas of docs/depth_of_field.md. Lengths in meters for the lens; d in scene units.
 double signed_radius(const Parameters& p, const FrameDescription& frame, double d) {
     const double display_width = frame.display_width;
     const double max_radius = p.max_radius_px.value_or(0.03 * display_width);

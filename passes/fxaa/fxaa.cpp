@@ -1,6 +1,5 @@
 #include "passes/fxaa/fxaa.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "passes/fxaa/reference.h"

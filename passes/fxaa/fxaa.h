@@ -1,6 +1,6 @@
 // FXAA: anti-aliasing after the fact, for scene-linear and display-referred pictures.
 //
-// Source: T. Lottes, FXAA 3.11, quality path (spec fxaa.md). The hint is of B. Guertin,
+// Source: T. Lottes, FXAA 3.11, quality path. The hint is of B. Guertin,
 // M. McGuire, D. Nowrouzezahrai, NVR-2013-003. What it computes, what the hint does and the
 // deviations: docs/fxaa.md.
 #pragma once

@@ -1,6 +1,6 @@
-// The double-precision reference of FXAA, see reference.h. Written from the stages of spec
-// fxaa.md: the walk really samples a bilinear plane at real positions, the tone-mapped blend
-// really maps and inverts.
+// The double-precision reference of FXAA, see reference.h. Written from the seven
+// stages of docs/fxaa.md: the walk really samples a bilinear plane at real positions, the
+// tone-mapped blend really maps and inverts.
 #include "passes/fxaa/reference.h"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Both stages of FXAA in double precision, from the paper's stages (spec fxaa.md) and
+// Both stages of FXAA in double precision, from the paper's stages (docs/fxaa.md) and
 // independently of the GLSL. Planes are row 0 at the top; edges clamp.
 #pragma once
 

@@ -1,12 +1,12 @@
 // Plans the motion blur.
 //
-//   motion --tile_rows--> half_velocity ------------------------------------------.
-//                \--> row_max --tile_max--> tile_max --neighbor_max--> neighbor_max --gather-->
-//                color
-//                                              \--tile_variance (sample_split: variance) --^  \->
-//                                              hint
-//                                                          noise (any jitter) -------------'
-//   color, inverse_depth -------------------------------------------------------------^
+//   motion         --tile_rows-----> half_velocity, row_max
+//   row_max        --tile_max------> tile_max
+//   tile_max       --neighbor_max--> neighbor_max
+//   tile_max       --tile_variance-> tile_variance   only with sample_split: variance
+//   frame number   --noise---------> noise           only with a jitter
+//   half_velocity, neighbor_max, tile_variance, noise, color, inverse_depth
+//                  --gather--------> color, hint     the hint only where a later pass reads it
 //
 // Tile textures are fp32 whatever the precision: they are small, and the squared length they carry
 // beside v does not fit a half.

@@ -2,7 +2,7 @@
 //
 //   synthetic frame -> textures on the device -> { pass, copy, pass, copy, ... } -> medians
 //
-// Rules of time: spec metrics.md. The wall clock around glFinish on a software renderer, GL
+// Rules of time: docs/benchmarks.md. The wall clock around glFinish on a software renderer, GL
 // timestamps on a GPU (chain/gl/clock.h); two runs to warm up; pass and copy take turns inside one
 // queue, so that both see the same machine; median and quartiles are reported.
 // A tap is a texture fetch by the plan's own count (Step::taps): a bound where a shader leaves
@@ -13,7 +13,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <thread>
 
 #include "chain/convert.h"

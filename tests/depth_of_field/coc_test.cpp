@@ -1,4 +1,4 @@
-// The signed circle of confusion: the spec's numbers, its three sources on the GPU, and the
+// The signed circle of confusion: published numbers, its three sources on the GPU, and the
 // errors of a configuration that has none.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -46,8 +46,10 @@ double diameter(const FrameDescription& frame, bool breathing, double d) {
     return coc.ok() ? 2 * coc->radius_px(1 / d) : NAN;
 }
 
-// The figures of spec depth_of_field.md; infinity is w = 0.
-TEST(circle_of_confusion, numbers_of_the_spec) {
+// Diameters c = f^2/(N (s-f)) W/sensor (1 - s w) of the thin lens with refocusing, worked out by
+// hand: f 50 mm, N 2.8, s 5 m on 1920 px and 36 mm is 0.0025/(2.8 * 4.95) * 1920/0.036 = 9.6200 px
+// at infinity (w = 0), half of it at 10 m, and -4 times it at 1 m.
+TEST(circle_of_confusion, thin_lens_with_refocusing) {
     const FrameDescription f50 = frame_1920(50, 2.8, 5);
     EXPECT_NEAR(diameter(f50, true, 10), 4.8100, 5e-5);
     EXPECT_NEAR(diameter(f50, true, INFINITY), 9.6200, 5e-5);
@@ -227,7 +229,7 @@ TEST(coc_stage, focus_near_the_focal_length) {
     }
 }
 
-// Equal d, every encoding of spec frame.md: equal radius. fp32 buffers hold each distance to
+// Equal d, every encoding of docs/frame.md: equal radius. fp32 buffers hold each distance to
 // about 2^-24 of the encoding's range, hence the bound.
 TEST(coc_stage, equal_for_equal_depth_in_every_encoding) {
     const double n = 0.5, F = 50;

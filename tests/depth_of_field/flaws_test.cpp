@@ -1,4 +1,4 @@
-// The known flaws of `gilham` (spec depth_of_field.md), shown with their size, and how far the
+// The known flaws of `gilham` (docs/depth_of_field.md), shown with their size, and how far the
 // leak modes and hdr_weight repair them. A flaw that disappears is news: these tests would fail.
 #include <gtest/gtest.h>
 

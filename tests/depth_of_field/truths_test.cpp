@@ -1,4 +1,4 @@
-// What must be true of depth of field (spec depth_of_field.md), one test each. "All in focus" is
+// What must be true of depth of field, one test each. "All in focus" is
 // in elision_test.cpp, "s -> f", "d -> 0" and the depth encodings in coc_test.cpp.
 #include <gtest/gtest.h>
 

@@ -165,7 +165,7 @@ TEST(Filter, NegativeColorsAreBlendedAsStored) {
     EXPECT_NEAR(out.at(8, 3), -1.10082304, 1e-6);
 }
 
-// The steps of every preset, typed from the spec and not taken from the pass.
+// The steps of every preset, typed from FXAA 3.11 and not taken from the pass.
 const std::vector<std::pair<int, std::vector<double>>> kSteps = {
     {10, {1.5, 3, 12}},
     {11, {1, 1.5, 3, 12}},

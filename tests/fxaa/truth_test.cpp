@@ -1,4 +1,4 @@
-// What must be true of FXAA (spec fxaa.md), and what each parameter's two ends do.
+// What must be true of FXAA, and what each parameter's two ends do.
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-// FLIP and HDR-FLIP against the golden means of the specification, which an independent program
+// FLIP and HDR-FLIP against the golden means of docs/metrics.md, which an independent program
 // made, and against closed forms of the paper.
 #include "tools/metrics/flip.h"
 

@@ -25,7 +25,7 @@ Result<SourceFrame> source_of(const std::string& path, const SourceSettings& set
     return read_source_frame(settings, std::move(*header), wanted, io::Keep::nothing);
 }
 
-// The table of spec frame.md, by the planes themselves and not by what a filter makes of them.
+// The tables of docs/frame.md, by the planes themselves and not by what a filter makes of them.
 TEST(Source, EveryConventionGivesTheCanonicalPlanes) {
     TempFolder folder;
     const Planes planes = make_planes(24, 16);

@@ -1,9 +1,11 @@
 // Sequences: frame ranges, file name patterns, what lies on disk, and the `IN` of the command.
 //
-//   "1-10,20-40x2" -> FrameRange      "A.####.exr" -> PathPattern      "color=..,depth=.." ->
-//   InputSpec InputSpec + FrameRange --find_frames--> requested, missing
+//   "1-10,20-40x2"            --> FrameRange
+//   "A.####.exr"              --> PathPattern
+//   "color=A.exr,depth=B.exr" --> InputSpec (a PathPattern for each role)
+//   InputSpec, FrameRange     --find_frames--> frames requested, frames missing
 //
-// Source: spec command.md. What to do with a missing frame (error, skip, hold) is the runner's.
+// Syntax: docs/command.md. What to do with a missing frame (error, skip, hold) is the runner's.
 #pragma once
 
 #include <map>

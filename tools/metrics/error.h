@@ -1,5 +1,5 @@
 // Errors that are sums over pixels of linear values: MSE, relMSE, SMAPE, the distribution of
-// differences. I = test, R = reference. Source: spec metrics.md; docs/metrics.md has the formulas.
+// differences. I = test, R = reference. Formulas: docs/metrics.md.
 #pragma once
 
 #include "tools/metrics/pair.h"

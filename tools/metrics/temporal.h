@@ -1,4 +1,4 @@
-// Errors that only show over frames, seeds or positions. Source: spec metrics.md.
+// Errors that only show over frames, seeds or positions. Formulas: docs/metrics.md.
 #pragma once
 
 #include <optional>

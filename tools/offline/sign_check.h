@@ -1,5 +1,5 @@
 // Sign self-check of vectors: warps frame n by its vectors under every combination of signs and
-// of the two vector planes, and compares with frame n + 1. Source: spec frame.md.
+// of the two vector planes, and compares with frame n + 1. Described in docs/command.md.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// Exit codes of the command (spec command.md; docs/command.md lists them for users).
+// Exit codes of the command (docs/command.md lists them).
 #pragma once
 
 #include "chain/status.h"

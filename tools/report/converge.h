@@ -7,7 +7,7 @@
 //   C = converged, T = truth:   G - T = (G - R) + (R - C) + (C - T)
 //                                     precision   sampling   model
 // Which rows converge, and where, stands in the passes' parameter tables (chain/parameter.h).
-// Source: spec metrics.md, "Error in three parts".
+// Described in docs/report.md, "bench".
 #pragma once
 
 #include <optional>

@@ -1,9 +1,10 @@
 // What an experiment found: plain data, written as JSON, CSV and Markdown, and as the page.
 //
-//   experiment (ab.h, bench.h) --> Report --write_report_json--> report.json   (docs/report.md)
-//                                         --write_report_csv---> report.csv
-//                                         --write_report_markdown-> report.md
-//                                         --> index.html
+//   experiment (ab.h, bench.h) --> Report
+//   Report --write_report_json-----> report.json   (docs/report.md)
+//          --write_report_csv------> report.csv
+//          --write_report_markdown-> report.md
+//          --page/page.h-----------> index.html
 //
 // Pixels are not in here: images lie as EXR files (float, lossless) under the report's folder and
 // are loaded one at a time, so that memory does not grow with frames and variants.

@@ -1,4 +1,4 @@
-// Time of one plan, by the rules of spec metrics.md: warm up, repeat, median and spread, source
+// Time of one plan, by the rules of docs/benchmarks.md: warm up, repeat, median and spread, source
 // named, and mistrusted when something else kept the machine busy meanwhile.
 #pragma once
 

@@ -3,7 +3,7 @@
 //
 //   NAME -> SceneModel -> SceneRenderer -> DIR/gbuf, sharp [, mb, dof, both] .####.exr, camera.json
 //
-// Files follow the `cycles` convention (spec frame.md); docs/scenes.md says what each plane holds.
+// Files follow the `cycles` convention (docs/frame.md); docs/scenes.md says what each plane holds.
 // A picture depends on scene, size, frame number and sample counts alone, so that any split of a
 // sequence gives identical pixels.
 #pragma once

@@ -1,7 +1,8 @@
 // Pictures as the page carries them: small, decoded by the browser's own zlib (src/images.js).
 //
-//   values --channel by channel--> difference to the left (first column: to above; the first: to
-//   0), modulo 2^bits --> all high bytes, then all low bytes --zlib--> --> base64
+//   values --channel by channel--> differences modulo 2^bits, to the left (first column: to above;
+//                                  the first value: to 0)
+//   differences                --> all high bytes, then all low bytes --zlib--> --base64--> text
 //
 // Differences of neighbours are small, so that the high bytes nearly vanish.
 #pragma once

@@ -11,8 +11,8 @@ cd "$(dirname "$0")/.."
     cat <<'END'
 # Parameters
 
-Made by `postchain passes --markdown` (tools/update_docs.sh); a test holds the two together. Keys are
-those of a chain file and of `--set` (docs/chain_file.md). What the passes do with them:
+Made by `postchain passes --markdown` (tools/update_docs.sh); a test holds the two together. Keys
+are those of a chain file and of `--set` (docs/chain_file.md). What the passes do with them:
 docs/motion_blur.md, docs/fxaa.md, docs/depth_of_field.md.
 
 END

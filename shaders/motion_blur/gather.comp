@@ -45,11 +45,11 @@ float inverse_length(float squared) {
 }
 
 #if TILE_JITTER
-// The tile of p, or near a border, with probability 0.5 - tau e at e tiles from it, the tile across.
-// Only across the nearer of the two borders, never outside the grid.
+// The tile of p, or near a border, with probability 0.5 - tau e at e tiles from it, the tile
+// across. Only across the nearer of the two borders, never outside the grid.
 ivec2 choose_tile(ivec2 p, ivec2 own, float random) {
-    // In half pixels, so that equal distances and thresholds that a random number can hit are exact:
-    // random < 0.5 - tau e with e = distance / (2 r).
+    // In half pixels, so that equal distances and thresholds that a random number can hit are
+    // exact: random < 0.5 - tau e with e = distance / (2 r).
     const ivec2 local = 2 * (p - own * block.tile_px) + 1;
     const ivec2 distances = min(local, 2 * block.tile_px - local);
     const bool along_x = distances.x <= distances.y;

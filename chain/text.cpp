@@ -19,8 +19,10 @@ std::string quoted(std::string_view text) {
         if (c == '"' || c == '\\') out += '\\';
         if (byte >= 0x20) out += c;
         // Graphviz knows \n but no \u000a.
-        else if (c == '\n') out += "\\n";
-        else out += std::string("\\u00") + digits[byte >> 4] + digits[byte & 15];
+        else if (c == '\n')
+            out += "\\n";
+        else
+            out += std::string("\\u00") + digits[byte >> 4] + digits[byte & 15];
     }
     return out + "\"";
 }

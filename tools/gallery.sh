@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Makes the pictures of docs/gallery.md and of the README: for every generated scene one strip of
 # sharp input, result of the chain, truth and their difference. Needs a build (tools/demo.sh).
-# Usage: tools/gallery.sh [CHAIN] [TRUTH_SAMPLES]   (default: paper 192; about ten minutes on 2 cores)
+# Usage: tools/gallery.sh [CHAIN] [TRUTH_SAMPLES]
+# (default: paper 192; about ten minutes on 2 cores)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 chain=${1:-paper}

@@ -1,10 +1,10 @@
 // postchain bench: error against run time over the product of sweeps.
 //
-//   chain x sweeps --sweep_variants--> variants
-//   each frame: each variant --GPU--> metrics against the truth; on some frames the error in three
-//               parts (converge.h), pictures                                 --> DIR/results/*.json
-//   afterwards: each variant timed alone                                     --> DIR/results/*.json
-//   all results --> means, Pareto set, the cheapest under a limit
+//   chain x sweeps      --sweep_variants--> variants
+//   each frame, variant --GPU--> metrics against the truth, pictures; on some frames the error in
+//                                three parts (converge.h)      --> DIR/results/*.json
+//   each variant alone  --timing.h--> time of each pass        --> DIR/results/*.json
+//   all results         --> means, Pareto set, the cheapest under a limit
 //
 // A result is kept under the hash of the chain and used again when its key (chain, input and truth
 // files, device, settings) is the same: a bench that was killed goes on where it was.

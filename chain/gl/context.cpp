@@ -96,9 +96,12 @@ Result<std::unique_ptr<Context>> Context::create(const ContextOptions& options) 
                                  found.size(), " (see `postchain info`)"));
         candidates = {found[size_t(options.device)]};
     } else {
-        if (options.device == ContextOptions::kAutomatic)
-            for (size_t i = 0; i < found.size(); ++i)
-                if (!describe(found[i], int(i)).software) candidates.push_back(found[i]);
+        // Surfaceless may be the GPU where that has a Mesa driver: who asks for software gets the
+        // software device where there is one.
+        const bool wants_software = options.device == ContextOptions::kSoftware;
+        for (size_t i = 0; i < found.size(); ++i)
+            if (describe(found[i], int(i)).software == wants_software)
+                candidates.push_back(found[i]);
         candidates.push_back(nullptr);  // surfaceless software
     }
 

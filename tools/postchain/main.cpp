@@ -35,6 +35,7 @@ int command(int argc, char** argv) {
     SceneOptions scene;
     DiffOptions diff;
     ExperimentOptions experiment;
+    StressOptions stress;
     std::string plan_format = "text", passes_format = "text";
 
     CLI::App app("Motion blur, FXAA and depth of field over rendered frames, in any order.",
@@ -44,7 +45,7 @@ int command(int argc, char** argv) {
     app.footer(
         "Exit codes: 0 ok, 1 some frames failed, 2 usage, 3 chain file invalid, 4 input missing "
         "or unreadable,\n5 output not writable, 6 no usable GL, 7 non-finite values under "
-        "--strict, 8 threshold exceeded, 130/143 on signals.");
+        "--strict or a failed check of stress, 8 threshold exceeded, 130/143 on signals.");
 
     CLI::App* run = app.add_subcommand("run", "filter a sequence");
     add_chain(*run, options);
@@ -98,6 +99,9 @@ int command(int argc, char** argv) {
     CLI::App* bench = app.add_subcommand("bench", "error against run time, over swept parameters");
     add_bench(*bench, options, experiment);
 
+    CLI::App* stress_app = app.add_subcommand("stress", "the stability matrix");
+    add_stress(*stress_app, options, stress);
+
     CLI::App* info = app.add_subcommand("info", "GL devices, limits and library versions");
     add_device(*info, options);
     info->add_flag("--json", options.json, "one JSON object");
@@ -126,6 +130,7 @@ int command(int argc, char** argv) {
     if (*scene_app) return scene_verb(options, scene);
     if (*ab) return ab_verb(options, experiment, argc, argv);
     if (*bench) return bench_verb(options, experiment, argc, argv);
+    if (*stress_app) return stress_verb(options, stress);
     if (*info) return info_verb(options);
     if (*schema) return schema_verb();
     if (*passes) return passes_verb(passes_format);

@@ -58,6 +58,12 @@ int ab_verb(const Options& options, const ExperimentOptions& experiment, int arg
 void add_bench(CLI::App& verb, Options& options, ExperimentOptions& experiment);
 int bench_verb(const Options& options, const ExperimentOptions& experiment, int argc, char** argv);
 
+struct StressOptions {  // stress.cpp
+    std::string only;
+};
+void add_stress(CLI::App& verb, Options& options, StressOptions& stress);
+int stress_verb(const Options& options, const StressOptions& stress);
+
 // Man page and bash completion of the whole command, made from its options (completion.cpp).
 std::string man_page(const CLI::App& app);
 std::string bash_completion(const CLI::App& app);

@@ -1,0 +1,273 @@
+// The stability matrix: its reduced set over every registered pass and both orders, and that its
+// checks, its limits and the command see what is wrong.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "config/chain_file.h"
+#include "tests/support/gpu.h"
+#include "tests/support/images.h"
+#include "tools/stress/matrix.h"
+
+namespace postchain::stress {
+namespace {
+
+std::vector<Subject> every_pass_and_both_orders() {
+    std::vector<Subject> subjects;
+    for (const auto& type : builtin_passes().types())
+        subjects.push_back({type.name, test::chain_of(type.name)});
+    for (const char* name : {"paper", "dof_first"}) {
+        auto file = load_chain(name, builtin_passes());
+        EXPECT_TRUE(file.ok() && file->status().ok()) << name;
+        if (file.ok()) subjects.push_back({name, std::move(file->chain)});
+    }
+    return subjects;
+}
+
+std::string failures(const Matrix& matrix) {
+    std::string text;
+    for (const auto& cell : matrix.cells)
+        for (const auto& one : cell.measured)
+            if (one.verdict == Verdict::failed)
+                text += concat(cell.name(), ": ", one.check, " ", one.value, " > ", one.bound, "; ",
+                               one.note, "\n");
+    return text;
+}
+
+TEST(Stress, ReducedSetHoldsForEveryPassAndBothOrders) {
+    MatrixOptions options;
+    options.reduced = true;
+    const auto subjects = every_pass_and_both_orders();
+    const auto matrix = run_matrix(test::executor(), subjects, options);
+    ASSERT_TRUE(matrix.ok()) << matrix.status().message();
+    EXPECT_EQ(failures(*matrix), "");
+    // Every row and every check is met by every subject; identity only where it applies.
+    std::map<std::string, std::set<std::string>> rows, checks;
+    for (const auto& cell : matrix->cells) {
+        rows[cell.subject].insert(cell.row);
+        for (const auto& one : cell.measured) checks[cell.subject].insert(one.check);
+    }
+    std::set<std::string> all_rows;
+    for (const Cell& cell : make_cells(40, false)) all_rows.insert(cell.row);
+    EXPECT_EQ(all_rows.size(), 7u);
+    for (const auto& subject : subjects) {
+        EXPECT_EQ(rows[subject.name], all_rows) << subject.name;
+        EXPECT_EQ(checks[subject.name],
+                  std::set<std::string>(check_names().begin(), check_names().end()))
+            << subject.name;
+    }
+}
+
+// The scales of the specification are really in the frames.
+TEST(Stress, CellsHoldTheScalesTheyName) {
+    const auto cells = make_cells(40, false);
+    const auto find = [&](const std::string& name) -> const Cell& {
+        for (const auto& cell : cells)
+            if (cell.name == name) return cell;
+        ADD_FAILURE() << name;
+        return cells.front();
+    };
+    // Half-velocities: with a shutter of one frame the motion is twice as long.
+    for (double v : {0.0, 1e-6, 0.499, 0.5, 0.501, 1.0, 40.0, 1e3, 1e6})
+        EXPECT_NEAR(find(concat("object ", v, " px, ground still")).frame.facts.max_speed_px, 2 * v,
+                    1e-6 * v);
+    const FramePlanes& opposed = find("antiparallel 1 px").planes;
+    EXPECT_FLOAT_EQ(opposed.at(Role::motion).at(40, 20, 0), 1.6f);
+    EXPECT_FLOAT_EQ(opposed.at(Role::motion).at(0, 0, 0), -1.6f);
+    EXPECT_FLOAT_EQ(opposed.at(Role::motion).at(0, 0, 1), -1.2f);
+    const FrameFacts& ratio = find("ratio 1e+30").frame.facts;
+    EXPECT_NEAR(ratio.max_inverse_depth / ratio.min_inverse_depth, 1e30, 1e24);
+    const FrameFacts& close = find("ratio 1+1e-07").frame.facts;
+    EXPECT_GT(close.max_inverse_depth, close.min_inverse_depth);
+    EXPECT_LT(close.max_inverse_depth / close.min_inverse_depth, 1 + 2e-7);
+    const FrameFacts& sky = find("near plane before sky").frame.facts;
+    EXPECT_EQ(sky.min_inverse_depth, 0);
+    EXPECT_EQ(sky.max_inverse_depth, 10);
+    EXPECT_EQ(find("f/0.1, focus at infinity").frame.camera.f_stop, 0.1);
+    EXPECT_EQ(find("16384x3").frame.width, 16384);
+    // A tenth of 80x40 pixels, from the fourth on.
+    EXPECT_EQ(find("nan in motion_back").nonfinite_placed, 320u);
+    EXPECT_EQ(find("nan in every plane").nonfinite_placed, 4 * 320u);
+    EXPECT_EQ(find("inf in depth").nonfinite_placed, 0u);  // a way to write sky
+    for (const auto& cell : cells)
+        for (const auto& [role, plane] : cell.planes)
+            for (float value : plane.data) ASSERT_TRUE(std::isfinite(value)) << cell.name;
+}
+
+const Measured& find_check(const std::vector<Measured>& all, const std::string& check) {
+    for (const auto& one : all)
+        if (one.check == check) return one;
+    static const Measured none{"none", Verdict::ok, -1, -1, {}};
+    return none;
+}
+
+TEST(Stress, ChecksSeeWhatTheyAreFor) {
+    const auto cells = make_cells(40, false);
+    const Subject subject = with_cells_camera({"motion_blur", test::chain_of("motion_blur")});
+    // A cell that calls itself still and is not.
+    for (const auto& cell : cells) {
+        if (cell.name != "object 40 px, ground still") continue;
+        Cell wrong = cell;
+        wrong.still = true;
+        auto measured = measure(test::executor(), subject, wrong, Precision::fp32);
+        ASSERT_TRUE(measured.ok());
+        EXPECT_EQ(find_check(*measured, "identity").verdict, Verdict::failed);
+        EXPECT_GT(find_check(*measured, "identity").value, 0.1);
+        EXPECT_EQ(find_check(*measured, "constant").verdict, Verdict::ok);
+        // Facts that lie: the lean run leaves the blur out, the full one does not.
+        wrong = cell;
+        wrong.frame.facts.max_speed_px = 0;
+        measured = measure(test::executor(), subject, wrong, Precision::fp32);
+        ASSERT_TRUE(measured.ok());
+        EXPECT_EQ(find_check(*measured, "lean").verdict, Verdict::failed);
+        // NaN that no conversion has replaced, in every pixel.
+        wrong = cell;
+        for (float& value : wrong.planes[Role::color].data) value = NAN;
+        measured = measure(test::executor(), subject, wrong, Precision::fp32);
+        ASSERT_TRUE(measured.ok());
+        EXPECT_EQ(find_check(*measured, "finite").verdict, Verdict::failed);
+        EXPECT_EQ(find_check(*measured, "finite").value, 80 * 40 * 4);
+        EXPECT_EQ(find_check(*measured, "reference").verdict, Verdict::failed);
+        // A count that is off by one.
+        wrong = cell;
+        wrong.row = "nonfinite";
+        wrong.nonfinite_placed = 1;
+        measured = measure(test::executor(), subject, wrong, Precision::fp32);
+        ASSERT_TRUE(measured.ok());
+        EXPECT_EQ(find_check(*measured, "counted").verdict, Verdict::failed);
+        EXPECT_EQ(find_check(*measured, "counted").value, 1);
+    }
+}
+
+TEST(Stress, CameraOfTheCellCountsAlone) {
+    Subject subject{"one", test::chain_of("motion_blur", {{"shutter_angle_deg", 90.0}})};
+    test::append(subject.chain, "depth_of_field", {{"f_stop", 8.0}});
+    subject.chain.camera.f_stop = 4;
+    subject = with_cells_camera(std::move(subject));
+    EXPECT_EQ(subject.chain.camera, Camera());
+    const std::string text = subject.chain.text();
+    EXPECT_NE(text.find("shutter_angle_deg=unset"), std::string::npos) << text;
+    EXPECT_EQ(text.find("f_stop=8"), std::string::npos) << text;
+    EXPECT_EQ(tile_px(subject.chain), 40);
+    EXPECT_EQ(tile_px(test::chain_of("motion_blur", {{"max_blur_px", int64_t(64)}})), 64);
+    EXPECT_EQ(tile_px(test::chain_of("fxaa")), 40);
+}
+
+TEST(Stress, LimitsHoldOnlyWhereListedAndInsideTheirBound) {
+    ASSERT_FALSE(known_limits().empty());
+    const auto verdict = [](const char* row, const char* cell, double value) {
+        CellResult result{"paper", row, cell, Precision::fp32, {}};
+        result.measured = {{"range", Verdict::failed, value, 1e-6, "at 1,1"},
+                           {"finite", Verdict::failed, 1, 0, {}}};
+        apply_known_limits(result);
+        EXPECT_EQ(result.measured[1].verdict, Verdict::failed);
+        return result.measured[0].verdict;
+    };
+    EXPECT_EQ(verdict("radiance", "65504", 0.029), Verdict::limit);
+    EXPECT_EQ(verdict("radiance", "65504", 0.031), Verdict::failed);
+    EXPECT_EQ(verdict("radiance", "negative", 0.029), Verdict::failed);
+    for (const auto& limit : known_limits()) {
+        EXPECT_FALSE(limit.reason.empty());
+        // Never of what must hold without exception.
+        EXPECT_NE(limit.check, "finite");
+        EXPECT_NE(limit.check, "lean");
+        EXPECT_NE(limit.check, "counted");
+        EXPECT_NE(limit.check, "identity");
+    }
+}
+
+TEST(Stress, PatternsMatchAnywhereAndAcrossStars) {
+    EXPECT_TRUE(matches("", "paper/speed/all 1 px/fp16"));
+    EXPECT_TRUE(matches("speed", "paper/speed/all 1 px/fp16"));
+    EXPECT_TRUE(matches("paper*fp16", "paper/speed/all 1 px/fp16"));
+    EXPECT_TRUE(matches("*all*px*", "paper/speed/all 1 px/fp16"));
+    EXPECT_FALSE(matches("fp16*paper", "paper/speed/all 1 px/fp16"));
+    EXPECT_FALSE(matches("depth", "paper/speed/all 1 px/fp16"));
+}
+
+TEST(Stress, TableShowsTheWorstAndEveryNumber) {
+    Matrix matrix;
+    matrix.cells = {{"a", "speed", "x", Precision::fp32, {{"range", Verdict::ok, 0, 1, {}}}},
+                    {"a",
+                     "speed",
+                     "y",
+                     Precision::fp16,
+                     {{"range", Verdict::failed, 2.5, 1, "at 3,4"},
+                      {"finite", Verdict::limit, 7, 0, "because"}}}};
+    const std::string text = matrix_as_text(matrix);
+    EXPECT_NE(text.find("FAIL 2.5"), std::string::npos) << text;
+    EXPECT_NE(text.find("limit 7"), std::string::npos) << text;
+    EXPECT_NE(text.find("FAIL a/speed/y/fp16: range 2.5, bound 1; at 3,4"), std::string::npos)
+        << text;
+    EXPECT_NE(text.find("2 cells, 3 checks: 1 ok, 1 known limits, 1 failed"), std::string::npos)
+        << text;
+}
+
+TEST(Stress, NoCellAndStoppingAreErrors) {
+    const auto subjects = every_pass_and_both_orders();
+    MatrixOptions options;
+    options.only = "no such cell";
+    EXPECT_EQ(run_matrix(test::executor(), subjects, options).status().code(), StatusCode::usage);
+    options.only = "nothing";
+    const auto stopped = run_matrix(test::executor(), subjects, options,
+                                    [](const auto&, size_t done, size_t) { return done < 2; });
+    EXPECT_EQ(stopped.status().code(), StatusCode::cancelled);
+}
+
+// ------------------------------------------------------------------------------------ command
+
+struct Outcome {
+    int code = -1;
+    std::string out;
+};
+
+Outcome command(const std::string& arguments) {
+    Outcome outcome;
+    FILE* pipe = popen((POSTCHAIN_COMMAND " stress " + arguments + " 2>/dev/null").c_str(), "r");
+    if (!pipe) return outcome;
+    char buffer[4096];
+    for (size_t n; (n = fread(buffer, 1, sizeof(buffer), pipe)) > 0;) outcome.out.append(buffer, n);
+    const int status = pclose(pipe);
+    outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    return outcome;
+}
+
+std::string read(const std::filesystem::path& path) {
+    std::ifstream in(path);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+TEST(StressCommand, WritesTableAndJsonOfTheCellsAskedFor) {
+    const auto folder = std::filesystem::path(testing::TempDir()) / concat("stress", getpid());
+    const auto outcome = command("--only '/size/1x1/' --json -o " + (folder / "made").string());
+    EXPECT_EQ(outcome.code, 0) << outcome.out;
+    const auto json = nlohmann::json::parse(outcome.out);
+    // Every pass and two orders, two precisions.
+    EXPECT_EQ(json["cells"].size(), 2 * (builtin_passes().types().size() + 2));
+    EXPECT_EQ(json["failed"], 0);
+    EXPECT_EQ(json["checks"], json["ok"].get<int>() + json["limits"].get<int>());
+    EXPECT_EQ(json["cells"][0]["checks"][0]["verdict"], "ok");
+    EXPECT_EQ(read(folder / "made/stress.json"), outcome.out);
+    EXPECT_EQ(read(folder / "made/stress.txt"), command("--only '/size/1x1/'").out);
+    std::filesystem::remove_all(folder);
+}
+
+TEST(StressCommand, OneChainWithSettingsAndErrors) {
+    const auto one = command("realtime --set motion_blur.samples=5 --only 'realtime/size/1x1'");
+    EXPECT_EQ(one.code, 0) << one.out;
+    EXPECT_NE(one.out.find("2 cells"), std::string::npos) << one.out;
+    EXPECT_EQ(command("--only 'no such cell'").code, 2);
+    EXPECT_EQ(command("--set motion_blur.samples=5").code, 2);
+    EXPECT_EQ(command("no_such_chain").code, 3);
+    EXPECT_EQ(command("--only /size/1x1/fp16 -o /dev/null/x").code, 5);
+}
+
+}  // namespace
+}  // namespace postchain::stress

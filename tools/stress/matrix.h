@@ -1,0 +1,62 @@
+// The stability matrix: subjects x rows x cells x precisions, each cell with all its checks.
+//
+//   make_cells --> measure --> known limits --> Matrix --> text (here), JSON (postchain stress)
+//
+// A check outside its bound fails, unless limits.cpp lists it with a reason and a wider bound of
+// its own that it keeps: then it is a limit, and printed as one. Nothing else widens a bound.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "tools/stress/check.h"
+
+namespace postchain::stress {
+
+struct CellResult {
+    std::string subject;
+    std::string row;
+    std::string cell;
+    Precision precision = Precision::fp32;
+    std::vector<Measured> measured;
+
+    std::string name() const;  // "paper/speed/all 1 px/fp16"
+};
+
+struct Matrix {
+    std::vector<CellResult> cells;
+    size_t count(Verdict verdict) const;  // checks
+    size_t checks() const;
+};
+
+struct MatrixOptions {
+    std::string only;      // cells whose name() matches; empty = all. See matches().
+    bool reduced = false;  // the few cells of every row that tests can afford
+};
+
+// Does the name match: `pattern` stands anywhere in it, and * in it for any text.
+bool matches(std::string_view pattern, std::string_view name);
+
+// Called before each cell, with how many are done of how many; false stops.
+using MatrixProgress = std::function<bool(const std::string& name, size_t done, size_t of)>;
+
+// Errors: usage (no cell matches), cancelled, gl; chain when a subject cannot run on a frame.
+Result<Matrix> run_matrix(Executor& executor, const std::vector<Subject>& subjects,
+                          const MatrixOptions& options, const MatrixProgress& progress = {});
+
+// Row x subject x check, the worst of each; below it every check that is not ok, with its number.
+std::string matrix_as_text(const Matrix& matrix);
+
+// limits.cpp: turns a failed check into a limit where it is a known one and inside its bound.
+void apply_known_limits(CellResult& cell);
+
+struct KnownLimit {
+    std::string check;
+    std::string cells;  // pattern of CellResult::name()
+    double bound;       // beyond it, it fails all the same
+    std::string reason;
+};
+const std::vector<KnownLimit>& known_limits();
+
+}  // namespace postchain::stress

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Installs what building postchain needs, on Debian bookworm; with --tests also what its tests need.
-# Does nothing when all is there. Usage: tools/install_packages.sh [--tests]
+# Installs what building postchain needs, on Debian bookworm; with --tests also what its tests need,
+# with --fuzz also what fuzzing needs (clang and its runtime).
+# Does nothing when all is there. Usage: tools/install_packages.sh [--tests | --fuzz]
 set -euo pipefail
 
 packages=(
@@ -9,11 +10,14 @@ packages=(
     libopenexr-dev libopenimageio-dev openimageio-tools zlib1g-dev
     libyaml-cpp-dev nlohmann-json3-dev libcli11-dev libspdlog-dev libfmt-dev
 )
-if [[ ${1:-} == --tests ]]; then
+if [[ ${1:-} == --tests || ${1:-} == --fuzz ]]; then
     packages+=(
         libgtest-dev libgmock-dev libbenchmark-dev clang-format
         python3 chromium chromium-driver
     )
+fi
+if [[ ${1:-} == --fuzz ]]; then
+    packages+=(clang libclang-rt-14-dev)
 fi
 missing=()
 for package in "${packages[@]}"; do

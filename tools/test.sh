@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Installs, builds and runs every test but the sanitizer build; --full adds that and the core
-# preset (chain and passes alone). Usage: tools/test.sh [--full]
+# Installs, builds and runs every test but the sanitizer build; --full adds that, the core preset
+# (chain and passes alone) and half a minute of each fuzz target (clang). Usage: tools/test.sh [--full]
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -27,4 +27,5 @@ build_and_test release
 if $full; then
     build_and_test core
     build_and_test debug
+    tests/fuzz/run.sh 30
 fi

@@ -1,0 +1,27 @@
+// What is fuzzed: every reader of text and bytes that a stranger may have written.
+//
+// One function per reader, called by libFuzzer (fuzzer.cpp, preset "fuzz") and by the replay of
+// the corpus in every build (replay_test.cpp). A function runs the reader and all that may be
+// asked of its result; a broken promise aborts, with a line on stderr. Documentation:
+// docs/fuzzing.md.
+#pragma once
+
+#include <string_view>
+#include <vector>
+
+namespace postchain::fuzz {
+
+// True when the reader accepted the input: the corpus must hold both kinds.
+bool chain(std::string_view bytes);     // text, then texts of --set, each after a zero byte
+bool camera(std::string_view bytes);    // config/camera_file.h
+bool profile(std::string_view bytes);   // config/profile.h
+bool sequence(std::string_view bytes);  // tools/io/sequence.h: as range, as pattern, as input
+bool exr(std::string_view bytes);       // a whole file, tools/io/exr_reader.h
+
+struct Target {
+    const char* name;  // also the folder in corpus/
+    bool (*run)(std::string_view bytes);
+};
+const std::vector<Target>& targets();
+
+}  // namespace postchain::fuzz

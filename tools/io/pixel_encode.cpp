@@ -7,6 +7,7 @@
 #include <cstring>
 
 #if defined(__x86_64__)
+#include <cpuid.h>
 #include <immintrin.h>
 #endif
 
@@ -34,8 +35,13 @@ __attribute__((target("avx,f16c"))) void to_float_f16c(const uint16_t* from, siz
     }
     for (; i < count; ++i) to[i] = imath_half_to_float(from[i]);
 }
+// By cpuid: clang 14's __builtin_cpu_supports knows no "f16c". Its "avx" also asks the system.
 bool has_f16c() {
-    static const bool yes = __builtin_cpu_supports("avx") && __builtin_cpu_supports("f16c");
+    static const bool yes = [] {
+        unsigned a = 0, b = 0, c = 0, d = 0;
+        return __builtin_cpu_supports("avx") && __get_cpuid(1, &a, &b, &c, &d) != 0 &&
+               (c & bit_F16C) != 0;
+    }();
     return yes;
 }
 #endif

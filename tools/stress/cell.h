@@ -1,6 +1,5 @@
 // Cells of the stability matrix: frames in which widely separated scales meet in one
-// neighbourhood. Source: spec metrics.md, "Stability"; how each hazard is handled:
-// docs/stability.md.
+// neighbourhood. How each hazard is handled: docs/stability.md.
 //
 // A row is one kind of stiffness (speeds, depth ratios, radiance, lens, sizes, non-finite values),
 // a cell one frame of it. Cells know no pass: they are canonical frames, and say what of them is

@@ -1,4 +1,6 @@
 // Chain files and camera files that are wrong, through the command.
+#include <sstream>
+
 #include "tests/command/fixture.h"
 
 namespace postchain::test {
@@ -40,8 +42,52 @@ TEST_F(ChainTest, ChainErrorsNameTheirPlace) {
     const auto outcome = filter("bad");
     for (const char* place : {":3:12: error", ":3:18: error", ":4:5: error"})
         EXPECT_TRUE(contains(outcome.err, place)) << outcome.err;
+    // Each a line of its own in the documented form, with nothing in front.
+    std::vector<std::string> lines;
+    std::istringstream text(outcome.err);
+    for (std::string line; std::getline(text, line);) lines.push_back(line);
+    ASSERT_EQ(lines.size(), 3u) << outcome.err;
+    const std::string file = at("bad.yaml");
+    EXPECT_TRUE(lines[0].starts_with(file + ":3:12: error: passes[0].a: unknown key")) << lines[0];
+    EXPECT_TRUE(lines[1].starts_with(file + ":3:18: error: passes[0].b: unknown key")) << lines[1];
+    EXPECT_TRUE(lines[2].starts_with(file + ":4:5: error: passes[1]: unknown pass")) << lines[2];
+    const auto objects = json_lines(filter("bad", {"--log-format", "json"}).err);
+    ASSERT_EQ(objects.size(), 3u);
+    for (size_t i = 0; i < 3; ++i) {
+        EXPECT_EQ(objects[i]["level"], "error");
+        EXPECT_EQ(objects[i]["message"], lines[i]);
+    }
     EXPECT_EQ(filter("no_such_chain").code, 3);
     EXPECT_TRUE(fs::is_empty(at("out")));
+}
+
+TEST_F(ChainTest, OverridesSayWhatIsWrongAndWhatGivesWay) {
+    write_frame(in(1), make_planes(24, 16));
+    const auto bad = filter("fxaa", {"--set", "passes[7].preset=12"});
+    EXPECT_EQ(bad.code, 2);
+    EXPECT_TRUE(bad.err.starts_with("--set passes[7].preset=12: error: passes[7]: ")) << bad.err;
+    write_text(at("own.yaml"), "postchain: 1\npasses: [motion_blur: {shutter_frames: 0.5}]\n");
+    const auto plan =
+        run({"plan", at("own.yaml"), "-i", in(1), "--set", "camera.shutter_frames=1"});
+    EXPECT_EQ(plan.code, 0) << plan.text();
+    EXPECT_TRUE(contains(plan.err, "--set camera.shutter_frames=1: note: passes[0].shutter_frames"))
+        << plan.err;
+}
+
+TEST_F(ChainTest, UsageErrorsHaveOneForm) {
+    const auto verb = run({"rnu", "paper"});
+    EXPECT_EQ(verb.code, 2);
+    EXPECT_TRUE(verb.err.starts_with("postchain: error: unknown verb 'rnu' (did you mean 'run'?)"))
+        << verb.err;
+    EXPECT_TRUE(run({"run"}).err.starts_with("postchain: error: CHAIN is required"));
+    for (const Arguments& form : {Arguments{"--log-format", "json"}, {"--log-format=json"}}) {
+        Arguments arguments = {"run", "paper"};
+        arguments.insert(arguments.end(), form.begin(), form.end());
+        const auto objects = json_lines(run(arguments).err);
+        ASSERT_EQ(objects.size(), 1u);
+        EXPECT_EQ(objects[0]["level"], "error");
+        EXPECT_TRUE(contains(objects[0]["message"].get<std::string>(), "--input is required"));
+    }
 }
 
 TEST_F(ChainTest, CameraErrors) {

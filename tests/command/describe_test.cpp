@@ -50,8 +50,14 @@ TEST_F(DescribeTest, PlanSaysWhatIsLeftOutAndRunsTheSame) {
     EXPECT_EQ(left_out["left_out"][0]["rule"], "off_by_configuration");
     EXPECT_TRUE(contains(left_out["left_out"][0]["reason"].get<std::string>(), "shutter_frames"));
     EXPECT_GT(plan({"--no-elide"})["steps"].size(), 3u);
-    EXPECT_GT(plan({"--no-elide", "off_by_configuration"})["steps"].size(), 3u);
-    EXPECT_EQ(plan({"--no-elide", "identity_by_facts"})["steps"].size(), 0u);
+    EXPECT_GT(plan({"--no-elide=off_by_configuration"})["steps"].size(), 3u);
+    EXPECT_EQ(plan({"--no-elide=identity_by_facts"})["steps"].size(), 0u);
+    // The word after it is not its own.
+    Arguments first = {"plan", "--no-elide", at("motion_blur.yaml"), "-i", in(1), "--json"};
+    first.insert(first.end(), still.begin(), still.end());
+    const auto before_chain = run(first);
+    ASSERT_EQ(before_chain.code, 0) << before_chain.text();
+    EXPECT_GT(json_lines(before_chain.out).at(0)["steps"].size(), 3u);
     // run says the same in its line.
     const auto outcome = filter("motion_blur", still);
     EXPECT_EQ(outcome.code, 0);

@@ -72,7 +72,7 @@ TEST_F(SequenceTest, BadArgumentsAreUsageErrors) {
                                   {"--set", "fxaa.preset=9"},
                                   {"--set", "motion_blur.samples=5"},
                                   {"--set", ""},
-                                  {"--no-elide", "no_rule"},
+                                  {"--no-elide=no_rule"},
                                   {"--view", "left"},
                                   {"--layer", "no_layer"},
                                   {"--log-format", "xml"},

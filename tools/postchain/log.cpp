@@ -7,8 +7,12 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "chain/status.h"
+
 namespace postchain::log {
 namespace {
+
+constexpr const char* kNames[] = {"detail", "info", "warning", "error"};
 
 bool g_json = false;
 bool g_terminal = false;
@@ -31,20 +35,22 @@ void set_up(bool verbose, bool quiet, bool json) {
 }
 
 void write(Level level, const std::string& text) {
+    const bool named = !g_json && (level == Level::warning || level == Level::error);
+    write_as_is(level, named ? concat("postchain: ", kNames[size_t(level)], ": ", text) : text);
+}
+
+void write_as_is(Level level, const std::string& text) {
     static const spdlog::level::level_enum levels[] = {spdlog::level::debug, spdlog::level::info,
                                                        spdlog::level::warn, spdlog::level::err};
-    static const char* names[] = {"detail", "info", "warning", "error"};
     const auto index = static_cast<size_t>(level);
     progress("");
     if (g_json) {
-        const nlohmann::ordered_json line = {{"level", names[index]}, {"message", text}};
+        const nlohmann::ordered_json line = {{"level", kNames[index]}, {"message", text}};
         logger().log(levels[index], "{}",
                      line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
         return;
     }
-    const bool named = level == Level::warning || level == Level::error;
-    logger().log(levels[index], "{}{}",
-                 named ? std::string("postchain: ") + names[index] + ": " : std::string(), text);
+    logger().log(levels[index], "{}", text);
 }
 
 void progress(const std::string& text) {

@@ -9,6 +9,8 @@ enum class Level { detail, info, warning, error };
 
 void set_up(bool verbose, bool quiet, bool json);
 void write(Level level, const std::string& text);
+// Without "postchain: error: " in front: a diagnostic, which says place and severity itself.
+void write_as_is(Level level, const std::string& text);
 inline void detail(const std::string& text) {
     write(Level::detail, text);
 }

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <exception>
 
+#include "config/reporter.h"
 #include "tools/postchain/exit_code.h"
 #include "tools/postchain/log.h"
 #include "tools/postchain/verbs.h"
@@ -16,7 +17,7 @@
 namespace postchain {
 
 int fail(const Status& status) {
-    log::error(status.message());
+    if (!status.message().empty()) log::error(status.message());
     return exit_code(status);
 }
 
@@ -28,6 +29,32 @@ std::string scene_names() {
     for (const auto& scene : scenes::scenes())
         text += (text.empty() ? "" : "; ") + scene.name + ": " + scene.help;
     return text;
+}
+
+// --log-format json, of a command line that could not be read.
+bool asks_for_json(int argc, char** argv) {
+    const std::string option = "--log-format";
+    for (int i = 1; i < argc; ++i) {
+        const std::string word = argv[i];
+        if (word == option + "=json") return true;
+        if (word == option && i + 1 < argc && std::string(argv[i + 1]) == "json") return true;
+    }
+    return false;
+}
+
+int usage_error(const CLI::App& app, const CLI::ParseError& error, int argc, char** argv) {
+    log::set_up(false, false, asks_for_json(argc, argv));
+    const auto given = app.get_subcommands();
+    std::string text = error.what();
+    if (given.empty() && argc > 1 && argv[1][0] != '-') {
+        std::vector<std::string> verbs;
+        for (const CLI::App* verb : app.get_subcommands([](const CLI::App*) { return true; }))
+            verbs.push_back(verb->get_name());
+        text = unknown_word("verb", argv[1], verbs);
+    }
+    log::error(concat(text, "; see postchain ", given.empty() ? "" : given[0]->get_name() + " ",
+                      "--help"));
+    return kExitUsage;
 }
 
 int command(int argc, char** argv) {
@@ -119,8 +146,9 @@ int command(int argc, char** argv) {
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
-        const int code = app.exit(error);
-        return code == 0 ? kExitOk : kExitUsage;
+        if (error.get_exit_code() != 0) return usage_error(app, error, argc, argv);
+        app.exit(error);  // --help, --version
+        return kExitOk;
     }
     log::set_up(options.verbose, options.quiet, options.log_format == "json");
     if (*run) return run_verb(options);

@@ -8,18 +8,19 @@
 
 #include "passes/registry.h"
 #include "tools/postchain/log.h"
+#include "tools/postchain/verbs.h"
 
 namespace postchain {
 namespace {
 
-void print(const Diagnostics& diagnostics) {
-    for (const auto& diagnostic : diagnostics) {
-        if (diagnostic.severity == Severity::error) continue;
-        if (diagnostic.severity == Severity::warning)
-            log::warning(diagnostic.text());
-        else
-            log::detail(diagnostic.text());
-    }
+// Says all of them, each in its own form; errors become a status that fail() does not say again.
+Status say(const Diagnostics& diagnostics, log::Level notes) {
+    for (const auto& one : diagnostics)
+        log::write_as_is(one.severity == Severity::note      ? notes
+                         : one.severity == Severity::warning ? log::Level::warning
+                                                             : log::Level::error,
+                         one.text());
+    return already_said(status_of(diagnostics));
 }
 
 // Index of a word that CLI11 has already checked to be one of `names`.
@@ -88,11 +89,11 @@ void add_plan(CLI::App& verb, Options& o) {
         ->capture_default_str();
     std::string rules;
     for (const auto& rule : elision_rules()) rules += (rules.empty() ? "" : ", ") + rule;
-    verb.add_option("--no-elide", o.no_elide,
-                    "run what a frame does not need too; all rules, or by name: " + rules)
-        ->type_name("RULES")
-        ->expected(0, 1)
-        ->default_str("all");
+    // A flag: the word after it may be CHAIN, so rules come with '=' alone.
+    verb.add_flag("--no-elide{all}", o.no_elide,
+                  "run what a frame does not need too: all rules, or --no-elide=RULES with some "
+                  "of " +
+                      rules);
 }
 
 void add_device(CLI::App& verb, Options& o) {
@@ -135,8 +136,7 @@ void add_writing(CLI::App& verb, Options& o) {
 Result<ChainFile> load_chain_of(const Options& options) {
     auto file = load_chain(options.chain, builtin_passes(), options.sets);
     if (!file.ok()) return file.status();
-    print(file->diagnostics);
-    if (Status status = file->status(); !status.ok()) return status;
+    if (Status status = say(file->diagnostics, log::Level::info); !status.ok()) return status;
     return file;
 }
 
@@ -182,8 +182,8 @@ Result<offline::RunSettings> input_settings_of(const Options& options) {
     if (!options.camera.empty()) {
         auto camera = load_camera(options.camera);
         if (!camera.ok()) return camera.status();
-        print(camera->diagnostics);
-        if (Status status = camera->status(); !status.ok()) return status;
+        if (Status status = say(camera->diagnostics, log::Level::detail); !status.ok())
+            return status;
         settings.source.camera = std::move(*camera);
     }
     auto plan = plan_options_of(options);

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,7 +33,7 @@ struct Options {
     std::string on_error = "stop";
     std::string overflow = "refuse";
     std::string nonfinite = "zero";
-    std::string no_elide;  // "all" or rule names
+    std::string no_elide;  // empty, "all", or names of rules with commas
     bool strict = false;
     bool no_sidecar = false;
     bool png = false;
@@ -53,7 +52,7 @@ void add_plan(CLI::App& verb, Options& options);     // --precision, --no-elide
 void add_device(CLI::App& verb, Options& options);   // --device, --threads
 void add_writing(CLI::App& verb, Options& options);  // -o, --on-existing, --on-error, ...
 
-// Prints notes and warnings; a Status with every error when the file is invalid.
+// Prints every diagnostic; when the file is invalid, the status has been said already.
 Result<ChainFile> load_chain_of(const Options& options);
 Result<PlanOptions> plan_options_of(const Options& options);
 // Everything but `output` and the writing policies.

@@ -68,7 +68,11 @@ int stress_verb(const Options& options, const StressOptions& stress);
 std::string man_page(const CLI::App& app);
 std::string bash_completion(const CLI::App& app);
 
-// Prints the status as an error and returns its exit code.
+// Prints the status as an error, unless it has been said already, and returns its exit code.
 int fail(const Status& status);
+// The same failure for fail() to be silent about: its diagnostics are on stderr.
+inline Status already_said(const Status& status) {
+    return status.ok() ? status : Status(status.code(), "");
+}
 
 }  // namespace postchain

@@ -65,6 +65,14 @@ TEST_F(DescribeTest, PlanSaysWhatIsLeftOutAndRunsTheSame) {
     EXPECT_EQ(read_color(out(1)).data, read_color(in(1)).data);
 }
 
+TEST_F(DescribeTest, PlanSaysOnceWhatEveryFrameLacks) {
+    write_sequence(at(""), {1, 2, 3});
+    write_text(at("lens.yaml"), "postchain: 1\npasses: [depth_of_field]\n");  // no camera
+    const auto outcome = run({"plan", at("lens.yaml"), "-i", in()});
+    EXPECT_EQ(outcome.code, 3) << outcome.text();
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+}
+
 TEST_F(DescribeTest, InspectNamesWhatItFound) {
     FrameFile file;
     file.object_ids = true;

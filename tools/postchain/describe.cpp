@@ -25,6 +25,7 @@ int plan_verb(const Options& options, const std::string& format) {
     auto list = io::find_frames(settings->input, settings->frames);
     if (!list.ok()) return fail(list.status());
     int code = kExitOk;
+    std::string said;  // of the frame before, without its path
     const RoleSet wanted = chain->chain.required() | chain->chain.optional();
     for (int frame : list->frames) {
         const auto files = list->files.find(frame);
@@ -52,6 +53,12 @@ int plan_verb(const Options& options, const std::string& format) {
             }
         }
         if (!status.ok()) {
+            // What the chain lacks in the same words for another frame, every frame lacks.
+            const size_t words = status.message().find(": ");
+            const std::string what =
+                words == std::string::npos ? status.message() : status.message().substr(words);
+            if (status.code() == StatusCode::chain && what == said) break;
+            said = what;
             log::error(status.message());
             if (code == kExitOk) code = exit_code(status);
         }

@@ -104,9 +104,11 @@ int run_verb(const Options& options) {
     if (!summary->gaps.empty())
         log::warning(concat(settings->input.color().text(), ": holes in the sequence, ",
                             summary->gaps.size(),
-                            " frames: ", offline::frames_text(summary->gaps)));
-    log::info(
-        concat(text, " of ", summary->total, " frames in ", seconds_text(summary->elapsed_s)));
+                            summary->gaps.size() == 1 ? " frame: " : " frames: ",
+                            offline::frames_text(summary->gaps)));
+    log::info(concat(text, " of ", summary->total,
+                     summary->total == 1 ? " frame in " : " frames in ",
+                     seconds_text(summary->elapsed_s)));
     return stop.asked() ? stop.exit_code() : code_of(*summary);
 }
 

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <map>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "tools/io/exr_reader.h"
@@ -135,6 +137,39 @@ Status read_channels(Cursor& in, PartSizes& part) {
     return {};
 }
 
+// Bytes of a value whose type fixes them, nothing for the others. OpenEXR reads such values, and
+// channel lists, by their type and not by the stated size: where the two differ it goes on at
+// another place of the header than this scan, and finds sizes there that were never checked.
+std::optional<int32_t> fixed_size(const std::string& type) {
+    static const std::map<std::string_view, int32_t> kSizes = {{"box2i", 16},
+                                                               {"box2f", 16},
+                                                               {"chromaticities", 32},
+                                                               {"compression", 1},
+                                                               {"double", 8},
+                                                               {"envmap", 1},
+                                                               {"deepImageState", 1},
+                                                               {"float", 4},
+                                                               {"int", 4},
+                                                               {"keycode", 28},
+                                                               {"lineOrder", 1},
+                                                               {"m33f", 36},
+                                                               {"m33d", 72},
+                                                               {"m44f", 64},
+                                                               {"m44d", 128},
+                                                               {"rational", 8},
+                                                               {"tiledesc", 9},
+                                                               {"timecode", 8},
+                                                               {"v2i", 8},
+                                                               {"v2f", 8},
+                                                               {"v2d", 16},
+                                                               {"v3i", 12},
+                                                               {"v3f", 12},
+                                                               {"v3d", 24}};
+    const auto found = kSizes.find(type);
+    if (found == kSizes.end()) return {};
+    return found->second;
+}
+
 // One header; `empty` when its first attribute name is empty (the end of the list of parts).
 Status read_header(Cursor& in, PartSizes& part, bool& empty) {
     empty = true;
@@ -149,6 +184,9 @@ Status read_header(Cursor& in, PartSizes& part, bool& empty) {
         if (size < 0) {
             return input_error(concat("damaged header: attribute ", name, " of negative size"));
         }
+        if (fixed_size(type).value_or(size) != size) {
+            return input_error(concat("damaged header: attribute ", name, " of wrong size"));
+        }
         const uint64_t end = in.at() + uint64_t(size);
         if (end > kMaxHeaderBytes) return input_error("damaged header: larger than 256 MiB");
         Status status;
@@ -156,6 +194,9 @@ Status read_header(Cursor& in, PartSizes& part, bool& empty) {
             part.data_window = read_window(in);
         } else if (name == "channels" && type == "chlist") {
             status = read_channels(in, part);
+            if (status.ok() && in.good() && in.at() != end) {
+                status = input_error("damaged header: the list of channels has a wrong size");
+            }
         } else if (name == "compression" && size == 1) {
             part.compression = int(in.number(1));
         } else if (name == "tiles" && size == 9) {

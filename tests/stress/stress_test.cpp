@@ -260,7 +260,7 @@ TEST(StressCommand, WritesTableAndJsonOfTheCellsAskedFor) {
 }
 
 TEST(StressCommand, OneChainWithSettingsAndErrors) {
-    const auto one = command("realtime --set motion_blur.samples=5 --only 'realtime/size/1x1'");
+    const auto one = command("realtime --set motion_blur.samples=5 --only 'realtime/size/41x31'");
     EXPECT_EQ(one.code, 0) << one.out;
     EXPECT_NE(one.out.find("2 cells"), std::string::npos) << one.out;
     EXPECT_EQ(command("--only 'no such cell'").code, 2);

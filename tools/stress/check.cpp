@@ -27,6 +27,8 @@ Bounds bounds_of(Precision precision, int tile) {
     return {.tolerance = half ? 2e-2 : 1e-3, .eps = half ? 1e-2 : 1e-4, .motion = 0.25 * tile};
 }
 
+// A pixel jumps when it changes by more than this many times eps of the largest color.
+constexpr double kJump = 20;
 constexpr double kRelativeFloor = 1e-4;  // errors are relative to at least this part of the largest
 
 bool equal_pixel(const ImageF& a, const ImageF& b, size_t pixel) {
@@ -301,12 +303,22 @@ class Measurement {
             const FrameDescription frame = facts_of(cell_.frame, planes);
             auto out = filter(subject_.chain, frame, planes, false);
             if (!out.ok()) return out.status();
-            double change = 0, jump = 0;
-            for (size_t i = 0; i < out_.data.size(); ++i) {
-                const double d = std::abs(double(out->data[i]) - double(out_.data[i]));
-                change += d;
-                jump = std::max(jump, d);
+            // Pixels that jump are set aside, if they are few; many count as the change they are.
+            double change = 0, jumped = 0, jump = 0;
+            size_t jumps = 0;
+            for (size_t pixel = 0; pixel < out_.pixels(); ++pixel) {
+                double sum = 0, worst = 0;
+                for (size_t i = 4 * pixel; i < 4 * pixel + 4; ++i) {
+                    const double d = std::abs(double(out->data[i]) - double(out_.data[i]));
+                    sum += d;
+                    worst = std::max(worst, d);
+                }
+                const bool jumps_here = worst > kJump * bounds_.eps * most;
+                (jumps_here ? jumped : change) += sum;
+                jumps += jumps_here;
+                jump = std::max(jump, worst);
             }
+            if (double(jumps) > bounds_.fraction * double(out_.pixels())) change += jumped;
             add(role == Role::inverse_depth ? "depth" : postchain::name_of(role),
                 mean > 0 ? change / (bounds_.eps * mean) : change, bound,
                 concat("times the input's change of ", bounds_.eps, ", largest jump ", jump / most,

@@ -14,9 +14,10 @@
 //   depth        the same, per change of the depth                              4
 //   counted      non-finite input pixels that were not counted                  0
 //
-// color, motion and depth are continuity. They are means, because a tap or a decision that rounds
-// the other way moves one pixel by more than any multiple of eps; the largest such jump, relative
-// to the largest color, is measured and stands in the note of a check that fails.
+// color, motion and depth are continuity, in the mean over all pixels but at most one in a hundred
+// that jumps: a decision or a tap that rounds the other way moves one pixel by more than any
+// multiple of eps. The largest jump, relative to the largest color, stands in the note of a check
+// that fails.
 #pragma once
 
 #include <string>

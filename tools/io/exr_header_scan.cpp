@@ -192,10 +192,18 @@ Status read_header(Cursor& in, PartSizes& part, bool& empty) {
         Status status;
         if (name == "dataWindow" && type == "box2i" && size == 16) {
             part.data_window = read_window(in);
-        } else if (name == "channels" && type == "chlist") {
-            status = read_channels(in, part);
+        } else if (type == "chlist") {  // under another name too: see fixed_size()
+            PartSizes other;
+            status = read_channels(in, name == "channels" ? part : other);
             if (status.ok() && in.good() && in.at() != end) {
-                status = input_error("damaged header: the list of channels has a wrong size");
+                status = input_error("damaged header: a list of channels has a wrong size");
+            }
+        } else if (type == "preview") {  // width, height, 4 bytes a pixel
+            const uint64_t width = in.number(4);
+            const uint64_t height = in.number(4);
+            if (in.good() &&
+                (width > 65535 || height > 65535 || 8 + 4 * width * height != uint64_t(size))) {
+                status = input_error("damaged header: a preview of wrong size");
             }
         } else if (name == "compression" && size == 1) {
             part.compression = int(in.number(1));

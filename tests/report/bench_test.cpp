@@ -15,6 +15,7 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 Result<std::vector<BenchVariant>> sweep(const std::vector<std::string>& texts, int limit = 64,
                                         const std::vector<std::string>& sets = {}) {
@@ -65,6 +66,8 @@ TEST(Sweeps, UnknownKeysNameTheNearest) {
     const auto wrong = sweep({"motion_blur.sampels=5,9"});
     EXPECT_EQ(wrong.status().code(), StatusCode::usage);
     EXPECT_THAT(wrong.status().message(), HasSubstr("did you mean 'samples'"));
+    EXPECT_THAT(wrong.status().message(), HasSubstr("--sweep motion_blur."));
+    EXPECT_THAT(wrong.status().message(), Not(HasSubstr("--set")));
 }
 
 TEST(Sweeps, BadTextsAndValuesAreUsageErrors) {

@@ -29,6 +29,20 @@ Result<Sweep> parse_sweep(const std::string& text) {
     return sweep;
 }
 
+namespace {
+
+// The values of sweeps are read as those of --set are; who typed --sweep is to see that.
+std::string as_sweeps(std::string message, const std::vector<Sweep>& sweeps) {
+    for (const Sweep& sweep : sweeps) {
+        const std::string typed = "--set " + sweep.key + "=";
+        for (size_t at = 0; (at = message.find(typed, at)) != std::string::npos;)
+            message.replace(at, 5, "--sweep");
+    }
+    return message;
+}
+
+}  // namespace
+
 Result<std::vector<BenchVariant>> sweep_variants(const ChainText& chain,
                                                  const PassRegistry& registry,
                                                  const std::vector<std::string>& sets,
@@ -57,7 +71,8 @@ Result<std::vector<BenchVariant>> sweep_variants(const ChainText& chain,
             overrides.push_back(sweep.key + "=" + value);
         }
         ChainFile file = parse_chain(chain.text, chain.file_name, registry, overrides);
-        if (Status status = file.status(); !status.ok()) return status;
+        if (Status status = file.status(); !status.ok())
+            return Status(status.code(), as_sweeps(status.message(), sweeps));
         variant.chain = std::move(file.chain);
         if (!known.insert(variant.chain.text()).second) continue;
         if (variant.name.empty()) variant.name = "as it is";

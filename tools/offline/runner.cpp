@@ -86,8 +86,10 @@ class Run {
         } catch (const std::system_error& error) {
             to_write_.close();
             if (writer.joinable()) writer.join();
-            return Status(StatusCode::internal,
-                          concat("no thread could be started: ", error.what()));
+            return Status(
+                StatusCode::internal,
+                concat("no thread could be started (too little memory, or too many threads): ",
+                       error.what()));
         }
         while (auto job = to_filter_.pop()) {
             if (job->source && !given_up(*job))

@@ -41,16 +41,7 @@ class BenchRun {
     Status start() {
         report_.kind = Kind::bench;
         report_.title = "Error against run time";
-        report_.folder = settings_.folder;
-        report_.command = settings_.command;
-        report_.version = settings_.run.version;
-        report_.input = settings_.input;
-        report_.renderer = settings_.renderer;
-        report_.software = settings_.software;
-        report_.threads = settings_.threads > 0
-                              ? settings_.threads
-                              : std::max(1, int(std::thread::hardware_concurrency()));
-        report_.precision = name_of(settings_.run.plan.precision);
+        state_conditions(settings_, report_);
         const auto mapper = settings_.flip.tone_mapper;
         auto survey = survey_input(settings_.run, mapper, settings_.truth.empty());
         if (!survey.ok()) return survey.status();

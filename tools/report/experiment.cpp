@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <thread>
 
 #include "tools/io/atomic_file.h"
 #include "tools/metrics/sharpness.h"
@@ -31,6 +32,18 @@ ImageF squared_map(const metrics::Pair& pair) {
 }
 
 }  // namespace
+
+void state_conditions(const ExperimentSettings& settings, Report& report) {
+    report.folder = settings.folder;
+    report.command = settings.command;
+    report.version = settings.run.version;
+    report.input = settings.input;
+    report.renderer = settings.renderer;
+    report.software = settings.software;
+    report.threads = settings.threads > 0 ? settings.threads
+                                          : std::max(1, int(std::thread::hardware_concurrency()));
+    report.precision = name_of(settings.run.plan.precision);
+}
 
 ProgressMeter::ProgressMeter(size_t total, size_t already_done, ProgressCallback callback)
     : callback_(std::move(callback)), before_(already_done), start_s_(now_s()) {

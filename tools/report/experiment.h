@@ -29,6 +29,9 @@ struct ExperimentSettings {
     metrics::FlipSettings flip;
 };
 
+// Where and how an experiment runs: folder, command, input, device, threads, precision.
+void state_conditions(const ExperimentSettings& settings, Report& report);
+
 struct ExperimentProgress {
     std::string what;  // "frame 12, motion_blur.samples=9: metrics"
     size_t done = 0;

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tools/io/exr_reader.h"
+#include "tools/io/exr_part_check.h"
 
 namespace postchain::io {
 
@@ -18,11 +18,10 @@ namespace {
 
 constexpr uint32_t kMagic = 20000630;
 constexpr uint32_t kFlagTiled = 0x200;
+constexpr uint32_t kFlagNonImage = 0x800;
 constexpr uint32_t kFlagMultiPart = 0x1000;
-constexpr uint64_t kMaxHeaderBytes = uint64_t(256) << 20;  // of all parts, previews included
 constexpr size_t kMaxNameBytes = 255;
 constexpr size_t kMaxParts = 4096;
-constexpr size_t kMaxChannels = 65536;
 
 Status input_error(std::string message) {
     return Status(StatusCode::input, std::move(message));
@@ -35,7 +34,7 @@ Status truncated() {
 // Reads forward through the file; `good` turns false at its end.
 class Cursor {
   public:
-    Cursor(int fd, uint64_t file_bytes) : fd_(fd), size_(file_bytes) {}
+    Cursor(int fd, uint64_t file_bytes, uint64_t at = 0) : fd_(fd), size_(file_bytes), at_(at) {}
 
     bool bytes(void* to, size_t count) {
         if (!good_ || at_ + count > size_) return good_ = false;
@@ -90,23 +89,10 @@ class Cursor {
     }
     int fd_;
     uint64_t size_;
-    uint64_t at_ = 0;
+    uint64_t at_;
     uint64_t start_ = 0;
     std::vector<char> buffer_;
     bool good_ = true;
-};
-
-struct PartSizes {
-    std::optional<Window> data_window;
-    uint64_t pixel_bytes = 0;  // of all channels
-    bool channels = false;
-    bool tiled = false;
-    uint32_t tile_width = 0;
-    uint32_t tile_height = 0;
-    bool one_level = true;
-    int compression = 0;
-    std::optional<int32_t> chunk_count;
-    bool type_attribute = false;
 };
 
 Window read_window(Cursor& in) {
@@ -119,11 +105,13 @@ Window read_window(Cursor& in) {
 }
 
 // A channel list: name, type, 4 bytes, x and y sampling; ends with an empty name.
-Status read_channels(Cursor& in, PartSizes& part) {
-    part.channels = true;
-    for (size_t n = 0;; ++n) {
+Status read_channels(Cursor& in, const ReadLimits& limits, PartSizes& part) {
+    while (true) {
         if (in.name().empty()) break;
-        if (n >= kMaxChannels) return input_error("damaged header: too many channels");
+        if (part.channels.size() >= size_t(limits.max_channels)) {
+            return input_error(concat("has more than ", std::to_string(limits.max_channels),
+                                      " channels in one part; write fewer, or several files"));
+        }
         const int32_t type = in.int32();
         in.skip(4);
         const int32_t x_sampling = in.int32();
@@ -132,7 +120,7 @@ Status read_channels(Cursor& in, PartSizes& part) {
         if (type < 0 || type > 2 || x_sampling < 1 || y_sampling < 1) {
             return input_error("damaged header: a channel of unknown type or sampling");
         }
-        part.pixel_bytes += type == 1 ? 2 : 4;
+        part.channels.push_back({type == 1 ? 2 : 4, x_sampling, y_sampling});
     }
     return {};
 }
@@ -171,7 +159,7 @@ std::optional<int32_t> fixed_size(const std::string& type) {
 }
 
 // One header; `empty` when its first attribute name is empty (the end of the list of parts).
-Status read_header(Cursor& in, PartSizes& part, bool& empty) {
+Status read_header(Cursor& in, const ReadLimits& limits, PartSizes& part, bool& empty) {
     empty = true;
     while (true) {
         const std::string name = in.name();
@@ -188,13 +176,17 @@ Status read_header(Cursor& in, PartSizes& part, bool& empty) {
             return input_error(concat("damaged header: attribute ", name, " of wrong size"));
         }
         const uint64_t end = in.at() + uint64_t(size);
-        if (end > kMaxHeaderBytes) return input_error("damaged header: larger than 256 MiB");
+        if (end > limits.max_header_bytes) {
+            return input_error(
+                concat("its header is larger than ", std::to_string(limits.max_header_bytes >> 10),
+                       " KiB, by attribute ", name, "; write it without that, or with less in it"));
+        }
         Status status;
         if (name == "dataWindow" && type == "box2i" && size == 16) {
             part.data_window = read_window(in);
         } else if (type == "chlist") {  // under another name too: see fixed_size()
             PartSizes other;
-            status = read_channels(in, name == "channels" ? part : other);
+            status = read_channels(in, limits, name == "channels" ? part : other);
             if (status.ok() && in.good() && in.at() != end) {
                 status = input_error("damaged header: a list of channels has a wrong size");
             }
@@ -208,16 +200,13 @@ Status read_header(Cursor& in, PartSizes& part, bool& empty) {
         } else if (name == "compression" && size == 1) {
             part.compression = int(in.number(1));
         } else if (name == "tiles" && size == 9) {
-            part.tile_width = uint32_t(in.number(4));
-            part.tile_height = uint32_t(in.number(4));
+            part.tile = {uint32_t(in.number(4)), uint32_t(in.number(4))};
             part.one_level = (in.number(1) & 0xf) == 0;
         } else if (name == "chunkCount" && size == 4) {
             part.chunk_count = in.int32();
         } else if (name == "type" && type == "string" && size < 64) {
-            part.type_attribute = true;
-            std::string value(size_t(size), ' ');
-            in.bytes(value.data(), value.size());
-            part.tiled = value == "tiledimage" || value == "deeptile";
+            part.type = std::string(size_t(size), ' ');
+            in.bytes(part.type->data(), part.type->size());
         }
         if (!status.ok()) return status;
         if (!in.good()) return truncated();
@@ -225,47 +214,6 @@ Status read_header(Cursor& in, PartSizes& part, bool& empty) {
         in.skip(end - in.at());
         if (!in.good()) return truncated();
     }
-}
-
-int lines_per_chunk(int compression) {
-    // none, rle, zips, zip, piz, pxr24, b44, b44a, dwaa, dwab
-    constexpr int kLines[] = {1, 1, 1, 16, 32, 16, 32, 32, 32, 256};
-    return compression >= 0 && compression < 10 ? kLines[compression] : 0;
-}
-
-// Checks one part's sizes; `chunks` are those of the full-size level.
-Status check_part(const PartSizes& part, const ReadLimits& limits, uint64_t& chunks) {
-    if (!part.data_window || !part.channels) {
-        return input_error("damaged header: no data window or no channels");
-    }
-    const Window& w = *part.data_window;
-    const int64_t width = int64_t(w.max_x) - w.min_x + 1;
-    const int64_t height = int64_t(w.max_y) - w.min_y + 1;
-    if (width < 1 || height < 1) return input_error("damaged header: empty data window");
-    if (width > limits.max_side || height > limits.max_side) {
-        return input_error(concat("the data window is ", std::to_string(width), "x",
-                                  std::to_string(height), " pixels; the limit is ",
-                                  std::to_string(limits.max_side),
-                                  " a side; render or crop it smaller"));
-    }
-    const uint64_t bytes = uint64_t(width) * uint64_t(height) * part.pixel_bytes;
-    if (bytes > limits.max_bytes) {
-        return input_error(concat("the pixels of one part take ", std::to_string(bytes >> 20),
-                                  " MiB; the limit is ", std::to_string(limits.max_bytes >> 20),
-                                  " MiB; render it smaller or with fewer channels"));
-    }
-    const int lines = lines_per_chunk(part.compression);
-    if (lines == 0) return input_error("damaged header: unknown compression");
-    if (part.tiled) {
-        if (part.tile_width < 1 || part.tile_height < 1) {
-            return input_error("damaged header: tiles of no size");
-        }
-        chunks = ((uint64_t(width) + part.tile_width - 1) / part.tile_width) *
-                 ((uint64_t(height) + part.tile_height - 1) / part.tile_height);
-    } else {
-        chunks = (uint64_t(height) + uint64_t(lines) - 1) / uint64_t(lines);
-    }
-    return {};
 }
 
 }  // namespace
@@ -281,27 +229,38 @@ Result<HeaderFacts> scan_header(int fd, uint64_t file_bytes, const ReadLimits& l
         return input_error(concat("EXR version ", std::to_string(version & 0xff),
                                   " is unknown; only version 2 can be read"));
     }
+    const bool multi_part = (version & kFlagMultiPart) != 0;
     std::vector<PartSizes> parts;
     while (true) {
         PartSizes part;
-        part.tiled = (version & kFlagTiled) != 0;
         bool empty = false;
-        if (Status s = read_header(in, part, empty); !s.ok()) return s;
+        if (Status s = read_header(in, limits, part, empty); !s.ok()) return s;
         if (empty) break;
         if (parts.size() >= kMaxParts) return input_error("damaged header: too many parts");
+        // As OpenEXR has it: in a single flat part the flag decides, whatever its type says.
+        if (!multi_part && (version & kFlagNonImage) == 0) {
+            part.tiled = (version & kFlagTiled) != 0;
+        } else {
+            part.tiled = part.type == "tiledimage" || part.type == "deeptile";
+            part.deep = part.type == "deepscanline" || part.type == "deeptile";
+        }
         parts.push_back(part);
-        if ((version & kFlagMultiPart) == 0) break;
+        if (!multi_part) break;
     }
     if (parts.empty()) return input_error("damaged header: no image in the file");
+    uint64_t least_bytes = 0;
     for (size_t i = 0; i < parts.size(); ++i) {
         const std::string place =
             parts.size() > 1 ? concat("part ", std::to_string(i)) : std::string();
-        uint64_t chunks = 0;
-        Status status = check_part(parts[i], limits, chunks);
-        if (!status.ok()) return place.empty() ? status : status.at(place);
-        const bool counted = (version & kFlagMultiPart) != 0 && parts[i].chunk_count.has_value();
-        const uint64_t table = counted ? uint64_t(uint32_t(*parts[i].chunk_count)) : chunks;
-        if (table < chunks) return input_error("damaged header: too few chunks");
+        const auto at_place = [&](const Status& s) { return place.empty() ? s : s.at(place); };
+        const Result<PartNeeds> needs = check_part(parts[i], limits);
+        if (!needs.ok()) return at_place(needs.status());
+        least_bytes += needs->least_file_bytes;
+        if (least_bytes > file_bytes)
+            return at_place(too_much_packed(parts[i], *needs, file_bytes));
+        const bool counted = multi_part && parts[i].chunk_count.has_value();
+        const uint64_t table = counted ? uint64_t(uint32_t(*parts[i].chunk_count)) : needs->chunks;
+        if (table < needs->chunks) return input_error("damaged header: too few chunks");
         if (table * 8 > file_bytes) return truncated();
         for (uint64_t c = 0; c < table; ++c) {
             const uint64_t offset = in.number(8);
@@ -310,11 +269,24 @@ Result<HeaderFacts> scan_header(int fd, uint64_t file_bytes, const ReadLimits& l
                 return input_error(
                     "truncated: pixels are missing at its end; copy or render it again");
             }
+            if (!parts[i].deep || offset == 0) continue;  // 0: never written, refused later
+            Cursor chunk(fd, file_bytes, offset);
+            // Part, line or tile, then sizes of sample counts and samples.
+            chunk.skip((multi_part ? 4 : 0) + (parts[i].tiled ? 16 : 4));
+            const uint64_t counts = chunk.number(8);
+            const uint64_t samples = chunk.number(8);
+            chunk.number(8);
+            if (!chunk.good() || counts > file_bytes - chunk.at() ||
+                samples > file_bytes - chunk.at() - counts) {
+                return at_place(
+                    input_error("truncated: a deep chunk is larger than the file; copy or render "
+                                "it again"));
+            }
         }
         // Without a count the smaller levels' entries are unknown, and so is the next table.
         if (!counted && !parts[i].one_level) break;
     }
-    return HeaderFacts{(version & kFlagMultiPart) != 0, parts[0].type_attribute};
+    return HeaderFacts{multi_part, parts[0].type.has_value()};
 }
 
 }  // namespace postchain::io

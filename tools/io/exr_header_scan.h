@@ -20,8 +20,8 @@ struct HeaderFacts {
 };
 
 // `fd` is a regular file of `file_bytes` bytes. Errors (input), without the path: zero bytes, not
-// an EXR, truncated (the header ends early, or a chunk lies behind the end), a side above
-// limits.max_side, more than limits.max_bytes decoded, contradictory sizes.
+// an EXR, truncated (the header ends early, or a chunk lies behind the end), more than `limits`
+// allow, more pixels than such a file can hold, contradictory sizes.
 Result<HeaderFacts> scan_header(int fd, uint64_t file_bytes, const ReadLimits& limits);
 
 }  // namespace postchain::io

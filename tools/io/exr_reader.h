@@ -25,9 +25,15 @@ namespace postchain::io {
 
 inline constexpr int kMaxSide = 16384;  // pixels; llvmpipe's and most GPUs' limit of a texture
 
+// What a header may ask for; whatever asks for more is refused before OpenEXR sees it. Besides,
+// a part's pixels must be such as its file can hold (most_packed() in exr_part_check.h).
 struct ReadLimits {
-    int max_side = kMaxSide;
-    uint64_t max_bytes = uint64_t(8) << 30;  // of one part, decoded
+    int max_side = kMaxSide;                        // of data windows and tiles, pixels
+    uint64_t max_bytes = uint64_t(8) << 30;         // of one part, decoded
+    uint64_t max_chunk_bytes = uint64_t(1) << 29;   // of one tile or block of lines, decoded;
+                                                    // OpenEXR keeps two for each of its threads
+    uint64_t max_header_bytes = uint64_t(1) << 26;  // of all parts, with texts and previews
+    int max_channels = 4096;                        // of one part
 };
 
 // Workers of OpenEXR's pool, which every reader and writer of the process shares; 0 = none.

@@ -1,0 +1,333 @@
+// Headers that ask for more than their file can hold. Each is refused by the first look at the
+// file, by a message that says what to do, and before anything large has been allocated.
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfOutputFile.h>
+#include <ImfStringAttribute.h>
+#include <ImfStringVectorAttribute.h>
+#include <ImfTiledOutputFile.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "tests/io/exr_files.h"
+#include "tests/io/largest_allocation.h"
+#include "tools/io/exr_part_check.h"
+#include "tools/io/exr_reader.h"
+
+namespace postchain::io {
+namespace {
+
+using test::file_bytes;
+using test::FilePart;
+using test::TempFolder;
+using test::write_file;
+using testing::AllOf;
+using testing::HasSubstr;
+
+constexpr size_t kSmall = size_t(4) << 20;  // OpenEXR and this reader need a few buffers
+
+FilePart rgba_z(const std::string& name = {}) {
+    return {.name = name, .channels = {{"R"}, {"G"}, {"B"}, {"A"}, {"Z", Imf::FLOAT}}};
+}
+
+std::string bytes_of_file(const std::vector<FilePart>& parts) {
+    const TempFolder folder;
+    write_file(folder.path("f.exr"), parts);
+    return file_bytes(folder.path("f.exr"));
+}
+
+// Opens and reads everything; the message of what went wrong. At most `most` bytes in one piece.
+std::string error_of(const std::string& bytes, const ReadLimits& limits = {},
+                     size_t most = kSmall) {
+    test::MemoryFile memory;
+    memory.set(bytes);
+    test::forget_allocations();
+    Status status;
+    Result<ExrFile> file = ExrFile::open(memory.path(), limits);
+    status = file.status();
+    for (size_t i = 0; file.ok() && i < file->parts().size() && status.ok(); ++i)
+        status = file->read_part(int(i)).status();
+    EXPECT_LE(test::largest_allocation(), most) << status.message();
+    EXPECT_TRUE(status.ok() || status.code() == StatusCode::input) << status.message();
+    return status.message();
+}
+
+std::string ints(std::initializer_list<int32_t> values) {
+    std::string text;
+    for (const int32_t v : values) text.append(reinterpret_cast<const char*>(&v), 4);
+    return text;
+}
+
+std::string longs(std::initializer_list<uint64_t> values) {
+    std::string text;
+    for (const uint64_t v : values) text.append(reinterpret_cast<const char*>(&v), 8);
+    return text;
+}
+
+// Where the value of the first attribute of this name and type begins; its size stands before.
+size_t value_at(const std::string& bytes, const std::string& name, const std::string& type) {
+    const std::string key = name + '\0' + type + '\0';
+    const size_t at = bytes.find(key);
+    EXPECT_NE(at, std::string::npos) << name;
+    return at + key.size() + 4;
+}
+
+std::string with_value(std::string bytes, const std::string& name, const std::string& type,
+                       const std::string& value) {
+    return bytes.replace(value_at(bytes, name, type), value.size(), value);
+}
+
+std::string with_stated_size(std::string bytes, const std::string& name, const std::string& type,
+                             int32_t size) {
+    return bytes.replace(value_at(bytes, name, type) - 4, 4, ints({size}));
+}
+
+// An attribute in front of the first one; offsets of chunks are left as they were.
+std::string with_attribute(std::string bytes, const std::string& name, const std::string& type,
+                           const std::string& value) {
+    return bytes.insert(8, name + '\0' + type + '\0' + ints({int32_t(value.size())}) + value);
+}
+
+TEST(HostileHeader, AttributesThatOpenExrReadsByTypeAndNotBySize) {
+    const std::string whole = bytes_of_file({rgba_z()});
+    // A channel is "R", 0 and 16 bytes; the list ends with a zero byte.
+    const int32_t size = 5 * 18 + 1;
+    EXPECT_EQ(error_of(with_stated_size(whole, "channels", "chlist", size)), "");
+    for (const int32_t wrong : {size - 18, size - 1, size + 1, size + 18})
+        EXPECT_THAT(error_of(with_stated_size(whole, "channels", "chlist", wrong)),
+                    HasSubstr("channels has a wrong size"))
+            << wrong;
+    for (const int32_t wrong : {15, 17})
+        EXPECT_THAT(error_of(with_stated_size(whole, "dataWindow", "box2i", wrong)),
+                    HasSubstr("attribute dataWindow of wrong size"));
+    // Under any name. Here the list ends where it says; then one byte later.
+    const std::string list = std::string("X\0", 2) + ints({1, 0, 1, 1}) + '\0';
+    EXPECT_THAT(error_of(with_attribute(whole, "others", "chlist", list)),
+                testing::Not(HasSubstr("wrong size")));
+    EXPECT_THAT(error_of(with_attribute(whole, "others", "chlist", list + '\0')),
+                HasSubstr("channels has a wrong size"));
+    // Width and height of a preview, then fewer pixels than that.
+    const std::string preview = ints({2, 1, 0, 0});
+    EXPECT_THAT(error_of(with_attribute(whole, "small", "preview", preview)),
+                testing::Not(HasSubstr("preview")));
+    for (const auto& wrong : {ints({30000, 30000, 0, 0}), ints({-1, -1, 0, 0}),
+                              ints({0x10000, 0x10000, 0, 0}), ints({1, 1, 0, 0})})
+        EXPECT_THAT(error_of(with_attribute(whole, "small", "preview", wrong)),
+                    HasSubstr("a preview of wrong size"));
+}
+
+TEST(HostileHeader, TilesAndBlocksOfLinesLargerThanTheirLimits) {
+    FilePart part = rgba_z();
+    part.tile = 8;
+    const std::string tiles = bytes_of_file({part});
+    const auto with_tile = [&](int32_t width, int32_t height) {
+        return with_value(tiles, "tiles", "tiledesc", ints({width, height}));
+    };
+    // 12 bytes a pixel: 4096 x 4096 are 192 MiB, 8192 x 8192 are 768.
+    EXPECT_THAT(error_of(with_tile(8192, 8192)),
+                AllOf(HasSubstr("8192x8192"), HasSubstr("768 MiB"), HasSubstr("512 MiB"),
+                      HasSubstr("smaller tiles")));
+    EXPECT_THAT(error_of(with_tile(16385, 1)),
+                AllOf(HasSubstr("16385x1"), HasSubstr("16384"), HasSubstr("smaller tiles")));
+    EXPECT_THAT(error_of(with_tile(-1, -1)), HasSubstr("smaller tiles"));
+    EXPECT_THAT(error_of(with_tile(0, 0)), HasSubstr("tiles of no size"));
+    EXPECT_THAT(error_of(with_tile(512, 512), {.max_chunk_bytes = 3u << 20}), HasSubstr("damaged"));
+    EXPECT_THAT(error_of(with_tile(513, 512), {.max_chunk_bytes = 3u << 20}),
+                HasSubstr("smaller tiles"));
+
+    // OpenEXR goes by the flag of a file of one part and not by the type it states.
+    part.edit = [](Imf::Header& header) { header.insert("type", Imf::StringAttribute("x")); };
+    EXPECT_THAT(error_of(with_value(with_tile(8192, 8192), "type", "string", "scanline")),
+                HasSubstr("smaller tiles"));
+
+    // A block of dwab is 256 lines, also in a picture of 9 lines.
+    part = rgba_z();
+    part.compression = Imf::DWAB_COMPRESSION;
+    const std::string lines = bytes_of_file({part});
+    constexpr uint64_t kBlock = 256 * 13 * 12;
+    EXPECT_EQ(error_of(lines, {.max_chunk_bytes = kBlock}), "");
+    EXPECT_THAT(error_of(lines, {.max_chunk_bytes = kBlock - 1}),
+                AllOf(HasSubstr("256 lines of dwab"), HasSubstr("fewer channels or as zip")));
+}
+
+TEST(HostileHeader, MorePixelsThanTheFileCanHold) {
+    const std::string whole = bytes_of_file({rgba_z()});
+    const auto with_window = [&](int32_t width, int32_t height) {
+        return with_value(whole, "dataWindow", "box2i", ints({0, 0, width - 1, height - 1}));
+    };
+    EXPECT_THAT(
+        error_of(with_window(16384, 16384)),
+        AllOf(HasSubstr("3221225472 bytes of pixels"), HasSubstr(std::to_string(whole.size())),
+              HasSubstr("1032"), HasSubstr("copy or render it again")));
+    // Without the rule: 16384 x 16 pixels are one block of zip, and the file has one.
+    EXPECT_THAT(error_of(with_window(16384, 16)), HasSubstr("in a file of"));
+    // What all parts promise counts together.
+    constexpr int32_t kWide = 12000;
+    const std::string two = bytes_of_file({rgba_z("a"), rgba_z("b")});
+    const std::string window = ints({0, 0, kWide - 1, 15});
+    std::string first = with_value(two, "dataWindow", "box2i", window);
+    ASSERT_LT(kWide * 16 * 12, 1032 * int(two.size()));
+    ASSERT_GT(2 * kWide * 16 * 12, 1032 * int(two.size()));
+    EXPECT_THAT(error_of(first), testing::Not(HasSubstr("in a file of")));
+    const size_t second = value_at(first, "dataWindow", "box2i");
+    const size_t at = first.find(std::string("dataWindow\0box2i", 16), second) + 21;
+    EXPECT_THAT(error_of(first.replace(at, window.size(), window)),
+                AllOf(HasSubstr("part 1"), HasSubstr("in a file of")));
+}
+
+// Black frames are real: the densest files that OpenEXR writes must not be refused.
+TEST(HostileHeader, BlackFramesOfEveryCompressionAreRead) {
+    const TempFolder folder;
+    const std::vector<char> black(size_t(2048) * 2048 * 4);
+    for (int number = 0; number < Imf::NUM_COMPRESSION_METHODS; ++number) {
+        // Where a tile is 1 KB the rest of the file weighs nothing.
+        const int side = number < Imf::DWAA_COMPRESSION ? 1024 : 2048;
+        for (const char* name : {"A", "R"}) {
+            for (const Imf::PixelType type : {Imf::HALF, Imf::FLOAT}) {
+                // One tile or few long blocks: the fewer chunks, the denser.
+                Imf::Header header(side, side);
+                header.compression() = Imf::Compression(number);
+                header.channels().insert(name, Imf::Channel(type));
+                const size_t size = type == Imf::HALF ? 2 : 4;
+                Imf::FrameBuffer buffer;
+                buffer.insert(name,
+                              Imf::Slice(type, const_cast<char*>(black.data()), size, size * side));
+                const std::string path = folder.path("black.exr");
+                for (const bool tiled : {false, true}) {
+                    if (tiled) {
+                        header.setTileDescription(Imf::TileDescription(side, side));
+                        Imf::TiledOutputFile out(path.c_str(), header);
+                        out.setFrameBuffer(buffer);
+                        out.writeTile(0, 0);
+                    } else {
+                        Imf::OutputFile out(path.c_str(), header);
+                        out.setFrameBuffer(buffer);
+                        out.writePixels(side);
+                    }
+                    const Result<ExrFile> file = ExrFile::open(path);
+                    ASSERT_TRUE(file.ok()) << file.status().message();
+                    const uint64_t pixels = uint64_t(side) * side * size;
+                    EXPECT_LE(pixels, most_packed(number) * file->file_bytes());
+                }
+            }
+        }
+    }
+}
+
+TEST(HostileHeader, TooManyChannels) {
+    FilePart part{.data = {{0, 0}, {0, 0}}};
+    for (int i = 0; i < 4097; ++i) part.channels.push_back({concat("layer.", i)});
+    EXPECT_THAT(error_of(bytes_of_file({part})),
+                AllOf(HasSubstr("more than 4096 channels"), HasSubstr("write fewer")));
+    part.channels.pop_back();
+    EXPECT_EQ(error_of(bytes_of_file({part})), "");
+    EXPECT_THAT(error_of(bytes_of_file({rgba_z()}), {.max_channels = 4}),
+                HasSubstr("more than 4 channels"));
+}
+
+TEST(HostileHeader, LongTexts) {
+    FilePart part = rgba_z();
+    part.edit = [](Imf::Header& header) {
+        header.insert("notes", Imf::StringAttribute(std::string(300000, 'n')));
+        header.insert("list", Imf::StringVectorAttribute({std::string(1000, 'a'), "b"}));
+    };
+    const std::string whole = bytes_of_file({part});
+    EXPECT_EQ(error_of(whole), "");
+    EXPECT_THAT(error_of(whole, {.max_header_bytes = 300000}),
+                AllOf(HasSubstr("header is larger than 292 KiB"), HasSubstr("attribute notes")));
+    // A stated length the file does not have, of the text and of one in a list of texts.
+    for (const int32_t length : {1 << 20, 1 << 25})
+        EXPECT_THAT(error_of(with_stated_size(whole, "notes", "string", length)),
+                    HasSubstr("truncated"));
+    EXPECT_THAT(error_of(with_stated_size(whole, "notes", "string", 0x7fffffff)),
+                HasSubstr("header is larger than 65536 KiB"));
+    for (const int32_t length : {-1, 1009, 0x7fffffff})
+        EXPECT_FALSE(error_of(with_value(whole, "list", "stringvector", ints({length}))).empty());
+    std::string name = whole;
+    EXPECT_FALSE(error_of(name.insert(8, std::string(300000, 'n'))).empty());
+}
+
+TEST(HostileHeader, CountsAndOrdersOfChunks) {
+    const std::string parts = bytes_of_file({rgba_z("a"), rgba_z("b")});
+    for (const int32_t count : {-1, 0x7fffffff, 1 << 20})
+        EXPECT_THAT(error_of(with_value(parts, "chunkCount", "int", ints({count}))),
+                    HasSubstr("truncated"))
+            << count;
+    EXPECT_THAT(error_of(with_value(parts, "chunkCount", "int", ints({0}))),
+                HasSubstr("too few chunks"));
+    const std::string whole = bytes_of_file({rgba_z()});
+    for (const char order : {1, 2, 3, 127, -1}) {
+        const std::string bytes =
+            with_value(whole, "lineOrder", "lineOrder", std::string(1, order));
+        error_of(bytes);  // read or refused, and nothing large allocated
+    }
+    for (const char compression : {10, 127, -1})
+        EXPECT_THAT(
+            error_of(with_value(whole, "compression", "compression", std::string(1, compression))),
+            HasSubstr("unknown compression"));
+}
+
+// Deep parts are copied chunk by chunk, into as many bytes as a chunk says it has.
+TEST(HostileHeader, DeepChunksLargerThanTheFile) {
+    for (const int tile : {0, 4}) {
+        for (const bool several : {false, true}) {
+            FilePart deep{.name = several ? "deep" : "",
+                          .channels = {{"Z", Imf::FLOAT}},
+                          .compression = Imf::ZIPS_COMPRESSION,
+                          .tile = tile,
+                          .deep = true};
+            const std::string whole =
+                bytes_of_file(several ? std::vector{deep, rgba_z("flat")} : std::vector{deep});
+            EXPECT_THAT(error_of(whole), HasSubstr("is deep"));  // refused as pixels only
+            // The first chunk begins where the tables end: 9 lines, or 4 x 3 tiles; then 1 block.
+            const size_t table = 8 * size_t((tile == 0 ? 9 : 12) + (several ? 1 : 0));
+            size_t chunk = 0;
+            for (size_t at = 8; at + 8 <= whole.size() && chunk == 0; ++at) {
+                uint64_t offset;
+                std::memcpy(&offset, whole.data() + at, 8);
+                if (offset == at + table) chunk = offset;
+            }
+            ASSERT_NE(chunk, 0u);
+            const size_t sizes = chunk + (several ? 4 : 0) + (tile == 0 ? 4 : 16);
+            for (const auto& wrong :
+                 {longs({uint64_t(1) << 34, 8}), longs({8, uint64_t(1) << 34}),
+                  longs({~uint64_t(0), 1}), longs({1, ~uint64_t(0)}), longs({8, whole.size()})}) {
+                std::string bytes = whole;
+                EXPECT_THAT(error_of(bytes.replace(sizes, 16, wrong)),
+                            AllOf(HasSubstr("a deep chunk is larger than the file"),
+                                  HasSubstr("copy or render it again")));
+            }
+        }
+    }
+}
+
+TEST(HostileHeader, WindowsTilesAndSizesOfTheirOwnKinds) {
+    const std::string whole = bytes_of_file({rgba_z()});
+    for (const auto& window :
+         {ints({-2147483647, 0, 2147483647, 1}), ints({0, -2147483647, 1, 2147483647}),
+          ints({5, 5, 4, 4}), ints({0, 0, 2147483647, 2147483647})})
+        EXPECT_FALSE(error_of(with_value(whole, "dataWindow", "box2i", window)).empty());
+    for (const int32_t size : {-1, 2147483647, 1000000})
+        EXPECT_FALSE(error_of(with_stated_size(whole, "dataWindow", "box2i", size)).empty());
+    FilePart part = rgba_z();
+    part.tile = 8;
+    const std::string tiles = bytes_of_file({part});
+    // 2^20 tiles in a file of 1 KB that could hold as many pixels.
+    const std::string tiny = with_value(tiles, "tiles", "tiledesc", ints({1, 1}));
+    EXPECT_THAT(error_of(with_value(tiny, "dataWindow", "box2i", ints({0, 0, 255, 255}))),
+                HasSubstr("truncated: the file ends inside its header"));
+}
+
+TEST(HostileHeader, ALimitOnBytes) {
+    FilePart part = rgba_z();
+    part.data = {{0, 0}, {1023, 1023}};  // 12 bytes a pixel: 12 MiB
+    const std::string whole = bytes_of_file({part});
+    EXPECT_EQ(error_of(whole, {.max_bytes = 12u << 20}, size_t(64) << 20), "");
+    EXPECT_THAT(error_of(whole, {.max_bytes = (12u << 20) - 1}),
+                AllOf(HasSubstr("12 MiB"), HasSubstr("fewer channels")));
+}
+
+}  // namespace
+}  // namespace postchain::io

@@ -1,0 +1,124 @@
+#include "tools/io/exr_part_check.h"
+
+#include <algorithm>
+
+namespace postchain::io {
+
+namespace {
+
+struct Compression {
+    const char* name;
+    uint64_t lines;        // of a chunk
+    uint64_t most_packed;  // derived in the header
+};
+
+// By the number that stands in the file.
+constexpr Compression kCompressions[] = {{"none", 1, 1},      {"rle", 1, 64},   {"zips", 1, 1032},
+                                         {"zip", 16, 1032},   {"piz", 32, 454}, {"pxr24", 16, 1376},
+                                         {"b44", 32, 11},     {"b44a", 32, 11}, {"dwaa", 32, 66048},
+                                         {"dwab", 256, 66048}};
+
+const Compression* compression_of(int number) {
+    const bool known = number >= 0 && size_t(number) < std::size(kCompressions);
+    return known ? &kCompressions[number] : nullptr;
+}
+
+Status input_error(std::string message) {
+    return Status(StatusCode::input, std::move(message));
+}
+
+std::string mebibytes(uint64_t bytes) {
+    return std::to_string(bytes >> 20) + " MiB";
+}
+
+Status check_chunk(const std::string& what, uint64_t bytes, const ReadLimits& limits,
+                   const char* remedy) {
+    if (bytes <= limits.max_chunk_bytes) return {};
+    return input_error(concat(what, " takes ", mebibytes(bytes), "; the limit is ",
+                              mebibytes(limits.max_chunk_bytes), "; ", remedy));
+}
+
+uint64_t up(uint64_t a, uint64_t b) {
+    return (a + b - 1) / b;
+}
+
+}  // namespace
+
+uint64_t most_packed(int compression) {
+    const Compression* found = compression_of(compression);
+    return found == nullptr ? 0 : found->most_packed;
+}
+
+Result<PartNeeds> check_part(const PartSizes& part, const ReadLimits& limits) {
+    if (!part.data_window || part.channels.empty()) {
+        return input_error("damaged header: no data window or no channels");
+    }
+    const Window& w = *part.data_window;
+    const int64_t signed_width = int64_t(w.max_x) - w.min_x + 1;
+    const int64_t signed_height = int64_t(w.max_y) - w.min_y + 1;
+    if (signed_width < 1 || signed_height < 1) {
+        return input_error("damaged header: empty data window");
+    }
+    if (signed_width > limits.max_side || signed_height > limits.max_side) {
+        return input_error(concat("the data window is ", std::to_string(signed_width), "x",
+                                  std::to_string(signed_height), " pixels; the limit is ",
+                                  std::to_string(limits.max_side),
+                                  " a side; render or crop it smaller"));
+    }
+    const uint64_t width = uint64_t(signed_width), height = uint64_t(signed_height);
+    PartNeeds needs;
+    uint64_t bytes = 0;  // of one pixel
+    for (const PartSizes::Channel& c : part.channels) {
+        bytes += uint64_t(c.bytes);
+        // Rounded down: a subsampled channel may miss its first and last sample.
+        needs.pixel_bytes += uint64_t(c.bytes) * (width / uint64_t(c.x_sampling)) *
+                             (height / uint64_t(c.y_sampling));
+    }
+    // The number of samples of a deep pixel may be 0; it takes 4 bytes itself.
+    if (part.deep) needs.pixel_bytes = 4 * width * height;
+    if (width * height * bytes > limits.max_bytes) {
+        return input_error(concat("the pixels of one part take ", mebibytes(width * height * bytes),
+                                  "; the limit is ", mebibytes(limits.max_bytes),
+                                  "; render it smaller or with fewer channels"));
+    }
+    const Compression* compression = compression_of(part.compression);
+    if (compression == nullptr) return input_error("damaged header: unknown compression");
+    needs.least_file_bytes = up(needs.pixel_bytes, compression->most_packed);
+    if (!part.tiled) {
+        needs.chunks = up(height, compression->lines);
+        // OpenEXR's buffers hold a whole block, also where the part has fewer lines.
+        const Status status = check_chunk(concat("a block of ", std::to_string(compression->lines),
+                                                 " lines of ", compression->name),
+                                          compression->lines * width * bytes, limits,
+                                          "write it with fewer channels or as zip");
+        if (!status.ok()) return status;
+        return needs;
+    }
+    if (!part.tile || part.tile->width < 1 || part.tile->height < 1) {
+        return input_error("damaged header: tiles of no size");
+    }
+    const auto [tile_width, tile_height] = *part.tile;
+    const std::string tile = concat("a tile of ", std::to_string(tile_width), "x",
+                                    std::to_string(tile_height), " pixels");
+    if (tile_width > uint32_t(limits.max_side) || tile_height > uint32_t(limits.max_side)) {
+        return input_error(concat(tile, " is too large; the limit is ",
+                                  std::to_string(limits.max_side),
+                                  " a side; write it with smaller tiles"));
+    }
+    needs.chunks = up(width, tile_width) * up(height, tile_height);
+    const Status status = check_chunk(tile, uint64_t(tile_width) * tile_height * bytes, limits,
+                                      "write it with smaller tiles");
+    if (!status.ok()) return status;
+    return needs;
+}
+
+Status too_much_packed(const PartSizes& part, const PartNeeds& needs, uint64_t file_bytes) {
+    const Compression& compression = *compression_of(part.compression);
+    return input_error(concat("truncated or damaged: its header promises ",
+                              std::to_string(needs.pixel_bytes), " bytes of pixels in a file of ",
+                              std::to_string(file_bytes), "; ", compression.name, " packs at most ",
+                              std::to_string(compression.most_packed),
+                              " bytes into one; copy or render it again"));
+}
+
+}  // namespace postchain::io

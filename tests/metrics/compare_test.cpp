@@ -4,6 +4,7 @@
 
 #include "tests/metrics/support.h"
 #include "tools/metrics/display.h"
+#include "tools/metrics/limit.h"
 
 namespace postchain::metrics {
 namespace {
@@ -75,6 +76,20 @@ TEST(Compare, ValuesThatDoNotExistAreSaidNotToExist) {
     ASSERT_TRUE(result.ok());
     for (const auto& [name, value] : result->values)
         EXPECT_EQ(value.has_value(), name != "psnr" && name != "ssim") << name;
+}
+
+TEST(Limit, IsAMetricAndAFiniteNumber) {
+    const auto limit = parse_limit("--under", "flip=0.05");
+    ASSERT_TRUE(limit.ok());
+    EXPECT_EQ(limit->metric, "flip");
+    EXPECT_EQ(limit->value, 0.05);
+    EXPECT_EQ(parse_limit("--under", "mse=-1e-3")->value, -1e-3);
+    for (const char* text : {"flip", "flip=", "flip=x", "flip=1 ", "flip=inf", "flip=nan"}) {
+        const Status status = parse_limit("--under", text).status();
+        EXPECT_EQ(status.code(), StatusCode::usage) << text;
+        EXPECT_EQ(status.message().rfind("--under: '" + std::string(text) + "'", 0), 0u)
+            << status.message();
+    }
 }
 
 }  // namespace

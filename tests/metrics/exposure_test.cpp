@@ -30,6 +30,14 @@ TEST(ToneMapper, InverseUndoesTheCurve) {
     }
 }
 
+TEST(ToneMapper, EveryNameIsFound) {
+    EXPECT_EQ(tone_mapper_names(), (std::vector<std::string>{"aces", "reinhard", "hable"}));
+    EXPECT_EQ(find_tone_mapper("aces"), ToneMapper::aces);
+    EXPECT_EQ(find_tone_mapper("reinhard"), ToneMapper::reinhard);
+    EXPECT_EQ(find_tone_mapper("hable"), ToneMapper::hable);
+    EXPECT_FALSE(find_tone_mapper("ACES"));
+}
+
 // 1, 2, 3, 4 in shuffled order: element floor(4/2) = 2 of the sorted ones is 3, not 2.5 and not 2.
 TEST(ExposureRange, MedianIsTheUpperOfTwo) {
     const double values[] = {3, 1, 4, 2};

@@ -81,8 +81,9 @@ TEST_F(Ab, PicturesAreThoseOfTheChainsAlone) {
                       .max,
                   1e-4);
     }
-    // Input, truth, two results and two maps of each of three frames.
-    EXPECT_EQ(report->images.size(), 18u);
+    // Input, truth, two results and twice two maps of each of three frames.
+    EXPECT_EQ(report->images.size(), 24u);
+    EXPECT_TRUE(report->find(ImageKind::error, 1, 3, "hdr_flip"));
     EXPECT_FALSE(report->crops.empty());
     for (const Crop& crop : report->crops) {
         EXPECT_LE(crop.x + crop.width, 64);
@@ -96,7 +97,7 @@ TEST_F(Ab, OnlyChosenFramesKeepPictures) {
     auto report = run(test::kChainText, kNothing, few);
     ASSERT_TRUE(report.ok());
     EXPECT_EQ(report->page_frames, (std::vector<int>{1, 3}));
-    EXPECT_EQ(report->images.size(), 12u);
+    EXPECT_EQ(report->images.size(), 16u);
     EXPECT_FALSE(report->find(ImageKind::color, 0, 2));
 }
 
@@ -123,7 +124,7 @@ TEST_F(Ab, WithoutATruthTheSecondIsHeldAgainstTheFirst) {
     ASSERT_TRUE(report.ok()) << report.status().message();
     EXPECT_EQ(report->reference, "a");
     EXPECT_FALSE(report->truth);
-    EXPECT_TRUE(report->variants[0].metrics.empty());
+    EXPECT_FALSE(report->variants[0].metrics.count("mse"));
     EXPECT_GT(*report->variants[1].metrics.at("mse").mean, 0);
     EXPECT_FALSE(report->find(ImageKind::truth, -1, 1));
     EXPECT_THAT(report->comparison->verdict, HasSubstr("Without a truth"));
@@ -153,25 +154,45 @@ TEST_F(Ab, TimesNameSourceAndPasses) {
     EXPECT_EQ(report->variants[1].timing->total.median_ms, 0);
 }
 
-// A second chain without random numbers has no flicker to measure; noise: none has none.
-TEST_F(Ab, FlickerIsTheScatterOverSeedsOfTheFirstFrame) {
+// Every frame of a short sequence; a chain without random numbers has no flicker to measure, and
+// one without tiles no grid; noise: none has none.
+TEST_F(Ab, FlickerAndGridAreMeasuredOnEveryFrame) {
     auto report = run(test::kChainText, kNothing, settings());
     ASSERT_TRUE(report.ok());
-    const Series& flicker = report->variants[0].metrics.at("flicker");
-    ASSERT_TRUE(flicker.frames[0]);
-    EXPECT_GT(*flicker.frames[0], 1e-4);
-    EXPECT_FALSE(flicker.frames[1]);
-    EXPECT_FALSE(report->variants[1].metrics.at("flicker").mean);
-    auto still = run_ab(
-        {"one", test::parse(test::kChainText, {"motion_blur.noise=none"})}, chain("two", kNothing),
-        [&] {
-            auto again = settings();
-            again.overwrite = true;
-            return again;
-        }(),
-        test::executor(), {}, nullptr);
-    ASSERT_TRUE(still.ok());
+    for (const char* metric : {"flicker", "grid"}) {
+        const Series& series = report->variants[0].metrics.at(metric);
+        for (size_t i = 0; i < 3; ++i) {
+            ASSERT_TRUE(series.frames[i]) << metric << i;
+            EXPECT_GT(*series.frames[i], 1e-4) << metric << i;
+        }
+        EXPECT_NE(*series.frames[0], *series.frames[1]) << metric;
+        EXPECT_FALSE(report->variants[1].metrics.at(metric).mean) << metric;
+    }
+    auto again = settings();
+    again.overwrite = true;
+    auto still = run_ab({"one", test::parse(test::kChainText, {"motion_blur.noise=none"})},
+                        chain("two", kNothing), again, test::executor(), {}, nullptr);
+    ASSERT_TRUE(still.ok()) << still.status().message();
     EXPECT_EQ(*still->variants[0].metrics.at("flicker").frames[0], 0);
+}
+
+// The map of the page is the one whose mean stands in the table.
+TEST_F(Ab, StoredMapsAreThoseOfTheMetrics) {
+    auto report = run(test::kChainText, kNothing, settings());
+    ASSERT_TRUE(report.ok());
+    for (const char* name : {"flip", "hdr_flip"}) {
+        const StoredImage* stored = report->find(ImageKind::error, 1, 2, name);
+        ASSERT_TRUE(stored) << name;
+        auto map = load_image(*report, *stored);
+        ASSERT_TRUE(map.ok());
+        double sum = 0;
+        for (const float v : map->data) sum += double(v);
+        EXPECT_NEAR(sum / double(map->pixels()), *report->variants[1].metrics.at(name).frames[1],
+                    1e-6)
+            << name;
+    }
+    EXPECT_NE(*report->variants[1].metrics.at("flip").mean,
+              *report->variants[1].metrics.at("hdr_flip").mean);
 }
 
 TEST_F(Ab, StopsWhenAsked) {

@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "tests/report/support.h"
+#include "tools/report/ab.h"
 #include "tools/report/bench_store.h"
 
 namespace postchain::report {
@@ -159,6 +160,7 @@ class Bench : public ::testing::Test {
         static_cast<ExperimentSettings&>(settings) =
             test::settings_for(folder_.path(), folder_.path("report"));
         settings.page_frames = 1;
+        settings.chain_name = "small";
         return settings;
     }
     Result<Report> run(const std::vector<BenchVariant>& variants, const BenchSettings& settings,
@@ -195,7 +197,8 @@ TEST_F(Bench, EveryVariantHasMetricsTimesAndThreeParts) {
               2 * *report->variants[1].split->mse.sampling);
     EXPECT_THAT(report->variants[0].split->convergence,
                 ::testing::Contains("passes[0].motion_blur.samples 5 -> 401"));
-    EXPECT_EQ(report->images.size(), 2u + 4u);
+    EXPECT_EQ(report->images.size(), 2u + 6u);  // input, truth; a picture and two maps each
+    EXPECT_EQ(report->title, "small: error against run time");
     EXPECT_EQ(report->pareto_metric, "hdr_flip");
 }
 
@@ -210,9 +213,79 @@ TEST_F(Bench, WithoutATruthModelErrorIsLeftOutAndSaidSo) {
     EXPECT_TRUE(report->variants[0].split->mse.sampling);
     EXPECT_THAT(report->variants[0].split->notes[0], HasSubstr("there is none"));
     EXPECT_THAT(report->notes[0], HasSubstr("model error is left out: there is none"));
+    // What they were measured against is kept, one file for both.
+    const StoredImage* converged = report->find(ImageKind::converged, 0, 1);
+    ASSERT_TRUE(converged && report->find(ImageKind::converged, 1, 1));
+    EXPECT_EQ(converged->path, report->find(ImageKind::converged, 1, 1)->path);
+    auto many = load_image(*report, *converged);
+    auto few = load_image(*report, *report->find(ImageKind::color, 0, 1));
+    ASSERT_TRUE(many.ok() && few.ok());
+    EXPECT_NEAR(mean_squared(*few, *many), *report->variants[0].metrics.at("mse").frames[0], 1e-9);
+    // A picture that is gone is made again.
+    std::filesystem::remove(report->folder + "/" + converged->path);
+    report = run(*sweep({"motion_blur.samples=5,31"}), blind);
+    EXPECT_TRUE(load_image(*report, *report->find(ImageKind::converged, 1, 1)).ok());
     // Measured against the filter converged: more taps are nearer.
     EXPECT_GT(*report->variants[0].metrics.at("mse").mean,
               *report->variants[1].metrics.at("mse").mean);
+}
+
+// The truth is the input + 1/8, then + 1/4; a chain without passes hands the input on. Its error
+// grows by 1/8 from the first frame to the second.
+TEST_F(Bench, TdeIsTheStepFromTheFrameBefore) {
+    test::write_sequence(folder_.path(), 1, 4);
+    test::write_truth(folder_.path(), "truth", 2, 1, 0.25f);
+    test::write_truth(folder_.path(), "truth", 4, 1, 0.125f);
+    BenchSettings some = settings();
+    some.run.frames = io::FrameRange{{1, 2, 4}};
+    std::vector<BenchVariant> variants(1);
+    variants[0].name = "nothing";
+    variants[0].chain = test::parse("postchain: 1\npasses: []\n");
+    auto report = run(variants, some);
+    ASSERT_TRUE(report.ok()) << report.status().message();
+    const auto check = [&] {
+        const Series& tde = report->variants[0].metrics.at("tde");
+        ASSERT_EQ(tde.frames.size(), 3u);
+        EXPECT_FALSE(tde.frames[0]);
+        EXPECT_NEAR(*tde.frames[1], 0.125, 1e-6);
+        EXPECT_FALSE(tde.frames[2]);  // frame 3 is not of the bench
+    };
+    check();
+    // Another truth of the frame before makes it anew.
+    test::write_truth(folder_.path(), "truth", 1, 1, 0.0f);
+    report = run(variants, some);
+    EXPECT_NEAR(*report->variants[0].metrics.at("tde").frames[1], 0.25, 1e-6);
+    report = run(variants, some);
+    EXPECT_TRUE(report->variants[0].resumed);
+    EXPECT_NEAR(*report->variants[0].metrics.at("tde").frames[1], 0.25, 1e-6);
+}
+
+// The same chain on the same frames by the other experiment.
+TEST_F(Bench, MeasuresWhatAbMeasures) {
+    auto variants = sweep({"motion_blur.samples=9"});
+    auto report = run(*variants, settings());
+    ASSERT_TRUE(report.ok()) << report.status().message();
+    auto both = settings();
+    both.folder = folder_.path("ab");
+    auto other =
+        run_ab({"one", variants->at(0).chain.clone()}, {"two", test::parse(test::kChainText)}, both,
+               test::executor(), {}, nullptr);
+    ASSERT_TRUE(other.ok()) << other.status().message();
+    size_t compared = 0;
+    for (const auto& column : metric_columns(Kind::bench, true)) {
+        for (size_t i = 0; i < 2; ++i) {
+            const auto value = [&](const Report& of) -> std::optional<double> {
+                const auto series = of.variants[0].metrics.find(column.name);
+                return series == of.variants[0].metrics.end() ? std::nullopt
+                                                              : series->second.frames[i];
+            };
+            ASSERT_EQ(value(*report).has_value(), value(*other).has_value()) << column.name << i;
+            if (!value(*report)) continue;
+            EXPECT_NEAR(*value(*report), *value(*other), 1e-6) << column.name << i;
+            ++compared;
+        }
+    }
+    EXPECT_GE(compared, 30u);
 }
 
 TEST_F(Bench, AVariantThatFailsLeavesTheOthers) {
@@ -228,6 +301,43 @@ TEST_F(Bench, AVariantThatFailsLeavesTheOthers) {
     EXPECT_FALSE(report->variants[0].pareto);
     EXPECT_EQ(report->variants[1].failure, "");
     EXPECT_TRUE(report->variants[1].pareto);
+}
+
+// Stopped after each unit of work there is: what is done never goes beyond what there is to do, and
+// ends there.
+TEST_F(Bench, ProgressIsTrueWhereverItWasStopped) {
+    auto variants = sweep({"motion_blur.samples=5,9"});
+    BenchVariant lens;
+    lens.name = "lens";
+    lens.chain = test::parse("postchain: 1\npasses: [depth_of_field]\n");  // fails on every frame
+    variants->push_back(std::move(lens));
+    constexpr size_t kUnits = 3 * 2 + 3;
+    for (size_t at = 0; at <= kUnits; ++at) {
+        BenchSettings here = settings();
+        here.folder = folder_.path(concat("report", at));
+        std::atomic<bool> stop = false;
+        size_t last = 0;
+        const auto watch = [&](const ExperimentProgress& progress) {
+            EXPECT_EQ(progress.total, kUnits);
+            EXPECT_GE(progress.done, last) << "stopped at " << at;
+            EXPECT_LE(progress.done, kUnits) << "stopped at " << at;
+            last = progress.done;
+        };
+        const auto stopped = run(*variants, here, &stop, [&](const ExperimentProgress& progress) {
+            watch(progress);
+            if (progress.done == at) stop = true;
+        });
+        // The last unit done, there is nothing left to stop.
+        EXPECT_EQ(stopped.ok(), at == kUnits) << at;
+        last = 0;
+        const auto resumed = run(*variants, here, nullptr, watch);
+        ASSERT_TRUE(resumed.ok()) << resumed.status().message();
+        EXPECT_EQ(last, kUnits) << "stopped at " << at;
+        // Once more with nothing to do but what fails.
+        last = 0;
+        ASSERT_TRUE(run(*variants, here, nullptr, watch).ok());
+        EXPECT_EQ(last, kUnits) << "stopped at " << at;
+    }
 }
 
 TEST_F(Bench, GoesOnWhereItWasStopped) {

@@ -192,6 +192,9 @@ TEST(ReportMarkdown, TablesVerdictAndFailures) {
     EXPECT_THAT(text, HasSubstr("| flip | 1 | 0.1 |  | -1 .. 1 | too few frames to decide |"));
     EXPECT_THAT(text, HasSubstr("| one, two | 0.1 | 0.2 | 0.3 | 0.1 | 0.7 |"));
     EXPECT_THAT(text, HasSubstr("- a note"));
+    EXPECT_THAT(text, HasSubstr("| one, two | fxaa | rule | reason | 10 | 1 | 2 | 3 |"));
+    // psnr has no value in either.
+    EXPECT_THAT(text, ::testing::Not(HasSubstr("| psnr |")));
     // Every row of a table has as many bars as the one before it in that table.
     size_t bars = 0;
     for (const auto& line : lines_of(text)) {
@@ -205,6 +208,27 @@ TEST(ReportMarkdown, TablesVerdictAndFailures) {
         EXPECT_TRUE(bars == 0 || here == bars) << line;
         bars = here;
     }
+}
+
+TEST(ReportMarkdown, BenchPutsErrorBesideTime) {
+    Report report = filled();
+    report.kind = Kind::bench;
+    report.comparison.reset();
+    report.pareto_metric = "hdr_flip";
+    report.variants[0].metrics["hdr_flip"].mean = 0.25;
+    report.variants[0].metrics["mse"].mean = 0.125;
+    report.variants.insert(report.variants.begin(), report.variants[0]);
+    report.variants[0].name = "slow";
+    report.variants[0].timing->total.median_ms = 20;
+    report.variants[1].pareto = true;
+    const std::string text = report_as_markdown(report);
+    EXPECT_THAT(text, HasSubstr("| variant | ms | hdr_flip | mse | psnr | Pareto set |\n"
+                                "|---|---|---|---|---|---|\n"
+                                "| one, two | 1.5 | 0.25 | 0.125 |  | yes |\n"
+                                "| slow | 20 | 0.25 | 0.125 |  |  |\n"));
+    report.variants.resize(1);
+    report.variants[0].left_out.clear();
+    EXPECT_THAT(report_as_markdown(report), HasSubstr("Nothing: every plan is whole."));
 }
 
 TEST(ReportFiles, AreWrittenWholeAndFailClearly) {

@@ -58,6 +58,27 @@ TEST(ErrorSplit, WithoutTruthThereIsNoModelAndNoTotal) {
     EXPECT_DOUBLE_EQ(*split->mse.sampling, 0.25);
 }
 
+// G = 1.5, R = 1.25, T = 0.5 and nothing that converges: precision 1/16, sampling 0, model
+// (1.25 - 0.5)^2 = 9/16, total 1, cross term 6/16. What a converged picture would say is not asked.
+TEST(ErrorSplit, WhatDoesNotSampleHasNoSamplingError) {
+    Converged converged;
+    converged.rgb = plain(7);
+    converged.seeds = 1;
+    converged.sampled = false;
+    auto truth = metrics::picture_of(plain(0.5f));
+    const auto range = metrics::exposure_range(*truth, metrics::ToneMapper::aces);
+    auto split = split_error(1, plain(1.5f), image_cast<double>(plain(1.25f)), converged, &*truth,
+                             range, {});
+    ASSERT_TRUE(split.ok()) << split.status().message();
+    EXPECT_DOUBLE_EQ(*split->mse.precision, 1 / 16.0);
+    EXPECT_EQ(*split->mse.sampling, 0);
+    EXPECT_DOUBLE_EQ(*split->mse.model, 9 / 16.0);
+    EXPECT_DOUBLE_EQ(*split->mse.total, 1);
+    EXPECT_DOUBLE_EQ(*split->cross, 6 / 16.0);
+    for (const auto& [name, parts] : split->others) EXPECT_EQ(*parts.sampling, 0) << name;
+    EXPECT_THAT(split->notes, ::testing::Contains(::testing::HasSubstr("no pass of this chain")));
+}
+
 TEST(ErrorSplit, SizesThatDifferAreRefused) {
     Converged converged;
     converged.rgb = ImageF(8, 8, 3, 1);
@@ -101,7 +122,10 @@ TEST(ConvergedChain, SetsAndAveragesWhatTheTablesSay) {
     EXPECT_THAT(changes,
                 ::testing::UnorderedElementsAre("passes[0].motion_blur.samples 9 -> 401",
                                                 "passes[0].motion_blur.seed averaged",
-                                                "passes[1].depth_of_field.downsample 4 -> 1"));
+                                                "passes[1].depth_of_field.downsample 4 -> 1",
+                                                "passes[2].fxaa does not sample"));
+    EXPECT_TRUE(samples(chain));
+    EXPECT_FALSE(samples(test::parse("postchain: 1\npasses: [fxaa]\n")));
     EXPECT_THAT(with_seed_offset(chain, 2).text(), ::testing::HasSubstr("seed=5"));
     EXPECT_EQ(with_seed_offset(chain, 0).text(), chain.text());
     EXPECT_FALSE(has_seeds(test::parse("postchain: 1\npasses: [fxaa]\n")));
@@ -146,6 +170,16 @@ TEST(Converge, MoreTapsAreNearerToIt) {
     };
     const double few = error("5"), many = error("151");
     EXPECT_LT(many, 0.3 * few);
+}
+
+TEST(Converge, AChainThatDoesNotSampleSaysSo) {
+    const auto frame = test::layered_frame(48, 32, {9, 2}, {-5, 0});
+    auto converged = converge(test::parse("postchain: 1\npasses: [fxaa]\n"), frame.description,
+                              frame.planes, {}, test::executor(), 4);
+    ASSERT_TRUE(converged.ok());
+    EXPECT_FALSE(converged->sampled);
+    EXPECT_EQ(converged->seeds, 1);
+    EXPECT_EQ(converged->changes, std::vector<std::string>{"passes[0].fxaa does not sample"});
 }
 
 TEST(Converge, WithoutRandomNumbersOneSeedIsEnough) {

@@ -40,7 +40,7 @@ TEST_F(TruthFiles, AGoodOneIsTaken) {
 
 TEST_F(TruthFiles, MissingFramesAreListed) {
     test::write_truth(folder_.path(), "truth", 1, 1, 0.1f);
-    expect_refused("lacks 2 of 3 frames of the input: 2, 3");
+    expect_refused("lacks 2 of the 3 frames of the input: 2, 3");
 }
 
 TEST_F(TruthFiles, AnotherSizeNamesBoth) {
@@ -63,7 +63,7 @@ TEST_F(TruthFiles, InfAndNanAreRefusedWithTheirPlace) {
         ImageF image(64, 40, 3, 0.5f);
         image.at(7, 9, 1) = bad;
         test::write_rgb(folder_.path("truth.0001.exr"), image);
-        expect_refused("1 pixels with NaN or Inf, the first at (7, 9)");
+        expect_refused("1 pixel with NaN or Inf, the first at (7, 9)");
     }
 }
 

@@ -39,6 +39,25 @@ const char* name_of(ToneMapper mapper) {
     return "?";
 }
 
+namespace {
+constexpr ToneMapper kToneMappers[] = {ToneMapper::aces, ToneMapper::reinhard, ToneMapper::hable};
+}
+
+const std::vector<std::string>& tone_mapper_names() {
+    static const std::vector<std::string> names = [] {
+        std::vector<std::string> list;
+        for (const ToneMapper mapper : kToneMappers) list.push_back(name_of(mapper));
+        return list;
+    }();
+    return names;
+}
+
+std::optional<ToneMapper> find_tone_mapper(const std::string& name) {
+    for (const ToneMapper mapper : kToneMappers)
+        if (name == name_of(mapper)) return mapper;
+    return std::nullopt;
+}
+
 ToneCurve curve_of(ToneMapper mapper) {
     switch (mapper) {
         case ToneMapper::aces: {

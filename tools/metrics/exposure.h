@@ -8,6 +8,8 @@
 // 1e10 then costs exposures that show black, not those that show the picture).
 #pragma once
 
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "tools/metrics/pair.h"
@@ -16,6 +18,8 @@ namespace postchain::metrics {
 
 enum class ToneMapper { aces, reinhard, hable };
 const char* name_of(ToneMapper mapper);
+const std::vector<std::string>& tone_mapper_names();
+std::optional<ToneMapper> find_tone_mapper(const std::string& name);
 
 inline constexpr double kToneTarget = 0.85;  // tone-mapped value that start and stop reach
 inline constexpr double kMaxExposureStops = 20;

@@ -112,10 +112,10 @@ bool exceeds(const DiffWork& work, const Values& values, const std::string& wher
     bool exceeded = false;
     for (const auto& limit : work.limits)
         for (const auto& [name, value] : values) {
-            if (name != limit.metric || !value || !(*value > limit.above)) continue;
+            if (name != limit.metric || !value || !(*value > limit.value)) continue;
             exceeded = true;
             log::error(concat(where, ": ", name, " ", number_text(value), " is above ",
-                              number_text(limit.above)));
+                              number_text(limit.value)));
         }
     return exceeded;
 }
@@ -189,7 +189,7 @@ void add_diff(CLI::App& verb, Options& o, DiffOptions& diff) {
         ->check(CLI::Range(metrics::kMinPixelsPerDegree, metrics::kMaxPixelsPerDegree))
         ->capture_default_str();
     verb.add_option("--tone-mapper", diff.tone_mapper, "of HDR-FLIP")
-        ->check(CLI::IsMember({"aces", "reinhard", "hable"}))
+        ->check(CLI::IsMember(metrics::tone_mapper_names()))
         ->capture_default_str();
     verb.add_option("--profile", o.profile, "names of the writer, for both (default: detected)")
         ->type_name("NAME");

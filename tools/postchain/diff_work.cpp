@@ -1,6 +1,5 @@
 #include "tools/postchain/diff_work.h"
 
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 
@@ -47,18 +46,12 @@ Status check_metric(const char* option, const std::string& name, bool sequence) 
     return Status();
 }
 
-Result<DiffLimit> parse_limit(const std::string& text) {
-    const size_t equals = text.find('=');
-    DiffLimit limit{text.substr(0, equals), 0};
-    const char* end = text.data() + text.size();
-    const char* begin = equals == std::string::npos ? end : text.data() + equals + 1;
-    const auto parsed = std::from_chars(begin, end, limit.above);
-    if (parsed.ec != std::errc() || parsed.ptr != end || !std::isfinite(limit.above))
-        return Status(StatusCode::usage,
-                      "--fail-above: '" + text + "' is not METRIC=NUMBER, as in flip=0.05");
-    const auto* row = metrics::find_metric(limit.metric);
+Result<metrics::MetricLimit> limit_of(const std::string& text) {
+    auto limit = metrics::parse_limit("--fail-above", text);
+    if (!limit.ok()) return limit.status();
+    const auto* row = metrics::find_metric(limit->metric);
     if (row && !row->is_error)
-        return Status(StatusCode::usage, "--fail-above: more " + limit.metric +
+        return Status(StatusCode::usage, "--fail-above: more " + limit->metric +
                                              " is better; name an error, as in mse=0.001");
     return limit;
 }
@@ -172,7 +165,7 @@ Result<DiffWork> work_of(const Options& options, const DiffOptions& diff) {
     for (const auto& name : diff.metrics)
         if (Status status = want("--metric", name); !status.ok()) return status;
     for (const auto& text : diff.fail_above) {
-        auto limit = parse_limit(text);
+        auto limit = limit_of(text);
         if (!limit.ok()) return limit.status();
         if (Status status = want("--fail-above", limit->metric); !status.ok()) return status;
         work.limits.push_back(std::move(*limit));
@@ -183,9 +176,8 @@ Result<DiffWork> work_of(const Options& options, const DiffOptions& diff) {
     if (!std::isfinite(diff.pixels_per_degree))
         return Status(StatusCode::usage, "--ppd: not a number");
     work.compare.flip.pixels_per_degree = diff.pixels_per_degree;
-    for (auto mapper :
-         {metrics::ToneMapper::aces, metrics::ToneMapper::reinhard, metrics::ToneMapper::hable})
-        if (diff.tone_mapper == metrics::name_of(mapper)) work.compare.flip.tone_mapper = mapper;
+    // The parser has checked the name.
+    work.compare.flip.tone_mapper = *metrics::find_tone_mapper(diff.tone_mapper);
     work.compare.flip.threads = threads_of(options);
     if (Status status = add_maps(diff, work); !status.ok()) return status;
     return work;

@@ -8,6 +8,7 @@
 
 #include "tools/io/exr_writer.h"
 #include "tools/metrics/compare.h"
+#include "tools/metrics/limit.h"
 #include "tools/postchain/verbs.h"
 
 namespace postchain {
@@ -21,18 +22,13 @@ struct DiffFrame {
     std::string both() const { return a + " against " + b; }
 };
 
-struct DiffLimit {
-    std::string metric;
-    double above = 0;
-};
-
 struct DiffWork {
     offline::SourceSettings source;
     std::vector<DiffFrame> frames;
     bool sequence = false;
     metrics::CompareSettings compare;
     bool tde = false;
-    std::vector<DiffLimit> limits;
+    std::vector<metrics::MetricLimit> limits;
     std::vector<io::PathPattern> maps;
     io::OnExisting on_existing = io::OnExisting::fail;
 

@@ -1,5 +1,6 @@
 // postchain ab and bench: experiments with messages, progress and signals around them.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -12,8 +13,10 @@
 #include "tools/report/ab.h"
 #include "tools/report/bench.h"
 #include "tools/report/limits.h"
+#include "tools/report/lists.h"
 #include "tools/report/page/page.h"
 #include "tools/report/truth.h"
+#include "tools/report/words.h"
 
 namespace postchain {
 namespace {
@@ -69,7 +72,7 @@ void add_experiment(CLI::App& verb, Options& o, ExperimentOptions& e) {
         ->check(CLI::Range(metrics::kMinPixelsPerDegree, metrics::kMaxPixelsPerDegree))
         ->capture_default_str();
     verb.add_option("--tone-mapper", e.tone_mapper, "of HDR-FLIP")
-        ->check(CLI::IsMember({"aces", "reinhard", "hable"}))
+        ->check(CLI::IsMember(metrics::tone_mapper_names()))
         ->capture_default_str();
     add_plan(verb, o);
     add_device(verb, o);
@@ -92,9 +95,8 @@ Result<report::ExperimentSettings> settings_of(const Options& o, const Experimen
     settings.page_frames = e.page_frames > 0 ? e.page_frames : page_frames;
     settings.flip.pixels_per_degree = e.pixels_per_degree;
     settings.flip.threads = o.threads;
-    for (const auto mapper :
-         {metrics::ToneMapper::aces, metrics::ToneMapper::reinhard, metrics::ToneMapper::hable})
-        if (e.tone_mapper == metrics::name_of(mapper)) settings.flip.tone_mapper = mapper;
+    // The parser has checked the name.
+    settings.flip.tone_mapper = *metrics::find_tone_mapper(e.tone_mapper);
     return settings;
 }
 
@@ -108,6 +110,22 @@ Result<std::vector<report::MetricLimit>> limits_of(const std::string& option,
         limits.push_back(std::move(*limit));
     }
     return limits;
+}
+
+// Time and error of each variant, the cheapest first.
+void print_curve(const report::Report& report) {
+    const auto timed = report::by_time(report);
+    size_t width = 0;
+    for (const auto* variant : timed) width = std::max(width, variant->name.size());
+    const std::string& metric = report.pareto_metric;
+    for (const auto* variant : timed) {
+        const auto series = variant->metrics.find(metric);
+        const bool known = series != variant->metrics.end() && series->second.mean;
+        std::printf("%-*s  %10.2f ms  %s %s%s\n", int(width), variant->name.c_str(),
+                    variant->timing->total.median_ms, metric.c_str(),
+                    known ? report::figure(*series->second.mean).c_str() : "none",
+                    variant->pareto ? "  in the Pareto set" : "");
+    }
 }
 
 // All files of the report, a summary on stdout, and the exit code.
@@ -132,6 +150,7 @@ int finish(const report::Report& report, const Options& options, const Experimen
         if (report.comparison)
             std::printf("%s\n%s\n", report.comparison->verdict.c_str(),
                         report.comparison->claims.c_str());
+        if (report.kind == report::Kind::bench) print_curve(report);
         for (const auto& line : report.under) std::printf("%s\n", line.c_str());
         std::printf("%s\n", page.c_str());
     }
@@ -259,6 +278,7 @@ int bench_verb(const Options& options, const ExperimentOptions& e, int argc, cha
     auto common = settings_of(options, e, argc, argv, 1);
     if (!common.ok()) return fail(common.status());
     static_cast<report::ExperimentSettings&>(settings) = std::move(*common);
+    settings.chain_name = chain_name(options.chain);
     settings.split_frames = e.split_frames;
     auto limits = limits_of("--fail-above", e.fail_above, report::Kind::bench, true);
     if (!limits.ok()) return fail(limits.status());

@@ -1,16 +1,15 @@
 #include "tools/report/ab.h"
 
 #include <algorithm>
-#include <thread>
 
 #include "chain/merge.h"
 #include "config/chain_file.h"
 #include "tools/metrics/temporal.h"
-#include "tools/report/converge.h"
+#include "tools/report/basis.h"
 #include "tools/report/images.h"
 #include "tools/report/statistics.h"
+#include "tools/report/steadiness.h"
 #include "tools/report/timing.h"
-#include "tools/report/truth.h"
 
 namespace postchain::report {
 namespace {
@@ -40,7 +39,7 @@ class AbRun {
         if (!summary->first_failure.ok()) return summary->first_failure;
         if (Status status = time_both(); !status.ok()) return status;
         for (Variant& variant : report_.variants) find_means(variant);
-        report_.crops = crops_of(std::move(worst_), kCrops);
+        report_.crops = crops_of(std::move(worst_));
         report_.comparison = compare_variants(report_, tiles_);
         report_.comparison->shared_steps = shared_steps_;
         report_.comparison->steps_a = steps_[0];
@@ -49,44 +48,18 @@ class AbRun {
     }
 
   private:
-    static constexpr size_t kCrops = 6;
-
     Status start() {
-        report_.kind = Kind::ab;
         report_.title = chains_[0]->name + " against " + chains_[1]->name;
-        state_conditions(settings_, report_);
-        const auto mapper = settings_.flip.tone_mapper;
-        auto survey = survey_input(settings_.run, mapper, settings_.truth.empty());
-        if (!survey.ok()) return survey.status();
-        report_.frames = survey->frames;
-        report_.width = survey->width;
-        report_.height = survey->height;
-        exposures_ = survey->exposures;
-        if (!settings_.truth.empty()) {
-            auto truth = Truth::open(settings_.truth, report_.frames);
-            if (!truth.ok()) return truth.status();
-            if (Status status = truth->survey(settings_.run, mapper); !status.ok()) return status;
-            exposures_ = truth->exposures();
-            truth_ = std::move(*truth);
-            report_.truth = settings_.truth;
-            report_.reference = "truth";
-        } else {
-            report_.no_truth = "none was given (-r)";
-            report_.reference = "a";
+        auto basis = open_basis(Kind::ab, settings_, report_);
+        if (!basis.ok()) return basis.status();
+        basis_ = std::move(*basis);
+        if (!basis_.truth)
             note("without a truth the metrics say how far " + chains_[1]->name + " is from " +
                  chains_[0]->name + ", not which is nearer to anything");
-        }
         if (Status status = prepare_folder(settings_.folder, settings_.overwrite, false);
             !status.ok())
             return status;
-        report_.page_frames = spread_frames(report_.frames, settings_.page_frames);
-        report_.metrics = metric_columns(Kind::ab, truth_.has_value());
-        report_.constants = metrics::metric_constants();
-        report_.constants.emplace_back("pixels_per_degree", settings_.flip.pixels_per_degree);
-        report_.exposure_start = exposures_.start;
-        report_.exposure_stop = exposures_.stop;
-        report_.exposures = exposures_.exposures();
-        report_.tone_mapper = metrics::name_of(mapper);
+        steady_frames_ = spread_frames(report_.frames, kSteadyFrames);
         for (const NamedChain* chain : chains_) {
             Variant variant;
             variant.name = chain->name;
@@ -103,6 +76,10 @@ class AbRun {
         for (const char* metric : {"flip", "hdr_flip", "relmse", "smape", "mse"})
             tiles_.emplace(metric, TileBootstrap(kBootstrapSeed, kBootstrapReplicates));
         return Status();
+    }
+
+    static bool contains(const std::vector<int>& frames, int frame) {
+        return std::find(frames.begin(), frames.end(), frame) != frames.end();
     }
 
     void note(const std::string& text) {
@@ -158,14 +135,13 @@ class AbRun {
         progress_->at(concat("frame ", number));
         const auto found = std::find(report_.frames.begin(), report_.frames.end(), number);
         const auto index = size_t(found - report_.frames.begin());
-        const bool kept = std::find(report_.page_frames.begin(), report_.page_frames.end(),
-                                    number) != report_.page_frames.end();
+        const bool kept = contains(report_.page_frames, number);
         auto input = metrics::picture_of(frame.planes.at(Role::color));
         if (!input.ok()) return input.status();
         auto results = filter(frame);
         std::optional<metrics::Picture> reference;
-        if (truth_) {
-            auto loaded = truth_->load(number);
+        if (basis_.truth) {
+            auto loaded = basis_.truth->load(number);
             if (!loaded.ok()) return loaded.status();
             reference = std::move(*loaded);
         } else if (results[0]) {
@@ -176,32 +152,43 @@ class AbRun {
         if (kept) {
             if (Status s = store(ImageKind::input, -1, number, "input", input->rgb); !s.ok())
                 return s;
-            if (truth_)
+            if (basis_.truth)
                 if (Status s = store(ImageKind::truth, -1, number, "truth", reference->rgb);
                     !s.ok())
                     return s;
         }
         std::array<std::map<std::string, ImageF>, 2> maps;
-        for (size_t v = truth_ ? 0 : 1; v < 2 && reference; ++v) {
+        for (size_t v = basis_.truth ? 0 : 1; v < 2 && reference; ++v) {
             if (!results[v]) continue;
             auto pair = metrics::pair_of(*results[v], reference->rgb);
             if (!pair.ok()) return pair.status();
-            Status status = judge(v, index, *pair, truth_ ? &*input : nullptr, maps[v]);
+            Status status = judge(v, index, *pair, basis_.truth ? &*input : nullptr, maps[v]);
             if (!status.ok()) return status;
+        }
+        for (size_t v = 0; v < 2 && contains(steady_frames_, number); ++v) {
+            if (!results[v]) continue;
+            auto steady =
+                steadiness(chains_[v]->chain, frame, *results[v], settings_.run.plan, executor_);
+            if (!steady.ok()) return steady.status();
+            const size_t count = report_.frames.size();
+            set_value(report_.variants[v], "flicker", index, count, steady->flicker);
+            set_value(report_.variants[v], "grid", index, count, steady->grid);
         }
         for (size_t v = 0; v < 2 && kept; ++v) {
             if (!results[v]) continue;
             const std::string name = v == 0 ? "a" : "b";
             if (Status s = store(ImageKind::color, int(v), number, name, *results[v]); !s.ok())
                 return s;
-            const auto map = maps[v].find("hdr_flip");
-            if (map == maps[v].end()) continue;
-            if (Status s = store(ImageKind::error, int(v), number, name + ".hdr_flip", map->second);
-                !s.ok())
-                return s;
-            worst_.emplace_back(worst_tile(map->second, number, kCropPx), report_.variants[v].name);
+            if (maps[v].empty()) continue;
+            for (const char* map : kStoredMaps)
+                if (Status s = store(ImageKind::error, int(v), number, concat(name, ".", map),
+                                     maps[v].at(map), map);
+                    !s.ok())
+                    return s;
+            worst_.emplace_back(worst_tile(maps[v].at("hdr_flip"), number, kCropPx),
+                                report_.variants[v].name);
         }
-        if (truth_)
+        if (basis_.truth)
             for (auto& [metric, bootstrap] : tiles_)
                 if (maps[0].count(metric) && maps[1].count(metric))
                     bootstrap.add(number, tile_sums(maps[0].at(metric), maps[1].at(metric),
@@ -213,7 +200,7 @@ class AbRun {
     // Every metric of one variant's picture.
     Status judge(size_t v, size_t index, const metrics::Pair& pair, const metrics::Picture* input,
                  std::map<std::string, ImageF>& maps) {
-        auto measured = measure(pair, input, exposures_, settings_.flip, true);
+        auto measured = measure(pair, input, basis_.exposures, settings_.flip, true);
         if (!measured.ok()) return measured.status();
         Variant& variant = report_.variants[v];
         const size_t count = report_.frames.size();
@@ -236,32 +223,25 @@ class AbRun {
     }
 
     Status store(ImageKind kind, int variant, int frame, const std::string& name,
-                 const ImageF& pixels) {
+                 const ImageF& pixels, const std::string& map = {}) {
         StoredImage entry;
         entry.kind = kind;
         entry.variant = variant;
         entry.frame = frame;
         entry.path = image_path(name, frame);
-        if (kind == ImageKind::error) entry.map = "hdr_flip";
+        entry.map = map;
         return store_image(report_, std::move(entry), pixels);
     }
 
     // Each chain alone, on the first frame, while nothing else of this process runs.
     Status time_both() {
-        auto list = io::find_frames(settings_.run.input, settings_.run.frames);
-        if (!list.ok()) return list.status();
         const int frame = report_.frames.front();
-        auto header =
-            offline::open_source_frame(settings_.run.source, list->files.at(frame), frame);
-        if (!header.ok()) return header.status();
         for (size_t v = 0; v < 2; ++v) {
             progress_->at("timing " + report_.variants[v].name);
             const Chain& chain = chains_[v]->chain;
             auto source =
-                offline::read_source_frame(settings_.run.source, *header,
-                                           chain.required() | chain.optional(), io::Keep::nothing);
+                read_frame(basis_, settings_.run, frame, chain.required() | chain.optional());
             if (!source.ok()) return source.status();
-            source->description.frame_number = frame;
             auto plan = offline::plan_source_frame(chain, *source, settings_.run.plan);
             if (plan.ok()) {
                 auto timing = time_plan(executor_, *plan, source->planes, settings_.repeats);
@@ -270,30 +250,10 @@ class AbRun {
                     note("times of " + report_.variants[v].name +
                          " are not to be trusted: " + timing->why_not);
                 report_.variants[v].timing = std::move(*timing);
-                if (Status status = flicker(v, *source); !status.ok()) return status;
             }
             if (stop_ && *stop_) return Status(StatusCode::cancelled, "stopped");
             progress_->finished();
         }
-        return Status();
-    }
-
-    // The first frame again and again with other random numbers: what a still shot would show.
-    Status flicker(size_t v, const offline::SourceFrame& frame) {
-        const Chain& chain = chains_[v]->chain;
-        if (!has_seeds(chain)) return Status();
-        metrics::Flicker flicker;
-        for (int i = 0; i < kConvergedSeeds; ++i) {
-            auto plan =
-                offline::plan_source_frame(with_seed_offset(chain, i), frame, settings_.run.plan);
-            if (!plan.ok()) return plan.status();
-            auto result = executor_.filter(*plan, frame.planes);
-            if (!result.ok()) return result.status();
-            auto picture = metrics::picture_of(result->at(Role::color));
-            if (!picture.ok()) return picture.status();
-            if (Status status = flicker.add(*picture); !status.ok()) return status;
-        }
-        set_value(report_.variants[v], "flicker", 0, report_.frames.size(), flicker.mean());
         return Status();
     }
 
@@ -303,8 +263,8 @@ class AbRun {
     const std::atomic<bool>* stop_;
     ProgressMeter* progress_ = nullptr;
     Report report_;
-    std::optional<Truth> truth_;
-    metrics::ExposureRange exposures_;
+    Basis basis_;
+    std::vector<int> steady_frames_;
     std::array<metrics::TemporalError, 2> temporal_;
     std::array<int, 2> last_index_ = {-2, -2};
     std::map<std::string, TileBootstrap> tiles_;

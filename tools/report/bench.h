@@ -1,8 +1,9 @@
 // postchain bench: error against run time over the product of sweeps.
 //
 //   chain x sweeps      --sweep_variants--> variants
-//   each frame, variant --GPU--> metrics against the truth, pictures; on some frames the error in
-//                                three parts (converge.h)      --> DIR/results/*.json
+//   each frame, variant --GPU--> metrics against the truth, pictures; on some frames flicker and
+//                                grid (steadiness.h), the error in three parts (converge.h)
+//                                                              --> DIR/results/*.json
 //   each variant alone  --timing.h--> time of each pass        --> DIR/results/*.json
 //   all results         --> means, Pareto set, the cheapest under a limit
 //
@@ -44,10 +45,8 @@ Result<std::vector<BenchVariant>> sweep_variants(const ChainText& chain,
                                                  int max_variants);
 
 struct BenchSettings : ExperimentSettings {
-    std::string truth_is;  // what the report calls the truth; empty: as typed
-    std::string no_truth;  // why there is none
-    int split_frames = 1;  // frames on which the error is split
-    std::vector<MetricLimit> under;
+    std::string chain_name;  // "paper"
+    int split_frames = 1;    // frames on which the error is split
 };
 
 // Needs the folder prepared (prepare_folder, resuming). A variant that fails keeps its message and

@@ -35,12 +35,21 @@ Result<std::map<std::string, double>> measure_part(const ImageF& test, const Ima
     return values;
 }
 
+template <class Link>
+bool samples(const Link& link) {
+    const auto& rows = link.type->parameters->rows();
+    return std::any_of(rows.begin(), rows.end(),
+                       [](const Parameter& row) { return row.convergence != Convergence::none; });
+}
+
 }  // namespace
 
 Chain converged_chain(const Chain& chain, std::vector<std::string>* changes) {
     Chain copy = chain.clone();
     for (size_t i = 0; i < copy.links.size(); ++i) {
         auto& link = copy.links[i];
+        if (changes && !samples(link))
+            changes->push_back(concat("passes[", i, "].", link.type->name, " does not sample"));
         for (const Parameter& row : link.type->parameters->rows()) {
             const ParameterValue before = row.get(link.pass->parameters());
             if (row.convergence == Convergence::set) {
@@ -79,11 +88,17 @@ bool has_seeds(const Chain& chain) {
     return false;
 }
 
+bool samples(const Chain& chain) {
+    return std::any_of(chain.links.begin(), chain.links.end(),
+                       [](const auto& link) { return samples(link); });
+}
+
 Result<Converged> converge(const Chain& chain, const FrameDescription& frame,
                            const FramePlanes& planes, const PlanOptions& options,
                            Executor& executor, int seeds) {
     Converged converged;
     const Chain many = converged_chain(chain, &converged.changes);
+    converged.sampled = samples(chain);
     PlanOptions exact = options;
     exact.precision = Precision::fp32;
     const int count = has_seeds(many) ? std::max(1, seeds) : 1;
@@ -126,7 +141,8 @@ Result<ErrorSplit> split_error(int frame, const ImageF& gpu, const ImageD& refer
                                const Converged& converged, const metrics::Picture* truth,
                                const metrics::ExposureRange& exposures,
                                const metrics::FlipSettings& flip) {
-    const ImageF& c = converged.rgb;
+    const ImageF rounded = image_cast<float>(reference);
+    const ImageF& c = converged.sampled ? converged.rgb : rounded;
     if (gpu.width != c.width || gpu.height != c.height || reference.width != c.width ||
         reference.height != c.height)
         return Status(StatusCode::input, "pictures of an error split differ in size");
@@ -136,8 +152,9 @@ Result<ErrorSplit> split_error(int frame, const ImageF& gpu, const ImageD& refer
     split.converged_noise = converged.noise;
     split.convergence = converged.changes;
     split.mse.precision = mean_squared(gpu, reference);
-    split.mse.sampling = mean_squared(reference, c);
-    const ImageF rounded = image_cast<float>(reference);
+    split.mse.sampling = converged.sampled ? mean_squared(reference, c) : 0;
+    if (!converged.sampled)
+        split.notes.push_back("no pass of this chain samples: sampling error 0 by definition");
     const auto side = [&](const ImageF& test, const ImageF& against,
                           std::optional<double> ErrorParts::*part) {
         auto values = measure_part(test, against, exposures, flip);

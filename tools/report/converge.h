@@ -27,11 +27,14 @@ Chain converged_chain(const Chain& chain, std::vector<std::string>* changes);
 // A copy whose averaged rows are moved on by `offset` (round their range); same chain: none.
 Chain with_seed_offset(const Chain& chain, int offset);
 bool has_seeds(const Chain& chain);
+// Has some pass of it a row that converges? If none has, the filter is what it converges to.
+bool samples(const Chain& chain);
 
 struct Converged {
-    ImageF rgb;        // mean over the seeds, 3 channels
-    int seeds = 0;     // 1 where nothing is random
-    double noise = 0;  // MSE that is left in the mean: variance over seeds / seeds
+    ImageF rgb;           // mean over the seeds, 3 channels
+    bool sampled = true;  // false: no pass of the chain samples, C is R by definition
+    int seeds = 0;        // 1 where nothing is random
+    double noise = 0;     // MSE that is left in the mean: variance over seeds / seeds
     std::vector<std::string> changes;
 };
 // Errors: those of planning and of the executor.
@@ -39,6 +42,7 @@ Result<Converged> converge(const Chain& chain, const FrameDescription& frame,
                            const FramePlanes& planes, const PlanOptions& options,
                            Executor& executor, int seeds = kConvergedSeeds);
 
+// Where the chain does not sample the sampling error is 0 by definition, and C = R.
 // `gpu`, `reference` (>= 3 channels), `converged` and `truth` are of one size; no truth: no model
 // and no total. Errors (input): sizes that differ.
 Result<ErrorSplit> split_error(int frame, const ImageF& gpu, const ImageD& reference,

@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <thread>
 
 #include "tools/io/atomic_file.h"
 #include "tools/metrics/sharpness.h"
+#include "tools/report/steadiness.h"
+#include "tools/report/words.h"
 
 namespace postchain::report {
 namespace {
@@ -32,18 +33,6 @@ ImageF squared_map(const metrics::Pair& pair) {
 }
 
 }  // namespace
-
-void state_conditions(const ExperimentSettings& settings, Report& report) {
-    report.folder = settings.folder;
-    report.command = settings.command;
-    report.version = settings.run.version;
-    report.input = settings.input;
-    report.renderer = settings.renderer;
-    report.software = settings.software;
-    report.threads = settings.threads > 0 ? settings.threads
-                                          : std::max(1, int(std::thread::hardware_concurrency()));
-    report.precision = name_of(settings.run.plan.precision);
-}
 
 ProgressMeter::ProgressMeter(size_t total, size_t already_done, ProgressCallback callback)
     : callback_(std::move(callback)), before_(already_done), start_s_(now_s()) {
@@ -75,13 +64,18 @@ std::vector<MetricInfo> metric_columns(Kind kind, bool with_truth) {
     std::vector<MetricInfo> columns;
     for (const auto& row : metrics::metric_rows())
         columns.push_back({row.name, row.help, row.is_error ? Better::lower : Better::higher});
-    if (kind == Kind::ab) {
+    if (kind == Kind::ab || with_truth)
         columns.push_back({"tde", "mean of |(I_t - I_t-1) - (R_t - R_t-1)| from the frame before",
                            Better::lower});
-        columns.push_back({"flicker",
-                           "standard deviation over seeds of the first frame, mean over pixels",
-                           Better::lower});
-    }
+    const std::string where = concat(" (up to ", kSteadyFrames, " frames)");
+    columns.push_back({"flicker",
+                       concat("standard deviation over ", kFlickerSeeds,
+                              " seeds of one frame, mean over pixels", where),
+                       Better::lower});
+    columns.push_back({"grid",
+                       concat("mean of |F(shift(I)) - shift(F(I))| over up to ", kGridShifts,
+                              " shifts within a tile, noise included", where),
+                       Better::lower});
     if (!with_truth) return columns;
     columns.push_back({"edges_in_blurred",
                        "gradient energy where the truth is blurred, over the truth's",
@@ -108,6 +102,7 @@ Result<Measured> measure(const metrics::Pair& pair, const metrics::Picture* inpu
     measured.maps["hdr_flip"] = std::move(most->map);
     metrics::FlipResult ldr = metrics::flip(pair, flip);
     measured.values["flip"] = ldr.mean;
+    measured.maps["flip"] = std::move(ldr.map);
     if (input) {
         auto sharp = metrics::sharpness(pair, *input);
         if (!sharp.ok()) return sharp.status();
@@ -116,7 +111,6 @@ Result<Measured> measure(const metrics::Pair& pair, const metrics::Picture* inpu
             measured.values["sharpness_in_focus"] = *sharp->sharpness_in_focus;
     }
     if (!maps) return measured;
-    measured.maps["flip"] = std::move(ldr.map);
     measured.maps["relmse"] = metrics::relmse_map(pair);
     measured.maps["smape"] = metrics::smape_map(pair);
     measured.maps["mse"] = squared_map(pair);
@@ -192,7 +186,7 @@ std::vector<Crop> crops_of(std::vector<std::pair<WorstTile, std::string>> tiles,
         });
         if (known || crops.size() >= limit) continue;
         crops.push_back({tile.frame, tile.x, tile.y, tile.width, tile.height,
-                         concat(why, ": mean HDR-FLIP ", tile.value)});
+                         concat(why, ": mean HDR-FLIP ", figure(tile.value, 3))});
     }
     return crops;
 }

@@ -18,6 +18,8 @@ struct ExperimentSettings {
     offline::RunSettings run;  // input, frames, source, plan options, missing, version
     std::string input;         // as typed
     std::string truth;         // as typed; empty: none given
+    std::string truth_is;      // what the report calls it; empty: as typed
+    std::string no_truth;      // why there is none; empty: none was given
     std::string folder;        // of the report; made when it is not there
     bool overwrite = false;    // an existing report may be replaced
     std::vector<std::string> command;
@@ -28,9 +30,6 @@ struct ExperimentSettings {
     int page_frames = 8;  // largest number of frames whose pictures are kept
     metrics::FlipSettings flip;
 };
-
-// Where and how an experiment runs: folder, command, input, device, threads, precision.
-void state_conditions(const ExperimentSettings& settings, Report& report);
 
 struct ExperimentProgress {
     std::string what;  // "frame 12, motion_blur.samples=9: metrics"
@@ -56,18 +55,20 @@ class ProgressMeter {
     double start_s_ = 0;
 };
 
-// Columns of a report, in order. tde and flicker are ab's: tde needs the frame before, which bench
-// does not keep for every variant; edges and sharpness need a truth.
+// Columns of a report, in order. Edges and sharpness need a truth; so does tde in bench, whose
+// converged pictures are not of neighbouring frames.
 std::vector<MetricInfo> metric_columns(Kind kind, bool with_truth);
 
-// Values of one picture by name of metric_columns(), but for tde and flicker; and the maps that can
-// be averaged over tiles: flip, hdr_flip, relmse, smape, mse (means over RGB).
+// Values of one picture by name of metric_columns(), but for tde, flicker and grid; and its maps:
+// kStoredMaps, and those that can be averaged over tiles (relmse, smape, mse: means over RGB).
 struct Measured {
     std::map<std::string, double> values;
     std::map<std::string, ImageF> maps;
 };
+// Error maps that a report keeps; the page makes the others from the pixels.
+inline constexpr const char* kStoredMaps[] = {"hdr_flip", "flip"};
 // `input`: the unfiltered picture, for the regions of edges and sharpness; null: left out.
-// `maps`: also those besides hdr_flip's. Errors (input): sizes that differ.
+// `maps`: also those besides kStoredMaps. Errors (input): sizes that differ.
 Result<Measured> measure(const metrics::Pair& pair, const metrics::Picture* input,
                          const metrics::ExposureRange& exposures, const metrics::FlipSettings& flip,
                          bool maps);
@@ -104,8 +105,10 @@ struct WorstTile {
 };
 WorstTile worst_tile(const ImageF& map, int frame, int tile_px);
 inline constexpr int kCropPx = 96;
+inline constexpr size_t kCrops = 6;
 // The worst ones over all variants without overlap, at most `limit`.
-std::vector<Crop> crops_of(std::vector<std::pair<WorstTile, std::string>> tiles, size_t limit);
+std::vector<Crop> crops_of(std::vector<std::pair<WorstTile, std::string>> tiles,
+                           size_t limit = kCrops);
 
 // Chain file of the variant that --under METRIC=... has picked: "under_flip.yaml".
 std::string under_file(const std::string& metric);

@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 
 void replace(std::vector<StoredImage>& images, StoredImage entry) {
     const auto same = std::find_if(images.begin(), images.end(), [&](const StoredImage& image) {
-        return image.path == entry.path;
+        return image.path == entry.path && image.variant == entry.variant;
     });
     if (same != images.end())
         *same = std::move(entry);
@@ -66,9 +66,12 @@ bool take_stored_image(Report& report, StoredImage entry) {
     return true;
 }
 
-const StoredImage* Report::find(ImageKind of, int variant, int frame) const {
+const StoredImage* Report::find(ImageKind of, int variant, int frame,
+                                const std::string& map) const {
     for (const StoredImage& image : images)
-        if (image.kind == of && image.variant == variant && image.frame == frame) return &image;
+        if (image.kind == of && image.variant == variant && image.frame == frame &&
+            image.map == map)
+            return &image;
     return nullptr;
 }
 

@@ -14,7 +14,7 @@ inline constexpr const char* kImageFolder = "images";
 std::string image_path(const std::string& name, int frame);
 
 // Writes RGB (of 3 or more channels) or the one channel to report.folder and names it in
-// report.images; an entry of the same path is replaced. Errors (output).
+// report.images; an entry of the same path and variant is replaced. Errors (output).
 Status store_image(Report& report, StoredImage entry, const ImageF& pixels);
 
 // Names a picture that an earlier run has written; false when it is not there whole.

@@ -1,8 +1,6 @@
 #include "tools/report/limits.h"
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 
 #include "chain/parameter.h"
 
@@ -10,28 +8,22 @@ namespace postchain::report {
 
 Result<MetricLimit> parse_limit(const std::string& option, const std::string& text,
                                 const std::vector<MetricInfo>& columns) {
-    const size_t equals = text.find('=');
-    MetricLimit limit{text.substr(0, equals), 0};
-    const char* end = text.data() + text.size();
-    const char* begin = equals == std::string::npos ? end : text.data() + equals + 1;
-    const auto parsed = std::from_chars(begin, end, limit.value);
-    if (parsed.ec != std::errc() || parsed.ptr != end || !std::isfinite(limit.value))
-        return Status(StatusCode::usage,
-                      option + ": '" + text + "' is not METRIC=NUMBER, as in flip=0.05");
+    auto limit = metrics::parse_limit(option, text);
+    if (!limit.ok()) return limit.status();
     const auto column = std::find_if(columns.begin(), columns.end(), [&](const MetricInfo& info) {
-        return info.name == limit.metric;
+        return info.name == limit->metric;
     });
     if (column == columns.end()) {
         std::vector<std::string> names;
         for (const auto& info : columns) names.push_back(info.name);
-        const std::string near = nearest_word(limit.metric, names);
+        const std::string near = nearest_word(limit->metric, names);
         return Status(StatusCode::usage,
-                      option + ": no metric '" + limit.metric + "'" +
+                      option + ": no metric '" + limit->metric + "'" +
                           (near.empty() ? "" : "; did you mean '" + near + "'?"));
     }
     if (column->better != Better::lower)
         return Status(StatusCode::usage,
-                      option + ": " + limit.metric + " is no error; name one, as in flip=0.05");
+                      option + ": " + limit->metric + " is no error; name one, as in flip=0.05");
     return limit;
 }
 

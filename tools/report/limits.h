@@ -4,14 +4,12 @@
 #include <string>
 #include <vector>
 
+#include "tools/metrics/limit.h"
 #include "tools/report/report.h"
 
 namespace postchain::report {
 
-struct MetricLimit {
-    std::string metric;
-    double value = 0;
-};
+using metrics::MetricLimit;
 // "flip=0.05". Errors (usage): another form, an unknown metric (the nearest is named), a metric
 // of which more is better or 1 is best. `option` is named in the message.
 Result<MetricLimit> parse_limit(const std::string& option, const std::string& text,

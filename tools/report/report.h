@@ -132,15 +132,16 @@ struct Comparison {
 enum class ImageKind {
     input,  // what was filtered
     truth,
-    color,  // a variant's result
-    error,  // a variant's error map, one channel
+    color,      // a variant's result
+    error,      // a variant's error map, one channel
+    converged,  // without a truth: what a variant was measured against; variants may share it
 };
 const char* name_of(ImageKind kind);
 struct StoredImage {
     ImageKind kind = ImageKind::color;
     int variant = -1;  // index into Report::variants; -1 for input and truth
     int frame = 0;
-    std::string map;   // of ImageKind::error: "hdr_flip"; others follow from color and truth
+    std::string map;   // of ImageKind::error: one of kStoredMaps; others follow from the pixels
     std::string path;  // relative to Report::folder
     int width = 0, height = 0, channels = 0;  // linear RGB, or 1
 };
@@ -149,7 +150,7 @@ struct StoredImage {
 struct Crop {
     int frame = 0;
     int x = 0, y = 0, width = 0, height = 0;  // pixels, inside the picture
-    std::string why;                          // "largest HDR-FLIP of paper: 0.41"
+    std::string why;                          // "paper: mean HDR-FLIP 0.41"
 };
 
 struct Report {
@@ -193,7 +194,8 @@ struct Report {
     std::vector<std::string> notes;  // what was left out and what to mistrust
 
     // The stored image, or nullptr.
-    const StoredImage* find(ImageKind of, int variant, int frame) const;
+    const StoredImage* find(ImageKind of, int variant, int frame,
+                            const std::string& map = {}) const;
 };
 
 // RGB (or the one channel) of a stored image. Errors (input): the file is gone or damaged.

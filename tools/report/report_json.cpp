@@ -122,6 +122,8 @@ const char* name_of(ImageKind kind) {
             return "color";
         case ImageKind::error:
             return "error";
+        case ImageKind::converged:
+            return "converged";
     }
     return "unknown";
 }

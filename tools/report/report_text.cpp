@@ -1,18 +1,15 @@
 // report.csv and report.md: the twins of the page for papers and CI logs.
-#include <cmath>
-#include <cstdio>
-
 #include "tools/io/atomic_file.h"
+#include "tools/offline/runner.h"
+#include "tools/report/lists.h"
 #include "tools/report/report.h"
+#include "tools/report/words.h"
 
 namespace postchain::report {
 namespace {
 
-std::string number(const std::optional<double>& value, const char* format) {
-    if (!value) return "";
-    char text[40];
-    std::snprintf(text, sizeof(text), format, *value);
-    return text;
+std::string number(const std::optional<double>& value, int digits) {
+    return value ? figure(*value, digits) : "";
 }
 
 // RFC 4180.
@@ -35,8 +32,8 @@ std::string cell(const std::string& text) {
 
 std::string csv_times(const Variant& variant) {
     if (!variant.timing) return ",,,";
-    return "," + number(variant.timing->total.median_ms, "%.9g") + "," +
-           number(variant.timing->total.spread_ms, "%.9g") + "," +
+    return "," + number(variant.timing->total.median_ms, 9) + "," +
+           number(variant.timing->total.spread_ms, 9) + "," +
            (variant.timing->trustworthy ? "yes" : "no");
 }
 
@@ -46,7 +43,7 @@ std::string csv_split(const Variant& variant) {
     std::string text;
     for (const auto& value :
          {mse.precision, mse.sampling, mse.model, variant.split->cross, mse.total})
-        text += "," + number(value, "%.9g");
+        text += "," + number(value, 9);
     return text;
 }
 
@@ -63,10 +60,12 @@ class Markdown {
         for (const auto& line : report_.under) out_ += "- " + line + "\n";
         if (!report_.under.empty()) out_ += "\n";
         conditions();
+        curve();
         means();
         differences();
         times();
         splits();
+        left_out();
         frames();
         chains();
         for (size_t i = 0; i < report_.notes.size(); ++i)
@@ -96,12 +95,46 @@ class Markdown {
         row({"device",
              concat(report_.renderer, ", ", report_.threads, " threads, ", report_.precision)});
         row({"HDR-FLIP",
-             concat(report_.tone_mapper, ", EV ", report_.exposure_start, " .. ",
-                    report_.exposure_stop, ", ", report_.exposures.size(), " exposures, from ",
-                    report_.truth ? "the truth" : "the unfiltered input")});
+             concat(report_.tone_mapper, ", EV ", figure(report_.exposure_start), " .. ",
+                    figure(report_.exposure_stop), ", ", report_.exposures.size(),
+                    " exposures, from ", report_.truth ? "the truth" : "the unfiltered input")});
         row({"display transform", report_.display_transform});
         row({"postchain", report_.version});
         out_ += "\n";
+    }
+
+    // Error beside time, the cheapest first.
+    void curve() {
+        if (report_.pareto_metric.empty()) return;
+        out_ += "## Error against run time\n\n";
+        std::vector<std::string> cells = {"variant", "ms", report_.pareto_metric};
+        for (const char* more : {"mse", "psnr"})
+            if (more != report_.pareto_metric) cells.push_back(more);
+        cells.push_back("Pareto set");
+        header(cells);
+        for (const Variant* variant : by_time(report_)) {
+            std::vector<std::string> row_cells = {variant->name,
+                                                  number(variant->timing->total.median_ms, 4)};
+            for (size_t i = 2; i + 1 < cells.size(); ++i)
+                row_cells.push_back(mean(*variant, cells[i]));
+            row_cells.push_back(variant->pareto ? "yes" : "");
+            row(row_cells);
+        }
+        out_ += "\nIn the Pareto set: no other variant is both faster and nearer by " +
+                report_.pareto_metric + ".\n\n";
+    }
+
+    // Metrics that some variant has a value of.
+    std::vector<MetricInfo> measured() const {
+        std::vector<MetricInfo> metrics;
+        for (const MetricInfo& metric : report_.metrics)
+            for (const Variant& variant : report_.variants) {
+                const auto found = variant.metrics.find(metric.name);
+                if (found == variant.metrics.end() || !found->second.mean) continue;
+                metrics.push_back(metric);
+                break;
+            }
+        return metrics;
     }
 
     void means() {
@@ -113,17 +146,17 @@ class Markdown {
         for (const Variant& variant : report_.variants) cells.push_back(variant.name);
         if (report_.variants.size() > 4) {  // many variants: one row each
             cells = {"variant"};
-            for (const MetricInfo& metric : report_.metrics) cells.push_back(metric.name);
+            for (const MetricInfo& metric : measured()) cells.push_back(metric.name);
             header(cells);
             for (const Variant& variant : report_.variants) {
                 cells = {variant.name};
-                for (const MetricInfo& metric : report_.metrics)
+                for (const MetricInfo& metric : measured())
                     cells.push_back(mean(variant, metric.name));
                 row(cells);
             }
         } else {
             header(cells);
-            for (const MetricInfo& metric : report_.metrics) {
+            for (const MetricInfo& metric : measured()) {
                 cells = {metric.name, name_of(metric.better)};
                 for (const Variant& variant : report_.variants)
                     cells.push_back(mean(variant, metric.name));
@@ -138,7 +171,7 @@ class Markdown {
 
     static std::string mean(const Variant& variant, const std::string& metric) {
         const auto found = variant.metrics.find(metric);
-        return found == variant.metrics.end() ? "" : number(found->second.mean, "%.5g");
+        return found == variant.metrics.end() ? "" : number(found->second.mean, 5);
     }
 
     void differences() {
@@ -148,16 +181,15 @@ class Markdown {
         header({"metric", "n", "mean", "95 % t-interval over frames",
                 "95 % of tiles redrawn within frames", "finding"});
         const auto range = [](const std::optional<Interval>& interval) {
-            return interval
-                       ? number(interval->low, "%.4g") + " .. " + number(interval->high, "%.4g")
-                       : std::string();
+            return interval ? number(interval->low, 4) + " .. " + number(interval->high, 4)
+                            : std::string();
         };
         for (const auto& metric : comparison.metrics) {
             if (metric.n == 0) continue;
             std::string finding = name_of(metric.finding);
             for (char& c : finding) c = c == '_' ? ' ' : c;
             if (metric.finding == Finding::too_few_frames) finding += " to decide";
-            row({metric.metric, std::to_string(metric.n), number(metric.mean, "%.4g"),
+            row({metric.metric, std::to_string(metric.n), number(metric.mean, 4),
                  range(metric.t_interval), range(metric.bootstrap), finding});
         }
         out_ +=
@@ -178,10 +210,10 @@ class Markdown {
             std::string passes;
             for (const PassCost& cost : t.passes)
                 passes += (passes.empty() ? "" : ", ") + cost.pass + " " +
-                          (cost.left_out ? "left out" : number(cost.time.median_ms, "%.4g"));
-            row({variant.name + (variant.pareto ? " (Pareto)" : ""),
-                 number(t.total.median_ms, "%.4g"), number(t.total.spread_ms, "%.3g"),
-                 std::to_string(t.total.n), passes, t.trustworthy ? "yes" : "no: " + t.why_not});
+                          (cost.left_out ? "left out" : number(cost.time.median_ms, 4));
+            row({variant.name + (variant.pareto ? " (Pareto)" : ""), number(t.total.median_ms, 4),
+                 number(t.total.spread_ms, 3), std::to_string(t.total.n), passes,
+                 t.trustworthy ? "yes" : "no: " + t.why_not});
             source = t.source;
             frame = std::to_string(t.frame);
         }
@@ -201,27 +233,50 @@ class Markdown {
         for (const Variant& variant : report_.variants) {
             if (!variant.split) continue;
             const ErrorSplit& s = *variant.split;
-            row({variant.name, number(s.mse.precision, "%.4g"), number(s.mse.sampling, "%.4g"),
-                 number(s.mse.model, "%.4g"), number(s.cross, "%.4g"),
-                 number(s.mse.total, "%.4g")});
-            noise = number(s.converged_noise, "%.3g");
+            row({variant.name, number(s.mse.precision, 4), number(s.mse.sampling, 4),
+                 number(s.mse.model, 4), number(s.cross, 4), number(s.mse.total, 4)});
+            noise = number(s.converged_noise, 3);
         }
         out_ += "\nNoise left in the converged picture (MSE, last variant): " + noise + ".\n\n";
+    }
+
+    void left_out() {
+        out_ += "## Left out\n\n";
+        bool any = false;
+        for (const Variant& variant : report_.variants) {
+            for (const LeftOutLine& line : left_out_lines(variant)) {
+                if (!any)
+                    header({"variant", "what", "rule", "reason", "frames", "bytes", "dispatches",
+                            "taps"});
+                any = true;
+                std::string reason = line.reason;
+                if (line.reasons > 1)
+                    reason += concat(" (frame ", line.frames[0], "; ", line.reasons - 1,
+                                     " more like it)");
+                const bool known = line.bytes || line.dispatches || line.taps;
+                const auto saving = [&](uint64_t n) { return known ? std::to_string(n) : ""; };
+                row({variant.name, line.what, line.rule, reason, offline::frames_text(line.frames),
+                     saving(line.bytes), saving(uint64_t(line.dispatches)), saving(line.taps)});
+            }
+        }
+        out_ += any ? "\nSavings are sums over the frames named: bytes of textures, dispatches, "
+                      "texture fetches. None: found on the device alone, or nothing.\n\n"
+                    : "Nothing: every plan is whole.\n\n";
     }
 
     void frames() {
         out_ += "## Per frame\n\n";
         std::vector<std::string> cells = {"frame", "variant"};
-        for (const MetricInfo& metric : report_.metrics) cells.push_back(metric.name);
+        for (const MetricInfo& metric : measured()) cells.push_back(metric.name);
         header(cells);
         for (size_t i = 0; i < report_.frames.size(); ++i) {
             for (const Variant& variant : report_.variants) {
                 cells = {std::to_string(report_.frames[i]), variant.name};
-                for (const MetricInfo& metric : report_.metrics) {
+                for (const MetricInfo& metric : measured()) {
                     const auto found = variant.metrics.find(metric.name);
                     const bool has =
                         found != variant.metrics.end() && i < found->second.frames.size();
-                    cells.push_back(has ? number(found->second.frames[i], "%.5g") : "");
+                    cells.push_back(has ? number(found->second.frames[i], 5) : "");
                 }
                 row(cells);
             }
@@ -253,9 +308,8 @@ std::string report_as_csv(const Report& report) {
             out += field(variant.name) + "," + hex_of(variant.chain_hash) + "," + frame;
             for (const MetricInfo& metric : report.metrics) {
                 const auto found = variant.metrics.find(metric.name);
-                out += "," + (found == variant.metrics.end()
-                                  ? std::string()
-                                  : number(value_of(found->second), "%.9g"));
+                out += "," + (found == variant.metrics.end() ? std::string()
+                                                             : number(value_of(found->second), 9));
             }
             out += whole ? csv_times(variant) + csv_split(variant) + "," +
                                (variant.pareto ? "yes" : "no") + "," + field(variant.failure)

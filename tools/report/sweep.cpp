@@ -1,9 +1,9 @@
 // Sweeps: texts -> product of variants; and what is chosen among them in the end.
-#include <algorithm>
 #include <set>
 
 #include "tools/io/atomic_file.h"
 #include "tools/report/bench.h"
+#include "tools/report/words.h"
 
 namespace postchain::report {
 
@@ -125,14 +125,14 @@ Result<bool> choose_under(Report& report, const std::vector<MetricLimit>& limits
             all = false;
             report.under.push_back(nearest
                                        ? concat(wish, "no variant; the nearest is ", nearest->name,
-                                                " with ", *mean_of(*nearest, limit.metric))
+                                                " with ", figure(*mean_of(*nearest, limit.metric)))
                                        : wish + "no variant has a value");
             continue;
         }
         const std::string file = under_file(limit.metric);
-        report.under.push_back(
-            concat(wish, cheapest->name, " with ", *mean_of(*cheapest, limit.metric), " in ",
-                   cheapest->timing->total.median_ms, " ms; its chain is ", file));
+        report.under.push_back(concat(
+            wish, cheapest->name, " with ", figure(*mean_of(*cheapest, limit.metric)), " in ",
+            figure(cheapest->timing->total.median_ms, 3), " ms; its chain is ", file));
         auto written = io::atomic_write_text(report.folder + "/" + file, cheapest->chain_text);
         if (!written.ok()) return written.status();
     }

@@ -1,13 +1,12 @@
 #include "tools/report/truth.h"
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "config/text_tree.h"
 #include "tools/io/exr_writer.h"
+#include "tools/report/words.h"
 
 namespace postchain::report {
 namespace {
@@ -50,11 +49,11 @@ Result<Truth> Truth::open(const std::string& pattern, const std::vector<int>& fr
             missing.push_back(frame);
     }
     if (!missing.empty())
-        return Status(
-            StatusCode::input,
-            concat(spec->color().format(missing[0]), ": the truth lacks ", missing.size(), " of ",
-                   frames.size(), " frames of the input: ", offline::frames_text(missing),
-                   " (--frames takes those that have one)"));
+        return Status(StatusCode::input,
+                      concat(spec->color().format(missing[0]), ": the truth lacks ", missing.size(),
+                             " of the ", counted(frames.size(), "frame"),
+                             " of the input: ", offline::frames_text(missing),
+                             " (--frames takes those that have one)"));
     return truth;
 }
 
@@ -96,10 +95,10 @@ Status Truth::survey(const offline::RunSettings& input, metrics::ToneMapper mapp
                 concat(path, ": the truth is ", size_text(source->input.data_window), ", but ",
                        filtered->files.color_file().path(), " is ", size_text(of_input)));
         if (const auto bad = source->description.facts.nonfinite_color)
-            return Status(
-                StatusCode::input,
-                concat(path, ": the truth has ", bad, " pixels with NaN or Inf, the first at ",
-                       source->first_nonfinite_text(), "; nothing can be measured"));
+            return Status(StatusCode::input,
+                          concat(path, ": the truth has ", counted(bad, "pixel"),
+                                 " with NaN or Inf, the first at ", source->first_nonfinite_text(),
+                                 "; nothing can be measured"));
         auto picture = metrics::picture_of(source->planes.at(Role::color));
         if (!picture.ok()) return picture.status().at(path);
         if (black(*picture))
@@ -116,8 +115,8 @@ Result<InputSurvey> survey_input(const offline::RunSettings& input, metrics::Ton
     if (!list->missing.empty())
         return Status(StatusCode::input,
                       concat(input.input.color().format(list->missing[0]), ": ",
-                             list->missing.size(), " of the requested frames are not on disk: ",
-                             offline::frames_text(list->missing)));
+                             counted(list->missing.size(), "requested frame"),
+                             " not on disk: ", offline::frames_text(list->missing)));
     InputSurvey survey;
     survey.frames = list->frames;
     io::Window first;

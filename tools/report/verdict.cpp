@@ -4,22 +4,21 @@
 
 #include "tools/report/ab.h"
 #include "tools/report/statistics.h"
+#include "tools/report/words.h"
 
 namespace postchain::report {
 namespace {
 
-std::string number(double v) {
-    char text[32];
-    std::snprintf(text, sizeof(text), "%.4g", v);
-    return text;
-}
-
 std::string range(const Interval& interval) {
-    return number(interval.low) + " .. " + number(interval.high);
+    return figure(interval.low) + " .. " + figure(interval.high);
 }
 
 bool holds_zero(const Interval& interval) {
     return interval.low <= 0 && interval.high >= 0;
+}
+
+std::string all_of(int frames) {
+    return frames == 1 ? "the one frame" : concat("all ", frames, " frames");
 }
 
 // Is B the better one when B - A (or its distance from 1) is `difference`?
@@ -107,14 +106,14 @@ class Judge {
 
     std::string words(const MetricInfo& column, const MetricComparison& result, bool equal) const {
         if (result.n == 0) return "no frame has a value for both";
-        if (equal) return concat("equal in all ", result.n, " frames");
+        if (equal) return "equal in " + all_of(result.n);
         std::string text;
         if (result.finding == Finding::too_few_frames)
             text = concat("too few frames to decide (n = ", result.n, "): in these ");
         else if (result.finding == Finding::no_measurable_difference)
             text = concat("no measurable difference (n = ", result.n, "): ");
         text += concat(b(), " is ", direction(column.better, *result.mean),
-                       number(std::abs(*result.mean)), " on average");
+                       figure(std::abs(*result.mean)), " on average");
         if (result.t_interval) text += ", 95 % t-interval " + range(*result.t_interval);
         if (result.finding == Finding::a_better || result.finding == Finding::b_better)
             text += concat(" (n = ", result.n, ")");
@@ -128,8 +127,8 @@ class Judge {
         const auto claim = [&](const char* metric, const char* what) {
             const auto x = mean(0, metric), y = mean(1, metric);
             if (!x || !y) return;
-            text += concat(text.empty() ? "" : " ", what, ": ", a(), " ", number(*x), ", ", b(),
-                           " ", number(*y), " (1 = the truth's).");
+            text += concat(text.empty() ? "" : " ", what, ": ", a(), " ", figure(*x), ", ", b(),
+                           " ", figure(*y), " (1 = the truth's).");
         };
         claim("edges_in_blurred", "Edges in blurred regions");
         claim("sharpness_in_focus", "Sharpness in focus");
@@ -163,15 +162,15 @@ class Judge {
             for (const auto& difference : metric.differences)
                 equal &= !difference || *difference == 0;
         if (equal)
-            return concat("No measurable difference: every metric is equal in all ", main->n,
-                          " frames.") +
+            return concat("No measurable difference: every metric is equal in ", all_of(main->n),
+                          ".") +
                    failures();
         std::string text;
         if (main->n < kFewFrames) {
             text = concat("Too few frames to decide (n = ", main->n, "; from ", kFewFrames,
                           " on an interval over frames is given weight). HDR-FLIP in these: ", a(),
-                          " ", number(*mean(0, "hdr_flip")), ", ", b(), " ",
-                          number(*mean(1, "hdr_flip")), ".");
+                          " ", figure(*mean(0, "hdr_flip")), ", ", b(), " ",
+                          figure(*mean(1, "hdr_flip")), ".");
             if (main->bootstrap)
                 text += holds_zero(*main->bootstrap)
                             ? " Even within these frames redrawing the tiles leaves the sign of "
@@ -193,8 +192,8 @@ class Judge {
                     (text.empty() ? "" : " ") + b() + " is nearer to the truth by " + for_b + ".";
             if (!open.empty() && !(for_a.empty() && for_b.empty()))
                 text += " No measurable difference: " + open + ".";
-            text += concat(" HDR-FLIP: ", a(), " ", number(*mean(0, "hdr_flip")), ", ", b(), " ",
-                           number(*mean(1, "hdr_flip")), ", B - A ", range(*main->t_interval), ".");
+            text += concat(" HDR-FLIP: ", a(), " ", figure(*mean(0, "hdr_flip")), ", ", b(), " ",
+                           figure(*mean(1, "hdr_flip")), ", B - A ", range(*main->t_interval), ".");
             text += concat(" Intervals are 95 %, paired over ", main->n,
                            " frames, one metric at a time.");
         }
@@ -209,8 +208,8 @@ class Judge {
         if (error && *error == 0)
             text += a() + " and " + b() + " give equal pictures.";
         else
-            text += concat("Between ", a(), " and ", b(), " HDR-FLIP is ", number(*flip),
-                           " on average over ", report_.frames.size(), " frames.");
+            text += concat("Between ", a(), " and ", b(), " HDR-FLIP is ", figure(*flip),
+                           " on average over ", counted(report_.frames.size(), "frame"), ".");
         return text + failures();
     }
 

@@ -1,0 +1,42 @@
+#include "tools/report/lists.h"
+
+#include <algorithm>
+#include <set>
+
+namespace postchain::report {
+
+std::vector<const Variant*> by_time(const Report& report) {
+    std::vector<const Variant*> timed;
+    for (const Variant& variant : report.variants)
+        if (variant.timing) timed.push_back(&variant);
+    std::stable_sort(timed.begin(), timed.end(), [](const Variant* a, const Variant* b) {
+        return a->timing->total.median_ms < b->timing->total.median_ms;
+    });
+    return timed;
+}
+
+std::vector<LeftOutLine> left_out_lines(const Variant& variant) {
+    std::vector<LeftOutLine> lines;
+    std::vector<std::set<std::string>> reasons;
+    for (const auto& [frame, left] : variant.left_out) {
+        const auto same =
+            std::find_if(lines.begin(), lines.end(), [&, &l = left](const auto& line) {
+                return line.what == l.what && line.rule == l.rule;
+            });
+        const auto at = size_t(same - lines.begin());
+        if (same == lines.end()) {
+            lines.push_back({left.what, left.rule, left.reason, 0, {}, 0, 0, 0});
+            reasons.emplace_back();
+        }
+        LeftOutLine& line = lines[at];
+        if (line.frames.empty() || line.frames.back() != frame) line.frames.push_back(frame);
+        reasons[at].insert(left.reason);
+        line.reasons = int(reasons[at].size());
+        line.bytes += left.bytes;
+        line.taps += left.taps;
+        line.dispatches += left.dispatches;
+    }
+    return lines;
+}
+
+}  // namespace postchain::report

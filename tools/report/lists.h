@@ -1,0 +1,26 @@
+// The lists that tables print: variants by time, and what was left out.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/report/report.h"
+
+namespace postchain::report {
+
+// Those that have a time, the quickest first.
+std::vector<const Variant*> by_time(const Report& report);
+
+// What the plans of a variant left out over a sequence, one line for each thing and rule.
+struct LeftOutLine {
+    std::string what, rule;
+    std::string reason;  // of the first frame
+    int reasons = 0;     // different ones over the frames: figures in them change
+    std::vector<int> frames;
+    uint64_t bytes = 0, taps = 0;  // sums over the frames
+    int dispatches = 0;
+};
+// In the order of first appearance.
+std::vector<LeftOutLine> left_out_lines(const Variant& variant);
+
+}  // namespace postchain::report

@@ -1,71 +1,13 @@
 // What every pass must do, whatever it is. Runs for each pass of the registry and names none.
-#include <epoxy/gl.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
-
-#include "tests/support/gpu.h"
-#include "tests/support/images.h"
+#include "tests/conformance/conformance.h"
 
 namespace postchain {
-
-// What googletest prints of a parameter.
-void PrintTo(const PassType& type, std::ostream* out) {
-    *out << type.name;
-}
-
 namespace {
 
 using test::TestFrame;
 
 constexpr std::array<std::array<int, 2>, 6> kSizes = {
     {{1, 1}, {1, 9}, {13, 1}, {37, 23}, {64, 40}, {41, 81}}};
-
-class Conformance : public ::testing::TestWithParam<PassType> {
-  protected:
-    Chain chain() const { return test::chain_of(GetParam().name); }
-};
-
-TestFrame moving_frame(int width, int height) {
-    TestFrame frame = test::layered_frame(width, height, {23.0f, -11.0f}, {-3.0f, 5.0f}, 5);
-    frame.description.camera.f_stop = 0.2;  // blurs the square also in so small a picture
-    return frame;
-}
-
-PlanOptions everything() {
-    PlanOptions options;
-    options.elide = false;
-    return options;
-}
-
-// Values at the ends of a row's domain, and every one of a choice.
-std::vector<ParameterValue> ends_of(const Parameter& row) {
-    std::vector<ParameterValue> values = {row.default_value};
-    if (row.type == ParameterType::boolean) return {true, false};
-    if (row.type == ParameterType::choice) {
-        values.clear();
-        for (const auto& word : row.choices) values.push_back(word);
-        return values;
-    }
-    if (!row.allowed.empty()) return {row.allowed.front(), row.allowed.back()};
-    const double low = std::isfinite(row.min) ? row.min : -1e6;
-    const double high = std::isfinite(row.max) ? row.max : 1e6;
-    if (row.type == ParameterType::integer) {
-        // Thousands of taps or pixels prove no more than hundreds and take minutes.
-        values.push_back(int64_t(low));
-        values.push_back(int64_t(std::min(high, row.odd ? 255.0 : 256.0)));
-    } else {
-        values.push_back(row.min_excluded ? low + 1e-6 : low);
-        values.push_back(high);
-    }
-    return values;
-}
-
-bool all_finite(const ImageF& image) {
-    for (float value : image.data)
-        if (!std::isfinite(value)) return false;
-    return true;
-}
 
 TEST_P(Conformance, ConstantColorComesBackBitForBitAtEverySize) {
     for (const auto& [width, height] : kSizes) {
@@ -128,6 +70,52 @@ TEST_P(Conformance, EveryParameterAtItsEndsGivesFiniteConstantsOrAClearError) {
             out = test::executor().filter(*plan, constant);
             ASSERT_TRUE(out.ok()) << what;
             EXPECT_TRUE(test::equal_bits(out->at(Role::color), constant.at(Role::color))) << what;
+        }
+    }
+}
+
+TEST_P(Conformance, EveryParameterAtItsEndsAgreesWithItsReference) {
+    const TestFrame frame = moving_frame(37, 23);
+    int compared = 0;
+    for (const auto& row : GetParam().parameters->rows()) {
+        for (const auto& value : ends_of(row)) {
+            Chain one = chain();
+            ASSERT_TRUE(
+                GetParam().parameters->set(one.links[0].pass->parameters(), row.key, value).ok());
+            if (!make_plan(one, frame.description, everything()).ok()) continue;
+            const auto out = test::filter(one, frame.description, frame.planes, everything());
+            const auto expected =
+                test::reference(one, frame.description, frame.planes, everything());
+            // A lens of 1e8 px multiplies the rounding of 1/focus - 1/depth by that.
+            const auto difference =
+                test::compare(out.at(Role::color), expected.planes.at(Role::color), 2e-3);
+            // A tap that rounds the other way: 2 % are 17 pixels.
+            EXPECT_LE(difference.fraction, 0.02)
+                << row.key << "=" << text_of(value) << ": " << difference.text;
+            ++compared;
+        }
+    }
+    EXPECT_GT(compared, int(GetParam().parameters->rows().size()));
+}
+
+// Whenever a pass says that it returns its color bit for bit, whatever its parameters.
+TEST_P(Conformance, EveryParameterAtItsEndsIsTheIdentityWhereItSaysSo) {
+    TestFrame still = test::layered_frame(37, 23, {0, 0}, {0, 0}, 9);
+    for (const TestFrame& frame : {moving_frame(37, 23), still, moving_frame(1, 1)}) {
+        for (const auto& row : GetParam().parameters->rows()) {
+            for (const auto& value : ends_of(row)) {
+                const std::string what = row.key + "=" + text_of(value);
+                Chain one = chain();
+                ASSERT_TRUE(GetParam()
+                                .parameters->set(one.links[0].pass->parameters(), row.key, value)
+                                .ok());
+                const auto lean = make_plan(one, frame.description);
+                if (!lean.ok() || !lean->passes[0].left_out) continue;
+                EXPECT_TRUE(lean->steps.empty()) << what;
+                const auto out = test::filter(one, frame.description, frame.planes, everything());
+                EXPECT_TRUE(test::equal_bits(out.at(Role::color), frame.planes.at(Role::color)))
+                    << what;
+            }
         }
     }
 }
@@ -199,7 +187,7 @@ TEST_P(Conformance, DescribesItself) {
     }
 }
 
-TEST_P(Conformance, StagesOfTheReferenceAreTexturesOfThePlan) {
+TEST_P(Conformance, StagesOfTheReferenceAreTexturesOfThePlanAndAgree) {
     const TestFrame frame = moving_frame(64, 40);
     const auto gpu =
         test::filter_with_stages(chain(), frame.description, frame.planes, everything());
@@ -213,11 +201,12 @@ TEST_P(Conformance, StagesOfTheReferenceAreTexturesOfThePlan) {
         }
         EXPECT_EQ(found->second.width, stage.width) << name;
         EXPECT_EQ(found->second.height, stage.height) << name;
+        const auto difference = test::compare(found->second, stage, 1e-3);
+        EXPECT_LE(difference.fraction, 0.01) << name << ": " << difference.text;
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Every, Conformance, ::testing::ValuesIn(builtin_passes().types()),
-                         [](const auto& one) { return one.param.name; });
+FOR_EVERY_PASS(Conformance);
 
 }  // namespace
 }  // namespace postchain

@@ -1,0 +1,71 @@
+// What every test of the conformance suite needs: the pass under test, frames, values of
+// parameters. Whoever derives from Conformance runs for each pass of the registry and names none.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/support/gpu.h"
+#include "tests/support/images.h"
+
+namespace postchain {
+
+// What googletest prints of a parameter.
+inline void PrintTo(const PassType& type, std::ostream* out) {
+    *out << type.name;
+}
+
+class Conformance : public ::testing::TestWithParam<PassType> {
+  protected:
+    Chain chain() const { return test::chain_of(GetParam().name); }
+
+    // Two layers that both move; the near one is far out of focus.
+    static test::TestFrame moving_frame(int width, int height) {
+        test::TestFrame frame =
+            test::layered_frame(width, height, {23.0f, -11.0f}, {-3.0f, 5.0f}, 5);
+        frame.description.camera.f_stop = 0.2;  // blurs the square also in so small a picture
+        return frame;
+    }
+
+    static PlanOptions everything() {
+        PlanOptions options;
+        options.elide = false;
+        return options;
+    }
+
+    // Values at the ends of a row's domain, and every one of a choice.
+    static std::vector<ParameterValue> ends_of(const Parameter& row) {
+        std::vector<ParameterValue> values = {row.default_value};
+        if (row.type == ParameterType::boolean) return {true, false};
+        if (row.type == ParameterType::choice) {
+            values.clear();
+            for (const auto& word : row.choices) values.push_back(word);
+            return values;
+        }
+        if (!row.allowed.empty()) return {row.allowed.front(), row.allowed.back()};
+        const double low = std::isfinite(row.min) ? row.min : -1e6;
+        const double high = std::isfinite(row.max) ? row.max : 1e6;
+        if (row.type == ParameterType::integer) {
+            // Thousands of taps or pixels prove no more than hundreds and take minutes.
+            values.push_back(int64_t(low));
+            values.push_back(int64_t(std::min(high, row.odd ? 255.0 : 256.0)));
+        } else {
+            values.push_back(row.min_excluded ? low + 1e-6 : low);
+            values.push_back(high);
+        }
+        return values;
+    }
+
+    static bool all_finite(const ImageF& image) {
+        for (float value : image.data)
+            if (!std::isfinite(value)) return false;
+        return true;
+    }
+};
+
+}  // namespace postchain
+
+#define FOR_EVERY_PASS(fixture)                                                             \
+    INSTANTIATE_TEST_SUITE_P(Every, fixture, ::testing::ValuesIn(builtin_passes().types()), \
+                             [](const auto& one) { return one.param.name; })

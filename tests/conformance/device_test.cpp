@@ -1,0 +1,371 @@
+// What every pass must do on the device: keep damage within its reach, leave nothing behind, leave
+// the host's state alone, and take any storage its plan states.
+#include <epoxy/gl.h>
+
+#include <climits>
+#include <cstring>
+#include <set>
+
+#include "chain/gl/texture_pool.h"
+#include "tests/conformance/conformance.h"
+
+namespace postchain {
+namespace {
+
+using test::TestFrame;
+
+constexpr float kInf = std::numeric_limits<float>::infinity();
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+
+class OnDevice : public Conformance {};
+
+// Pixels, both ends included.
+struct Box {
+    int x0 = INT_MAX, y0 = INT_MAX, x1 = -1, y1 = -1;
+    void add(int x, int y) {
+        x0 = std::min(x0, x), x1 = std::max(x1, x);
+        y0 = std::min(y0, y), y1 = std::max(y1, y);
+    }
+    void add(const Box& o) {
+        if (o.x1 < 0) return;
+        add(o.x0, o.y0);
+        add(o.x1, o.y1);
+    }
+    bool contains(const Box& o) const {
+        return o.x1 < 0 || (o.x0 >= x0 && o.y0 >= y0 && o.x1 <= x1 && o.y1 <= y1);
+    }
+    std::string text() const { return concat(x0, ",", y0, " to ", x1, ",", y1); }
+};
+
+Box changed(const ImageF& a, const ImageF& b) {
+    Box box;
+    for (int y = 0; y < a.height; ++y)
+        for (int x = 0; x < a.width; ++x)
+            if (std::memcmp(a.pixel(x, y), b.pixel(x, y), sizeof(float) * size_t(a.channels)) != 0)
+                box.add(x, y);
+    return box;
+}
+
+ImageF run(const Plan& plan, const FramePlanes& planes) {
+    auto out = test::executor().filter(plan, planes);
+    EXPECT_TRUE(out.ok()) << out.status().message();
+    return out.ok() ? out->at(Role::color) : ImageF();
+}
+
+// Conversion replaces what is not finite, but an engine may hand in anything. The reach of a pass
+// is what any finite change of one pixel changes; a pixel that is not finite changes no more.
+TEST_P(OnDevice, NonFinitePixelsDoNoHarmBeyondThePassesReach) {
+    const int width = 331, height = 257;  // more than what motion blur reaches from the middle
+    const TestFrame frame = moving_frame(width, height);
+    const auto plan = make_plan(chain(), frame.description, everything());
+    ASSERT_TRUE(plan.ok());
+    const ImageF clean = run(*plan, frame.planes);
+    for (const PlanTexture& texture : plan->textures) {
+        if (!texture.imported || texture.first_step < 0) continue;
+        const Role role = texture.role;
+        const ImageF& plane = frame.planes.at(role);
+        const auto with = [&](int x, int y, float value) {
+            FramePlanes planes = frame.planes;
+            for (int c = 0; c < plane.channels; ++c) planes[role].at(x, y, c) = value;
+            return run(*plan, planes);
+        };
+        // In the near layer, on its border, in the far one.
+        for (const auto& [x, y] : {std::array{width / 2, height / 2},
+                                   std::array{width / 4, height / 2}, std::array{2, 3}}) {
+            const std::string where = concat(name_of(role), " at ", x, ",", y);
+            Box reach;
+            for (const float value : {0.0f, 1.0f, 97.0f, -97.0f, 60000.0f})
+                reach.add(changed(with(x, y, value), clean));
+            EXPECT_LT(size_t(reach.x1 - reach.x0) * size_t(reach.y1 - reach.y0),
+                      size_t(width) * size_t(height))
+                << where << ": the bound says nothing";
+            for (const float value : {kNaN, kInf, -kInf}) {
+                const Box box = changed(with(x, y, value), clean);
+                EXPECT_TRUE(reach.contains(box))
+                    << where << ", " << value << ": " << box.text() << " beyond " << reach.text();
+            }
+        }
+    }
+}
+
+// Textures come from a pool, with whatever they held.
+TEST_P(OnDevice, NothingOfTheLastFrameIsLeft) {
+    // Still but for a corner; blurred and sharp.
+    TestFrame frame = test::layered_frame(231, 145, {0, 0}, {0, 0}, 5);
+    for (int y = 0; y < 20; ++y)
+        for (int x = 0; x < 20; ++x) frame.planes[Role::motion].at(x, y) = 23;
+    frame.description = test::describe(frame.planes);
+    frame.description.camera.f_stop = 0.2;
+    const auto plan = make_plan(chain(), frame.description, everything());
+    ASSERT_TRUE(plan.ok());
+    const ImageF before = run(*plan, frame.planes);
+    for (const float value : {kNaN, kInf, 1e30f}) {
+        FramePlanes bad = frame.planes;
+        for (auto& [role, plane] : bad) std::fill(plane.data.begin(), plane.data.end(), value);
+        run(*plan, bad);
+        EXPECT_TRUE(test::equal_bits(run(*plan, frame.planes), before)) << value;
+    }
+}
+
+// A plan is data: the format it states is the one that is allocated and bound.
+TEST_P(OnDevice, EveryTextureIsStoredAsThePlanSays) {
+    const TestFrame frame = moving_frame(64, 40);
+    const auto full = make_plan(chain(), frame.description, everything());
+    ASSERT_TRUE(full.ok());
+    const auto is_half = [](float value) {
+        // 2^-24 is the least half; above 2^-14 there are 11 significant bits.
+        const float step =
+            std::exp2(float(std::max(std::ilogb(std::max(std::abs(value), 1e-30f)), -14) - 10));
+        return std::abs(value) <= 65504 && value / step == std::nearbyint(value / step);
+    };
+    // The share of a texture's values that are halves. Sampled: most pictures hold some.
+    const auto halves = [&](const Plan& plan, const std::string& name) {
+        double share = -1;
+        const auto out = test::executor().filter(
+            plan, frame.planes, [&](const Step&, const PlanTexture& texture, const ImageF& pixels) {
+                if (texture.name != name) return Status();
+                const auto count = std::count_if(pixels.data.begin(), pixels.data.end(), is_half);
+                share = double(count) / double(pixels.data.size());
+                return Status();
+            });
+        EXPECT_TRUE(out.ok()) << out.status().message();
+        EXPECT_TRUE(all_finite(out->at(Role::color))) << name;
+        return share;
+    };
+    double least = 1;
+    for (size_t i = 0; i < full->textures.size(); ++i) {
+        const PlanTexture& texture = full->textures[i];
+        Plan half = *full;
+        if (texture.imported || texture.first_step < 0) continue;
+        if (texture.format == Format::rgba32f)
+            half.textures[i].format = Format::rgba16f;
+        else if (texture.format == Format::rg32f)
+            half.textures[i].format = Format::rg16f;
+        else if (texture.format == Format::r32f)
+            half.textures[i].format = Format::r16f;
+        else
+            continue;
+        EXPECT_EQ(halves(half, texture.name), 1) << texture.name;
+        least = std::min(least, halves(*full, texture.name));
+    }
+    EXPECT_LT(least, 0.5) << "everything is a half anyway";
+}
+
+// Everything a host may have set, by name.
+using GlState = std::map<std::string, std::vector<GLint>>;
+
+// What run() must leave as it is, also while no guard restores it.
+GlState host_state() {
+    GlState state;
+    const auto get = [&](const char* name, GLenum what, int count = 1) {
+        std::vector<GLint> values(size_t(count), 0);
+        glGetIntegerv(what, values.data());
+        state[name] = values;
+    };
+    const auto enabled = [&](const char* name, GLenum what) { state[name] = {glIsEnabled(what)}; };
+    get("draw framebuffer", GL_DRAW_FRAMEBUFFER_BINDING);
+    get("read framebuffer", GL_READ_FRAMEBUFFER_BINDING);
+    get("renderbuffer", GL_RENDERBUFFER_BINDING);
+    get("vertex array", GL_VERTEX_ARRAY_BINDING);
+    get("array buffer", GL_ARRAY_BUFFER_BINDING);
+    get("pixel unpack buffer", GL_PIXEL_UNPACK_BUFFER_BINDING);
+    get("pixel pack buffer", GL_PIXEL_PACK_BUFFER_BINDING);
+    get("copy read buffer", GL_COPY_READ_BUFFER_BINDING);
+    get("copy write buffer", GL_COPY_WRITE_BUFFER_BINDING);
+    get("active texture", GL_ACTIVE_TEXTURE);
+    get("viewport", GL_VIEWPORT, 4);
+    get("scissor box", GL_SCISSOR_BOX, 4);
+    get("blend source", GL_BLEND_SRC_RGB);
+    get("blend target", GL_BLEND_DST_ALPHA);
+    get("blend equation", GL_BLEND_EQUATION_RGB);
+    get("color mask", GL_COLOR_WRITEMASK, 4);
+    get("depth mask", GL_DEPTH_WRITEMASK);
+    get("depth function", GL_DEPTH_FUNC);
+    get("cull face", GL_CULL_FACE_MODE);
+    get("clip origin", GL_CLIP_ORIGIN);
+    get("clip depth", GL_CLIP_DEPTH_MODE);
+    enabled("blend", GL_BLEND);
+    enabled("depth test", GL_DEPTH_TEST);
+    enabled("stencil test", GL_STENCIL_TEST);
+    enabled("scissor test", GL_SCISSOR_TEST);
+    enabled("culling", GL_CULL_FACE);
+    enabled("sRGB framebuffer", GL_FRAMEBUFFER_SRGB);
+    const std::pair<const char*, GLenum> stores[] = {
+        {"unpack alignment", GL_UNPACK_ALIGNMENT},   {"unpack row length", GL_UNPACK_ROW_LENGTH},
+        {"unpack skip rows", GL_UNPACK_SKIP_ROWS},   {"unpack skip pixels", GL_UNPACK_SKIP_PIXELS},
+        {"unpack swap bytes", GL_UNPACK_SWAP_BYTES}, {"pack alignment", GL_PACK_ALIGNMENT},
+        {"pack row length", GL_PACK_ROW_LENGTH},     {"pack skip rows", GL_PACK_SKIP_ROWS},
+        {"pack skip pixels", GL_PACK_SKIP_PIXELS},   {"pack swap bytes", GL_PACK_SWAP_BYTES}};
+    for (const auto& [name, what] : stores) get(name, what);
+    return state;
+}
+
+// What run() may bind and leave bound (the guest library will restore these): the program, texture
+// and image units and samplers of the steps, the uniform buffer at 0, storage buffers of work lists
+// with the buffer of indirect dispatch.
+GlState bound_state() {
+    GlState state;
+    GLint value = 0;
+    const auto get = [&](const std::string& name, GLenum what) {
+        glGetIntegerv(what, &value);
+        state[name] = {value};
+    };
+    const auto indexed = [&](const std::string& name, GLenum what, GLuint index) {
+        glGetIntegeri_v(what, index, &value);
+        state[concat(name, " ", index)] = {value};
+    };
+    get("program", GL_CURRENT_PROGRAM);
+    get("uniform buffer", GL_UNIFORM_BUFFER_BINDING);
+    get("storage buffer", GL_SHADER_STORAGE_BUFFER_BINDING);
+    get("indirect buffer", GL_DISPATCH_INDIRECT_BUFFER_BINDING);
+    for (GLuint i = 0; i < 8; ++i) {
+        indexed("image", GL_IMAGE_BINDING_NAME, i);
+        indexed("uniform buffer", GL_UNIFORM_BUFFER_BINDING, i);
+        indexed("storage buffer", GL_SHADER_STORAGE_BUFFER_BINDING, i);
+        indexed("texture", GL_TEXTURE_BINDING_2D, i);
+        indexed("sampler", GL_SAMPLER_BINDING, i);
+    }
+    return state;
+}
+
+// Something other than what GL begins with, everywhere in host_state().
+struct Host {
+    GLuint framebuffer = 0, renderbuffer = 0, array = 0, buffer = 0;
+    Host() {
+        glGenFramebuffers(1, &framebuffer);
+        glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+        glGenRenderbuffers(1, &renderbuffer);
+        glBindRenderbuffer(GL_RENDERBUFFER, renderbuffer);
+        glGenVertexArrays(1, &array);
+        glBindVertexArray(array);
+        glGenBuffers(1, &buffer);
+        for (const GLenum target : {GL_ARRAY_BUFFER, GL_PIXEL_UNPACK_BUFFER, GL_PIXEL_PACK_BUFFER,
+                                    GL_COPY_READ_BUFFER, GL_COPY_WRITE_BUFFER})
+            glBindBuffer(target, buffer);
+        glActiveTexture(GL_TEXTURE5);
+        glViewport(3, 5, 7, 11);
+        glScissor(1, 2, 3, 4);
+        glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+        glBlendEquation(GL_FUNC_REVERSE_SUBTRACT);
+        glColorMask(GL_TRUE, GL_FALSE, GL_TRUE, GL_FALSE);
+        glDepthMask(GL_FALSE);
+        glDepthFunc(GL_GEQUAL);
+        glCullFace(GL_FRONT);
+        glClipControl(GL_UPPER_LEFT, GL_ZERO_TO_ONE);
+        for (const GLenum what : capabilities) glEnable(what);
+        set_stores(1, 17, 2, 3, 1);
+    }
+    ~Host() {
+        glBindFramebuffer(GL_FRAMEBUFFER, 0);
+        glDeleteFramebuffers(1, &framebuffer);
+        glDeleteRenderbuffers(1, &renderbuffer);
+        glBindVertexArray(0);
+        glDeleteVertexArrays(1, &array);
+        glDeleteBuffers(1, &buffer);  // and unbinds it
+        glActiveTexture(GL_TEXTURE0);
+        glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+        glDepthMask(GL_TRUE);
+        glClipControl(GL_LOWER_LEFT, GL_NEGATIVE_ONE_TO_ONE);
+        for (const GLenum what : capabilities) glDisable(what);
+        set_stores(4, 0, 0, 0, 0);
+    }
+    static constexpr GLenum capabilities[] = {GL_BLEND,        GL_DEPTH_TEST, GL_STENCIL_TEST,
+                                              GL_SCISSOR_TEST, GL_CULL_FACE,  GL_FRAMEBUFFER_SRGB};
+    static void set_stores(int alignment, int row, int rows, int pixels, int swap) {
+        glPixelStorei(GL_UNPACK_ALIGNMENT, alignment);
+        glPixelStorei(GL_PACK_ALIGNMENT, alignment);
+        glPixelStorei(GL_UNPACK_ROW_LENGTH, row);
+        glPixelStorei(GL_PACK_ROW_LENGTH, row);
+        glPixelStorei(GL_UNPACK_SKIP_ROWS, rows);
+        glPixelStorei(GL_PACK_SKIP_ROWS, rows);
+        glPixelStorei(GL_UNPACK_SKIP_PIXELS, pixels);
+        glPixelStorei(GL_PACK_SKIP_PIXELS, pixels);
+        glPixelStorei(GL_UNPACK_SWAP_BYTES, swap);
+        glPixelStorei(GL_PACK_SWAP_BYTES, swap);
+    }
+};
+
+std::set<std::string> names_that_differ(const GlState& a, const GlState& b) {
+    std::set<std::string> names;
+    for (const auto& [name, values] : a)
+        if (b.at(name) != values) names.insert(name);
+    return names;
+}
+
+// The plan run on textures of the device, as an engine does it.
+TEST_P(OnDevice, LeavesTheHostsStateAndBindsNothingThePlanDoesNotSay) {
+    const TestFrame frame = moving_frame(64, 40);
+    for (const bool elide : {false, true}) {
+        PlanOptions options;
+        options.elide = elide;
+        const auto plan = make_plan(chain(), frame.description, options);
+        ASSERT_TRUE(plan.ok());
+        gl::TexturePool pool;
+        std::map<Role, unsigned> inputs;
+        for (const PlanTexture& texture : plan->textures) {
+            if (!texture.imported || texture.first_step < 0) continue;
+            const auto made = pool.acquire(texture.format, texture.width, texture.height);
+            ASSERT_TRUE(made.ok());
+            ASSERT_TRUE(gl::upload(**made, frame.planes.at(texture.role)).ok());
+            inputs[texture.role] = (*made)->name;
+        }
+        // Units and buffers that the plan says it uses.
+        std::set<std::string> used = {"program", "uniform buffer", "uniform buffer 0"};
+        for (const Step& step : plan->steps) {
+            for (const Binding& binding : step.bindings) {
+                if (binding.access == Access::write) {
+                    used.insert(concat("image ", binding.unit));
+                } else if (binding.access == Access::sample_nearest ||
+                           binding.access == Access::sample_linear) {
+                    used.insert(concat("texture ", binding.unit));
+                    used.insert(concat("sampler ", binding.unit));
+                } else {
+                    used.insert(concat("storage buffer ", binding.unit));
+                    used.insert("storage buffer");
+                    used.insert("indirect buffer");
+                }
+            }
+        }
+        const Host host;
+        const GlState state = host_state(), bound = bound_state();
+        for (int run = 0; run < 2; ++run) {
+            const auto out = test::executor().run(*plan, inputs);
+            ASSERT_TRUE(out.ok()) << out.status().message();
+        }
+        EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR));
+        for (const std::string& name : names_that_differ(state, host_state()))
+            ADD_FAILURE() << name << " was changed";
+        for (const std::string& name : names_that_differ(bound, bound_state()))
+            EXPECT_TRUE(used.count(name)) << name << " was changed; no step says so";
+    }
+}
+
+TEST_P(OnDevice, SecondRunOnTheDeviceAllocatesAndCompilesNothing) {
+    const TestFrame frame = moving_frame(40, 24);
+    const auto plan = make_plan(chain(), frame.description, everything());
+    ASSERT_TRUE(plan.ok());
+    gl::TexturePool pool;
+    std::map<Role, unsigned> inputs;
+    for (const auto& [role, plane] : frame.planes) {
+        const auto made = pool.acquire(plane_format(plane.channels, Precision::fp32), 40, 24);
+        ASSERT_TRUE(made.ok());
+        ASSERT_TRUE(gl::upload(**made, plane).ok());
+        inputs[role] = (*made)->name;
+    }
+    Executor& executor = test::executor();
+    ASSERT_TRUE(executor.run(*plan, inputs).ok());
+    ASSERT_TRUE(executor.run(*plan, inputs).ok());  // while the first one's outputs are held
+    const auto before = executor.counters();
+    for (int run = 0; run < 3; ++run) ASSERT_TRUE(executor.run(*plan, inputs).ok());
+    const auto after = executor.counters();
+    EXPECT_EQ(after.texture_allocations, before.texture_allocations);
+    EXPECT_EQ(after.textures_alive, before.textures_alive);
+    EXPECT_EQ(after.texture_bytes_peak, before.texture_bytes_peak);
+    EXPECT_EQ(after.programs, before.programs);
+    EXPECT_EQ(after.dispatches, before.dispatches + 3 * plan->steps.size());
+}
+
+FOR_EVERY_PASS(OnDevice);
+
+}  // namespace
+}  // namespace postchain

@@ -104,6 +104,10 @@ TEST_P(OnDevice, NothingOfTheLastFrameIsLeft) {
         for (auto& [role, plane] : bad) std::fill(plane.data.begin(), plane.data.end(), value);
         run(*plan, bad);
         EXPECT_TRUE(test::equal_bits(run(*plan, frame.planes), before)) << value;
+        // Again with motion that no pass takes for none.
+        std::fill(bad[Role::motion].data.begin(), bad[Role::motion].data.end(), 50.0f);
+        run(*plan, bad);
+        EXPECT_TRUE(test::equal_bits(run(*plan, frame.planes), before)) << value << ", moving";
     }
 }
 

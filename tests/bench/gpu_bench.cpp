@@ -9,98 +9,22 @@
 // early, as motion blur does on still tiles, and a floor for FXAA, which fetches more along edges.
 #include <benchmark/benchmark.h>
 
-#include <algorithm>
-#include <cmath>
 #include <cstdio>
-#include <cstdlib>
-#include <thread>
 
-#include "chain/convert.h"
-#include "chain/executor.h"
 #include "chain/planner.h"
 #include "passes/registry.h"
+#include "tests/bench/bench_frame.h"
 
 namespace {
 
 using namespace postchain;
+using namespace postchain::bench;
 
 struct Settings {
     int width = 1280;
     int height = 720;
     int iterations = 11;
 };
-
-[[noreturn]] void fail(const std::string& text) {
-    std::fprintf(stderr, "gpu_bench: %s\n", text.c_str());
-    std::exit(1);
-}
-
-void require(const Status& status) {
-    if (!status.ok()) fail(status.message());
-}
-
-template <class T>
-T require(Result<T> result) {
-    require(result.status());
-    return std::move(*result);
-}
-
-// Sky above, still; ground, moving in its right half alone; a disc in front that turns, 60 px a
-// frame at its rim. Everything carries waves and bars, so that FXAA finds edges.
-struct BenchFrame {
-    FrameDescription description;
-    FramePlanes planes;
-    double still = 0;  // share of the pixels
-};
-
-BenchFrame make_frame(const Settings& settings) {
-    const int width = settings.width, height = settings.height;
-    ImageF color(width, height, 4, 1), inverse_depth(width, height, 1), motion(width, height, 2);
-    const double radius = 0.3 * height, turn = 60 / radius;
-    size_t still = 0;
-    for (int y = 0; y < height; ++y) {
-        for (int x = 0; x < width; ++x) {
-            const double dx = x - 0.5 * width, dy = y - 0.55 * height;
-            const double wave = 0.5 + 0.3 * std::sin(0.05 * x + 0.02 * y) * std::cos(0.07 * y);
-            const bool bar = (x + 2 * y) % 47 < 9;
-            double w = 0, vx = 0, vy = 0;
-            std::array<double, 3> tint = {0.3, 0.5, 0.9};
-            if (std::hypot(dx, dy) < radius) {
-                const bool spoke = std::fmod(std::atan2(dy, dx) + 7, 0.5) < 0.2;
-                w = 0.5;
-                vx = -turn * dy;
-                vy = turn * dx;
-                tint = spoke ? std::array<double, 3>{0.1, 0.9, 0.2} : tint;
-            } else if (y > height / 4) {
-                w = 0.1 * y / height;
-                vx = x > width / 2 ? 24 : 0;
-                tint = {0.8, 0.6, 0.3};
-            }
-            for (int c = 0; c < 3; ++c)
-                color.at(x, y, c) = float(tint[size_t(c)] * wave * (bar && w > 0 ? 0.2 : 1));
-            inverse_depth.at(x, y) = float(w);
-            motion.at(x, y, 0) = float(vx);
-            motion.at(x, y, 1) = float(vy);
-            still += vx == 0 && vy == 0;
-        }
-    }
-    BenchFrame frame;
-    frame.still = double(still) / double(color.pixels());
-    frame.planes[Role::color] = std::move(color);
-    frame.planes[Role::inverse_depth] = std::move(inverse_depth);
-    frame.planes[Role::motion] = std::move(motion);
-    FrameDescription& d = frame.description;
-    d.display_width = width;
-    d.display_height = height;
-    d.camera.focal_length_mm = 50;
-    d.camera.sensor_width_mm = 36;
-    d.camera.f_stop = 1.8;
-    d.camera.focus_distance = 2;  // the disc
-    ConvertOptions options;
-    options.depth = DepthEncoding::inverse;
-    require(convert_frame(frame.planes, d, options));
-    return frame;
-}
 
 using Values = std::vector<std::pair<std::string, ParameterValue>>;
 
@@ -188,25 +112,15 @@ void repeat(Plan& plan, int times) {
         if (texture.last_step >= 0) texture.last_step += (times - 1) * int(steps.size());
 }
 
-double quantile(std::vector<double> values, double q) {
-    std::sort(values.begin(), values.end());
-    return values[size_t(q * double(values.size() - 1) + 0.5)];
-}
-
 class Bench {
   public:
     Bench(const Settings& settings, gl::Context& context)
         : settings_(settings),
           software_(context.software()),
           executor_(context),
-          frame_(make_frame(settings)) {
+          frame_(make_frame("mixed", settings.width, settings.height)),
+          planes_(frame_.planes) {
         executor_.set_timing(true);
-        for (const auto& [role, plane] : frame_.planes) {
-            const Format format = plane_format(plane.channels, Precision::fp32);
-            gl::Texture* texture = require(pool_.acquire(format, plane.width, plane.height));
-            require(gl::upload(*texture, plane));
-            inputs_[role] = texture->name;
-        }
     }
     const BenchFrame& frame() const { return frame_; }
     const char* timing_source() const { return executor_.timing_source(); }
@@ -218,13 +132,14 @@ class Bench {
         add_copy(plan, settings_.width, settings_.height);
         if (one.pass.empty()) taps = double(plan.steps[0].taps);
         repeat(plan, software_ ? 1 : 16);
-        for (int i = 0; i < 2; ++i) require(executor_.run(plan, inputs_));
+        const auto inputs = planes_.inputs_of(plan);
+        for (int i = 0; i < 2; ++i) require(executor_.run(plan, inputs));
 
         std::vector<double> times, copies;
         for (auto _ : state) {
-            require(executor_.run(plan, inputs_));
+            require(executor_.run(plan, inputs));
             double seconds = 0;
-            for (const PassTime& time : finished_times()) {
+            for (const PassTime& time : finished_times(executor_)) {
                 (time.name == "copy" ? copies : times).push_back(time.milliseconds);
                 seconds += 1e-3 * time.milliseconds;
             }
@@ -243,21 +158,11 @@ class Bench {
     }
 
   private:
-    // Timestamps are there once the device has run past them.
-    std::vector<PassTime> finished_times() const {
-        for (;;) {
-            auto times = executor_.pass_times();
-            if (!times.empty()) return times;
-            std::this_thread::yield();
-        }
-    }
-
     Settings settings_;
     bool software_;
     Executor executor_;
-    gl::TexturePool pool_;
     BenchFrame frame_;
-    std::map<Role, unsigned> inputs_;
+    DevicePlanes planes_;
 };
 
 class Table : public benchmark::BenchmarkReporter {
@@ -294,7 +199,7 @@ Settings parse(int& argc, char** argv) {
     }
     argc = kept;
     if (settings.width < 1 || settings.height < 1 || settings.iterations < 1)
-        fail("--size=WIDTHxHEIGHT and --iterations=N take numbers above 0");
+        fail("gpu_bench: --size=WIDTHxHEIGHT and --iterations=N take numbers above 0");
     return settings;
 }
 
@@ -309,11 +214,8 @@ int main(int argc, char** argv) {
     }
     const auto context = require(gl::Context::create());
     Bench bench(settings, *context);
-    const char* threads = std::getenv("LP_NUM_THREADS");
-    std::printf("device: %s, %s, %s\n", context->vendor().c_str(), context->renderer().c_str(),
-                context->version().c_str());
-    std::printf("threads: %s; clock: %s; %dx%d, fp32, %.0f %% of the pixels still; median of %d\n",
-                threads ? threads : std::to_string(std::thread::hardware_concurrency()).c_str(),
+    std::printf("%s\n", device_text(*context).c_str());
+    std::printf("clock: %s; %dx%d, fp32, %.0f %% of the pixels still; median of %d\n",
                 bench.timing_source(), settings.width, settings.height, 100 * bench.frame().still,
                 settings.iterations);
     std::printf("copies: time as a multiple of a plain copy of the frame, measured in turn\n");

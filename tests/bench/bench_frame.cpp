@@ -1,0 +1,133 @@
+#include "tests/bench/bench_frame.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <glm/gtc/packing.hpp>
+#include <thread>
+
+#include "chain/convert.h"
+
+namespace postchain::bench {
+
+void fail(const std::string& text) {
+    std::fprintf(stderr, "%s\n", text.c_str());
+    std::exit(1);
+}
+
+void require(const Status& status) {
+    if (!status.ok()) fail(status.message());
+}
+
+const std::vector<std::string>& scenes() {
+    static const std::vector<std::string> names = {"mixed", "still", "pan", "highlights", "glare"};
+    return names;
+}
+
+BenchFrame make_frame(const std::string& scene, int width, int height) {
+    if (std::find(scenes().begin(), scenes().end(), scene) == scenes().end())
+        fail("no scene " + scene);
+    const bool bright = scene == "highlights" || scene == "glare";
+    ImageF color(width, height, 4, 1), inverse_depth(width, height, 1), motion(width, height, 2);
+    const double radius = 0.3 * height, turn = 60 / radius;
+    size_t still = 0;
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+            const double dx = x - 0.5 * width, dy = y - 0.55 * height;
+            const double wave = 0.5 + 0.3 * std::sin(0.05 * x + 0.02 * y) * std::cos(0.07 * y);
+            const bool bar = (x + 2 * y) % 47 < 9;
+            double w = 0, vx = 0, vy = 0;
+            std::array<double, 3> tint = {0.3, 0.5, 0.9};
+            if (std::hypot(dx, dy) < radius) {
+                const bool spoke = std::fmod(std::atan2(dy, dx) + 7, 0.5) < 0.2;
+                w = 0.5;
+                vx = -turn * dy;
+                vy = turn * dx;
+                tint = spoke ? std::array<double, 3>{0.1, 0.9, 0.2} : tint;
+            } else if (y > height / 4) {
+                w = 0.1 * y / height;
+                vx = x > width / 2 ? 24 : 0;
+                tint = {0.8, 0.6, 0.3};
+                if (bright) tint = {8e-4, 6e-4, 3e-4};
+            }
+            // Points of 3 x 3 pixels, a hundred and more apart, from 20 upwards in factors of 1.56.
+            if (bright && x % 131 < 3 && y % 113 < 3) {
+                const int step = (x / 131 + 5 * (y / 113)) % 17;
+                const double most = scene == "glare" ? 3e5 : 3e4;
+                tint.fill(most * std::pow(20 / most, step / 16.0));
+            }
+            if (scene == "still") vx = vy = 0;
+            if (scene == "pan") {
+                vx = 24.3;
+                vy = -7.1;
+            }
+            for (int c = 0; c < 3; ++c) {
+                const double value = tint[size_t(c)] * wave * (bar && w > 0 ? 0.2 : 1);
+                color.at(x, y, c) = value > 65504
+                                        ? float(value)
+                                        : glm::unpackHalf1x16(glm::packHalf1x16(float(value)));
+            }
+            inverse_depth.at(x, y) = float(w);
+            motion.at(x, y, 0) = float(vx);
+            motion.at(x, y, 1) = float(vy);
+            still += vx == 0 && vy == 0;
+        }
+    }
+    BenchFrame frame;
+    frame.still = double(still) / double(color.pixels());
+    frame.planes[Role::color] = std::move(color);
+    frame.planes[Role::inverse_depth] = std::move(inverse_depth);
+    frame.planes[Role::motion] = std::move(motion);
+    FrameDescription& d = frame.description;
+    d.display_width = width;
+    d.display_height = height;
+    d.camera.focal_length_mm = 50;
+    d.camera.sensor_width_mm = 36;
+    d.camera.f_stop = 1.8;
+    d.camera.focus_distance = 2;  // the disc
+    ConvertOptions options;
+    options.depth = DepthEncoding::inverse;
+    require(convert_frame(frame.planes, d, options));
+    return frame;
+}
+
+unsigned DevicePlanes::texture(Role role, Format format) {
+    unsigned& name = textures_[{role, format}];
+    if (name == 0) {
+        const ImageF& plane = planes_.at(role);
+        gl::Texture* made = require(pool_.acquire(format, plane.width, plane.height));
+        require(gl::upload(*made, plane));
+        name = made->name;
+    }
+    return name;
+}
+
+std::map<Role, unsigned> DevicePlanes::inputs_of(const Plan& plan) {
+    std::map<Role, unsigned> inputs;
+    for (const PlanTexture& one : plan.textures)
+        if (one.imported && one.first_step >= 0) inputs[one.role] = texture(one.role, one.format);
+    return inputs;
+}
+
+std::vector<PassTime> finished_times(const Executor& executor) {
+    for (;;) {
+        auto times = executor.pass_times();
+        if (!times.empty()) return times;
+        std::this_thread::yield();
+    }
+}
+
+double quantile(std::vector<double> values, double q) {
+    std::sort(values.begin(), values.end());
+    return values[size_t(q * double(values.size() - 1) + 0.5)];
+}
+
+std::string device_text(const gl::Context& context) {
+    const char* threads = std::getenv("LP_NUM_THREADS");
+    return concat(
+        "device: ", context.vendor(), ", ", context.renderer(), ", ", context.version(),
+        "; threads: ", threads ? threads : std::to_string(std::thread::hardware_concurrency()));
+}
+
+}  // namespace postchain::bench

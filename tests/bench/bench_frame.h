@@ -1,0 +1,66 @@
+// What the benchmarks of passes share: synthetic frames, planes on the device, order statistics.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "chain/executor.h"
+#include "chain/frame.h"
+#include "chain/gl/texture_pool.h"
+#include "chain/plan.h"
+#include "chain/status.h"
+
+namespace postchain::bench {
+
+// Prints and ends the program: a benchmark has nobody to report to.
+[[noreturn]] void fail(const std::string& text);
+void require(const Status& status);
+
+template <class T>
+T require(Result<T> result) {
+    require(result.status());
+    return std::move(*result);
+}
+
+struct BenchFrame {
+    FrameDescription description;
+    FramePlanes planes;  // color, inverse_depth, motion
+    double still = 0;    // share of the pixels
+};
+
+// Sky above; ground; a disc in front, in focus. Everything carries waves and bars, so that FXAA
+// finds edges. Color values are such as a half holds, as those of most files are.
+//
+//   mixed       the sky is still, the ground moves in its right half alone, the disc turns, 60 px a
+//               frame at its rim
+//   still       nothing moves
+//   pan         everything moves by (24.3, -7.1) px
+//   highlights  as mixed, with points of radiance 20 to 30000, and the ground at 1/1000
+//   glare       as highlights, with points up to 300000: more than a half holds
+const std::vector<std::string>& scenes();
+BenchFrame make_frame(const std::string& scene, int width, int height);
+
+// A frame's planes as textures, each in the format asked for; uploaded once per format.
+class DevicePlanes {
+  public:
+    explicit DevicePlanes(const FramePlanes& planes) : planes_(planes) {}
+    unsigned texture(Role role, Format format);
+    // What the plan imports, in the formats it states.
+    std::map<Role, unsigned> inputs_of(const Plan& plan);
+
+  private:
+    const FramePlanes& planes_;
+    gl::TexturePool pool_;
+    std::map<std::pair<Role, Format>, unsigned> textures_;
+};
+
+// The times of the last run, once the device has run past them.
+std::vector<PassTime> finished_times(const Executor& executor);
+
+double quantile(std::vector<double> values, double q);
+
+// Renderer and number of threads, as a line for the head of a table.
+std::string device_text(const gl::Context& context);
+
+}  // namespace postchain::bench

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <unordered_set>
@@ -15,6 +16,7 @@
 #include "config/profile.h"
 #include "passes/registry.h"
 #include "tools/io/exr_reader.h"
+#include "tools/io/exr_writer.h"
 #include "tools/io/frame_reader.h"
 #include "tools/io/sequence.h"
 
@@ -22,8 +24,11 @@ namespace postchain::fuzz {
 
 namespace {
 
-// Of one part. Every seed is far below; a hostile header is not.
-constexpr io::ReadLimits kLimits = {.max_side = 2048, .max_bytes = uint64_t(4) << 20};
+// Every seed is far below; a hostile header is not.
+constexpr io::ReadLimits kLimits = {.max_side = 2048,
+                                    .max_bytes = uint64_t(4) << 20,
+                                    .max_chunk_bytes = uint64_t(8) << 20,
+                                    .max_channels = 256};
 
 // Not assert(): the promises hold in every build.
 void require(bool holds, const char* promise) {
@@ -93,6 +98,47 @@ void ask_part(io::ExrFile& file, int index) {
     const ImageF image = pixels->interleaved(full, pixels->window);
     require(image.width == part.data_window.width() && image.height == part.data_window.height(),
             "pixels fill the data window");
+}
+
+// Where the copies go: a folder of this process's own, in memory where the system has such.
+class OutputFolder {
+  public:
+    OutputFolder() {
+        std::error_code failed;
+        const std::filesystem::path memory = "/dev/shm";
+        const bool there = std::filesystem::is_directory(memory, failed);
+        name_ = (there ? memory : std::filesystem::temp_directory_path()) / "postchain_fuzz_XXXXXX";
+        require(::mkdtemp(name_.data()) != nullptr, "a folder can be made");
+    }
+    ~OutputFolder() {
+        std::error_code ignored;
+        std::filesystem::remove_all(name_, ignored);
+    }
+    std::string path(const char* file) const { return name_ + "/" + file; }
+
+  private:
+    std::string name_;
+};
+
+// The file as `run` writes it: color through floats, every other part chunk by chunk.
+void ask_copy(const std::string& path, const io::ChannelAssignment& roles) {
+    Result<io::OpenFrame> open = io::open_frame({{Role::color, path}}, 1, kLimits);
+    require(open.ok(), "a file that was opened once can be opened again");
+    const size_t parts = open->color_file().parts().size();
+    Result<io::InputFrame> frame =
+        io::read_frame(std::move(*open), roles, {Role::color}, io::Keep::all);
+    require_reason(frame.status());
+    if (!frame.ok()) return;
+    static const OutputFolder folder;
+    const std::string copy = folder.path("copy.exr");
+    const ImageF color = frame->planes.at(Role::color);
+    const auto report = io::write_filtered(
+        copy, *frame, color,
+        {.on_existing = io::OnExisting::overwrite, .overflow = io::HalfOverflow::clamp});
+    require_reason(report.status());
+    if (!report.ok()) return;
+    const Result<io::ExrFile> again = io::ExrFile::open(copy);
+    require(again.ok() && again->parts().size() == parts, "a copy can be read and has every part");
 }
 
 // A file in memory, the same one for every input.
@@ -187,7 +233,10 @@ bool exr(std::string_view bytes) {
     require_reason(file->explain_no_color());
     const auto match = detect_profile(builtin_profiles(), io::channels_of(*file));
     require_reason(match.status());
-    if (match.ok()) match->text();
+    if (match.ok()) {
+        match->text();
+        ask_copy(memory_path(bytes), match->roles);
+    }
     for (size_t i = 0; i < file->parts().size(); ++i) {
         const io::ExrPart& part = file->parts()[i];
         require(part.data_window.width() >= 1 && part.data_window.width() <= kLimits.max_side &&

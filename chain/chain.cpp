@@ -8,8 +8,8 @@ const PassType* PassRegistry::find(std::string_view name) const {
     return nullptr;
 }
 
-std::array<int, 3> groups_for(int width, int height, int size) {
-    return {(width + size - 1) / size, (height + size - 1) / size, 1};
+std::array<int, 3> groups_for(int width, int height) {
+    return {(width + kBlockPx - 1) / kBlockPx, (height + kBlockPx - 1) / kBlockPx, 1};
 }
 
 std::string ChainLink::text() const {

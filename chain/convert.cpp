@@ -38,6 +38,35 @@ class Facts {
     size_t first_ = kNone;
 };
 
+// Bits of a float that a half has no room for: 13 of the mantissa, more below 2^-14.
+bool is_half(float value) {
+    const uint32_t bits = std::bit_cast<uint32_t>(value) & 0x7fffffffu;
+    if (bits >= 0x38800000u) return (bits & 0x1fffu) == 0 && bits <= 0x477fe000u;  // <= 65504
+    return value * 16777216.0f == std::nearbyint(value * 16777216.0f);  // multiples of 2^-24
+}
+
+void find_color_facts(const ImageF& color, FrameFacts& facts) {
+    std::array<float, 4> low = {0, 0, 0, 0}, high = low;
+    if (!color.empty()) std::copy_n(color.data.data(), 4, low.begin());
+    high = low;
+    bool half = true;
+    for (size_t at = 0; at < color.data.size(); at += 4) {
+        for (size_t c = 0; c < 4; ++c) {
+            const float value = color.data[at + c];
+            low[c] = std::min(low[c], value);
+            high[c] = std::max(high[c], value);
+        }
+    }
+    for (size_t at = 0; at < color.data.size() && half; ++at) half = is_half(color.data[at]);
+    bool one = low == high;
+    for (size_t at = 0; at < color.data.size() && one; ++at)
+        one = std::bit_cast<uint32_t>(color.data[at]) != 0x80000000u;
+    std::copy(low.begin(), low.end(), facts.min_color.begin());
+    std::copy(high.begin(), high.end(), facts.max_color.begin());
+    facts.one_color = one;
+    facts.color_is_half = half;
+}
+
 void convert_color(ImageF& color, const ConvertOptions& options, FrameFacts& facts, Facts& note) {
     if (!all_finite(color.data)) {
         for (size_t pixel = 0; pixel < color.pixels(); ++pixel) {
@@ -53,11 +82,13 @@ void convert_color(ImageF& color, const ConvertOptions& options, FrameFacts& fac
             if (bad) note.nonfinite(facts.nonfinite_color, pixel);
         }
     }
-    if (!options.unpremultiplied) return;
-    for (size_t pixel = 0; pixel < color.pixels(); ++pixel) {
-        float* rgba = color.data.data() + 4 * pixel;
-        for (int c = 0; c < 3; ++c) rgba[c] *= rgba[3];
+    if (options.unpremultiplied) {
+        for (size_t pixel = 0; pixel < color.pixels(); ++pixel) {
+            float* rgba = color.data.data() + 4 * pixel;
+            for (int c = 0; c < 3; ++c) rgba[c] *= rgba[3];
+        }
     }
+    find_color_facts(color, facts);
 }
 
 // 1/d as an affine function of the stored depth: 1/d = offset + slope * z.
@@ -178,7 +209,10 @@ Status convert_frame(FramePlanes& planes, FrameDescription& frame, const Convert
     frame.width = planes.begin()->second.width;
     frame.height = planes.begin()->second.height;
     frame.planes = {};
+    const bool camera_cut = frame.facts.camera_cut;
     frame.facts = {};
+    frame.facts.camera_cut = camera_cut;
+    frame.facts.max_speed_px = frame.facts.max_inverse_depth = 0;  // of planes that are not there
     for (const auto& [role, plane] : planes) {
         if (plane.width != frame.width || plane.height != frame.height)
             return Status(StatusCode::input,

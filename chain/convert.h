@@ -59,8 +59,8 @@ struct ConvertOptions {
 
 // Converts `planes` in place: color (4 channels), inverse_depth (1, still encoded depth), motion
 // and motion_back (2, still in the file's convention). Fills frame.width, height, planes, facts.
-// frame.camera, display size and frame_number are read. Errors: chain (near = 0 with a buffer
-// encoding, a camera value missing), input (sizes that differ, channel counts).
+// frame.camera, display size, frame_number and facts.camera_cut are read. Errors: chain (near = 0
+// with a buffer encoding, a camera value missing), input (sizes that differ, channel counts).
 Status convert_frame(FramePlanes& planes, FrameDescription& frame, const ConvertOptions& options);
 
 }  // namespace postchain

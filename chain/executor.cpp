@@ -5,8 +5,9 @@
 namespace postchain {
 namespace {
 
-// A dispatch reads what the one before wrote, as a texture or as an image.
+// A dispatch reads what the one before wrote, as a texture, an image, or a work list.
 constexpr GLbitfield kBarriers = GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT;
+constexpr GLbitfield kListBarriers = GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT;
 
 unsigned make_sampler(GLenum filter) {
     GLuint sampler = 0;
@@ -45,10 +46,14 @@ Status Executor::dispatch(const Plan& plan, const Step& step, const std::vector<
                           GL_STREAM_DRAW);
         glBindBufferBase(GL_UNIFORM_BUFFER, 0, block_buffer_);
     }
+    GLbitfield barriers = kBarriers;
     for (const auto& binding : step.bindings) {
         const unsigned name = names[size_t(binding.texture)];
         const auto unit = GLuint(binding.unit);
-        if (binding.access == Access::write) {
+        if (binding.access == Access::list) {
+            glBindBufferBase(GL_SHADER_STORAGE_BUFFER, unit, name);
+            barriers |= kListBarriers;
+        } else if (binding.access == Access::write) {
             const auto format = plan.textures[size_t(binding.texture)].format;
             glBindImageTexture(unit, name, 0, GL_FALSE, 0, GL_WRITE_ONLY,
                                gl::internal_format(format));
@@ -58,8 +63,13 @@ Status Executor::dispatch(const Plan& plan, const Step& step, const std::vector<
                 unit, binding.access == Access::sample_linear ? sampler_linear_ : sampler_nearest_);
         }
     }
-    glDispatchCompute(GLuint(step.groups[0]), GLuint(step.groups[1]), GLuint(step.groups[2]));
-    glMemoryBarrier(kBarriers);
+    if (step.work_list >= 0) {
+        glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, names[size_t(step.work_list)]);
+        glDispatchComputeIndirect(0);
+    } else {
+        glDispatchCompute(GLuint(step.groups[0]), GLuint(step.groups[1]), GLuint(step.groups[2]));
+    }
+    glMemoryBarrier(barriers);
     ++dispatches_;
     return gl::check_error(plan.passes[size_t(step.pass)].type + "." + step.name);
 }
@@ -76,6 +86,11 @@ Status Executor::execute(const Plan& plan, std::vector<gl::Texture*>& textures,
         names[i] = found->second;
     }
     timed_passes_.clear();
+    work_done_.clear();
+    std::vector<int> last_write(plan.textures.size(), -1);
+    for (int i = 0; i < int(plan.steps.size()); ++i)
+        for (const auto& binding : plan.steps[size_t(i)].bindings)
+            if (binding.access == Access::write) last_write[size_t(binding.texture)] = i;
     if (timing_) clock_.begin();
     for (int i = 0; i < int(plan.steps.size()); ++i) {
         const Step& step = plan.steps[size_t(i)];
@@ -86,12 +101,13 @@ Status Executor::execute(const Plan& plan, std::vector<gl::Texture*>& textures,
             if (!acquired.ok()) return acquired.status().at(texture.name);
             textures[t] = *acquired;
             names[t] = textures[t]->name;
-            gl::label_texture(names[t], texture.name);
+            gl::label(texture.format == Format::work_list ? GL_BUFFER : GL_TEXTURE, names[t],
+                      texture.name);
         }
         if (Status status = dispatch(plan, step, names); !status.ok()) return status;
         if (observer) {
             for (const auto& binding : step.bindings) {
-                if (binding.access != Access::write) continue;
+                if (last_write[size_t(binding.texture)] != i) continue;
                 const auto& texture = plan.textures[size_t(binding.texture)];
                 auto pixels = gl::download(names[size_t(binding.texture)], texture.format,
                                            texture.width, texture.height);
@@ -102,6 +118,7 @@ Status Executor::execute(const Plan& plan, std::vector<gl::Texture*>& textures,
         for (size_t t = 0; t < plan.textures.size(); ++t) {
             const auto& texture = plan.textures[t];
             if (texture.imported || texture.last_step != i) continue;
+            if (texture.format == Format::work_list) continue;  // small; filter() counts it
             bool output = false;
             for (const auto& [role, id] : plan.outputs) output = output || size_t(id) == t;
             if (output) continue;
@@ -177,7 +194,7 @@ Result<std::vector<FramePlanes>> Executor::filter_outputs(const Plan& plan,
         for (gl::Texture* texture : uploaded) pool_.release(texture);
     };
     for (const auto& texture : plan.textures) {
-        if (!texture.imported || texture.first_step < 0) continue;
+        if (!texture.imported || !plan.reads.has(texture.role)) continue;
         const auto plane = inputs.find(texture.role);
         Status status;
         if (plane == inputs.end()) {
@@ -211,6 +228,12 @@ Result<std::vector<FramePlanes>> Executor::filter_outputs(const Plan& plan,
             if (!status.ok()) break;
             results[i][role] = std::move(*pixels);
         }
+    }
+    for (size_t t = 0; t < plan.textures.size() && status.ok(); ++t) {
+        const auto& texture = plan.textures[t];
+        if (texture.format == Format::work_list)
+            work_done_.push_back(
+                {texture.name, gl::count_work((*made)[t]), unsigned(texture.width)});
     }
     release();
     pool_.trim(8);

@@ -32,7 +32,14 @@ struct PassTime {
     double milliseconds = 0;
 };
 
-// Called after each step with every texture the step wrote, read back. A failure ends the run.
+// What an indirect step was given to do.
+struct WorkDone {
+    std::string list;     // "0.motion_blur.still_blocks"
+    unsigned blocks = 0;  // of 16 x 16 pixels
+    unsigned of = 0;      // blocks in all
+};
+
+// Called with every texture after the last step that writes it, read back. A failure ends the run.
 using StageObserver =
     std::function<Status(const Step& step, const PlanTexture& texture, const ImageF& pixels)>;
 
@@ -54,6 +61,10 @@ class Executor {
     // textures belong to the pool until the next call. Nothing is read back.
     Result<std::map<Role, unsigned>> run(const Plan& plan, const std::map<Role, unsigned>& inputs,
                                          const StageObserver& observer = {});
+
+    // How many blocks the lists of the plan given to the last filter() held when it was done; run()
+    // reads nothing back.
+    std::vector<WorkDone> work_done() const { return work_done_; }
 
     // Time of each pass in the last run; empty unless timing was on, and while the device has not
     // finished (after filter() it has).
@@ -86,6 +97,7 @@ class Executor {
     uint64_t dispatches_ = 0;
     std::vector<PassTime> timed_passes_;  // of the last run, without their times
     std::vector<gl::Texture*> held_;      // outputs of the last run()
+    std::vector<WorkDone> work_done_;
 };
 
 }  // namespace postchain

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -39,11 +40,18 @@ const ParameterTable& camera_parameters();
 inline constexpr double kDefaultShutterFrames = 0.5;
 inline constexpr double kDefaultMetersPerUnit = 1.0;
 
-// What was found while converting one frame's planes. Counts are pixels.
+// What was found while converting one frame's planes. Counts are pixels. As it is born nothing is
+// known, as in an engine that reads nothing back: then no rule can rest on a fact.
 struct FrameFacts {
-    double max_speed_px = 0;       // largest |motion|, pixels per frame
-    double min_inverse_depth = 0;  // over all pixels, sky included
-    double max_inverse_depth = 0;
+    static constexpr double kUnknown = std::numeric_limits<double>::infinity();
+    double max_speed_px = kUnknown;  // largest |motion|, pixels per frame
+    double min_inverse_depth = 0;    // over all pixels, sky included
+    double max_inverse_depth = kUnknown;
+    std::array<double, 4> min_color = {-kUnknown, -kUnknown, -kUnknown, -kUnknown};  // RGBA
+    std::array<double, 4> max_color = {kUnknown, kUnknown, kUnknown, kUnknown};
+    bool one_color = false;        // all pixels have the same color, and no channel is -0
+    bool color_is_half = false;    // a half holds every color value
+    bool camera_cut = false;       // motion leads across a cut: said by the caller, never found
     uint64_t nonfinite_color = 0;  // replaced on conversion
     uint64_t nonfinite_depth = 0;
     uint64_t nonfinite_motion = 0;
@@ -64,6 +72,7 @@ struct FrameDescription {
     int display_height = 0;
     int frame_number = 0;  // seeds come from it
     RoleSet planes;        // which planes the frame brings
+    RoleSet not_decoded;   // others that its files have and that nobody needs
     Camera camera;
     FrameFacts facts;
     // Luminance weights of the file's primaries (Rec. 709 unless its chromaticities say otherwise).

@@ -9,7 +9,7 @@ std::vector<int> count_writes(const Plan& plan) {
     std::vector<int> writes(plan.textures.size(), 0);
     for (const auto& step : plan.steps)
         for (const auto& binding : step.bindings)
-            if (binding.access == Access::write) ++writes[size_t(binding.texture)];
+            if (step.writes(binding)) ++writes[size_t(binding.texture)];
     return writes;
 }
 
@@ -66,10 +66,11 @@ class Merger {
         for (size_t i = 0; i < step.bindings.size(); ++i) {
             const Binding& b = step.bindings[i];
             const Binding& a = mine.bindings[i];
-            if (b.unit != a.unit || b.access != a.access) return false;
+            if (b.unit != a.unit || b.access != a.access || step.writes(b) != mine.writes(a))
+                return false;
             const bool imported = merged_.plan.textures[size_t(a.texture)].imported;
             if (!imported && writes_a_[size_t(a.texture)] != 1) return false;
-            if (b.access != Access::write) {
+            if (!step.writes(b)) {
                 if (map_[size_t(b.texture)] != a.texture) return false;
                 continue;
             }
@@ -86,7 +87,7 @@ class Merger {
             const Step& mine = merged_.plan.steps[i];
             if (!same(step, mine)) continue;
             for (size_t k = 0; k < step.bindings.size(); ++k)
-                if (step.bindings[k].access == Access::write)
+                if (step.writes(step.bindings[k]))
                     map_[size_t(step.bindings[k].texture)] = mine.bindings[k].texture;
             ++merged_.shared_steps;
             return true;
@@ -95,11 +96,14 @@ class Merger {
     }
 
     void append(Step step) {
+        TextureId own_list = -1;
         for (auto& binding : step.bindings) {
             TextureId& id = map_[size_t(binding.texture)];
             if (id < 0) id = add(b_.textures[size_t(binding.texture)]);
+            if (step.work_list == binding.texture) own_list = id;
             binding.texture = id;
         }
+        step.work_list = own_list;
         step.pass += int(merged_.plan.passes.size() - b_.passes.size());
         merged_.plan.steps.push_back(std::move(step));
     }

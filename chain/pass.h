@@ -9,6 +9,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -31,8 +32,17 @@ struct RoleUse {
 struct PlanContext {
     const FrameDescription& frame;
     Precision precision = Precision::fp32;
-    RoleSet available;  // planes that exist where this pass stands
-    RoleSet wanted;     // planes that somebody after this pass reads
+    RoleSet available;            // planes that exist where this pass stands
+    RoleSet wanted;               // planes that somebody after this pass reads
+    bool color_is_input = false;  // color is the frame's own: the facts about it hold
+    std::set<std::string> rules;  // of leaving out, by name, that are in use
+
+    bool uses(const std::string& rule) const { return rules.count(rule) > 0; }
+    // Storage of color. At fp16 too it holds what the frame's own color does, or a pass left out
+    // would change bits.
+    Format color_format() const {
+        return plane_format(4, frame.facts.color_is_half ? precision : Precision::fp32);
+    }
 };
 
 // Handed to Pass::plan: adds textures and steps, names them after the pass.
@@ -52,12 +62,18 @@ class PassPlanner {
     virtual void step(Step step) = 0;
     // From here on `role` is this texture.
     virtual void output(Role role, TextureId texture) = 0;
-    // A sub-step that is not needed for this frame, with the reason (rule kRuleUnusedStep).
-    virtual void left_out(const std::string& what, const std::string& reason) = 0;
+    // Why nothing reads what the step of this name writes (rule kRuleUnusedStep). The pass adds it
+    // all the same; the planner takes it out and reckons what that saves.
+    virtual void needless(const std::string& step, const std::string& reason) = 0;
+    // Something else of the pass that is left out: `what` is the pass's own name for it.
+    virtual void left_out(LeftOut left) = 0;
 };
 
-// Work groups that cover width x height with groups of size x size x 1.
-std::array<int, 3> groups_for(int width, int height, int size = 16);
+// Edge of a work group, and of the blocks in a work list (shaders/common/work_list.glsl), pixels.
+inline constexpr int kBlockPx = 16;
+
+// Work groups of kBlockPx x kBlockPx x 1 that cover width x height.
+std::array<int, 3> groups_for(int width, int height);
 
 // Planes of the double-precision reference, and the named stages it passed through. A stage
 // carries the name of the plan texture it must equal ("tile_max"), same size and channels.
@@ -74,8 +90,8 @@ class Pass {
     // Errors that need the frame (camera values, sizes). The message starts with the parameter.
     virtual Status check(const FrameDescription& frame) const = 0;
     // The pass itself knows when it returns its color bit for bit: rule and reason, else nothing.
-    // Only `what`-less fields are filled: rule and reason. context.wanted is an upper bound here:
-    // every plane that some later pass could read.
+    // Only rule and reason are filled. context.wanted is an upper bound here: every plane that
+    // some later pass could read. Facts about color count only where context.color_is_input.
     virtual std::optional<LeftOut> identity(const PlanContext& context) const = 0;
     // Describes the whole work, also for a frame on which identity() holds.
     virtual void plan(PassPlanner& planner) const = 0;

@@ -26,6 +26,8 @@ const char* name_of(Format format) {
             return "rg8";
         case Format::r8:
             return "r8";
+        case Format::work_list:
+            return "work_list";
     }
     return "unknown";
 }
@@ -44,6 +46,8 @@ int channels_of(Format format) {
         case Format::r16f:
         case Format::r8:
             return 1;
+        case Format::work_list:
+            return 0;
     }
     return 0;
 }
@@ -62,6 +66,8 @@ int bytes_per_pixel(Format format) {
         case Format::rg8:
         case Format::r8:
             return channels_of(format);
+        case Format::work_list:
+            return 4;
     }
     return 0;
 }
@@ -79,9 +85,21 @@ std::string ProgramKey::text() const {
     return text;
 }
 
-const std::vector<std::string>& elision_rules() {
-    static const std::vector<std::string> rules = {kRuleConfiguration, kRuleFacts, kRuleUnusedPlane,
-                                                   kRuleUnusedStep};
+const std::vector<ElisionRule>& elision_rules() {
+    static const std::vector<ElisionRule> rules = {
+        {kRuleConfiguration, true, "passes whose parameters make them the identity"},
+        {kRuleFacts, true, "passes that this frame's facts make the identity"},
+        {kRuleCameraCut, true, "motion blur of a frame whose motion leads across a cut"},
+        {kRuleUnusedPlane, true, "planes that no step reads"},
+        {kRuleUnusedStep, true, "steps that the parameters make needless"},
+        {kRuleUnusedOutput, true, "steps whose results nobody reads"},
+        {kRuleStillTiles, true, "blur of blocks that nothing moves into"},
+        {kRuleSkyTiles, true, "comparing depths in blocks around which there is only sky"},
+        {kRuleFocusTiles, true, "blur of blocks in focus, and sharp color of those fully out"},
+        {kRuleUniformTiles, false,
+         "reading motion and depth in blocks around which both hardly change (error <= 1e-3)"},
+        {kRuleMissingPlane, false, "passes that require a plane which the frame has not"},
+    };
     return rules;
 }
 

@@ -19,10 +19,15 @@
 
 namespace postchain {
 
-enum class Format { rgba32f, rgba16f, rg32f, rg16f, r32f, r16f, rgba8, rg8, r8 };
+// A work list is a buffer: the blocks of pixels that one step has to do, filled on the device by an
+// earlier step (shaders/common/work_list.glsl). Its width is how many it can hold, its height 1.
+enum class Format { rgba32f, rgba16f, rg32f, rg16f, r32f, r16f, rgba8, rg8, r8, work_list };
 const char* name_of(Format format);
-int bytes_per_pixel(Format format);
-int channels_of(Format format);
+int bytes_per_pixel(Format format);  // of a work list: per block
+int channels_of(Format format);      // of a work list: 0
+
+// What a work list holds before its first block: work groups x, y, z, and the number of blocks.
+inline constexpr uint64_t kWorkListHeaderBytes = 16;
 
 // Storage of a plane with 1, 2 or 4 channels at the chain's precision.
 Format plane_format(int channels, Precision precision);
@@ -40,7 +45,8 @@ struct PlanTexture {
     int last_step = -1;
 
     uint64_t bytes() const {
-        return uint64_t(width) * uint64_t(height) * uint64_t(bytes_per_pixel(format));
+        return uint64_t(width) * uint64_t(height) * uint64_t(bytes_per_pixel(format)) +
+               (format == Format::work_list ? kWorkListHeaderBytes : 0);
     }
     bool operator==(const PlanTexture&) const = default;
 };
@@ -50,6 +56,7 @@ enum class Access {
     sample_nearest,  // sampler2D, nearest, clamp to edge (texelFetch works too)
     sample_linear,   // sampler2D, bilinear, clamp to edge
     write,           // writeonly image2D
+    list,            // std430 buffer of a work list; empty before the first step that binds it
 };
 
 struct Binding {
@@ -73,9 +80,16 @@ struct Step {
     ProgramKey program;
     std::vector<Binding> bindings;
     std::vector<std::byte> block;           // std140 uniform block at binding 0; may be empty
-    std::array<int, 3> groups = {1, 1, 1};  // work groups
-    uint64_t taps = 0;  // texture fetches per dispatch, for cost reports (0 = not counted)
+    std::array<int, 3> groups = {1, 1, 1};  // work groups; with work_list, the most there can be
+    TextureId work_list = -1;  // launches one work group per block of this list instead
+    uint64_t taps = 0;         // texture fetches per dispatch, for cost reports (0 = not counted)
     bool operator==(const Step&) const = default;
+
+    // Does it change what the binding holds? A step fills the lists it binds, but its own.
+    bool writes(const Binding& binding) const {
+        return binding.access == Access::write ||
+               (binding.access == Access::list && binding.texture != work_list);
+    }
 
     template <class Block>
     void set_block(const Block& value) {
@@ -97,12 +111,25 @@ struct LeftOut {
     bool operator==(const LeftOut&) const = default;
 };
 
-// Names of the rules (docs/architecture.md, "Rules of leaving out").
+// The rules of leaving out (docs/architecture.md has an example of each).
 inline constexpr const char* kRuleConfiguration = "off_by_configuration";
 inline constexpr const char* kRuleFacts = "identity_by_facts";
+inline constexpr const char* kRuleCameraCut = "camera_cut";
+inline constexpr const char* kRuleMissingPlane = "missing_plane";
 inline constexpr const char* kRuleUnusedPlane = "unused_plane";
 inline constexpr const char* kRuleUnusedStep = "unused_step";
-const std::vector<std::string>& elision_rules();
+inline constexpr const char* kRuleUnusedOutput = "unused_output";
+inline constexpr const char* kRuleStillTiles = "still_tiles";
+inline constexpr const char* kRuleSkyTiles = "sky_tiles";
+inline constexpr const char* kRuleFocusTiles = "focus_tiles";
+inline constexpr const char* kRuleUniformTiles = "uniform_tiles";
+
+struct ElisionRule {
+    const char* name;
+    bool usual;        // used unless switched off; the others only when asked for
+    const char* help;  // what it leaves out
+};
+const std::vector<ElisionRule>& elision_rules();
 
 struct PlanPass {
     std::string type;  // "motion_blur"

@@ -20,14 +20,10 @@ std::string size_of(const PlanTexture& texture) {
     return concat(texture.width, "x", texture.height, " ", name_of(texture.format));
 }
 
-bool writes(const Binding& binding) {
-    return binding.access == Access::write;
-}
-
 std::string names(const Plan& plan, const Step& step, bool written) {
     std::string text;
     for (const auto& binding : step.bindings) {
-        if (writes(binding) != written) continue;
+        if (step.writes(binding) != written) continue;
         text += (text.empty() ? "" : ", ") + plan.textures[size_t(binding.texture)].name;
     }
     return text;
@@ -47,7 +43,8 @@ std::string plan_as_text(const Plan& plan) {
         for (const auto& step : plan.steps) {
             if (step.pass != int(i)) continue;
             out << "  step " << step.name << "  " << step.program.text() << "  groups "
-                << step.groups[0] << "x" << step.groups[1] << "x" << step.groups[2] << "\n"
+                << step.groups[0] << "x" << step.groups[1] << "x" << step.groups[2]
+                << (step.work_list >= 0 ? " at most, by its list" : "") << "\n"
                 << "    reads  " << names(plan, step, false) << "\n"
                 << "    writes " << names(plan, step, true) << "\n";
         }
@@ -102,8 +99,9 @@ std::string plan_as_json(const Plan& plan) {
             << ",\"bindings\":";
         list(step.bindings, [&](const Binding& binding) {
             out << "{\"texture\":" << binding.texture << ",\"unit\":" << binding.unit
-                << ",\"write\":" << (writes(binding) ? "true" : "false") << "}";
+                << ",\"write\":" << (step.writes(binding) ? "true" : "false") << "}";
         });
+        if (step.work_list >= 0) out << ",\"work_list\":" << step.work_list;
         out << "}";
     });
     out << ",\"textures\":";
@@ -147,7 +145,7 @@ std::string plan_as_dot(const Plan& plan) {
         out << "  s" << i << " [shape=ellipse, label="
             << quoted(plan.passes[size_t(step.pass)].type + "\n" + step.name) << "];\n";
         for (const auto& binding : step.bindings) {
-            if (writes(binding))
+            if (step.writes(binding))
                 out << "  s" << i << " -> t" << binding.texture << ";\n";
             else
                 out << "  t" << binding.texture << " -> s" << i << ";\n";

@@ -1,19 +1,24 @@
 #include "chain/planner.h"
 
+#include <iterator>
+
 namespace postchain {
 namespace {
+
+// Why nothing reads what a step writes, by "<index of the pass>.<step>".
+using Reasons = std::map<std::string, std::string>;
 
 // Records one pass's work at the end of a plan.
 class Recorder final : public PassPlanner {
   public:
-    Recorder(Plan& plan, std::map<Role, TextureId>& current, const PlanContext& context, int pass,
-             std::string type, bool report)
+    Recorder(Plan& plan, std::map<Role, TextureId>& current, Reasons& reasons,
+             const PlanContext& context, int pass, std::string type)
         : plan_(plan),
           current_(current),
+          reasons_(reasons),
           context_(context),
           pass_(pass),
-          type_(std::move(type)),
-          report_(report) {}
+          type_(std::move(type)) {}
 
     const PlanContext& context() const override { return context_; }
     TextureId input(Role role) const override { return current_.at(role); }
@@ -34,18 +39,21 @@ class Recorder final : public PassPlanner {
         plan_.steps.push_back(std::move(step));
     }
     void output(Role role, TextureId texture) override { current_[role] = texture; }
-    void left_out(const std::string& what, const std::string& reason) override {
-        if (report_)
-            plan_.left_out.push_back({type_ + "." + what, kRuleUnusedStep, reason, 0, 0, 0});
+    void needless(const std::string& step, const std::string& reason) override {
+        reasons_[concat(pass_, ".", step)] = reason;
+    }
+    void left_out(LeftOut left) override {
+        left.what = type_ + "." + left.what;
+        plan_.left_out.push_back(std::move(left));
     }
 
   private:
     Plan& plan_;
     std::map<Role, TextureId>& current_;
+    Reasons& reasons_;
     const PlanContext& context_;
     int pass_;
     std::string type_;
-    bool report_;
 };
 
 struct Decision {
@@ -53,14 +61,27 @@ struct Decision {
     std::optional<LeftOut> left_out;
 };
 
-bool rule_on(const PlanOptions& options, const std::string& rule) {
-    return options.elide && options.rules_off.count(rule) == 0;
+// What the rules say of one pass; an error when it must run and cannot.
+Result<std::optional<LeftOut>> judge(const ChainLink& link, const PlanContext& context) {
+    using Verdict = std::optional<LeftOut>;
+    if (Status status = link.pass->check(context.frame); !status.ok()) return status;
+    Verdict left = link.pass->identity(context);
+    if (left && !context.uses(left->rule)) left.reset();
+    if (left) left->what = link.type->name;
+    const RoleSet missing = link.pass->roles().required - context.available;
+    // A pass that is off needs no plane; no other rule can speak for a plane that is not there.
+    if (missing.empty() || (left && left->rule == kRuleConfiguration)) return left;
+    const std::string text =
+        "needs " + missing.text() + "; the frame has " + context.available.text();
+    if (!context.uses(kRuleMissingPlane)) return Status(StatusCode::input, text);
+    return Verdict(LeftOut{link.type->name, kRuleMissingPlane, text, 0, 0, 0});
 }
 
 // First to last: which passes are left out. Last to first: which planes each pass must produce.
 Result<std::vector<Decision>> decide(const Chain& chain, const FrameDescription& frame,
                                      const PlanOptions& options) {
     std::vector<Decision> decisions;
+    const std::set<std::string> rules = options.rules();
     // What identity() sees as wanted: an upper bound, every plane a later pass could read.
     std::vector<RoleSet> readable(chain.links.size(), options.outputs);
     for (size_t i = chain.links.size(); i-- > 1;) {
@@ -68,28 +89,26 @@ Result<std::vector<Decision>> decide(const Chain& chain, const FrameDescription&
         readable[i - 1] = readable[i] | use.required | use.optional;
     }
     RoleSet available = frame.planes;
+    bool color_is_input = true;
     for (size_t i = 0; i < chain.links.size(); ++i) {
-        const auto& [type, pass] = chain.links[i];
-        const std::string place = concat("passes[", i, "].", type->name);
-        const RoleUse use = pass->roles();
-        const RoleSet missing = use.required - available;
-        if (!missing.empty())
-            return Status(StatusCode::input, place + ": needs " + missing.text() +
-                                                 "; the frame has " + available.text());
-        if (Status status = pass->check(frame); !status.ok()) return status.at(place);
-        Decision decision{{frame, options.precision, available, readable[i]}, std::nullopt};
-        if (auto left = pass->identity(decision.context); left && rule_on(options, left->rule)) {
-            left->what = type->name;
-            decision.left_out = left;
-        } else {
-            available = available | use.on_demand;
+        Decision decision{{frame, options.precision, available, readable[i], color_is_input, rules},
+                          std::nullopt};
+        auto left = judge(chain.links[i], decision.context);
+        if (!left.ok())
+            return left.status().at(concat("passes[", i, "].", chain.links[i].type->name));
+        decision.left_out = std::move(*left);
+        if (!decision.left_out) {
+            available = available | chain.links[i].pass->roles().on_demand;
+            color_is_input = false;
         }
         decisions.push_back(std::move(decision));
     }
     RoleSet wanted = options.outputs;
+    RoleSet all;
+    for (Role role : kAllRoles) all.add(role);
     for (size_t i = chain.links.size(); i-- > 0;) {
         Decision& decision = decisions[i];
-        decision.context.wanted = wanted;
+        decision.context.wanted = rules.count(kRuleUnusedStep) ? wanted : all;
         if (decision.left_out) continue;
         const RoleUse use = chain.links[i].pass->roles();
         wanted = ((wanted - use.on_demand) | use.required | use.optional) | (wanted & use.carried);
@@ -106,7 +125,65 @@ Result<std::vector<Decision>> decide(const Chain& chain, const FrameDescription&
     return decisions;
 }
 
-// Lifetimes; planes that are imported but touched by no step are left out.
+// Takes out every step that writes nothing that an output or a later step needs, if its rule is in
+// use: unused_step where the pass gave a reason, unused_output elsewhere.
+void drop_unread_steps(Plan& plan, const Reasons& reasons, const std::set<std::string>& rules) {
+    std::vector<char> needed(plan.textures.size(), 0);
+    for (const auto& [role, id] : plan.outputs) needed[size_t(id)] = 1;
+    std::vector<Step> kept;
+    std::vector<LeftOut> left_out;
+    for (size_t i = plan.steps.size(); i-- > 0;) {
+        Step& step = plan.steps[i];
+        const auto reason = reasons.find(concat(step.pass, ".", step.name));
+        const char* rule = reason == reasons.end() ? kRuleUnusedOutput : kRuleUnusedStep;
+        bool keep = rules.count(rule) == 0;
+        for (const auto& binding : step.bindings)
+            keep = keep || (step.writes(binding) && needed[size_t(binding.texture)]);
+        if (keep) {
+            for (const auto& binding : step.bindings) needed[size_t(binding.texture)] = 1;
+            kept.push_back(std::move(step));
+            continue;
+        }
+        LeftOut left;
+        left.what = plan.passes[size_t(step.pass)].type + "." + step.name;
+        left.rule = rule;
+        left.reason = reason == reasons.end() ? "nobody reads what it writes" : reason->second;
+        left.dispatches = 1;
+        left.taps = step.taps;
+        for (const auto& binding : step.bindings)
+            if (step.writes(binding)) left.bytes += plan.textures[size_t(binding.texture)].bytes();
+        left_out.push_back(std::move(left));
+    }
+    plan.steps.assign(std::make_move_iterator(kept.rbegin()), std::make_move_iterator(kept.rend()));
+    plan.left_out.insert(plan.left_out.end(), left_out.rbegin(), left_out.rend());
+    // A pass without a step left hands nothing on: it is left out as a whole.
+    for (size_t pass = 0; pass < plan.passes.size(); ++pass) {
+        bool works = false;
+        for (const auto& step : plan.steps) works = works || step.pass == int(pass);
+        plan.passes[pass].left_out = !works;
+    }
+}
+
+// Forgets the textures that no step touches.
+void drop_untouched_textures(Plan& plan) {
+    std::vector<char> touched(plan.textures.size(), 0);
+    for (const auto& step : plan.steps)
+        for (const auto& binding : step.bindings) touched[size_t(binding.texture)] = 1;
+    std::vector<TextureId> renamed(plan.textures.size(), -1);
+    std::vector<PlanTexture> textures;
+    for (size_t i = 0; i < plan.textures.size(); ++i) {
+        if (!touched[i] && !plan.textures[i].imported) continue;
+        renamed[i] = TextureId(textures.size());
+        textures.push_back(std::move(plan.textures[i]));
+    }
+    plan.textures = std::move(textures);
+    for (auto& step : plan.steps) {
+        for (auto& binding : step.bindings) binding.texture = renamed[size_t(binding.texture)];
+        if (step.work_list >= 0) step.work_list = renamed[size_t(step.work_list)];
+    }
+    for (auto& [role, id] : plan.outputs) id = renamed[size_t(id)];
+}
+
 void find_lifetimes(Plan& plan) {
     for (int i = 0; i < int(plan.steps.size()); ++i) {
         for (const auto& binding : plan.steps[size_t(i)].bindings) {
@@ -122,7 +199,53 @@ void find_lifetimes(Plan& plan) {
     }
 }
 
+// Planes that the frame has and no step touches: not handed over, or not even decoded.
+void drop_unread_planes(Plan& plan, const FrameDescription& frame, RoleSet outputs,
+                        const std::set<std::string>& rules) {
+    for (Role role : kAllRoles) {
+        if (!frame.not_decoded.has(role)) continue;
+        const Format format = plane_format(channels_of(role), Precision::fp32);
+        const PlanTexture texture{"", format, frame.width, frame.height};
+        plan.left_out.push_back({std::string("input.") + name_of(role), kRuleUnusedPlane,
+                                 "no step reads it: not decoded", texture.bytes(), 0, 0});
+    }
+    for (const auto& texture : plan.textures) {
+        if (!texture.imported || texture.first_step >= 0) continue;
+        if (rules.count(kRuleUnusedPlane) == 0)
+            plan.reads.add(texture.role);
+        else if (!outputs.has(texture.role))
+            plan.left_out.push_back(
+                {texture.name, kRuleUnusedPlane, "no step reads it", texture.bytes(), 0, 0});
+    }
+}
+
+// What a pass that is left out would have cost.
+void add_savings(LeftOut& left, const Plan& plan, std::map<Role, TextureId> current,
+                 const PlanContext& context, const Pass& pass) {
+    Plan whole;
+    whole.passes = plan.passes;
+    whole.textures = plan.textures;
+    for (auto& texture : whole.textures) texture.imported = true;
+    Reasons reasons;
+    Recorder recorder(whole, current, reasons, context, int(plan.passes.size()) - 1, left.what);
+    pass.plan(recorder);
+    for (const auto& [role, id] : current) whole.outputs[role] = id;
+    drop_unread_steps(whole, reasons, context.rules);
+    drop_untouched_textures(whole);
+    left.dispatches = int(whole.steps.size());
+    left.bytes = whole.transient_bytes();
+    for (const auto& step : whole.steps) left.taps += step.taps;
+}
+
 }  // namespace
+
+std::set<std::string> PlanOptions::rules() const {
+    std::set<std::string> names;
+    for (const auto& rule : elision_rules())
+        if (elide && (rule.usual ? rules_off.count(rule.name) == 0 : rules_on.count(rule.name) > 0))
+            names.insert(rule.name);
+    return names;
+}
 
 Result<Plan> make_plan(const Chain& chain, const FrameDescription& given,
                        const PlanOptions& options) {
@@ -152,36 +275,29 @@ Result<Plan> make_plan(const Chain& chain, const FrameDescription& given,
         plan.textures.push_back(texture);
     }
 
+    Reasons reasons;
     for (size_t i = 0; i < chain.links.size(); ++i) {
         const auto& [type, pass] = chain.links[i];
         const Decision& decision = (*decisions)[i];
         plan.passes.push_back(
             {type->name, type->parameters->text(pass->parameters()), bool(decision.left_out)});
         if (!decision.left_out) {
-            Recorder recorder(plan, current, decision.context, int(i), type->name, true);
+            Recorder recorder(plan, current, reasons, decision.context, int(i), type->name);
             pass->plan(recorder);
             continue;
         }
-        // What it would have cost.
-        Plan scratch;
-        scratch.textures = plan.textures;
-        std::map<Role, TextureId> scratch_current = current;
-        Recorder recorder(scratch, scratch_current, decision.context, int(i), type->name, false);
-        pass->plan(recorder);
         LeftOut left = *decision.left_out;
-        left.dispatches = int(scratch.steps.size());
-        left.bytes = scratch.transient_bytes() - plan.transient_bytes();
-        for (const auto& step : scratch.steps) left.taps += step.taps;
+        if ((pass->roles().required - decision.context.available).empty())
+            add_savings(left, plan, current, decision.context, *pass);
         plan.left_out.push_back(std::move(left));
     }
     for (Role role : kAllRoles)
         if (options.outputs.has(role) && current.count(role)) plan.outputs[role] = current[role];
+    const std::set<std::string> rules = options.rules();
+    drop_unread_steps(plan, reasons, rules);
+    drop_untouched_textures(plan);
     find_lifetimes(plan);
-    for (const auto& texture : plan.textures) {
-        if (texture.imported && texture.first_step < 0 && !options.outputs.has(texture.role))
-            plan.left_out.push_back(
-                {texture.name, kRuleUnusedPlane, "no step reads it", texture.bytes(), 0, 0});
-    }
+    drop_unread_planes(plan, frame, options.outputs, rules);
     return plan;
 }
 

@@ -11,14 +11,18 @@ namespace postchain {
 
 struct PlanOptions {
     Precision precision = Precision::fp32;
-    std::set<std::string> rules_off;  // names of elision_rules() that must not be used
     bool elide = true;                // false: no rule is used
+    std::set<std::string> rules_off;  // usual rules that must not be used
+    std::set<std::string> rules_on;   // others that may be
     RoleSet outputs = {Role::color};
+
+    std::set<std::string> rules() const;  // in use
 };
 
 // frame.camera is what the input brought; the chain's own camera is laid over it here.
 // Errors: StatusCode::input when a plane is missing that a pass requires (what was found is
-// listed), StatusCode::chain when a pass cannot run on this frame.
+// listed) and rule missing_plane is not in use, StatusCode::chain when a pass cannot run on this
+// frame.
 Result<Plan> make_plan(const Chain& chain, const FrameDescription& frame,
                        const PlanOptions& options = {});
 

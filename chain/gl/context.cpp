@@ -173,8 +173,8 @@ DebugGroup::~DebugGroup() {
     glPopDebugGroup();
 }
 
-void label_texture(unsigned texture, const std::string& label) {
-    glObjectLabel(GL_TEXTURE, texture, GLsizei(label.size()), label.data());
+void label(unsigned kind, unsigned name, const std::string& label) {
+    glObjectLabel(kind, name, GLsizei(label.size()), label.data());
 }
 
 void label_program(unsigned program, const std::string& label) {

@@ -75,7 +75,8 @@ class DebugGroup {
     DebugGroup(const DebugGroup&) = delete;
     DebugGroup& operator=(const DebugGroup&) = delete;
 };
-void label_texture(unsigned texture, const std::string& label);
+// `kind` is GL_TEXTURE or GL_BUFFER.
+void label(unsigned kind, unsigned name, const std::string& label);
 void label_program(unsigned program, const std::string& label);
 
 }  // namespace postchain::gl

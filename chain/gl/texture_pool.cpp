@@ -33,13 +33,43 @@ GlFormat gl_format(Format format) {
             return {GL_RG8, GL_RG};
         case Format::r8:
             return {GL_R8, GL_RED};
+        case Format::work_list:
+            break;
     }
     return {0, 0};
 }
 
 uint64_t bytes_of(const Texture& texture) {
-    return uint64_t(texture.width) * uint64_t(texture.height) *
-           uint64_t(bytes_per_pixel(texture.format));
+    PlanTexture like;
+    like.format = texture.format;
+    like.width = texture.width;
+    like.height = texture.height;
+    return like.bytes();
+}
+
+void create(Texture& texture) {
+    if (texture.format == Format::work_list) {
+        glCreateBuffers(1, &texture.name);
+        glNamedBufferStorage(texture.name, GLsizeiptr(bytes_of(texture)), nullptr, 0);
+        return;
+    }
+    glCreateTextures(GL_TEXTURE_2D, 1, &texture.name);
+    glTextureStorage2D(texture.name, 1, gl_format(texture.format).internal, texture.width,
+                       texture.height);
+}
+
+void destroy(const Texture& texture) {
+    if (texture.format == Format::work_list)
+        glDeleteBuffers(1, &texture.name);
+    else
+        glDeleteTextures(1, &texture.name);
+}
+
+// Zero groups, zero blocks. The blocks themselves need no clearing.
+void empty_list(const Texture& texture) {
+    if (texture.format != Format::work_list) return;
+    glClearNamedBufferSubData(texture.name, GL_R32UI, 0, GLsizeiptr(kWorkListHeaderBytes),
+                              GL_RED_INTEGER, GL_UNSIGNED_INT, nullptr);
 }
 
 }  // namespace
@@ -49,7 +79,7 @@ unsigned internal_format(Format format) {
 }
 
 TexturePool::~TexturePool() {
-    for (const auto& texture : textures_) glDeleteTextures(1, &texture->name);
+    for (const auto& texture : textures_) destroy(*texture);
 }
 
 Result<Texture*> TexturePool::acquire(Format format, int width, int height) {
@@ -59,13 +89,14 @@ Result<Texture*> TexturePool::acquire(Format format, int width, int height) {
             continue;
         texture->in_use = true;
         texture->last_used = frame_;
+        empty_list(*texture);
         return texture.get();
     }
     const std::string doing =
         concat("allocating a texture of ", width, "x", height, " ", name_of(format));
     GLint limit = 0;
     glGetIntegerv(GL_MAX_TEXTURE_SIZE, &limit);
-    if (width > limit || height > limit)
+    if (format != Format::work_list && (width > limit || height > limit))
         return Status(StatusCode::gl, concat(doing, ": this device's limit is ", limit, " a side"));
     auto texture = std::make_unique<Texture>();
     texture->format = format;
@@ -73,12 +104,12 @@ Result<Texture*> TexturePool::acquire(Format format, int width, int height) {
     texture->height = height;
     texture->in_use = true;
     texture->last_used = frame_;
-    glCreateTextures(GL_TEXTURE_2D, 1, &texture->name);
-    glTextureStorage2D(texture->name, 1, gl_format(format).internal, width, height);
+    create(*texture);
     if (Status status = check_error(doing); !status.ok()) {
-        glDeleteTextures(1, &texture->name);
+        destroy(*texture);
         return status;
     }
+    empty_list(*texture);
     ++allocations_;
     bytes_ += bytes_of(*texture);
     bytes_peak_ = std::max(bytes_peak_, bytes_);
@@ -98,9 +129,15 @@ void TexturePool::trim(uint64_t frames) {
     std::erase_if(textures_, [&](const auto& texture) {
         if (texture->in_use || texture->last_used + frames >= frame_) return false;
         bytes_ -= bytes_of(*texture);
-        glDeleteTextures(1, &texture->name);
+        destroy(*texture);
         return true;
     });
+}
+
+unsigned count_work(unsigned list) {
+    GLuint count = 0;
+    glGetNamedBufferSubData(list, 3 * sizeof(GLuint), sizeof(count), &count);
+    return count;
 }
 
 Status upload(const Texture& texture, const ImageF& pixels) {

@@ -1,5 +1,5 @@
-// Textures by (format, width, height), acquired and released by the executor; nothing is freed
-// until the pool is trimmed, so that the second frame of a size allocates nothing.
+// Textures and work lists by (format, width, height), acquired and released by the executor;
+// nothing is freed until the pool is trimmed, so that the second frame of a size allocates nothing.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ namespace postchain::gl {
 unsigned internal_format(Format format);
 
 struct Texture {
-    unsigned name = 0;  // GL texture, immutable storage, one level
+    unsigned name = 0;  // GL texture, immutable storage, one level; of a work list: a GL buffer
     Format format = Format::rgba32f;
     int width = 0;
     int height = 0;
@@ -27,7 +27,8 @@ struct Texture {
 class TexturePool {
   public:
     ~TexturePool();
-    // A texture of undefined content. StatusCode::gl when memory or the size limit is exceeded.
+    // A texture of undefined content, or an empty work list. StatusCode::gl when memory or the size
+    // limit is exceeded.
     Result<Texture*> acquire(Format format, int width, int height);
     void release(Texture* texture);
     // Deletes free textures that the last `frames` calls of begin_frame() did not need.
@@ -45,6 +46,9 @@ class TexturePool {
     uint64_t bytes_ = 0;
     uint64_t bytes_peak_ = 0;
 };
+
+// How many blocks a work list holds. Waits for the device.
+unsigned count_work(unsigned list);
 
 // Float pixels to a texture and back; channels must match the texture's format.
 Status upload(const Texture& texture, const ImageF& pixels);

@@ -24,6 +24,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "passes/depth_of_field/focus_blocks.h"
 #include "shaders/shared/depth_of_field_block.h"
 #include "shaders/shared/depth_of_field_blur_block.h"
 
@@ -68,6 +69,8 @@ DepthOfFieldBlock block_of(const CircleOfConfusion& coc, const GilhamSizes& size
     block.far_radius_px = float(coc.far_radius_px);
     block.max_radius_px = float(coc.max_radius_px);
     block.full_blur_px = float(sizes.full_blur_px);
+    // Taps come in fours, the last of them with weight 0, but read.
+    block.reach_blocks = (4 * ((sizes.taps + 3) / 4) + kBlockPx - 1) / kBlockPx;
     return block;
 }
 
@@ -86,9 +89,18 @@ uint64_t pixels_of(const PlanTexture& texture) {
     return uint64_t(texture.width) * uint64_t(texture.height);
 }
 
+// Launches the step for the blocks of a list, if there is one.
+void by_list(Step& step, TextureId list) {
+    if (list < 0) return;
+    step.program.defines.emplace("LIST", "1");
+    step.bindings.push_back({0, list, Access::list});
+    step.work_list = list;
+}
+
 // A blur of one direction: "blur_x" or "blur_y".
 TextureId add_blur(PassPlanner& planner, const Parameters& parameters, const GilhamSizes& sizes,
-                   const char* name, const char* direction, TextureId source, TextureId guide) {
+                   const char* name, const char* direction, TextureId source, TextureId guide,
+                   TextureId list) {
     const TextureId blurred = planner.texture(name, plane_format(4, planner.context().precision),
                                               sizes.low_width, sizes.low_height);
     Step step;
@@ -104,8 +116,43 @@ TextureId add_blur(PassPlanner& planner, const Parameters& parameters, const Gil
     step.groups = groups_for(sizes.low_width, sizes.low_height);
     step.taps = pixels_of(planner.describe(blurred)) * uint64_t(2 * sizes.taps + 1) *
                 (parameters.leak == Leak::none ? 1 : 2);
+    by_list(step, list);
     planner.step(std::move(step));
     return blurred;
+}
+
+struct CompositeInputs {
+    TextureId sharp, radius, low, hint;  // -1 = not read
+    TextureId result, hint_result;
+};
+
+// The composite of the whole picture, or of the blocks of a list, all of one `kind` (a define of
+// gilham_composite.comp; null: any).
+void add_composite(PassPlanner& planner, const DepthOfFieldBlock& block, const GilhamSizes& sizes,
+                   const CompositeInputs& inputs, const char* name, TextureId list,
+                   const char* kind) {
+    Step step;
+    step.name = name;
+    step.program = {"depth_of_field/gilham_composite.comp",
+                    {{"FACTOR", std::to_string(sizes.factor)}}};
+    if (kind) step.program.defines.emplace(kind, "1");
+    step.bindings = {{0, inputs.result, Access::write}};
+    const std::pair<int, TextureId> reads[] = {
+        {0, inputs.sharp}, {1, inputs.radius}, {2, inputs.low}, {3, inputs.hint}};
+    for (const auto& [unit, texture] : reads)
+        if (texture >= 0) step.bindings.push_back({unit, texture, Access::sample_nearest});
+    if (inputs.hint_result >= 0) {
+        step.program.defines.emplace("WITH_HINT", "1");
+        step.bindings.push_back({1, inputs.hint_result, Access::write});
+    }
+    step.set_block(block);
+    step.groups = groups_for(block.size.x, block.size.y);
+    // How many blocks are in which list nobody knows here: all are counted to the mixed ones.
+    if (!kind)
+        step.taps = pixels_of(planner.describe(inputs.result)) *
+                    uint64_t(2 + (sizes.factor == 1 ? 1 : 4) + (inputs.hint >= 0 ? 1 : 0));
+    by_list(step, list);
+    planner.step(std::move(step));
 }
 
 }  // namespace
@@ -142,6 +189,7 @@ void plan_gilham(const Parameters& parameters, const CircleOfConfusion& coc, Pas
     const TextureId sharp = planner.input(Role::color);
     const TextureId depth = planner.input(Role::inverse_depth);
 
+    const bool by_blocks = context.uses(kRuleFocusTiles);
     const TextureId radius =
         planner.texture("coc", plane_format(1, context.precision), frame.width, frame.height);
     Step coc_step;
@@ -151,7 +199,17 @@ void plan_gilham(const Parameters& parameters, const CircleOfConfusion& coc, Pas
     coc_step.set_block(block);
     coc_step.groups = groups_for(frame.width, frame.height);
     coc_step.taps = pixels_of(planner.describe(radius));
+    TextureId row_range = -1;
+    if (by_blocks) {
+        const int runs = coc_step.groups[0];
+        row_range = planner.texture("row_range", Format::rg32f, runs, frame.height);
+        coc_step.program.defines.emplace("RANGE", "1");
+        coc_step.bindings.push_back({1, row_range, Access::write});
+        coc_step.groups = groups_for(runs, frame.height);
+    }
     planner.step(std::move(coc_step));
+    FocusBlocks blocks;
+    if (by_blocks) blocks = add_focus_blocks(planner, block, sizes, row_range);
 
     const TextureId small = planner.texture("small", plane_format(4, context.precision),
                                             sizes.low_width, sizes.low_height);
@@ -175,38 +233,31 @@ void plan_gilham(const Parameters& parameters, const CircleOfConfusion& coc, Pas
     down.set_block(block);
     down.groups = groups_for(sizes.low_width, sizes.low_height);
     down.taps = uint64_t(frame.width) * uint64_t(frame.height) * (guide < 0 ? 1 : 2);
+    by_list(down, blocks.small);
     planner.step(std::move(down));
 
     const TextureId blur_x =
-        add_blur(planner, parameters, sizes, "blur_x", "ivec2(1,0)", small, guide);
+        add_blur(planner, parameters, sizes, "blur_x", "ivec2(1,0)", small, guide, blocks.blur_x);
     const TextureId blur_y =
-        add_blur(planner, parameters, sizes, "blur_y", "ivec2(0,1)", blur_x, guide);
+        add_blur(planner, parameters, sizes, "blur_y", "ivec2(0,1)", blur_x, guide, blocks.blur_y);
 
     const TextureId result =
-        planner.texture("color", plane_format(4, context.precision), frame.width, frame.height);
-    Step composite;
-    composite.name = "composite";
-    composite.program = {"depth_of_field/gilham_composite.comp",
-                         {{"FACTOR", std::to_string(sizes.factor)}}};
-    if (half) composite.program.defines.emplace("HALF_STORAGE", "1");
-    composite.bindings = {{0, sharp, Access::sample_nearest},
-                          {1, radius, Access::sample_nearest},
-                          {2, blur_y, Access::sample_nearest},
-                          {0, result, Access::write}};
+        planner.texture("color", context.color_format(), frame.width, frame.height);
     const bool carry_hint = planner.has(Role::hint) && planner.wanted(Role::hint);
-    TextureId hint = -1;
+    TextureId given = -1, hint = -1;
     if (carry_hint) {
-        const TextureId given = planner.input(Role::hint);
+        given = planner.input(Role::hint);
         hint = planner.texture("hint", planner.describe(given).format, frame.width, frame.height);
-        composite.program.defines.emplace("WITH_HINT", "1");
-        composite.bindings.push_back({3, given, Access::sample_nearest});
-        composite.bindings.push_back({1, hint, Access::write});
     }
-    composite.set_block(block);
-    composite.groups = groups_for(frame.width, frame.height);
-    composite.taps = pixels_of(planner.describe(result)) *
-                     uint64_t(2 + (sizes.factor == 1 ? 1 : 4) + (carry_hint ? 1 : 0));
-    planner.step(std::move(composite));
+    if (by_blocks) {
+        add_composite(planner, block, sizes,
+                      {sharp, carry_hint ? radius : -1, -1, given, result, hint}, "keep_sharp",
+                      blocks.sharp, "SHARP");
+        add_composite(planner, block, sizes, {-1, -1, blur_y, -1, result, hint}, "keep_blurred",
+                      blocks.blurred, "BLURRED");
+    }
+    add_composite(planner, block, sizes, {sharp, radius, blur_y, given, result, hint}, "composite",
+                  blocks.mixed, nullptr);
     planner.output(Role::color, result);
     if (carry_hint) planner.output(Role::hint, hint);
 }

@@ -1,5 +1,6 @@
 #include "passes/fxaa/fxaa.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "passes/fxaa/reference.h"
@@ -73,6 +74,43 @@ const ParameterTable& parameter_table() {
     return table;
 }
 
+// Luma is reckoned in fp32: this part of it may be rounding.
+constexpr double kLumaRounding = 1e-5;
+
+struct LumaBounds {
+    double lowest, highest;
+};
+
+// Between what two lumas every pixel of a frame lies, by the bounds of each channel (luma.comp has
+// the formulas). For `display` x_c/(1 + max(x)) is bounded with the maximum's own bounds.
+LumaBounds luma_bounds(const Parameters& parameters, const FrameFacts& facts,
+                       const std::array<double, 3>& weights) {
+    constexpr double kUnknown = FrameFacts::kUnknown;
+    const double exposure = std::exp2(parameters.exposure_ev);
+    std::array<double, 3> low, high;
+    for (size_t c = 0; c < 3; ++c) {
+        low[c] = facts.min_color[c];
+        high[c] = facts.max_color[c];
+        if (!std::isfinite(low[c]) || !std::isfinite(high[c]) || weights[c] < 0)
+            return {-kUnknown, kUnknown};
+        if (parameters.luma == Luma::stored) continue;
+        low[c] = std::max(low[c] * exposure, 0.0);
+        high[c] = std::max(high[c] * exposure, 0.0);
+    }
+    LumaBounds luma{0, 0};
+    const double low_max = *std::max_element(low.begin(), low.end());
+    const double high_max = *std::max_element(high.begin(), high.end());
+    for (size_t c = 0; c < 3; ++c) {
+        if (parameters.luma == Luma::display) {
+            low[c] = std::sqrt(low[c] / (1 + high_max));
+            high[c] = std::sqrt(high[c] / (1 + std::max(low_max, high[c])));
+        }
+        luma.lowest += weights[c] * low[c];
+        luma.highest += weights[c] * high[c];
+    }
+    return luma;
+}
+
 class FxaaPass final : public Pass {
   public:
     RoleUse roles() const override {
@@ -87,10 +125,29 @@ class FxaaPass final : public Pass {
     // No setting of the parameters alone is the identity: thresholds of 1 still let full contrast
     // (0 beside the maximum) through, and subpix 0 still moves along edges.
     std::optional<LeftOut> identity(const PlanContext& context) const override {
-        if (context.frame.width != 1 || context.frame.height != 1) return std::nullopt;
+        const FrameFacts& facts = context.frame.facts;
         LeftOut left_out;
         left_out.rule = kRuleFacts;
-        left_out.reason = "a single pixel has no neighbour to blend with";
+        if (context.frame.width == 1 && context.frame.height == 1) {
+            left_out.reason = "a single pixel has no neighbour to blend with";
+            return left_out;
+        }
+        if (!context.color_is_input) return std::nullopt;
+        if (facts.one_color) {
+            left_out.reason = "all pixels have one color";
+            return left_out;
+        }
+        // A hint lowers the thresholds, or blends whatever the luma.
+        if (uses_hint(context)) return std::nullopt;
+        const LumaBounds luma = luma_bounds(parameters_, facts, weights_of(context.frame));
+        const double range = luma.highest - luma.lowest;
+        const double threshold =
+            std::max(parameters_.edge_threshold_min, parameters_.edge_threshold * luma.lowest);
+        const double rounding =
+            kLumaRounding * std::max(std::abs(luma.lowest), std::abs(luma.highest));
+        if (!(range + rounding < threshold * (1 - kLumaRounding))) return std::nullopt;
+        left_out.reason =
+            concat("no two pixels differ by more than ", range, " in luma, threshold ", threshold);
         return left_out;
     }
 
@@ -102,8 +159,7 @@ class FxaaPass final : public Pass {
         const shared::FxaaBlock block = make_block(context.frame);
         const TextureId color = planner.input(Role::color);
         const TextureId luma = planner.texture("luma", Format::r32f, width, height);
-        const TextureId result =
-            planner.texture("fxaa", plane_format(4, context.precision), width, height);
+        const TextureId result = planner.texture("fxaa", context.color_format(), width, height);
 
         Step step;
         step.name = "luma";
@@ -148,6 +204,11 @@ class FxaaPass final : public Pass {
         return parameters_.hint != Hint::none && context.available.has(Role::hint);
     }
 
+    std::array<double, 3> weights_of(const FrameDescription& frame) const {
+        if (parameters_.luma == Luma::stored) return {0.299, 0.587, 0.114};
+        return frame.luma_weights;
+    }
+
     shared::FxaaBlock make_block(const FrameDescription& frame) const {
         shared::FxaaBlock block{};
         block.size = {frame.width, frame.height};
@@ -156,8 +217,7 @@ class FxaaPass final : public Pass {
         block.edge_threshold = static_cast<float>(parameters_.edge_threshold);
         block.edge_threshold_min = static_cast<float>(parameters_.edge_threshold_min);
         block.hint_gate = parameters_.hint_gate == HintGate::pixel ? 1 : 0;
-        std::array<double, 3> weights = frame.luma_weights;
-        if (parameters_.luma == Luma::stored) weights = {0.299, 0.587, 0.114};
+        const std::array<double, 3> weights = weights_of(frame);
         for (int i = 0; i < 3; ++i)
             block.luma_weights[i] = static_cast<float>(weights[static_cast<size_t>(i)]);
         double distance_px = 0;

@@ -5,8 +5,11 @@
 //   tile_max       --neighbor_max--> neighbor_max
 //   tile_max       --tile_variance-> tile_variance   only with sample_split: variance
 //   frame number   --noise---------> noise           only with a jitter
+//   neighbor_max [, tile_depth] [, tile_range]
+//                  --classify------> work lists of blocks: still, sky, uniform, full
 //   half_velocity, neighbor_max, tile_variance, noise, color, inverse_depth
 //                  --gather--------> color, hint     the hint only where a later pass reads it
+//                                                    keep, gather_sky, gather_uniform: their lists
 //
 // Tile textures are fp32 whatever the precision: they are small, and the squared length they carry
 // beside v does not fit a half.
@@ -46,6 +49,16 @@ class MotionBlur final : public Pass {
             left.reason = "shutter_frames is 0";
             return left;
         }
+        if (frame.facts.camera_cut && context.uses(kRuleCameraCut)) {
+            left.rule = kRuleCameraCut;
+            left.reason = "motion leads across a cut";
+            return left;
+        }
+        if (context.color_is_input && frame.facts.one_color) {
+            left.rule = kRuleFacts;
+            left.reason = "all pixels have one color";
+            return left;
+        }
         const double largest = 0.5 * shutter * frame.facts.max_speed_px;
         if (!(largest <= parameters_.min_speed_px)) return std::nullopt;
         left.rule = kRuleFacts;
@@ -58,57 +71,30 @@ class MotionBlur final : public Pass {
         const PlanContext& context = planner.context();
         const VelocityStorage stored = storage(parameters_, context.precision);
         const shared::MotionBlurBlock block = make_block(context, stored);
-        const int width = context.frame.width, height = context.frame.height;
-        const int tiles_x = block.tiles.x, tiles_y = block.tiles.y;
+        const Classes classes = classes_of(context);
 
-        const TextureId half_velocity =
-            planner.texture("half_velocity", velocity_format(stored), width, height);
-        const TextureId row_max = planner.texture("row_max", Format::rgba32f, tiles_x, height);
-        const TextureId tile_max = planner.texture("tile_max", Format::rgba32f, tiles_x, tiles_y);
-        const TextureId neighbor_max =
-            planner.texture("neighbor_max", Format::rgba32f, tiles_x, tiles_y);
-
-        Step rows = make_step("tile_rows", {{"STORAGE", storage_define(stored)}}, block);
-        rows.bindings = {{0, planner.input(Role::motion)},
-                         {0, half_velocity, Access::write},
-                         {1, row_max, Access::write}};
-        rows.groups = groups_for(tiles_x, height);
-        rows.taps = uint64_t(width) * uint64_t(height);
-        planner.step(std::move(rows));
-
-        Step columns = make_step("tile_max", {}, block);
-        columns.bindings = {{0, row_max}, {0, tile_max, Access::write}};
-        columns.groups = groups_for(tiles_x, tiles_y);
-        columns.taps = uint64_t(tiles_x) * uint64_t(height);
-        planner.step(std::move(columns));
-
-        Step neighbors = make_step("neighbor_max", {{"SINGLE", flag(single())}}, block);
-        neighbors.bindings = {{0, tile_max}, {0, neighbor_max, Access::write}};
-        neighbors.groups = groups_for(tiles_x, tiles_y);
-        neighbors.taps = 9 * uint64_t(tiles_x) * uint64_t(tiles_y);
-        planner.step(std::move(neighbors));
-
-        TextureId tile_variance = -1;
-        if (splits_by_variance()) {
-            tile_variance = planner.texture("tile_variance", Format::r32f, tiles_x, tiles_y);
-            Step variance = make_step("tile_variance", {}, block);
-            variance.bindings = {{0, tile_max}, {0, tile_variance, Access::write}};
-            variance.groups = groups_for(tiles_x, tiles_y);
-            variance.taps = 9 * uint64_t(tiles_x) * uint64_t(tiles_y);
-            planner.step(std::move(variance));
+        Planes planes;
+        planes.half_velocity = planner.texture("half_velocity", velocity_format(stored),
+                                               context.frame.width, context.frame.height);
+        add_tiles(planner, block, stored, classes, planes);
+        add_variance(planner, block, planes);
+        add_noise(planner, planes);
+        planes.color = planner.texture("color", context.color_format(), context.frame.width,
+                                       context.frame.height);
+        if (planner.wanted(Role::hint)) {
+            // Both gates are 0 or 1: 8 bits hold them exactly.
+            planes.hint =
+                planner.texture("hint", Format::rg8, context.frame.width, context.frame.height);
         } else {
-            planner.left_out("tile_variance",
-                             single() ? "mode is single: one direction" : "sample_split is even");
+            planner.left_out(
+                {"hint", kRuleUnusedStep, "no later pass reads it", 2 * pixels_of(context), 0, 0});
         }
-
-        TextureId noise = -1;
-        if (jitters_tiles(parameters_) || jitters_taps(parameters_)) {
-            noise = planner.texture("noise", Format::rg32f, kNoiseSize, kNoiseSize);
-            planner.step(noise_step(context.frame.frame_number, noise));
-        } else {
-            planner.left_out("noise", "neither tiles nor taps are jittered");
-        }
-        gather(planner, block, stored, {half_velocity, neighbor_max, tile_variance, noise});
+        if (classes.any())
+            add_classed_gathers(planner, block, stored, classes, planes);
+        else
+            add_gather(planner, block, stored, planes, {"gather", -1, compares_depth(), false});
+        planner.output(Role::color, planes.color);
+        if (planes.hint >= 0) planner.output(Role::hint, planes.hint);
     }
 
     void reference(const PlanContext& context, ReferenceFrame& frame) const override {
@@ -118,11 +104,27 @@ class MotionBlur final : public Pass {
     void* parameters() override { return &parameters_; }
 
   private:
-    struct GatherInputs {
-        TextureId half_velocity, neighbor_max, tile_variance, noise;  // -1 = not needed
+    // Which classes of blocks are told apart (classify.comp).
+    struct Classes {
+        bool still = false, sky = false, uniform = false;
+        bool any() const { return still || sky || uniform; }
+    };
+    // -1 = not needed.
+    struct Planes {
+        TextureId half_velocity = -1, tile_max = -1, tile_range = -1, tile_depth = -1;
+        TextureId neighbor_max = -1, tile_variance = -1, noise = -1;
+        TextureId color = -1, hint = -1;
+    };
+    // One launch of the gather: over a list, or over the whole picture.
+    struct Gather {
+        const char* name;
+        TextureId list;
+        bool depth;    // inverse depths are compared
+        bool uniform;  // samples are taken to move as the pixel does
     };
 
     bool single() const { return parameters_.mode == Mode::single; }
+    bool jitters() const { return jitters_tiles(parameters_) || jitters_taps(parameters_); }
     bool compares_depth() const { return parameters_.depth_softness > 0; }
     bool splits_by_variance() const {
         return parameters_.sample_split == SampleSplit::variance && !single();
@@ -186,10 +188,155 @@ class MotionBlur final : public Pass {
         return step;
     }
 
-    void gather(PassPlanner& planner, const shared::MotionBlurBlock& block, VelocityStorage stored,
-                const GatherInputs& inputs) const {
+    static uint64_t pixels_of(const PlanContext& context) {
+        return uint64_t(context.frame.width) * uint64_t(context.frame.height);
+    }
+
+    Classes classes_of(const PlanContext& context) const {
+        Classes classes;
+        classes.still = context.uses(kRuleStillTiles);
+        // Where no pixel is sky there is nothing to look for.
+        classes.sky = context.uses(kRuleSkyTiles) && compares_depth() &&
+                      context.frame.facts.min_inverse_depth <= 0;
+        classes.uniform = context.uses(kRuleUniformTiles);
+        return classes;
+    }
+
+    // motion [, inverse_depth] -> half_velocity, tile_max, neighbor_max [, tile_range, tile_depth]
+    void add_tiles(PassPlanner& planner, const shared::MotionBlurBlock& block,
+                   VelocityStorage stored, const Classes& classes, Planes& planes) const {
         const PlanContext& context = planner.context();
-        const bool hint = planner.wanted(Role::hint);
+        const int tiles_x = block.tiles.x, tiles_y = block.tiles.y, height = context.frame.height;
+        const bool depth = compares_depth() && (classes.sky || classes.uniform);
+        const auto texture = [&](const char* name, Format format, int rows) {
+            return planner.texture(name, format, tiles_x, rows);
+        };
+        const TextureId row_max = texture("row_max", Format::rgba32f, height);
+        planes.tile_max = texture("tile_max", Format::rgba32f, tiles_y);
+        planes.neighbor_max = texture("neighbor_max", Format::rgba32f, tiles_y);
+
+        const std::map<std::string, std::string> ranges = {{"RANGE", flag(classes.uniform)},
+                                                           {"DEPTH", flag(depth)}};
+        Step rows = make_step("tile_rows", ranges, block);
+        rows.program.defines.emplace("STORAGE", storage_define(stored));
+        rows.bindings = {{0, planner.input(Role::motion)},
+                         {0, planes.half_velocity, Access::write},
+                         {1, row_max, Access::write}};
+        rows.groups = groups_for(tiles_x, height);
+        rows.taps = pixels_of(context) * (depth ? 2 : 1);
+        Step columns = make_step("tile_max", ranges, block);
+        columns.bindings = {{0, row_max}, {0, planes.tile_max, Access::write}};
+        columns.groups = groups_for(tiles_x, tiles_y);
+        columns.taps = uint64_t(tiles_x) * uint64_t(height);
+        if (classes.uniform) {
+            const TextureId row_range = texture("row_range", Format::rgba32f, height);
+            planes.tile_range = texture("tile_range", Format::rgba32f, tiles_y);
+            rows.bindings.push_back({2, row_range, Access::write});
+            columns.bindings.push_back({1, row_range});
+            columns.bindings.push_back({1, planes.tile_range, Access::write});
+        }
+        if (depth) {
+            const TextureId row_depth = texture("row_depth", Format::rg32f, height);
+            planes.tile_depth = texture("tile_depth", Format::rg32f, tiles_y);
+            rows.bindings.push_back({1, planner.input(Role::inverse_depth)});
+            rows.bindings.push_back({3, row_depth, Access::write});
+            columns.bindings.push_back({2, row_depth});
+            columns.bindings.push_back({2, planes.tile_depth, Access::write});
+        }
+        planner.step(std::move(rows));
+        planner.step(std::move(columns));
+
+        Step neighbors = make_step("neighbor_max", {{"SINGLE", flag(single())}}, block);
+        neighbors.bindings = {{0, planes.tile_max}, {0, planes.neighbor_max, Access::write}};
+        neighbors.groups = groups_for(tiles_x, tiles_y);
+        neighbors.taps = 9 * uint64_t(tiles_x) * uint64_t(tiles_y);
+        planner.step(std::move(neighbors));
+    }
+
+    void add_variance(PassPlanner& planner, const shared::MotionBlurBlock& block,
+                      Planes& planes) const {
+        if (!splits_by_variance())
+            planner.needless("tile_variance",
+                             single() ? "mode is single: one direction" : "sample_split is even");
+        planes.tile_variance =
+            planner.texture("tile_variance", Format::r32f, block.tiles.x, block.tiles.y);
+        Step step = make_step("tile_variance", {}, block);
+        step.bindings = {{0, planes.tile_max}, {0, planes.tile_variance, Access::write}};
+        step.groups = groups_for(block.tiles.x, block.tiles.y);
+        step.taps = 9 * uint64_t(block.tiles.x) * uint64_t(block.tiles.y);
+        planner.step(std::move(step));
+    }
+
+    void add_noise(PassPlanner& planner, Planes& planes) const {
+        if (parameters_.noise == Noise::none) return;
+        if (!jitters()) planner.needless("noise", "neither tiles nor taps are jittered");
+        planes.noise = planner.texture("noise", Format::rg32f, kNoiseSize, kNoiseSize);
+        planner.step(noise_step(planner.context().frame.frame_number, planes.noise));
+    }
+
+    // Blocks are sorted into lists, and each list has a launch of its own.
+    void add_classed_gathers(PassPlanner& planner, const shared::MotionBlurBlock& block,
+                             VelocityStorage stored, const Classes& classes,
+                             const Planes& planes) const {
+        const FrameDescription& frame = planner.context().frame;
+        const auto blocks = groups_for(frame.width, frame.height);
+        const bool depth = compares_depth() && (classes.sky || classes.uniform);
+        Step classify = make_step("classify",
+                                  {{"STORAGE", storage_define(stored)},
+                                   {"STILL", flag(classes.still)},
+                                   {"SKY", flag(classes.sky)},
+                                   {"UNIFORM", flag(classes.uniform)},
+                                   {"DEPTH", flag(depth)},
+                                   {"TILE_JITTER", flag(jitters_tiles(parameters_))}},
+                                  block);
+        classify.bindings = {{0, planes.neighbor_max}};
+        if (depth) classify.bindings.push_back({1, planes.tile_depth});
+        if (classes.uniform) classify.bindings.push_back({2, planes.tile_range});
+        classify.groups = groups_for(blocks[0], blocks[1]);
+        const auto list = [&](const char* name, int unit) {
+            const TextureId made =
+                planner.texture(name, Format::work_list, blocks[0] * blocks[1], 1);
+            classify.bindings.push_back({unit, made, Access::list});
+            return made;
+        };
+        const TextureId full_blocks = list("full_blocks", 0);
+        const TextureId still_blocks = classes.still ? list("still_blocks", 1) : -1;
+        const TextureId sky_blocks = classes.sky ? list("sky_blocks", 2) : -1;
+        const TextureId uniform_blocks = classes.uniform ? list("uniform_blocks", 3) : -1;
+        planner.step(std::move(classify));
+
+        const auto on_device = [&](const char* what, const char* rule, const std::string& reason) {
+            planner.left_out({what, rule, reason + " (found on the device)", 0, 0, 0});
+        };
+        if (classes.still) {
+            on_device("gather of still blocks", kRuleStillTiles,
+                      concat("no half-velocity above ", block.still_limit_px, " px reaches them"));
+            Step keep = make_step("keep", {{"HINT", flag(planes.hint >= 0)}}, block);
+            keep.bindings = {{0, still_blocks, Access::list},
+                             {0, planner.input(Role::color)},
+                             {0, planes.color, Access::write}};
+            if (planes.hint >= 0) keep.bindings.push_back({1, planes.hint, Access::write});
+            keep.groups = groups_for(frame.width, frame.height);
+            keep.work_list = still_blocks;
+            planner.step(std::move(keep));
+        }
+        if (classes.sky) {
+            on_device("depth of sky blocks", kRuleSkyTiles, "one depth as far as taps reach");
+            add_gather(planner, block, stored, planes, {"gather_sky", sky_blocks, false, false});
+        }
+        if (classes.uniform) {
+            on_device("motion and depth of uniform blocks", kRuleUniformTiles,
+                      "one motion and one depth layer as far as taps reach; error <= 1e-3");
+            add_gather(planner, block, stored, planes,
+                       {"gather_uniform", uniform_blocks, false, true});
+        }
+        add_gather(planner, block, stored, planes,
+                   {"gather", full_blocks, compares_depth(), false});
+    }
+
+    void add_gather(PassPlanner& planner, const shared::MotionBlurBlock& block,
+                    VelocityStorage stored, const Planes& planes, const Gather& gather) const {
+        const PlanContext& context = planner.context();
         Step step = make_step(
             "gather",
             {{"STORAGE", storage_define(stored)},
@@ -199,33 +346,29 @@ class MotionBlur final : public Pass {
              {"TAP_JITTER", flag(jitters_taps(parameters_))},
              {"CLAMP", flag(parameters_.border == Border::clamp)},
              {"DOMINANT", flag(parameters_.static_direction == StaticDirection::dominant)},
-             {"DEPTH", flag(compares_depth())},
-             {"HINT", flag(hint)}},
+             {"DEPTH", flag(gather.depth)},
+             {"HINT", flag(planes.hint >= 0)},
+             {"LIST", flag(gather.list >= 0)},
+             {"UNIFORM", flag(gather.uniform)}},
             block);
-        const int width = context.frame.width, height = context.frame.height;
-        const TextureId color =
-            planner.texture("color", plane_format(4, context.precision), width, height);
+        step.name = gather.name;
         step.bindings = {{0, planner.input(Role::color)},
-                         {1, inputs.half_velocity},
-                         {2, inputs.neighbor_max},
-                         {0, color, Access::write}};
-        if (compares_depth()) step.bindings.push_back({3, planner.input(Role::inverse_depth)});
-        if (inputs.tile_variance >= 0) step.bindings.push_back({4, inputs.tile_variance});
-        if (inputs.noise >= 0) step.bindings.push_back({5, inputs.noise});
-        if (hint) {
-            // Both gates are 0 or 1: 8 bits hold them exactly.
-            const TextureId plane = planner.texture("hint", Format::rg8, width, height);
-            step.bindings.push_back({1, plane, Access::write});
-            planner.output(Role::hint, plane);
-        } else {
-            planner.left_out("hint", "no later pass reads it");
-        }
-        step.groups = groups_for(width, height);
-        const uint64_t planes = compares_depth() ? 3 : 2;  // colour, velocity, depth
-        step.taps =
-            uint64_t(width) * uint64_t(height) * (planes * uint64_t(parameters_.samples + 1) + 1);
+                         {1, planes.half_velocity},
+                         {2, planes.neighbor_max},
+                         {0, planes.color, Access::write}};
+        if (gather.depth) step.bindings.push_back({3, planner.input(Role::inverse_depth)});
+        if (splits_by_variance()) step.bindings.push_back({4, planes.tile_variance});
+        if (jitters()) step.bindings.push_back({5, planes.noise});
+        if (planes.hint >= 0) step.bindings.push_back({1, planes.hint, Access::write});
+        if (gather.list >= 0) step.bindings.push_back({0, gather.list, Access::list});
+        step.work_list = gather.list;
+        step.groups = groups_for(context.frame.width, context.frame.height);
+        // Color, velocity, depth of each sample and of the pixel, and the tile. How many blocks
+        // are in which list nobody knows here: all are counted to the last, which does most.
+        const uint64_t taps = uint64_t(parameters_.samples + 1);
+        if (!gather.uniform && gather.depth == compares_depth())
+            step.taps = pixels_of(context) * ((gather.depth ? 3 : 2) * taps + 1);
         planner.step(std::move(step));
-        planner.output(Role::color, color);
     }
 
     Parameters parameters_;

@@ -1,15 +1,20 @@
 #version 450 core
 // Signed radius of the circle of confusion in pixels, from the inverse depth w.
 // Equations: passes/depth_of_field/circle_of_confusion.h. COC_LENS or COC_PLANES is defined.
+//
+//   inverse_depth -> coc
+//                 -> row_range   RANGE: smallest and largest |R| of each run of 16 pixels; then one
+//                                thread does a run
 #include "shared/depth_of_field_block.h"
 
 layout(local_size_x = 16, local_size_y = 16) in;
 layout(binding = 0) uniform sampler2D inverse_depth;
 layout(binding = 0) writeonly uniform image2D coc;
+#ifdef RANGE
+layout(binding = 1) writeonly uniform image2D row_range;
+#endif
 
-void main() {
-    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(p, block.size))) return;
+float radius_at(ivec2 p) {
     float w = texelFetch(inverse_depth, p, 0).x;
     // NaN and negative count as sky; an infinite w (d = 0) as the largest number, so that no
     // product below is 0 times infinity.
@@ -26,6 +31,24 @@ void main() {
     }
     float radius = block.far_radius_px * far_part - block.near_radius_px * near_part;
 #endif
-    radius = clamp(radius, -block.max_radius_px, block.max_radius_px);
-    imageStore(coc, p, vec4(radius, 0.0, 0.0, 0.0));
+    return clamp(radius, -block.max_radius_px, block.max_radius_px);
+}
+
+void main() {
+#ifdef RANGE
+    const ivec2 run = ivec2(gl_GlobalInvocationID.xy);
+    if (16 * run.x >= block.size.x || run.y >= block.size.y) return;
+    const int end = min(16 * run.x + 16, block.size.x);
+    vec2 range = vec2(block.max_radius_px, 0.0);
+    for (int x = 16 * run.x; x < end; ++x) {
+        const float radius = radius_at(ivec2(x, run.y));
+        imageStore(coc, ivec2(x, run.y), vec4(radius, 0.0, 0.0, 0.0));
+        range = vec2(min(range.x, abs(radius)), max(range.y, abs(radius)));
+    }
+    imageStore(row_range, run, vec4(range, 0.0, 0.0));
+#else
+    const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(p, block.size))) return;
+    imageStore(coc, p, vec4(radius_at(p), 0.0, 0.0, 0.0));
+#endif
 }

@@ -1,6 +1,9 @@
 #version 450 core
 // out = mix(sharp, bilinear(low), smoothstep(0.5, full_blur_px, |R|)), where low is the blurred
-// copy at 1/FACTOR of the size. Where the weight is 0 the pixel returns bit for bit.
+// copy at 1/FACTOR of the size. Where the weight is 0 the pixel returns bit for bit, where it is 1
+// the blurred copy alone.
+// LIST: only the blocks of a work list are done, and of those which are known to be SHARP
+// (|R| <= 0.5) low is not read, of those which are BLURRED (|R| >= full_blur_px) color and coc.
 // WITH_HINT: FXAA's hint, multiplied by clamp(1 - |R|, 0, 1): what it marks is blurred away.
 #include "shared/depth_of_field_block.h"
 #include "depth_of_field/storable.glsl"
@@ -9,6 +12,10 @@ layout(local_size_x = 16, local_size_y = 16) in;
 layout(binding = 0) uniform sampler2D color;
 layout(binding = 1) uniform sampler2D coc;
 layout(binding = 2) uniform sampler2D low;
+#ifdef LIST
+#include "common/work_list.glsl"
+layout(std430, binding = 0) readonly buffer Blocks { WORK_LIST } list;
+#endif
 layout(binding = 0) writeonly uniform image2D result;
 #ifdef WITH_HINT
 layout(binding = 3) uniform sampler2D hint;
@@ -35,20 +42,40 @@ vec4 fetch_low(ivec2 p) {
 }
 
 void main() {
+#ifdef LIST
+    if (!take_work(list.count)) return;
+    ivec2 p = pixel_of_work(list.blocks[work_index()]);
+#else
     ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+#endif
     if (any(greaterThanEqual(p, block.size))) return;
-    vec4 sharp = texelFetch(color, p, 0);
+#ifdef BLURRED
+    imageStore(result, p, fetch_low(p));
+#else
+#if !defined(SHARP) || defined(WITH_HINT)
     float radius = abs(texelFetch(coc, p, 0).x);
-    vec4 c = sharp;
+#endif
+    vec4 c = texelFetch(color, p, 0);
+#ifndef SHARP
     if (radius > 0.5) {
-        float t = clamp((radius - 0.5) / (block.full_blur_px - 0.5), 0.0, 1.0);
         vec4 blurred = fetch_low(p);
         // A pixel without a finite colour has nothing to mix: the blurred copy stands for it.
-        c = is_finite(sharp) ? between(sharp, blurred, t * t * (3.0 - 2.0 * t)) : blurred;
+        if (radius >= block.full_blur_px || !is_finite(c)) {
+            c = blurred;
+        } else {
+            float t = (radius - 0.5) / (block.full_blur_px - 0.5);
+            c = between(c, blurred, t * t * (3.0 - 2.0 * t));
+        }
     }
-    imageStore(result, p, storable(c));
+#endif
+    imageStore(result, p, c);
+#endif
 #ifdef WITH_HINT
+#ifdef BLURRED
+    vec2 gate = vec2(0.0);
+#else
     vec2 gate = texelFetch(hint, p, 0).xy * clamp(1.0 - radius, 0.0, 1.0);
+#endif
     imageStore(hint_result, p, vec4(gate, 0.0, 0.0));
 #endif
 }

@@ -2,7 +2,7 @@
 // Box mean over FACTOR x FACTOR pixels from the top left; out-of-bounds pixels do not count.
 // HDR_WEIGHT: a pixel weighs 1/(1 + max(rgb, 0)), so that a small highlight does not flicker as
 // it crosses boxes. GUIDE_DEPTH and GUIDE_RADIUS add the plain mean of w or of |R|, by which the
-// Gaussian tells who may leak into whom.
+// Gaussian tells who may leak into whom. LIST: only the blocks of a work list are done.
 #include "shared/depth_of_field_block.h"
 #include "depth_of_field/storable.glsl"
 
@@ -14,6 +14,11 @@ layout(binding = 1) uniform sampler2D guide_source;
 layout(binding = 1) writeonly uniform image2D small_guide;
 #endif
 
+#ifdef LIST
+#include "common/work_list.glsl"
+layout(std430, binding = 0) readonly buffer Blocks { WORK_LIST } list;
+#endif
+
 float guide_of(float value) {
 #ifdef GUIDE_DEPTH
     return value > 0.0 ? min(value, 1.0e37) : 0.0;  // the mean of 16 stays finite
@@ -23,7 +28,12 @@ float guide_of(float value) {
 }
 
 void main() {
+#ifdef LIST
+    if (!take_work(list.count)) return;
+    ivec2 low = pixel_of_work(list.blocks[work_index()]);
+#else
     ivec2 low = ivec2(gl_GlobalInvocationID.xy);
+#endif
     if (any(greaterThanEqual(low, block.low_size))) return;
     ivec2 first = low * FACTOR;
     ivec2 end = min(first + FACTOR, block.size);

@@ -7,6 +7,8 @@
 // SINGLE: one direction, w_A = w_B = 1    VARIANCE: taps split by tile_variance, else every second
 // TILE_JITTER, TAP_JITTER: random numbers are read    CLAMP: taps outside move to the border
 // DOMINANT: slow pixels sample along v_max    DEPTH: inverse depths are compared    HINT: written
+// LIST: only the blocks of a work list are done, else the whole picture
+// UNIFORM: every sample is taken to move as this pixel does; its own velocity is not read
 //
 // Notation of the report: p this pixel, S a sample, v_c = v(p), w_c and w_max unit directions,
 // T distance along the streak. Equations and deviations: docs/motion_blur.md.
@@ -29,6 +31,11 @@ layout(binding = 5) uniform sampler2D noise;
 layout(binding = 0) writeonly uniform image2D blurred;
 #if HINT
 layout(binding = 1) writeonly uniform image2D hint;
+#endif
+
+#if LIST
+#include "common/work_list.glsl"
+layout(std430, binding = 0) readonly buffer Blocks { WORK_LIST } list;
 #endif
 
 #include "motion_blur/velocity.glsl"
@@ -81,7 +88,12 @@ float variance_at(ivec2 p) {
 #endif
 
 void main() {
+#if LIST
+    if (!take_work(list.count)) return;
+    const ivec2 p = pixel_of_work(list.blocks[work_index()]);
+#else
     const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+#endif
     if (any(greaterThanEqual(p, block.size))) return;
     const vec4 color_p = texelFetch(color, p, 0);
     // Pixel centres lie half a pixel from where the division could round to the next tile.
@@ -97,7 +109,7 @@ void main() {
     // Never slower than v_c: every tile that can be chosen has this pixel's own among those whose
     // vectors it takes the longest of.
     const vec2 v_max = texelFetch(neighbor_max, tile, 0).xy;
-    const float reach = length(v_max);
+    const float reach = length_of(v_max);
     if (reach <= block.still_limit_px) {
         imageStore(blurred, p, color_p);
 #if HINT
@@ -171,7 +183,11 @@ void main() {
 #else
         const bool counts = s == nearest_inside;
 #endif
+#if UNIFORM
+        const vec2 v_s = v_c;
+#else
         const vec2 v_s = velocity_at(s);
+#endif
         const float inverse_s = inverse_length(dot(v_s, v_s));
         const float inverse_rho_s = min(inverse_s, 1.0 / kShortestPx);
 #if SINGLE

@@ -51,6 +51,7 @@ class Execute : public ::testing::Test {
         plan.width = width;
         plan.height = height;
         plan.passes = {{"scale", "", false}};
+        plan.reads = {Role::color};
         plan.textures = {{"input.color", Format::rgba32f, width, height, true, Role::color, 0, 0},
                          {"0.scale.a", format, width, height, false, Role::color, 0, 1},
                          {"0.scale.b", Format::rgba32f, width, height, false, Role::color, 1, 1}};

@@ -13,7 +13,8 @@ using fxaa::Parameters;
 // Luma of one pixel on the GPU.
 float gpu_luma(const SettingList& settings, std::initializer_list<float> rgba) {
     const FramePlanes planes = planes_of(constant_image(3, 2, rgba));
-    const Stages stages = filter_with_stages(fxaa_chain(settings), describe(planes), planes);
+    const Stages stages =
+        filter_with_stages(fxaa_chain(settings), describe(planes), planes, whole_passes());
     return stages.stages.at("0.fxaa.luma").at(1, 1);
 }
 
@@ -46,9 +47,10 @@ TEST(Luma, DisplayTakesTheFilesWeights) {
     const FramePlanes planes = planes_of(constant_image(2, 2, {1, 0, 0, 1}));
     FrameDescription frame = describe(planes);
     frame.luma_weights = {0.5, 0.3, 0.2};
-    const Stages display = filter_with_stages(fxaa_chain({}), frame, planes);
+    const Stages display = filter_with_stages(fxaa_chain({}), frame, planes, whole_passes());
     EXPECT_NEAR(display.stages.at("0.fxaa.luma").at(0, 0), 0.5 * 0.70710678, 1e-6);
-    const Stages stored = filter_with_stages(fxaa_chain(stored_settings()), frame, planes);
+    const Stages stored =
+        filter_with_stages(fxaa_chain(stored_settings()), frame, planes, whole_passes());
     EXPECT_NEAR(stored.stages.at("0.fxaa.luma").at(0, 0), 0.299, 1e-6);
 }
 

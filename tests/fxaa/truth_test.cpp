@@ -224,7 +224,7 @@ TEST(Truth, OnePixelIsLeftOutWithAReason) {
     ASSERT_EQ(plan->left_out.size(), 1u);
     EXPECT_EQ(plan->left_out[0].rule, kRuleFacts);
     EXPECT_TRUE(plan->steps.empty());
-    const FramePlanes wide = planes_of(constant_image(2, 1, {0, 0, 0, 1}));
+    const FramePlanes wide = planes_of(grey_picture(2, 1, [](int x, int) { return x; }));
     auto kept = make_plan(fxaa_chain({}), describe(wide));
     ASSERT_TRUE(kept.ok());
     EXPECT_EQ(kept->steps.size(), 2u);

@@ -38,12 +38,12 @@ bool leaves_out(const Plan& plan, const std::string& what) {
 using testing::ElementsAre;
 
 TEST(Plan, TexturesAndWhatIsLeftOut) {
-    const Plan plain = plan_of(plain_blur(), description(9));
+    const Plan plain = plan_of(plain_blur(), description(9), whole_passes());
     EXPECT_THAT(names(plain),
                 ElementsAre("half_velocity", "row_max", "tile_max", "neighbor_max", "color"));
     for (const char* what : {"tile_variance", "noise", "hint"})
         EXPECT_TRUE(leaves_out(plain, what)) << what;
-    PlanOptions hinted;
+    PlanOptions hinted = whole_passes();
     hinted.outputs = {Role::color, Role::hint};
     const Plan full = plan_of(blur({{"sample_split", "variance"}}), description(9), hinted);
     EXPECT_THAT(names(full), ElementsAre("half_velocity", "row_max", "tile_max", "neighbor_max",
@@ -53,6 +53,40 @@ TEST(Plan, TexturesAndWhatIsLeftOut) {
     // single has one direction to split.
     const Values single = {{"mode", "single"}, {"sample_split", "variance"}};
     EXPECT_TRUE(leaves_out(plan_of(blur(single), description(9)), "tile_variance"));
+}
+
+// Which classes of blocks are told apart, by rules and facts; each has a list and a launch.
+TEST(Plan, ClassesOfBlocks) {
+    const auto steps_of = [](const Chain& chain, const FrameDescription& frame,
+                             const PlanOptions& options) {
+        std::vector<std::string> steps;
+        const Plan plan = plan_of(chain, frame, options);
+        bool classed = false;
+        for (const auto& step : plan.steps) {
+            steps.push_back(step.name);
+            classed = classed || step.name == "classify";
+            const bool writes_color = step.name == "keep" || step.name.rfind("gather", 0) == 0;
+            EXPECT_EQ(step.work_list >= 0, classed && writes_color) << step.name;
+        }
+        return steps;
+    };
+    FrameDescription sky = description(9), ground = sky;
+    ground.facts.min_inverse_depth = 0.01;
+    const Chain chain = plain_blur();
+    EXPECT_THAT(steps_of(chain, sky, {}), ElementsAre("tile_rows", "tile_max", "neighbor_max",
+                                                      "classify", "keep", "gather_sky", "gather"));
+    EXPECT_THAT(steps_of(chain, ground, {}),
+                ElementsAre("tile_rows", "tile_max", "neighbor_max", "classify", "keep", "gather"));
+    EXPECT_THAT(steps_of(plain_blur({{"depth_softness", 0.0}}), sky, {}),
+                ElementsAre("tile_rows", "tile_max", "neighbor_max", "classify", "keep", "gather"));
+    PlanOptions options = whole_passes();
+    EXPECT_THAT(steps_of(chain, sky, options),
+                ElementsAre("tile_rows", "tile_max", "neighbor_max", "gather"));
+    options.rules_on = {kRuleUniformTiles};
+    EXPECT_THAT(steps_of(chain, sky, options), ElementsAre("tile_rows", "tile_max", "neighbor_max",
+                                                           "classify", "gather_uniform", "gather"));
+    options.elide = false;
+    for (const auto& step : steps_of(chain, sky, options)) EXPECT_NE(step, "classify");
 }
 
 TEST(Plan, TileCounts) {
@@ -74,10 +108,13 @@ TEST(Plan, TileCounts) {
 }
 
 TEST(Plan, FormatsFollowPrecisionAndStorage) {
-    const auto format_of = [](const Chain& chain, Precision precision, const char* name) {
+    const auto format_of = [](const Chain& chain, Precision precision, const char* name,
+                              bool half_input = true) {
         PlanOptions options;
         options.precision = precision;
-        const Plan plan = plan_of(chain, description(9), options);
+        FrameDescription frame = description(9);
+        frame.facts.color_is_half = half_input;
+        const Plan plan = plan_of(chain, frame, options);
         for (const auto& texture : plan.textures)
             if (texture.name == std::string("0.motion_blur.") + name) return texture.format;
         return Format::r8;
@@ -90,6 +127,8 @@ TEST(Plan, FormatsFollowPrecisionAndStorage) {
     EXPECT_EQ(format_of(blur({{"velocity_storage", "unorm8"}}), Precision::fp32, v), Format::rg8);
     EXPECT_EQ(format_of(blur(), Precision::fp32, "color"), Format::rgba32f);
     EXPECT_EQ(format_of(blur(), Precision::fp16, "color"), Format::rgba16f);
+    // What the frame's own color needs, the result has too.
+    EXPECT_EQ(format_of(blur(), Precision::fp16, "color", false), Format::rgba32f);
     // 500 px squared does not fit a half: tiles are fp32 always.
     EXPECT_EQ(format_of(blur(), Precision::fp16, "tile_max"), Format::rgba32f);
 }

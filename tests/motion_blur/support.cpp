@@ -8,9 +8,8 @@ namespace {
 const std::string kPrefix = "0.motion_blur.";
 
 PlanOptions whole(Precision precision) {
-    PlanOptions options;
+    PlanOptions options = whole_passes();
     options.precision = precision;
-    options.elide = false;
     options.outputs = {Role::color, Role::hint};
     return options;
 }

@@ -40,6 +40,13 @@ Chain chain_of(const std::string& type, Settings settings) {
     return chain;
 }
 
+PlanOptions whole_passes() {
+    PlanOptions options;
+    for (const auto& rule : elision_rules()) options.rules_off.insert(rule.name);
+    options.rules_off.erase(kRuleUnusedStep);
+    return options;
+}
+
 FramePlanes filter(const Chain& chain, const FrameDescription& frame, const FramePlanes& planes,
                    const PlanOptions& options, Plan* plan) {
     auto made = make_plan(chain, frame, options);

@@ -20,6 +20,10 @@ using Settings = std::initializer_list<std::pair<std::string, ParameterValue>>;
 void append(Chain& chain, const std::string& type, Settings settings = {});
 Chain chain_of(const std::string& type, Settings settings = {});
 
+// Every pass in full; only steps that nothing reads are left out. (PlanOptions::elide = false runs
+// those too.)
+PlanOptions whole_passes();
+
 // Plans and filters on the GPU; a failure fails the test. The plan is returned through `plan`.
 FramePlanes filter(const Chain& chain, const FrameDescription& frame, const FramePlanes& planes,
                    const PlanOptions& options = {}, Plan* plan = nullptr);

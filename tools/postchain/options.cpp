@@ -34,6 +34,28 @@ E choice(const std::string& word, std::initializer_list<const char*> names) {
     return static_cast<E>(0);
 }
 
+// "off_by_configuration, identity_by_facts, ...": the usual rules, or those that must be asked for.
+std::string rule_names(bool usual) {
+    std::string names;
+    for (const auto& rule : elision_rules())
+        if (rule.usual == usual) names += (names.empty() ? "" : ", ") + std::string(rule.name);
+    return names;
+}
+
+Result<std::set<std::string>> rules_of(const std::string& option, const std::string& text,
+                                       bool usual) {
+    std::set<std::string> rules;
+    std::istringstream words(text);
+    for (std::string word; std::getline(words, word, ',');) {
+        for (const auto& rule : elision_rules())
+            if (rule.usual == usual && word == rule.name) rules.insert(word);
+        if (rules.count(word) == 0)
+            return Status(StatusCode::usage,
+                          option + ": no rule '" + word + "'; known are " + rule_names(usual));
+    }
+    return rules;
+}
+
 // An empty word is a shell variable that was not set; it must not mean "all".
 const CLI::Validator kNotEmpty(
     [](const std::string& text) { return std::string(text.empty() ? "is empty" : ""); }, "");
@@ -87,13 +109,15 @@ void add_plan(CLI::App& verb, Options& o) {
     verb.add_option("--precision", o.precision, "storage of intermediate planes")
         ->check(CLI::IsMember({"fp16", "fp32"}))
         ->capture_default_str();
-    std::string rules;
-    for (const auto& rule : elision_rules()) rules += (rules.empty() ? "" : ", ") + rule;
     // A flag: the word after it may be CHAIN, so rules come with '=' alone.
     verb.add_flag("--no-elide{all}", o.no_elide,
                   "run what a frame does not need too: all rules, or --no-elide=RULES with some "
                   "of " +
-                      rules);
+                      rule_names(true));
+    verb.add_option("--elide", o.elide,
+                    "leave out by rules too that are off unless asked for: " + rule_names(false))
+        ->check(kNotEmpty)
+        ->type_name("RULES");
 }
 
 void add_device(CLI::App& verb, Options& o) {
@@ -144,20 +168,17 @@ Result<PlanOptions> plan_options_of(const Options& options) {
     PlanOptions plan;
     plan.precision = choice<Precision>(options.precision, {"fp16", "fp32"});
     if (options.no_elide == "all") {
+        if (!options.elide.empty())
+            return Status(StatusCode::usage, "--elide contradicts --no-elide; give one of them");
         plan.elide = false;
         return plan;
     }
-    std::istringstream words(options.no_elide);
-    const auto& rules = elision_rules();
-    for (std::string rule; std::getline(words, rule, ',');) {
-        if (std::find(rules.begin(), rules.end(), rule) == rules.end()) {
-            std::string known;
-            for (const auto& name : rules) known += (known.empty() ? "" : ", ") + name;
-            return Status(StatusCode::usage,
-                          "--no-elide: no rule '" + rule + "'; known are " + known);
-        }
-        plan.rules_off.insert(rule);
-    }
+    auto off = rules_of("--no-elide", options.no_elide, true);
+    if (!off.ok()) return off.status();
+    auto on = rules_of("--elide", options.elide, false);
+    if (!on.ok()) return on.status();
+    plan.rules_off = std::move(*off);
+    plan.rules_on = std::move(*on);
     return plan;
 }
 

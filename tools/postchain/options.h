@@ -34,6 +34,7 @@ struct Options {
     std::string overflow = "refuse";
     std::string nonfinite = "zero";
     std::string no_elide;  // empty, "all", or names of rules with commas
+    std::string elide;     // empty, or names of rules with commas
     bool strict = false;
     bool no_sidecar = false;
     bool png = false;
@@ -48,7 +49,7 @@ struct Options {
 void add_logging(CLI::App& verb, Options& options);
 void add_chain(CLI::App& verb, Options& options);    // CHAIN, --set
 void add_input(CLI::App& verb, Options& options);    // -i, --frames, --camera, --profile, ...
-void add_plan(CLI::App& verb, Options& options);     // --precision, --no-elide
+void add_plan(CLI::App& verb, Options& options);     // --precision, --no-elide, --elide
 void add_device(CLI::App& verb, Options& options);   // --device, --threads
 void add_writing(CLI::App& verb, Options& options);  // -o, --on-existing, --on-error, ...
 

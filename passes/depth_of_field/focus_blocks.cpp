@@ -1,0 +1,74 @@
+// Plans the sorting of blocks.
+//
+//   row_range --focus_blocks-> sharp, blurred, mixed; blurs
+//   blurs     --needed_y-----> blur_y blocks; needed_y     read by the picture's bilinear taps
+//   needed_y  --needed_x-----> blur_x blocks; needed_x     read by the Gaussian along y
+//   needed_x  --needed_small-> small blocks                read by the Gaussian along x
+#include "passes/depth_of_field/focus_blocks.h"
+
+namespace postchain::depth_of_field {
+namespace {
+
+struct Grid {
+    int across, down;
+    explicit Grid(const std::array<int, 3>& groups) : across(groups[0]), down(groups[1]) {}
+    TextureId mask(PassPlanner& planner, const char* name) const {
+        return planner.texture(name, Format::r8, across, down);
+    }
+    TextureId list(PassPlanner& planner, const char* name) const {
+        return planner.texture(name, Format::work_list, across * down, 1);
+    }
+};
+
+}  // namespace
+
+FocusBlocks add_focus_blocks(PassPlanner& planner, const shared::DepthOfFieldBlock& block,
+                             const GilhamSizes& sizes, TextureId row_range) {
+    const Grid picture(groups_for(block.size.x, block.size.y));
+    const Grid copy(groups_for(sizes.low_width, sizes.low_height));
+    FocusBlocks blocks;
+
+    blocks.sharp = picture.list(planner, "sharp_blocks");
+    blocks.blurred = picture.list(planner, "blurred_blocks");
+    blocks.mixed = picture.list(planner, "mixed_blocks");
+    TextureId read = picture.mask(planner, "blurs");
+    Step sort;
+    sort.name = "focus_blocks";
+    sort.program = {"depth_of_field/focus_blocks.comp", {}};
+    sort.bindings = {{0, row_range},
+                     {0, read, Access::write},
+                     {0, blocks.sharp, Access::list},
+                     {1, blocks.blurred, Access::list},
+                     {2, blocks.mixed, Access::list}};
+    sort.set_block(block);
+    sort.groups = groups_for(picture.across, picture.down);
+    sort.taps = uint64_t(picture.across) * uint64_t(block.size.y);
+    planner.step(std::move(sort));
+
+    const auto needed = [&](const char* name, const char* list_name,
+                            std::map<std::string, std::string> defines) {
+        const TextureId list = copy.list(planner, list_name);
+        const TextureId mask = copy.mask(planner, name);
+        Step step;
+        step.name = name;
+        step.program = {"depth_of_field/needed_blocks.comp", std::move(defines)};
+        step.bindings = {{0, read}, {0, mask, Access::write}, {0, list, Access::list}};
+        step.set_block(block);
+        step.groups = groups_for(copy.across, copy.down);
+        planner.step(std::move(step));
+        read = mask;
+        return list;
+    };
+    blocks.blur_y = needed("needed_y", "blur_y_blocks", {{"FACTOR", std::to_string(sizes.factor)}});
+    blocks.blur_x = needed("needed_x", "blur_x_blocks", {{"STEP", "ivec2(0,1)"}});
+    blocks.small = needed("needed_small", "small_blocks", {{"STEP", "ivec2(1,0)"}});
+
+    const auto on_device = [&](const char* what, const std::string& reason) {
+        planner.left_out({what, kRuleFocusTiles, reason + " (found on the device)", 0, 0, 0});
+    };
+    on_device("blur of sharp blocks", "no radius above 0.5 px");
+    on_device("color of blurred blocks", concat("no radius below ", block.full_blur_px, " px"));
+    return blocks;
+}
+
+}  // namespace postchain::depth_of_field

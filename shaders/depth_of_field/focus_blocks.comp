@@ -1,0 +1,42 @@
+#version 450 core
+// Sorts the blocks of 16 x 16 pixels by their circles of confusion. One thread for a block.
+//
+//   row_range -> work lists
+//             -> blurs          1 where the block needs the blurred copy
+//
+//   sharp     every |R| is at most 0.5 px: colors return bit for bit
+//   blurred   every |R| is at least full_blur_px: the blurred copy alone shows
+//   mixed     all others
+layout(local_size_x = 16, local_size_y = 16) in;
+
+#include "common/work_list.glsl"
+#include "shared/depth_of_field_block.h"
+
+layout(binding = 0) uniform sampler2D row_range;
+layout(binding = 0) writeonly uniform image2D blurs;
+layout(std430, binding = 0) buffer SharpBlocks { WORK_LIST } sharp_blocks;
+layout(std430, binding = 1) buffer BlurredBlocks { WORK_LIST } blurred_blocks;
+layout(std430, binding = 2) buffer MixedBlocks { WORK_LIST } mixed_blocks;
+
+// A radius may be stored as a half, by up to 2^-11 of itself smaller than it was reckoned.
+const float kStored = 1.0 - 1.0 / 1024.0;
+
+void main() {
+    const ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(kBlockPx * at, block.size))) return;
+    const int end = min(kBlockPx * (at.y + 1), block.size.y);
+    vec2 range = texelFetch(row_range, ivec2(at.x, kBlockPx * at.y), 0).xy;
+    for (int y = kBlockPx * at.y + 1; y < end; ++y) {
+        const vec2 row = texelFetch(row_range, ivec2(at.x, y), 0).xy;
+        range = vec2(min(range.x, row.x), max(range.y, row.y));
+    }
+    const bool sharp = range.y <= 0.5;
+    imageStore(blurs, at, vec4(sharp ? 0.0 : 1.0));
+    if (sharp) {
+        ADD_TO_WORK_LIST(sharp_blocks, at);
+    } else if (range.x * kStored >= block.full_blur_px) {
+        ADD_TO_WORK_LIST(blurred_blocks, at);
+    } else {
+        ADD_TO_WORK_LIST(mixed_blocks, at);
+    }
+}

@@ -1,0 +1,35 @@
+#version 450 core
+// Which blocks of the down-sampled copy somebody reads. One thread for a block of 16 x 16 of its
+// pixels.
+//
+//   blurs (of the picture's blocks), or needed (of the copy's) -> needed, work list
+//
+// FACTOR: the reader is the picture, FACTOR times as large, whose bilinear taps reach one pixel of
+// the copy further. STEP: the reader is the Gaussian along STEP, which reaches reach_blocks.
+layout(local_size_x = 16, local_size_y = 16) in;
+
+#include "common/work_list.glsl"
+#include "shared/depth_of_field_block.h"
+
+layout(binding = 0) uniform sampler2D readers;
+layout(binding = 0) writeonly uniform image2D needed;
+layout(std430, binding = 0) buffer Blocks { WORK_LIST } list;
+
+void main() {
+    const ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(kBlockPx * at, block.low_size))) return;
+#ifdef FACTOR
+    const ivec2 low = FACTOR * (kBlockPx * at - 1) / kBlockPx;
+    const ivec2 high = FACTOR * (kBlockPx * (at + 1) + 1) / kBlockPx;
+#else
+    const ivec2 low = at - STEP * block.reach_blocks;
+    const ivec2 high = at + STEP * block.reach_blocks;
+#endif
+    const ivec2 last = textureSize(readers, 0) - 1;
+    bool read = false;
+    for (int y = max(low.y, 0); y <= min(high.y, last.y); ++y)
+        for (int x = max(low.x, 0); x <= min(high.x, last.x); ++x)
+            read = read || texelFetch(readers, ivec2(x, y), 0).x > 0.0;
+    imageStore(needed, at, vec4(read ? 1.0 : 0.0));
+    if (read) ADD_TO_WORK_LIST(list, at);
+}

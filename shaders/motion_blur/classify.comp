@@ -1,0 +1,110 @@
+#version 450 core
+// Sorts the blocks of 16 x 16 pixels by what the gather has to do in them. One thread for a block.
+//
+//   neighbor_max [, tile_depth] [, tile_range] -> work lists
+//
+//   still     STILL: no tile that a pixel can choose moves by more than the limit: color is copied
+//   sky       SKY: one depth as far as taps reach: no depths are compared, and no bit changes
+//   uniform   UNIFORM: one motion and one depth layer as far as taps reach, within kAlike
+//   full      all others
+layout(local_size_x = 16, local_size_y = 16) in;
+
+#include "common/work_list.glsl"
+#include "motion_blur/velocity.glsl"
+#include "shared/motion_blur_block.h"
+
+layout(binding = 0) uniform sampler2D neighbor_max;
+#if SKY || (UNIFORM && DEPTH)
+layout(binding = 1) uniform sampler2D tile_depth;
+#endif
+#if UNIFORM
+layout(binding = 2) uniform sampler2D tile_range;
+#endif
+layout(std430, binding = 0) buffer FullBlocks { WORK_LIST } full_blocks;
+#if STILL
+layout(std430, binding = 1) buffer StillBlocks { WORK_LIST } still_blocks;
+#endif
+#if SKY
+layout(std430, binding = 2) buffer SkyBlocks { WORK_LIST } sky_blocks;
+#endif
+#if UNIFORM
+layout(std430, binding = 3) buffer UniformBlocks { WORK_LIST } uniform_blocks;
+#endif
+
+// Motions that differ by this part of |v_max|, and depths whose comparison would change a weight by
+// this part of itself, count as one: the picture changes by at most 1e-3 of the range of its colors
+// nearby (docs/motion_blur.md).
+const float kAlike = 2.5e-4;
+
+ivec2 tile_of(vec2 p) {
+    return clamp(ivec2(floor(p / float(block.tile_px))), ivec2(0), block.tiles - 1);
+}
+
+void main() {
+    const ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    const vec2 first = vec2(kBlockPx * at) + 0.5;
+    if (any(greaterThan(first, vec2(block.size)))) return;
+    const vec2 last = min(first + float(kBlockPx - 1), vec2(block.size) - 0.5);
+
+    float longest = 0.0;
+    {
+        // Pixels choose the tile across a border up to r/(2 tau) from it; a pixel more for rounding.
+        const float edge = float(block.tile_px);
+#if TILE_JITTER
+        const float across = min(edge, 0.5 * edge / max(block.tile_jitter_slope, 1e-3)) + 1.0;
+#else
+        const float across = 1.0;
+#endif
+        const ivec2 low = tile_of(first - across);
+        const ivec2 high = tile_of(last + across);
+        for (int y = low.y; y <= high.y; ++y)
+            for (int x = low.x; x <= high.x; ++x)
+                longest = max(longest, length_of(texelFetch(neighbor_max, ivec2(x, y), 0).xy));
+    }
+#if STILL
+    if (longest <= block.still_limit_px) {
+        ADD_TO_WORK_LIST(still_blocks, at);
+        return;
+    }
+#endif
+
+#if SKY || UNIFORM
+    // Taps lie at most r away, and half a pixel more where they are rounded.
+    const ivec2 low = tile_of(first - float(block.tile_px + 1));
+    const ivec2 high = tile_of(last + float(block.tile_px + 1));
+#if SKY || DEPTH
+    vec2 depths = texelFetch(tile_depth, low, 0).xy;
+    for (int y = low.y; y <= high.y; ++y) {
+        for (int x = low.x; x <= high.x; ++x) {
+            const vec2 tile = texelFetch(tile_depth, ivec2(x, y), 0).xy;
+            depths = vec2(min(depths.x, tile.x), max(depths.y, tile.y));
+        }
+    }
+#endif
+#endif
+#if UNIFORM
+    vec4 range = texelFetch(tile_range, low, 0);
+    for (int y = low.y; y <= high.y; ++y) {
+        for (int x = low.x; x <= high.x; ++x) {
+            const vec4 tile = texelFetch(tile_range, ivec2(x, y), 0);
+            range = vec4(min(range.xy, tile.xy), max(range.zw, tile.zw));
+        }
+    }
+    bool alike = length_of(range.zw - range.xy) <= kAlike * longest;
+#if DEPTH
+    const float layer = block.depth_softness * (depths.y - depths.x);
+    alike = alike && (layer == 0.0 || layer <= kAlike * depths.x);
+#endif
+    if (alike) {
+        ADD_TO_WORK_LIST(uniform_blocks, at);
+        return;
+    }
+#endif
+#if SKY
+    if (depths.x == depths.y) {
+        ADD_TO_WORK_LIST(sky_blocks, at);
+        return;
+    }
+#endif
+    ADD_TO_WORK_LIST(full_blocks, at);
+}

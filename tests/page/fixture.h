@@ -16,10 +16,13 @@ inline constexpr int kGood = 3;  // variants with pictures; one more has failed
 // is variant 0 with twice the green.
 ImageF variant_picture(int variant, int frame);
 ImageF truth_picture(int frame);
-// x / 95 * (v + 1) / 3
+// HDR-FLIP: x / 95 * (v + 1) / 3. FLIP: the same from the other side.
 ImageF error_map(int variant);
+ImageF flip_map(int variant);
 
 // Writes the pictures to folder/images and returns the report.
 Report make_report(const std::string& folder);
+// The same without a truth: one converged picture, that of the truth, stands in for all variants.
+Report make_blind_report(const std::string& folder);
 
 }  // namespace postchain::report::testing

@@ -1,5 +1,5 @@
-// page_fixture DIR: writes the report of fixture.h as DIR/index.html, and as DIR/light.html with
-// its pictures in "DIR/its pictures".
+// page_fixture DIR: writes the report of fixture.h as DIR/index.html, as DIR/light.html with its
+// pictures in "DIR/its pictures", and without a truth as DIR/blind.html.
 #include <cstdio>
 
 #include "tests/page/fixture.h"
@@ -13,6 +13,8 @@ int main(int argc, char** argv) {
     auto status = write_page(report, folder + "/index.html");
     if (status.ok())
         status = write_page(report, folder + "/light.html", {folder + "/its pictures"});
+    if (status.ok())
+        status = write_page(testing::make_blind_report(folder), folder + "/blind.html");
     if (status.ok()) return 0;
     std::fprintf(stderr, "%s\n", status.message().c_str());
     return 1;

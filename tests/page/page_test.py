@@ -151,6 +151,29 @@ class Page:
         self.browser.keys(("up", "d"))
         self.assert_color(self.screen(24, 40), shown(variant(2, 24, 40)))
 
+    def test_flip_is_a_map_of_its_own(self):
+        # Variant 2's is (95 - x) / 95.
+        self.open(f"zoom={ZOOM}&x=48&y=32&show=3&pin=1&map=flip")
+        for x, index in ((95, 0), (71, 64), (0, 255)):
+            self.assertEqual(self.screen(x, 40), MAGMA[index])
+        names = self.browser.run("return [...document.getElementById('map').options]"
+                                 ".map((o) => o.textContent);")
+        self.assertEqual(names, ["HDR-FLIP", "FLIP", "relMSE", "SMAPE", "Difference"])
+
+    def test_error_maps_without_a_truth(self):
+        """Against the variant's own filter converged, which has the truth's pixels here."""
+        self.open(f"zoom={ZOOM}&x=48&y=32&show=2&pin=1&map=relmse")
+        expected = self.screen(20, 31)
+        self.open(f"zoom={ZOOM}&x=48&y=32&show=2&pin=1&map=relmse", "blind.html")
+        self.assertEqual(self.screen(20, 31), expected)
+        self.assertEqual(self.browser.run("return document.querySelector('#scale').innerText"
+                                          ".split('\\n')[0];"), "relMSE, against itself converged")
+        # The input is not a filter: it is shown as it is.
+        self.browser.keys("i")
+        self.assert_color(self.screen(10, 10), shown([0.5, 0.5, 0.5]))
+        self.assertIn("no relMSE map of this picture", self.browser.run(
+            "return document.getElementById('shown').textContent;"))
+
     def test_error_maps_from_pixels(self):
         """Scales: SMAPE 0..2, relMSE 1e-4..10 and the difference 1e-3..10 logarithmic."""
         i, r = variant(1, 20, 31), truth(20, 31)
@@ -268,7 +291,7 @@ class WithWebGl(Page, unittest.TestCase):
         self.assertTrue(text.startswith("49, 32: Truth 0.516 1.02 0.250; samples=5 0.516"), text)
 
     def test_the_address_holds_the_state(self):
-        self.browser.keys("3", "]", "e", ".", "m")
+        self.browser.keys("3", "]", "e", ".", "m", "m")
         self.browser.wait("location.hash.includes('map=')")
         address = self.browser.run("return location.hash.slice(1);")
         self.assertEqual(dict(urllib.parse.parse_qsl(address)), {
@@ -284,6 +307,27 @@ class WithWebGl(Page, unittest.TestCase):
         self.open("show=99&ev=x&zoom=-1&crops=1,2,3&frame=7&metric=constructor")
         self.assertEqual([self.state(key) for key in ("show", "ev", "zoom", "frame", "metric")],
                          ["1", 0, 0, 1001, "hdr_flip"])
+
+    def test_what_was_left_out(self):
+        rows = self.browser.run(
+            "return [...document.querySelectorAll('[aria-label=\"Left out of the plans\"] tr')]"
+            ".map((row) => [...row.children].map((cell) => cell.innerText));")
+        self.assertEqual(rows[1:], [
+            ["samples=5", "1.fxaa", "off_by_rule",
+             "largest step 0.31 px <= 0.5 px (first frame; 1 more like it)", "1001, 1002",
+             "4.61\u2009kB", "2", "10.4\u2009k"],
+            ["", "still blocks", "on_device", "nothing moves there", "1002", "\u2013", "\u2013",
+             "\u2013"]])
+
+    def test_without_a_truth_it_says_so(self):
+        self.open(name="blind.html")
+        text = self.browser.run("return document.getElementById('verdict').innerText;")
+        self.assertIn("its own filter converged, and there is no model error: none was given.",
+                      text)
+        head = self.browser.run(
+            "return [...document.querySelectorAll('[aria-label=\"Where the error comes from\"] th'"
+            ")].map((e) => e.innerText).slice(0, 5);")
+        self.assertEqual(head, ["Variant", "", "precision", "sampling", "seeds"])
 
     def test_a_failed_variant_says_why(self):
         self.browser.keys("4")
@@ -313,6 +357,10 @@ class WithWebGl(Page, unittest.TestCase):
         self.browser.wait("document.querySelectorAll('.tile').length === 10")
         self.browser.wait("[...document.querySelectorAll('.tile canvas')].every((c) =>"
                           "c.getContext('2d').getImageData(75, 75, 1, 1).data[3])")
+        # The variant by its short name.
+        self.assertIn("samples=10: mean HDR-FLIP 0.2", self.browser.run(
+            "return [...document.querySelectorAll('.crop-row .why')].map((e) => e.innerText);")[1]
+            .split("\n"))
         # 150 CSS pixels over 20 of the picture: the middle of the tile is pixel 20 (7.5 wide).
         x, y = self.browser.run(
             "const b = document.querySelectorAll('.tile canvas')[2].getBoundingClientRect();"

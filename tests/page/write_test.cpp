@@ -3,7 +3,9 @@
 
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 
 #include "tests/page/fixture.h"
@@ -53,6 +55,27 @@ TEST_F(WritePage, HoldsTheReportAndEveryPicture) {
     ASSERT_EQ(manifest["images"].size(), report.images.size());
     for (const auto& image : manifest["images"])
         EXPECT_GT(element(page, image["id"]).size(), 50u) << image;
+}
+
+// Three variants that were measured against one converged picture carry it once a frame.
+TEST_F(WritePage, HoldsASharedPictureOnce) {
+    report = testing::make_blind_report(folder.string());
+    ASSERT_TRUE(write_page(report, path("blind.html"), {path("beside")}).ok());
+    ASSERT_TRUE(write_page(report, path("index.html")).ok());
+    const std::string page = text_of(path("index.html"));
+    const auto manifest = nlohmann::json::parse(element(page, "manifest"));
+    ASSERT_EQ(manifest["images"].size(), report.images.size());
+    std::map<std::string, std::set<int>> variants;  // by id
+    for (const auto& image : manifest["images"])
+        if (image["kind"] == "converged") variants[image["id"]].insert(int(image["variant"]));
+    ASSERT_EQ(variants.size(), 2u);  // a picture for each frame
+    for (const auto& [id, who] : variants) {
+        EXPECT_EQ(who, (std::set<int>{0, 1, 2}));
+        EXPECT_GT(element(page, id).size(), 50u);
+        EXPECT_TRUE(fs::exists(folder / "beside" / (id + ".js")));
+    }
+    const auto files = fs::directory_iterator(folder / "beside");
+    EXPECT_EQ(size_t(std::distance(begin(files), end(files))), report.images.size() - 4);
 }
 
 TEST_F(WritePage, PutsPicturesBesideIt) {

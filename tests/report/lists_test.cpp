@@ -47,6 +47,24 @@ TEST(Lists, WhatWasLeftOutIsOneLinePerThingAndRule) {
     EXPECT_TRUE(left_out_lines(Variant()).empty());
 }
 
+TEST(Lists, DoubtsAboutTimesAreOneSentence) {
+    Report report;
+    report.variants.resize(3);
+    for (Variant& variant : report.variants) variant.timing.emplace();
+    EXPECT_EQ(doubt_about_times(report), "");
+    const auto doubt = [&](size_t v, const char* name) {
+        report.variants[v].name = name;
+        report.variants[v].timing->trustworthy = false;
+        report.variants[v].timing->why_not = concat("others ran beside ", name);
+    };
+    doubt(2, "last");
+    EXPECT_EQ(doubt_about_times(report),
+              "times of last are not to be trusted: others ran beside last");
+    doubt(1, "one");
+    EXPECT_EQ(doubt_about_times(report),
+              "times of 2 of 3 variants are not to be trusted: others ran beside one (of one)");
+}
+
 TEST(Words, FiguresAndCounts) {
     EXPECT_EQ(figure(0.370626), "0.3706");
     EXPECT_EQ(figure(0.370626, 3), "0.371");

@@ -33,7 +33,7 @@ const std::vector<MetricRow>& metric_rows() {
         {"mse", "mean of (I-R)^2"},
         {"psnr", "dB after the display transform, peak 1; none when equal", false},
         {"ssim", "on luma after the display transform; none below 11x11 pixels", false},
-        {"nonfinite", "pixels of B with NaN or Inf"},
+        {"nonfinite", "pixels of the tested picture with NaN or Inf"},
         {"relmse_trimmed", "relmse without the worst 0.1 % of the pixels"},
         {"difference_p50", "median of the largest |I-R| of each pixel"},
         {"difference_p95", "95th percentile of it"},

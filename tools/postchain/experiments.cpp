@@ -121,9 +121,10 @@ void print_curve(const report::Report& report) {
     for (const auto* variant : timed) {
         const auto series = variant->metrics.find(metric);
         const bool known = series != variant->metrics.end() && series->second.mean;
-        std::printf("%-*s  %10.2f ms  %s %s%s\n", int(width), variant->name.c_str(),
-                    variant->timing->total.median_ms, metric.c_str(),
-                    known ? report::figure(*series->second.mean).c_str() : "none",
+        // The mark of times that are not to be trusted, as on the page.
+        std::printf("%-*s  %c%9.2f ms  %s %s%s\n", int(width), variant->name.c_str(),
+                    variant->timing->trustworthy ? ' ' : '~', variant->timing->total.median_ms,
+                    metric.c_str(), known ? report::figure(*series->second.mean).c_str() : "none",
                     variant->pareto ? "  in the Pareto set" : "");
     }
 }

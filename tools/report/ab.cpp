@@ -7,6 +7,7 @@
 #include "tools/metrics/temporal.h"
 #include "tools/report/basis.h"
 #include "tools/report/images.h"
+#include "tools/report/lists.h"
 #include "tools/report/statistics.h"
 #include "tools/report/steadiness.h"
 #include "tools/report/timing.h"
@@ -246,14 +247,13 @@ class AbRun {
             if (plan.ok()) {
                 auto timing = time_plan(executor_, *plan, source->planes, settings_.repeats);
                 if (!timing.ok()) return timing.status();
-                if (!timing->trustworthy)
-                    note("times of " + report_.variants[v].name +
-                         " are not to be trusted: " + timing->why_not);
                 report_.variants[v].timing = std::move(*timing);
             }
             if (stop_ && *stop_) return Status(StatusCode::cancelled, "stopped");
             progress_->finished();
         }
+        const std::string doubt = doubt_about_times(report_);
+        if (!doubt.empty()) note(doubt);
         return Status();
     }
 

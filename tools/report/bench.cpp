@@ -4,6 +4,7 @@
 
 #include "tools/report/bench_frame.h"
 #include "tools/report/images.h"
+#include "tools/report/lists.h"
 #include "tools/report/steadiness.h"
 #include "tools/report/timing.h"
 
@@ -263,10 +264,9 @@ class BenchRun {
                         return status;
                 progress_->finished();
             }
-            if (variant.timing && !variant.timing->trustworthy)
-                report_.notes.push_back("times of " + variant.name +
-                                        " are not to be trusted: " + variant.timing->why_not);
         }
+        const std::string doubt = doubt_about_times(report_);
+        if (!doubt.empty()) report_.notes.push_back(doubt);
         return Status();
     }
 

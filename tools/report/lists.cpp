@@ -15,6 +15,22 @@ std::vector<const Variant*> by_time(const Report& report) {
     return timed;
 }
 
+std::string doubt_about_times(const Report& report) {
+    const auto timed = by_time(report);
+    const Variant* first = nullptr;
+    int doubtful = 0;
+    for (const Variant& variant : report.variants) {
+        if (!variant.timing || variant.timing->trustworthy) continue;
+        if (!first) first = &variant;
+        ++doubtful;
+    }
+    if (!first) return "";
+    const std::string who =
+        doubtful == 1 ? first->name : concat(doubtful, " of ", timed.size(), " variants");
+    return concat("times of ", who, " are not to be trusted: ", first->timing->why_not,
+                  doubtful == 1 ? "" : concat(" (of ", first->name, ")"));
+}
+
 std::vector<LeftOutLine> left_out_lines(const Variant& variant) {
     std::vector<LeftOutLine> lines;
     std::vector<std::set<std::string>> reasons;

@@ -1,4 +1,4 @@
-// The lists that tables print: variants by time, and what was left out.
+// The lists that tables print: variants by time, and what was left out; doubts.
 #pragma once
 
 #include <string>
@@ -10,6 +10,9 @@ namespace postchain::report {
 
 // Those that have a time, the quickest first.
 std::vector<const Variant*> by_time(const Report& report);
+
+// Which times are not to be trusted and why, in one sentence; empty: all are.
+std::string doubt_about_times(const Report& report);
 
 // What the plans of a variant left out over a sequence, one line for each thing and rule.
 struct LeftOutLine {

@@ -177,7 +177,7 @@ class Judge {
                               "the difference open (" +
                                   range(*main->bootstrap) + ")."
                             : concat(" Within these frames ", *main->mean < 0 ? b() : a(),
-                                     " is nearer to the truth (tiles redrawn: B - A ",
+                                     " is nearer to the truth (redrawing the tiles, B - A lies in ",
                                      range(*main->bootstrap),
                                      "); whether that holds for other frames is open.");
         } else {

@@ -49,8 +49,15 @@ std::string as_address(const fs::path& path) {
     return text;
 }
 
-std::string id_of(size_t index) {
-    return concat("image-", index);
+// Pictures that several variants share are one file, and stand in the page once.
+size_t first_with_path_of(const Report& report, size_t index) {
+    size_t first = 0;
+    while (report.images[first].path != report.images[index].path) ++first;
+    return first;
+}
+
+std::string id_of(const Report& report, size_t index) {
+    return concat("image-", first_with_path_of(report, index));
 }
 
 int bits_of(const StoredImage& image) {
@@ -62,12 +69,12 @@ std::string manifest_of(const Report& report, const std::optional<fs::path>& ass
     auto images = nlohmann::json::array();
     for (size_t i = 0; i < report.images.size(); ++i) {
         const auto& image = report.images[i];
-        nlohmann::json entry = {{"id", id_of(i)},           {"kind", name_of(image.kind)},
+        nlohmann::json entry = {{"id", id_of(report, i)},   {"kind", name_of(image.kind)},
                                 {"variant", image.variant}, {"frame", image.frame},
                                 {"map", image.map},         {"width", image.width},
                                 {"height", image.height},   {"channels", image.channels},
                                 {"bits", bits_of(image)}};
-        if (assets) entry["asset"] = as_address(*assets / (id_of(i) + ".js"));
+        if (assets) entry["asset"] = as_address(*assets / (id_of(report, i) + ".js"));
         images.push_back(entry);
     }
     return nlohmann::json{{"images", images}}.dump();
@@ -96,11 +103,12 @@ Status write_assets(const Report& report, const fs::path& folder) {
     fs::create_directories(folder, error);
     if (error) return Status(StatusCode::output, concat(folder.string(), ": ", error.message()));
     for (size_t i = 0; i < report.images.size(); ++i) {
+        if (first_with_path_of(report, i) != i) continue;
         const auto picture = encoded(report, report.images[i]);
         if (!picture.ok()) return picture.status();
         const auto written = io::atomic_write_text(
-            (folder / (id_of(i) + ".js")).string(),
-            concat("postchain_asset(\"", id_of(i), "\",\"", *picture, "\")\n"));
+            (folder / (id_of(report, i) + ".js")).string(),
+            concat("postchain_asset(\"", id_of(report, i), "\",\"", *picture, "\")\n"));
         if (!written.ok()) return written.status();
     }
     return {};
@@ -120,10 +128,11 @@ Status write_parts(const Report& report, const std::optional<fs::path>& assets,
     if (auto status = write(file, page.substr(0, mark)); !status.ok()) return status;
     if (auto status = write(file, data); !status.ok()) return status;
     for (size_t i = 0; !assets && i < report.images.size(); ++i) {
+        if (first_with_path_of(report, i) != i) continue;
         const auto picture = encoded(report, report.images[i]);
         if (!picture.ok()) return picture.status();
-        const auto element =
-            concat("<script type=\"text/plain\" id=\"", id_of(i), "\">", *picture, "</script>\n");
+        const auto element = concat("<script type=\"text/plain\" id=\"", id_of(report, i), "\">",
+                                    *picture, "</script>\n");
         if (auto status = write(file, element); !status.ok()) return status;
     }
     return write(file, page.substr(mark + kDataMark.size()));

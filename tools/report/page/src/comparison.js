@@ -53,19 +53,20 @@ export function add_comparison({ model }, more) {
         `The axis reaches \u00b1${number(100 * reach, 2)} % of A; the line is the t-interval. ` +
         "Lower is better but where \u2191 (higher) or \u2192 1 (nearer to 1) says else.",
         comparison.claims && h("p", {}, comparison.claims),
-        h("div", { class: "scroll" }, h("table", {},
-            head(["Metric"], ["A", "num"], ["B", "num"], ["B \u2212 A", "num"], ["relative to A"],
-                ["t-interval", "num"], ["bootstrap", "num"], ["n", "num", "frames"], ["Finding"]),
+        h("div", { class: "scroll" }, h("table", { class: "compare" },
+            head(["Metric"], ["A", "num"], ["B", "num"], ["B \u2212 A", "num"], ["Finding"],
+                ["relative to A"], ["t-interval", "num"], ["bootstrap", "num"],
+                ["n", "num", "frames"]),
             h("tbody", {}, comparison.metrics.map((m, i) => h("tr", {},
                 h("th", { scope: "row", title: model.metric(m.metric)?.help },
                     metric_name(m.metric), kWays[model.metric(m.metric)?.better]),
                 h("td", { class: "num" }, number(a.metrics?.[m.metric]?.mean)),
                 h("td", { class: "num" }, number(b.metrics?.[m.metric]?.mean)),
                 h("td", { class: "num" }, Number.isFinite(m.mean) ? signed(m.mean) : "\u2013"),
+                h("td", { class: "words" }, h("details", {},
+                    h("summary", {}, kFindings[m.finding] ?? m.finding), m.words)),
                 h("td", {}, bases[i] && Number.isFinite(m.mean) ? whisker(m, bases[i], reach) : ""),
                 h("td", { class: "num" }, interval(m.t_interval)),
                 h("td", { class: "num" }, interval(m.bootstrap)),
-                h("td", { class: "num" }, String(m.n)),
-                h("td", { class: "words" }, h("details", {},
-                    h("summary", {}, kFindings[m.finding] ?? m.finding), m.words)))))))));
+                h("td", { class: "num" }, String(m.n)))))))));
 }

@@ -21,26 +21,34 @@ export function add_split(page, more) {
 
     function draw() {
         const stacked = select.value === "mse";
-        const parts = [...kParts.map(([key]) => key), ...(stacked ? ["cross"] : [])];
         const value = (s, key) => (stacked ? s.data.split.mse
             : s.data.split.others[select.value])?.[key];
+        // Without a truth there is no model error and no total.
+        const there = (key) => sources.some((s) => Number.isFinite(value(s, key)));
+        const kinds = [...kParts, ...(stacked ? [["cross", "what is left of the total"]] : [])]
+            .map(([key, help], i) => ({ key, help, color: color(i),
+                name: key === "cross" ? "cross term" : key })).filter(({ key }) => there(key));
+        const parts = kinds.map(({ key }) => key);
+        const whole = there("total") ? ["total"] : [];
         const sums = sources.map((s) => parts.map((key) => value(s, key) ?? 0));
         const total = (list, sign) => list.reduce((sum, v) => sum + Math.max(0, sign * v), 0);
         const above = Math.max(...sums.map((v) => total(v, 1)),
             ...sources.map((s) => value(s, "total") ?? 0));
         const below = Math.max(...sums.map((v) => total(v, -1)));
         const largest = Math.max(...sources.flatMap((s) =>
-            [...parts, "total"].map((key) => value(s, key) ?? 0)));
-        about.textContent = stacked
-            ? "Total = precision + sampling + model + cross term; the cross term may be negative " +
-                "and then lies left of zero. The mark is the total."
-            : "Side by side: these do not add up.";
+            [...parts, ...whole].map((key) => value(s, key) ?? 0)));
+        about.textContent = [
+            stacked && whole.length && "Total = precision + sampling + model + cross term; the " +
+                "cross term may be negative and then lies left of zero. The mark is the total.",
+            stacked || "Side by side: these do not add up.",
+            whole.length ? "" : "Without a truth there is no model error, and no total.",
+        ].filter((text) => typeof text === "string").join(" ");
         function bars(s, sum) {
             if (!stacked) {
-                return h("div", { class: "bars side" }, [...parts, "total"].map((key, i) =>
+                return h("div", { class: "bars side" }, [...parts, ...whole].map((key, i) =>
                     Number.isFinite(value(s, key)) && h("i", { style: {
                         "--width": percent(value(s, key) / largest || 0),
-                        "--color": key === "total" ? "var(--text)" : color(i) } })));
+                        "--color": key === "total" ? "var(--text)" : kinds[i].color } })));
             }
             const full = above + below || 1;
             let [right, left] = [below, below];
@@ -48,20 +56,21 @@ export function add_split(page, more) {
                 const from = v >= 0 ? right : left + v;
                 if (v >= 0) right += v; else left += v;
                 return h("i", { style: { "--from": percent(from / full),
-                    "--width": percent(Math.abs(v) / full), "--color": color(i) } });
+                    "--width": percent(Math.abs(v) / full), "--color": kinds[i].color } });
             }), Number.isFinite(value(s, "total")) && h("b", { style: {
                 "--from": percent((below + value(s, "total")) / full) } }));
         }
         const rows = sources.map((s, i) => ({ key: s.key, row: h("tr", {},
             h("th", { scope: "row" }, s.name),
             h("td", { style: { width: "38%" } }, bars(s, sums[i])),
-            [...parts, "total"].map((key) => h("td", { class: "num" }, number(value(s, key)))),
+            [...parts, ...whole].map((key) => h("td", { class: "num" }, number(value(s, key)))),
             h("td", { class: "num" }, s.data.split.seeds ? String(s.data.split.seeds) : "\u2013"),
             h("td", { class: "num" }, stacked ? number(s.data.split.converged_noise_mse) : "")) }));
-        const entries = parts.map((key, i) => [key === "cross" ? "cross term" : key, color(i)]);
-        body.replaceChildren(legend([...entries, ["total", "var(--text)"]]),
-        h("table", {}, head(["Variant"], [""], ...kParts.map(([key, help]) => [key, "num", help]),
-            ...(stacked ? [["cross term", "num"]] : []), ["total", "num", "GPU against the truth"],
+        body.replaceChildren(legend([...kinds.map(({ name, color: ink }) => [name, ink]),
+            ...whole.map((key) => [key, "var(--text)"])]),
+        h("table", {}, head(["Variant"], [""],
+            ...kinds.map(({ name, help }) => [name, "num", help]),
+            ...whole.map((key) => [key, "num", "GPU against the truth"]),
             ["seeds", "num", "averaged in the converged picture"],
             [stacked ? "noise left" : "", "num", "MSE left in the converged picture"]),
         h("tbody", {}, rows.map(({ row }) => row))));

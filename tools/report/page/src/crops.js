@@ -47,15 +47,16 @@ export function add_crops(page, more) {
         if (!tile.visible) return;
         const { source, crop, canvas } = tile;
         const map = page.viewer.map();
+        const against = model.reference_of(source);
         const [image, reference, stored] = await Promise.all([
             store.load(source.kind, source.variant, crop.frame),
-            map?.formula && store.load(model.reference.kind, model.reference.variant, crop.frame),
+            map?.formula && against && store.load(against.kind, against.variant, crop.frame),
             map?.formula === 0 && store.load("error", source.variant, crop.frame, map.key),
         ]).catch(() => []);
         if (!image || !canvas.isConnected) return;
         const view = {
             ...page.viewer.view(), image, reference, stored,
-            scale_of_error: map?.formula === 0 && !stored ? undefined : map,
+            scale_of_error: map && (map.formula ? reference : stored) ? map : undefined,
             center: [crop.x + crop.width / 2, crop.y + crop.height / 2],
             scale: canvas.width / crop.width, grid: false,
         };

@@ -32,6 +32,14 @@ export function number(v, digits = 3) {
     return (v < 0 ? "\u2212" : "") + text.replace("e-", "e\u2212");
 }
 
+// A count with the prefix of its size: "2.30 kB", "5.18 k", "144".
+export function short(v, unit = "") {
+    const step = v < 1000 ? 0 : Math.min(4, Math.floor(Math.log10(v) / 3));
+    const text = step ? number(v / 1000 ** step) : String(v);
+    const suffix = ["", "k", "M", "G", "T"][step] + unit;
+    return suffix ? `${text}\u2009${suffix}` : text;
+}
+
 // A difference: always with its sign.
 export const signed = (v) => (v > 0 ? "+" : "") + number(v);
 

@@ -45,7 +45,7 @@ function integrate(bytes, { width, height, channels, bits }) {
 }
 
 const name_of = (kind, variant, frame, map) =>
-    [kind, kind === "color" || kind === "error" ? variant : -1, frame, map ?? ""].join("/");
+    [kind, kind === "truth" || kind === "input" ? -1 : variant, frame, map ?? ""].join("/");
 
 export class ImageStore {
     constructor(manifest) {

@@ -12,7 +12,7 @@ import { model_of } from "./model.js";
 import { overlay } from "./overlay.js";
 import { add_frames_plot, add_pareto } from "./plots.js";
 import { fields_of, State } from "./state.js";
-import { add_facts, add_variants } from "./tables.js";
+import { add_facts, add_left_out, add_variants } from "./tables.js";
 import { Viewer } from "./viewer.js";
 
 const json = (id) => JSON.parse(by_id(id).textContent);
@@ -25,9 +25,12 @@ function start() {
     by_id("meta").textContent = [
         `${model.width} \u00d7 ${model.height}`,
         `${model.frames.length} frame${model.frames.length === 1 ? "" : "s"}`,
-        model.device.renderer, model.no_truth && `no truth: ${model.no_truth}`,
+        model.device.renderer, model.no_truth && "no truth",
     ].filter(Boolean).join("  \u00b7  ");
-    const verdict = model.comparison?.verdict || model.under.join("; ");
+    const verdict = [model.comparison?.verdict, ...model.under.map((line) => `${line}.`),
+        model.reference_kind === "converged" && "Without a truth every variant is measured " +
+            `against its own filter converged, and there is no model error: ${model.no_truth}.`,
+    ].filter(Boolean).join(" ");
     by_id("verdict").hidden = !verdict;
     by_id("verdict").textContent = verdict;
 
@@ -85,6 +88,7 @@ function start() {
     add_crops(page, more);
     add_split(page, more);
     add_times(page, more);
+    add_left_out(page, more);
     add_variants(page, more);
     add_facts(page, more);
 
@@ -108,6 +112,7 @@ function preload({ model, store, state }) {
         const mine = ++round;
         const frame = state.get("frame");
         const names = model.sources.map((s) => [s.kind, s.variant, frame]);
+        names.push(...model.variant_sources.map((s) => ["converged", s.variant, frame]));
         for (const map of model.maps.filter((m) => m.formula === 0))
             names.push(...model.variant_sources.map((s) => ["error", s.variant, frame, map.key]));
         for (const name of names) {

@@ -1,5 +1,5 @@
 // The report as the page wants it: report.json (docs/report.md) and the list of pictures.
-import { kFormulas, kStoredScale, kTones } from "./tone.js";
+import { kFormulas, kStoredHelp, kStoredScale, kTones } from "./tone.js";
 
 const kMapNames = { hdr_flip: "HDR-FLIP", flip: "FLIP", relmse: "relMSE", smape: "SMAPE",
     mse: "MSE", psnr: "PSNR", ssim: "SSIM", tde: "TDE",
@@ -39,22 +39,31 @@ export function model_of(report, store) {
     if (input_frames.length)
         model.sources.push({ key: "input", kind: "input", variant: -1, name: "Input", digit: "I",
             frames: input_frames });
+    // The names of variants are short here.
+    model.crops = report.crops.map((crop) => {
+        const variant = report.variants.findIndex((v) => crop.why.startsWith(`${v.name}: `));
+        return variant < 0 ? crop : { ...crop,
+            why: names[variant] + crop.why.slice(report.variants[variant].name.length) };
+    });
     model.source = (key) => model.sources.find((s) => s.key === key);
     model.variant_sources = model.sources.filter((s) => s.kind === "color");
 
     // What the metrics were compared with (docs/report.md), and what error maps are: without truth
     // two chains are compared with each other.
     model.reference_kind = report.reference;
-    model.reference = truth_frames.length ? model.source("truth")
-        : report.kind === "ab" && model.variant_sources[0]?.frames.length ? model.variant_sources[0]
-            : undefined;
+    // {kind, variant} of the picture that a source is held against; undefined where none is kept.
+    model.reference_of = ({ variant }) => (truth_frames.length ? { kind: "truth", variant: -1 }
+        : report.reference === "a" ? { kind: "color", variant: 0 }
+            : variant >= 0 && frames_with("converged", variant).length
+                ? { kind: "converged", variant } : undefined);
 
     // Stored maps first: they are what the report is about.
     model.maps = store.maps().map((map) => ({ ...kStoredScale, key: map, name: metric_name(map),
-        help: "made with the report" }));
+        help: kStoredHelp[map] ?? "made with the report" }));
     model.compared = { truth: "truth", a: report.variants[0]?.name,
         converged: "itself converged" }[report.reference] ?? "truth";
-    if (model.reference) model.maps.push(...kFormulas);
+    if (model.variant_sources.some((s) => s.frames.length && model.reference_of(s)))
+        model.maps.push(...kFormulas);
     model.tones = kTones.map((t) => t.key);
 
     model.metrics = report.metrics.filter((m) => report.variants.some(

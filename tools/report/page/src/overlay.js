@@ -61,8 +61,7 @@ export function overlay(page) {
             scale.hidden = !drawn_map;
             if (drawn_map && scale.dataset.map !== drawn_map.key) {
                 scale.dataset.map = drawn_map.key;
-                fill_scale(scale, drawn_map, drawn_map.formula === 0 ? model.compared
-                    : model.reference.name);
+                fill_scale(scale, drawn_map, model.compared);
             }
             const zoom = viewer.scale();
             by_id("zoom").textContent = `${state.get("zoom") ? "" : "fit, "}${number(zoom)}\u00d7`;

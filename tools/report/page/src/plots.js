@@ -187,8 +187,10 @@ export function add_pareto(page, more) {
         front = pareto_of(points, metric.better);
         const name = metric_name(metric.name);
         const way = { lower: "lower", higher: "higher", one: "nearer to 1" }[metric.better];
-        about.textContent = `${name}: ${way} is better. On the line: no other variant is both ` +
-            "faster and nearer. A click shows the picture.";
+        about.textContent = `${name} against ${model.compared}: ${way} is better. On the line: no other variant is both ` +
+            "faster and nearer. A click shows the picture." +
+            (model.variant_sources.some((s) => s.data.timing?.trustworthy === false)
+                ? " Not all times are to be trusted: see below." : "");
         const words = front.map((i) =>
             `${points[i].name} ${number(points[i].error)} in ${milliseconds(points[i].time)}`);
         box.setAttribute("aria-label", `${name} against time. Pareto set: ${words.join("; ")}. ` +

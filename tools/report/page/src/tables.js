@@ -1,5 +1,5 @@
 // Variants with their chains, and the conditions of the experiment.
-import { h, number } from "./dom.js";
+import { h, number, short } from "./dom.js";
 import { metric_name } from "./model.js";
 import { follow, head, panel } from "./panel.js";
 
@@ -7,18 +7,10 @@ export function add_variants(page, more) {
     const { model } = page;
     const rows = model.variant_sources.map((s) => {
         const v = s.data;
-        // "motion_blur: largest half-velocity ..." with the frames it holds for.
-        const reasons = new Map();
-        for (const entry of v.left_out) {
-            const text = `${entry.what}: ${entry.reason}`;
-            reasons.set(text, [...(reasons.get(text) ?? []), entry.frame]);
-        }
         return { key: s.key, row: h("tr", {}, h("th", { scope: "row" }, v.name),
             h("td", {}, v.failure ? h("div", { class: "bad" }, `failed: ${v.failure}`) : "",
                 h("details", {}, h("summary", {}, h("code", {}, v.chain_hash)),
                     h("pre", {}, v.chain),
-                    reasons.size ? h("ul", { class: "notes" }, [...reasons].map(([text, frames]) =>
-                        h("li", {}, `left out: ${text} (frames ${frames.join(", ")})`))) : "",
                     v.resumed ? h("p", { class: "quiet" }, "Taken from an interrupted run.") : "")),
             model.metrics.map((m) => h("td", { class: "num" }, number(model.mean(v, m.name))))) };
     });
@@ -27,6 +19,46 @@ export function add_variants(page, more) {
             ...model.metrics.map((m) => [metric_name(m.name), "num", m.help])),
         h("tbody", {}, rows.map(({ row }) => row))))));
     follow(page, rows);
+}
+
+// One line for each thing and rule, over all frames; as left_out_lines() of lists.cpp.
+function lines_of(variant) {
+    const lines = new Map();
+    for (const entry of variant.left_out) {
+        const key = `${entry.what}\n${entry.rule}`;
+        const line = lines.get(key) ?? { what: entry.what, rule: entry.rule, reasons: new Set(),
+            frames: new Set(), bytes: 0, dispatches: 0, taps: 0 };
+        line.reasons.add(entry.reason);
+        line.frames.add(entry.frame);
+        for (const part of ["bytes", "dispatches", "taps"]) line[part] += entry[part];
+        lines.set(key, line);
+    }
+    return [...lines.values()];
+}
+
+// What the plans did without, and what that saved.
+export function add_left_out({ model }, more) {
+    const rows = model.variant_sources.flatMap((s) => lines_of(s.data).map((line, i) => {
+        const known = line.bytes || line.dispatches || line.taps;
+        const [reason, ...others] = line.reasons;
+        return h("tr", {}, h("th", { scope: "row" }, i ? "" : s.name), h("td", {}, line.what),
+            h("td", {}, line.rule),
+            h("td", { title: others.join("\n") }, reason,
+                others.length ? ` (first frame; ${others.length} more like it)` : ""),
+            h("td", {}, [...line.frames].join(", ")),
+            h("td", { class: "num" }, known ? short(line.bytes, "B") : "\u2013"),
+            h("td", { class: "num" }, known ? short(line.dispatches) : "\u2013"),
+            h("td", { class: "num" }, known ? short(line.taps) : "\u2013"));
+    }));
+    more.append(panel("Left out of the plans", rows.length
+        ? "What a frame did not need, by which rule, for which reason, and what that saved over " +
+            "the frames named. A dash: found on the device alone, or nothing."
+        : "Nothing: the plan of every frame is whole.",
+    rows.length > 0 && h("div", { class: "scroll" }, h("table", { class: "left-out" },
+        head(["Variant"], ["Left out"], ["Rule"], ["Reason"], ["Frames"],
+            ["bytes", "num", "of textures"], ["dispatches", "num"],
+            ["taps", "num", "texture fetches"]),
+        h("tbody", {}, rows)))));
 }
 
 export function add_facts({ model, viewer }, more) {

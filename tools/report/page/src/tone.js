@@ -74,6 +74,10 @@ const mean = (f) => (f(0) + f(1) + f(2)) / 3;
 
 // Maps made with the report. FLIP values are 0..1 by definition.
 export const kStoredScale = { formula: 0, low: 0, high: 1, log: false };
+export const kStoredHelp = {
+    hdr_flip: "the largest FLIP over the report's exposures; made with the report",
+    flip: "of linear values clamped to 0..1; made with the report",
+};
 
 // Where a value lies on its scale, 0..1.
 export function place_on_scale(v, scale) {

@@ -51,13 +51,19 @@ export class Viewer {
         this.on.held();
     }
 
+    // What a source is held against, as ImageStore asks for it; nothing that is there: none.
+    #reference(source, frame) {
+        const reference = this.model.reference_of(source);
+        return reference ? [reference.kind, reference.variant, frame] : ["none", -1, frame];
+    }
+
     // [kind, variant, frame, map] of all that the view needs.
     #wanted(source, frame) {
         const list = { image: [source.kind, source.variant, frame] };
         const map = this.map();
         if (!map) return list;
         if (map.formula === 0) list.stored = ["error", source.variant, frame, map.key];
-        else list.reference = [this.model.reference.kind, this.model.reference.variant, frame];
+        else list.reference = this.#reference(source, frame);
         return list;
     }
 
@@ -82,8 +88,9 @@ export class Viewer {
         const show = (images) => {
             this.shown = { source, frame, scale_of_error };
             parts.forEach(([part], i) => (this.shown[part] = images[i]));
-            // Nothing was stored for truth and input: the picture itself is shown.
-            if (scale_of_error?.formula === 0 && !this.shown.stored) {
+            // No map of this picture, as of truth and input: the picture itself is shown.
+            if (scale_of_error && !(scale_of_error.formula ? this.shown.reference
+                : this.shown.stored)) {
                 this.shown.scale_of_error = undefined;
                 this.shown.no_map = true;
             }
@@ -272,14 +279,12 @@ export class Viewer {
         const frame = this.state.get("frame");
         const image = this.store.ready(source.kind, source.variant, frame);
         if (!image) return undefined;
-        const reference = this.model.reference;
         return {
             rgb: rgb_at(image, x, y),
             error: map && error_at({
                 image, scale_of_error: map,
                 stored: this.store.ready("error", source.variant, frame, map.key),
-                reference: reference &&
-                    this.store.ready(reference.kind, reference.variant, frame),
+                reference: this.store.ready(...this.#reference(source, frame)),
             }, x, y),
         };
     }

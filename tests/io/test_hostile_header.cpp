@@ -15,6 +15,7 @@
 #include "tests/io/largest_allocation.h"
 #include "tools/io/exr_part_check.h"
 #include "tools/io/exr_reader.h"
+#include "tools/io/exr_writer.h"
 
 namespace postchain::io {
 namespace {
@@ -301,6 +302,34 @@ TEST(HostileHeader, DeepChunksLargerThanTheFile) {
             }
         }
     }
+}
+
+// Tiles are copied as they are stored, by a size that OpenEXR takes for signed.
+TEST(HostileHeader, CopiedTilesOfNegativeSize) {
+    const TempFolder folder;
+    FilePart tiles{.name = "tiles", .channels = {{"Z", Imf::FLOAT}}, .tile = 8};
+    const std::string whole = bytes_of_file({rgba_z("color"), tiles});
+    // Part 1, tile (1, 0) of level 0, then its size.
+    const size_t chunk = whole.find(ints({1, 1, 0, 0, 0}));
+    ASSERT_NE(chunk, std::string::npos);
+    const auto copy = [&](int32_t size) {
+        std::string bytes = whole;
+        test::MemoryFile memory;
+        memory.set(size == 0 ? bytes : bytes.replace(chunk + 20, 4, ints({size})));
+        Result<OpenFrame> open = open_frame({{Role::color, memory.path()}}, 1);
+        EXPECT_TRUE(open.ok()) << open.status().message();
+        Result<InputFrame> frame =
+            read_frame(*open, {{Role::color, {0, {"R", "G", "B", "A"}}}}, {Role::color}, Keep::all);
+        EXPECT_TRUE(frame.ok()) << frame.status().message();
+        const ImageF color = frame->planes.at(Role::color);
+        return write_filtered(folder.path("copy.exr"), *frame, color,
+                              {.on_existing = OnExisting::overwrite})
+            .status();
+    };
+    EXPECT_EQ(copy(0).message(), "");
+    for (const int32_t size : {-1, -108, -2147483647 - 1})
+        EXPECT_THAT(copy(size).message(), HasSubstr("negative size")) << size;
+    for (const int32_t size : {2147483647, 1 << 20}) EXPECT_FALSE(copy(size).ok()) << size;
 }
 
 TEST(HostileHeader, WindowsTilesAndSizesOfTheirOwnKinds) {

@@ -19,6 +19,22 @@ TEST_P(Conformance, ConstantColorComesBackBitForBitAtEverySize) {
     }
 }
 
+TEST_P(Conformance, ConstantColorThatAHalfHoldsComesBackInHalfStorageToo) {
+    PlanOptions options = everything();
+    options.precision = Precision::fp16;
+    for (const auto& [width, height] : kSizes) {
+        TestFrame frame = moving_frame(width, height);
+        const FrameDescription camera = frame.description;
+        frame.planes[Role::color] =
+            test::constant_image(width, height, {0.25f, 65504.0f, -0x1.554p-9f, 0x1p-24f});
+        frame.description = test::describe(frame.planes);
+        frame.description.camera = camera.camera;
+        const auto out = test::filter(chain(), frame.description, frame.planes, options);
+        EXPECT_TRUE(test::equal_bits(out.at(Role::color), frame.planes[Role::color]))
+            << width << "x" << height;
+    }
+}
+
 TEST_P(Conformance, StaysInsideTheRangeOfItsInput) {
     for (const auto& [width, height] : kSizes) {
         TestFrame frame = moving_frame(width, height);

@@ -51,6 +51,7 @@ Report filled() {
     variant.split->mse = {0.1, 0.2, 0.3, 0.7};
     variant.split->cross = 0.1;
     variant.split->others["smape"].model = 0.5;
+    variant.split->notes = {"what a split has to say"};
     variant.left_out.emplace_back(10, LeftOut{"fxaa", "rule", "reason", 1, 2, 3});
     report.variants[1].name = "bad";
     report.variants[1].failure = "frame 10: no\nsecond line";
@@ -191,6 +192,7 @@ TEST(ReportMarkdown, TablesVerdictAndFailures) {
     EXPECT_THAT(text, HasSubstr("bad failed: frame 10: no"));
     EXPECT_THAT(text, HasSubstr("| flip | 1 | 0.1 |  | -1 .. 1 | too few frames to decide |"));
     EXPECT_THAT(text, HasSubstr("| one, two | 0.1 | 0.2 | 0.3 | 0.1 | 0.7 |"));
+    EXPECT_THAT(text, HasSubstr("\n- what a split has to say\n"));
     EXPECT_THAT(text, HasSubstr("- a note"));
     EXPECT_THAT(text, HasSubstr("| one, two | fxaa | rule | reason | 10 | 1 | 2 | 3 |"));
     // psnr has no value in either.

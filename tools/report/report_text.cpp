@@ -1,4 +1,6 @@
 // report.csv and report.md: the twins of the page for papers and CI logs.
+#include <set>
+
 #include "tools/io/atomic_file.h"
 #include "tools/offline/runner.h"
 #include "tools/report/lists.h"
@@ -74,6 +76,8 @@ class Markdown {
     }
 
   private:
+    using Notes = std::vector<std::string>;
+
     void row(const std::vector<std::string>& cells) {
         for (const auto& text : cells) out_ += "| " + cell(text) + " ";
         out_ += "|\n";
@@ -238,6 +242,11 @@ class Markdown {
             noise = number(s.converged_noise, 3);
         }
         out_ += "\nNoise left in the converged picture (MSE, last variant): " + noise + ".\n\n";
+        std::set<std::string> said;
+        for (const Variant& variant : report_.variants)
+            for (const auto& note : variant.split ? variant.split->notes : Notes())
+                if (said.insert(note).second) out_ += "- " + note + "\n";
+        if (!said.empty()) out_ += "\n";
     }
 
     void left_out() {

@@ -134,6 +134,10 @@ TEST(HostileHeader, TilesAndBlocksOfLinesLargerThanTheirLimits) {
                 AllOf(HasSubstr("16385x1"), HasSubstr("16384"), HasSubstr("smaller tiles")));
     EXPECT_THAT(error_of(with_tile(-1, -1)), HasSubstr("smaller tiles"));
     EXPECT_THAT(error_of(with_tile(0, 0)), HasSubstr("tiles of no size"));
+    for (const char levels : {0x03, 0x0f, 0x20, 0x71})
+        EXPECT_THAT(
+            error_of(with_value(tiles, "tiles", "tiledesc", ints({8, 8}) + std::string(1, levels))),
+            HasSubstr("levels of unknown kind"));
     EXPECT_THAT(error_of(with_tile(512, 512), {.max_chunk_bytes = 3u << 20}), HasSubstr("damaged"));
     EXPECT_THAT(error_of(with_tile(513, 512), {.max_chunk_bytes = 3u << 20}),
                 HasSubstr("smaller tiles"));
@@ -252,12 +256,42 @@ TEST(HostileHeader, LongTexts) {
 
 TEST(HostileHeader, CountsAndOrdersOfChunks) {
     const std::string parts = bytes_of_file({rgba_z("a"), rgba_z("b")});
-    for (const int32_t count : {-1, 0x7fffffff, 1 << 20})
+    for (const int32_t count : {-1, 0x7fffffff, 1 << 20, 0, 2})
         EXPECT_THAT(error_of(with_value(parts, "chunkCount", "int", ints({count}))),
-                    HasSubstr("truncated"))
+                    HasSubstr("a wrong number of chunks"))
             << count;
-    EXPECT_THAT(error_of(with_value(parts, "chunkCount", "int", ints({0}))),
-                HasSubstr("too few chunks"));
+    // Of a kind that nobody knows the count is all there is.
+    const std::string unknown = with_value(parts, "type", "string", "scanlineimagf");
+    for (const int32_t count : {-1, 0x7fffffff, 1 << 20})
+        EXPECT_THAT(error_of(with_value(unknown, "chunkCount", "int", ints({count}))),
+                    testing::AnyOf(HasSubstr("a wrong number of chunks"), HasSubstr("truncated")))
+            << count;
+    // Entries of all levels are looked at: the last one behind the end.
+    FilePart levels = rgba_z();
+    levels.tile = 4;
+    for (const Imf::LevelMode mode : {Imf::MIPMAP_LEVELS, Imf::RIPMAP_LEVELS}) {
+        for (const Imf::LevelRoundingMode rounding : {Imf::ROUND_DOWN, Imf::ROUND_UP}) {
+            levels.levels = mode;
+            levels.edit = [&](Imf::Header& header) {
+                header.setTileDescription(Imf::TileDescription(4, 4, mode, rounding));
+            };
+            std::string bytes = bytes_of_file({levels});
+            ASSERT_EQ(error_of(bytes), "");
+            // The first chunk begins where the table ends, and the first entry says where.
+            size_t end = 0;
+            for (size_t at = 8; at + 8 <= bytes.size() && end == 0; ++at) {
+                uint64_t offset;
+                std::memcpy(&offset, bytes.data() + at, 8);
+                // 13 x 9: 12 tiles of level 0, and at least 1 x 1 + 1 x 1 + 1 x 1 of the others.
+                if (offset >= at + 8 * 15 && offset <= at + 8 * 99 && (offset - at) % 8 == 0 &&
+                    bytes.substr(offset, 16) == ints({0, 0, 0, 0}))
+                    end = offset;
+            }
+            ASSERT_NE(end, 0u);
+            EXPECT_THAT(error_of(bytes.replace(end - 8, 8, longs({1 << 20}))),
+                        HasSubstr("pixels are missing"));
+        }
+    }
     const std::string whole = bytes_of_file({rgba_z()});
     for (const char order : {1, 2, 3, 127, -1}) {
         const std::string bytes =

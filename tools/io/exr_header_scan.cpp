@@ -200,8 +200,9 @@ Status read_header(Cursor& in, const ReadLimits& limits, PartSizes& part, bool& 
         } else if (name == "compression" && size == 1) {
             part.compression = int(in.number(1));
         } else if (name == "tiles" && size == 9) {
-            part.tile = {uint32_t(in.number(4)), uint32_t(in.number(4))};
-            part.one_level = (in.number(1) & 0xf) == 0;
+            const uint32_t width = uint32_t(in.number(4));
+            const uint32_t height = uint32_t(in.number(4));
+            part.tile = {width, height, uint32_t(in.number(1))};
         } else if (name == "chunkCount" && size == 4) {
             part.chunk_count = in.int32();
         } else if (name == "type" && type == "string" && size < 64) {
@@ -243,6 +244,7 @@ Result<HeaderFacts> scan_header(int fd, uint64_t file_bytes, const ReadLimits& l
         } else {
             part.tiled = part.type == "tiledimage" || part.type == "deeptile";
             part.deep = part.type == "deepscanline" || part.type == "deeptile";
+            part.known = part.tiled || part.deep || part.type == "scanlineimage";
         }
         parts.push_back(part);
         if (!multi_part) break;
@@ -258,11 +260,8 @@ Result<HeaderFacts> scan_header(int fd, uint64_t file_bytes, const ReadLimits& l
         least_bytes += needs->least_file_bytes;
         if (least_bytes > file_bytes)
             return at_place(too_much_packed(parts[i], *needs, file_bytes));
-        const bool counted = multi_part && parts[i].chunk_count.has_value();
-        const uint64_t table = counted ? uint64_t(uint32_t(*parts[i].chunk_count)) : needs->chunks;
-        if (table < needs->chunks) return input_error("damaged header: too few chunks");
-        if (table * 8 > file_bytes) return truncated();
-        for (uint64_t c = 0; c < table; ++c) {
+        if (needs->chunks * 8 > file_bytes) return truncated();
+        for (uint64_t c = 0; c < needs->chunks; ++c) {
             const uint64_t offset = in.number(8);
             if (!in.good()) return truncated();
             if (offset >= file_bytes) {
@@ -283,8 +282,6 @@ Result<HeaderFacts> scan_header(int fd, uint64_t file_bytes, const ReadLimits& l
                                 "it again"));
             }
         }
-        // Without a count the smaller levels' entries are unknown, and so is the next table.
-        if (!counted && !parts[i].one_level) break;
     }
     return HeaderFacts{multi_part, parts[0].type.has_value()};
 }

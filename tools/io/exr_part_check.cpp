@@ -1,6 +1,7 @@
 #include "tools/io/exr_part_check.h"
 
 #include <algorithm>
+#include <bit>
 
 namespace postchain::io {
 
@@ -40,6 +41,50 @@ Status check_chunk(const std::string& what, uint64_t bytes, const ReadLimits& li
 
 uint64_t up(uint64_t a, uint64_t b) {
     return (a + b - 1) / b;
+}
+
+// Tiles along one side of a level.
+uint64_t tiles_of_level(uint64_t side, uint64_t tile, int level, bool up_sizes) {
+    const uint64_t divisor = uint64_t(1) << level;
+    const uint64_t size = up_sizes ? up(side, divisor) : side / divisor;
+    return up(std::max<uint64_t>(size, 1), tile);
+}
+
+int levels_of(uint64_t side, bool up_sizes) {
+    return (up_sizes ? std::bit_width(side - 1) : std::bit_width(side) - 1) + 1;
+}
+
+// As ImfTiledMisc.cpp counts them.
+uint64_t count_tiles(uint64_t width, uint64_t height, const PartSizes::Tile& tile) {
+    const bool up_sizes = (tile.levels >> 4) == 1;
+    const uint32_t mode = tile.levels & 0xf;
+    const auto across = [&](int level) {
+        return tiles_of_level(width, tile.width, level, up_sizes);
+    };
+    const auto down = [&](int level) {
+        return tiles_of_level(height, tile.height, level, up_sizes);
+    };
+    if (mode == 0) return across(0) * down(0);
+    uint64_t sum = 0;
+    if (mode == 1) {
+        const int levels = levels_of(std::max(width, height), up_sizes);
+        for (int level = 0; level < levels; ++level) sum += across(level) * down(level);
+        return sum;
+    }
+    uint64_t columns = 0;
+    for (int level = 0; level < levels_of(width, up_sizes); ++level) columns += across(level);
+    for (int level = 0; level < levels_of(height, up_sizes); ++level) sum += columns * down(level);
+    return sum;
+}
+
+Status check_chunk_count(const PartSizes& part, PartNeeds& needs) {
+    if (part.known && part.chunk_count.value_or(int32_t(needs.chunks)) == int32_t(needs.chunks))
+        return {};
+    if (!part.known && part.chunk_count.value_or(-1) >= 0) {
+        needs.chunks = uint64_t(*part.chunk_count);
+        return {};
+    }
+    return input_error("damaged header: a wrong number of chunks");
 }
 
 }  // namespace
@@ -92,12 +137,16 @@ Result<PartNeeds> check_part(const PartSizes& part, const ReadLimits& limits) {
                                           compression->lines * width * bytes, limits,
                                           "write it with fewer channels or as zip");
         if (!status.ok()) return status;
+        if (Status s = check_chunk_count(part, needs); !s.ok()) return s;
         return needs;
     }
     if (!part.tile || part.tile->width < 1 || part.tile->height < 1) {
         return input_error("damaged header: tiles of no size");
     }
-    const auto [tile_width, tile_height] = *part.tile;
+    const auto [tile_width, tile_height, levels] = *part.tile;
+    if ((levels & 0xf) > 2 || (levels >> 4) > 1) {
+        return input_error("damaged header: levels of unknown kind");
+    }
     const std::string tile = concat("a tile of ", std::to_string(tile_width), "x",
                                     std::to_string(tile_height), " pixels");
     if (tile_width > uint32_t(limits.max_side) || tile_height > uint32_t(limits.max_side)) {
@@ -105,10 +154,11 @@ Result<PartNeeds> check_part(const PartSizes& part, const ReadLimits& limits) {
                                   std::to_string(limits.max_side),
                                   " a side; write it with smaller tiles"));
     }
-    needs.chunks = up(width, tile_width) * up(height, tile_height);
+    needs.chunks = count_tiles(width, height, *part.tile);
     const Status status = check_chunk(tile, uint64_t(tile_width) * tile_height * bytes, limits,
                                       "write it with smaller tiles");
     if (!status.ok()) return status;
+    if (Status s = check_chunk_count(part, needs); !s.ok()) return s;
     return needs;
 }
 

@@ -20,20 +20,21 @@ struct PartSizes {
     };
     struct Tile {
         uint32_t width, height;
+        uint32_t levels;  // low four bits: 0 one, 1 mip, 2 rip; high: 1 rounds their sizes up
     };
     std::optional<Window> data_window;
     std::vector<Channel> channels;
+    bool known = true;  // a kind that OpenEXR reads; of others only chunk_count tells of chunks
     bool tiled = false;
     bool deep = false;
     std::optional<Tile> tile;
-    bool one_level = true;
     int compression = 0;
     std::optional<int32_t> chunk_count;
     std::optional<std::string> type;  // optional in a single flat part
 };
 
 struct PartNeeds {
-    uint64_t chunks = 0;            // of the full-size level
+    uint64_t chunks = 0;            // of all levels
     uint64_t pixel_bytes = 0;       // decoded, without what only a level or a deep sample adds
     uint64_t least_file_bytes = 0;  // pixel_bytes packed as densely as the compression can
 };
@@ -51,7 +52,8 @@ struct PartNeeds {
 // 0 for a compression that OpenEXR 3.1 does not know.
 uint64_t most_packed(int compression);
 
-// Errors (input): no data window, no channels, sizes above the limits.
+// Errors (input): no data window, no channels, sizes above the limits, levels of unknown kind,
+// another number of chunks than follows from the sizes.
 Result<PartNeeds> check_part(const PartSizes& part, const ReadLimits& limits);
 
 // Why a file of `file_bytes` cannot hold the part.

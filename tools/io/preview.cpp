@@ -1,11 +1,9 @@
-// PNG previews: tone curve here, encoding by OpenImageIO into memory, then one atomic file.
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
-
+// PNG previews: tone curve here, encoding in png.h, then one atomic file.
 #include <algorithm>
 #include <cmath>
 
 #include "tools/io/exr_writer.h"
+#include "tools/io/png.h"
 
 namespace postchain::io {
 
@@ -20,30 +18,16 @@ Status write_png_preview(const std::string& path, const ImageF& color,
         if (options.curve != ToneCurve::none) v = std::pow(v, 1 / 2.2f);
         return uint8_t(std::lround(std::min(v, 1.0f) * 255));
     };
-    std::vector<uint8_t> bytes(color.pixels() * size_t(channels));
+    Image<uint8_t> bytes(color.width, color.height, channels);
     for (size_t i = 0; i < color.pixels(); ++i) {
         for (int c = 0; c < channels; ++c) {
-            bytes[i * size_t(channels) + size_t(c)] =
+            bytes.data[i * size_t(channels) + size_t(c)] =
                 shown(color.data[i * size_t(color.channels) + size_t(c)]);
         }
     }
-
-    std::vector<unsigned char> png;
-    {
-        OIIO::Filesystem::IOVecOutput memory(png);
-        const auto out = OIIO::ImageOutput::create("png");
-        OIIO::ImageSpec spec(color.width, color.height, channels, OIIO::TypeDesc::UINT8);
-        spec.attribute("oiio:ColorSpace", "sRGB");
-        if (out == nullptr || !out->set_ioproxy(&memory) || !out->open(path, spec) ||
-            !out->write_image(OIIO::TypeDesc::UINT8, bytes.data()) || !out->close()) {
-            return Status(
-                StatusCode::output,
-                concat(path, ": cannot encode PNG: ", out ? out->geterror() : OIIO::geterror()));
-        }
-    }
-    const Result<bool> written = atomic_write_text(
-        path, {reinterpret_cast<const char*>(png.data()), png.size()}, options.on_existing);
-    return written.status();
+    const auto png = encode_png(bytes);
+    if (!png.ok()) return png.status().at(path);
+    return atomic_write_text(path, *png, options.on_existing).status();
 }
 
 }  // namespace postchain::io

@@ -22,7 +22,8 @@ ImageF flip_map(int variant);
 
 // Writes the pictures to folder/images and returns the report.
 Report make_report(const std::string& folder);
-// The same without a truth: one converged picture, that of the truth, stands in for all variants.
+// The same without a truth: variants 0 and 1 share a converged picture, that of the truth; variant
+// 2's is 1/4 everywhere.
 Report make_blind_report(const std::string& folder);
 
 }  // namespace postchain::report::testing

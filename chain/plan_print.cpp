@@ -16,6 +16,17 @@ std::string megabytes(uint64_t bytes) {
     return text;
 }
 
+// " (saves 2 dispatches, 1.84 MB, 1296 taps)", of what there is.
+std::string savings(const LeftOut& left) {
+    std::string text;
+    const auto add = [&](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
+    if (left.dispatches)
+        add(concat(left.dispatches, left.dispatches == 1 ? " dispatch" : " dispatches"));
+    if (left.bytes) add(left.bytes < 10000 ? concat(left.bytes, " bytes") : megabytes(left.bytes));
+    if (left.taps) add(concat(left.taps, " taps"));
+    return text.empty() ? text : " (saves " + text + ")";
+}
+
 std::string size_of(const PlanTexture& texture) {
     return concat(texture.width, "x", texture.height, " ", name_of(texture.format));
 }
@@ -51,9 +62,7 @@ std::string plan_as_text(const Plan& plan) {
     }
     for (const auto& left : plan.left_out) {
         out << "left out " << left.what << " [" << left.rule << "]: " << left.reason;
-        if (left.dispatches || left.bytes)
-            out << " (saves " << left.dispatches << " dispatches, " << megabytes(left.bytes) << ", "
-                << left.taps << " taps)";
+        out << savings(left);
         out << "\n";
     }
     for (const auto& texture : plan.textures) {

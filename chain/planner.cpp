@@ -5,6 +5,18 @@
 namespace postchain {
 namespace {
 
+// Inputs keep full precision: a pass left out must change no bit.
+PlanTexture input_texture(Role role, const FrameDescription& frame) {
+    PlanTexture texture;
+    texture.name = std::string("input.") + name_of(role);
+    texture.format = plane_format(channels_of(role), Precision::fp32);
+    texture.width = frame.width;
+    texture.height = frame.height;
+    texture.imported = true;
+    texture.role = role;
+    return texture;
+}
+
 // Why nothing reads what a step writes, by "<index of the pass>.<step>".
 using Reasons = std::map<std::string, std::string>;
 
@@ -69,8 +81,8 @@ Result<std::optional<LeftOut>> judge(const ChainLink& link, const PlanContext& c
     if (left && !context.uses(left->rule)) left.reset();
     if (left) left->what = link.type->name;
     const RoleSet missing = link.pass->roles().required - context.available;
-    // A pass that is off needs no plane; no other rule can speak for a plane that is not there.
-    if (missing.empty() || (left && left->rule == kRuleConfiguration)) return left;
+    // A pass that is off needs no plane; but of a plane that is not there nothing is known.
+    if (missing.empty() || (left && left->rule != kRuleFacts)) return left;
     const std::string text =
         "needs " + missing.text() + "; the frame has " + context.available.text();
     if (!context.uses(kRuleMissingPlane)) return Status(StatusCode::input, text);
@@ -204,10 +216,9 @@ void drop_unread_planes(Plan& plan, const FrameDescription& frame, RoleSet outpu
                         const std::set<std::string>& rules) {
     for (Role role : kAllRoles) {
         if (!frame.not_decoded.has(role)) continue;
-        const Format format = plane_format(channels_of(role), Precision::fp32);
-        const PlanTexture texture{"", format, frame.width, frame.height};
-        plan.left_out.push_back({std::string("input.") + name_of(role), kRuleUnusedPlane,
-                                 "no step reads it: not decoded", texture.bytes(), 0, 0});
+        const PlanTexture texture = input_texture(role, frame);
+        plan.left_out.push_back({texture.name, kRuleUnusedPlane, "no step reads it: not decoded",
+                                 texture.bytes(), 0, 0});
     }
     for (const auto& texture : plan.textures) {
         if (!texture.imported || texture.first_step >= 0) continue;
@@ -226,6 +237,11 @@ void add_savings(LeftOut& left, const Plan& plan, std::map<Role, TextureId> curr
     whole.passes = plan.passes;
     whole.textures = plan.textures;
     for (auto& texture : whole.textures) texture.imported = true;
+    for (Role role : kAllRoles) {
+        if (!context.frame.not_decoded.has(role)) continue;
+        current[role] = TextureId(whole.textures.size());
+        whole.textures.push_back(input_texture(role, context.frame));
+    }
     Reasons reasons;
     Recorder recorder(whole, current, reasons, context, int(plan.passes.size()) - 1, left.what);
     pass.plan(recorder);
@@ -263,16 +279,8 @@ Result<Plan> make_plan(const Chain& chain, const FrameDescription& given,
     std::map<Role, TextureId> current;
     for (Role role : kAllRoles) {
         if (!frame.planes.has(role)) continue;
-        PlanTexture texture;
-        texture.name = std::string("input.") + name_of(role);
-        // Inputs keep full precision: a pass left out must change no bit.
-        texture.format = plane_format(channels_of(role), Precision::fp32);
-        texture.width = frame.width;
-        texture.height = frame.height;
-        texture.imported = true;
-        texture.role = role;
         current[role] = TextureId(plan.textures.size());
-        plan.textures.push_back(texture);
+        plan.textures.push_back(input_texture(role, frame));
     }
 
     Reasons reasons;
@@ -287,7 +295,8 @@ Result<Plan> make_plan(const Chain& chain, const FrameDescription& given,
             continue;
         }
         LeftOut left = *decision.left_out;
-        if ((pass->roles().required - decision.context.available).empty())
+        const RoleSet known = decision.context.available | frame.not_decoded;
+        if ((pass->roles().required - known).empty())
             add_savings(left, plan, current, decision.context, *pass);
         plan.left_out.push_back(std::move(left));
     }

@@ -65,6 +65,45 @@ TEST_F(DescribeTest, PlanSaysWhatIsLeftOutAndRunsTheSame) {
     EXPECT_EQ(read_color(out(1)).data, read_color(in(1)).data);
 }
 
+TEST_F(DescribeTest, CutsAndMissingPlanesByRule) {
+    write_sequence(at(""), {1, 2});
+    // Frame 2 leads across a cut: its color comes back, and only its own.
+    const auto written = filter("motion_blur", {"--cuts", "2"});
+    ASSERT_EQ(written.code, 0) << written.text();
+    EXPECT_EQ(read_color(out(2)).data, read_color(in(2)).data);
+    EXPECT_NE(read_color(out(1)).data, read_color(in(1)).data);
+    const Json cut = sidecar(2), whole = sidecar(1);
+    EXPECT_EQ(cut["plan"]["left_out"][0]["rule"], "camera_cut");
+    EXPECT_FALSE(cut.contains("blocks"));
+    // Every block is in one of the motion blur's lists.
+    size_t blocks = 0;
+    for (const auto& list : whole["blocks"]) {
+        blocks += list["blocks"].get<size_t>();
+        EXPECT_EQ(list["of"], 6) << list["list"];  // 48 x 32
+    }
+    EXPECT_EQ(blocks, 6u);
+    EXPECT_EQ(filter("motion_blur", {"--cuts", "2-1"}).code, 2);
+
+    FrameFile bare;
+    bare.motion = false;
+    bare.convention = "generic";
+    write_frame(in(1), make_planes(48, 32), bare);
+    const Arguments one = {"--frames", "1", "--on-existing", "overwrite"};
+    EXPECT_EQ(filter("motion_blur", one).code, 4);
+    Arguments asked = one;
+    asked.insert(asked.end(), {"--elide", "missing_plane"});
+    const auto outcome = filter("motion_blur", asked);
+    ASSERT_EQ(outcome.code, 0) << outcome.text();
+    EXPECT_TRUE(contains(outcome.err, "left out motion_blur: needs motion")) << outcome.err;
+    EXPECT_EQ(read_color(out(1)).data, read_color(in(1)).data);
+    for (const char* wrong : {"still_tiles", "nonsense"}) {
+        const auto refused = filter("motion_blur", {"--elide", wrong});
+        EXPECT_EQ(refused.code, 2);
+        EXPECT_TRUE(contains(refused.err, "uniform_tiles, missing_plane")) << refused.err;
+    }
+    EXPECT_EQ(filter("motion_blur", {"--no-elide", "--elide", "uniform_tiles"}).code, 2);
+}
+
 TEST_F(DescribeTest, PlanSaysOnceWhatEveryFrameLacks) {
     write_sequence(at(""), {1, 2, 3});
     write_text(at("lens.yaml"), "postchain: 1\npasses: [depth_of_field]\n");  // no camera

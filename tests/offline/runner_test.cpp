@@ -242,6 +242,12 @@ TEST_F(RunnerTest, WorkTextTellsWorkApart) {
     settings_.source.camera = parse_camera("{\"f_stop\": 9}", "camera.json");
     EXPECT_NE(text(1), base);
     settings_.source.camera.reset();
+    settings_.source.cuts = {1};
+    EXPECT_NE(text(1), base);
+    settings_.source.cuts.clear();
+    settings_.plan.rules_on = {kRuleUniformTiles};
+    EXPECT_NE(text(1), base);
+    settings_.plan.rules_on.clear();
     // What decides nothing about the pixels does not count.
     settings_.strict = settings_.preview = true;
     settings_.plan.elide = false;

@@ -61,6 +61,45 @@ TEST(Source, OnlyWhatIsWantedIsRead) {
     EXPECT_TRUE(frame->warnings.empty());
 }
 
+// Which planes are decoded follows from what is known before a pixel is read.
+TEST(Source, WhatNobodyCanReadIsNotDecoded) {
+    TempFolder folder;
+    test::write_frame(folder.path("f.exr"), make_planes(24, 16));
+    SourceSettings settings;
+    auto chain = parse_chain(test::kMotionBlur, "chain.yaml", builtin_passes());
+    const auto needed = [&](const PlanOptions& options = {}) {
+        auto header = open_source_frame(settings, {{Role::color, folder.path("f.exr")}}, 1);
+        return planes_needed(chain.chain, settings, *header, options);
+    };
+    const RoleSet blur = {Role::color, Role::inverse_depth, Role::motion};
+    EXPECT_EQ(needed(), blur);
+    settings.cuts = {1};
+    EXPECT_EQ(needed(), RoleSet());
+    settings.cuts = {2};
+    EXPECT_EQ(needed(), blur);
+    chain = parse_chain(test::kMotionBlur, "chain.yaml", builtin_passes(),
+                        {"motion_blur.shutter_frames=0"});
+    EXPECT_EQ(needed(), RoleSet());
+    PlanOptions whole;
+    whole.elide = false;
+    EXPECT_EQ(needed(whole), blur | RoleSet{Role::motion_back});
+
+    const auto frame = source_of(folder.path("f.exr"), settings, needed());
+    ASSERT_TRUE(frame.ok());
+    EXPECT_EQ(frame->planes.size(), 1u);
+    const auto plan = plan_source_frame(chain.chain, *frame, {});
+    ASSERT_TRUE(plan.ok()) << plan.status().message();
+    uint64_t bytes = 0;
+    for (const auto& left : plan->left_out) {
+        if (left.rule == kRuleUnusedPlane) bytes += left.bytes;
+        if (left.what == "motion_blur") {
+            EXPECT_GT(left.dispatches, 3);
+        }
+    }
+    // Depth, motion, and motion back: 4, 8 and 8 bytes a pixel.
+    EXPECT_EQ(bytes, 20u * 24 * 16);
+}
+
 TEST(Source, CameraFileOverMetadata) {
     TempFolder folder;
     FrameFile file;

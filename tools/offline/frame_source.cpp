@@ -120,13 +120,30 @@ Result<FrameHeader> open_source_frame(const SourceSettings& settings,
     return header;
 }
 
+RoleSet planes_needed(const Chain& chain, const SourceSettings& settings, const FrameHeader& header,
+                      const PlanOptions& options) {
+    const io::ExrFile& file = header.files.color_file();
+    const auto& part = file.parts()[size_t(header.assignment.at(Role::color).part)];
+    FrameDescription frame;
+    frame.width = part.data_window.width();
+    frame.height = part.data_window.height();
+    frame.display_width = part.display_window.width();
+    frame.display_height = part.display_window.height();
+    frame.frame_number = header.files.frame_number;
+    frame.camera = header.camera;
+    frame.facts.camera_cut = settings.cuts.count(frame.frame_number) > 0;
+    for (const auto& [role, where] : header.assignment) frame.planes.add(role);
+    const auto plan = make_plan(chain, frame, options);
+    return plan.ok() ? plan->reads : chain.required() | chain.optional();
+}
+
 Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeader header,
                                       RoleSet wanted, io::Keep keep) {
     SourceFrame frame;
     const std::string path = header.files.color_file().path();
-    RoleSet present = {Role::color};
+    RoleSet present = {Role::color}, not_decoded;
     for (const auto& [role, where] : header.assignment)
-        if (wanted.has(role)) present.add(role);
+        (wanted.has(role) || role == Role::color ? present : not_decoded).add(role);
     auto start = Clock::now();
     auto read = io::read_frame(header.files, header.assignment, present, keep);
     if (!read.ok()) return read.status();
@@ -138,6 +155,8 @@ Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeade
     frame.warnings = std::move(header.warnings);
     frame.description = frame.input.description;
     frame.description.camera = header.camera;
+    frame.description.not_decoded = not_decoded;
+    frame.description.facts.camera_cut = settings.cuts.count(frame.input.files.frame_number) > 0;
     frame.planes = std::move(frame.input.planes);
     frame.conversion = frame.match.options;
     frame.conversion.nonfinite_color = settings.nonfinite_color;

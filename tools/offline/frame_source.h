@@ -9,6 +9,7 @@
 #include <array>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,7 @@ struct SourceSettings {
     std::string view;                // empty: the default one
     std::optional<CameraFile> camera;
     NonfiniteColor nonfinite_color = NonfiniteColor::zero;
+    std::set<int> cuts;  // frames whose motion leads across a camera cut
 };
 
 // Headers, roles and camera of one frame.
@@ -55,6 +57,11 @@ struct SourceFrame {
 
     std::string first_nonfinite_text() const;  // "(12, -3)"
 };
+
+// The planes to read for this chain: those that a plan reads of which no fact is known yet. All
+// that a chain could use where it cannot be planned; plan_source_frame() then says why.
+RoleSet planes_needed(const Chain& chain, const SourceSettings& settings, const FrameHeader& header,
+                      const PlanOptions& options);
 
 // Reads color and those of `wanted` that the frame has. Keep::all is needed to write it back.
 Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeader header,

@@ -62,7 +62,7 @@ struct Work {
     const Chain* chain = nullptr;  // with executor and renderer; null: the visitor's
     Executor* executor = nullptr;
     std::string renderer;
-    RoleSet wanted;
+    RoleSet wanted;  // by the visitor
     FrameVisitor visitor;
 };
 
@@ -160,7 +160,10 @@ class Run {
             job.report.outcome = Outcome::skipped;
             return Status();
         }
-        auto source = read_source_frame(settings_.source, std::move(*header), work_.wanted,
+        const RoleSet wanted =
+            work_.chain ? planes_needed(*work_.chain, settings_.source, *header, settings_.plan)
+                        : work_.wanted;
+        auto source = read_source_frame(settings_.source, std::move(*header), wanted,
                                         work_.chain ? io::Keep::all : io::Keep::nothing);
         if (!source.ok()) return source.status();
         job.report.warnings = source->warnings;
@@ -209,6 +212,7 @@ class Run {
         job.source->planes.clear();
         job.report.filter_ms = milliseconds_since(start);
         job.report.pass_times = executor.pass_times();
+        job.report.work_done = executor.work_done();
         job.report.timing_source = executor.timing_source();
         job.report.counters = executor.counters();
         return Status();
@@ -382,7 +386,7 @@ Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& settings,
     if (!settings.dump_folder.empty() && !fs::is_directory(settings.dump_folder, error))
         return Status(StatusCode::output,
                       settings.dump_folder + ": folder of --dump-stages does not exist");
-    const Work work{&chain, &executor, renderer, chain.required() | chain.optional(), {}};
+    const Work work{&chain, &executor, renderer, {}, {}};
     auto summary = Run(work, settings, observer, stop, std::move(*tasks)).walk();
     if (summary.ok()) summary->gaps = std::move(gaps);
     return summary;

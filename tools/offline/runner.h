@@ -69,6 +69,7 @@ struct FrameReport {
     io::WriteReport write;
     double read_ms = 0, convert_ms = 0, filter_ms = 0, write_ms = 0;
     std::vector<PassTime> pass_times;
+    std::vector<WorkDone> work_done;
     std::string timing_source;
     std::string renderer;
     ExecutorCounters counters;

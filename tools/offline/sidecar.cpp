@@ -61,6 +61,8 @@ std::string sidecar_json(const FrameReport& report, const std::string& version) 
     json["work"] = report.work;
     json["profile"] = report.profile;
     if (report.plan) json["plan"] = Json::parse(plan_as_json(*report.plan));
+    for (const auto& done : report.work_done)
+        json["blocks"].push_back({{"list", done.list}, {"blocks", done.blocks}, {"of", done.of}});
     json["times_ms"] = times_json(report);
     json["health"] = health_json(report);
     json["counters"] = {{"texture_allocations", report.counters.texture_allocations},

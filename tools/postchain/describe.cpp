@@ -26,7 +26,6 @@ int plan_verb(const Options& options, const std::string& format) {
     if (!list.ok()) return fail(list.status());
     int code = kExitOk;
     std::string said;  // of the frame before, without its path
-    const RoleSet wanted = chain->chain.required() | chain->chain.optional();
     for (int frame : list->frames) {
         const auto files = list->files.find(frame);
         Status status;
@@ -35,6 +34,10 @@ int plan_verb(const Options& options, const std::string& format) {
                             settings->input.color().format(frame) + ": frame is not on disk");
         } else {
             auto header = offline::open_source_frame(settings->source, files->second, frame);
+            const RoleSet wanted = header.ok()
+                                       ? offline::planes_needed(chain->chain, settings->source,
+                                                                *header, settings->plan)
+                                       : RoleSet();
             auto source = header.ok()
                               ? offline::read_source_frame(settings->source, std::move(*header),
                                                            wanted, io::Keep::nothing)

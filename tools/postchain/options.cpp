@@ -91,6 +91,10 @@ void add_input(CLI::App& verb, Options& o) {
     verb.add_option("--frames", o.frames, "which frames: 1-10,20-40x2 (default: all on disk)")
         ->check(kNotEmpty)
         ->type_name("RANGE");
+    verb.add_option("--cuts", o.cuts,
+                    "frames whose motion leads across a camera cut: no motion blur there")
+        ->check(kNotEmpty)
+        ->type_name("RANGE");
     verb.add_option("--camera", o.camera, "camera file (JSON)")
         ->check(kNotEmpty)
         ->type_name("FILE");
@@ -191,6 +195,11 @@ Result<offline::RunSettings> input_settings_of(const Options& options) {
         auto range = io::FrameRange::parse(options.frames);
         if (!range.ok()) return range.status().at("--frames");
         settings.frames = std::move(*range);
+    }
+    if (!options.cuts.empty()) {
+        auto cuts = io::FrameRange::parse(options.cuts);
+        if (!cuts.ok()) return cuts.status().at("--cuts");
+        settings.source.cuts.insert(cuts->frames.begin(), cuts->frames.end());
     }
     if (!options.profile.empty()) {
         auto profile = find_profile(options.profile);

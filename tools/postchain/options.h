@@ -21,6 +21,7 @@ struct Options {
     std::string input;   // -i
     std::string output;  // -o
     std::string frames;
+    std::string cuts;
     std::vector<std::string> sets;
     std::string camera;
     std::string profile;

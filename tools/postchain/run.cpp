@@ -30,8 +30,10 @@ std::string frame_line(const offline::FrameReport& report) {
     text += ": " + report.output;
     if (report.plan) {
         text += std::string(" (") + times + ")";
-        for (const auto& pass : report.plan->left_out)
-            if (pass.dispatches > 0) text += "; left out " + pass.what + ": " + pass.reason;
+        // Whole passes; what is left out of one is "pass.step".
+        for (const auto& left : report.plan->left_out)
+            if (left.what.find('.') == std::string::npos)
+                text += "; left out " + left.what + ": " + left.reason;
     }
     return text;
 }

@@ -386,6 +386,11 @@ TEST_F(Bench, ResultsOfAnotherInputTruthOrDeviceAreNotUsed) {
     BenchSettings other = settings();
     other.renderer = "another device";
     EXPECT_FALSE(run(*variants, other)->variants[0].resumed);
+    // What is left out shows in the report and in the times.
+    other = settings();
+    other.run.plan.rules_off = {kRuleUnusedStep};
+    EXPECT_FALSE(run(*variants, other)->variants[0].resumed);
+    EXPECT_TRUE(run(*variants, other)->variants[0].resumed);
     ASSERT_TRUE(run(*variants, settings()).ok());
     test::write_truth(folder_.path(), "truth", 1, 2, 0.25f);
     auto report = run(*variants, settings());

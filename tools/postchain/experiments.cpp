@@ -21,6 +21,9 @@
 namespace postchain {
 namespace {
 
+constexpr int kPageFramesOfAb = 8;
+constexpr int kPageFramesOfBench = 1;
+
 std::string duration(double seconds) {
     const long s = long(seconds + 0.5);
     char text[32];
@@ -42,7 +45,7 @@ report::ProgressCallback progress_printer() {
     };
 }
 
-void add_experiment(CLI::App& verb, Options& o, ExperimentOptions& e) {
+void add_experiment(CLI::App& verb, Options& o, ExperimentOptions& e, int page_frames) {
     e.pixels_per_degree = metrics::kPixelsPerDegree;
     verb.add_option("--set", o.sets, "change a value of the chain, as of run")
         ->type_name("KEY=VALUE")
@@ -58,7 +61,9 @@ void add_experiment(CLI::App& verb, Options& o, ExperimentOptions& e) {
     verb.add_option("--repeats", e.repeats, "repetitions of each timing")
         ->check(CLI::Range(1, 10000))
         ->capture_default_str();
-    verb.add_option("--page-frames", e.page_frames, "frames whose pictures are kept")
+    verb.add_option(
+            "--page-frames", e.page_frames,
+            concat("frames whose pictures are kept, evenly spread (default: ", page_frames, ")"))
         ->check(CLI::Range(1, 1000));
     verb.add_option("--assets", e.assets,
                     "folder for the page's pictures, which are inside the page otherwise")
@@ -171,7 +176,7 @@ std::string chain_name(const std::string& path) {
 void add_ab(CLI::App& verb, Options& o, ExperimentOptions& e) {
     verb.add_option("CHAIN_A", o.chain, "chain file, or the name of a shipped chain")->required();
     verb.add_option("CHAIN_B", e.chain_b, "the other one")->required();
-    add_experiment(verb, o, e);
+    add_experiment(verb, o, e, kPageFramesOfAb);
 }
 
 int ab_verb(const Options& options, const ExperimentOptions& e, int argc, char** argv) {
@@ -181,7 +186,7 @@ int ab_verb(const Options& options, const ExperimentOptions& e, int argc, char**
     of_b.chain = e.chain_b;
     auto b = load_chain_of(of_b);
     if (!b.ok()) return fail(b.status());
-    auto settings = settings_of(options, e, argc, argv, 8);
+    auto settings = settings_of(options, e, argc, argv, kPageFramesOfAb);
     if (!settings.ok()) return fail(settings.status());
     auto limits = limits_of("--fail-above", e.fail_above, report::Kind::ab, !e.truth.empty());
     if (!limits.ok()) return fail(limits.status());
@@ -226,7 +231,7 @@ void add_bench(CLI::App& verb, Options& o, ExperimentOptions& e) {
                     "samples per pixel of the truth of a generated scene, without --truth")
         ->check(CLI::Range(1, 1 << 20))
         ->capture_default_str();
-    add_experiment(verb, o, e);
+    add_experiment(verb, o, e, kPageFramesOfBench);
 }
 
 namespace {
@@ -276,7 +281,7 @@ int bench_verb(const Options& options, const ExperimentOptions& e, int argc, cha
         report::sweep_variants(*chain, builtin_passes(), options.sets, sweeps, e.max_variants);
     if (!variants.ok()) return fail(variants.status());
     report::BenchSettings settings;
-    auto common = settings_of(options, e, argc, argv, 1);
+    auto common = settings_of(options, e, argc, argv, kPageFramesOfBench);
     if (!common.ok()) return fail(common.status());
     static_cast<report::ExperimentSettings&>(settings) = std::move(*common);
     settings.chain_name = chain_name(options.chain);

@@ -65,13 +65,12 @@ class BenchRun {
 
     // Everything a result depends on besides chain and input files.
     std::string conditions() const {
-        std::string text =
-            concat("results 2\n", report_.version, "\n", report_.renderer, "\n", report_.threads,
-                   "\n", report_.precision, "\n", settings_.run.plan.elide, "\n",
-                   report_.tone_mapper, " ", settings_.flip.pixels_per_degree, " ",
-                   report_.exposure_start, " ", report_.exposure_stop, "\n", kConvergedSeeds, " ",
-                   settings_.repeats, "\n", report_.reference, "\n");
-        for (const auto& rule : settings_.run.plan.rules_off) text += rule + "\n";
+        std::string text = concat(
+            "results 2\n", report_.version, "\n", report_.renderer, "\n", report_.threads, "\n",
+            report_.precision, "\n", report_.tone_mapper, " ", settings_.flip.pixels_per_degree,
+            " ", report_.exposure_start, " ", report_.exposure_stop, "\n", kConvergedSeeds, " ",
+            settings_.repeats, "\n", report_.reference, "\n");
+        for (const auto& rule : settings_.run.plan.rules()) text += rule + "\n";
         return text;
     }
 

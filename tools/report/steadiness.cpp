@@ -64,10 +64,8 @@ Result<Steadiness> steadiness(const Chain& chain, const offline::SourceFrame& fr
     const int tile = grid_tile_px(chain);
     const auto shifts = grid_shifts(tile, filtered.width, filtered.height);
     if (shifts.empty()) return result;
-    // Nothing may rest on where in the frame something was found: the shifted frame is another.
-    PlanOptions full = options;
-    full.elide = false;
-    auto plan = offline::plan_source_frame(chain, frame, full);
+    // The facts that the plan rests on are bounds over the frame: they hold for its pixels moved.
+    auto plan = offline::plan_source_frame(chain, frame, options);
     if (!plan.ok()) return plan.status();
     metrics::GridError grid(grid_margin_px(tile, filtered.width, filtered.height));
     for (const int shift : shifts) {

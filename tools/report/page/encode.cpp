@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "tools/io/pixel_encode.h"
+#include "tools/io/png.h"
 
 namespace postchain::report {
 
@@ -17,27 +18,13 @@ constexpr uint16_t kHalfInfinity = 0x7c00;
 constexpr uint16_t kHalfNan = 0x7e00;
 constexpr int kLevel = 6;  // of zlib
 
-std::string base64_of(const std::vector<uint8_t>& bytes) {
-    static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string text;
-    text.reserve((bytes.size() + 2) / 3 * 4);
-    for (size_t i = 0; i < bytes.size(); i += 3) {
-        const size_t count = std::min<size_t>(3, bytes.size() - i);
-        uint32_t group = 0;
-        for (size_t k = 0; k < 3; ++k) group = group << 8 | (k < count ? bytes[i + k] : 0u);
-        for (size_t k = 0; k < 4; ++k)
-            text += k <= count ? digits[group >> (18 - 6 * k) & 63] : '=';
-    }
-    return text;
-}
-
 Result<std::string> deflated(const std::vector<uint8_t>& bytes) {
     uLongf size = compressBound(uLong(bytes.size()));
     std::vector<uint8_t> packed(size);
     const int code = compress2(packed.data(), &size, bytes.data(), uLong(bytes.size()), kLevel);
     if (code != Z_OK) return Status(StatusCode::internal, concat("zlib: ", zError(code)));
     packed.resize(size);
-    return base64_of(packed);
+    return io::base64_of({reinterpret_cast<const char*>(packed.data()), packed.size()});
 }
 
 // Differences of an image's values, channel by channel.

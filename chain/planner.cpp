@@ -83,8 +83,8 @@ Result<std::optional<LeftOut>> judge(const ChainLink& link, const PlanContext& c
     const RoleSet missing = link.pass->roles().required - context.available;
     // A pass that is off needs no plane; but of a plane that is not there nothing is known.
     if (missing.empty() || (left && left->rule != kRuleFacts)) return left;
-    const std::string text =
-        "needs " + missing.text() + "; the frame has " + context.available.text();
+    const RoleSet has = context.available | context.frame.not_decoded;
+    const std::string text = "needs " + (missing - has).text() + "; the frame has " + has.text();
     if (!context.uses(kRuleMissingPlane)) return Status(StatusCode::input, text);
     return Verdict(LeftOut{link.type->name, kRuleMissingPlane, text, 0, 0, 0});
 }

@@ -1,21 +1,41 @@
 #include "chain/merge.h"
 
+#include <set>
+
 namespace postchain {
 namespace {
 
-// How often each texture is written. One that is written in several steps is not the same thing
-// all the time: its steps are never shared.
-std::vector<int> count_writes(const Plan& plan) {
-    std::vector<int> writes(plan.textures.size(), 0);
-    for (const auto& step : plan.steps)
-        for (const auto& binding : step.bindings)
-            if (step.writes(binding)) ++writes[size_t(binding.texture)];
-    return writes;
+// Index of the last step that writes each texture; -1 = none.
+std::vector<int> last_writers(const Plan& plan) {
+    std::vector<int> last(plan.textures.size(), -1);
+    for (int i = 0; i < int(plan.steps.size()); ++i)
+        for (const auto& binding : plan.steps[size_t(i)].bindings)
+            if (plan.steps[size_t(i)].writes(binding)) last[size_t(binding.texture)] = i;
+    return last;
+}
+
+// The steps that write a texture together with this one (each its own blocks of the picture), this
+// one among them, in order.
+std::vector<int> writers_together(const Plan& plan, int step) {
+    std::set<TextureId> written;
+    std::set<int> steps = {step};
+    for (size_t before = 0; before < steps.size();) {
+        before = steps.size();
+        for (int i : steps)
+            for (const auto& binding : plan.steps[size_t(i)].bindings)
+                if (plan.steps[size_t(i)].writes(binding)) written.insert(binding.texture);
+        for (int i = 0; i < int(plan.steps.size()); ++i)
+            for (const auto& binding : plan.steps[size_t(i)].bindings)
+                if (plan.steps[size_t(i)].writes(binding) && written.count(binding.texture))
+                    steps.insert(i);
+    }
+    return {steps.begin(), steps.end()};
 }
 
 class Merger {
   public:
-    Merger(const Plan& a, const Plan& b) : b_(b), writes_a_(count_writes(a)) {
+    Merger(const Plan& a, const Plan& b)
+        : a_(a), b_(b), last_writers_a_(last_writers(a)), last_writers_b_(last_writers(b)) {
         merged_.plan = a;
         merged_.outputs[0] = a.outputs;
         for (const auto& pass : b.passes) merged_.plan.passes.push_back(pass);
@@ -25,13 +45,21 @@ class Merger {
 
     MergedPlan merge() {
         import_textures();
-        const std::vector<int> writes = count_writes(b_);
-        const size_t steps_of_a = merged_.plan.steps.size();
-        for (const Step& step : b_.steps) {
-            bool once = true;
-            for (const auto& binding : step.bindings) once &= writes[size_t(binding.texture)] <= 1;
-            if (once && share(step, steps_of_a)) continue;
-            append(step);
+        std::vector<char> decided(b_.steps.size(), 0), shared = decided;
+        for (int i = 0; i < int(b_.steps.size()); ++i) {
+            if (!decided[size_t(i)]) {
+                // Steps that write one texture together are shared together or not at all.
+                const std::vector<int> group = writers_together(b_, i);
+                const bool found = share(group);
+                for (int step : group) {
+                    decided[size_t(step)] = 1;
+                    shared[size_t(step)] = found;
+                }
+            }
+            if (shared[size_t(i)])
+                ++merged_.shared_steps;
+            else
+                append(b_.steps[size_t(i)]);
         }
         for (const auto& [role, id] : b_.outputs) merged_.outputs[1][role] = map_[size_t(id)];
         find_lifetimes();
@@ -58,8 +86,11 @@ class Merger {
         return TextureId(merged_.plan.textures.size()) - 1;
     }
 
-    // Is `mine`, a step of A, what `step` of B does? B's textures are known where they are read.
-    bool same(const Step& step, const Step& mine) const {
+    // Does step `in_a` of A do what step `in_b` of B does? What B's step reads must be finished by
+    // steps that are shared already, in B and in A.
+    bool same(int in_b, int in_a) const {
+        const Step& step = b_.steps[size_t(in_b)];
+        const Step& mine = a_.steps[size_t(in_a)];
         if (step.program != mine.program || step.block != mine.block ||
             step.groups != mine.groups || step.bindings.size() != mine.bindings.size())
             return false;
@@ -68,29 +99,40 @@ class Merger {
             const Binding& a = mine.bindings[i];
             if (b.unit != a.unit || b.access != a.access || step.writes(b) != mine.writes(a))
                 return false;
-            const bool imported = merged_.plan.textures[size_t(a.texture)].imported;
-            if (!imported && writes_a_[size_t(a.texture)] != 1) return false;
             if (!step.writes(b)) {
-                if (map_[size_t(b.texture)] != a.texture) return false;
+                if (map_[size_t(b.texture)] != a.texture ||
+                    last_writers_b_[size_t(b.texture)] >= in_b ||
+                    last_writers_a_[size_t(a.texture)] >= in_a)
+                    return false;
                 continue;
             }
             const PlanTexture& to = b_.textures[size_t(b.texture)];
-            const PlanTexture& from = merged_.plan.textures[size_t(a.texture)];
+            const PlanTexture& from = a_.textures[size_t(a.texture)];
             if (to.format != from.format || to.width != from.width || to.height != from.height)
                 return false;
+            if (map_[size_t(b.texture)] >= 0 && map_[size_t(b.texture)] != a.texture) return false;
         }
         return true;
     }
 
-    bool share(const Step& step, size_t steps_of_a) {
-        for (size_t i = 0; i < steps_of_a; ++i) {
-            const Step& mine = merged_.plan.steps[i];
-            if (!same(step, mine)) continue;
-            for (size_t k = 0; k < step.bindings.size(); ++k)
-                if (step.writes(step.bindings[k]))
-                    map_[size_t(step.bindings[k].texture)] = mine.bindings[k].texture;
-            ++merged_.shared_steps;
-            return true;
+    // Finds steps of A that do what these of B do, and maps what they write.
+    bool share(const std::vector<int>& group) {
+        for (int first = 0; first < int(a_.steps.size()); ++first) {
+            if (!same(group.front(), first)) continue;
+            const std::vector<int> mine = writers_together(a_, first);
+            if (mine.size() != group.size() || mine.front() != first) continue;
+            const std::vector<TextureId> before = map_;
+            bool all = true;
+            for (size_t i = 0; i < group.size() && all; ++i) {
+                all = same(group[i], mine[i]);
+                const Step& step = b_.steps[size_t(group[i])];
+                for (size_t k = 0; k < step.bindings.size() && all; ++k)
+                    if (step.writes(step.bindings[k]))
+                        map_[size_t(step.bindings[k].texture)] =
+                            a_.steps[size_t(mine[i])].bindings[k].texture;
+            }
+            if (all) return true;
+            map_ = before;
         }
         return false;
     }
@@ -125,8 +167,9 @@ class Merger {
                     texture.last_step = int(plan.steps.size());
     }
 
+    const Plan& a_;
     const Plan& b_;
-    const std::vector<int> writes_a_;
+    const std::vector<int> last_writers_a_, last_writers_b_;
     MergedPlan merged_;
     std::vector<TextureId> map_;  // B's texture -> merged texture; -1 = not yet known
 };

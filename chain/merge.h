@@ -4,7 +4,8 @@
 //   B:  tiles -> gather' -> coc -> blur'               gather', blur'
 //
 // Two steps are the same when program, uniform block, groups and what they read are the same, and
-// what they write has the same format and size. What for: docs/report.md, "ab".
+// what they write has the same format and size. Steps that write one texture together, each its own
+// blocks, are shared together or not at all. What for: docs/report.md, "ab".
 #pragma once
 
 #include <array>

@@ -174,6 +174,55 @@ TEST(Convert, UnpremultipliedColorIsMultiplied) {
     EXPECT_EQ(planes[Role::color].data, (std::vector<float>{0.125f, 0.25f, 0.5f, 0.25f}));
 }
 
+TEST(Convert, FactsOfColor) {
+    const auto facts_of = [](const ImageF& color) {
+        FramePlanes planes;
+        planes[Role::color] = color;
+        FrameDescription frame = frame_of(color.width, color.height);
+        EXPECT_TRUE(convert_frame(planes, frame, {}).ok());
+        return frame.facts;
+    };
+    ImageF color(3, 2, 4, 0.25f);
+    EXPECT_TRUE(facts_of(color).one_color);
+    EXPECT_TRUE(facts_of(color).color_is_half);
+    color.at(2, 1, 1) = -7.5f;
+    color.at(1, 1, 1) = 3;
+    EXPECT_FALSE(facts_of(color).one_color);
+    EXPECT_EQ(facts_of(color).min_color, (std::array<double, 4>{0.25, -7.5, 0.25, 0.25}));
+    EXPECT_EQ(facts_of(color).max_color, (std::array<double, 4>{0.25, 3, 0.25, 0.25}));
+    // One color but for the sign of a zero is not one.
+    ImageF zeros(3, 2, 4, 0.0f);
+    EXPECT_TRUE(facts_of(zeros).one_color);
+    zeros.at(1, 0, 2) = -0.0f;
+    EXPECT_FALSE(facts_of(zeros).one_color);
+    // Largest half, the next float, a third, smallest subnormal half, half of that, one and a half.
+    const std::pair<float, bool> values[] = {
+        {65504.0f, true},  {65505.0f, false},   {1.0f / 3, false},      {0x1p-24f, true},
+        {0x1p-25f, false}, {0x1.8p-24f, false}, {-0x1.ffcp-15f, false}, {0x1.ff8p-15f, true},
+        {-2049.0f, false}, {-2048.0f, true}};
+    for (const auto& [value, half] : values) {
+        ImageF one(2, 1, 4, 1.0f);
+        one.at(1, 0, 3) = value;
+        EXPECT_EQ(facts_of(one).color_is_half, half) << value;
+    }
+}
+
+TEST(Convert, NothingIsKnownOfAFrameThatNobodyLookedAt) {
+    const FrameFacts facts;
+    EXPECT_EQ(facts.max_speed_px, FrameFacts::kUnknown);
+    EXPECT_EQ(facts.max_inverse_depth, FrameFacts::kUnknown);
+    EXPECT_EQ(facts.min_inverse_depth, 0);
+    EXPECT_FALSE(facts.one_color);
+    // The caller's word on a cut stays.
+    FramePlanes planes;
+    planes[Role::color] = ImageF(2, 2, 4);
+    FrameDescription frame = frame_of(2, 2);
+    frame.facts.camera_cut = true;
+    ASSERT_TRUE(convert_frame(planes, frame, {}).ok());
+    EXPECT_TRUE(frame.facts.camera_cut);
+    EXPECT_EQ(frame.facts.max_speed_px, 0);
+}
+
 TEST(Convert, PlanesOfOneFrameHaveOneSize) {
     FramePlanes planes;
     planes[Role::color] = ImageF(2, 2, 4);

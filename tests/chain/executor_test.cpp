@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "shaders/embedded.h"
 #include "tests/support/gpu.h"
 #include "tests/support/images.h"
 
@@ -32,6 +33,33 @@ void main() {
 }
 )";
 
+// Sorts blocks of 16 x 16 pixels by the color of their first pixel; then one step for each list.
+const char* kSort = R"(#version 450 core
+layout(local_size_x = 16, local_size_y = 16) in;
+#include "common/work_list.glsl"
+layout(binding = 0) uniform sampler2D source;
+layout(std430, binding = 0) buffer Dark { WORK_LIST } dark;
+layout(std430, binding = 1) buffer Light { WORK_LIST } light;
+void main() {
+    ivec2 block = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(kBlockPx * block, textureSize(source, 0)))) return;
+    if (texelFetch(source, kBlockPx * block, 0).x < 0.5) ADD_TO_WORK_LIST(dark, block)
+    else ADD_TO_WORK_LIST(light, block)
+}
+)";
+const char* kFill = R"(#version 450 core
+layout(local_size_x = 16, local_size_y = 16) in;
+#include "common/work_list.glsl"
+layout(std430, binding = 0) readonly buffer Blocks { WORK_LIST } list;
+layout(binding = 0) writeonly uniform image2D result;
+void main() {
+    if (!take_work(list.count)) return;
+    ivec2 p = pixel_of_work(list.blocks[work_index()]);
+    if (any(greaterThanEqual(p, imageSize(result)))) return;
+    imageStore(result, p, vec4(VALUE));
+}
+)";
+
 class Execute : public ::testing::Test {
   protected:
     static void SetUpTestSuite() {
@@ -39,6 +67,12 @@ class Execute : public ::testing::Test {
         folder_ = fs::temp_directory_path() / ("postchain_executor_" + std::to_string(getpid()));
         fs::create_directories(folder_);
         std::ofstream(folder_ / "scale.comp") << kShader;
+        std::ofstream(folder_ / "sort.comp") << kSort;
+        std::ofstream(folder_ / "fill.comp") << kFill;
+        fs::create_directories(folder_ / "common");
+        for (const auto& file : embedded_shaders())
+            if (file.path == "common/work_list.glsl")
+                std::ofstream(folder_ / file.path) << file.text;
         setenv("POSTCHAIN_SHADER_DIR", folder_.c_str(), 1);
     }
     static void TearDownTestSuite() {
@@ -66,6 +100,38 @@ class Execute : public ::testing::Test {
             plan.steps.push_back(step);
         }
         plan.outputs[Role::color] = 2;
+        return plan;
+    }
+    // color -> result: 1 in blocks whose first pixel is dark, 2 in the others.
+    static Plan sorted(int width, int height) {
+        const auto blocks = groups_for(width, height);
+        Plan plan;
+        plan.width = width;
+        plan.height = height;
+        plan.passes = {{"sort", "", false}};
+        plan.reads = {Role::color};
+        const int most = blocks[0] * blocks[1];
+        plan.textures = {
+            {"input.color", Format::rgba32f, width, height, true, Role::color, 0, 0},
+            {"0.sort.dark", Format::work_list, most, 1, false, Role::color, 0, 1},
+            {"0.sort.light", Format::work_list, most, 1, false, Role::color, 0, 2},
+            {"0.sort.result", Format::rgba32f, width, height, false, Role::color, 1, 2}};
+        Step sort;
+        sort.name = "sort";
+        sort.program.file = "sort.comp";
+        sort.bindings = {{0, 0}, {0, 1, Access::list}, {1, 2, Access::list}};
+        sort.groups = groups_for(blocks[0], blocks[1]);
+        plan.steps.push_back(sort);
+        for (int list : {1, 2}) {
+            Step fill;
+            fill.name = "fill";
+            fill.program = {"fill.comp", {{"VALUE", std::to_string(list)}}};
+            fill.bindings = {{0, list, Access::list}, {0, 3, Access::write}};
+            fill.groups = blocks;
+            fill.work_list = list;
+            plan.steps.push_back(fill);
+        }
+        plan.outputs[Role::color] = 3;
         return plan;
     }
     static fs::path folder_;
@@ -125,6 +191,49 @@ TEST_F(Execute, ObserverSeesEveryStageAndCanEndTheRun) {
                                       return Status(StatusCode::output, "disk full");
                                   });
     EXPECT_EQ(out.status().code(), StatusCode::output);
+}
+
+// Every block is done by the step whose list it is in, and by no other; also with more blocks than
+// one row of the launch holds (1024), and again with lists that were used before.
+TEST_F(Execute, WorkListsLaunchOneGroupForEachBlock) {
+    for (const auto& [width, height] : {std::pair(1, 1), {16, 16}, {17, 33}, {700, 645}}) {
+        FramePlanes in;
+        in[Role::color] = test::noise_image(width, height, 4, 11);
+        const ImageF& color = in[Role::color];
+        for (int again = 0; again < 2; ++again) {
+            auto out = test::executor().filter(sorted(width, height), in);
+            ASSERT_TRUE(out.ok()) << out.status().message();
+            size_t dark = 0;
+            for (int y = 0; y < height; ++y)
+                for (int x = 0; x < width; ++x) {
+                    const bool is_dark = color.at(x / 16 * 16, y / 16 * 16) < 0.5f;
+                    ASSERT_EQ(out->at(Role::color).at(x, y), is_dark ? 1 : 2) << x << "," << y;
+                    dark += is_dark && x % 16 == 0 && y % 16 == 0;
+                }
+            const auto done = test::executor().work_done();
+            const auto blocks = groups_for(width, height);
+            ASSERT_EQ(done.size(), 2u);
+            EXPECT_EQ(done[0].list, "0.sort.dark");
+            EXPECT_EQ(done[0].blocks, dark);
+            EXPECT_EQ(done[0].blocks + done[1].blocks, unsigned(blocks[0] * blocks[1]));
+            EXPECT_EQ(done[1].of, unsigned(blocks[0] * blocks[1]));
+        }
+    }
+}
+
+TEST_F(Execute, ObserverSeesATextureOnceWhenItIsWhole) {
+    FramePlanes in;
+    in[Role::color] = test::noise_image(64, 64, 4, 11);
+    int seen = 0;
+    auto out = test::executor().filter(
+        sorted(64, 64), in, [&](const Step&, const PlanTexture& texture, const ImageF& pixels) {
+            ++seen;
+            EXPECT_EQ(texture.name, "0.sort.result");
+            for (float value : pixels.data) EXPECT_TRUE(value == 1 || value == 2);
+            return Status();
+        });
+    ASSERT_TRUE(out.ok());
+    EXPECT_EQ(seen, 1);
 }
 
 TEST_F(Execute, TextureAboveTheLimitIsAnErrorThatNamesIt) {

@@ -86,15 +86,38 @@ TEST(MergePlans, BlockFormatAccessAndGroupsDistinguish) {
     EXPECT_EQ(shared(b), 1);
 }
 
-TEST(MergePlans, TexturesWrittenTwiceAreNotShared) {
+// Two steps that write their own blocks of one texture: both are shared, or neither.
+TEST(MergePlans, StepsThatWriteTogetherAreSharedTogether) {
+    Plan a = chain_plan("xyz");
+    a.steps[1].bindings = {{0, 0, Access::sample_nearest}, {0, 1, Access::write}};
+    a.steps[2].bindings = {{0, 1, Access::sample_nearest}, {0, 3, Access::write}};
+    const MergedPlan merged = merge_plans(a, a);
+    EXPECT_EQ(merged.shared_steps, 3);
+    EXPECT_EQ(merged.outputs[1].at(Role::color), 3);
+    Plan b = a;
+    b.steps[1].program.file = "w";  // the second writer is another: z reads another texture then
+    const MergedPlan apart = merge_plans(a, b);
+    EXPECT_EQ(apart.shared_steps, 0);
+    EXPECT_EQ(programs_of(apart.plan), "xyzxwz");
+    EXPECT_EQ(apart.plan.steps[3].bindings[1].texture, apart.plan.steps[4].bindings[1].texture);
+    EXPECT_NE(apart.plan.steps[3].bindings[1].texture, 1);
+    // A reader between the writers sees half of it: it is not the same as one behind both.
+    Plan early = a;
+    std::swap(early.steps[1], early.steps[2]);
+    EXPECT_EQ(merge_plans(early, a).shared_steps, 2);
+    EXPECT_EQ(merge_plans(a, early).shared_steps, 2);
+}
+
+TEST(MergePlans, WhatIsWrittenOverIsNotShared) {
     Plan a = chain_plan("xy");
-    a.steps[1].bindings[1].texture = 1;  // y writes over what x wrote
+    a.steps[1].bindings[1].texture = 1;  // y reads and writes over what x wrote
     a.outputs[Role::color] = 1;
     const MergedPlan merged = merge_plans(a, chain_plan("x"));
     EXPECT_EQ(merged.shared_steps, 0);
     EXPECT_NE(merged.outputs[1].at(Role::color), 1);
     // The other way round.
     EXPECT_EQ(merge_plans(chain_plan("x"), a).shared_steps, 0);
+    EXPECT_EQ(merge_plans(a, a).shared_steps, 0);
 }
 
 TEST(MergePlans, PlansWithoutStepsHandTheInputOn) {
@@ -120,12 +143,16 @@ TEST(MergePlans, ResultsAreThoseOfThePlansAloneBitForBit) {
     const Chain* const chains[] = {&paper, &dof_first, &more_taps, &nothing};
     for (const Chain* a : chains) {
         for (const Chain* b : chains) {
+            SCOPED_TRACE(a->text() + " and " + b->text());
             Plan plan_a, plan_b;
             const auto alone_a = test::filter(*a, frame.description, frame.planes, {}, &plan_a);
             const auto alone_b = test::filter(*b, frame.description, frame.planes, {}, &plan_b);
             const MergedPlan merged = merge_plans(plan_a, plan_b);
             EXPECT_EQ(merged.plan.steps.size() + size_t(merged.shared_steps),
                       plan_a.steps.size() + plan_b.steps.size());
+            if (a == b) {
+                EXPECT_EQ(size_t(merged.shared_steps), plan_a.steps.size());
+            }
             auto both = test::executor().filter_both(merged, frame.planes);
             ASSERT_TRUE(both.ok()) << both.status().message();
             EXPECT_TRUE(test::equal_bits((*both)[0].at(Role::color), alone_a.at(Role::color)));

@@ -97,6 +97,22 @@ class CarriesHint : public Copy {
     }
 };
 
+// Adds a step whose result only `keeps` has a reader for, and says why nobody else has.
+class Spare : public Copy {
+    void plan(PassPlanner& p) const override {
+        const TextureId spare = p.texture("spare", Format::r32f, 10, 10);
+        Step step;
+        step.name = "spare";
+        step.bindings = {{0, p.input(Role::motion), Access::sample_nearest},
+                         {0, spare, Access::write}};
+        step.taps = 100;
+        p.step(step);
+        p.needless("spare", "not asked for");
+        Copy::plan(p);
+    }
+    RoleUse roles() const override { return {{Role::color, Role::motion}, {}, {}, {}}; }
+};
+
 class ReadsHint : public Copy {
     RoleUse roles() const override { return {{Role::color}, {Role::hint}, {}, {}}; }
     void add_inputs(PassPlanner& p, Step& step) const override {
@@ -112,7 +128,8 @@ PassType type_of(const char* name) {
 
 const PassRegistry& registry() {
     static const PassRegistry made({type_of<Copy>("copy"), type_of<MakesHint>("makes"),
-                                    type_of<CarriesHint>("carries"), type_of<ReadsHint>("reads")});
+                                    type_of<CarriesHint>("carries"), type_of<ReadsHint>("reads"),
+                                    type_of<Spare>("spare")});
     return made;
 }
 
@@ -231,6 +248,98 @@ TEST(Planner, PlanesNobodyReadsAreLeftOut) {
     for (const auto& left : plan.left_out)
         if (left.rule == std::string(kRuleUnusedPlane)) unread.push_back(left.what);
     EXPECT_THAT(unread, ElementsAre("input.inverse_depth", "input.motion"));
+}
+
+TEST(Planner, StepsThatNothingReadsAreLeftOutWithTheirSaving) {
+    const Plan plan = plan_of(chain_of({"spare"}));
+    EXPECT_THAT(steps_of(plan), ElementsAre("0.first", "0.second"));
+    EXPECT_EQ(plan.reads, RoleSet{Role::color});
+    ASSERT_GE(plan.left_out.size(), 1u);
+    EXPECT_EQ(plan.left_out[0],
+              (LeftOut{"spare.spare", kRuleUnusedStep, "not asked for", 400, 1, 100}));
+    for (const auto& texture : plan.textures) EXPECT_NE(texture.name, "0.spare.spare");
+    PlanOptions off;
+    off.rules_off = {kRuleUnusedStep};
+    EXPECT_THAT(steps_of(plan_of(chain_of({"spare"}), off)),
+                ElementsAre("0.spare", "0.first", "0.second"));
+}
+
+// Only the hint is asked for: what makes color behind it has no reader.
+TEST(Planner, WhatNobodyReadsIsLeftOutFromTheEnd) {
+    PlanOptions hint_alone;
+    hint_alone.outputs = {Role::hint};
+    const Plan plan = plan_of(chain_of({"makes", "copy"}), hint_alone);
+    EXPECT_THAT(steps_of(plan), ElementsAre("0.hint"));
+    EXPECT_TRUE(plan.passes[1].left_out);
+    EXPECT_FALSE(plan.passes[0].left_out);
+    size_t unread = 0;
+    for (const auto& left : plan.left_out) unread += left.rule == kRuleUnusedOutput;
+    EXPECT_EQ(unread, 4u);
+    hint_alone.rules_off = {kRuleUnusedOutput};
+    EXPECT_EQ(plan_of(chain_of({"makes", "copy"}), hint_alone).steps.size(), 5u);
+}
+
+TEST(Planner, HintIsMadeForNobodyWhereTheRuleIsOff) {
+    PlanOptions off;
+    off.rules_off = {kRuleUnusedStep, kRuleUnusedOutput};
+    EXPECT_THAT(steps_of(plan_of(chain_of({"makes"}), off)),
+                ElementsAre("0.first", "0.second", "0.hint"));
+}
+
+TEST(Planner, PassThatLacksAPlaneIsLeftOutWhenAskedFor) {
+    FrameDescription f = frame();
+    f.planes = {Role::color};
+    f.not_decoded = {Role::inverse_depth};
+    PlanOptions asked;
+    asked.rules_on = {kRuleMissingPlane};
+    const auto plan = make_plan(chain_of({"copy", "makes"}), f, asked);
+    ASSERT_TRUE(plan.ok()) << plan.status().message();
+    EXPECT_THAT(steps_of(*plan), ElementsAre("0.first", "0.second"));
+    EXPECT_EQ(plan->left_out[0],
+              (LeftOut{"makes", kRuleMissingPlane,
+                       "needs motion; the frame has color, inverse_depth", 0, 0, 0}));
+    asked.elide = false;
+    EXPECT_FALSE(make_plan(chain_of({"copy", "makes"}), f, asked).ok());
+    // A pass that is off does without.
+    Chain chain = chain_of({"makes"});
+    ASSERT_TRUE(table().set(chain.links[0].pass->parameters(), "off", true).ok());
+    const auto off = make_plan(chain, f);
+    ASSERT_TRUE(off.ok()) << off.status().message();
+    EXPECT_EQ(off->left_out[0].rule, kRuleConfiguration);
+}
+
+// What was not even decoded is listed, and what a pass that is off would have done with it is
+// reckoned all the same.
+TEST(Planner, PlanesThatWereNotDecodedAreLeftOut) {
+    FrameDescription f = frame();
+    f.planes = {Role::color};
+    f.not_decoded = {Role::motion};
+    Chain chain = chain_of({"makes"});
+    ASSERT_TRUE(table().set(chain.links[0].pass->parameters(), "off", true).ok());
+    const auto plan = make_plan(chain, f);
+    ASSERT_TRUE(plan.ok());
+    ASSERT_EQ(plan->left_out.size(), 2u);
+    EXPECT_EQ(plan->left_out[0].dispatches, 2);
+    EXPECT_EQ(plan->left_out[1], (LeftOut{"input.motion", kRuleUnusedPlane,
+                                          "no step reads it: not decoded", 9600, 0, 0}));
+}
+
+TEST(Planner, PlanesAreHandedOverWhereTheRuleIsOff) {
+    PlanOptions off;
+    off.rules_off = {kRuleUnusedPlane};
+    EXPECT_EQ(plan_of(chain_of({"copy"}), off).reads, frame().planes);
+}
+
+TEST(Planner, RulesInUse) {
+    PlanOptions options;
+    EXPECT_EQ(options.rules().count(kRuleStillTiles), 1u);
+    EXPECT_EQ(options.rules().count(kRuleUniformTiles), 0u);
+    options.rules_on = {kRuleUniformTiles};
+    options.rules_off = {kRuleStillTiles};
+    EXPECT_EQ(options.rules().count(kRuleStillTiles), 0u);
+    EXPECT_EQ(options.rules().count(kRuleUniformTiles), 1u);
+    options.elide = false;
+    EXPECT_TRUE(options.rules().empty());
 }
 
 TEST(Planner, LifetimesAndPeakByHand) {

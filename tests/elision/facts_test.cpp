@@ -1,0 +1,403 @@
+// Rules that leave out a whole pass: identity_by_facts, off_by_configuration, camera_cut,
+// missing_plane.
+#include <cmath>
+#include <limits>
+
+#include "passes/depth_of_field/depth_of_field.h"
+#include "tests/elision/support.h"
+
+namespace postchain::test {
+namespace {
+
+using namespace std::string_literals;
+
+constexpr Precision kPrecisions[] = {Precision::fp32, Precision::fp16};
+
+FramePlanes planes_of(const ImageF& color, std::array<float, 2> motion = {0, 0}, float w = 0.1f) {
+    FramePlanes planes;
+    planes[Role::color] = color;
+    planes[Role::inverse_depth] = constant_image(color.width, color.height, {w});
+    planes[Role::motion] = constant_image(color.width, color.height, {motion[0], motion[1]});
+    return planes;
+}
+
+// Counts which way the rule went.
+struct Count {
+    int left = 0, kept = 0;
+    void add(const Lean& lean, const std::string& rule) {
+        ASSERT_EQ(lean.plan.passes.size(), 1u);
+        EXPECT_EQ(lean.plan.passes[0].left_out, lean.used(rule));
+        EXPECT_EQ(lean.plan.steps.empty(), lean.used(rule));
+        (lean.used(rule) ? left : kept) += 1;
+    }
+};
+
+Lean by_facts(const Chain& chain, const FramePlanes& planes, Precision precision) {
+    return expect_same_bits(chain, describe(planes), planes, only({kRuleFacts}, precision));
+}
+
+// Speeds a few floats on either side of the one whose half-velocity is min_speed_px, in every
+// storage of half-velocities, whose rounding may lengthen them.
+TEST(IdentityByFacts, MotionBlurAroundItsLeastSpeed) {
+    Count count;
+    const ImageF color = half_noise(33, 18, 4, 1);
+    for (const char* storage : {"fp32", "fp16", "unorm8"})
+        for (const double shutter : {0.5, 1.0 / 3, 2.0})
+            for (const double least : {0.5, 2.3, 0.01, 0.0})
+                for (const int steps : {-3, -1, 0, 1, 3, 300})
+                    for (const std::array<float, 2> d :
+                         {std::array{1.0f, 0.0f}, {0.6f, -0.8f}, {0.70710678f, 0.70710678f}}) {
+                        const float speed =
+                            neighbour(float(2 * least / shutter), least > 0 ? steps : 0) +
+                            (least > 0 ? 0.0f : 1e-20f * float(std::max(steps, 0)));
+                        SCOPED_TRACE(concat(storage, " shutter ", shutter, " least ", least,
+                                            " px, ", steps, " steps, along ", d[0], ",", d[1]));
+                        FramePlanes planes = planes_of(color);
+                        planes[Role::motion].at(16, 9, 0) = speed * d[0];
+                        planes[Role::motion].at(16, 9, 1) = speed * d[1];
+                        count.add(by_facts(chain_of("motion_blur",
+                                                    {{"min_speed_px", least},
+                                                     {"shutter_frames", shutter},
+                                                     {"samples", int64_t(5)},
+                                                     {"max_blur_px", int64_t(20)},
+                                                     {"velocity_storage", std::string(storage)}}),
+                                           planes, kPrecisions[steps & 1]),
+                                  kRuleFacts);
+                    }
+    EXPECT_GT(count.left, 60);
+    EXPECT_GT(count.kept, 60);
+}
+
+// The radius goes through 0.5 px.
+TEST(IdentityByFacts, DepthOfFieldAroundHalfAPixel) {
+    Count count;
+    const ImageF color = half_noise(20, 17, 4, 2);
+    for (const Precision precision : kPrecisions)
+        for (const char* coc : {"planes", "range"})
+            for (const double s : {2.0, 3.77, 9.1})
+                for (const double off :
+                     {-1e-2, -1e-4, -2e-6, -6e-7, -1e-7, 0.0, 1e-7, 6e-7, 1e-4}) {
+                    // planes: R = 8 (d - s)/4 px, range: R = 12 (d - s)/10 px.
+                    const double slope = coc == "planes"s ? 8.0 / 4 : 12.0 / 10;
+                    const double d = s + 0.5 / slope * (1 + off);
+                    const Chain chain =
+                        chain_of("depth_of_field", {{"coc", std::string(coc)},
+                                                    {"focus", s},
+                                                    {"range", 10.0},
+                                                    {"max_radius_px", 12.0},
+                                                    {"near_blurry", 0.1},
+                                                    {"near_sharp", 0.2},
+                                                    {"far_sharp", s},
+                                                    {"far_blurry", s + 4},
+                                                    {"max_far_fraction", 8.0 / 20}});
+                    SCOPED_TRACE(concat(name_of(precision), " ", coc, " ", s, " off by ", off));
+                    FramePlanes planes = planes_of(color, {0, 0}, float(1 / s));
+                    planes[Role::inverse_depth].at(19, 16) = float(1 / d);
+                    count.add(by_facts(chain, planes, precision), kRuleFacts);
+                }
+    // The camera's lens, 50 mm at f/2 on 36 mm, in a picture 100 px wide: R = 86.8 (1/10 - w) px.
+    const ImageF wide = half_noise(100, 5, 4, 3);
+    for (const double off : {-1e-2, -1e-4, -1e-6, 0.0, 1e-6, 1e-4, 1e-2}) {
+        SCOPED_TRACE(concat("lens, off by ", off));
+        const double gain = 0.5 * (50.0 * 100 / 36) * (0.05 / 2);
+        const double focus = 0.4;  // 0.5 px at w = 1/focus - 0.5/gain
+        Chain chain = chain_of("depth_of_field", {{"focus_distance", focus}});
+        FramePlanes planes = planes_of(wide, {0, 0}, float(1 / focus));
+        planes[Role::inverse_depth].at(50, 2) = float(1 / focus - 0.5 / gain * (1 + off));
+        for (const Precision precision : kPrecisions)
+            count.add(by_facts(chain, planes, precision), kRuleFacts);
+    }
+    EXPECT_GT(count.left, 20);
+    EXPECT_GT(count.kept, 40);
+}
+
+// Two grays in a pattern with every kind of edge; their lumas differ by the threshold, give or take
+// less and less.
+TEST(IdentityByFacts, FxaaAroundItsThreshold) {
+    Count count;
+    for (const char* luma : {"stored", "display"})
+        for (const double low : {0.0, 0.02, 0.4, 3.0})
+            for (const auto& [relative, absolute] :
+                 {std::pair{0.166, 0.0833}, {0.3, 0.0}, {0.0, 0.02}, {0.9, 0.5}})
+                for (const double off :
+                     {-0.1, -1e-3, -1e-4, -1e-5, -1e-6, 0.0, 1e-6, 1e-4, 0.1, 3.0}) {
+                    const bool display = luma == "display"s;
+                    const double low_luma = display ? std::sqrt(low / (1 + low)) : low;
+                    const double range = std::max(absolute, relative * low_luma) * (1 + off);
+                    const double high_luma = std::min(low_luma + range, display ? 0.999 : 1e9);
+                    const double squared = high_luma * high_luma;
+                    const double high = display ? squared / (1 - squared) : high_luma;
+                    SCOPED_TRACE(concat(luma, " low ", low, " thresholds ", relative, " ", absolute,
+                                        " off by ", off));
+                    ImageF color(29, 23, 4, 1);
+                    for (int y = 0; y < 23; ++y)
+                        for (int x = 0; x < 29; ++x)
+                            for (int c = 0; c < 3; ++c)
+                                color.at(x, y, c) =
+                                    float((x + 3 * y) % 11 < 4 || x == 20 ? high : low);
+                    count.add(by_facts(chain_of("fxaa", {{"luma", std::string(luma)},
+                                                         {"edge_threshold", relative},
+                                                         {"edge_threshold_min", absolute},
+                                                         {"hint", "none"s}}),
+                                       planes_of(color), kPrecisions[off > 0]),
+                              kRuleFacts);
+                }
+    EXPECT_GT(count.left, 60);
+    EXPECT_GT(count.kept, 60);
+}
+
+// Colored noise between two bounds: the luma of each channel's bounds holds for all mixtures.
+TEST(IdentityByFacts, FxaaOnNoiseBetweenBounds) {
+    Count count;
+    for (const char* luma : {"stored", "display"})
+        for (const float exposure : {-3.0f, 0.0f, 2.0f})
+            for (int k = 0; k < 12; ++k) {
+                const float low = 0.05f * float(k * k), span = 0.02f * float(1 + k);
+                ImageF color = noise_image(31, 22, 4, uint32_t(k), low, low + span);
+                color.at(3, 3, k % 3) = low + 2 * span;
+                SCOPED_TRACE(concat(luma, " ", exposure, " stops, ", low, " + ", span));
+                count.add(by_facts(chain_of("fxaa", {{"luma", std::string(luma)},
+                                                     {"exposure_ev", double(exposure)}}),
+                                   planes_of(color), kPrecisions[k % 2]),
+                          kRuleFacts);
+            }
+    EXPECT_GT(count.left, 10);
+    EXPECT_GT(count.kept, 10);
+}
+
+struct OneColor {
+    std::string name;
+    std::array<float, 4> pixel;
+    int off_by;  // steps of the channel 1 of one pixel
+    bool left;
+};
+
+const std::vector<OneColor>& one_colors() {
+    static const std::vector<OneColor> all = {
+        {"gray", {0.3f, 0.3f, 0.3f, 1}, 0, true},
+        {"zero", {0, 0, 0, 0}, 0, true},
+        {"negative", {-1.5f, 0.2f, -3, 0.5f}, 0, true},
+        {"large", {65504, 3e9f, 1e30f, 1}, 0, true},
+        {"one pixel off by an ulp", {0.3f, 0.3f, 0.3f, 1}, 1, false},
+        {"one pixel off by an ulp below", {0.7f, 1.0f, 0.3f, 1}, -1, false},
+        {"minus zero", {0.25f, -0.0f, 0.5f, 1}, 0, false},
+        {"all minus zero", {-0.0f, -0.0f, -0.0f, -0.0f}, 0, false},
+        {"smallest half", {0x1p-24f, 0x1p-20f, 0x1p-15f, 1}, 0, true},
+        {"smallest normal", {0x1p-126f, 0x1p-125f, 0x1p-126f, 1}, 0, true},
+    };
+    return all;
+}
+
+void check_one_color(const OneColor& one, const Chain& chain) {
+    for (const Precision precision : kPrecisions) {
+        SCOPED_TRACE(concat(one.name, " ", name_of(precision)));
+        const auto& c = one.pixel;
+        FramePlanes planes = planes_of(constant_image(35, 18, {c[0], c[1], c[2], c[3]}), {9, -4});
+        float& odd = planes[Role::color].at(17, 9, 1);
+        odd = neighbour(odd, one.off_by);
+        for (int x = 0; x < 20; ++x) planes[Role::inverse_depth].at(x, 6) = 0.4f;
+        const Lean lean = by_facts(chain, planes, precision);
+        EXPECT_EQ(lean.plan.passes[0].left_out, one.left);
+    }
+}
+
+TEST(IdentityByFacts, MotionBlurOfOneColor) {
+    for (const auto& one : one_colors())
+        check_one_color(one, chain_of("motion_blur", {{"samples", int64_t(9)}}));
+}
+
+TEST(IdentityByFacts, FxaaOfOneColor) {
+    for (auto one : one_colors()) {
+        // Without a hint a difference of one step, or of signs of zero, is below the threshold.
+        OneColor close = one;
+        close.left = true;
+        check_one_color(close, chain_of("fxaa", {{"hint", "none"s}}));
+    }
+}
+
+// With a hint FXAA blends whatever the luma.
+TEST(IdentityByFacts, FxaaWithAHintOfOneColor) {
+    for (const auto& one : one_colors())
+        for (const char* kind : {"checkerboard", "threshold"})
+            for (const char* blend : {"tonemapped", "stored"}) {
+                SCOPED_TRACE(concat(one.name, " ", kind, " ", blend));
+                const auto& c = one.pixel;
+                FramePlanes planes = planes_of(constant_image(35, 18, {c[0], c[1], c[2], c[3]}));
+                float& odd = planes[Role::color].at(17, 9, 1);
+                odd = neighbour(odd, one.off_by);
+                planes[Role::hint] = noise_image(35, 18, 2, 3, 0, 1.5f);
+                const Lean lean = by_facts(
+                    chain_of("fxaa", {{"hint", std::string(kind)}, {"blend", std::string(blend)}}),
+                    planes, Precision::fp32);
+                EXPECT_EQ(lean.plan.passes[0].left_out, one.left);
+            }
+}
+
+TEST(IdentityByFacts, FxaaOfOnePixel) {
+    for (const char* kind : {"none", "checkerboard", "threshold"})
+        for (const float value : {0.3f, -0.0f, -4.0f, 0x1p-126f, 1e30f, 7e4f})
+            for (const Precision precision : kPrecisions) {
+                SCOPED_TRACE(concat(kind, " ", value));
+                FramePlanes planes = planes_of(constant_image(1, 1, {value, 0.1f, value, 1}));
+                planes[Role::hint] = constant_image(1, 1, {1, 1});
+                const Chain chain = chain_of("fxaa", {{"hint", std::string(kind)}});
+                FrameDescription frame = describe(planes);
+                frame.facts = FrameFacts();
+                EXPECT_TRUE(expect_same_bits(chain, frame, planes, only({kRuleFacts}, precision))
+                                .plan.passes[0]
+                                .left_out);
+            }
+}
+
+// What the full run makes of a still frame's hint is 0, and FXAA with a hint of 0 is FXAA without.
+TEST(IdentityByFacts, NoHintIsAHintOfZero) {
+    for (const char* kind : {"checkerboard", "threshold"})
+        for (const char* gate : {"tile", "pixel"})
+            for (const Precision precision : kPrecisions) {
+                Chain chain = chain_of("motion_blur");
+                append(chain, "fxaa",
+                       {{"hint", std::string(kind)}, {"hint_gate", std::string(gate)}});
+                const FramePlanes planes = planes_of(half_noise(50, 37, 4, 1), {0.4f, 0});
+                const Lean lean = expect_same_bits(chain, describe(planes), planes,
+                                                   only({kRuleFacts}, precision));
+                EXPECT_TRUE(lean.plan.passes[0].left_out);
+                EXPECT_FALSE(lean.plan.passes[1].left_out);
+            }
+}
+
+// An earlier blur's hint (or the frame's own) must not reach FXAA past a blur that is left out:
+// in full that blur's hint, 0 everywhere, takes its place.
+TEST(IdentityByFacts, ABlurLeftOutTakesAnEarlierHintAway) {
+    for (const bool own : {false, true}) {
+        SCOPED_TRACE(own ? "hint of the frame" : "hint of an earlier blur");
+        Chain chain;
+        if (!own) append(chain, "motion_blur", {{"samples", int64_t(5)}});
+        append(chain, "motion_blur", {{"samples", int64_t(5)}, {"min_speed_px", 50.0}});
+        append(chain, "fxaa", {{"hint", "checkerboard"s}});
+        FramePlanes planes = planes_of(half_noise(50, 37, 4, 1), {12, 3});
+        if (own) planes[Role::hint] = constant_image(50, 37, {1, 1});
+        expect_same_bits(chain, describe(planes), planes, only({kRuleFacts}));
+    }
+}
+
+// ------------------------------------------------------------------------ off by configuration
+
+void check_off(const Chain& chain, const FramePlanes& planes) {
+    for (const Precision precision : kPrecisions) {
+        SCOPED_TRACE(chain.links[0].text());
+        const Lean lean = expect_same_bits(chain, describe(planes), planes,
+                                           only({kRuleConfiguration}, precision));
+        EXPECT_TRUE(lean.used(kRuleConfiguration));
+        EXPECT_TRUE(lean.plan.steps.empty());
+        EXPECT_EQ(first_difference(planes.at(Role::color), lean.outputs.at(Role::color)), "");
+    }
+}
+
+TEST(OffByConfiguration, ReturnsEveryBit) {
+    FramePlanes planes = planes_of(half_noise(41, 23, 4, 8), {30, -8});
+    for (int x = 0; x < 41; ++x) planes[Role::inverse_depth].at(x, x / 2) = x % 2 ? 0 : 3;
+    check_off(chain_of("motion_blur", {{"shutter_frames", 0.0}}), planes);
+    check_off(chain_of("motion_blur", {{"shutter_angle_deg", 0.0}, {"min_speed_px", 0.0}}), planes);
+    check_off(chain_of("depth_of_field", {{"max_radius_px", 0.5}}), planes);
+    check_off(chain_of("depth_of_field", {{"max_radius_px", 0.0}, {"downsample", int64_t(1)}}),
+              planes);
+    check_off(chain_of("depth_of_field", {{"coc", "planes"s},
+                                          {"max_near_fraction", 0.5 / 41},
+                                          {"max_far_fraction", 0.1 / 41}}),
+              planes);
+    Chain pinhole = chain_of("depth_of_field");
+    static_cast<depth_of_field::Parameters*>(pinhole.links[0].pass->parameters())->f_stop =
+        std::numeric_limits<double>::infinity();
+    check_off(pinhole, planes);
+}
+
+TEST(OffByConfiguration, NotJustAbove) {
+    FramePlanes planes = planes_of(half_noise(41, 23, 4, 8), {30, -8}, 3);
+    for (const Chain& chain : {chain_of("motion_blur", {{"shutter_frames", 1e-9}}),
+                               chain_of("depth_of_field", {{"max_radius_px", 0.5 + 1e-9}}),
+                               chain_of("depth_of_field", {{"max_radius_px", 0.6}})})
+        EXPECT_FALSE(expect_same_bits(chain, describe(planes), planes, only({kRuleConfiguration}))
+                         .used(kRuleConfiguration));
+}
+
+TEST(OffByConfiguration, ABlurLeftOutTakesAnEarlierHintAway) {
+    Chain chain = chain_of("motion_blur", {{"samples", int64_t(5)}});
+    append(chain, "motion_blur", {{"samples", int64_t(5)}, {"shutter_frames", 0.0}});
+    append(chain, "fxaa", {{"hint", "checkerboard"s}});
+    const FramePlanes planes = planes_of(half_noise(50, 37, 4, 1), {32, 3});
+    expect_same_bits(chain, describe(planes), planes, only({kRuleConfiguration}));
+}
+
+// ------------------------------------------------------------------- camera cut, missing planes
+
+TEST(CameraCut, ReturnsTheInput) {
+    const FramePlanes planes = planes_of(half_noise(41, 23, 4, 8), {30, -8});
+    FrameDescription frame = describe(planes);
+    frame.facts.camera_cut = true;
+    const Chain chain = chain_of("motion_blur");
+    for (const Precision precision : kPrecisions) {
+        Plan plan;
+        const FramePlanes cut =
+            filter(chain, frame, planes, only({kRuleCameraCut}, precision), &plan);
+        EXPECT_TRUE(plan.passes[0].left_out);
+        ASSERT_FALSE(plan.left_out.empty());
+        EXPECT_EQ(plan.left_out[0].rule, kRuleCameraCut);
+        EXPECT_EQ(first_difference(planes.at(Role::color), cut.at(Role::color)), "");
+        // Without the rule it is blurred all the same.
+        PlanOptions without;
+        without.precision = precision;
+        without.rules_off = {kRuleCameraCut};
+        EXPECT_FALSE(expect_same_bits(chain, frame, planes, without).plan.passes[0].left_out);
+        EXPECT_NE(first_difference(planes.at(Role::color),
+                                   filter(chain, frame, planes, without).at(Role::color)),
+                  "");
+    }
+}
+
+TEST(CameraCut, OtherPassesRun) {
+    FramePlanes planes = planes_of(half_noise(41, 23, 4, 8), {30, -8}, 3);
+    FrameDescription frame = describe(planes);
+    frame.facts.camera_cut = true;
+    Chain chain = chain_of("motion_blur"), rest;
+    for (Chain* one : {&chain, &rest}) {
+        append(*one, "fxaa", {{"hint", "checkerboard"s}});
+        append(*one, "depth_of_field", {{"downsample", int64_t(1)}});
+    }
+    EXPECT_EQ(
+        first_difference(filter(rest, frame, planes, no_rule()).at(Role::color),
+                         filter(chain, frame, planes, only({kRuleCameraCut})).at(Role::color)),
+        "");
+}
+
+TEST(MissingPlane, IsTheChainWithoutThatPass) {
+    FramePlanes all = planes_of(half_noise(61, 33, 4, 8), {30, -8}, 3);
+    for (const Role missing : {Role::motion, Role::inverse_depth}) {
+        FramePlanes planes = all;
+        planes.erase(missing);
+        const FrameDescription frame = describe(planes);
+        Chain chain, rest;
+        for (const char* type : {"motion_blur", "fxaa", "depth_of_field"}) {
+            append(chain, type);
+            const bool needs =
+                type != "fxaa"s && (missing == Role::inverse_depth || type == "motion_blur"s);
+            if (!needs) append(rest, type);
+        }
+        EXPECT_FALSE(make_plan(chain, frame, no_rule()).ok());
+        EXPECT_FALSE(make_plan(chain, frame, PlanOptions()).ok());
+        for (const Precision precision : kPrecisions) {
+            Plan plan;
+            const FramePlanes lean =
+                filter(chain, frame, planes, only({kRuleMissingPlane}, precision), &plan);
+            EXPECT_EQ(
+                first_difference(filter(rest, frame, planes, no_rule(precision)).at(Role::color),
+                                 lean.at(Role::color)),
+                "");
+            int left = 0;
+            for (const auto& one : plan.left_out) left += one.rule == kRuleMissingPlane;
+            EXPECT_EQ(left, missing == Role::motion ? 1 : 2);
+        }
+    }
+}
+
+}  // namespace
+}  // namespace postchain::test

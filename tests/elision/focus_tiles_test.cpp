@@ -1,0 +1,231 @@
+// focus_tiles: blocks of the depth of field sorted on the device, and of the blurred copy only what
+// somebody reads.
+#include <cmath>
+
+#include "tests/elision/support.h"
+
+namespace postchain::test {
+namespace {
+
+using namespace std::string_literals;
+
+constexpr Precision kPrecisions[] = {Precision::fp32, Precision::fp16};
+constexpr const char* kLeaks[] = {"none", "depth", "coc"};
+constexpr int64_t kFactors[] = {1, 2, 4};
+
+// Radius by distance: R = max_radius (d - 10) / 10 px, clamped; w = 1 / 10 is in focus.
+Chain focus_chain(double max_radius_px, double sigma_px, int64_t factor, const std::string& leak) {
+    return chain_of("depth_of_field", {{"coc", "range"s},
+                                       {"focus", 10.0},
+                                       {"range", 10.0},
+                                       {"max_radius_px", max_radius_px},
+                                       {"blur_sigma_px", sigma_px},
+                                       {"downsample", factor},
+                                       {"leak", leak}});
+}
+
+FramePlanes focused(int width, int height, uint32_t seed, float w = 0.1f) {
+    FramePlanes planes;
+    planes[Role::color] = half_noise(width, height, 4, seed);
+    planes[Role::inverse_depth] = constant_image(width, height, {w});
+    return planes;
+}
+
+Lean check(const Chain& chain, const FramePlanes& planes, Precision precision,
+           RoleSet outputs = {Role::color}) {
+    PlanOptions options = only({kRuleFocusTiles}, precision);
+    options.outputs = outputs;
+    const Lean lean = expect_same_bits(chain, describe(planes), planes, options);
+    EXPECT_TRUE(lean.used(kRuleFocusTiles));
+    const auto groups = groups_for(lean.plan.width, lean.plan.height);
+    EXPECT_EQ(
+        lean.blocks("sharp_blocks") + lean.blocks("blurred_blocks") + lean.blocks("mixed_blocks"),
+        unsigned(groups[0] * groups[1]));
+    return lean;
+}
+
+// What it needs of the copy is a matter of which blocks its taps reach: the one pixel out of focus
+// visits every place against the blocks of the copy.
+TEST(FocusTiles, OneBlurredPixelAtEveryOffset) {
+    unsigned copied = 0, all = 0;
+    for (const int64_t factor : kFactors) {
+        const int period = int(16 * factor);
+        for (int k = 0; k < period; ++k) {
+            const int width = 3 * period + 5, height = 3 * period - 3;
+            FramePlanes planes = focused(width, height, uint32_t(k));
+            const int x = period + k, y = period + (7 * k) % period;
+            planes[Role::inverse_depth].at(x, y) = k % 2 ? 0.02f : 0.07f;  // R 6, R 2.6
+            // Taps reach 1 to 48 pixels of the copy.
+            const double sigma =
+                double(factor) * std::array{0.3, 1.2, 4.9, 5.4, 16.0}[size_t(k) % 5];
+            const char* leak = kLeaks[size_t(k / 2) % 3];
+            const Precision precision = kPrecisions[size_t(k / 6) % 2];
+            SCOPED_TRACE(concat("downsample ", factor, ", pixel ", x, ",", y, ", sigma ", sigma,
+                                " leak ", leak, " ", name_of(precision)));
+            const Lean lean = check(focus_chain(6, sigma, factor, leak), planes, precision);
+            EXPECT_EQ(lean.blocks("sharp_blocks"), unsigned(lean.work.at(0).of - 1));
+            EXPECT_GT(lean.blocks("blur_y_blocks"), 0u);
+            copied += lean.blocks("blur_y_blocks");
+            for (const auto& one : lean.work)
+                if (one.list.ends_with("blur_y_blocks")) all += one.of;
+        }
+    }
+    EXPECT_LT(copied, all / 2);
+    std::printf("blocks of the copy blurred %u of %u\n", copied, all);
+}
+
+// The whole picture at radii a few floats on either side of 0.5 px, where colors begin to change,
+// and of max(2 sigma, 1) px, from which the blurred copy alone shows.
+TEST(FocusTiles, RadiiAroundTheLimits) {
+    unsigned sharp = 0, blurred = 0, mixed = 0;
+    for (const Precision precision : kPrecisions)
+        for (const double sigma : {0.5, 2.0, 3.3})
+            for (const double limit : {0.5, std::max(2 * sigma, 1.0)})
+                for (const double off :
+                     {-1e-3, -4e-4, -1e-6, -1.2e-7, 0.0, 1.2e-7, 1e-6, 4e-4, 1e-3}) {
+                    const double radius = limit * (1 + off);
+                    // R = 16 (d - 10)/10
+                    FramePlanes planes = focused(35, 19, 6, float(1 / (10 + 10 * radius / 16)));
+                    const double near = 1 / (10 - 10 * radius / 16);
+                    for (int x = 0; x < 35; x += 3)
+                        planes[Role::inverse_depth].at(x, 7) = float(near);
+                    SCOPED_TRACE(concat(name_of(precision), " sigma ", sigma, " radius ", radius));
+                    const Lean lean = check(focus_chain(16, sigma, 2, "coc"), planes, precision);
+                    sharp += lean.blocks("sharp_blocks");
+                    blurred += lean.blocks("blurred_blocks");
+                    mixed += lean.blocks("mixed_blocks");
+                    if (radius < 0.4999) {
+                        EXPECT_EQ(lean.blocks("sharp_blocks"), 6u);
+                    }
+                    if (radius > 0.5001) {
+                        EXPECT_EQ(lean.blocks("sharp_blocks"), 0u);
+                    }
+                    const double full_px = std::max(2 * sigma, 1.0);
+                    if (radius > 1.0012 * full_px) {
+                        EXPECT_EQ(lean.blocks("blurred_blocks"), 6u);
+                    }
+                    if (radius < 0.9999 * full_px) {
+                        EXPECT_EQ(lean.blocks("blurred_blocks"), 0u);
+                    }
+                }
+    EXPECT_GT(sharp, 50u);
+    EXPECT_GT(blurred, 20u);
+    EXPECT_GT(mixed, 100u);
+}
+
+// A largest radius of exactly full_blur_px, and a little above: what is clamped to it is wholly
+// blurred.
+TEST(FocusTiles, ClampedToFullBlur) {
+    unsigned blurred = 0;
+    for (const Precision precision : kPrecisions)
+        for (const double sigma : {0.75, 2.0, 3.7})
+            for (const double part : {1.0, 1.01})
+                for (size_t k = 0; k < 3; ++k) {
+                    FramePlanes planes = focused(49, 33, 2, 0.001f);
+                    for (int x = 0; x < 20; ++x) planes[Role::inverse_depth].at(x, 30) = 0.1f;
+                    SCOPED_TRACE(concat(name_of(precision), " sigma ", sigma, " ", part));
+                    const Chain chain =
+                        focus_chain(part * 2 * sigma, sigma, kFactors[k], kLeaks[k]);
+                    const Lean lean = check(chain, planes, precision);
+                    EXPECT_EQ(lean.blocks("sharp_blocks"), 0u);
+                    EXPECT_GE(lean.blocks("mixed_blocks"), 2u);
+                    if (part > 1) {
+                        EXPECT_EQ(lean.blocks("mixed_blocks"), 2u);
+                    }
+                    blurred += lean.blocks("blurred_blocks");
+                }
+    EXPECT_GT(blurred, 150u);
+}
+
+// Left half in focus, right half wholly blurred, at every column of a block.
+TEST(FocusTiles, HalfInFocusAtEveryColumn) {
+    unsigned sharp = 0, blurred = 0;
+    for (int k = 0; k <= 16; ++k)
+        for (size_t i = 0; i < 3; ++i) {
+            const int64_t factor = kFactors[i];
+            FramePlanes planes = focused(101, 43, uint32_t(k));
+            for (int y = 0; y < 43; ++y)
+                for (int x = 40 + k; x < 101; ++x) planes[Role::inverse_depth].at(x, y) = 0.01f;
+            const char* leak = kLeaks[i];
+            SCOPED_TRACE(concat("edge at ", 40 + k, " downsample ", factor, " leak ", leak));
+            const Lean lean =
+                check(focus_chain(9, 2 + k % 3, factor, leak), planes, kPrecisions[k % 2]);
+            sharp += lean.blocks("sharp_blocks");
+            blurred += lean.blocks("blurred_blocks");
+            EXPECT_LE(lean.blocks("mixed_blocks"), 3u);
+        }
+    EXPECT_GT(sharp, 300u);
+    EXPECT_GT(blurred, 300u);
+}
+
+TEST(FocusTiles, SmallAndOddSizes) {
+    const std::pair<int, int> sizes[] = {{1, 1}, {1, 2},   {2, 1},   {1, 83},  {97, 1},
+                                         {5, 7}, {16, 16}, {17, 15}, {64, 65}, {67, 31}};
+    for (const auto& [width, height] : sizes)
+        for (size_t k = 0; k < 3; ++k)
+            for (const int scene : {0, 1, 2}) {  // in focus, one corner blurred, all blurred
+                FramePlanes planes = focused(width, height, 3, scene == 2 ? 0.03f : 0.1f);
+                if (scene == 1) planes[Role::inverse_depth].at(width - 1, height - 1) = 1.0f;
+                const Precision precision = kPrecisions[height % 2];
+                SCOPED_TRACE(
+                    concat(width, "x", height, " downsample ", kFactors[k], " scene ", scene));
+                const Lean lean =
+                    check(focus_chain(9, 3, kFactors[k], kLeaks[k]), planes, precision);
+                const unsigned of = lean.work.at(0).of;
+                const unsigned blurry = scene == 0 ? 0 : scene == 1 ? 1 : of;
+                EXPECT_EQ(lean.blocks("sharp_blocks"), of - blurry);
+                if (scene == 0) {
+                    EXPECT_EQ(lean.blocks("small_blocks"), 0u);
+                }
+                if (scene == 2) {
+                    EXPECT_EQ(lean.blocks("blurred_blocks"), of);
+                }
+            }
+}
+
+// Every kind of block does to the hint what the whole composite does: times clamp(1 - |R|, 0, 1).
+TEST(FocusTiles, TheHintIsCarried) {
+    for (const Precision precision : kPrecisions)
+        for (size_t k = 0; k < 3; ++k) {
+            const int64_t factor = kFactors[k];
+            const char* leak = kLeaks[k];
+            FramePlanes planes = focused(80, 64, 4);
+            planes[Role::hint] = noise_image(80, 64, 2, 12);
+            for (int y = 0; y < 64; ++y)
+                for (int x = 0; x < 80; ++x)
+                    planes[Role::inverse_depth].at(x, y) = x < 24 ? 0.0977f  // R 0.19
+                                                           : y < 24
+                                                               ? 0.02f
+                                                               : 0.1f - 0.0003f * float(x % 16);
+            const Chain chain = focus_chain(8, 1.5, factor, leak);
+            const Lean lean = check(chain, planes, precision, {Role::color, Role::hint});
+            EXPECT_TRUE(lean.outputs.count(Role::hint));
+            EXPECT_GT(lean.blocks("sharp_blocks"), 2u);
+            EXPECT_GT(lean.blocks("blurred_blocks"), 0u);
+            EXPECT_GT(lean.blocks("mixed_blocks"), 2u);
+        }
+}
+
+// Values that no picture should have, but a frame may: nothing of the copy's unneeded blocks must
+// reach the others, not even with weight 0.
+TEST(FocusTiles, LargeAndNonFiniteColors) {
+    for (const Precision precision : kPrecisions)
+        for (size_t k = 0; k < 3; ++k) {
+            const int64_t factor = kFactors[k];
+            const char* leak = kLeaks[k];
+            FramePlanes planes = focused(90, 70, 5);
+            ImageF& color = planes[Role::color];
+            for (size_t i = 0; i < color.data.size(); i += 7)
+                color.data[i] = i % 3 ? 3e38f : INFINITY;
+            for (size_t i = 1; i < color.data.size(); i += 97) color.data[i] = NAN;
+            for (int x = 30; x < 60; ++x) planes[Role::inverse_depth].at(x, 40) = 0.03f;
+            FrameDescription frame = describe(focused(90, 70, 5));
+            frame.facts = FrameFacts();
+            const Lean lean = expect_same_bits(focus_chain(8, 2.0 * double(factor), factor, leak),
+                                               frame, planes, only({kRuleFocusTiles}, precision));
+            EXPECT_GT(lean.blocks("sharp_blocks"), 10u);
+        }
+}
+
+}  // namespace
+}  // namespace postchain::test

@@ -1,0 +1,252 @@
+// still_tiles and sky_tiles: blocks that the motion blur sorts out on the device.
+#include <cmath>
+
+#include "tests/elision/support.h"
+
+namespace postchain::test {
+namespace {
+
+using namespace std::string_literals;
+
+constexpr Precision kPrecisions[] = {Precision::fp32, Precision::fp16};
+constexpr std::pair<int, int> kSizes[] = {{1, 1},   {1, 97},  {89, 1}, {5, 3},
+                                          {16, 16}, {17, 15}, {61, 53}};
+
+// Motion is half-velocity: the shutter is open for two frames.
+struct Blur {
+    int64_t max_blur_px = 16;
+    int64_t samples = 9;
+    double slope = 1;
+    int64_t seed = 0;
+    std::string storage = "auto";
+    double softness = 1;
+    double min_speed_px = 0.5;
+};
+
+Chain chain_of(const Blur& blur) {
+    return test::chain_of("motion_blur", {{"shutter_frames", 2.0},
+                                          {"max_blur_px", blur.max_blur_px},
+                                          {"samples", blur.samples},
+                                          {"tile_jitter_slope", blur.slope},
+                                          {"jitter", 1.0},
+                                          {"noise", "ign"s},
+                                          {"seed", blur.seed},
+                                          {"velocity_storage", blur.storage},
+                                          {"depth_softness", blur.softness},
+                                          {"min_speed_px", blur.min_speed_px}});
+}
+
+struct Scene {
+    FramePlanes planes;
+    Scene(int width, int height, uint32_t seed, std::array<float, 2> motion = {0, 0},
+          float depth = 0.1f) {
+        planes[Role::color] = half_noise(width, height, 4, seed);
+        planes[Role::inverse_depth] = constant_image(width, height, {depth});
+        planes[Role::motion] = constant_image(width, height, {motion[0], motion[1]});
+    }
+    void move(int x, int y, float vx, float vy) {
+        planes[Role::motion].at(x, y, 0) = vx;
+        planes[Role::motion].at(x, y, 1) = vy;
+    }
+    float& depth(int x, int y) { return planes[Role::inverse_depth].at(x, y); }
+    Lean check(const Blur& blur, const std::string& rule, Precision precision) const {
+        return expect_same_bits(chain_of(blur), describe(planes), planes, only({rule}, precision));
+    }
+    // As in an engine: nothing is known.
+    Lean check_unknown(const Blur& blur, const std::string& rule) const {
+        FrameDescription frame = describe(planes);
+        frame.facts = FrameFacts();
+        return expect_same_bits(chain_of(blur), frame, planes, only({rule}));
+    }
+};
+
+// The whole picture moves at one speed, a few floats on either side of what counts as still: 0.5 px
+// by the facts, and with what storing a velocity can add on the device.
+TEST(StillTiles, SpeedsAroundTheLimit) {
+    const std::pair<const char*, float> limits[] = {
+        {"fp32", 0.5f},
+        {"fp32", 0.5f * (1 + 0x1p-20f)},
+        {"fp16", 0.5f},
+        {"fp16", 0.5f * (1 + 0x1p-10f) + 0x1p-24f},
+        {"unorm8", 0.5f},  // codes are 16/127 = 0.126 px apart
+        {"unorm8", 0.5f * (1 + 0x1p-20f) + 0.70711f * 16 / 127}};
+    const std::array<float, 2> directions[] = {
+        {1, 0}, {0, -1}, {0.6f, 0.8f}, {-0.70710678f, 0.70710678f}};
+    int still = 0, moving = 0;
+    for (const auto& [storage, limit] : limits)
+        for (const int steps : {-1000, -2, -1, 0, 1, 2, 1000})
+            for (const auto& d : directions) {
+                const float speed = neighbour(limit, steps);
+                const Precision precision = kPrecisions[steps & 1];
+                SCOPED_TRACE(concat(name_of(precision), " ", storage, " ", limit, " ", steps,
+                                    " steps along ", d[0], ",", d[1]));
+                const Scene scene(37, 21, 3, {speed * d[0], speed * d[1]});
+                Blur blur;
+                blur.storage = storage;
+                const Lean lean = scene.check(blur, kRuleStillTiles, precision);
+                ASSERT_TRUE(lean.used(kRuleStillTiles));
+                // 3 x 2 blocks, one speed: all or none.
+                const unsigned blocks = lean.blocks("still_blocks");
+                EXPECT_EQ(blocks + lean.blocks("full_blocks"), 6u);
+                EXPECT_EQ(blocks % 6, 0u);
+                if (speed < 0.4999f) {
+                    EXPECT_EQ(blocks, 6u);
+                }
+                if (speed > 0.68f) {
+                    EXPECT_EQ(blocks, 0u);
+                }
+                (blocks ? still : moving) += 1;
+            }
+    EXPECT_GT(still, 50);
+    EXPECT_GT(moving, 20);
+}
+
+// min_speed_px: 0 leaves only what does not move at all.
+TEST(StillTiles, TheLeastMotionThereIs) {
+    for (const float speed : {0.0f, -0.0f, 1e-18f, 1e-10f, 1e-6f}) {
+        SCOPED_TRACE(speed);
+        Blur blur;
+        blur.min_speed_px = 0;
+        const Scene scene(33, 17, 4, {speed, 0});
+        const Lean lean = scene.check(blur, kRuleStillTiles, Precision::fp32);
+        EXPECT_EQ(lean.blocks("still_blocks"), speed == 0 ? 6u : 0u);
+    }
+}
+
+// One pixel moves, at every offset against the blocks and against tiles of many sizes. Slope 0 lets
+// pixels choose the tile across a border from half a tile away.
+TEST(StillTiles, OneMoverAtEveryOffset) {
+    unsigned still = 0, full = 0;
+    for (const int r : {1, 2, 3, 5, 8, 13, 15, 16, 17, 24, 31, 40, 50, 64}) {
+        // The mover reaches three tiles each way, and half a tile further by the jitter.
+        const int width = 5 * r + 70, height = 2 * r + 40;
+        const int offsets = std::max(16, r);
+        for (int k = 0; k<offsets; k += r> 24 ? 3 : 1) {
+            Blur blur;
+            blur.max_blur_px = r;
+            blur.seed = 31 * k + r;
+            blur.slope = std::array{0.0, 0.7, 1.0, 4.0}[size_t(k) % 4];
+            Scene scene(width, height, uint32_t(r + 100 * k));
+            const float speed = k % 3 ? float(r) : 0.51f;
+            const int x = 2 * r + 16 + k, y = (16 + 5 * k) % height;
+            scene.move(x, y, k % 2 ? speed : 0.8f * speed, k % 2 ? 0 : 0.6f * speed);
+            const Precision precision = kPrecisions[size_t(k / 4) % 2];
+            SCOPED_TRACE(concat("r ", r, ", mover at ", x, ",", y, ", slope ", blur.slope, " ",
+                                name_of(precision)));
+            const Lean lean = scene.check(blur, kRuleStillTiles, precision);
+            EXPECT_GT(lean.blocks("full_blocks"), 0u);
+            still += lean.blocks("still_blocks");
+            full += lean.blocks("full_blocks");
+        }
+    }
+    EXPECT_GT(still, full / 2);
+    std::printf("still blocks %u, full blocks %u\n", still, full);
+}
+
+TEST(StillTiles, SmallAndOddSizes) {
+    unsigned still = 0;
+    for (const auto& [width, height] : kSizes)
+        for (const int r : {1, 16, 41})
+            for (const Precision precision : kPrecisions)
+                for (const bool moves : {false, true}) {
+                    SCOPED_TRACE(concat(width, "x", height, " r ", r, " ", name_of(precision)));
+                    Blur blur;
+                    blur.max_blur_px = r;
+                    blur.slope = 0;
+                    Scene scene(width, height, uint32_t(width + 7 * height));
+                    if (moves) scene.move(width - 1, height / 2, float(r) / 2 + 0.25f, -0.5f);
+                    const Lean lean = scene.check(blur, kRuleStillTiles, precision);
+                    const unsigned blocks =
+                        unsigned(groups_for(width, height)[0] * groups_for(width, height)[1]);
+                    EXPECT_EQ(lean.blocks("still_blocks") + lean.blocks("full_blocks"), blocks);
+                    if (!moves) {
+                        EXPECT_EQ(lean.blocks("still_blocks"), blocks);
+                    }
+                    still += lean.blocks("still_blocks");
+                }
+    EXPECT_GT(still, 50u);
+}
+
+// The hint of a still block is 0, also where FXAA reads it.
+TEST(StillTiles, TheHintToo) {
+    for (const char* kind : {"checkerboard", "threshold"})
+        for (const char* gate : {"tile", "pixel"}) {
+            Chain chain = chain_of(Blur());
+            append(chain, "fxaa", {{"hint", std::string(kind)}, {"hint_gate", std::string(gate)}});
+            Scene scene(75, 60, 9);
+            for (int y = 20; y < 30; ++y)
+                for (int x = 3; x < 13; ++x) scene.move(x, y, 11, -4);
+            for (const Precision precision : kPrecisions) {
+                PlanOptions options = only({kRuleStillTiles}, precision);
+                options.outputs.add(Role::hint);
+                const Lean lean =
+                    expect_same_bits(chain, describe(scene.planes), scene.planes, options);
+                EXPECT_GT(lean.blocks("still_blocks"), 4u);
+                EXPECT_GT(lean.blocks("full_blocks"), 4u);
+            }
+        }
+}
+
+// Everything moves; one pixel of another depth stands at every offset against blocks and tiles. A
+// tap that reaches it from a sky block, whose depths nobody compares, would weigh it wrongly.
+TEST(SkyTiles, OneDepthInTheSkyAtEveryOffset) {
+    unsigned sky = 0, full = 0;
+    for (const int r : {1, 2, 3, 5, 7, 9, 15, 16, 17, 20, 33, 64}) {
+        const int width = 4 * r + 66, height = 34;
+        const int offsets = std::max(16, r);
+        for (int k = 0; k<offsets; k += r> 20 ? 5 : 1) {
+            Blur blur;
+            blur.max_blur_px = r;
+            blur.samples = std::min(2 * r + 3, 41);
+            blur.seed = k;
+            const bool across = k % 3 == 2;
+            const float speed = 4.0f * float(r);  // clamped to r
+            const std::array<float, 2> motion =
+                k % 3 == 0 ? std::array{speed, 0.0f} : std::array{-speed, across ? speed : 0.1f};
+            Scene scene(width, height, uint32_t(k), motion, 0);
+            const int x = 2 * r + 16 + k, y = (3 + 7 * k) % height;
+            scene.depth(x, y) = k % 2 ? 0.3f : 1e-30f;
+            scene.planes[Role::color].at(x, y, 1) = 60;
+            const Precision precision = kPrecisions[size_t(k / 3) % 2];
+            SCOPED_TRACE(concat("r ", r, ", ground at ", x, ",", y, " ", name_of(precision)));
+            const Lean lean = scene.check(blur, kRuleSkyTiles, precision);
+            EXPECT_GT(lean.blocks("full_blocks"), 0u);
+            sky += lean.blocks("sky_blocks");
+            full += lean.blocks("full_blocks");
+        }
+    }
+    EXPECT_GT(sky, full / 2);
+    std::printf("sky blocks %u, full blocks %u\n", sky, full);
+}
+
+// One depth everywhere is as good as the sky where some fact allows for sky; where none does the
+// blocks are not even sorted.
+TEST(SkyTiles, OnlyWhereThereIsSky) {
+    Scene scene(48, 32, 5, {6, 1}, 0);
+    EXPECT_EQ(scene.check({}, kRuleSkyTiles, Precision::fp32).blocks("sky_blocks"), 6u);
+    for (float& w : scene.planes[Role::inverse_depth].data) w = 0.25f;
+    EXPECT_FALSE(scene.check({}, kRuleSkyTiles, Precision::fp32).used(kRuleSkyTiles));
+    EXPECT_EQ(scene.check_unknown({}, kRuleSkyTiles).blocks("sky_blocks"), 6u);
+    // Depths that differ in the last bit are two depths.
+    scene.depth(40, 20) = neighbour(0.25f, 1);
+    const Lean two = scene.check_unknown({}, kRuleSkyTiles);
+    EXPECT_LT(two.blocks("sky_blocks"), 6u);
+}
+
+TEST(SkyTiles, SmallAndOddSizes) {
+    unsigned sky = 0;
+    for (const auto& [width, height] : kSizes)
+        for (const int r : {1, 16, 41})
+            for (const bool ground : {false, true}) {
+                SCOPED_TRACE(concat(width, "x", height, " r ", r));
+                Blur blur;
+                blur.max_blur_px = r;
+                Scene scene(width, height, 8, {float(r), -float(r)}, 0);
+                if (ground) scene.depth(width / 2, height - 1) = 2;
+                sky += scene.check_unknown(blur, kRuleSkyTiles).blocks("sky_blocks");
+            }
+    EXPECT_GT(sky, 30u);
+}
+
+}  // namespace
+}  // namespace postchain::test

@@ -1,0 +1,224 @@
+#include "tests/elision/random_case.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "passes/registry.h"
+#include "tests/elision/support.h"
+
+namespace postchain::test {
+namespace {
+
+class Random {
+  public:
+    explicit Random(uint64_t seed) : state_(seed) {}
+    uint64_t next() {  // splitmix64
+        uint64_t z = (state_ += 0x9e3779b97f4a7c15u);
+        z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+        z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+        return z ^ (z >> 31);
+    }
+    double real() { return double(next() >> 11) * 0x1p-53; }
+    double real(double low, double high) { return low + (high - low) * real(); }
+    double logarithmic(double low, double high) { return low * std::pow(high / low, real()); }
+    int whole(int low, int high) { return low + int(next() % uint64_t(high - low + 1)); }
+    bool chance(double p) { return real() < p; }
+
+  private:
+    uint64_t state_;
+};
+
+// Where a table's range is wider than small frames have use for.
+struct Sane {
+    const char* key;
+    double low, high;
+};
+constexpr Sane kSane[] = {
+    {"samples", 1, 33},
+    {"max_blur_px", 1, 64},
+    {"shutter_frames", 0, 4},
+    {"seed", 0, 1000},
+    {"tile_jitter_slope", 0, 5},
+    {"center_weight", 0.1, 1000},
+    {"variance_threshold_px", 0.01, 10},
+    {"depth_softness", 0.01, 30},
+    {"jitter", 0.01, 1},
+    {"min_speed_px", 0, 3},
+    {"edge_threshold", 0, 0.5},
+    {"edge_threshold_min", 0, 0.3},
+    {"exposure_ev", -4, 4},
+    {"focal_length_mm", 5, 200},
+    {"f_stop", 0.05, 32},
+    {"focus_distance", 0.5, 60},
+    {"sensor_width_mm", 10, 50},
+    {"near_blurry", 0.01, 20},
+    {"near_sharp", 0.01, 20},
+    {"far_sharp", 0.01, 100},
+    {"far_blurry", 0.01, 100},
+    {"max_near_fraction", 0, 0.2},
+    {"max_far_fraction", 0, 0.2},
+    {"focus", 0.5, 60},
+    {"range", 0.1, 50},
+    {"max_radius_px", 0, 30},
+    {"blur_sigma_px", 0, 12},
+};
+
+double number_of(const Parameter& row, Random& random) {
+    double low = std::max(row.min, -100.0), high = std::min(row.max, 100.0);
+    for (const Sane& sane : kSane)
+        if (row.key == sane.key) {
+            low = sane.low;
+            high = sane.high;
+        }
+    if (random.chance(0.1)) return row.min_excluded ? low + 1e-6 : low;
+    if (random.chance(0.1)) return high;
+    if (low >= 0 && random.chance(0.5)) return random.logarithmic(std::max(low, 1e-3), high);
+    return random.real(low, high);
+}
+
+// What programs are compiled for comes of the shape, numbers of the case.
+ParameterValue value_of(const Parameter& row, Random& shape, Random& random) {
+    if (row.type == ParameterType::boolean) return shape.chance(0.5);
+    if (row.type == ParameterType::choice)
+        return row.choices[size_t(shape.whole(0, int(row.choices.size()) - 1))];
+    if (!row.allowed.empty()) {
+        Random& from = row.key == "downsample" ? shape : random;
+        return row.allowed[size_t(from.whole(0, int(row.allowed.size()) - 1))];
+    }
+    if (row.key == "depth_softness" || row.key == "jitter")
+        if (shape.chance(0.3)) return 0.0;
+    if (row.optional &&
+        (!row.excludes.empty() ? row.key == "shutter_angle_deg" : random.chance(0.4)))
+        return std::monostate();
+    if (random.chance(0.25)) return row.default_value;
+    const double number = number_of(row, random);
+    if (row.type == ParameterType::number) return number;
+    const auto whole = int64_t(std::lround(number));
+    return row.odd ? whole | 1 : whole;
+}
+
+void append_random(Chain& chain, Random& shape, Random& random) {
+    const auto& types = builtin_passes().types();
+    const PassType& type = types[size_t(shape.whole(0, int(types.size()) - 1))];
+    Pass* pass = chain.append(builtin_passes(), type.name);
+    std::map<std::string, ParameterValue> values;
+    for (const Parameter& row : type.parameters->rows())
+        values[row.key] = value_of(row, shape, random);
+    // Four distances must ascend.
+    std::vector<double> ascending;
+    const char* const keys[] = {"near_blurry", "near_sharp", "far_sharp", "far_blurry"};
+    for (const char* key : keys)
+        if (values.count(key)) ascending.push_back(std::get<double>(values[key]));
+    std::sort(ascending.begin(), ascending.end());
+    for (size_t i = 0; i < ascending.size(); ++i) values[keys[i]] = ascending[i];
+    for (const auto& [key, value] : values) {
+        const Status status = type.parameters->set(pass->parameters(), key, value);
+        EXPECT_TRUE(status.ok()) << status.message();
+    }
+}
+
+ImageF random_color(int width, int height, Random& random) {
+    const bool half = random.chance(0.6);
+    const double bright = random.chance(0.3) ? random.logarithmic(1e-3, 3e4) : 1;
+    const double contrast = random.chance(0.3) ? random.logarithmic(1e-3, 0.3) : 1;
+    const double base = random.chance(0.3) ? random.real(-0.2, 1) : 0;
+    const bool constant = random.chance(0.08);
+    const auto seed = uint32_t(random.next());
+    ImageF color = random.chance(0.5) ? noise_image(width, height, 4, seed)
+                                      : textured_image(width, height, 4, seed % 1000);
+    for (float& value : color.data)
+        value = float(bright * (base + contrast * (constant ? 0.375 : double(value))));
+    const int regions = random.whole(0, 2);
+    for (int k = 0; k < regions; ++k) {  // of one color, now and then of -0
+        const float value = random.chance(0.2) ? -0.0f : float(random.real(0, 2));
+        const int x0 = random.whole(0, width - 1), y0 = random.whole(0, height - 1);
+        for (int y = y0; y < std::min(height, y0 + 40); ++y)
+            for (int x = x0; x < std::min(width, x0 + 40); ++x)
+                for (int c = 0; c < 4; ++c) color.at(x, y, c) = value;
+    }
+    if (half)  // 11 bits, at least 2^-14
+        for (float& value : color.data) {
+            int exponent;
+            const float mantissa = std::frexp(value, &exponent);
+            value =
+                exponent < -12 ? 0 : std::ldexp(std::nearbyint(mantissa * 1024) / 1024, exponent);
+        }
+    return color;
+}
+
+std::array<float, 2> random_motion(Random& random) {
+    if (random.chance(0.3)) return {0, 0};
+    const double length = random.chance(0.2) ? random.real(0.2, 2.5) : random.logarithmic(0.5, 150);
+    const double angle = random.real(0, 6.2831853);
+    if (random.chance(0.2)) return {float(length), 0};
+    return {float(length * std::cos(angle)), float(length * std::sin(angle))};
+}
+
+float random_depth(Random& random) {
+    if (random.chance(0.3)) return 0;
+    if (random.chance(0.3)) return 0.1f;
+    return float(random.logarithmic(0.005, 3));
+}
+
+// Layers: a ground, and up to four rectangles of any size before it.
+void add_layers(FramePlanes& planes, int width, int height, Random& random) {
+    ImageF& depth = planes[Role::inverse_depth] = ImageF(width, height, 1);
+    ImageF& motion = planes[Role::motion] = ImageF(width, height, 2);
+    const int layers = random.whole(0, 4);
+    const bool ramp = random.chance(0.3), turns = random.chance(0.15);
+    for (int k = 0; k <= layers; ++k) {
+        const std::array<float, 2> v = random_motion(random);
+        const float w = random_depth(random);
+        const int x0 = k ? random.whole(0, width - 1) : 0, y0 = k ? random.whole(0, height - 1) : 0;
+        const int x1 = k ? random.whole(x0, random.chance(0.3) ? x0 : width - 1) : width - 1;
+        const int y1 = k ? random.whole(y0, random.chance(0.3) ? y0 : height - 1) : height - 1;
+        for (int y = y0; y <= std::min(y1, height - 1); ++y)
+            for (int x = x0; x <= std::min(x1, width - 1); ++x) {
+                depth.at(x, y) = !k && ramp ? w * float(y + 1) / float(height) : w;
+                motion.at(x, y, 0) = !k && turns ? 0.1f * float(y - height / 2) : v[0];
+                motion.at(x, y, 1) = !k && turns ? -0.1f * float(x - width / 2) : v[1];
+            }
+    }
+}
+
+std::string text_of(const PlanOptions& options) {
+    std::string text = name_of(options.precision);
+    text += ", rules:";
+    for (const auto& rule : options.rules()) text += " " + rule;
+    return text + ", outputs: " + options.outputs.text();
+}
+
+}  // namespace
+
+RandomCase random_case(uint64_t seed) {
+    RandomCase result;
+    Random shape(seed / kCasesOfAShape * 7919 + 1), random(seed * 104729 + 2);
+    for (int passes = shape.whole(1, 4); passes > 0; --passes)
+        append_random(result.chain, shape, random);
+    const auto size = [&] {
+        return random.chance(0.2) ? random.whole(1, 20) : random.whole(1, 130);
+    };
+    const int width = size(), height = size();
+    result.planes[Role::color] = random_color(width, height, random);
+    add_layers(result.planes, width, height, random);
+    if (random.chance(0.1))
+        result.planes[Role::hint] = noise_image(width, height, 2, uint32_t(seed), 0, 1.2f);
+    result.frame = describe(result.planes);
+    result.frame.frame_number = random.whole(0, 500);
+    result.frame.display_width = width + random.whole(0, 300);
+    result.frame.camera.f_stop = random.logarithmic(0.1, 16);
+    const bool unknown = random.chance(0.25);
+    if (unknown) result.frame.facts = FrameFacts();
+    result.lean.precision = random.chance(0.5) ? Precision::fp16 : Precision::fp32;
+    if (random.chance(0.15)) result.lean.outputs.add(Role::hint);
+    if (random.chance(0.05)) result.lean.outputs = {Role::hint};
+    if (random.chance(0.25))
+        for (const auto& rule : elision_rules())
+            if (random.chance(0.5)) result.lean.rules_off.insert(rule.name);
+    result.text = concat(width, "x", height, unknown ? ", no facts" : "",
+                         result.planes.count(Role::hint) ? ", with a hint" : "", ", ",
+                         text_of(result.lean), "\n", result.chain.text());
+    return result;
+}
+
+}  // namespace postchain::test

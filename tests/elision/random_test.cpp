@@ -1,0 +1,132 @@
+// Leaving out changes no bit: random chains on random frames.
+//
+//   POSTCHAIN_ELISION_SEED=123       this one case, with its text
+//   POSTCHAIN_ELISION_SECONDS=600    as many cases as fit, from seed POSTCHAIN_ELISION_FROM on
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <map>
+
+#include "tests/elision/random_case.h"
+#include "tests/elision/support.h"
+
+namespace postchain::test {
+namespace {
+
+constexpr int kCases = 240;
+constexpr uint64_t kExecutorLife = 900;  // cases; programs of shapes long past take memory
+
+std::optional<uint64_t> environment(const char* name) {
+    const char* text = std::getenv(name);
+    if (!text || !*text) return std::nullopt;
+    return std::strtoull(text, nullptr, 10);
+}
+
+class RandomChains : public ::testing::Test {
+  protected:
+    void SetUp() override {
+        auto made = gl::Context::create();
+        ASSERT_TRUE(made.ok()) << made.status().message();
+        context_ = std::move(*made);
+        executor_ = std::make_unique<Executor>(*context_);
+    }
+
+    FramePlanes run(const Plan& plan, const FramePlanes& planes) {
+        auto result = executor_->filter(plan, planes);
+        EXPECT_TRUE(result.ok()) << result.status().message();
+        return result.ok() ? std::move(*result) : FramePlanes();
+    }
+
+    // A hint is there only where a blur that is not left out made it.
+    void compare(const FramePlanes& full, const FramePlanes& lean) {
+        EXPECT_EQ(lean.count(Role::color), full.count(Role::color));
+        for (const auto& [role, plane] : lean) {
+            ASSERT_TRUE(full.count(role)) << name_of(role);
+            EXPECT_EQ(first_difference(full.at(role), plane), "") << name_of(role);
+        }
+    }
+
+    void check(uint64_t seed) {
+        const RandomCase one = random_case(seed);
+        SCOPED_TRACE(
+            concat("seed ", seed, ", again with POSTCHAIN_ELISION_SEED=", seed, "\n", one.text));
+        PlanOptions all = no_rule(one.lean.precision);
+        all.outputs = one.lean.outputs;
+        const auto full = make_plan(one.chain, one.frame, all);
+        const auto lean = make_plan(one.chain, one.frame, one.lean);
+        if (!full.ok()) {  // a Gaussian too wide, a focus nearer than the focal length
+            EXPECT_FALSE(lean.ok());
+            ++refused_;
+            return;
+        }
+        ASSERT_TRUE(lean.ok()) << lean.status().message();
+        const FramePlanes whole = run(*full, one.planes);
+        overwrite(*full, one);
+        const FramePlanes first = run(*lean, one.planes);
+        count(*lean);
+        compare(whole, first);
+        compare(whole, run(*lean, one.planes));  // lists are in another order
+        ++run_;
+    }
+
+    // Another frame through the same plan: what the lean run leaves out must not find right values.
+    void overwrite(const Plan& plan, const RandomCase& one) {
+        FramePlanes other = one.planes;
+        for (auto& [role, plane] : other)
+            for (float& value : plane.data)
+                value = role == Role::color ? 777.0f : role == Role::inverse_depth ? 0.77f : 1.0f;
+        run(plan, other);
+    }
+
+    void count(const Plan& plan) {
+        for (const auto& left : plan.left_out)
+            if (left.reason.find("on the device") == std::string::npos) ++acted_[left.rule];
+        for (const auto& work : executor_->work_done()) {
+            const auto ends = [&](const char* name) { return work.list.ends_with(name); };
+            if (!work.blocks) continue;
+            if (ends(".still_blocks")) ++acted_[kRuleStillTiles];
+            if (ends(".sky_blocks")) ++acted_[kRuleSkyTiles];
+            if (ends(".sharp_blocks") || ends(".blurred_blocks")) ++acted_[kRuleFocusTiles];
+        }
+    }
+
+    std::unique_ptr<gl::Context> context_;
+    std::unique_ptr<Executor> executor_;
+    std::map<std::string, int> acted_;  // cases, by rule
+    int run_ = 0, refused_ = 0;
+};
+
+TEST_F(RandomChains, LeaveOutNoBit) {
+    if (const auto seed = environment("POSTCHAIN_ELISION_SEED")) {
+        std::printf("%s\n", random_case(*seed).text.c_str());
+        check(*seed);
+        return;
+    }
+    const uint64_t from = environment("POSTCHAIN_ELISION_FROM").value_or(0);
+    const auto seconds = environment("POSTCHAIN_ELISION_SECONDS");
+    const auto start = std::chrono::steady_clock::now();
+    int failed = 0;
+    for (uint64_t seed = from; failed < 10; ++seed) {
+        const std::chrono::duration<double> gone = std::chrono::steady_clock::now() - start;
+        if (seconds ? gone.count() > double(*seconds) : seed - from >= kCases) break;
+        if ((seed - from) % kExecutorLife == kExecutorLife - 1)
+            executor_ = std::make_unique<Executor>(*context_);
+        const int before = ::testing::Test::HasFailure();
+        check(seed);
+        failed += !before && HasFailure();
+    }
+    std::printf("%d cases, %d refused;", run_, refused_);
+    for (const auto& [rule, cases] : acted_) std::printf(" %s %d", rule.c_str(), cases);
+    std::printf("\n");
+    EXPECT_GT(run_, 4 * refused_);
+    // Every rule had something to do.
+    for (const auto& rule : elision_rules()) {
+        const std::string name = rule.name;
+        if (!rule.usual || name == kRuleCameraCut) continue;  // these two change bits
+        EXPECT_GT(acted_[name], 0) << name;
+    }
+}
+
+}  // namespace
+}  // namespace postchain::test

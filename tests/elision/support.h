@@ -1,0 +1,44 @@
+// Lean run against full run, to the bit: what every test of this room does.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "tests/support/gpu.h"
+#include "tests/support/images.h"
+
+namespace postchain::test {
+
+// No rule in use but these.
+PlanOptions only(std::initializer_list<std::string> rules, Precision precision = Precision::fp32);
+PlanOptions no_rule(Precision precision = Precision::fp32);
+
+// Noise in [low, low + 2) that a half holds, so that --precision fp16 stores color in halves.
+ImageF half_noise(int width, int height, int channels, uint32_t seed, float low = 0);
+
+struct Lean {
+    Plan plan;
+    FramePlanes outputs;
+    std::vector<WorkDone> work;
+
+    // Blocks of the list "<anything>.<name>"; fails the test when the plan has none.
+    unsigned blocks(const std::string& name) const;
+    // Is there an entry of this rule in plan.left_out?
+    bool used(const std::string& rule) const;
+};
+
+// Runs the chain without any rule and by `options`, and expects the same planes, bit for bit. In
+// between every texture is overwritten by another frame: a block that the lean run wrongly leaves
+// out must not find the right values of the full run.
+Lean expect_same_bits(const Chain& chain, const FrameDescription& frame, const FramePlanes& planes,
+                      const PlanOptions& options);
+
+// Where two pictures differ in the first bit; empty when nowhere.
+std::string first_difference(const ImageF& full, const ImageF& lean);
+
+// The numbers before and after, `steps` away.
+float neighbour(float value, int steps);
+
+}  // namespace postchain::test

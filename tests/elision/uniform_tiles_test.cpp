@@ -1,0 +1,214 @@
+// uniform_tiles: the one rule that changes bits, and how far at most.
+#include <algorithm>
+#include <cmath>
+
+#include "tests/elision/support.h"
+
+namespace postchain::test {
+namespace {
+
+using namespace std::string_literals;
+
+// docs/motion_blur.md: part of the range of the colors within reach of taps.
+constexpr double kBound = 1e-3;
+
+struct Deviation {
+    double worst = 0;  // as a part of the range nearby
+    std::string text;
+    size_t changed = 0;  // pixels
+};
+
+Deviation deviation(const ImageF& color, const ImageF& full, const ImageF& lean, int reach) {
+    Deviation result;
+    for (int y = 0; y < full.height; ++y)
+        for (int x = 0; x < full.width; ++x)
+            for (int c = 0; c < full.channels; ++c) {
+                const double off = std::abs(double(full.at(x, y, c)) - double(lean.at(x, y, c)));
+                if (off == 0) continue;
+                ++result.changed;
+                float low = color.at(x, y, c), high = low;
+                for (int j = std::max(0, y - reach); j <= std::min(full.height - 1, y + reach); ++j)
+                    for (int i = std::max(0, x - reach); i <= std::min(full.width - 1, x + reach);
+                         ++i) {
+                        low = std::min(low, color.at(i, j, c));
+                        high = std::max(high, color.at(i, j, c));
+                    }
+                const double part = off / std::max(double(high) - double(low), 1e-30);
+                if (part <= result.worst) continue;
+                result.worst = part;
+                result.text =
+                    concat("at ", x, ",", y, " channel ", c, ": ", full.at(x, y, c), " in full, ",
+                           lean.at(x, y, c), " lean, colors nearby ", low, " .. ", high);
+            }
+    return result;
+}
+
+struct Case {
+    int64_t r = 16, samples = 25;
+    double kappa = 40, slope = 1, jitter = 0.95, softness = 1, gamma = 1.5;
+    std::string mode = "guertin", split = "even", border = "skip", still = "perpendicular";
+    std::string storage = "auto";
+    Chain chain(int seed) const {
+        return chain_of("motion_blur", {{"shutter_frames", 2.0},  // motion is half-velocity
+                                        {"max_blur_px", r},
+                                        {"samples", samples},
+                                        {"center_weight", kappa},
+                                        {"tile_jitter_slope", slope},
+                                        {"jitter", jitter},
+                                        {"depth_softness", softness},
+                                        {"variance_threshold_px", gamma},
+                                        {"mode", mode},
+                                        {"sample_split", split},
+                                        {"border", border},
+                                        {"static_direction", still},
+                                        {"velocity_storage", storage},
+                                        {"noise", "ign"s},
+                                        {"seed", int64_t(seed)}});
+    }
+};
+
+struct Total {
+    double worst = 0;
+    unsigned uniform = 0, blocks = 0;
+    size_t changed = 0;
+};
+
+void check(const Case& one, const FramePlanes& planes, Total& total, int seed) {
+    const FrameDescription frame = describe(planes);
+    const Chain chain = one.chain(seed);
+    const FramePlanes full = filter(chain, frame, planes, no_rule());
+    Plan plan;
+    const FramePlanes lean = filter(chain, frame, planes, only({kRuleUniformTiles}), &plan);
+    for (const auto& done : executor().work_done()) {
+        if (done.list.ends_with(".uniform_blocks")) total.uniform += done.blocks;
+        total.blocks += done.blocks;
+    }
+    const Deviation off = deviation(planes.at(Role::color), full.at(Role::color),
+                                    lean.at(Role::color), int(one.r) + 1);
+    total.worst = std::max(total.worst, off.worst);
+    total.changed += off.changed;
+    EXPECT_LE(off.worst, kBound) << off.text << "\n" << chain.text();
+}
+
+struct Layers {
+    std::array<float, 2> motion;
+    double spread;  // of motions, as a part of their length
+    double depths;  // of depths, as a part of the smallest
+};
+
+FramePlanes layered(int width, int height, const Layers& layers, uint32_t seed) {
+    FramePlanes planes;
+    // Noise of black and white: the range of the colors nearby is the least it can be.
+    planes[Role::color] = noise_image(width, height, 4, seed);
+    for (float& value : planes[Role::color].data) value = value < 0.5f ? 0 : 1;
+    planes[Role::inverse_depth] = constant_image(width, height, {0.25f});
+    planes[Role::motion] = constant_image(width, height, {layers.motion[0], layers.motion[1]});
+    const ImageF noise = noise_image(width, height, 3, seed + 1);
+    const double length = std::hypot(layers.motion[0], layers.motion[1]);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            // A disc of motions: corners of its square would be farther apart.
+            const double angle = 6.2831853 * noise.at(x, y, 0);
+            const double off =
+                0.5 * layers.spread * length * (noise.at(x, y, 1) < 0.7f ? 0.999 : 0.5);
+            planes[Role::motion].at(x, y, 0) += float(off * std::cos(angle) * 0.707);
+            planes[Role::motion].at(x, y, 1) += float(off * std::sin(angle) * 0.707);
+            if (noise.at(x, y, 2) < 0.5f)
+                planes[Role::inverse_depth].at(x, y) *= float(1 + layers.depths);
+        }
+    return planes;
+}
+
+TEST(UniformTiles, PansUpToTheLimits) {
+    Total total;
+    int seed = 0;
+    for (const int64_t r : {4, 16, 40})
+        for (const double part : {0.15, 0.97})
+            for (const int64_t samples : {1, 3, 25})
+                for (const double kappa : {0.1, 40.0, 10000.0}) {
+                    Case one;
+                    one.r = r;
+                    one.samples = samples;
+                    one.kappa = kappa;
+                    const double length = std::max(0.55, part * double(r));
+                    const double angle = 0.3 + 0.7 * seed;
+                    const Layers layers{
+                        {float(length * std::cos(angle)), float(length * std::sin(angle))},
+                        2.4e-4,
+                        2.4e-4};
+                    SCOPED_TRACE(concat("seed ", seed));
+                    ++seed;
+                    check(one, layered(49, 35, layers, uint32_t(seed)), total, seed);
+                }
+    EXPECT_GT(total.uniform, total.blocks / 2);
+    EXPECT_GT(total.changed, 0u);
+    std::printf("uniform blocks %u of %u, largest error %.3g of the range nearby\n", total.uniform,
+                total.blocks, total.worst);
+}
+
+TEST(UniformTiles, EveryKindOfGather) {
+    Total total;
+    int seed = 100;
+    for (const char* mode : {"guertin", "single"})
+        for (const char* split : {"even", "variance"})
+            for (const char* still : {"perpendicular", "dominant"})
+                for (const double speed : {0.6, 7.0}) {
+                    Case one;
+                    one.mode = mode;
+                    one.split = split;
+                    one.still = still;
+                    one.border = seed % 2 ? "skip" : "clamp";
+                    one.softness = seed % 3 ? 1.0 : 20.0;
+                    one.gamma = seed % 2 ? 1.5 : 0.05;
+                    one.slope = 0;
+                    const Layers layers{
+                        {float(speed * 0.8), float(-speed * 0.6)}, 2.4e-4, 2.4e-4 / one.softness};
+                    SCOPED_TRACE(concat("seed ", seed));
+                    ++seed;
+                    check(one, layered(49, 35, layers, uint32_t(seed)), total, seed);
+                }
+    EXPECT_GT(total.uniform, total.blocks / 2);
+    std::printf("uniform blocks %u of %u, largest error %.3g of the range nearby\n", total.uniform,
+                total.blocks, total.worst);
+}
+
+// Beyond the limits a block is not uniform.
+TEST(UniformTiles, NotAboveTheLimits) {
+    Total total;
+    for (const Layers& layers : {Layers{{9, 3}, 2e-3, 0}, {{9, 3}, 0, 2.6e-4}})
+        check({}, layered(71, 50, layers, 5), total, 5);
+    EXPECT_EQ(total.uniform, 0u);
+}
+
+// A fast mover is the dominant motion of pixels that choose the tile across a border, two tiles
+// from it: farther than taps reach. It must not make slow neighbours that differ look alike.
+TEST(UniformTiles, AFastMoverTwoTilesAway) {
+    Total total;
+    int seed = 200;
+    for (const int64_t r : {17, 32, 40})
+        for (const double speed : {0.55, 0.8, 4.0})
+            for (const int64_t samples : {3, 25})
+                for (const double slope : {0.0, 1.0}) {
+                    Case one;
+                    one.r = r;
+                    one.samples = samples;
+                    one.slope = slope;
+                    one.jitter = 1;
+                    const int width = int(4 * r), height = 40;
+                    const Layers layers{{float(speed * 0.8), float(speed * 0.6)},
+                                        0.9 * 2.5e-4 * double(r) / speed,
+                                        0};
+                    FramePlanes planes = layered(width, height, layers, uint32_t(++seed));
+                    for (int y = 0; y < height; ++y) {  // the third column of tiles
+                        planes[Role::motion].at(2 * int(r) + 1, y, 0) = float(r);
+                        planes[Role::motion].at(2 * int(r) + 1, y, 1) = 0;
+                    }
+                    SCOPED_TRACE(concat("seed ", seed, " r ", r, " speed ", speed));
+                    check(one, planes, total, seed);
+                }
+    std::printf("uniform blocks %u of %u, largest error %.3g of the range nearby\n", total.uniform,
+                total.blocks, total.worst);
+}
+
+}  // namespace
+}  // namespace postchain::test

@@ -1,0 +1,126 @@
+// Rules that leave out what nobody reads: unused_plane, unused_step, unused_output.
+#include "tests/elision/support.h"
+
+namespace postchain::test {
+namespace {
+
+using namespace std::string_literals;
+
+constexpr Precision kPrecisions[] = {Precision::fp32, Precision::fp16};
+
+TestFrame moving(int width = 61, int height = 45) {
+    TestFrame frame = layered_frame(width, height, {23.0f, -11.0f}, {-3.0f, 5.0f}, 5);
+    frame.planes[Role::motion_back] = frame.planes[Role::motion];
+    frame.planes[Role::color] = half_noise(width, height, 4, 9);
+    frame.description = describe(frame.planes);
+    frame.description.camera.f_stop = 0.2;  // the square is blurred
+    return frame;
+}
+
+TEST(UnusedPlane, IsNotHandedOver) {
+    const TestFrame frame = moving();
+    const auto check = [&](const Chain& chain, RoleSet reads) {
+        for (const Precision precision : kPrecisions) {
+            const Lean lean = expect_same_bits(chain, frame.description, frame.planes,
+                                               only({kRuleUnusedPlane}, precision));
+            EXPECT_EQ(lean.plan.reads, reads) << lean.plan.reads.text();
+            int left = 0;
+            for (const auto& one : lean.plan.left_out) left += one.rule == kRuleUnusedPlane;
+            RoleSet unread = frame.description.planes - reads;
+            unread.remove(Role::color);  // is handed on
+            int expected = 0;
+            for (const Role role : kAllRoles) expected += unread.has(role);
+            EXPECT_EQ(left, expected);
+            // It need not even be there.
+            FramePlanes planes;
+            for (const auto& [role, plane] : frame.planes)
+                if (reads.has(role) || role == Role::color) planes[role] = plane;
+            EXPECT_EQ(first_difference(lean.outputs.at(Role::color),
+                                       filter(chain, frame.description, planes,
+                                              only({kRuleUnusedPlane}, precision))
+                                           .at(Role::color)),
+                      "");
+            // Without the rule every plane is.
+            PlanOptions without;
+            without.rules_off = {kRuleUnusedPlane};
+            EXPECT_EQ(make_plan(chain, frame.description, without)->reads,
+                      frame.description.planes);
+        }
+    };
+    check(chain_of("motion_blur", {{"depth_softness", 0.0}}), {Role::color, Role::motion});
+    check(chain_of("motion_blur"), {Role::color, Role::motion, Role::inverse_depth});
+    check(chain_of("depth_of_field"), {Role::color, Role::inverse_depth});
+    check(chain_of("fxaa"), {Role::color});
+}
+
+// Steps that the parameters make needless.
+TEST(UnusedStep, VarianceNoiseAndHint) {
+    const TestFrame frame = moving();
+    const auto left = [](const Lean& lean) {
+        std::string text;
+        for (const auto& one : lean.plan.left_out)
+            if (one.rule == kRuleUnusedStep) text += one.what + " ";
+        return text;
+    };
+    const auto check = [&](const Chain& chain, const std::string& expected) {
+        for (const Precision precision : kPrecisions) {
+            const Lean lean = expect_same_bits(chain, frame.description, frame.planes,
+                                               only({kRuleUnusedStep}, precision));
+            EXPECT_EQ(left(lean), expected);
+            const auto full = make_plan(chain, frame.description, no_rule(precision));
+            EXPECT_EQ(full->steps.size() - lean.plan.steps.size(),
+                      (expected.find("variance") != expected.npos) +
+                          (expected.find("noise") != expected.npos));
+            EXPECT_GT(full->transient_bytes(), lean.plan.transient_bytes());
+        }
+    };
+    check(chain_of("motion_blur"), "motion_blur.hint motion_blur.tile_variance ");
+    check(chain_of("motion_blur", {{"sample_split", "variance"s}}), "motion_blur.hint ");
+    check(chain_of("motion_blur",
+                   {{"sample_split", "variance"s}, {"jitter", 0.0}, {"tile_jitter", false}}),
+          "motion_blur.hint motion_blur.noise ");
+    check(chain_of("motion_blur", {{"mode", "single"s}, {"noise", "none"s}}),
+          "motion_blur.hint motion_blur.tile_variance ");
+    Chain read = chain_of("motion_blur", {{"sample_split", "even"s}});
+    append(read, "fxaa", {{"hint", "threshold"s}});
+    check(read, "motion_blur.tile_variance ");
+    Chain unread = chain_of("motion_blur");
+    append(unread, "fxaa", {{"hint", "none"s}});
+    append(unread, "depth_of_field");
+    check(unread, "motion_blur.hint motion_blur.tile_variance ");
+}
+
+// Who asks for another plane than color needs no step that makes color alone.
+TEST(UnusedOutput, StepsByReferenceCounting) {
+    const TestFrame frame = moving();
+    Chain chain = chain_of("motion_blur", {{"sample_split", "variance"s}});
+    append(chain, "fxaa");
+    append(chain, "motion_blur", {{"sample_split", "variance"s}});
+    append(chain, "fxaa");
+    for (const Precision precision : kPrecisions) {
+        PlanOptions options = only({kRuleUnusedOutput}, precision);
+        options.outputs = {Role::hint};
+        const Lean hint = expect_same_bits(chain, frame.description, frame.planes, options);
+        EXPECT_TRUE(hint.plan.passes[3].left_out);  // after the hint
+        EXPECT_FALSE(hint.plan.passes[2].left_out);
+        int left = 0;
+        for (const auto& one : hint.plan.left_out)
+            left += one.rule == kRuleUnusedOutput ? one.dispatches : 0;
+        EXPECT_EQ(left, 2);  // luma and fxaa
+        EXPECT_TRUE(hint.outputs.count(Role::hint));
+
+        options.outputs = {Role::motion};
+        const Lean motion = expect_same_bits(chain, frame.description, frame.planes, options);
+        EXPECT_TRUE(motion.plan.steps.empty());
+        EXPECT_EQ(motion.plan.transient_bytes(), 0u);
+        EXPECT_EQ(first_difference(frame.planes.at(Role::motion), motion.outputs.at(Role::motion)),
+                  "");
+
+        options.outputs = {Role::color, Role::hint, Role::inverse_depth};
+        const Lean all = expect_same_bits(chain, frame.description, frame.planes, options);
+        EXPECT_FALSE(all.used(kRuleUnusedOutput));
+    }
+}
+
+}  // namespace
+}  // namespace postchain::test

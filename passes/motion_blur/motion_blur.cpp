@@ -198,7 +198,8 @@ class MotionBlur final : public Pass {
         // Where no pixel is sky there is nothing to look for.
         classes.sky = context.uses(kRuleSkyTiles) && compares_depth() &&
                       context.frame.facts.min_inverse_depth <= 0;
-        classes.uniform = context.uses(kRuleUniformTiles);
+        // With fewer samples one of them weighs too much for the bound (docs/motion_blur.md).
+        classes.uniform = context.uses(kRuleUniformTiles) && parameters_.samples >= 5;
         return classes;
     }
 

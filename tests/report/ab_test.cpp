@@ -114,8 +114,7 @@ TEST_F(Ab, EqualChainsAreEqual) {
     auto report = run(test::kChainText, test::kChainText, settings());
     ASSERT_TRUE(report.ok());
     EXPECT_THAT(report->comparison->verdict, HasSubstr("No measurable difference"));
-    // Steps that write a plane in turns (still blocks, moving blocks) are not shared: merge.h.
-    EXPECT_LT(report->comparison->shared_steps, report->comparison->steps_b);
+    EXPECT_GE(report->comparison->shared_steps, 2);
     auto whole = settings();
     whole.overwrite = true;
     whole.run.plan.elide = false;

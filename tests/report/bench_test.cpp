@@ -230,12 +230,13 @@ TEST_F(Bench, WithoutATruthModelErrorIsLeftOutAndSaidSo) {
               *report->variants[1].metrics.at("mse").mean);
 }
 
-// The truth is the input + 1/8, then + 1/4; a chain without passes hands the input on. Its error
-// grows by 1/8 from the first frame to the second.
+// The truth is the input + 1/4, then + 1; a chain without passes hands the input on. Its error
+// grows by 3/4 from the first frame to the second.
 TEST_F(Bench, TdeIsTheStepFromTheFrameBefore) {
     test::write_sequence(folder_.path(), 1, 4);
-    test::write_truth(folder_.path(), "truth", 2, 1, 0.25f);
-    test::write_truth(folder_.path(), "truth", 4, 1, 0.125f);
+    test::write_truth(folder_.path(), "truth", 1, 1, 0.25f);
+    test::write_truth(folder_.path(), "truth", 2, 1, 1.0f);
+    test::write_truth(folder_.path(), "truth", 4, 1, 0.0f);
     BenchSettings some = settings();
     some.run.frames = io::FrameRange{{1, 2, 4}};
     std::vector<BenchVariant> variants(1);
@@ -243,21 +244,21 @@ TEST_F(Bench, TdeIsTheStepFromTheFrameBefore) {
     variants[0].chain = test::parse("postchain: 1\npasses: []\n");
     auto report = run(variants, some);
     ASSERT_TRUE(report.ok()) << report.status().message();
-    const auto check = [&] {
-        const Series& tde = report->variants[0].metrics.at("tde");
-        ASSERT_EQ(tde.frames.size(), 3u);
-        EXPECT_FALSE(tde.frames[0]);
-        EXPECT_NEAR(*tde.frames[1], 0.125, 1e-6);
-        EXPECT_FALSE(tde.frames[2]);  // frame 3 is not of the bench
-    };
-    check();
-    // Another truth of the frame before makes it anew.
-    test::write_truth(folder_.path(), "truth", 1, 1, 0.0f);
+    const Series& tde = report->variants[0].metrics.at("tde");
+    ASSERT_EQ(tde.frames.size(), 3u);
+    EXPECT_FALSE(tde.frames[0]);
+    EXPECT_NEAR(*tde.frames[1], 0.75, 1e-6);
+    EXPECT_FALSE(tde.frames[2]);  // frame 3 is not of the bench
+    // Another truth of the frame before makes it anew, though frames 2 and 4, the brightest and the
+    // darkest, keep the exposures as they are.
+    const double start = report->exposure_start, stop = report->exposure_stop;
+    test::write_truth(folder_.path(), "truth", 1, 1, 0.375f);
     report = run(variants, some);
-    EXPECT_NEAR(*report->variants[0].metrics.at("tde").frames[1], 0.25, 1e-6);
+    EXPECT_EQ(report->exposure_start, start);
+    EXPECT_EQ(report->exposure_stop, stop);
+    EXPECT_NEAR(*report->variants[0].metrics.at("tde").frames[1], 0.625, 1e-6);
     report = run(variants, some);
-    EXPECT_TRUE(report->variants[0].resumed);
-    EXPECT_NEAR(*report->variants[0].metrics.at("tde").frames[1], 0.25, 1e-6);
+    EXPECT_NEAR(*report->variants[0].metrics.at("tde").frames[1], 0.625, 1e-6);
 }
 
 // The same chain on the same frames by the other experiment.

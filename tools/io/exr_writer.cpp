@@ -21,7 +21,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <type_traits>
 
 #include "tools/io/exr_attributes.h"
 #include "tools/io/exr_internal.h"

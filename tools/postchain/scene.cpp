@@ -61,8 +61,9 @@ int scene_verb(const Options& options, const SceneOptions& scene) {
     log::progress("");
     if (stop.asked()) return stop.exit_code();
     if (!status.ok()) return fail(status);
-    log::info(
-        concat(request.frames.size(), " frames of ", scene.name, " written to ", scene.folder));
+    log::info(concat(request.frames.size(),
+                     request.frames.size() == 1 ? " frame of " : " frames of ", scene.name,
+                     " written to ", scene.folder));
     return kExitOk;
 }
 

@@ -1,9 +1,7 @@
 #include "tools/scenes/scene.h"
 
-#include <algorithm>
 #include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
 #include <system_error>
 

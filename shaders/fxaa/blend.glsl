@@ -35,8 +35,14 @@ vec4 blend(vec4 a, vec4 b, float weight) {
     share.rgb = vec3(wb / (wa + wb));
     darkening = (wa + wb) / (wa + wb + deficit);
 #endif
+    vec4 mean = a + share * (b - a);
+#if BLEND_TONEMAPPED
+    // From the texel that weighs more: of a texel 1e9 times as bright as the other, 1 - share keeps
+    // no digit.
+    if (wb > wa) mean.rgb = b.rgb + wa / (wa + wb) * (a.rgb - b.rgb);
+#endif
     // The clamp keeps rounding, and the overflow of b - a, inside the two texels' range.
-    vec4 mean = clamp(a + share * (b - a), min(a, b), max(a, b));
+    mean = clamp(mean, min(a, b), max(a, b));
     mean.rgb *= darkening;
     return mean;
 }

@@ -4,15 +4,13 @@
 //
 // HDR-FLIP's exposures come from the references alone; those of a sequence are read once before,
 // so that every frame is judged at the same exposures.
-#include <OpenImageIO/color.h>
-#include <OpenImageIO/imagebuf.h>
-#include <OpenImageIO/imagebufalgo.h>
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "tools/io/png.h"
 #include "tools/metrics/temporal.h"
 #include "tools/postchain/diff_work.h"
 #include "tools/postchain/exit_code.h"
@@ -126,17 +124,12 @@ Status write_map(const DiffWork& work, const std::string& path, const ImageF& ma
     if (path.ends_with(".exr"))
         return io::write_planes_exr(path, map, {"Y"}, work.on_existing).status();
     ImageF shown = map;
-    for (float& v : shown.data) v = std::clamp(v / float(row.shown_max), 0.0f, 1.0f);
-    ImageF colors(map.width, map.height, 3);
-    const OIIO::ImageBuf from(OIIO::ImageSpec(map.width, map.height, 1, OIIO::TypeDesc::FLOAT),
-                              shown.data.data());
-    OIIO::ImageBuf to(OIIO::ImageSpec(map.width, map.height, 3, OIIO::TypeDesc::FLOAT),
-                      colors.data.data());
-    if (!OIIO::ImageBufAlgo::color_map(to, from, 0, "magma"))
-        return Status(StatusCode::internal, path + ": " + to.geterror());
-    // OpenImageIO keeps its color maps linear; the published magma is display-referred sRGB.
-    for (float& v : colors.data) v = OIIO::linear_to_sRGB(v);
-    return io::write_png_preview(path, colors, {0, io::ToneCurve::none, work.on_existing});
+    for (float& v : shown.data) v /= float(row.shown_max);
+    const auto colors = io::magma_of(shown);
+    if (!colors.ok()) return colors.status().at(path);
+    const auto png = io::encode_png(*colors);
+    if (!png.ok()) return png.status().at(path);
+    return io::atomic_write_text(path, *png, work.on_existing).status();
 }
 
 Status write_maps(const DiffWork& work, const DiffFrame& frame, const ImageF& map) {

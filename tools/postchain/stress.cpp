@@ -1,7 +1,8 @@
 // postchain stress: the stability matrix of a chain, or of every pass and of both orders.
 //
 //   CHAIN, or each pass of the registry alone + shipped chains of both orders
-//     --tools/stress--> Matrix --> text or JSON on stdout; DIR/stress.txt, DIR/stress.json
+//     --tools/stress--> Matrix --> text or JSON on stdout
+//     -o DIR            --> DIR/stress.txt, DIR/stress.json, DIR/index.html
 #include "tools/stress/matrix.h"
 
 #include <CLI/CLI.hpp>
@@ -17,6 +18,7 @@
 #include "tools/postchain/log.h"
 #include "tools/postchain/stop_on_signal.h"
 #include "tools/postchain/verbs.h"
+#include "tools/stress/page.h"
 
 namespace postchain {
 namespace {
@@ -66,12 +68,14 @@ Json json_of(const stress::Matrix& matrix, const std::string& renderer) {
                           {"value", number(one.value)},
                           {"bound", number(one.bound)}};
             if (!one.note.empty()) check["note"] = one.note;
+            if (one.limit) check["known"] = one.limit->reason;
             checks.push_back(std::move(check));
         }
         cells.push_back({{"chain", cell.subject},
                          {"row", cell.row},
                          {"cell", cell.cell},
                          {"precision", name_of(cell.precision)},
+                         {"bits", hex_of(cell.bits)},
                          {"checks", std::move(checks)}});
     }
     return {{"postchain_stress", 1},
@@ -84,15 +88,29 @@ Json json_of(const stress::Matrix& matrix, const std::string& renderer) {
             {"cells", std::move(cells)}};
 }
 
-Status write_files(const std::string& folder, const std::string& text, const std::string& json) {
+struct File {
+    const char* name;
+    const std::string* content;
+};
+
+Status write_files(const std::string& folder, const std::vector<File>& files) {
     std::error_code error;
     std::filesystem::create_directories(folder, error);
     if (error) return Status(StatusCode::output, "--output: " + folder + ": " + error.message());
-    for (const auto& [name, content] : {std::pair("stress.txt", &text), {"stress.json", &json}}) {
+    for (const auto& [name, content] : files) {
         auto written = io::atomic_write_text(folder + "/" + name, *content);
         if (!written.ok()) return written.status();
     }
     return Status();
+}
+
+// As it was typed, of what counts for the figures.
+std::string command_of(const Options& options, const StressOptions& stress) {
+    std::string text = "postchain stress";
+    if (!options.chain.empty()) text += " " + options.chain;
+    for (const auto& set : options.sets) text += " --set " + set;
+    if (!stress.only.empty()) text += " --only '" + stress.only + "'";
+    return text;
 }
 
 }  // namespace
@@ -101,7 +119,9 @@ void add_stress(CLI::App& verb, Options& o, StressOptions& stress) {
     add_chain(verb, o);
     verb.get_option("CHAIN")->required(false)->description(
         "chain file, or the name of a shipped chain (default: every pass alone, and both orders)");
-    verb.add_option("-o,--output", o.output, "folder for stress.txt and stress.json")
+    verb.add_option("-o,--output", o.output,
+                    "folder for index.html, a page with pictures of what failed, stress.txt and "
+                    "stress.json")
         ->type_name("DIR");
     verb.add_option("--only", stress.only,
                     "cells whose name, CHAIN/ROW/CELL/PRECISION, holds this; * is any text")
@@ -132,9 +152,15 @@ int stress_verb(const Options& options, const StressOptions& stress) {
     const std::string text = stress::matrix_as_text(*matrix);
     const std::string json = json_of(*matrix, renderer_text(**context)).dump() + "\n";
     std::fputs(options.json ? json.c_str() : text.c_str(), stdout);
-    if (!options.output.empty())
-        if (Status status = write_files(options.output, text, json); !status.ok())
-            return fail(status);
+    if (!options.output.empty()) {
+        auto pictures = stress::pictures_of(executor, *subjects, *matrix);
+        if (!pictures.ok()) return fail(pictures.status());
+        const std::string page = stress::matrix_as_page(
+            *matrix, *pictures, {kVersion, renderer_text(**context), command_of(options, stress)});
+        const Status status = write_files(
+            options.output, {{"stress.txt", &text}, {"stress.json", &json}, {"index.html", &page}});
+        if (!status.ok()) return fail(status);
+    }
     return matrix->count(stress::Verdict::failed) ? kExitHealth : kExitOk;
 }
 

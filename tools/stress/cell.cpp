@@ -95,6 +95,24 @@ Cell cell_of(std::string row, std::string name, FramePlanes planes, bool reduced
     return cell;
 }
 
+void scale_color(ImageF& color, double scale, double offset) {
+    for (float& value : color.data) value = float((double(value) + offset) * scale);
+}
+
+// One bright pixel in the middle of black.
+void put_firefly(ImageF& color, float value) {
+    std::fill(color.data.begin(), color.data.end(), 0.0f);
+    std::fill_n(color.pixel(color.width / 2, color.height / 2), 4, value);
+}
+
+// Columns of 8 px, by turns as dark and as bright as that.
+void put_columns(ImageF& color, double dark, double bright) {
+    for (int y = 0; y < color.height; ++y)
+        for (int x = 0; x < color.width; ++x)
+            for (int c = 0; c < 4; ++c)
+                color.at(x, y, c) = float(double(color.at(x, y, c)) * (x / 8 % 2 ? bright : dark));
+}
+
 class Builder {
   public:
     explicit Builder(int tile_px) : tile_(tile_px) {
@@ -110,6 +128,7 @@ class Builder {
         lenses();
         sizes();
         nonfinite();
+        crossed();
         return std::move(cells_);
     }
 
@@ -133,9 +152,11 @@ class Builder {
         }
     }
 
+    // Along a slant, so that no axis is special; and across it.
+    static Vector slant(double v) { return {0.8 * v, 0.6 * v}; }
+    static Vector across(double v) { return {-0.6 * v, 0.8 * v}; }
+
     void speeds() {
-        // Along a slant, so that no axis is special.
-        const auto slant = [](double v) { return Vector{0.8 * v, 0.6 * v}; };
         const std::array<double, 9> speeds = {0, 1e-6,          0.499, 0.5, 0.501,
                                               1, double(tile_), 1e3,   1e6};
         for (double v : speeds) {
@@ -144,14 +165,15 @@ class Builder {
             Scene scene = base_;
             scene.object = slant(v);
             scene.ground = {0, 0};
-            add("speed", "object " + px + ", ground still", scene, true).still = still;
+            add("speed", "object " + px + ", ground still", scene, v != 1e-6 && v != 1e3).still =
+                still;
             scene.ground = slant(v);
             add("speed", "all " + px, scene, v == 0.5 || v == 1e6).still = still;
             scene.ground = slant(-v);
             add("speed", "antiparallel " + px, scene, v == 1 || v == 1e6).still = still;
-            scene.ground = {-0.6e6, 0.8e6};
+            scene.ground = across(1e6);
             add("speed", "object " + px + ", ground 1e6 px across", scene, v == 0.501);
-            scene.ground = {-0.6, 0.8};
+            scene.ground = across(1);
             add("speed", "object " + px + ", ground 1 px across", scene);
         }
     }
@@ -165,7 +187,7 @@ class Builder {
             scene.object_w = ratio < 2 ? float(kFarW * ratio) : 1.0f;
             scene.ground_w = ratio < 2 ? kFarW : float(1 / ratio);
             add("depth", concat("ratio ", ratio < 2 ? concat("1+", ratio - 1) : concat(ratio)),
-                scene, ratio < 1.01 || ratio == 1e30);
+                scene, ratio < 1.00001 || ratio == 1e30);
             std::swap(scene.object_w, scene.ground_w);
             add("depth",
                 concat("ratio ", ratio < 2 ? concat("1+", ratio - 1) : concat(ratio),
@@ -192,22 +214,19 @@ class Builder {
     void radiances() {
         const auto scaled = [&](std::string name, double scale, double offset, bool reduced) {
             FramePlanes planes = planes_of(base_);
-            for (float& value : planes[Role::color].data)
-                value = float((double(value) + offset) * scale);
+            scale_color(planes[Role::color], scale, offset);
             cells_.push_back(cell_of("radiance", std::move(name), std::move(planes), reduced));
         };
         scaled("0", 0, 0, true);
         scaled("1e-8", 1e-8, 0, true);
-        scaled("65504", 65504, 0, false);
+        scaled("65504", 65504, 0, true);
         scaled("1e10", 1e10, 0, true);
         scaled("negative", 1, -2, true);
         scaled("both signs", 1, -0.5, false);
         scaled("both signs, 1e10", 1e10, -0.5, false);
         for (float value : {1.0f, 65504.0f, 1e10f}) {
             FramePlanes planes = planes_of(base_);
-            ImageF& color = planes[Role::color];
-            std::fill(color.data.begin(), color.data.end(), 0.0f);
-            for (int c = 0; c < 4; ++c) color.at(color.width / 2, color.height / 2, c) = value;
+            put_firefly(planes[Role::color], value);
             cells_.push_back(cell_of(
                 "radiance", concat("firefly ", value < 1e9f ? concat(value) : "1e10", " in black"),
                 std::move(planes), value > 1e9f));
@@ -224,7 +243,7 @@ class Builder {
                                         focus == 0.1  ? "the near plane"
                                         : focus < 1e3 ? "the ground"
                                                       : "infinity"),
-                                 scene, f_stop == 0.1 || f_stop == 1e6);
+                                 scene, f_stop == 0.1 || (f_stop == 1e6 && focus == 10));
                 cell.frame.camera.f_stop = f_stop;
                 cell.frame.camera.focus_distance = focus;
                 cell.frame.camera.near_clip = 0.1;
@@ -247,6 +266,70 @@ class Builder {
         }
     }
 
+    // The worst of every row in one neighbourhood: speeds x depths x radiance x lenses, and some of
+    // these at awkward sizes and with bad pixels.
+    void crossed() {
+        struct Speed {
+            const char* name;
+            Vector object, ground;
+        };
+        struct Depth {
+            const char* name;
+            float object, ground;
+        };
+        struct Radiance {
+            const char* name;
+            void (*put)(ImageF&);
+        };
+        const std::array<Speed, 3> speeds = {{{"1e6 px against 1e6 px", slant(1e6), slant(-1e6)},
+                                              {"0.501 px over 1e6 px", slant(0.501), across(1e6)},
+                                              {"1e6 px over 1e-6 px", slant(1e6), across(1e-6)}}};
+        const std::array<Depth, 3> depths = {{{"near plane before sky", 10, 0},
+                                              {"sky in near plane", 0, 10},
+                                              {"depth ratio 1e30", 1, 1e-30f}}};
+        const std::array<Radiance, 3> radiances = {
+            {{"firefly 1e10", [](ImageF& color) { put_firefly(color, 1e10f); }},
+             {"1e-8 beside 1e10", [](ImageF& color) { put_columns(color, 1e-8, 1e10); }},
+             {"both signs, 65504", [](ImageF& color) { scale_color(color, 65504, -0.5); }}}};
+        const std::array<double, 2> focus = {0.1, 1e30};
+        const auto cross = [&](size_t v, size_t d, size_t l, size_t f, int width, int height) {
+            Scene scene = base_;
+            scene.object = speeds[v].object;
+            scene.ground = speeds[v].ground;
+            scene.object_w = depths[d].object;
+            scene.ground_w = depths[d].ground;
+            if (width > 0) {
+                scene.width = width;
+                scene.height = height;
+            }
+            FramePlanes planes = planes_of(scene);
+            radiances[l].put(planes[Role::color]);
+            // Each value of each row stands in one of the reduced set at least.
+            const bool reduced = width == 0 && d == v && l == v && f == v % 2;
+            cells_.push_back(
+                cell_of("crossed",
+                        concat(speeds[v].name, ", ", depths[d].name, ", ", radiances[l].name,
+                               ", f/0.1 at ", f == 0 ? "the near plane" : "infinity",
+                               width > 0 ? concat(", ", width, "x", height) : ""),
+                        std::move(planes), reduced || (height > 1 && width == 41)));
+            Camera& camera = cells_.back().frame.camera;
+            camera.f_stop = 0.1;
+            camera.focus_distance = focus[f];
+            camera.near_clip = 0.1;
+        };
+        for (size_t v = 0; v < speeds.size(); ++v)
+            for (size_t d = 0; d < depths.size(); ++d)
+                for (size_t l = 0; l < radiances.size(); ++l)
+                    for (size_t f = 0; f < focus.size(); ++f) cross(v, d, l, f, 0, 0);
+        for (const auto& [width, height] : std::vector<std::array<int, 2>>{
+                 {1, 1}, {1, 61}, {61, 1}, {41, 31}, {tile_ - 1, tile_ + 1}, {16384, 3}})
+            cross(0, 0, 1, 0, width, height);
+        add_nonfinite("crossed", "1e6 px against 1e6 px, nan in every plane",
+                      {slant(1e6), slant(-1e6)},
+                      {Role::color, Role::inverse_depth, Role::motion, Role::motion_back}, kNan,
+                      NonfiniteColor::zero, true);
+    }
+
     void nonfinite() {
         struct Plane {
             const char* name;
@@ -258,23 +341,33 @@ class Builder {
                                               {"motion_back", Role::motion_back}}};
         for (const auto& [name, role] : planes) {
             for (float value : {kNan, kInf, -kInf})
-                add_nonfinite(concat(value, " in ", name), {role}, value, NonfiniteColor::zero,
-                              std::isnan(value));
+                add_nonfinite("nonfinite", concat(value, " in ", name), {}, {role}, value,
+                              NonfiniteColor::zero, std::isnan(value) && role != Role::motion_back);
         }
         const std::vector<Role> every = {Role::color, Role::inverse_depth, Role::motion,
                                          Role::motion_back};
-        add_nonfinite("nan in every plane", every, kNan, NonfiniteColor::zero, true);
-        add_nonfinite("inf in color, clamped", {Role::color}, kInf, NonfiniteColor::clamp, true);
+        add_nonfinite("nonfinite", "nan in every plane", {}, every, kNan, NonfiniteColor::zero,
+                      true);
+        add_nonfinite("nonfinite", "inf in color, clamped", {}, {Role::color}, kInf,
+                      NonfiniteColor::clamp, true);
     }
 
     // Depth comes as linear distance here, as files have it; a tenth of all pixels are bad.
-    void add_nonfinite(std::string name, const std::vector<Role>& roles, float value,
-                       NonfiniteColor policy, bool reduced) {
+    // `moves`: object and ground, where not those of the usual scene.
+    void add_nonfinite(const char* row, std::string name, const std::vector<Vector>& moves,
+                       const std::vector<Role>& roles, float value, NonfiniteColor policy,
+                       bool reduced) {
         Cell cell;
-        cell.row = "nonfinite";
+        cell.row = row;
         cell.name = std::move(name);
         cell.reduced = reduced;
-        cell.planes = planes_of(base_);
+        cell.checks_counts = true;
+        Scene scene = base_;
+        if (!moves.empty()) {
+            scene.object = moves[0];
+            scene.ground = moves[1];
+        }
+        cell.planes = planes_of(scene);
         cell.planes[Role::motion_back] = cell.planes[Role::motion];
         for (float& w : cell.planes[Role::inverse_depth].data) w = 1 / w;
         for (Role role : roles) {

@@ -1,9 +1,10 @@
 // Cells of the stability matrix: frames in which widely separated scales meet in one
 // neighbourhood. How each hazard is handled: docs/stability.md.
 //
-// A row is one kind of stiffness (speeds, depth ratios, radiance, lens, sizes, non-finite values),
-// a cell one frame of it. Cells know no pass: they are canonical frames, and say what of them is
-// still, in focus or soft, from which the checks conclude who must return every bit.
+// A row is one kind of stiffness (speeds, depth ratios, radiance, lens, sizes, non-finite values;
+// "crossed": the worst of all of them at once), a cell one frame of it. Cells know no pass: they
+// are canonical frames, and say what of them is still, in focus or soft, from which the checks
+// conclude who must return every bit.
 #pragma once
 
 #include <string>
@@ -22,7 +23,8 @@ struct Cell {
     bool still = false;     // no half-velocity is longer than 0.5 px
     bool in_focus = false;  // no circle of confusion has a radius of 0.5 px
     bool soft = false;      // no contrast that is an edge
-    // Row "nonfinite": pixels with NaN or Inf that were put in, by plane, and what was found.
+    // Pixels with NaN or Inf that were put in, by plane, and what was found of them.
+    bool checks_counts = false;
     uint64_t nonfinite_placed = 0;
     uint64_t nonfinite_counted = 0;
 };

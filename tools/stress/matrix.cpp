@@ -53,7 +53,12 @@ Result<Matrix> run_matrix(Executor& executor, const std::vector<Subject>& subjec
         for (Cell& made : make_cells(tile_px(subject.chain), options.reduced)) {
             const auto cell = std::make_shared<const Cell>(std::move(made));
             for (Precision precision : {Precision::fp32, Precision::fp16}) {
-                CellResult result{subject.name, cell->row, cell->name, precision, {}};
+                CellResult result;
+                result.subject = subject.name;
+                result.row = cell->row;
+                result.cell = cell->name;
+                result.precision = precision;
+                result.chain = subject.chain.text();
                 if (matches(options.only, result.name()))
                     tasks.push_back({&subject, cell, std::move(result)});
             }
@@ -70,7 +75,8 @@ Result<Matrix> run_matrix(Executor& executor, const std::vector<Subject>& subjec
             return Status(StatusCode::cancelled, "stopped at " + name);
         auto measured = measure(executor, *task.subject, *task.cell, task.result.precision);
         if (!measured.ok()) return measured.status().at(name);
-        task.result.measured = std::move(*measured);
+        task.result.measured = std::move(measured->checks);
+        task.result.bits = measured->bits;
         apply_known_limits(task.result);
         matrix.cells.push_back(std::move(task.result));
     }
@@ -84,8 +90,9 @@ std::string padded(std::string text, size_t width) {
     return text + "  ";
 }
 
-// Three digits are enough to see which bound is missed by how much.
-std::string number(double value) {
+}  // namespace
+
+std::string number_text(double value) {
     std::ostringstream out;
     out.imbue(std::locale::classic());
     out.precision(3);
@@ -93,57 +100,82 @@ std::string number(double value) {
     return out.str();
 }
 
-// The worst of one row, subject and check over its cells and precisions.
-struct Worst {
-    Verdict verdict = Verdict::ok;
-    double excess = 0;  // value - bound, of verdicts alike
-    double value = 0;
-    bool seen = false;
-};
+std::vector<WorstLine> worst_of(const Matrix& matrix) {
+    std::vector<WorstLine> lines;
+    std::map<std::pair<std::string, std::string>, size_t> places;
+    for (const auto& cell : matrix.cells) {
+        const auto [place, is_new] = places.try_emplace({cell.row, cell.subject}, lines.size());
+        if (is_new) lines.push_back({cell.row, cell.subject, {}});
+        for (const auto& one : cell.measured) {
+            Worst& worst = lines[place->second].checks[one.check];
+            // Of verdicts alike, the one furthest beyond its bound; NaN is further than any.
+            if (worst.measured &&
+                (one.verdict < worst.measured->verdict ||
+                 (one.verdict == worst.measured->verdict &&
+                  one.value - one.bound <= worst.measured->value - worst.measured->bound)))
+                continue;
+            worst = {&cell, &one};
+        }
+    }
+    return lines;
+}
 
-}  // namespace
+std::vector<LimitUse> limits_met(const Matrix& matrix) {
+    std::vector<LimitUse> uses;
+    for (const auto& limit : known_limits()) {
+        LimitUse use{&limit, 0, {}};
+        for (const auto& cell : matrix.cells) {
+            for (const auto& one : cell.measured) {
+                if (one.limit != &limit) continue;
+                ++use.checks;
+                if (!use.worst.measured || one.value > use.worst.measured->value)
+                    use.worst = {&cell, &one};
+            }
+        }
+        if (use.checks) uses.push_back(use);
+    }
+    return uses;
+}
 
 std::string matrix_as_text(const Matrix& matrix) {
-    std::vector<std::pair<std::string, std::string>> lines;  // row, subject; in order
-    std::map<std::pair<std::string, std::string>, std::map<std::string, Worst>> table;
-    size_t row_width = 3, subject_width = 5;
-    for (const auto& cell : matrix.cells) {
-        const std::pair key(cell.row, cell.subject);
-        if (!table.count(key)) lines.push_back(key);
-        row_width = std::max(row_width, cell.row.size());
-        subject_width = std::max(subject_width, cell.subject.size());
-        for (const auto& one : cell.measured) {
-            Worst& worst = table[key][one.check];
-            const double excess = one.value - one.bound;
-            if (worst.seen && (one.verdict < worst.verdict ||
-                               (one.verdict == worst.verdict && !(excess > worst.excess))))
-                continue;
-            worst = {one.verdict, excess, one.value, true};
-        }
-    }
-    constexpr size_t kColumn = 12;
-    std::string text = padded("row", row_width) + padded("chain", subject_width);
-    for (const auto& check : check_names()) text += padded(check, kColumn);
-    text += '\n';
-    for (const auto& key : lines) {
-        text += padded(key.first, row_width) + padded(key.second, subject_width);
+    std::vector<std::vector<std::string>> table = {{"row", "chain"}};
+    for (const auto& check : check_names()) table[0].push_back(check);
+    for (const auto& line : worst_of(matrix)) {
+        table.push_back({line.row, line.subject});
         for (const auto& check : check_names()) {
-            const Worst& worst = table[key][check];
-            std::string word = worst.seen ? name_of(worst.verdict) : "-";
-            if (worst.verdict != Verdict::ok) word += " " + number(worst.value);
-            text += padded(word, kColumn);
+            const auto found = line.checks.find(check);
+            if (found == line.checks.end()) {
+                table.back().push_back("-");
+                continue;
+            }
+            const Measured& one = *found->second.measured;
+            std::string word = name_of(one.verdict);
+            if (one.verdict != Verdict::ok) word += " " + number_text(one.value);
+            table.back().push_back(word);
         }
-        text += '\n';
     }
-    for (Verdict verdict : {Verdict::failed, Verdict::limit}) {
-        for (const auto& cell : matrix.cells)
-            for (const auto& one : cell.measured)
-                if (one.verdict == verdict)
-                    text +=
-                        concat("\n", name_of(verdict), " ", cell.name(), ": ", one.check, " ",
-                               number(one.value), ", bound ", number(one.bound), "; ", one.note);
-        if (matrix.count(verdict)) text += '\n';
+    std::vector<size_t> widths(table[0].size());
+    for (const auto& line : table)
+        for (size_t i = 0; i < line.size(); ++i) widths[i] = std::max(widths[i], line[i].size());
+    std::string text;
+    for (const auto& line : table) {
+        std::string row;
+        for (size_t i = 0; i < line.size(); ++i) row += padded(line[i], widths[i]);
+        text += row.substr(0, row.find_last_not_of(' ') + 1) + "\n";
     }
+    for (const auto& cell : matrix.cells)
+        for (const auto& one : cell.measured)
+            if (one.verdict == Verdict::failed)
+                text += concat("\n", name_of(one.verdict), " ", cell.name(), ": ", one.check, " ",
+                               number_text(one.value), ", bound ", number_text(one.bound), "; ",
+                               one.note);
+    if (matrix.count(Verdict::failed)) text += '\n';
+    for (const auto& use : limits_met(matrix))
+        text += concat("\nlimit ", use.limit->check, " ", use.checks, " times, worst ",
+                       number_text(use.worst.measured->value), " (bound ",
+                       number_text(use.limit->bound), ") in ", use.worst.cell->name(), ": ",
+                       use.limit->reason);
+    if (matrix.count(Verdict::limit)) text += '\n';
     return text + concat("\n", matrix.cells.size(), " cells, ", matrix.checks(),
                          " checks: ", matrix.count(Verdict::ok), " ok, ",
                          matrix.count(Verdict::limit), " known limits, ",

@@ -1,12 +1,14 @@
 // The stability matrix: subjects x rows x cells x precisions, each cell with all its checks.
 //
-//   make_cells --> measure --> known limits --> Matrix --> text (here), JSON (postchain stress)
+//   make_cells --> measure --> known limits --> Matrix --> text (here), page (page.h), JSON
+//                                                          (postchain stress)
 //
 // A check outside its bound fails, unless limits.cpp lists it with a reason and a wider bound of
 // its own that it keeps: then it is a limit, and printed as one. Nothing else widens a bound.
 #pragma once
 
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -19,7 +21,9 @@ struct CellResult {
     std::string row;
     std::string cell;
     Precision precision = Precision::fp32;
+    std::string chain;  // Chain::text() of the subject
     std::vector<Measured> measured;
+    uint64_t bits = 0;  // hash of every bit of the output
 
     std::string name() const;  // "paper/speed/all 1 px/fp16"
 };
@@ -45,18 +49,44 @@ using MatrixProgress = std::function<bool(const std::string& name, size_t done, 
 Result<Matrix> run_matrix(Executor& executor, const std::vector<Subject>& subjects,
                           const MatrixOptions& options, const MatrixProgress& progress = {});
 
-// Row x subject x check, the worst of each; below it every check that is not ok, with its number.
-std::string matrix_as_text(const Matrix& matrix);
-
-// limits.cpp: turns a failed check into a limit where it is a known one and inside its bound.
-void apply_known_limits(CellResult& cell);
+// The worst of one row, subject and check over its cells and precisions.
+struct Worst {
+    const CellResult* cell = nullptr;
+    const Measured* measured = nullptr;
+};
+// By row and subject, in the order of the run; no entry where a check does not apply.
+struct WorstLine {
+    std::string row;
+    std::string subject;
+    std::map<std::string, Worst> checks;
+};
+std::vector<WorstLine> worst_of(const Matrix& matrix);
 
 struct KnownLimit {
     std::string check;
-    std::string cells;  // pattern of CellResult::name()
-    double bound;       // beyond it, it fails all the same
+    std::string chains;  // pattern of Chain::text(): only chains that do this
+    std::string cells;   // pattern of CellResult::name()
+    double bound;        // beyond it, it fails all the same
     std::string reason;
 };
-const std::vector<KnownLimit>& known_limits();
+const std::vector<KnownLimit>& known_limits();  // limits.cpp
+
+// Turns a failed check into a limit where it is a known one and inside its bound.
+void apply_known_limits(CellResult& cell);
+
+// What a run met of a known limit.
+struct LimitUse {
+    const KnownLimit* limit = nullptr;
+    size_t checks = 0;
+    Worst worst;
+};
+std::vector<LimitUse> limits_met(const Matrix& matrix);
+
+// Three digits: enough to see which bound is missed by how much.
+std::string number_text(double value);
+
+// The worst of each row, subject and check; below it every check that failed, and every known limit
+// that was met, with how often and its worst number.
+std::string matrix_as_text(const Matrix& matrix);
 
 }  // namespace postchain::stress

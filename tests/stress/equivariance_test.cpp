@@ -1,0 +1,143 @@
+// Turned and moved frames by hand, and that the checks on them, on light and on repetition see
+// filters that do not keep what they promise: passes made for it, whose faults are known.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <map>
+#include <set>
+
+#include "tests/stress/faulty_pass.h"
+#include "tests/support/gpu.h"
+#include "tools/stress/check.h"
+#include "tools/stress/transform.h"
+
+namespace postchain::stress {
+namespace {
+
+// 3 x 2 pixels numbered 0..5 in reading order.
+ImageF numbered() {
+    ImageF image(3, 2, 1);
+    for (size_t i = 0; i < 6; ++i) image.data[i] = float(i);
+    return image;
+}
+
+using Values = std::vector<float>;
+
+TEST(Transform, TurnsByHandAndBack) {
+    EXPECT_EQ(turned(numbered(), Turn::mirror).data, (Values{2, 1, 0, 5, 4, 3}));
+    EXPECT_EQ(turned(numbered(), Turn::flip).data, (Values{3, 4, 5, 0, 1, 2}));
+    // Clockwise: the left column, from below, becomes the first row.
+    const ImageF quarter = turned(numbered(), Turn::quarter);
+    EXPECT_EQ(quarter.width, 2);
+    EXPECT_EQ(quarter.height, 3);
+    EXPECT_EQ(quarter.data, (Values{3, 0, 4, 1, 5, 2}));
+    for (Turn turn : {Turn::mirror, Turn::flip, Turn::quarter})
+        EXPECT_EQ(turned_back(turned(numbered(), turn), turn), numbered());
+}
+
+// A vector points at the same pixel before and after: to the right becomes down.
+TEST(Transform, VectorsTurnWithThePicture) {
+    FramePlanes planes;
+    planes[Role::motion] = ImageF(1, 1, 2);
+    planes[Role::motion].data = {2, 3};
+    const auto moved = [&](Turn turn) { return turned(planes, turn)[Role::motion].data; };
+    EXPECT_EQ(moved(Turn::mirror), (Values{-2, 3}));
+    EXPECT_EQ(moved(Turn::flip), (Values{2, -3}));
+    EXPECT_EQ(moved(Turn::quarter), (Values{-3, 2}));
+}
+
+TEST(Transform, WindowsGoOnMirroredAtTheBorders) {
+    ImageF line(3, 1, 1);
+    line.data = {0, 1, 2};
+    EXPECT_EQ(seen_through(line, {-4, 0, 11, 1}).data, (Values{2, 2, 1, 0, 0, 1, 2, 2, 1, 0, 0}));
+    EXPECT_EQ(seen_through(numbered(), {1, -1, 2, 4}).data, (Values{1, 2, 1, 2, 4, 5, 4, 5}));
+}
+
+TEST(Transform, DotHasTheMiddlesMotionAndOneBrightPixel) {
+    FramePlanes planes;
+    planes[Role::color] = ImageF(4, 2, 4, 1);
+    planes[Role::motion] = ImageF(4, 2, 2, 1);
+    planes[Role::motion].at(2, 1, 1) = -5;
+    const FramePlanes dot = dot_of(planes, 5, 7);
+    EXPECT_EQ(dot.at(Role::motion).width, 5);
+    EXPECT_EQ(dot.at(Role::motion).at(0, 4, 1), -5);
+    double sum = 0;
+    for (float value : dot.at(Role::color).data) sum += double(value);
+    EXPECT_EQ(sum, 4 * 7);
+    EXPECT_EQ(dot.at(Role::color).at(2, 2, 3), 7);
+}
+
+// Numbers from the definitions of the parameters: docs of each.
+TEST(Reach, FollowsFromTheParameters) {
+    EXPECT_EQ(lattice_px(test::chain_of("motion_blur", {{"max_blur_px", int64_t(30)}})), 30);
+    Chain both = test::chain_of("motion_blur", {{"max_blur_px", int64_t(30)}});
+    test::append(both, "depth_of_field", {{"downsample", int64_t(4)}, {"blur_sigma_px", 5.0}});
+    EXPECT_EQ(lattice_px(both), 60);  // lcm(30, 4)
+    // 2 x 30 + max(34, 3 x 5 + 3 x 4); 30 + 27, and the larger of the two once more.
+    EXPECT_EQ(reach_of(both, 640).depends, 94);
+    EXPECT_EQ(reach_of(both, 640).light, 87);
+}
+
+// With the faulty pass's shader in reach.
+class Equivariance : public ::testing::Test {
+  protected:
+    void SetUp() override { setenv("POSTCHAIN_SHADER_DIR", POSTCHAIN_FAULTY_SHADER_DIR, 1); }
+    void TearDown() override { unsetenv("POSTCHAIN_SHADER_DIR"); }
+
+    static std::map<std::string, Measured> checks_of(Fault fault, bool reads_motion = true) {
+        const Subject subject{"faulty", chain_with(fault, reads_motion)};
+        std::map<std::string, Measured> checks;
+        for (const Cell& cell : make_cells(40, true)) {
+            if (cell.name != "object 40 px, ground still") continue;
+            const auto measured = measure(test::executor(), subject, cell, Precision::fp32);
+            EXPECT_TRUE(measured.ok()) << measured.status().message();
+            if (!measured.ok()) continue;
+            for (const auto& one : measured->checks) checks[one.check] = one;
+        }
+        return checks;
+    }
+};
+
+const std::vector<std::string> kWatched = {"repeat", "mirror", "flip", "turn",
+                                           "shift",  "grid",   "dot"};
+
+TEST_F(Equivariance, CopyKeepsEverything) {
+    auto checks = checks_of(Fault::none);
+    for (const auto& check : kWatched) {
+        ASSERT_EQ(checks.count(check), 1u) << check;
+        EXPECT_EQ(checks[check].value, 0) << check;
+    }
+}
+
+TEST_F(Equivariance, EachCheckSeesItsFaultsAndNoOthers) {
+    const std::pair<Fault, std::set<std::string>> rows[] = {
+        {Fault::looks_left, {"mirror", "turn"}},
+        {Fault::looks_up, {"flip", "turn"}},
+        {Fault::blurs_rows, {"turn"}},
+        {Fault::shades_tiles, {"mirror", "flip", "turn", "grid", "dot"}},
+        {Fault::shades_frame, {"mirror", "flip", "turn", "shift", "grid", "dot"}},
+        {Fault::brightens, {"dot"}},
+        {Fault::dims, {"dot"}},
+    };
+    for (const auto& [fault, failing] : rows) {
+        auto checks = checks_of(fault);
+        for (const auto& check : kWatched) {
+            ASSERT_EQ(checks.count(check), 1u) << check;
+            EXPECT_EQ(checks[check].verdict == Verdict::failed, failing.count(check) == 1)
+                << "fault " << int(fault) << ": " << check << " " << checks[check].value << " "
+                << checks[check].note;
+        }
+    }
+    EXPECT_EQ(checks_of(Fault::counts_runs)["repeat"].verdict, Verdict::failed);
+}
+
+// 1.1 and 0.9 of the light; who reads color alone may lose some.
+TEST_F(Equivariance, DotCountsLight) {
+    EXPECT_NEAR(checks_of(Fault::brightens)["dot"].value, 0.1, 1e-6);
+    EXPECT_NEAR(checks_of(Fault::dims)["dot"].value, 0.1, 1e-6);
+    EXPECT_NEAR(checks_of(Fault::brightens, false)["dot"].value, 0.1, 1e-6);
+    EXPECT_EQ(checks_of(Fault::dims, false)["dot"].value, 0);
+}
+
+}  // namespace
+}  // namespace postchain::stress

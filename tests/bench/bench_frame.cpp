@@ -4,10 +4,12 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <glm/gtc/packing.hpp>
 #include <thread>
 
 #include "chain/convert.h"
+#include "chain/pass.h"
 
 namespace postchain::bench {
 
@@ -110,12 +112,49 @@ std::map<Role, unsigned> DevicePlanes::inputs_of(const Plan& plan) {
     return inputs;
 }
 
+void add_copy(Plan& plan, int width, int height) {
+    const auto add_texture = [&](const char* name, bool imported) {
+        PlanTexture texture;
+        texture.name = name;
+        texture.width = width;
+        texture.height = height;
+        texture.imported = imported;
+        plan.textures.push_back(texture);
+        return TextureId(plan.textures.size()) - 1;
+    };
+    TextureId source = -1;
+    for (size_t i = 0; i < plan.textures.size(); ++i)
+        if (plan.textures[i].imported && plan.textures[i].role == Role::color) source = int(i);
+    if (source < 0) source = add_texture("input.color", true);
+    const TextureId target = add_texture("copy.color", false);
+    Step step;
+    step.pass = int(plan.passes.size());
+    step.name = "copy";
+    step.program.file = "bench/copy.comp";
+    step.bindings = {{0, source, Access::sample_nearest}, {0, target, Access::write}};
+    step.groups = groups_for(width, height);
+    step.taps = uint64_t(width) * uint64_t(height);
+    const int index = int(plan.steps.size());
+    if (plan.textures[size_t(source)].first_step < 0)
+        plan.textures[size_t(source)].first_step = index;
+    plan.textures[size_t(source)].last_step = index;
+    plan.textures[size_t(target)].first_step = plan.textures[size_t(target)].last_step = index;
+    plan.passes.push_back({"copy", "", false});
+    plan.steps.push_back(std::move(step));
+}
+
 std::vector<PassTime> finished_times(const Executor& executor) {
     for (;;) {
         auto times = executor.pass_times();
         if (!times.empty()) return times;
         std::this_thread::yield();
     }
+}
+
+double cpu_milliseconds() {
+    timespec time{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+    return 1e3 * double(time.tv_sec) + 1e-6 * double(time.tv_nsec);
 }
 
 double quantile(std::vector<double> values, double q) {

@@ -55,8 +55,15 @@ class DevicePlanes {
     std::map<std::pair<Role, Format>, unsigned> textures_;
 };
 
+// Adds one dispatch that copies the input's color, as a pass of its own.
+void add_copy(Plan& plan, int width, int height);
+
 // The times of the last run, once the device has run past them.
 std::vector<PassTime> finished_times(const Executor& executor);
+
+// CPU time of all threads of this process, milliseconds: steadier than the wall clock where other
+// programs run.
+double cpu_milliseconds();
 
 double quantile(std::vector<double> values, double q);
 

@@ -65,38 +65,6 @@ Plan plan_of(const Case& one, const BenchFrame& frame) {
     return require(make_plan(chain, frame.description, options));
 }
 
-// Adds one dispatch that copies the input's color, as a pass of its own.
-void add_copy(Plan& plan, int width, int height) {
-    const auto add_texture = [&](const char* name, bool imported) {
-        PlanTexture texture;
-        texture.name = name;
-        texture.width = width;
-        texture.height = height;
-        texture.imported = imported;
-        plan.textures.push_back(texture);
-        return TextureId(plan.textures.size()) - 1;
-    };
-    TextureId source = -1;
-    for (size_t i = 0; i < plan.textures.size(); ++i)
-        if (plan.textures[i].imported && plan.textures[i].role == Role::color) source = int(i);
-    if (source < 0) source = add_texture("input.color", true);
-    const TextureId target = add_texture("copy.color", false);
-    Step step;
-    step.pass = int(plan.passes.size());
-    step.name = "copy";
-    step.program.file = "bench/copy.comp";
-    step.bindings = {{0, source, Access::sample_nearest}, {0, target, Access::write}};
-    step.groups = groups_for(width, height);
-    step.taps = uint64_t(width) * uint64_t(height);
-    const int index = int(plan.steps.size());
-    if (plan.textures[size_t(source)].first_step < 0)
-        plan.textures[size_t(source)].first_step = index;
-    plan.textures[size_t(source)].last_step = index;
-    plan.textures[size_t(target)].first_step = plan.textures[size_t(target)].last_step = index;
-    plan.passes.push_back({"copy", "", false});
-    plan.steps.push_back(std::move(step));
-}
-
 // The same work `times` times over in one queue: a GPU must not wait for the next dispatch.
 void repeat(Plan& plan, int times) {
     const std::vector<Step> steps = plan.steps;

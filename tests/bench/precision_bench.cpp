@@ -13,7 +13,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
-#include <ctime>
 #include <set>
 
 #include "chain/planner.h"
@@ -176,14 +175,6 @@ struct Ratio {
           median(quantile(quotients, 0.5)),
           high(quantile(quotients, 0.75)) {}
 };
-
-// CPU time of all threads of this process, milliseconds: steadier than the wall clock where other
-// programs run.
-double cpu_milliseconds() {
-    timespec time{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-    return 1e3 * double(time.tv_sec) + 1e-6 * double(time.tv_nsec);
-}
 
 class Bench {
   public:

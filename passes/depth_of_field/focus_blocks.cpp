@@ -6,6 +6,8 @@
 //   needed_x  --needed_small-> small blocks                read by the Gaussian along x
 #include "passes/depth_of_field/focus_blocks.h"
 
+#include "shaders/shared/depth_of_field_needed_block.h"
+
 namespace postchain::depth_of_field {
 namespace {
 
@@ -45,23 +47,29 @@ FocusBlocks add_focus_blocks(PassPlanner& planner, const shared::DepthOfFieldBlo
     sort.taps = uint64_t(picture.across) * uint64_t(block.size.y);
     planner.step(std::move(sort));
 
-    const auto needed = [&](const char* name, const char* list_name,
-                            std::map<std::string, std::string> defines) {
+    const auto needed = [&](const char* name, const char* list_name, int factor, glm::ivec2 reach) {
+        shared::DepthOfFieldNeededBlock search{};
+        search.blocks = {copy.across, copy.down};
+        search.reach = reach;
+        search.factor = factor;
         const TextureId list = copy.list(planner, list_name);
         const TextureId mask = copy.mask(planner, name);
         Step step;
         step.name = name;
-        step.program = {"depth_of_field/needed_blocks.comp", std::move(defines)};
+        step.program = {"depth_of_field/needed_blocks.comp", {}};
         step.bindings = {{0, read}, {0, mask, Access::write}, {0, list, Access::list}};
-        step.set_block(block);
+        step.set_block(search);
         step.groups = groups_for(copy.across, copy.down);
         planner.step(std::move(step));
         read = mask;
         return list;
     };
-    blocks.blur_y = needed("needed_y", "blur_y_blocks", {{"FACTOR", std::to_string(sizes.factor)}});
-    blocks.blur_x = needed("needed_x", "blur_x_blocks", {{"STEP", "ivec2(0,1)"}});
-    blocks.small = needed("needed_small", "small_blocks", {{"STEP", "ivec2(1,0)"}});
+    // The picture's bilinear taps reach one pixel of the copy further, less than a block. Those of
+    // the Gaussian come in fours, the last of them with weight 0, but read.
+    const int reach = (4 * ((sizes.taps + 3) / 4) + kBlockPx - 1) / kBlockPx;
+    blocks.blur_y = needed("needed_y", "blur_y_blocks", sizes.factor, {1, 1});
+    blocks.blur_x = needed("needed_x", "blur_x_blocks", 1, {0, reach});
+    blocks.small = needed("needed_small", "small_blocks", 1, {reach, 0});
 
     const auto on_device = [&](const char* what, const std::string& reason) {
         planner.left_out({what, kRuleFocusTiles, reason + " (found on the device)", 0, 0, 0});

@@ -69,8 +69,6 @@ DepthOfFieldBlock block_of(const CircleOfConfusion& coc, const GilhamSizes& size
     block.far_radius_px = float(coc.far_radius_px);
     block.max_radius_px = float(coc.max_radius_px);
     block.full_blur_px = float(sizes.full_blur_px);
-    // Taps come in fours, the last of them with weight 0, but read.
-    block.reach_blocks = (4 * ((sizes.taps + 3) / 4) + kBlockPx - 1) / kBlockPx;
     return block;
 }
 

@@ -4,12 +4,11 @@
 //
 //   blurs (of the picture's blocks), or needed (of the copy's) -> needed, work list
 //
-// FACTOR: the reader is the picture, FACTOR times as large, whose bilinear taps reach one pixel of
-// the copy further. STEP: the reader is the Gaussian along STEP, which reaches reach_blocks.
+// A block's readers are the blocks over it, factor x factor of them, and those within reach.
 layout(local_size_x = 16, local_size_y = 16) in;
 
 #include "common/work_list.glsl"
-#include "shared/depth_of_field_block.h"
+#include "shared/depth_of_field_needed_block.h"
 
 layout(binding = 0) uniform sampler2D readers;
 layout(binding = 0) writeonly uniform image2D needed;
@@ -17,14 +16,9 @@ layout(std430, binding = 0) buffer Blocks { WORK_LIST } list;
 
 void main() {
     const ivec2 at = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(kBlockPx * at, block.low_size))) return;
-#ifdef FACTOR
-    const ivec2 low = FACTOR * (kBlockPx * at - 1) / kBlockPx;
-    const ivec2 high = FACTOR * (kBlockPx * (at + 1) + 1) / kBlockPx;
-#else
-    const ivec2 low = at - STEP * block.reach_blocks;
-    const ivec2 high = at + STEP * block.reach_blocks;
-#endif
+    if (any(greaterThanEqual(at, block.blocks))) return;
+    const ivec2 low = block.factor * at - block.reach;
+    const ivec2 high = block.factor * (at + 1) - 1 + block.reach;
     const ivec2 last = textureSize(readers, 0) - 1;
     bool read = false;
     for (int y = max(low.y, 0); y <= min(high.y, last.y); ++y)

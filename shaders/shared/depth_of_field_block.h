@@ -19,8 +19,8 @@ BLOCK_BEGIN(DepthOfFieldBlock)
     float far_radius_px;
     float max_radius_px;
     float full_blur_px;      // |R| from which on the blurred copy alone shows
-    int reach_blocks;        // of the Gaussian on the down-sampled copy, in blocks of 16 pixels
     float pad0;
+    float pad1;
 BLOCK_END
 
 #ifdef __cplusplus

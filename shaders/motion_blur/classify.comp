@@ -10,8 +10,9 @@
 layout(local_size_x = 16, local_size_y = 16) in;
 
 #include "common/work_list.glsl"
-#include "motion_blur/velocity.glsl"
 #include "shared/motion_blur_block.h"
+
+#include "motion_blur/velocity.glsl"
 
 layout(binding = 0) uniform sampler2D neighbor_max;
 #if SKY || (UNIFORM && DEPTH)

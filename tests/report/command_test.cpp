@@ -143,6 +143,9 @@ TEST_F(Command, AFullDiskIsAnOutputErrorAndLeavesNoHalfFile) {
 
 TEST_F(Command, UnderPicksAChainThatRuns) {
     EXPECT_EQ(run(bench({"--sweep", "motion_blur.samples=5,9", "--under", "mse=1"})), 0) << log();
+    // What was found, on stdout: the quicker variant is in the Pareto set, whatever its error.
+    EXPECT_THAT(log(), HasSubstr(" ms  hdr_flip 0."));
+    EXPECT_THAT(log(), HasSubstr("  in the Pareto set"));
     EXPECT_EQ(
         run({"plan", folder_.path("report/under_mse.yaml"), "-i", folder_.path("in.0001.exr")}), 0)
         << log();

@@ -109,10 +109,11 @@ Result<std::vector<Decision>> decide(const Chain& chain, const FrameDescription&
         if (!left.ok())
             return left.status().at(concat("passes[", i, "].", chain.links[i].type->name));
         decision.left_out = std::move(*left);
-        if (!decision.left_out) {
-            available = available | chain.links[i].pass->roles().on_demand;
-            color_is_input = false;
-        }
+        // What a pass that is left out would have made is nothing: an earlier plane of that role
+        // must not stand in for it.
+        const RoleSet made = chain.links[i].pass->roles().on_demand;
+        available = decision.left_out ? available - made : available | made;
+        if (!decision.left_out) color_is_input = false;
         decisions.push_back(std::move(decision));
     }
     RoleSet wanted = options.outputs;
@@ -121,8 +122,11 @@ Result<std::vector<Decision>> decide(const Chain& chain, const FrameDescription&
     for (size_t i = chain.links.size(); i-- > 0;) {
         Decision& decision = decisions[i];
         decision.context.wanted = rules.count(kRuleUnusedStep) ? wanted : all;
-        if (decision.left_out) continue;
         const RoleUse use = chain.links[i].pass->roles();
+        if (decision.left_out) {
+            wanted = wanted - use.on_demand;
+            continue;
+        }
         wanted = ((wanted - use.on_demand) | use.required | use.optional) | (wanted & use.carried);
     }
     // What exists follows what is wanted: a plane on demand exists only if it was made.
@@ -130,9 +134,9 @@ Result<std::vector<Decision>> decide(const Chain& chain, const FrameDescription&
     for (size_t i = 0; i < chain.links.size(); ++i) {
         Decision& decision = decisions[i];
         decision.context.available = existing;
-        if (!decision.left_out)
-            existing =
-                existing | (chain.links[i].pass->roles().on_demand & decision.context.wanted);
+        const RoleSet made = chain.links[i].pass->roles().on_demand;
+        existing =
+            decision.left_out ? existing - made : existing | (made & decision.context.wanted);
     }
     return decisions;
 }
@@ -299,6 +303,8 @@ Result<Plan> make_plan(const Chain& chain, const FrameDescription& given,
         if ((pass->roles().required - known).empty())
             add_savings(left, plan, current, decision.context, *pass);
         plan.left_out.push_back(std::move(left));
+        for (Role role : kAllRoles)
+            if (pass->roles().on_demand.has(role)) current.erase(role);
     }
     for (Role role : kAllRoles)
         if (options.outputs.has(role) && current.count(role)) plan.outputs[role] = current[role];

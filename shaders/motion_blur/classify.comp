@@ -5,7 +5,8 @@
 //
 //   still     STILL: no tile that a pixel can choose moves by more than the limit: color is copied
 //   sky       SKY: one depth as far as taps reach: no depths are compared, and no bit changes
-//   uniform   UNIFORM: one motion and one depth layer as far as taps reach, within kAlike
+//   uniform   UNIFORM: one motion and one depth layer as far as taps reach, and every v_max that
+//             a pixel can choose that same motion, within kAlike
 //   full      all others
 layout(local_size_x = 16, local_size_y = 16) in;
 
@@ -32,7 +33,7 @@ layout(std430, binding = 2) buffer SkyBlocks { WORK_LIST } sky_blocks;
 layout(std430, binding = 3) buffer UniformBlocks { WORK_LIST } uniform_blocks;
 #endif
 
-// Motions that differ by this part of |v_max|, and depths whose comparison would change a weight by
+// Motions that differ by this part of their length, and depths whose comparison would change a weight by
 // this part of itself, count as one: the picture changes by at most 1e-3 of the range of its colors
 // nearby (docs/motion_blur.md).
 const float kAlike = 2.5e-4;
@@ -48,6 +49,7 @@ void main() {
     const vec2 last = min(first + float(kBlockPx - 1), vec2(block.size) - 0.5);
 
     float longest = 0.0;
+    vec4 chosen = vec4(1.0, 1.0, -1.0, -1.0) * float(2 * block.tile_px);
     {
         // Pixels choose the tile across a border up to r/(2 tau) from it; a pixel more for rounding.
         const float edge = float(block.tile_px);
@@ -58,9 +60,13 @@ void main() {
 #endif
         const ivec2 low = tile_of(first - across);
         const ivec2 high = tile_of(last + across);
-        for (int y = low.y; y <= high.y; ++y)
-            for (int x = low.x; x <= high.x; ++x)
-                longest = max(longest, length_of(texelFetch(neighbor_max, ivec2(x, y), 0).xy));
+        for (int y = low.y; y <= high.y; ++y) {
+            for (int x = low.x; x <= high.x; ++x) {
+                const vec2 v = texelFetch(neighbor_max, ivec2(x, y), 0).xy;
+                longest = max(longest, length_of(v));
+                chosen = vec4(min(chosen.xy, v), max(chosen.zw, v));
+            }
+        }
     }
 #if STILL
     if (longest <= block.still_limit_px) {
@@ -84,14 +90,16 @@ void main() {
 #endif
 #endif
 #if UNIFORM
-    vec4 range = texelFetch(tile_range, low, 0);
+    // The v_max that its pixels choose are among them: those may come from farther away.
+    vec4 range = chosen;
     for (int y = low.y; y <= high.y; ++y) {
         for (int x = low.x; x <= high.x; ++x) {
             const vec4 tile = texelFetch(tile_range, ivec2(x, y), 0);
             range = vec4(min(range.xy, tile.xy), max(range.zw, tile.zw));
         }
     }
-    bool alike = length_of(range.zw - range.xy) <= kAlike * longest;
+    bool alike =
+        length_of(range.zw - range.xy) <= kAlike * length_of(0.5 * (range.xy + range.zw));
 #if DEPTH
     const float layer = block.depth_softness * (depths.y - depths.x);
     alike = alike && (layer == 0.0 || layer <= kAlike * depths.x);

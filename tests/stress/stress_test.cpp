@@ -313,6 +313,25 @@ TEST(Stress, TableShowsTheWorstAndEveryFailureAndLimit) {
         << text;
 }
 
+// 0.004 of 0.005 is worse than 5e-5 of 1e-4, though further from its bound.
+TEST(Stress, WorstIsTheLargestPartOfItsBound) {
+    Matrix matrix;
+    matrix.cells.resize(3);
+    const std::pair<double, double> rows[] = {{5e-5, 1e-4}, {4e-3, 5e-3}, {1e-5, 1e-4}};
+    for (size_t i = 0; i < 3; ++i) {
+        Measured one;
+        one.check = "mirror";
+        one.value = rows[i].first;
+        one.bound = rows[i].second;
+        matrix.cells[i].measured = {one};
+    }
+    EXPECT_EQ(worst_of(matrix).at(0).checks.at("mirror").measured->value, 4e-3);
+    matrix.cells[0].measured[0].value = NAN;
+    EXPECT_TRUE(std::isnan(worst_of(matrix).at(0).checks.at("mirror").measured->value));
+    matrix.cells[2].measured[0].verdict = Verdict::limit;
+    EXPECT_EQ(worst_of(matrix).at(0).checks.at("mirror").measured->value, 1e-5);
+}
+
 TEST(Stress, NoCellAndStoppingAreErrors) {
     const auto subjects = every_pass_and_both_orders();
     MatrixOptions options;

@@ -1,6 +1,7 @@
 #include "tools/stress/matrix.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <memory>
 #include <sstream>
@@ -85,6 +86,15 @@ Result<Matrix> run_matrix(Executor& executor, const std::vector<Subject>& subjec
 
 namespace {
 
+// Of verdicts alike, the larger part of its bound; NaN is worse than any.
+bool is_worse(const Measured& a, const Measured& b) {
+    if (a.verdict != b.verdict) return a.verdict > b.verdict;
+    const bool parts = a.bound > 0 && b.bound > 0;
+    const double va = parts ? a.value / a.bound : a.value;
+    const double vb = parts ? b.value / b.bound : b.value;
+    return !(va <= vb) && !std::isnan(vb);
+}
+
 std::string padded(std::string text, size_t width) {
     text.resize(std::max(width, text.size()), ' ');
     return text + "  ";
@@ -108,12 +118,7 @@ std::vector<WorstLine> worst_of(const Matrix& matrix) {
         if (is_new) lines.push_back({cell.row, cell.subject, {}});
         for (const auto& one : cell.measured) {
             Worst& worst = lines[place->second].checks[one.check];
-            // Of verdicts alike, the one furthest beyond its bound; NaN is further than any.
-            if (worst.measured &&
-                (one.verdict < worst.measured->verdict ||
-                 (one.verdict == worst.measured->verdict &&
-                  one.value - one.bound <= worst.measured->value - worst.measured->bound)))
-                continue;
+            if (worst.measured && !is_worse(one, *worst.measured)) continue;
             worst = {&cell, &one};
         }
     }

@@ -80,19 +80,19 @@ class Page {
             "beyond its bound, or nearest to it. <em>limit</em>: outside the bound, known, "
             "inside a bound of its own. A dash: the check does not apply.</p>\n"
             "<div class=\"scroll\" role=\"region\" aria-labelledby=\"table\" tabindex=\"0\">"
-            "<table class=\"matrix\"><thead><tr><th scope=\"col\">chain</th>";
+            "<table class=\"matrix\"><thead><tr><th scope=\"col\">row</th>";
         for (const auto& check : check_names())
             html_ += "<th scope=\"col\"><a href=\"#check-" + check + "\">" + check + "</a></th>";
         html_ += "</tr></thead>\n";
-        std::string row;
+        std::string subject;
         for (const auto& line : worst_of(matrix_)) {
-            if (line.row != row) {
-                if (!row.empty()) html_ += "</tbody>\n";
-                row = line.row;
-                html_ += concat("<tbody><tr><th scope=\"rowgroup\">", escaped(row), "</th><td",
+            if (line.subject != subject) {
+                if (!subject.empty()) html_ += "</tbody>\n";
+                subject = line.subject;
+                html_ += concat("<tbody><tr><th scope=\"rowgroup\">", escaped(subject), "</th><td",
                                 " colspan=\"", check_names().size(), "\"></td></tr>\n");
             }
-            html_ += "<tr><th scope=\"row\">" + escaped(line.subject) + "</th>";
+            html_ += "<tr><th scope=\"row\">" + escaped(line.row) + "</th>";
             for (const auto& check : check_names()) html_ += worst_cell(line, check);
             html_ += "</tr>\n";
         }

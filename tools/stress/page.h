@@ -19,7 +19,8 @@ struct Picture {
     int height = 0;
 };
 
-// One check of one cell, as pictures: input, result, what it was compared with, error.
+// One check of one cell, as pictures: input, result, what it was compared with where that is not
+// the input, error.
 struct PicturedCheck {
     const CellResult* cell = nullptr;
     const Measured* measured = nullptr;

@@ -96,9 +96,9 @@ Result<PicturedCheck> pictured(const Exhibit& exhibit) {
         const ImageF* image;
     };
     // What is compared shares a scale.
-    const std::vector<Color> groups[] = {
-        {{"input", &exhibit.input}},
-        {{"result", &exhibit.result}, {exhibit.compared_is, &exhibit.compared}}};
+    std::vector<Color> groups[] = {{{"input", &exhibit.input}}, {{"result", &exhibit.result}}};
+    if (exhibit.compared_is != "input")
+        groups[1].push_back({exhibit.compared_is, &exhibit.compared});
     for (const auto& group : groups) {
         double low = 0, high = 0;
         for (const auto& color : group) {

@@ -100,7 +100,8 @@ void ask_part(io::ExrFile& file, int index) {
             "pixels fill the data window");
 }
 
-// Where the copies go: a folder of this process's own, in memory where the system has such.
+// Where a copy goes: a folder of its own, in memory where the system has such. Made anew each time,
+// since libFuzzer ends the process without destroying what is static.
 class OutputFolder {
   public:
     OutputFolder() {
@@ -129,7 +130,7 @@ void ask_copy(const std::string& path, const io::ChannelAssignment& roles) {
         io::read_frame(std::move(*open), roles, {Role::color}, io::Keep::all);
     require_reason(frame.status());
     if (!frame.ok()) return;
-    static const OutputFolder folder;
+    const OutputFolder folder;
     const std::string copy = folder.path("copy.exr");
     const ImageF color = frame->planes.at(Role::color);
     const auto report = io::write_filtered(

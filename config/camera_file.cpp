@@ -45,6 +45,7 @@ class CameraParser {
             else
                 unknown(key, key.text);
         }
+        report_empty(root);
         report_ignored();
     }
 
@@ -157,6 +158,17 @@ class CameraParser {
         if (ignored_.empty()) first_ignored_ = key;
         if (std::find(ignored_.begin(), ignored_.end(), key.text) == ignored_.end())
             ignored_.push_back(key.text);
+    }
+
+    // A file without a single value of a camera is hardly the one that was meant.
+    void report_empty(const TextNode& root) {
+        if (!file_.diagnostics.empty()) return;  // a misspelt key, a bad value: said already
+        bool any = file_.camera != Camera();
+        for (const auto& [number, frame] : file_.frames) any = any || frame.camera != Camera();
+        if (any) return;
+        std::vector<std::string> keys;
+        for (const auto& row : camera_parameters().rows()) keys.push_back(row.key);
+        reporter_.warning(root, "", "no camera value in this file; known are " + joined(keys));
     }
 
     void report_ignored() {

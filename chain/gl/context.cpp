@@ -3,6 +3,7 @@
 #include <epoxy/egl.h>
 #include <epoxy/gl.h>
 
+#include <algorithm>
 #include <cstring>
 
 namespace postchain::gl {
@@ -77,6 +78,22 @@ void APIENTRY on_message(GLenum, GLenum, GLuint, GLenum severity, GLsizei length
     static_cast<const Context*>(context)->log()("GL: " + std::string(text, size_t(length)));
 }
 
+Limits read_limits() {
+    Limits limits;
+    const auto read = [](GLenum name, int& value) { glGetIntegerv(name, &value); };
+    read(GL_MAX_TEXTURE_SIZE, limits.texture_px);
+    glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &limits.storage_block_bytes);
+    read(GL_MAX_COMPUTE_SHARED_MEMORY_SIZE, limits.shared_memory_bytes);
+    read(GL_MAX_COMPUTE_WORK_GROUP_INVOCATIONS, limits.group_invocations);
+    read(GL_MAX_COMPUTE_TEXTURE_IMAGE_UNITS, limits.texture_units);
+    read(GL_MAX_COMPUTE_IMAGE_UNIFORMS, limits.image_units);
+    int down = 0;
+    glGetIntegeri_v(GL_MAX_COMPUTE_WORK_GROUP_COUNT, 0, &limits.groups);
+    glGetIntegeri_v(GL_MAX_COMPUTE_WORK_GROUP_COUNT, 1, &down);
+    limits.groups = std::min(limits.groups, down);
+    return limits;
+}
+
 }  // namespace
 
 std::vector<DeviceInfo> list_devices() {
@@ -128,7 +145,7 @@ Result<std::unique_ptr<Context>> Context::create(const ContextOptions& options) 
         made->version_ = text(GL_VERSION);
         for (const char* word : {"llvmpipe", "softpipe", "swrast"})
             if (made->renderer_.find(word) != std::string::npos) made->software_ = true;
-        glGetIntegerv(GL_MAX_TEXTURE_SIZE, &made->max_texture_size_);
+        made->limits_ = read_limits();
         made->log_ = options.log;
         if (options.debug && made->log_) {
             glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);

@@ -5,6 +5,7 @@
 // otherwise. No display server is needed. Use: one thread, make_current() once.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -35,6 +36,17 @@ struct ContextOptions {
     LogCallback log;     // what the library has to say besides errors; may be empty
 };
 
+// What the device allows, as GL states it.
+struct Limits {
+    int texture_px = 0;               // a side of a texture
+    int64_t storage_block_bytes = 0;  // a work list
+    int shared_memory_bytes = 0;      // of a work group
+    int group_invocations = 0;        // threads of a work group
+    int groups = 0;                   // work groups a side of a dispatch, the least of x and y
+    int texture_units = 0;            // in a compute shader
+    int image_units = 0;
+};
+
 class Context {
   public:
     // Makes a context and makes it current on this thread. StatusCode::gl with what was tried.
@@ -51,7 +63,7 @@ class Context {
     const std::string& version() const { return version_; }
     // llvmpipe, softpipe, swrast: GL timers are wrong there by orders of magnitude.
     bool software() const { return software_; }
-    int max_texture_size() const { return max_texture_size_; }
+    const Limits& limits() const { return limits_; }
     const LogCallback& log() const { return log_; }
 
   private:
@@ -60,7 +72,7 @@ class Context {
     void* context_ = nullptr;
     std::string vendor_, renderer_, version_;
     bool software_ = false;
-    int max_texture_size_ = 0;
+    Limits limits_;
     LogCallback log_;
 };
 

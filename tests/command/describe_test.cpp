@@ -187,7 +187,16 @@ TEST_F(DescribeTest, Info) {
     const auto json = run({"info", "--json"});
     const auto lines = json_lines(json.out);
     ASSERT_EQ(lines.size(), 1u);
-    EXPECT_GE(lines[0]["gl"]["max_texture_size"], 16384);
+    // The least that GL 4.5 promises, and of textures what llvmpipe has.
+    const Json& limits = lines[0]["gl"]["limits"];
+    EXPECT_GE(limits["texture_px"], 16384);
+    EXPECT_GE(limits["storage_block_bytes"], 1 << 27);
+    EXPECT_GE(limits["shared_memory_bytes"], 32768);
+    EXPECT_GE(limits["group_invocations"], 1024);
+    EXPECT_GE(limits["groups"], 65535);
+    EXPECT_GE(limits["texture_units"], 16);
+    EXPECT_GE(limits["image_units"], 8);
+    EXPECT_TRUE(contains(text.out, "limit texture_px " + limits["texture_px"].dump()));
     EXPECT_TRUE(lines[0]["devices"].is_array());
 }
 

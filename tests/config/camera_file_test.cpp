@@ -104,8 +104,19 @@ TEST(CameraFile, WarnsOfAMisspeltKey) {
 TEST(CameraFile, TakesOtherProgramsKeysForWhatTheyAre) {
     for (const char* key :
          {"shutter_position", "aperture_blades", "scene", "z", "fov", "near_plane"})
-        EXPECT_THAT(messages_of(concat("{\"", key, "\": 1}")),
+        EXPECT_THAT(messages_of(concat("{\"", key, "\": 1, \"f_stop\": 2}")),
                     ElementsAre(concat("camera.json:1:2: note: ignored keys: ", key)));
+}
+
+TEST(CameraFile, WarnsOfAFileWithoutAnyCameraValue) {
+    const std::string warning =
+        "camera.json:1:1: warning: no camera value in this file; known are focal_length_mm, "
+        "sensor_width_mm, f_stop, focus_distance, near_clip, far_clip, shutter_frames, "
+        "meters_per_unit";
+    EXPECT_THAT(messages_of("{}"), ElementsAre(warning));
+    EXPECT_THAT(messages_of("{\"fps\": 24, \"scene\": 1}"),
+                ElementsAre(warning, "camera.json:1:13: note: ignored keys: scene"));
+    EXPECT_THAT(messages_of("{\"frames\": {\"3\": {\"f_stop\": 2}}}"), ElementsAre());
 }
 
 TEST(CameraFile, PlacesBadValues) {

@@ -85,11 +85,19 @@ int info_verb(const Options& options) {
             {{"device", device.index}, {"name", device.name}, {"software", device.software}});
     auto context = context_of(options);
     if (context.ok()) {
+        const gl::Limits& limits = (*context)->limits();
         info["gl"] = {{"vendor", (*context)->vendor()},
                       {"renderer", (*context)->renderer()},
                       {"version", (*context)->version()},
                       {"software", (*context)->software()},
-                      {"max_texture_size", (*context)->max_texture_size()}};
+                      {"limits",
+                       {{"texture_px", limits.texture_px},
+                        {"storage_block_bytes", limits.storage_block_bytes},
+                        {"shared_memory_bytes", limits.shared_memory_bytes},
+                        {"group_invocations", limits.group_invocations},
+                        {"groups", limits.groups},
+                        {"texture_units", limits.texture_units},
+                        {"image_units", limits.image_units}}}};
     }
     if (options.json) {
         std::printf("%s\n", info.dump().c_str());
@@ -101,11 +109,13 @@ int info_verb(const Options& options) {
             std::printf("EGL device %d: %s%s\n", device["device"].get<int>(),
                         device["name"].get<std::string>().c_str(),
                         device["software"].get<bool>() ? " (software)" : "");
-        if (context.ok())
-            std::printf("GL in use: %s, %s, %s%s\nlargest texture: %d pixels a side\n",
-                        (*context)->vendor().c_str(), (*context)->renderer().c_str(),
-                        (*context)->version().c_str(), (*context)->software() ? " (software)" : "",
-                        (*context)->max_texture_size());
+        if (context.ok()) {
+            std::printf("GL in use: %s, %s, %s%s\n", (*context)->vendor().c_str(),
+                        (*context)->renderer().c_str(), (*context)->version().c_str(),
+                        (*context)->software() ? " (software)" : "");
+            for (const auto& [name, value] : info["gl"]["limits"].items())
+                std::printf("limit %s %s\n", name.c_str(), value.dump().c_str());
+        }
     }
     return context.ok() ? kExitOk : fail(context.status());
 }

@@ -47,6 +47,29 @@ TEST(Lists, WhatWasLeftOutIsOneLinePerThingAndRule) {
     EXPECT_TRUE(left_out_lines(Variant()).empty());
 }
 
+TEST(Lists, WhatAllVariantsLeftOutStandsOnce) {
+    Report report;
+    report.variants.resize(3);
+    report.variants[0].name = "first";
+    report.variants[1].name = "second";
+    report.variants[2].failure = "no plan";
+    const LeftOut same{"fxaa", "off", "never", 1, 1, 1};
+    report.variants[0].left_out = {{1, {"dof", "still", "a", 1, 0, 0}}, {1, same}};
+    report.variants[1].left_out = {{1, same}, {1, {"dof", "still", "a", 2, 0, 0}}};
+    const auto rows = left_out_rows(report);
+    ASSERT_EQ(rows.size(), 3u);
+    EXPECT_EQ(rows[0].first, "all");
+    EXPECT_EQ(rows[0].second.what, "fxaa");
+    EXPECT_EQ(rows[1].first, "first");
+    EXPECT_EQ(rows[1].second.bytes, 1u);
+    EXPECT_EQ(rows[2].first, "second");
+    EXPECT_EQ(rows[2].second.bytes, 2u);
+    // One variant alone is named.
+    report.variants.resize(1);
+    EXPECT_EQ(left_out_rows(report)[1].first, "first");
+    EXPECT_TRUE(left_out_rows(Report()).empty());
+}
+
 TEST(Lists, DoubtsAboutTimesAreOneSentence) {
     Report report;
     report.variants.resize(3);

@@ -55,4 +55,24 @@ std::vector<LeftOutLine> left_out_lines(const Variant& variant) {
     return lines;
 }
 
+std::vector<std::pair<std::string, LeftOutLine>> left_out_rows(const Report& report) {
+    std::vector<std::pair<std::string, std::vector<LeftOutLine>>> all;
+    for (const Variant& variant : report.variants)  // but for those that failed before a plan
+        if (variant.failure.empty() || !variant.left_out.empty())
+            all.emplace_back(variant.name, left_out_lines(variant));
+    const auto common = [&](const LeftOutLine& line) {
+        return all.size() > 1 && std::all_of(all.begin(), all.end(), [&](const auto& one) {
+                   return std::find(one.second.begin(), one.second.end(), line) != one.second.end();
+               });
+    };
+    std::vector<std::pair<std::string, LeftOutLine>> rows;
+    if (!all.empty())
+        for (const LeftOutLine& line : all.front().second)
+            if (common(line)) rows.emplace_back("all", line);
+    for (const auto& [name, lines] : all)
+        for (const LeftOutLine& line : lines)
+            if (!common(line)) rows.emplace_back(name, line);
+    return rows;
+}
+
 }  // namespace postchain::report

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tools/report/report.h"
@@ -22,8 +23,12 @@ struct LeftOutLine {
     std::vector<int> frames;
     uint64_t bytes = 0, taps = 0;  // sums over the frames
     int dispatches = 0;
+    bool operator==(const LeftOutLine&) const = default;
 };
 // In the order of first appearance.
 std::vector<LeftOutLine> left_out_lines(const Variant& variant);
+// Of all variants, with the variant's name; lines that are the same in all of them stand first and
+// once, under "all".
+std::vector<std::pair<std::string, LeftOutLine>> left_out_rows(const Report& report);
 
 }  // namespace postchain::report

@@ -251,26 +251,25 @@ class Markdown {
 
     void left_out() {
         out_ += "## Left out\n\n";
-        bool any = false;
-        for (const Variant& variant : report_.variants) {
-            for (const LeftOutLine& line : left_out_lines(variant)) {
-                if (!any)
-                    header({"variant", "what", "rule", "reason", "frames", "bytes", "dispatches",
-                            "taps"});
-                any = true;
-                std::string reason = line.reason;
-                if (line.reasons > 1)
-                    reason += concat(" (frame ", line.frames[0], "; ", line.reasons - 1,
-                                     " more like it)");
-                const bool known = line.bytes || line.dispatches || line.taps;
-                const auto saving = [&](uint64_t n) { return known ? std::to_string(n) : ""; };
-                row({variant.name, line.what, line.rule, reason, offline::frames_text(line.frames),
-                     saving(line.bytes), saving(uint64_t(line.dispatches)), saving(line.taps)});
-            }
+        const auto rows = left_out_rows(report_);
+        if (rows.empty()) {
+            out_ += "Nothing: every plan is whole.\n\n";
+            return;
         }
-        out_ += any ? "\nSavings are sums over the frames named: bytes of textures, dispatches, "
-                      "texture fetches. None: found on the device alone, or nothing.\n\n"
-                    : "Nothing: every plan is whole.\n\n";
+        header({"variant", "what", "rule", "reason", "frames", "bytes", "dispatches", "taps"});
+        for (const auto& [name, line] : rows) {
+            std::string reason = line.reason;
+            if (line.reasons > 1)
+                reason +=
+                    concat(" (frame ", line.frames[0], "; ", line.reasons - 1, " more like it)");
+            const bool known = line.bytes || line.dispatches || line.taps;
+            const auto saving = [known](uint64_t n) { return known ? std::to_string(n) : ""; };
+            row({name, line.what, line.rule, reason, offline::frames_text(line.frames),
+                 saving(line.bytes), saving(uint64_t(line.dispatches)), saving(line.taps)});
+        }
+        out_ +=
+            "\nSavings are sums over the frames named: bytes of textures, dispatches, texture "
+            "fetches. None: found on the device alone, or nothing.\n\n";
     }
 
     void frames() {

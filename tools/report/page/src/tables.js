@@ -38,10 +38,19 @@ function lines_of(variant) {
 
 // What the plans did without, and what that saved.
 export function add_left_out({ model }, more) {
-    const rows = model.variant_sources.flatMap((s) => lines_of(s.data).map((line, i) => {
+    const all = model.variant_sources.filter((s) => !s.data.failure || s.data.left_out.length)
+        .map((s) => ({ name: s.name, lines: lines_of(s.data) }));
+    // Lines that are the same in all variants stand once, as in left_out_rows() of lists.cpp.
+    const text_of = ({ reasons, frames, ...rest }) =>
+        JSON.stringify([[...reasons], [...frames], rest]);
+    const common = (line) => all.length > 1 && all.every(({ lines }) =>
+        lines.some((other) => text_of(other) === text_of(line)));
+    const blocks = [{ name: "all", lines: (all[0]?.lines ?? []).filter(common) },
+        ...all.map(({ name, lines }) => ({ name, lines: lines.filter((l) => !common(l)) }))];
+    const rows = blocks.flatMap(({ name, lines }) => lines.map((line, i) => {
         const known = line.bytes || line.dispatches || line.taps;
         const [reason, ...others] = line.reasons;
-        return h("tr", {}, h("th", { scope: "row" }, i ? "" : s.name), h("td", {}, line.what),
+        return h("tr", {}, h("th", { scope: "row" }, i ? "" : name), h("td", {}, line.what),
             h("td", {}, line.rule),
             h("td", { title: others.join("\n") }, reason,
                 others.length ? ` (first frame; ${others.length} more like it)` : ""),

@@ -131,6 +131,14 @@ TEST_F(Equivariance, EachCheckSeesItsFaultsAndNoOthers) {
     EXPECT_EQ(checks_of(Fault::counts_runs)["repeat"].verdict, Verdict::failed);
 }
 
+// The reference of the pass copies: an error of 0.1/1.1 in every pixel is seen whole.
+TEST_F(Equivariance, ReferenceSeesWhatTheShaderDoesBeside) {
+    EXPECT_EQ(checks_of(Fault::none)["reference"].value, 0);
+    const Measured reference = checks_of(Fault::brightens)["reference"];
+    EXPECT_EQ(reference.verdict, Verdict::failed);
+    EXPECT_NEAR(reference.value, 0.1 / 1.1, 1e-6);
+}
+
 // 1.1 and 0.9 of the light; who reads color alone may lose some.
 TEST_F(Equivariance, DotCountsLight) {
     EXPECT_NEAR(checks_of(Fault::brightens)["dot"].value, 0.1, 1e-6);

@@ -176,6 +176,14 @@ class Builder {
             scene.ground = across(1);
             add("speed", "object " + px + ", ground 1 px across", scene);
         }
+        // Room for tiles that know the object and tiles that do not: only there can their grid
+        // show.
+        for (double v : {1.0, double(tile_), 1e6}) {
+            Scene scene = base_;
+            scene.width = 6 * tile_;
+            scene.object = slant(v);
+            add("speed", concat("object ", v, " px, ground 3.6 px, 6 tiles"), scene, v == tile_);
+        }
     }
 
     void depths() {

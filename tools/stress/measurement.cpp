@@ -94,12 +94,18 @@ Result<ImageF> Measurement::filter(const Chain& chain, const FrameDescription& f
     return std::move(out->at(Role::color));
 }
 
-Result<ImageF> Measurement::filter_anew(const Chain& chain, FramePlanes planes) {
+Result<FrameDescription> Measurement::described(FramePlanes& planes) const {
     FrameDescription frame = cell_.frame;
     ConvertOptions options;
     options.depth = DepthEncoding::inverse;
     if (Status status = convert_frame(planes, frame, options); !status.ok()) return status;
-    return filter(chain, frame, planes);
+    return frame;
+}
+
+Result<ImageF> Measurement::filter_anew(const Chain& chain, FramePlanes planes) {
+    auto frame = described(planes);
+    if (!frame.ok()) return frame.status();
+    return filter(chain, *frame, planes);
 }
 
 double Measurement::held(double value) const {
@@ -190,7 +196,10 @@ void Measurement::finite() {
 Status Measurement::range() {
     held_planes_ = cell_.planes;
     for (float& value : held_planes_[Role::color].data) value = float(held(value));
-    auto out = filter(subject_.chain, cell_.frame, held_planes_);
+    auto frame = described(held_planes_);
+    if (!frame.ok()) return frame.status();
+    held_frame_ = std::move(*frame);
+    auto out = filter(subject_.chain, held_frame_, held_planes_);
     if (!out.ok()) return out.status();
     held_out_ = std::move(*out);
     const ImageF& in = held_planes_[Role::color];
@@ -228,7 +237,7 @@ Status Measurement::constant() {
     for (size_t i = 0; i < flat.data.size(); ++i)
         if (std::abs(flat.data[i]) > std::abs(most[i % 4])) most[i % 4] = flat.data[i];
     for (size_t i = 0; i < flat.data.size(); ++i) flat.data[i] = most[i % 4];
-    auto out = filter(subject_.chain, cell_.frame, planes);
+    auto out = filter_anew(subject_.chain, planes);
     if (!out.ok()) return out.status();
     add_equal("constant", flat, *out, flat, "the constant");
     return Status();
@@ -265,7 +274,7 @@ Status Measurement::reference() {
     PlanOptions options;
     options.precision = precision_;
     options.elide = false;
-    auto run = run_reference(subject_.chain, cell_.frame, held_planes_, options);
+    auto run = run_reference(subject_.chain, held_frame_, held_planes_, options);
     if (!run.ok()) return run.status();
     add_mean("reference", held_planes_.at(Role::color), held_out_,
              image_cast<float>(run->planes.at(Role::color)), "double-precision reference");

@@ -46,6 +46,8 @@ class Measurement {
     const ImageF& color() const { return cell_.planes.at(Role::color); }
     Result<ImageF> filter(const Chain& chain, const FrameDescription& frame,
                           const FramePlanes& planes, bool elide = false);
+    // The frame's facts as they are with these planes.
+    Result<FrameDescription> described(FramePlanes& planes) const;
     // The frame of these planes, filtered with nothing left out.
     Result<ImageF> filter_anew(const Chain& chain, FramePlanes planes);
     // What the storage of color can hold of an expected value.
@@ -89,6 +91,7 @@ class Measurement {
     ImageF out_;
     // The same where the storage of color holds the whole input, as a half file would bring it.
     FramePlanes held_planes_;
+    FrameDescription held_frame_;
     ImageF held_out_;
     CellMeasures measures_;
     std::vector<Exhibit>* exhibits_;

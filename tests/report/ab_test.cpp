@@ -124,6 +124,7 @@ TEST_F(Ab, WithoutATruthTheSecondIsHeldAgainstTheFirst) {
     ASSERT_TRUE(report.ok()) << report.status().message();
     EXPECT_EQ(report->reference, "a");
     EXPECT_FALSE(report->truth);
+    EXPECT_EQ(report->no_truth, "no truth was given (-r)");
     EXPECT_FALSE(report->variants[0].metrics.count("mse"));
     EXPECT_GT(*report->variants[1].metrics.at("mse").mean, 0);
     EXPECT_FALSE(report->find(ImageKind::truth, -1, 1));

@@ -41,7 +41,7 @@ Result<Basis> open_basis(Kind kind, const ExperimentSettings& settings, Report& 
         report.truth = settings.truth_is.empty() ? settings.truth : settings.truth_is;
         report.reference = "truth";
     } else {
-        report.no_truth = settings.no_truth.empty() ? "none was given (-r)" : settings.no_truth;
+        report.no_truth = settings.no_truth.empty() ? "no truth was given (-r)" : settings.no_truth;
         report.reference = kind == Kind::ab ? "a" : "converged";
     }
     auto list = io::find_frames(settings.run.input, settings.run.frames);

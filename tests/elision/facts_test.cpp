@@ -183,6 +183,7 @@ const std::vector<OneColor>& one_colors() {
         {"minus zero", {0.25f, -0.0f, 0.5f, 1}, 0, false},
         {"all minus zero", {-0.0f, -0.0f, -0.0f, -0.0f}, 0, false},
         {"smallest half", {0x1p-24f, 0x1p-20f, 0x1p-15f, 1}, 0, true},
+        {"subnormal", {1e-40f, 3e-39f, 0x1p-149f, 1}, 0, true},
         {"smallest normal", {0x1p-126f, 0x1p-125f, 0x1p-126f, 1}, 0, true},
     };
     return all;

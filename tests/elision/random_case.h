@@ -11,7 +11,7 @@ namespace postchain::test {
 
 // Cases that follow each other share passes and whatever a program is compiled for, and differ in
 // all numbers: compiling takes much longer than running.
-inline constexpr int kCasesOfAShape = 30;
+inline constexpr int kCasesOfAShape = 75;
 
 struct RandomCase {
     Chain chain;

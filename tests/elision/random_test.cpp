@@ -14,8 +14,8 @@
 namespace postchain::test {
 namespace {
 
-constexpr int kCases = 240;
-constexpr uint64_t kExecutorLife = 900;  // cases; programs of shapes long past take memory
+constexpr int kCases = 450;
+constexpr uint64_t kExecutorLife = 1500;  // cases; programs of shapes long past take memory
 
 std::optional<uint64_t> environment(const char* name) {
     const char* text = std::getenv(name);

@@ -39,8 +39,10 @@ using Vector = std::array<double, 2>;
 struct Scene {
     int width = 80;
     int height = 40;
-    Vector object = {8, -5};
-    Vector ground = {-3, 2};
+    // Of lengths that put no tap of any count exactly between two pixels, where rounding has a
+    // side.
+    Vector object = {8.033, -5.071};
+    Vector ground = {-3.017, 2.029};
     float object_w = kNearW;
     float ground_w = kFarW;
     double contrast = 1;

@@ -167,10 +167,11 @@ class Builder {
             Scene scene = base_;
             scene.object = slant(v);
             scene.ground = {0, 0};
-            add("speed", "object " + px + ", ground still", scene, v != 1e-6 && v != 1e3).still =
-                still;
+            add("speed", "object " + px + ", ground still", scene,
+                v == 0.5 || v == 0.501 || v == tile_ || v == 1e6)
+                .still = still;
             scene.ground = slant(v);
-            add("speed", "all " + px, scene, v == 0.5 || v == 1e6).still = still;
+            add("speed", "all " + px, scene, v == 1e6).still = still;
             scene.ground = slant(-v);
             add("speed", "antiparallel " + px, scene, v == 1 || v == 1e6).still = still;
             scene.ground = across(1e6);
@@ -208,7 +209,7 @@ class Builder {
         scene.object_w = scene.ground_w = kFarW;
         add("depth", "equal, in focus", scene, true).in_focus = true;
         scene.object_w = scene.ground_w = kNearW;
-        add("depth", "equal, out of focus", scene, true);
+        add("depth", "equal, out of focus", scene);
         scene.object_w = 10;  // near plane at 0.1 units
         scene.ground_w = 0;
         add("depth", "near plane before sky", scene, true);
@@ -227,7 +228,7 @@ class Builder {
             scale_color(planes[Role::color], scale, offset);
             cells_.push_back(cell_of("radiance", std::move(name), std::move(planes), reduced));
         };
-        scaled("0", 0, 0, true);
+        scaled("0", 0, 0, false);
         scaled("1e-8", 1e-8, 0, true);
         scaled("65504", 65504, 0, true);
         scaled("1e10", 1e10, 0, true);
@@ -253,7 +254,7 @@ class Builder {
                                         focus == 0.1  ? "the near plane"
                                         : focus < 1e3 ? "the ground"
                                                       : "infinity"),
-                                 scene, f_stop == 0.1 || (f_stop == 1e6 && focus == 10));
+                                 scene, focus == 10 ? f_stop == 1e6 : f_stop == 0.1);
                 cell.frame.camera.f_stop = f_stop;
                 cell.frame.camera.focus_distance = focus;
                 cell.frame.camera.near_clip = 0.1;
@@ -352,7 +353,7 @@ class Builder {
         for (const auto& [name, role] : planes) {
             for (float value : {kNan, kInf, -kInf})
                 add_nonfinite("nonfinite", concat(value, " in ", name), {}, {role}, value,
-                              NonfiniteColor::zero, std::isnan(value) && role != Role::motion_back);
+                              NonfiniteColor::zero, std::isnan(value) && role == Role::color);
         }
         const std::vector<Role> every = {Role::color, Role::inverse_depth, Role::motion,
                                          Role::motion_back};

@@ -13,14 +13,6 @@ bool finite(float value) {
     return (std::bit_cast<uint32_t>(value) & 0x7f800000u) != 0x7f800000u;
 }
 
-// Most frames hold no bad value; this test of a whole plane vectorises.
-bool all_finite(const std::vector<float>& values) {
-    uint32_t bad = 0;
-    for (float value : values)
-        bad |= uint32_t((std::bit_cast<uint32_t>(value) & 0x7f800000u) == 0x7f800000u);
-    return bad == 0;
-}
-
 class Facts {
   public:
     Facts(FrameFacts& facts, int width) : facts_(facts), width_(width) {}
@@ -38,57 +30,78 @@ class Facts {
     size_t first_ = kNone;
 };
 
-// Bits of a float that a half has no room for: 13 of the mantissa, more below 2^-14.
-bool is_half(float value) {
-    const uint32_t bits = std::bit_cast<uint32_t>(value) & 0x7fffffffu;
-    if (bits >= 0x38800000u) return (bits & 0x1fffu) == 0 && bits <= 0x477fe000u;  // <= 65504
-    return value * 16777216.0f == std::nearbyint(value * 16777216.0f);  // multiples of 2^-24
-}
+// What one walk over the colors shows. Written so that it vectorises.
+struct ColorScan {
+    std::array<float, 4> low = {}, high = {};
+    bool finite = true;
+    bool negative_zero = false;
+    bool plainly_half = true;  // no bit that a half lacks, and no value below 2^-14 but 0
+};
 
-void find_color_facts(const ImageF& color, FrameFacts& facts) {
-    std::array<float, 4> low = {0, 0, 0, 0}, high = low;
-    if (!color.empty()) std::copy_n(color.data.data(), 4, low.begin());
-    high = low;
-    bool half = true;
+ColorScan scan(const ImageF& color) {
+    ColorScan found;
+    if (color.empty()) return found;
+    std::copy_n(color.data.data(), 4, found.low.begin());
+    found.high = found.low;
+    uint32_t nonfinite = 0, negative_zero = 0, odd = 0;
     for (size_t at = 0; at < color.data.size(); at += 4) {
         for (size_t c = 0; c < 4; ++c) {
             const float value = color.data[at + c];
-            low[c] = std::min(low[c], value);
-            high[c] = std::max(high[c], value);
+            const uint32_t bits = std::bit_cast<uint32_t>(value);
+            const uint32_t size = bits & 0x7fffffffu;
+            found.low[c] = value < found.low[c] ? value : found.low[c];
+            found.high[c] = value > found.high[c] ? value : found.high[c];
+            nonfinite |= uint32_t(size >= 0x7f800000u);
+            negative_zero |= uint32_t(bits == 0x80000000u);
+            odd |= (bits & 0x1fffu) | uint32_t(size > 0x477fe000u) |  // 65504
+                   uint32_t(size - 1u < 0x387fffffu);                 // 2^-14, but not 0
         }
     }
-    for (size_t at = 0; at < color.data.size() && half; ++at) half = is_half(color.data[at]);
-    bool one = low == high;
-    for (size_t at = 0; at < color.data.size() && one; ++at)
-        one = std::bit_cast<uint32_t>(color.data[at]) != 0x80000000u;
-    std::copy(low.begin(), low.end(), facts.min_color.begin());
-    std::copy(high.begin(), high.end(), facts.max_color.begin());
-    facts.one_color = one;
-    facts.color_is_half = half;
+    found.finite = nonfinite == 0;
+    found.negative_zero = negative_zero != 0;
+    found.plainly_half = odd == 0;
+    return found;
+}
+
+bool is_half(float value) {
+    const uint32_t size = std::bit_cast<uint32_t>(value) & 0x7fffffffu;
+    if (size >= 0x38800000u) return (size & 0x1fffu) == 0 && size <= 0x477fe000u;
+    return value * 0x1p24f == std::nearbyint(value * 0x1p24f);  // a subnormal half
+}
+
+void replace_nonfinite(ImageF& color, const ConvertOptions& options, FrameFacts& facts,
+                       Facts& note) {
+    for (size_t pixel = 0; pixel < color.pixels(); ++pixel) {
+        float* rgba = color.data.data() + 4 * pixel;
+        bool bad = false;
+        for (int c = 0; c < 4; ++c) {
+            if (finite(rgba[c])) continue;
+            bad = true;
+            const bool clamp =
+                options.nonfinite_color == NonfiniteColor::clamp && !std::isnan(rgba[c]);
+            rgba[c] = clamp ? std::copysign(kLargestHalf, rgba[c]) : 0.0f;
+        }
+        if (bad) note.nonfinite(facts.nonfinite_color, pixel);
+    }
+}
+
+void premultiply(ImageF& color) {
+    for (size_t pixel = 0; pixel < color.pixels(); ++pixel) {
+        float* rgba = color.data.data() + 4 * pixel;
+        for (int c = 0; c < 3; ++c) rgba[c] *= rgba[3];
+    }
 }
 
 void convert_color(ImageF& color, const ConvertOptions& options, FrameFacts& facts, Facts& note) {
-    if (!all_finite(color.data)) {
-        for (size_t pixel = 0; pixel < color.pixels(); ++pixel) {
-            float* rgba = color.data.data() + 4 * pixel;
-            bool bad = false;
-            for (int c = 0; c < 4; ++c) {
-                if (finite(rgba[c])) continue;
-                bad = true;
-                const bool clamp =
-                    options.nonfinite_color == NonfiniteColor::clamp && !std::isnan(rgba[c]);
-                rgba[c] = clamp ? std::copysign(kLargestHalf, rgba[c]) : 0.0f;
-            }
-            if (bad) note.nonfinite(facts.nonfinite_color, pixel);
-        }
-    }
-    if (options.unpremultiplied) {
-        for (size_t pixel = 0; pixel < color.pixels(); ++pixel) {
-            float* rgba = color.data.data() + 4 * pixel;
-            for (int c = 0; c < 3; ++c) rgba[c] *= rgba[3];
-        }
-    }
-    find_color_facts(color, facts);
+    ColorScan found = scan(color);
+    if (!found.finite) replace_nonfinite(color, options, facts, note);
+    if (options.unpremultiplied) premultiply(color);
+    if (!found.finite || options.unpremultiplied) found = scan(color);
+    std::copy(found.low.begin(), found.low.end(), facts.min_color.begin());
+    std::copy(found.high.begin(), found.high.end(), facts.max_color.begin());
+    facts.one_color = found.finite && found.low == found.high && !found.negative_zero;
+    facts.color_is_half =
+        found.plainly_half || std::all_of(color.data.begin(), color.data.end(), is_half);
 }
 
 // 1/d as an affine function of the stored depth: 1/d = offset + slope * z.
@@ -212,7 +225,6 @@ Status convert_frame(FramePlanes& planes, FrameDescription& frame, const Convert
     const bool camera_cut = frame.facts.camera_cut;
     frame.facts = {};
     frame.facts.camera_cut = camera_cut;
-    frame.facts.max_speed_px = frame.facts.max_inverse_depth = 0;  // of planes that are not there
     for (const auto& [role, plane] : planes) {
         if (plane.width != frame.width || plane.height != frame.height)
             return Status(StatusCode::input,

@@ -5,9 +5,12 @@
 namespace postchain {
 namespace {
 
-// A dispatch reads what the one before wrote, as a texture, an image, or a work list.
-constexpr GLbitfield kBarriers = GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT;
-constexpr GLbitfield kListBarriers = GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT;
+// A dispatch reads what the one before wrote, as a texture, an image, or a work list. Textures are
+// also read back and, given back to the pool, uploaded to; lists are counted and emptied.
+constexpr GLbitfield kBarriers = GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
+                                 GL_TEXTURE_UPDATE_BARRIER_BIT;
+constexpr GLbitfield kListBarriers =
+    GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT;
 
 unsigned make_sampler(GLenum filter) {
     GLuint sampler = 0;

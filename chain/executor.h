@@ -32,13 +32,6 @@ struct PassTime {
     double milliseconds = 0;
 };
 
-// What an indirect step was given to do.
-struct WorkDone {
-    std::string list;     // "0.motion_blur.still_blocks"
-    unsigned blocks = 0;  // of 16 x 16 pixels
-    unsigned of = 0;      // blocks in all
-};
-
 // Called with every texture after the last step that writes it, read back. A failure ends the run.
 using StageObserver =
     std::function<Status(const Step& step, const PlanTexture& texture, const ImageF& pixels)>;

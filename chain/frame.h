@@ -70,9 +70,9 @@ struct FrameDescription {
     int height = 0;
     int display_width = 0;  // of the display window: W in every formula of the lens
     int display_height = 0;
-    int frame_number = 0;  // seeds come from it
-    RoleSet planes;        // which planes the frame brings
-    RoleSet not_decoded;   // others that its files have and that nobody needs
+    int frame_number = 0;   // seeds come from it
+    RoleSet planes;         // which planes the frame brings
+    RoleSet not_converted;  // others that its files have and that nobody needs
     Camera camera;
     FrameFacts facts;
     // Luminance weights of the file's primaries (Rec. 709 unless its chromaticities say otherwise).

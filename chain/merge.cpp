@@ -62,6 +62,9 @@ class Merger {
                 append(b_.steps[size_t(i)]);
         }
         for (const auto& [role, id] : b_.outputs) merged_.outputs[1][role] = map_[size_t(id)];
+        for (size_t i = a_.left_out.size(); i < merged_.plan.left_out.size(); ++i)
+            if (int& list = merged_.plan.left_out[i].work_list; list >= 0)
+                list = map_[size_t(list)];
         find_lifetimes();
         return std::move(merged_);
     }

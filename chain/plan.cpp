@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "chain/parameter.h"
+#include "chain/status.h"
 
 namespace postchain {
 
@@ -120,6 +121,22 @@ uint64_t Plan::peak_bytes() const {
         peak = std::max(peak, alive);
     }
     return peak;
+}
+
+std::vector<LeftOut> left_out_on_device(const Plan& plan, const std::vector<WorkDone>& done) {
+    std::vector<LeftOut> found;
+    for (const auto& left : plan.left_out) {
+        if (left.work_list < 0) continue;
+        for (const auto& list : done) {
+            if (list.list != plan.textures[size_t(left.work_list)].name) continue;
+            const unsigned blocks = left.outside ? list.of - list.blocks : list.blocks;
+            if (blocks == 0) continue;
+            found.push_back(left);
+            found.back().reason += concat(": ", blocks, " of ", list.of, " blocks");
+            found.back().taps = blocks * left.taps_per_block;
+        }
+    }
+    return found;
 }
 
 uint64_t Plan::hash() const {

@@ -108,6 +108,12 @@ struct LeftOut {
     uint64_t bytes = 0;  // texture bytes saved
     int dispatches = 0;  // dispatches saved
     uint64_t taps = 0;   // texture fetches saved
+
+    // Of what is found on the device: the list of the blocks it is left out of, or, with
+    // `outside`, of those that it is not. Savings are then unknown until the list is counted.
+    int work_list = -1;  // index into Plan::textures
+    bool outside = false;
+    uint64_t taps_per_block = 0;
     bool operator==(const LeftOut&) const = default;
 };
 
@@ -156,6 +162,17 @@ struct Plan {
     uint64_t hash() const;
     bool operator==(const Plan&) const = default;
 };
+
+// How many blocks a work list held when the plan had run.
+struct WorkDone {
+    std::string list;     // "0.motion_blur.still_blocks"
+    unsigned blocks = 0;  // of 16 x 16 pixels
+    unsigned of = 0;      // blocks in all
+};
+
+// What the device found to leave out, with its blocks in the reason and its taps; nothing of which
+// there was no block.
+std::vector<LeftOut> left_out_on_device(const Plan& plan, const std::vector<WorkDone>& done);
 
 std::string plan_as_text(const Plan& plan);
 std::string plan_as_json(const Plan& plan);  // one object on one line

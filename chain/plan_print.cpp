@@ -62,7 +62,9 @@ std::string plan_as_text(const Plan& plan) {
     }
     for (const auto& left : plan.left_out) {
         out << "left out " << left.what << " [" << left.rule << "]: " << left.reason;
-        out << savings(left);
+        out << (left.work_list >= 0 ? concat(" (saves ", left.taps_per_block,
+                                             " taps a block; the device finds them)")
+                                    : savings(left));
         out << "\n";
     }
     for (const auto& texture : plan.textures) {
@@ -125,7 +127,12 @@ std::string plan_as_json(const Plan& plan) {
     list(plan.left_out, [&](const LeftOut& left) {
         out << "{\"what\":" << quoted(left.what) << ",\"rule\":" << quoted(left.rule)
             << ",\"reason\":" << quoted(left.reason) << ",\"bytes\":" << left.bytes
-            << ",\"dispatches\":" << left.dispatches << ",\"taps\":" << left.taps << "}";
+            << ",\"dispatches\":" << left.dispatches << ",\"taps\":" << left.taps;
+        if (left.work_list >= 0)
+            out << ",\"work_list\":" << left.work_list
+                << ",\"outside\":" << (left.outside ? "true" : "false")
+                << ",\"taps_per_block\":" << left.taps_per_block;
+        out << "}";
     });
     out << ",\"outputs\":{";
     bool first = true;

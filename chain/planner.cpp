@@ -83,7 +83,7 @@ Result<std::optional<LeftOut>> judge(const ChainLink& link, const PlanContext& c
     const RoleSet missing = link.pass->roles().required - context.available;
     // A pass that is off needs no plane; but of a plane that is not there nothing is known.
     if (missing.empty() || (left && left->rule != kRuleFacts)) return left;
-    const RoleSet has = context.available | context.frame.not_decoded;
+    const RoleSet has = context.available | context.frame.not_converted;
     const std::string text = "needs " + (missing - has).text() + "; the frame has " + has.text();
     if (!context.uses(kRuleMissingPlane)) return Status(StatusCode::input, text);
     return Verdict(LeftOut{link.type->name, kRuleMissingPlane, text, 0, 0, 0});
@@ -197,6 +197,8 @@ void drop_untouched_textures(Plan& plan) {
         for (auto& binding : step.bindings) binding.texture = renamed[size_t(binding.texture)];
         if (step.work_list >= 0) step.work_list = renamed[size_t(step.work_list)];
     }
+    for (auto& left : plan.left_out)
+        if (left.work_list >= 0) left.work_list = renamed[size_t(left.work_list)];
     for (auto& [role, id] : plan.outputs) id = renamed[size_t(id)];
 }
 
@@ -215,13 +217,13 @@ void find_lifetimes(Plan& plan) {
     }
 }
 
-// Planes that the frame has and no step touches: not handed over, or not even decoded.
+// Planes that the frame has and no step touches: not handed over, or not even converted.
 void drop_unread_planes(Plan& plan, const FrameDescription& frame, RoleSet outputs,
                         const std::set<std::string>& rules) {
     for (Role role : kAllRoles) {
-        if (!frame.not_decoded.has(role)) continue;
+        if (!frame.not_converted.has(role)) continue;
         const PlanTexture texture = input_texture(role, frame);
-        plan.left_out.push_back({texture.name, kRuleUnusedPlane, "no step reads it: not decoded",
+        plan.left_out.push_back({texture.name, kRuleUnusedPlane, "no step reads it: not converted",
                                  texture.bytes(), 0, 0});
     }
     for (const auto& texture : plan.textures) {
@@ -234,6 +236,18 @@ void drop_unread_planes(Plan& plan, const FrameDescription& frame, RoleSet outpu
     }
 }
 
+// Without the rules that change no bit: those that decide what is filtered at all remain.
+PlanOptions whole_passes_of(const PlanOptions& options) {
+    const std::set<std::string> rules = options.rules();
+    PlanOptions whole = options;
+    whole.elide = true;
+    for (const auto& rule : elision_rules()) whole.rules_off.insert(rule.name);
+    whole.rules_on.clear();
+    if (rules.count(kRuleCameraCut)) whole.rules_off.erase(kRuleCameraCut);
+    if (rules.count(kRuleMissingPlane)) whole.rules_on.insert(kRuleMissingPlane);
+    return whole;
+}
+
 // What a pass that is left out would have cost.
 void add_savings(LeftOut& left, const Plan& plan, std::map<Role, TextureId> current,
                  const PlanContext& context, const Pass& pass) {
@@ -242,7 +256,7 @@ void add_savings(LeftOut& left, const Plan& plan, std::map<Role, TextureId> curr
     whole.textures = plan.textures;
     for (auto& texture : whole.textures) texture.imported = true;
     for (Role role : kAllRoles) {
-        if (!context.frame.not_decoded.has(role)) continue;
+        if (!context.frame.not_converted.has(role)) continue;
         current[role] = TextureId(whole.textures.size());
         whole.textures.push_back(input_texture(role, context.frame));
     }
@@ -299,7 +313,7 @@ Result<Plan> make_plan(const Chain& chain, const FrameDescription& given,
             continue;
         }
         LeftOut left = *decision.left_out;
-        const RoleSet known = decision.context.available | frame.not_decoded;
+        const RoleSet known = decision.context.available | frame.not_converted;
         if ((pass->roles().required - known).empty())
             add_savings(left, plan, current, decision.context, *pass);
         plan.left_out.push_back(std::move(left));
@@ -320,13 +334,12 @@ Result<ReferenceFrame> run_reference(const Chain& chain, const FrameDescription&
                                      const FramePlanes& planes, const PlanOptions& options) {
     FrameDescription frame = given;
     frame.camera = frame.camera.overlaid_by(chain.camera);
-    PlanOptions all = options;
-    all.elide = false;
-    auto decisions = decide(chain, frame, all);
+    auto decisions = decide(chain, frame, whole_passes_of(options));
     if (!decisions.ok()) return decisions.status();
     ReferenceFrame result;
     for (const auto& [role, plane] : planes) result.planes[role] = image_cast<double>(plane);
     for (size_t i = 0; i < chain.links.size(); ++i) {
+        if ((*decisions)[i].left_out) continue;
         ReferenceFrame one;
         one.planes = std::move(result.planes);
         chain.links[i].pass->reference((*decisions)[i].context, one);

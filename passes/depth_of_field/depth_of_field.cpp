@@ -151,6 +151,10 @@ class DepthOfField final : public Pass {
                            0,
                            0};
         const FrameFacts& facts = context.frame.facts;
+        // The blurred copy of a color that no half holds would be rounded.
+        const bool copy_is_exact = context.precision == Precision::fp32 || facts.color_is_half;
+        if (context.color_is_input && facts.one_color && copy_is_exact && !hint)
+            return LeftOut{{}, kRuleFacts, "all pixels have one color", 0, 0, 0};
         const double largest =
             coc->largest_radius_px(facts.min_inverse_depth, facts.max_inverse_depth);
         if (largest <= exact_px)

@@ -25,7 +25,7 @@ struct Grid {
 }  // namespace
 
 FocusBlocks add_focus_blocks(PassPlanner& planner, const shared::DepthOfFieldBlock& block,
-                             const GilhamSizes& sizes, TextureId row_range) {
+                             const GilhamSizes& sizes, TextureId row_range, bool guided) {
     const Grid picture(groups_for(block.size.x, block.size.y));
     const Grid copy(groups_for(sizes.low_width, sizes.low_height));
     FocusBlocks blocks;
@@ -37,6 +37,8 @@ FocusBlocks add_focus_blocks(PassPlanner& planner, const shared::DepthOfFieldBlo
     Step sort;
     sort.name = "focus_blocks";
     sort.program = {"depth_of_field/focus_blocks.comp", {}};
+    if (planner.context().precision == Precision::fp16)
+        sort.program.defines.emplace("HALF_RADIUS", "1");
     sort.bindings = {{0, row_range},
                      {0, read, Access::write},
                      {0, blocks.sharp, Access::list},
@@ -71,11 +73,24 @@ FocusBlocks add_focus_blocks(PassPlanner& planner, const shared::DepthOfFieldBlo
     blocks.blur_x = needed("needed_x", "blur_x_blocks", 1, {0, reach});
     blocks.small = needed("needed_small", "small_blocks", 1, {reach, 0});
 
-    const auto on_device = [&](const char* what, const std::string& reason) {
-        planner.left_out({what, kRuleFocusTiles, reason + " (found on the device)", 0, 0, 0});
+    const auto on_device = [&](const char* what, TextureId list, bool outside, int taps_a_pixel,
+                               const std::string& reason) {
+        LeftOut left{what, kRuleFocusTiles, reason, 0, 0, 0};
+        left.work_list = list;
+        left.outside = outside;
+        left.taps_per_block = uint64_t(kBlockPx * kBlockPx * taps_a_pixel);
+        planner.left_out(left);
     };
-    on_device("blur of sharp blocks", "no radius above 0.5 px");
-    on_device("color of blurred blocks", concat("no radius below ", block.full_blur_px, " px"));
+    on_device("blurred copy in sharp blocks", blocks.sharp, false, sizes.factor == 1 ? 1 : 4,
+              "no radius above 0.5 px");
+    on_device("color and radius in blurred blocks", blocks.blurred, false, 2,
+              concat("no radius below ", block.full_blur_px, " px"));
+    // Of a pixel of the copy: what down-sampling, and the Gaussian along x or y, fetch.
+    const int down = sizes.factor * sizes.factor * (guided ? 2 : 1);
+    const int along = (2 * sizes.taps + 1) * (guided ? 2 : 1);
+    on_device("downsample", blocks.small, true, down, "nobody reads these blocks of the copy");
+    on_device("blur_x", blocks.blur_x, true, along, "nobody reads these blocks of the copy");
+    on_device("blur_y", blocks.blur_y, true, along, "nobody reads these blocks of the copy");
     return blocks;
 }
 

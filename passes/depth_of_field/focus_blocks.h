@@ -15,8 +15,9 @@ struct FocusBlocks {
     TextureId small = -1, blur_x = -1, blur_y = -1;  // of the down-sampled copy
 };
 
-// Adds the steps that fill the lists. `row_range` is what coc.comp writes of each run of pixels.
+// Adds the steps that fill the lists. `row_range` is what coc.comp writes of each run of pixels,
+// `guided` whether the copy has a guide plane (leak: depth or coc).
 FocusBlocks add_focus_blocks(PassPlanner& planner, const shared::DepthOfFieldBlock& block,
-                             const GilhamSizes& sizes, TextureId row_range);
+                             const GilhamSizes& sizes, TextureId row_range, bool guided);
 
 }  // namespace postchain::depth_of_field

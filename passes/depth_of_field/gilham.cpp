@@ -207,7 +207,8 @@ void plan_gilham(const Parameters& parameters, const CircleOfConfusion& coc, Pas
     }
     planner.step(std::move(coc_step));
     FocusBlocks blocks;
-    if (by_blocks) blocks = add_focus_blocks(planner, block, sizes, row_range);
+    if (by_blocks)
+        blocks = add_focus_blocks(planner, block, sizes, row_range, parameters.leak != Leak::none);
 
     const TextureId small = planner.texture("small", plane_format(4, context.precision),
                                             sizes.low_width, sizes.low_height);

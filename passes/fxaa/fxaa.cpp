@@ -86,16 +86,18 @@ struct LumaBounds {
 LumaBounds luma_bounds(const Parameters& parameters, const FrameFacts& facts,
                        const std::array<double, 3>& weights) {
     constexpr double kUnknown = FrameFacts::kUnknown;
+    constexpr double kLargest = 1e30;  // luma.comp holds everything to it
     const double exposure = std::exp2(parameters.exposure_ev);
     std::array<double, 3> low, high;
     for (size_t c = 0; c < 3; ++c) {
-        low[c] = facts.min_color[c];
-        high[c] = facts.max_color[c];
-        if (!std::isfinite(low[c]) || !std::isfinite(high[c]) || weights[c] < 0)
+        if (!std::isfinite(facts.min_color[c]) || !std::isfinite(facts.max_color[c]) ||
+            weights[c] < 0)
             return {-kUnknown, kUnknown};
+        low[c] = std::clamp(facts.min_color[c], -kLargest, kLargest);
+        high[c] = std::clamp(facts.max_color[c], -kLargest, kLargest);
         if (parameters.luma == Luma::stored) continue;
-        low[c] = std::max(low[c] * exposure, 0.0);
-        high[c] = std::max(high[c] * exposure, 0.0);
+        low[c] = std::clamp(low[c] * exposure, 0.0, kLargest);
+        high[c] = std::clamp(high[c] * exposure, 0.0, kLargest);
     }
     LumaBounds luma{0, 0};
     const double low_max = *std::max_element(low.begin(), low.end());

@@ -72,6 +72,9 @@ class MotionBlur final : public Pass {
         const VelocityStorage stored = storage(parameters_, context.precision);
         const shared::MotionBlurBlock block = make_block(context, stored);
         const Classes classes = classes_of(context);
+        if (compares_depth() && !classes.depth)
+            planner.left_out({"depth", kRuleSkyTiles, "the frame has one depth", 0, 0,
+                              pixels_of(context) * uint64_t(parameters_.samples + 1)});
 
         Planes planes;
         planes.half_velocity = planner.texture("half_velocity", velocity_format(stored),
@@ -92,7 +95,7 @@ class MotionBlur final : public Pass {
         if (classes.any())
             add_classed_gathers(planner, block, stored, classes, planes);
         else
-            add_gather(planner, block, stored, planes, {"gather", -1, compares_depth(), false});
+            add_gather(planner, block, stored, planes, {"gather", -1, classes.depth, false});
         planner.output(Role::color, planes.color);
         if (planes.hint >= 0) planner.output(Role::hint, planes.hint);
     }
@@ -107,6 +110,7 @@ class MotionBlur final : public Pass {
     // Which classes of blocks are told apart (classify.comp).
     struct Classes {
         bool still = false, sky = false, uniform = false;
+        bool depth = false;  // inverse depths are compared at all
         bool any() const { return still || sky || uniform; }
     };
     // -1 = not needed.
@@ -195,9 +199,12 @@ class MotionBlur final : public Pass {
     Classes classes_of(const PlanContext& context) const {
         Classes classes;
         classes.still = context.uses(kRuleStillTiles);
+        const FrameFacts& facts = context.frame.facts;
+        const bool look = context.uses(kRuleSkyTiles);
+        classes.depth =
+            compares_depth() && !(look && facts.min_inverse_depth == facts.max_inverse_depth);
         // Where no pixel is sky there is nothing to look for.
-        classes.sky = context.uses(kRuleSkyTiles) && compares_depth() &&
-                      context.frame.facts.min_inverse_depth <= 0;
+        classes.sky = look && classes.depth && facts.min_inverse_depth <= 0;
         // With fewer samples one of them weighs too much for the bound (docs/motion_blur.md).
         classes.uniform = context.uses(kRuleUniformTiles) && parameters_.samples >= 5;
         return classes;
@@ -208,7 +215,7 @@ class MotionBlur final : public Pass {
                    VelocityStorage stored, const Classes& classes, Planes& planes) const {
         const PlanContext& context = planner.context();
         const int tiles_x = block.tiles.x, tiles_y = block.tiles.y, height = context.frame.height;
-        const bool depth = compares_depth() && (classes.sky || classes.uniform);
+        const bool depth = classes.depth && (classes.sky || classes.uniform);
         const auto texture = [&](const char* name, Format format, int rows) {
             return planner.texture(name, format, tiles_x, rows);
         };
@@ -281,7 +288,7 @@ class MotionBlur final : public Pass {
                              const Planes& planes) const {
         const FrameDescription& frame = planner.context().frame;
         const auto blocks = groups_for(frame.width, frame.height);
-        const bool depth = compares_depth() && (classes.sky || classes.uniform);
+        const bool depth = classes.depth && (classes.sky || classes.uniform);
         Step classify = make_step("classify",
                                   {{"STORAGE", storage_define(stored)},
                                    {"STILL", flag(classes.still)},
@@ -306,11 +313,17 @@ class MotionBlur final : public Pass {
         const TextureId uniform_blocks = classes.uniform ? list("uniform_blocks", 3) : -1;
         planner.step(std::move(classify));
 
-        const auto on_device = [&](const char* what, const char* rule, const std::string& reason) {
-            planner.left_out({what, rule, reason + " (found on the device)", 0, 0, 0});
+        const auto on_device = [&](const char* what, const char* rule, TextureId list,
+                                   int taps_a_pixel, const std::string& reason) {
+            LeftOut left{what, rule, reason, 0, 0, 0};
+            left.work_list = list;
+            left.taps_per_block = uint64_t(kBlockPx * kBlockPx * taps_a_pixel);
+            planner.left_out(left);
         };
+        const int taps = parameters_.samples + 1;
         if (classes.still) {
-            on_device("gather of still blocks", kRuleStillTiles,
+            on_device("gather in still blocks", kRuleStillTiles, still_blocks,
+                      (classes.depth ? 3 : 2) * taps,
                       concat("no half-velocity above ", block.still_limit_px, " px reaches them"));
             Step keep = make_step("keep", {{"HINT", flag(planes.hint >= 0)}}, block);
             keep.bindings = {{0, still_blocks, Access::list},
@@ -322,17 +335,18 @@ class MotionBlur final : public Pass {
             planner.step(std::move(keep));
         }
         if (classes.sky) {
-            on_device("depth of sky blocks", kRuleSkyTiles, "one depth as far as taps reach");
+            on_device("depth in sky blocks", kRuleSkyTiles, sky_blocks, taps,
+                      "one depth as far as taps reach");
             add_gather(planner, block, stored, planes, {"gather_sky", sky_blocks, false, false});
         }
         if (classes.uniform) {
-            on_device("motion and depth of uniform blocks", kRuleUniformTiles,
+            on_device("motion and depth in uniform blocks", kRuleUniformTiles, uniform_blocks,
+                      (classes.depth ? 2 : 1) * taps - 1,
                       "one motion and one depth layer as far as taps reach; error <= 1e-3");
             add_gather(planner, block, stored, planes,
                        {"gather_uniform", uniform_blocks, false, true});
         }
-        add_gather(planner, block, stored, planes,
-                   {"gather", full_blocks, compares_depth(), false});
+        add_gather(planner, block, stored, planes, {"gather", full_blocks, classes.depth, false});
     }
 
     void add_gather(PassPlanner& planner, const shared::MotionBlurBlock& block,
@@ -367,7 +381,7 @@ class MotionBlur final : public Pass {
         // Color, velocity, depth of each sample and of the pixel, and the tile. How many blocks
         // are in which list nobody knows here: all are counted to the last, which does most.
         const uint64_t taps = uint64_t(parameters_.samples + 1);
-        if (!gather.uniform && gather.depth == compares_depth())
+        if (step.name == "gather")
             step.taps = pixels_of(context) * ((gather.depth ? 3 : 2) * taps + 1);
         planner.step(std::move(step));
     }

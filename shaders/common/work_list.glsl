@@ -9,7 +9,9 @@
 //   ivec2 p = pixel_of_work(still_blocks.blocks[work_index()]);
 
 const int kBlockPx = 16;
-const uint kGroupsPerRow = 1024u;  // of the launch: a device may allow no more than 65535 a side
+// Of the launch. A device may allow no more than 65535 groups a side, and the last row is launched
+// in full whatever the list holds.
+const uint kGroupsPerRow = 64u;
 
 #define WORK_LIST   \
     uint groups_x;  \

@@ -18,8 +18,12 @@ layout(std430, binding = 0) buffer SharpBlocks { WORK_LIST } sharp_blocks;
 layout(std430, binding = 1) buffer BlurredBlocks { WORK_LIST } blurred_blocks;
 layout(std430, binding = 2) buffer MixedBlocks { WORK_LIST } mixed_blocks;
 
-// A radius may be stored as a half, by up to 2^-11 of itself smaller than it was reckoned.
+// HALF_RADIUS: coc is stored as a half, by up to 2^-10 of itself smaller than it was reckoned.
+#ifdef HALF_RADIUS
 const float kStored = 1.0 - 1.0 / 1024.0;
+#else
+const float kStored = 1.0;
+#endif
 
 void main() {
     const ivec2 at = ivec2(gl_GlobalInvocationID.xy);

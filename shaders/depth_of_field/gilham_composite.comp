@@ -23,7 +23,10 @@ layout(binding = 1) writeonly uniform image2D hint_result;
 #endif
 
 // a + t (b - a) and not mix(): exact when a and b are equal.
-vec4 between(vec4 a, vec4 b, float t) { return a + t * (b - a); }
+vec4 between(vec4 a, vec4 b, float t) {
+    precise vec4 c = a + t * (b - a);
+    return c;
+}
 
 // Bilinear by hand at (p + 0.5)/FACTOR - 0.5, clamped: hardware filtering rounds its weights to
 // 8 bits.

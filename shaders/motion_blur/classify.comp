@@ -33,7 +33,7 @@ layout(std430, binding = 2) buffer SkyBlocks { WORK_LIST } sky_blocks;
 layout(std430, binding = 3) buffer UniformBlocks { WORK_LIST } uniform_blocks;
 #endif
 
-// Motions that differ by this part of their length, and depths whose comparison would change a weight by
+// Motions that differ by this part of their length, and depths whose comparison changes a weight by
 // this part of itself, count as one: the picture changes by at most 1e-3 of the range of its colors
 // nearby (docs/motion_blur.md).
 const float kAlike = 2.5e-4;
@@ -51,7 +51,7 @@ void main() {
     float longest = 0.0;
     vec4 chosen = vec4(1.0, 1.0, -1.0, -1.0) * float(2 * block.tile_px);
     {
-        // Pixels choose the tile across a border up to r/(2 tau) from it; a pixel more for rounding.
+        // Pixels choose the tile across a border up to r/(2 tau) from it; one more for rounding.
         const float edge = float(block.tile_px);
 #if TILE_JITTER
         const float across = min(edge, 0.5 * edge / max(block.tile_jitter_slope, 1e-3)) + 1.0;
@@ -76,9 +76,11 @@ void main() {
 #endif
 
 #if SKY || UNIFORM
-    // Taps lie at most r away, and half a pixel more where they are rounded.
-    const ivec2 low = tile_of(first - float(block.tile_px + 1));
-    const ivec2 high = tile_of(last + float(block.tile_px + 1));
+    // Taps lie at most r away, and half a pixel more where they are rounded; a vector stored in 8
+    // bits may be longer by half of a step, sqrt(2)/2 r/127.
+    const float reach = 1.006 * float(block.tile_px) + 1.0;
+    const ivec2 low = tile_of(first - reach);
+    const ivec2 high = tile_of(last + reach);
 #if SKY || DEPTH
     vec2 depths = texelFetch(tile_depth, low, 0).xy;
     for (int y = low.y; y <= high.y; ++y) {

@@ -155,8 +155,9 @@ void main() {
 #endif
     const float spacing = reach / float(count + 1);
 
-    float total = block.center_total * inverse_rho_c;
-    vec4 sum = vec4(0.0);
+    // precise: the same weights and sums, to the bit, whichever of its forms this program has.
+    precise float total = block.center_total * inverse_rho_c;
+    precise vec4 sum = vec4(0.0);
     float moment = 0.0;
     // Tested at the end: a software renderer runs a body once more to find the test at its start.
     int i = 0;
@@ -195,8 +196,8 @@ void main() {
 #else
         const float w_b = abs(dot(v_s, d)) * inverse_s;
 #endif
-        float front = clamp(1.0 - distance * inverse_rho_s, 0.0, 1.0) * w_b;
-        float back = clamp(1.0 - distance * inverse_rho_c, 0.0, 1.0) * w_a;
+        precise float front = clamp(1.0 - distance * inverse_rho_s, 0.0, 1.0) * w_b;
+        precise float back = clamp(1.0 - distance * inverse_rho_c, 0.0, 1.0) * w_a;
 #if DEPTH
         // Of f and b one is 1; the other falls with the ratio of the depths.
         const float q_s = texelFetch(inverse_depth, s, 0).x;
@@ -213,8 +214,8 @@ void main() {
         // cylinder = 1 - smoothstep(0.95 R, 1.05 R, T), R = min(rho(v_S), rho(v_c))
         const float edge =
             clamp(10.0 * distance * max(inverse_rho_s, inverse_rho_c) - 9.5, 0.0, 1.0);
-        const float both = 1.0 - edge * edge * (3.0 - 2.0 * edge);
-        const float weight = front + back + 2.0 * both * max(w_a, w_b);
+        precise const float both = 1.0 - edge * edge * (3.0 - 2.0 * edge);
+        precise const float weight = front + back + 2.0 * both * max(w_a, w_b);
         if (counts && weight > 0.0) {
             sum += weight * (texelFetch(color, s, 0) - color_p);
             total += weight;

@@ -1,6 +1,7 @@
-// Half-velocities: their length, and how they are stored. STORAGE 0: fp32; 1: fp16; 2: unorm8, the report's encoding with
-// a code of its own for 0 (code = 128 + 127 v/r). encode_velocity() rounds to the nearest value the
-// texture can hold, so that the tiles see exactly the vectors that the gather will see.
+// Half-velocities: their length, and how they are stored. STORAGE 0: fp32; 1: fp16; 2: unorm8, the
+// report's encoding with a code of its own for 0 (code = 128 + 127 v/r). encode_velocity() rounds
+// to the nearest value the texture can hold, so that the tiles see exactly the vectors that the
+// gather will see.
 
 // |v|, to the same bit wherever it is compared with a limit.
 float length_of(vec2 v) {

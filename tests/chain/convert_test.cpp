@@ -195,6 +195,16 @@ TEST(Convert, FactsOfColor) {
     EXPECT_TRUE(facts_of(zeros).one_color);
     zeros.at(1, 0, 2) = -0.0f;
     EXPECT_FALSE(facts_of(zeros).one_color);
+    // Straight alpha that overflows everywhere is no color at all.
+    {
+        FramePlanes planes;
+        planes[Role::color] = ImageF(2, 2, 4, 3e38f);
+        FrameDescription frame = frame_of(2, 2);
+        ConvertOptions straight;
+        straight.unpremultiplied = true;
+        ASSERT_TRUE(convert_frame(planes, frame, straight).ok());
+        EXPECT_FALSE(frame.facts.one_color);
+    }
     // Largest half, the next float, a third, smallest subnormal half, half of that, one and a half.
     const std::pair<float, bool> values[] = {
         {65504.0f, true},  {65505.0f, false},   {1.0f / 3, false},      {0x1p-24f, true},
@@ -220,7 +230,7 @@ TEST(Convert, NothingIsKnownOfAFrameThatNobodyLookedAt) {
     frame.facts.camera_cut = true;
     ASSERT_TRUE(convert_frame(planes, frame, {}).ok());
     EXPECT_TRUE(frame.facts.camera_cut);
-    EXPECT_EQ(frame.facts.max_speed_px, 0);
+    EXPECT_EQ(frame.facts.max_speed_px, FrameFacts::kUnknown);  // there is no motion
 }
 
 TEST(Convert, PlanesOfOneFrameHaveOneSize) {

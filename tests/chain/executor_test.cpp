@@ -194,7 +194,7 @@ TEST_F(Execute, ObserverSeesEveryStageAndCanEndTheRun) {
 }
 
 // Every block is done by the step whose list it is in, and by no other; also with more blocks than
-// one row of the launch holds (1024), and again with lists that were used before.
+// one row of the launch holds (64), and again with lists that were used before.
 TEST_F(Execute, WorkListsLaunchOneGroupForEachBlock) {
     for (const auto& [width, height] : {std::pair(1, 1), {16, 16}, {17, 33}, {700, 645}}) {
         FramePlanes in;

@@ -289,7 +289,7 @@ TEST(Planner, HintIsMadeForNobodyWhereTheRuleIsOff) {
 TEST(Planner, PassThatLacksAPlaneIsLeftOutWhenAskedFor) {
     FrameDescription f = frame();
     f.planes = {Role::color};
-    f.not_decoded = {Role::inverse_depth};
+    f.not_converted = {Role::inverse_depth};
     PlanOptions asked;
     asked.rules_on = {kRuleMissingPlane};
     const auto plan = make_plan(chain_of({"copy", "makes"}), f, asked);
@@ -313,7 +313,7 @@ TEST(Planner, PassThatLacksAPlaneIsLeftOutWhenAskedFor) {
 TEST(Planner, PlanesThatWereNotDecodedAreLeftOut) {
     FrameDescription f = frame();
     f.planes = {Role::color};
-    f.not_decoded = {Role::motion};
+    f.not_converted = {Role::motion};
     Chain chain = chain_of({"makes"});
     ASSERT_TRUE(table().set(chain.links[0].pass->parameters(), "off", true).ok());
     const auto plan = make_plan(chain, f);
@@ -321,7 +321,7 @@ TEST(Planner, PlanesThatWereNotDecodedAreLeftOut) {
     ASSERT_EQ(plan->left_out.size(), 2u);
     EXPECT_EQ(plan->left_out[0].dispatches, 2);
     EXPECT_EQ(plan->left_out[1], (LeftOut{"input.motion", kRuleUnusedPlane,
-                                          "no step reads it: not decoded", 9600, 0, 0}));
+                                          "no step reads it: not converted", 9600, 0, 0}));
 }
 
 TEST(Planner, PlanesAreHandedOverWhereTheRuleIsOff) {
@@ -340,6 +340,29 @@ TEST(Planner, RulesInUse) {
     EXPECT_EQ(options.rules().count(kRuleUniformTiles), 1u);
     options.elide = false;
     EXPECT_TRUE(options.rules().empty());
+}
+
+TEST(Plan, WhatTheDeviceFoundIsCounted) {
+    Plan plan;
+    plan.textures.resize(2);
+    plan.textures[0].name = "0.p.still";
+    plan.textures[1].name = "0.p.needed";
+    LeftOut still{"p.gather", kRuleStillTiles, "still", 0, 0, 0}, copy = still, plain = still;
+    still.work_list = 0;
+    still.taps_per_block = 10;
+    copy.work_list = 1;
+    copy.outside = true;
+    copy.taps_per_block = 7;
+    plan.left_out = {plain, still, copy};
+    const auto found = left_out_on_device(plan, {{"0.p.still", 3, 12}, {"0.p.needed", 8, 12}});
+    ASSERT_EQ(found.size(), 2u);
+    EXPECT_EQ(found[0].reason, "still: 3 of 12 blocks");
+    EXPECT_EQ(found[0].taps, 30u);
+    EXPECT_EQ(found[1].reason, "still: 4 of 12 blocks");
+    EXPECT_EQ(found[1].taps, 28u);
+    // Where no block was found nothing was left out.
+    EXPECT_TRUE(left_out_on_device(plan, {{"0.p.still", 0, 12}, {"0.p.needed", 12, 12}}).empty());
+    EXPECT_THAT(plan_as_text(plan), HasSubstr("(saves 10 taps a block; the device finds them)"));
 }
 
 TEST(Planner, LifetimesAndPeakByHand) {
@@ -368,6 +391,21 @@ TEST(Planner, PrintsNameEverythingThatRunsAndIsLeftOut) {
     EXPECT_THAT(plan_as_text(plan), HasSubstr("left out copy [off_by_configuration]: off is true"));
     EXPECT_THAT(plan_as_dot(plan), HasSubstr("copy\\nleft out"));
     EXPECT_EQ(plan_as_json(plan).find('\n'), std::string::npos);
+}
+
+// A pass that a rule leaves out on somebody's word is left out of the reference too.
+TEST(Reference, LacksAPassThatMayBeMissing) {
+    FramePlanes planes;
+    planes[Role::color] = ImageF(1, 1, 4, 3.0f);
+    FrameDescription f = frame();
+    f.width = f.height = 1;
+    f.planes = {Role::color};
+    PlanOptions asked;
+    asked.rules_on = {kRuleMissingPlane};
+    const auto result = run_reference(chain_of({"copy", "makes"}), f, planes, asked);
+    ASSERT_TRUE(result.ok()) << result.status().message();
+    EXPECT_EQ(result->planes.at(Role::color).data[0], 7.0);
+    EXPECT_FALSE(run_reference(chain_of({"copy", "makes"}), f, planes).ok());
 }
 
 TEST(Reference, RunsPassesInOrderAndNamesStagesAsThePlanDoes) {

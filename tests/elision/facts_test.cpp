@@ -234,6 +234,27 @@ TEST(IdentityByFacts, FxaaWithAHintOfOneColor) {
             }
 }
 
+// Luma is held to 1e30: beyond it a bound reckoned without that would call an edge flat.
+TEST(IdentityByFacts, FxaaStaysWhereLumaIsHeld) {
+    struct Case {
+        const char* luma;
+        double exposure_ev;
+        float red, green, box;
+    };
+    for (const Case& one : {Case{"display", 0, 1e35f, 1e28f, 1e31f},
+                            {"display", 32, 1e25f, 1e18f, 1e21f},
+                            {"stored", 0, 1e35f, 0, 1e31f}}) {
+        SCOPED_TRACE(concat(one.luma, " ", one.exposure_ev));
+        FramePlanes planes = planes_of(constant_image(40, 30, {one.red, one.green, 0, 1}));
+        for (int y = 8; y < 20; ++y)
+            for (int x = 10; x < 30; ++x) planes[Role::color].at(x, y, 1) = one.box;
+        const Chain chain = chain_of(
+            "fxaa",
+            {{"hint", "none"s}, {"luma", std::string(one.luma)}, {"exposure_ev", one.exposure_ev}});
+        expect_same_bits(chain, describe(planes), planes, only({kRuleFacts}));
+    }
+}
+
 TEST(IdentityByFacts, FxaaOfOnePixel) {
     for (const char* kind : {"none", "checkerboard", "threshold"})
         for (const float value : {0.3f, -0.0f, -4.0f, 0x1p-126f, 1e30f, 7e4f})

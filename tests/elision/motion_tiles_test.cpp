@@ -222,13 +222,18 @@ TEST(SkyTiles, OneDepthInTheSkyAtEveryOffset) {
     std::printf("sky blocks %u, full blocks %u\n", sky, full);
 }
 
-// One depth everywhere is as good as the sky where some fact allows for sky; where none does the
-// blocks are not even sorted.
-TEST(SkyTiles, OnlyWhereThereIsSky) {
+// One depth everywhere is as good as the sky. Where that is a fact no block is sorted, and no depth
+// is read; where no fact is known the device finds it.
+TEST(SkyTiles, AFrameOfOneDepth) {
     Scene scene(48, 32, 5, {6, 1}, 0);
-    EXPECT_EQ(scene.check({}, kRuleSkyTiles, Precision::fp32).blocks("sky_blocks"), 6u);
-    for (float& w : scene.planes[Role::inverse_depth].data) w = 0.25f;
-    EXPECT_FALSE(scene.check({}, kRuleSkyTiles, Precision::fp32).used(kRuleSkyTiles));
+    for (const float w : {0.0f, 0.25f}) {
+        for (float& value : scene.planes[Role::inverse_depth].data) value = w;
+        const Lean lean = scene.check({}, kRuleSkyTiles, Precision::fp32);
+        EXPECT_TRUE(lean.used(kRuleSkyTiles));
+        EXPECT_EQ(lean.plan.steps.back().program.defines.at("DEPTH"), "0");
+        for (const auto& step : lean.plan.steps) EXPECT_NE(step.name, "classify");
+        EXPECT_EQ(scene.check_unknown({}, kRuleSkyTiles).blocks("sky_blocks"), 6u);
+    }
     EXPECT_EQ(scene.check_unknown({}, kRuleSkyTiles).blocks("sky_blocks"), 6u);
     // Depths that differ in the last bit are two depths.
     scene.depth(40, 20) = neighbour(0.25f, 1);

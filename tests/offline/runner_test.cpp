@@ -244,6 +244,9 @@ TEST_F(RunnerTest, WorkTextTellsWorkApart) {
     settings_.source.camera.reset();
     settings_.source.cuts = {1};
     EXPECT_NE(text(1), base);
+    settings_.plan.rules_off = {kRuleCameraCut};  // blurred all the same
+    EXPECT_EQ(text(1), base);
+    settings_.plan.rules_off.clear();
     settings_.source.cuts.clear();
     settings_.plan.rules_on = {kRuleUniformTiles};
     EXPECT_NE(text(1), base);

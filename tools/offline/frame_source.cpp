@@ -141,9 +141,9 @@ Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeade
                                       RoleSet wanted, io::Keep keep) {
     SourceFrame frame;
     const std::string path = header.files.color_file().path();
-    RoleSet present = {Role::color}, not_decoded;
+    RoleSet present = {Role::color}, not_converted;
     for (const auto& [role, where] : header.assignment)
-        (wanted.has(role) || role == Role::color ? present : not_decoded).add(role);
+        (wanted.has(role) || role == Role::color ? present : not_converted).add(role);
     auto start = Clock::now();
     auto read = io::read_frame(header.files, header.assignment, present, keep);
     if (!read.ok()) return read.status();
@@ -155,7 +155,7 @@ Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeade
     frame.warnings = std::move(header.warnings);
     frame.description = frame.input.description;
     frame.description.camera = header.camera;
-    frame.description.not_decoded = not_decoded;
+    frame.description.not_converted = not_converted;
     frame.description.facts.camera_cut = settings.cuts.count(frame.input.files.frame_number) > 0;
     frame.planes = std::move(frame.input.planes);
     frame.conversion = frame.match.options;

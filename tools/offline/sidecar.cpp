@@ -17,6 +17,11 @@ Json health_json(const FrameReport& report) {
                    {"max_speed_px", facts.max_speed_px},
                    {"min_inverse_depth", facts.min_inverse_depth},
                    {"max_inverse_depth", facts.max_inverse_depth},
+                   {"min_color", facts.min_color},
+                   {"max_color", facts.max_color},
+                   {"one_color", facts.one_color},
+                   {"color_is_half", facts.color_is_half},
+                   {"camera_cut", facts.camera_cut},
                    {"output_nonfinite", report.output_nonfinite},
                    {"output_half_overflow", report.write.overflow_pixels}};
     if (report.first_nonfinite) health["input_first_nonfinite"] = *report.first_nonfinite;
@@ -61,6 +66,12 @@ std::string sidecar_json(const FrameReport& report, const std::string& version) 
     json["work"] = report.work;
     json["profile"] = report.profile;
     if (report.plan) json["plan"] = Json::parse(plan_as_json(*report.plan));
+    if (report.plan)
+        for (const auto& left : left_out_on_device(*report.plan, report.work_done))
+            json["left_out_on_device"].push_back({{"what", left.what},
+                                                  {"rule", left.rule},
+                                                  {"reason", left.reason},
+                                                  {"taps", left.taps}});
     for (const auto& done : report.work_done)
         json["blocks"].push_back({{"list", done.list}, {"blocks", done.blocks}, {"of", done.of}});
     json["times_ms"] = times_json(report);

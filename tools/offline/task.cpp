@@ -151,9 +151,11 @@ std::string work_text(const Chain& chain, const RunSettings& settings, const Fra
                        motion->bias, " ", motion->sentinel, "\n");
     text += concat(int(options.depth), " ", options.unpremultiplied, " ",
                    int(settings.source.nonfinite_color), " ", int(settings.overflow), "\n");
-    // Rules that change pixels; the usual ones do not.
-    for (const auto& rule : settings.plan.rules_on) text += rule + "\n";
-    if (settings.source.cuts.count(frame)) text += "camera cut\n";
+    // Of the rules that are usual only this one changes pixels.
+    const std::set<std::string> rules = settings.plan.rules();
+    for (const auto& rule : settings.plan.rules_on)
+        if (rules.count(rule)) text += rule + "\n";
+    if (settings.source.cuts.count(frame) && rules.count(kRuleCameraCut)) text += "camera cut\n";
     for (const auto& [role, where] : header.assignment) {
         text += concat(postchain::name_of(role), " ", where.part);
         for (const auto& channel : where.channels) text += " " + channel;

@@ -1,6 +1,7 @@
 // postchain run: the runner with messages, progress and signals around it.
 #include <cstdio>
 #include <filesystem>
+#include <set>
 
 #include "tools/offline/sidecar.h"
 #include "tools/postchain/exit_code.h"
@@ -81,6 +82,7 @@ int run_verb(const Options& options) {
                 Status(StatusCode::output,
                        settings->dump_folder + ": folder cannot be made: " + error.message()));
     }
+    std::set<int> cuts = settings->source.cuts;  // that no frame has met
     const StopOnSignal stop;
     auto context = context_of(options);
     if (!context.ok()) return fail(context.status());
@@ -91,6 +93,7 @@ int run_verb(const Options& options) {
         chain->chain, *settings, executor, renderer,
         [&](const offline::FrameReport& report, const offline::RunProgress& progress) {
             say(report, progress, options.json);
+            cuts.erase(report.frame);
         },
         &stop.flag());
     log::progress("");
@@ -103,6 +106,9 @@ int run_verb(const Options& options) {
     count(summary->held, "held");
     count(summary->missing, "missing");
     count(summary->failed, "failed");
+    if (!cuts.empty() && !stop.asked())
+        log::warning("--cuts: not among the frames: " +
+                     offline::frames_text({cuts.begin(), cuts.end()}));
     if (!summary->gaps.empty())
         log::warning(concat(settings->input.color().text(), ": holes in the sequence, ",
                             summary->gaps.size(),

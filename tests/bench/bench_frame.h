@@ -41,6 +41,19 @@ struct BenchFrame {
 const std::vector<std::string>& scenes();
 BenchFrame make_frame(const std::string& scene, int width, int height);
 
+// What the programs take on the command line.
+struct Settings {
+    int width = 1280;
+    int height = 720;
+    int iterations;    // runs or pairs
+    std::string only;  // part of a row's name; empty = all
+};
+// Takes --size=WIDTHxHEIGHT, --iterations=N and --only=PART_OF_NAME out of the arguments; what is
+// left is for whoever else reads them.
+Settings take_settings(int& argc, char** argv, int iterations);
+// The same, for programs that know no other argument.
+Settings parse_settings(int argc, char** argv, int iterations);
+
 // A frame's planes as textures, each in the format asked for; uploaded once per format.
 class DevicePlanes {
   public:

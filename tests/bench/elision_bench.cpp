@@ -20,13 +20,6 @@ namespace {
 using namespace postchain;
 using namespace postchain::bench;
 
-struct Settings {
-    int width = 1280;
-    int height = 720;
-    int iterations = 11;
-    std::string only;  // part of a row's name
-};
-
 enum class Motion { none, pan, disc, all };
 enum class Focus { layers, all, half, none, partly };
 
@@ -211,27 +204,10 @@ class Bench {
     Executor executor_;
 };
 
-Settings parse(int argc, char** argv) {
-    Settings settings;
-    for (int i = 1; i < argc; ++i) {
-        char only[64] = {};
-        if (std::sscanf(argv[i], "--size=%dx%d", &settings.width, &settings.height) == 2) continue;
-        if (std::sscanf(argv[i], "--iterations=%d", &settings.iterations) == 1) continue;
-        if (std::sscanf(argv[i], "--only=%63[^\n]", only) == 1) {
-            settings.only = only;
-            continue;
-        }
-        fail("usage: elision_bench [--size=WIDTHxHEIGHT] [--iterations=N] [--only=PART_OF_NAME]");
-    }
-    if (settings.width < 1 || settings.height < 1 || settings.iterations < 1)
-        fail("--size=WIDTHxHEIGHT and --iterations=N take numbers above 0");
-    return settings;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
-    const Settings settings = parse(argc, argv);
+    const Settings settings = parse_settings(argc, argv, 11);
     const auto context = require(gl::Context::create());
     Bench bench(settings, *context);
     std::printf("%s\nclock: %s; %dx%d; median and quartiles of %d runs by turns\n\n",

@@ -20,12 +20,6 @@ namespace {
 using namespace postchain;
 using namespace postchain::bench;
 
-struct Settings {
-    int width = 1280;
-    int height = 720;
-    int iterations = 11;
-};
-
 using Values = std::vector<std::pair<std::string, ParameterValue>>;
 
 struct Case {
@@ -153,31 +147,13 @@ class Table : public benchmark::BenchmarkReporter {
 };
 
 // Takes our own arguments out of argv.
-Settings parse(int& argc, char** argv) {
-    Settings settings;
-    int kept = 1;
-    for (int i = 1; i < argc; ++i) {
-        int value = 0;
-        if (std::sscanf(argv[i], "--size=%dx%d", &settings.width, &settings.height) == 2) continue;
-        if (std::sscanf(argv[i], "--iterations=%d", &value) == 1) {
-            settings.iterations = value;
-            continue;
-        }
-        argv[kept++] = argv[i];
-    }
-    argc = kept;
-    if (settings.width < 1 || settings.height < 1 || settings.iterations < 1)
-        fail("gpu_bench: --size=WIDTHxHEIGHT and --iterations=N take numbers above 0");
-    return settings;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
-    const Settings settings = parse(argc, argv);
+    const Settings settings = take_settings(argc, argv, 11);
     benchmark::Initialize(&argc, argv);
     if (benchmark::ReportUnrecognizedArguments(argc, argv)) {
-        std::fprintf(stderr, "also: --size=WIDTHxHEIGHT --iterations=N\n");
+        std::fprintf(stderr, "also: --size=WIDTHxHEIGHT --iterations=N --only=PART_OF_NAME\n");
         return 2;
     }
     const auto context = require(gl::Context::create());
@@ -188,11 +164,13 @@ int main(int argc, char** argv) {
                 settings.iterations);
     std::printf("copies: time as a multiple of a plain copy of the frame, measured in turn\n");
     const std::vector<Case> all = cases();
-    for (const Case& one : all)
+    for (const Case& one : all) {
+        if (one.name.find(settings.only) == std::string::npos) continue;
         benchmark::RegisterBenchmark(
             one.name.c_str(), [&bench, one](benchmark::State& state) { bench.run(state, one); })
             ->UseManualTime()
             ->Iterations(settings.iterations);
+    }
     Table table;
     benchmark::RunSpecifiedBenchmarks(&table);
     benchmark::Shutdown();

@@ -26,13 +26,6 @@ namespace {
 using namespace postchain;
 using namespace postchain::bench;
 
-struct Settings {
-    int width = 1280;
-    int height = 720;
-    int iterations = 15;
-    std::string only;  // part of a row's name
-};
-
 using Values = std::vector<std::pair<std::string, ParameterValue>>;
 
 struct Case {
@@ -312,27 +305,10 @@ std::string conversion_text(Executor& executor) {
                   ", of 0.75 of the least is ", value[3]);
 }
 
-Settings parse(int argc, char** argv) {
-    Settings settings;
-    for (int i = 1; i < argc; ++i) {
-        char only[64] = {};
-        if (std::sscanf(argv[i], "--size=%dx%d", &settings.width, &settings.height) == 2) continue;
-        if (std::sscanf(argv[i], "--iterations=%d", &settings.iterations) == 1) continue;
-        if (std::sscanf(argv[i], "--only=%63[^\n]", only) == 1) {
-            settings.only = only;
-            continue;
-        }
-        fail("usage: precision_bench [--size=WIDTHxHEIGHT] [--iterations=N] [--only=PART_OF_NAME]");
-    }
-    if (settings.width < 1 || settings.height < 1 || settings.iterations < 1)
-        fail("--size=WIDTHxHEIGHT and --iterations=N take numbers above 0");
-    return settings;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
-    const Settings settings = parse(argc, argv);
+    const Settings settings = parse_settings(argc, argv, 15);
     const auto context = require(gl::Context::create());
     Bench bench(settings, *context);
     std::printf("%s\nclock: %s; %dx%d; median of %d pairs\n%s\n", device_text(*context).c_str(),

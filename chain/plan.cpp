@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "chain/parameter.h"
-#include "chain/status.h"
 
 namespace postchain {
 
@@ -123,20 +122,19 @@ uint64_t Plan::peak_bytes() const {
     return peak;
 }
 
-std::vector<LeftOut> left_out_on_device(const Plan& plan, const std::vector<WorkDone>& done) {
-    std::vector<LeftOut> found;
-    for (const auto& left : plan.left_out) {
-        if (left.work_list < 0) continue;
-        for (const auto& list : done) {
-            if (list.list != plan.textures[size_t(left.work_list)].name) continue;
-            const unsigned blocks = left.outside ? list.of - list.blocks : list.blocks;
-            if (blocks == 0) continue;
-            found.push_back(left);
-            found.back().reason += concat(": ", blocks, " of ", list.of, " blocks");
-            found.back().taps = blocks * left.taps_per_block;
-        }
+std::optional<LeftOut> counted(const LeftOut& left, const Plan& plan,
+                               const std::vector<WorkDone>& done) {
+    if (left.work_list < 0) return left;
+    const std::string& name = plan.textures[size_t(left.work_list)].name;
+    for (const auto& list : done) {
+        if (list.list != name) continue;
+        const unsigned blocks = left.outside ? list.of - list.blocks : list.blocks;
+        if (blocks == 0) return std::nullopt;
+        LeftOut found = left;
+        found.taps = blocks * left.taps_per_block;
+        return found;
     }
-    return found;
+    return left;
 }
 
 uint64_t Plan::hash() const {

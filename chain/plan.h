@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <cstring>
 #include <map>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -170,9 +171,10 @@ struct WorkDone {
     unsigned of = 0;      // blocks in all
 };
 
-// What the device found to leave out, with its blocks in the reason and its taps; nothing of which
-// there was no block.
-std::vector<LeftOut> left_out_on_device(const Plan& plan, const std::vector<WorkDone>& done);
+// An entry of plan.left_out when the plan has run: with the taps of the blocks that the device
+// found, and nothing where it found none. Others stay as they are.
+std::optional<LeftOut> counted(const LeftOut& left, const Plan& plan,
+                               const std::vector<WorkDone>& done);
 
 std::string plan_as_text(const Plan& plan);
 std::string plan_as_json(const Plan& plan);  // one object on one line

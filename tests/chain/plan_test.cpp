@@ -354,14 +354,15 @@ TEST(Plan, WhatTheDeviceFoundIsCounted) {
     copy.outside = true;
     copy.taps_per_block = 7;
     plan.left_out = {plain, still, copy};
-    const auto found = left_out_on_device(plan, {{"0.p.still", 3, 12}, {"0.p.needed", 8, 12}});
-    ASSERT_EQ(found.size(), 2u);
-    EXPECT_EQ(found[0].reason, "still: 3 of 12 blocks");
-    EXPECT_EQ(found[0].taps, 30u);
-    EXPECT_EQ(found[1].reason, "still: 4 of 12 blocks");
-    EXPECT_EQ(found[1].taps, 28u);
+    const std::vector<WorkDone> some = {{"0.p.still", 3, 12}, {"0.p.needed", 8, 12}};
+    EXPECT_EQ(counted(plain, plan, some), plain);
+    ASSERT_TRUE(counted(still, plan, some) && counted(copy, plan, some));
+    EXPECT_EQ(counted(still, plan, some)->taps, 30u);
+    EXPECT_EQ(counted(copy, plan, some)->taps, 28u);
     // Where no block was found nothing was left out.
-    EXPECT_TRUE(left_out_on_device(plan, {{"0.p.still", 0, 12}, {"0.p.needed", 12, 12}}).empty());
+    const std::vector<WorkDone> none = {{"0.p.still", 0, 12}, {"0.p.needed", 12, 12}};
+    EXPECT_FALSE(counted(still, plan, none));
+    EXPECT_FALSE(counted(copy, plan, none));
     EXPECT_THAT(plan_as_text(plan), HasSubstr("(saves 10 taps a block; the device finds them)"));
 }
 

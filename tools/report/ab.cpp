@@ -104,8 +104,6 @@ class AbRun {
                 fail(v, number, plan.status());
                 continue;
             }
-            for (const LeftOut& left : plan->left_out)
-                report_.variants[v].left_out.emplace_back(number, left);
             plans[v] = std::move(*plan);
         }
         if (plans[0] && plans[1]) {
@@ -116,6 +114,10 @@ class AbRun {
             }
             if (auto both = executor_.filter_both(merged, frame.planes); both.ok()) {
                 for (size_t v = 0; v < 2; ++v) results[v] = std::move((*both)[v].at(Role::color));
+                const auto& all = merged.plan.left_out;  // A's, then B's
+                for (size_t i = 0; i < all.size(); ++i)
+                    note_left_out(i < plans[0]->left_out.size() ? 0 : 1, number, all[i],
+                                  merged.plan);
                 return results;
             }
             // One of them; each alone says which.
@@ -127,8 +129,16 @@ class AbRun {
                 results[v] = std::move(alone->at(Role::color));
             else
                 fail(v, number, alone.status());
+            for (const LeftOut& left : plans[v]->left_out)
+                note_left_out(v, number, left, *plans[v]);
         }
         return results;
+    }
+
+    // `plan` is what the executor ran last.
+    void note_left_out(size_t variant, int frame, const LeftOut& left, const Plan& plan) {
+        if (const auto found = counted(left, plan, executor_.work_done()))
+            report_.variants[variant].left_out.emplace_back(frame, *found);
     }
 
     Status visit(offline::SourceFrame& frame) {

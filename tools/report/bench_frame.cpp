@@ -34,7 +34,9 @@ Result<ImageF> BenchFrame::filtered(const Chain& chain, const offline::SourceFra
     if (!plan.ok()) return plan.status();
     auto result = executor_->filter(*plan, frame.planes);
     if (!result.ok()) return result.status();
-    if (left_out) *left_out = plan->left_out;
+    for (const LeftOut& left : plan->left_out)
+        if (const auto found = counted(left, *plan, executor_->work_done()); found && left_out)
+            left_out->push_back(*found);
     return std::move(result->at(Role::color));
 }
 

@@ -269,7 +269,7 @@ class Markdown {
         }
         out_ +=
             "\nSavings are sums over the frames named: bytes of textures, dispatches, texture "
-            "fetches. None: found on the device alone, or nothing.\n\n";
+            "fetches; of blocks that the device found, fetches alone.\n\n";
     }
 
     void frames() {

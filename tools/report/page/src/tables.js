@@ -61,7 +61,7 @@ export function add_left_out({ model }, more) {
     }));
     more.append(panel("Left out of the plans", rows.length
         ? "What a frame did not need, by which rule, for which reason, and what that saved over " +
-            "the frames named. A dash: found on the device alone, or nothing."
+            "the frames named; of blocks that the device found, fetches alone. A dash: nothing."
         : "Nothing: the plan of every frame is whole.",
     rows.length > 0 && h("div", { class: "scroll" }, h("table", { class: "left-out" },
         head(["Variant"], ["Left out"], ["Rule"], ["Reason"], ["Frames"],

@@ -12,6 +12,15 @@ std::array<int, 3> groups_for(int width, int height) {
     return {(width + kBlockPx - 1) / kBlockPx, (height + kBlockPx - 1) / kBlockPx, 1};
 }
 
+LeftOut left_out_of_blocks(const std::string& what, const std::string& rule,
+                           const std::string& reason, TextureId list, int taps_px, bool outside) {
+    LeftOut left{what, rule, reason, 0, 0, 0};
+    left.work_list = list;
+    left.outside = outside;
+    left.taps_per_block = uint64_t(kBlockPx) * kBlockPx * uint64_t(taps_px);
+    return left;
+}
+
 std::string ChainLink::text() const {
     return type->name + ": " + type->parameters->text(pass->parameters());
 }

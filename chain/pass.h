@@ -75,6 +75,12 @@ inline constexpr int kBlockPx = 16;
 // Work groups of kBlockPx x kBlockPx x 1 that cover width x height.
 std::array<int, 3> groups_for(int width, int height);
 
+// What is left out of the blocks of a list, or, with `outside`, of those not in it. `taps_px`:
+// fetches saved at each pixel.
+LeftOut left_out_of_blocks(const std::string& what, const std::string& rule,
+                           const std::string& reason, TextureId list, int taps_px,
+                           bool outside = false);
+
 // Planes of the double-precision reference, and the named stages it passed through. A stage
 // carries the name of the plan texture it must equal ("tile_max"), same size and channels.
 struct ReferenceFrame {

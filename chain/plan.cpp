@@ -87,18 +87,10 @@ std::string ProgramKey::text() const {
 
 const std::vector<ElisionRule>& elision_rules() {
     static const std::vector<ElisionRule> rules = {
-        {kRuleConfiguration, true, "passes whose parameters make them the identity"},
-        {kRuleFacts, true, "passes that this frame's facts make the identity"},
-        {kRuleCameraCut, true, "motion blur of a frame whose motion leads across a cut"},
-        {kRuleUnusedPlane, true, "planes that no step reads"},
-        {kRuleUnusedStep, true, "steps that the parameters make needless"},
-        {kRuleUnusedOutput, true, "steps whose results nobody reads"},
-        {kRuleStillTiles, true, "blur of blocks that nothing moves into"},
-        {kRuleSkyTiles, true, "comparing depths in blocks around which there is only sky"},
-        {kRuleFocusTiles, true, "blur of blocks in focus, and sharp color of those fully out"},
-        {kRuleUniformTiles, false,
-         "reading motion and depth in blocks around which both hardly change (error <= 1e-3)"},
-        {kRuleMissingPlane, false, "passes that require a plane which the frame has not"},
+        {kRuleConfiguration, true}, {kRuleFacts, true},         {kRuleCameraCut, true},
+        {kRuleUnusedPlane, true},   {kRuleUnusedStep, true},    {kRuleUnusedOutput, true},
+        {kRuleStillTiles, true},    {kRuleSkyTiles, true},      {kRuleFocusTiles, true},
+        {kRuleUniformTiles, false}, {kRuleMissingPlane, false},
     };
     return rules;
 }

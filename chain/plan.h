@@ -133,8 +133,7 @@ inline constexpr const char* kRuleUniformTiles = "uniform_tiles";
 
 struct ElisionRule {
     const char* name;
-    bool usual;        // used unless switched off; the others only when asked for
-    const char* help;  // what it leaves out
+    bool usual;  // used unless switched off; the others only when asked for
 };
 const std::vector<ElisionRule>& elision_rules();
 

@@ -73,13 +73,9 @@ FocusBlocks add_focus_blocks(PassPlanner& planner, const shared::DepthOfFieldBlo
     blocks.blur_x = needed("needed_x", "blur_x_blocks", 1, {0, reach});
     blocks.small = needed("needed_small", "small_blocks", 1, {reach, 0});
 
-    const auto on_device = [&](const char* what, TextureId list, bool outside, int taps_a_pixel,
+    const auto on_device = [&](const char* what, TextureId list, bool outside, int taps_px,
                                const std::string& reason) {
-        LeftOut left{what, kRuleFocusTiles, reason, 0, 0, 0};
-        left.work_list = list;
-        left.outside = outside;
-        left.taps_per_block = uint64_t(kBlockPx * kBlockPx * taps_a_pixel);
-        planner.left_out(left);
+        planner.left_out(left_out_of_blocks(what, kRuleFocusTiles, reason, list, taps_px, outside));
     };
     on_device("blurred copy in sharp blocks", blocks.sharp, false, sizes.factor == 1 ? 1 : 4,
               "no radius above 0.5 px");

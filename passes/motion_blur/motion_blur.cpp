@@ -313,12 +313,9 @@ class MotionBlur final : public Pass {
         const TextureId uniform_blocks = classes.uniform ? list("uniform_blocks", 3) : -1;
         planner.step(std::move(classify));
 
-        const auto on_device = [&](const char* what, const char* rule, TextureId list,
-                                   int taps_a_pixel, const std::string& reason) {
-            LeftOut left{what, rule, reason, 0, 0, 0};
-            left.work_list = list;
-            left.taps_per_block = uint64_t(kBlockPx * kBlockPx * taps_a_pixel);
-            planner.left_out(left);
+        const auto on_device = [&](const char* what, const char* rule, TextureId list, int taps_px,
+                                   const std::string& reason) {
+            planner.left_out(left_out_of_blocks(what, rule, reason, list, taps_px));
         };
         const int taps = parameters_.samples + 1;
         if (classes.still) {

@@ -18,7 +18,7 @@
 namespace postchain {
 
 // Lens, shutter and clip planes of one frame. A member without a value is unknown; whoever needs
-// it says so (or applies the stated default). Lengths in millimetres or scene units as named.
+// it says so (or applies the stated default). Lengths in millimeters or scene units as named.
 struct Camera {
     std::optional<double> focal_length_mm;
     std::optional<double> sensor_width_mm;
@@ -26,7 +26,7 @@ struct Camera {
     std::optional<double> focus_distance;  // scene units, along the view axis
     std::optional<double> near_clip;       // scene units
     std::optional<double> far_clip;        // scene units
-    std::optional<double> shutter_frames;  // open time in frames, centred on the frame
+    std::optional<double> shutter_frames;  // open time in frames, centerd on the frame
     std::optional<double> meters_per_unit;
 
     // This camera with every value that `over` has put in place of its own.

@@ -1,7 +1,7 @@
 // The interface of a pass, and the registry type.
 //
 // A pass knows its paper, its parameters, its shaders and its double-precision CPU reference. It
-// does not know the order, its neighbours, files, or GL: it describes its work as steps of a plan.
+// does not know the order, its neighbors, files, or GL: it describes its work as steps of a plan.
 // How to add one: docs/adding_a_pass.md.
 #pragma once
 

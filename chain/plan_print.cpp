@@ -154,7 +154,7 @@ std::string plan_as_dot(const Plan& plan) {
         const auto& texture = plan.textures[i];
         if (texture.first_step < 0) continue;
         out << "  t" << i << " [shape=box, label=" << quoted(texture.name + "\n" + size_of(texture))
-            << (texture.imported ? ", style=filled, fillcolor=lightgrey" : "") << "];\n";
+            << (texture.imported ? ", style=filled, fillcolor=lightgray" : "") << "];\n";
     }
     for (size_t i = 0; i < plan.steps.size(); ++i) {
         const auto& step = plan.steps[i];

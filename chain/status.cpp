@@ -18,8 +18,8 @@ const char* name_of(StatusCode code) {
             return "gl";
         case StatusCode::health:
             return "health";
-        case StatusCode::cancelled:
-            return "cancelled";
+        case StatusCode::canceled:
+            return "canceled";
         case StatusCode::internal:
             return "internal";
     }

@@ -2,7 +2,7 @@
 //
 // The library throws nothing across its border and never aborts its host: a function that can
 // fail returns a Status, or a Result<T> that holds either a value or a Status. Tools turn the
-// code into an exit code (tools/postchain/exit_code.h).
+// code into an exit code (tools/apps/postchain/exit_code.h).
 #pragma once
 
 #include <cassert>
@@ -16,14 +16,14 @@ namespace postchain {
 
 enum class StatusCode {
     ok,
-    usage,      // an argument of the caller is wrong
-    chain,      // the chain or its parameters are invalid
-    input,      // an input is missing, unreadable, or lacks a plane a pass needs
-    output,     // an output cannot be written
-    gl,         // no usable GL, out of GL memory, or a GL error
-    health,     // non-finite values where the caller asked for none
-    cancelled,  // stopped by the caller
-    internal,   // a defect of postchain itself
+    usage,     // an argument of the caller is wrong
+    chain,     // the chain or its parameters are invalid
+    input,     // an input is missing, unreadable, or lacks a plane a pass needs
+    output,    // an output cannot be written
+    gl,        // no usable GL, out of GL memory, or a GL error
+    health,    // non-finite values where the caller asked for none
+    canceled,  // stopped by the caller
+    internal,  // a defect of postchain itself
 };
 
 const char* name_of(StatusCode code);

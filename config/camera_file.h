@@ -26,7 +26,7 @@ struct Display {
     double pixel_aspect = 1;  // width of a pixel / its height
 };
 
-// Millimetres across the picture's width, of a sensor size that spans the side named by `fit`.
+// Millimeters across the picture's width, of a sensor size that spans the side named by `fit`.
 double horizontal_sensor_width_mm(double sensor_mm, SensorFit fit, const Display& display);
 
 struct CameraFile {

@@ -80,7 +80,7 @@ struct ProfileMatch {
     std::map<Role, RoleChannels> roles;
     std::map<Role, std::string> missing;  // role -> the names that were looked for
     ConvertOptions options;               // origin_x, origin_y are the caller's
-    std::vector<std::string> layers;  // with colour in this view, as found; "" = the unnamed one
+    std::vector<std::string> layers;      // with color in this view, as found; "" = the unnamed one
     std::vector<std::string> views;
     std::vector<std::string> notes;
     std::string text() const;  // several lines

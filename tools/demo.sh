@@ -8,7 +8,7 @@ cd "$(dirname "$0")/.."
 tools/install_packages.sh
 cmake --preset release -DBUILD_TESTING=OFF
 cmake --build --preset release -j "$(nproc)" --target postchain
-postchain=$PWD/build/tools/postchain/postchain
+postchain=$PWD/build/tools/apps/postchain/postchain
 
 mkdir -p "$folder/wheels" "$folder/paper" "$folder/dof_first"
 echo "== rendering 4 frames of wheels and their truth"

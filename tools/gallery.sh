@@ -8,7 +8,7 @@ cd "$(dirname "$0")/.."
 chain=${1:-paper}
 samples=${2:-192}
 frame=3
-postchain=${POSTCHAIN:-$PWD/build/tools/postchain/postchain}
+postchain=${POSTCHAIN:-$PWD/build/tools/apps/postchain/postchain}
 images=$PWD/docs/images
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

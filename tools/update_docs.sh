@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # Writes the documents that the program makes from its own tables: docs/parameters.md and
 # config/chain.schema.json. Usage: tools/update_docs.sh [COMMAND]
-# (default: build/tools/postchain/postchain).
+# (default: build/tools/apps/postchain/postchain).
 set -euo pipefail
-command=$(realpath "${1:-$(dirname "$0")/../build/tools/postchain/postchain}")
+command=$(realpath "${1:-$(dirname "$0")/../build/tools/apps/postchain/postchain}")
 cd "$(dirname "$0")/.."
 
 "$command" schema > config/chain.schema.json

@@ -39,7 +39,7 @@ DeviceInfo describe(EGLDeviceEXT device, int index) {
     const char* name = nullptr;
     if (has_word(extensions, "EGL_EXT_device_drm"))
         name = eglQueryDeviceStringEXT(device, EGL_DRM_DEVICE_FILE_EXT);
-    info.name = name ? name : (info.software ? "software rasteriser" : "device");
+    info.name = name ? name : (info.software ? "software rasterizer" : "device");
     return info;
 }
 
@@ -54,7 +54,7 @@ EGLDisplay open_display(EGLDeviceEXT device) {
 Result<EGLContext> open_context(EGLDisplay display, bool debug) {
     EGLint major = 0, minor = 0;
     if (display == EGL_NO_DISPLAY || !eglInitialize(display, &major, &minor))
-        return Status(StatusCode::gl, "EGL display cannot be initialised");
+        return Status(StatusCode::gl, "EGL display cannot be initialized");
     if (!eglBindAPI(EGL_OPENGL_API)) return Status(StatusCode::gl, "EGL offers no OpenGL API");
     const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
                                  4,

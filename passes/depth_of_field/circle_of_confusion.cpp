@@ -129,7 +129,7 @@ double CircleOfConfusion::largest_radius_px(double w_min, double w_max) const {
             const double error = kGpuRelativeError * (focus_inverse + w);
             largest = std::max(largest, gain_px * (std::abs(focus_inverse - w) + error));
         } else {
-            // The ramps with everything rounded in their favour.
+            // The ramps with everything rounded in their favor.
             const double d = 1 / w;
             const bool sky = std::isinf(d);
             const double near_part =

@@ -7,7 +7,7 @@ namespace postchain::depth_of_field {
 namespace {
 
 constexpr double kMaxDistance = 1e30;   // scene units; fp32 holds it and its inverse
-constexpr double kSharpRadiusPx = 0.5;  // up to here a pixel returns its colour bit for bit
+constexpr double kSharpRadiusPx = 0.5;  // up to here a pixel returns its color bit for bit
 
 const ParameterTable& table() {
     static const ParameterTable rows =
@@ -112,7 +112,7 @@ const ParameterTable& table() {
                                     "focal lengths if that is larger; planes, range: 1/2 of the "
                                     "largest radius; always at least downsample / 2"})
             .choice("leak", &Parameters::leak, {"none", "depth", "coc"},
-                    {.help = "neighbours kept out of the blur: none, those in front, or those "
+                    {.help = "neighbors kept out of the blur: none, those in front, or those "
                              "sharper than the pixel"})
             .boolean("hdr_weight", &Parameters::hdr_weight,
                      {.help = "down-sample with weights 1/(1 + max(rgb)): steadier highlights, "
@@ -136,7 +136,7 @@ class DepthOfField final : public Pass {
         return check_gilham(parameters_, frame);
     }
 
-    // The colour is exact up to a radius of 0.5 px; a hint is so only where the radius is 0.
+    // The color is exact up to a radius of 0.5 px; a hint is so only where the radius is 0.
     std::optional<LeftOut> identity(const PlanContext& context) const override {
         const auto coc = circle_of_confusion(parameters_, context.frame);
         if (!coc.ok()) return std::nullopt;  // check() says why

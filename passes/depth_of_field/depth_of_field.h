@@ -15,7 +15,7 @@ namespace postchain::depth_of_field {
 
 enum class Method { gilham };
 enum class CocSource { lens, planes, range };  // circle_of_confusion.h
-enum class Leak { none, depth, coc };          // which neighbours the Gaussian may mix in
+enum class Leak { none, depth, coc };          // which neighbors the Gaussian may mix in
 
 inline constexpr double kDefaultMaxRadiusFraction = 0.03;  // of the display width
 

@@ -6,10 +6,10 @@
 //   hint ----------------------------------------------------------------------(composite)-> hint
 //
 //   coc            signed radius R, pixels of the full image
-//   small          box mean of the colour, at 1/downsample of the size
+//   small          box mean of the color, at 1/downsample of the size
 //   small_depth    leak: depth   box mean of w = 1/d
 //   small_radius   leak: coc     box mean of |R|
-//   blur_x, blur_y Gaussian along x, then y, in-bounds and permitted taps renormalised
+//   blur_x, blur_y Gaussian along x, then y, in-bounds and permitted taps renormalized
 //   color          mix(sharp, bilinear(blur_y), smoothstep(0.5, max(2 sigma, 1), |R|))
 //
 // For a lens an unset blur_sigma_px is a quarter of the radius that the lens gives what is far
@@ -17,7 +17,7 @@
 // neither flickers with the content; docs/depth_of_field.md has what each costs.
 //
 // Ours, because the chapter is not public: the Gaussian and its width, the guides of the leak
-// tests and their being plain box means, and that non-finite colours do not count.
+// tests and their being plain box means, and that non-finite colors do not count.
 #include "passes/depth_of_field/gilham.h"
 
 #include <algorithm>

@@ -2,9 +2,9 @@
 // nothing with the shaders but the sizes of gilham_sizes(). Plain sums divided by plain weights:
 // slow, and as close to the formulas as code gets.
 //
-// Colours that are not finite do not count in the box mean; a box of nothing else is 0; a pixel
-// without a finite colour that is out of focus shows the blurred copy alone. Storage is not
-// modelled: every stage is a double.
+// Colors that are not finite do not count in the box mean; a box of nothing else is 0; a pixel
+// without a finite color that is out of focus shows the blurred copy alone. Storage is not
+// modeled: every stage is a double.
 #include <algorithm>
 #include <cmath>
 

@@ -131,7 +131,7 @@ class FxaaPass final : public Pass {
         LeftOut left_out;
         left_out.rule = kRuleFacts;
         if (context.frame.width == 1 && context.frame.height == 1) {
-            left_out.reason = "a single pixel has no neighbour to blend with";
+            left_out.reason = "a single pixel has no neighbor to blend with";
             return left_out;
         }
         if (!context.color_is_input) return std::nullopt;

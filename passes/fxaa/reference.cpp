@@ -15,7 +15,7 @@ double texel(const ImageD& plane, int x, int y, int c = 0) {
     return plane.at(std::clamp(x, 0, plane.width - 1), std::clamp(y, 0, plane.height - 1), c);
 }
 
-// Bilinear sample; integer positions are texel centres.
+// Bilinear sample; integer positions are texel centers.
 double bilinear(const ImageD& plane, double x, double y) {
     const double left = std::floor(x);
     const double top = std::floor(y);
@@ -107,7 +107,7 @@ Move move_of(const Parameters& parameters, const ImageD& luma, int x, int y,
     const double smooth = t * t * (3 - 2 * t);
     const double subpix_weight = smooth * smooth * parameters.subpix;
 
-    // The walk, on the line half a texel towards the neighbour.
+    // The walk, on the line half a texel towards the neighbor.
     struct End {
         double distance = 0;
         double difference = 0;
@@ -165,7 +165,7 @@ ImageD reference_luma(const Parameters& parameters, const ImageD& color,
 
 ImageD reference_fxaa(const Parameters& parameters, const ImageD& color, const ImageD& luma,
                       const ImageD* hint) {
-    // Inside a checkerboard every decision is constant: the upper neighbour, with the F^2 of
+    // Inside a checkerboard every decision is constant: the upper neighbor, with the F^2 of
     // |A|/range = 2/3.
     const double smooth = (2.0 / 3) * (2.0 / 3) * (3 - 2 * (2.0 / 3));
     const double checkerboard_weight = smooth * smooth * parameters.subpix;

@@ -1,7 +1,7 @@
 // Random numbers of the motion blur: two per pixel, independent of each other, from tables of
 // 128 x 128 pixels that repeat over the picture. Same seed, same table.
 //
-//   x: tile value in [0, 1), decides whether a pixel takes the neighbouring tile
+//   x: tile value in [0, 1), decides whether a pixel takes the neighboring tile
 //   y: tap value in [-1, 1), shifts its taps
 //
 //   halton  radical inverses in base 2 and 3 of the pixel's index in Morton order (x in the even

@@ -28,7 +28,7 @@ const ParameterTable& parameter_table() {
                     {.min = 0,
                      .max = 10,
                      .unit = "frames",
-                     .help = "time the shutter is open, centred on the frame",
+                     .help = "time the shutter is open, centerd on the frame",
                      .unset_means = "the camera's shutter_frames, else 0.5",
                      .excludes = "shutter_angle_deg"})
             .number("shutter_angle_deg", &P::shutter_angle_deg,
@@ -44,18 +44,18 @@ const ParameterTable& parameter_table() {
                      .unit = "tap spacings",
                      .help = "largest shift of a pixel's taps along the streak, either way"})
             .boolean("tile_jitter", &P::tile_jitter,
-                     {.help = "near a tile border, take the neighbouring tile's direction at "
+                     {.help = "near a tile border, take the neighboring tile's direction at "
                               "random, which hides the tile grid"})
             .number("tile_jitter_slope", &P::tile_jitter_slope,
                     {.min = 0,
                      .max = 100,
                      .unit = "1/tile",
-                     .help = "how fast the probability of the neighbouring tile falls from 0.5 "
+                     .help = "how fast the probability of the neighboring tile falls from 0.5 "
                              "with the distance to the border"})
             .number("center_weight", &P::center_weight,
                     {.min = 0.1,
                      .max = 10000,
-                     .help = "kappa: the pixel's own colour weighs samples / (kappa max(|v|, 0.5 "
+                     .help = "kappa: the pixel's own color weighs samples / (kappa max(|v|, 0.5 "
                              "px)); larger is blurrier"})
             .number("variance_threshold_px", &P::variance_threshold_px,
                     {.min = 0.01,

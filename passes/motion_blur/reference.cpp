@@ -239,7 +239,7 @@ class Reference {
             }
         }
         // "If |v_max| < |v_c|, use v_c" cannot happen: the tile across a border takes the longest
-        // vector of a neighbourhood that has the pixel's own tile on its axis.
+        // vector of a neighborhood that has the pixel's own tile on its axis.
         return neighbors_[size_t(j * columns_ + i)].v;
     }
 

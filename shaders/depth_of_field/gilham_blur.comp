@@ -1,8 +1,8 @@
 #version 450 core
 // One direction of the separable Gaussian on the down-sampled copy; STEP is ivec2(1, 0) or
 // ivec2(0, 1). Out-of-bounds taps do not count.
-// LEAK_DEPTH: a neighbour clearly in front of the pixel, w_n > 1.02 w_p, does not count.
-// LEAK_COC: a neighbour weighs clamp(|R_n|/|R_p|, 0, 1) besides; 1 where |R_p| is 0.
+// LEAK_DEPTH: a neighbor clearly in front of the pixel, w_n > 1.02 w_p, does not count.
+// LEAK_COC: a neighbor weighs clamp(|R_n|/|R_p|, 0, 1) besides; 1 where |R_p| is 0.
 // LIST: only the blocks of a work list are done.
 #include "shared/depth_of_field_blur_block.h"
 
@@ -17,22 +17,22 @@ layout(binding = 0) writeonly uniform image2D blurred;
 layout(std430, binding = 0) readonly buffer Blocks { WORK_LIST } list;
 #endif
 
-vec4 centre;
-float centre_guide;
-vec4 sum = vec4(0.0);   // of weight (neighbour - centre): exact when all are equal
-float total = 1.0;      // of weights; the centre weighs 1
+vec4 center;
+float center_guide;
+vec4 sum = vec4(0.0);   // of weight (neighbor - center): exact when all are equal
+float total = 1.0;      // of weights; the center weighs 1
 
 void tap(ivec2 p, int offset, float weight) {
     ivec2 q = p + STEP * offset;
     ivec2 inside = clamp(q, ivec2(0), block.size - 1);
     weight = q == inside ? weight : 0.0;
 #if defined(LEAK_DEPTH)
-    weight = texelFetch(guide, inside, 0).x > 1.02 * centre_guide ? 0.0 : weight;
+    weight = texelFetch(guide, inside, 0).x > 1.02 * center_guide ? 0.0 : weight;
 #elif defined(LEAK_COC)
-    float neighbour = texelFetch(guide, inside, 0).x;
-    weight *= neighbour < centre_guide ? neighbour / centre_guide : 1.0;
+    float neighbor = texelFetch(guide, inside, 0).x;
+    weight *= neighbor < center_guide ? neighbor / center_guide : 1.0;
 #endif
-    sum += weight * (texelFetch(source, inside, 0) - centre);
+    sum += weight * (texelFetch(source, inside, 0) - center);
     total += weight;
 }
 
@@ -44,9 +44,9 @@ void main() {
     ivec2 p = ivec2(gl_GlobalInvocationID.xy);
 #endif
     if (any(greaterThanEqual(p, block.size))) return;
-    centre = texelFetch(source, p, 0);
+    center = texelFetch(source, p, 0);
 #if defined(LEAK_DEPTH) || defined(LEAK_COC)
-    centre_guide = texelFetch(guide, p, 0).x;
+    center_guide = texelFetch(guide, p, 0).x;
 #endif
     for (int quad = 0; quad < block.quads; ++quad) {
         vec4 weights = block.weights[quad];
@@ -60,5 +60,5 @@ void main() {
         tap(p, offset + 3, weights.w);
         tap(p, -offset - 3, weights.w);
     }
-    imageStore(blurred, p, centre + sum / total);
+    imageStore(blurred, p, center + sum / total);
 }

@@ -35,7 +35,7 @@ vec4 fetch_low(ivec2 p) {
     return texelFetch(low, p, 0);
 #else
     vec2 position = max((vec2(p) + 0.5) / float(FACTOR) - 0.5, 0.0);
-    ivec2 a = ivec2(position);  // at most low_size - 1; beyond the last centre a = b
+    ivec2 a = ivec2(position);  // at most low_size - 1; beyond the last center a = b
     ivec2 b = min(a + 1, block.low_size - 1);
     vec2 t = position - vec2(a);
     vec4 top = between(texelFetch(low, a, 0), texelFetch(low, ivec2(b.x, a.y), 0), t.x);
@@ -62,7 +62,7 @@ void main() {
 #ifndef SHARP
     if (radius > 0.5) {
         vec4 blurred = fetch_low(p);
-        // A pixel without a finite colour has nothing to mix: the blurred copy stands for it.
+        // A pixel without a finite color has nothing to mix: the blurred copy stands for it.
         if (radius >= block.full_blur_px || !is_finite(c)) {
             c = blurred;
         } else {

@@ -38,7 +38,7 @@ void main() {
     ivec2 first = low * FACTOR;
     ivec2 end = min(first + FACTOR, block.size);
 
-    // Non-finite colours do not count; a box of nothing else is 0. Equal colours return unrounded.
+    // Non-finite colors do not count; a box of nothing else is 0. Equal colors return unrounded.
     vec4 first_color = vec4(0.0);
     bool all_equal = true;
     vec4 sum = vec4(0.0);

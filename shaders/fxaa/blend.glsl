@@ -10,7 +10,7 @@ bool all_finite(vec4 x) {
 // bit for bit; finite texels give a finite result.
 //
 // BLEND_TONEMAPPED: T^-1(lerp(T(a), T(b), weight)) with T(x) = x/(1 + m), m = max(0, x.r, x.g,
-// x.b) of the exposed colour, T^-1(y) = y/(1 - max(0, y.r, y.g, y.b)). Written out with
+// x.b) of the exposed color, T^-1(y) = y/(1 - max(0, y.r, y.g, y.b)). Written out with
 // wa = (1 - weight)/(1 + ma), wb = weight/(1 + mb) this is
 //
 //   (wa a + wb b) / (wa + wb)  *  (wa + wb) / (wa + wb + deficit),

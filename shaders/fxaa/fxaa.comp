@@ -94,7 +94,7 @@ vec4 filtered(ivec2 p, vec4 center, float threshold_scale) {
                                    abs(-2.0 * s + (sw + se));
     const bool horizontal = across_rows >= across_columns;
 
-    // 3 the neighbour on the other side of the edge
+    // 3 the neighbor on the other side of the edge
     const float before = horizontal ? n : w;
     const float after = horizontal ? s : e;
     precise float gradient_before = abs(before - m);

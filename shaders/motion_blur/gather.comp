@@ -96,7 +96,7 @@ void main() {
 #endif
     if (any(greaterThanEqual(p, block.size))) return;
     const vec4 color_p = texelFetch(color, p, 0);
-    // Pixel centres lie half a pixel from where the division could round to the next tile.
+    // Pixel centers lie half a pixel from where the division could round to the next tile.
     const ivec2 own_tile = ivec2((vec2(p) + 0.5) / float(block.tile_px));
 #if TILE_JITTER || TAP_JITTER
     const vec2 random = texelFetch(noise, p & 127, 0).xy;

@@ -1,6 +1,6 @@
 #version 450 core
 // TileVariance: how much directions differ around a tile, u = 1 - mean |n . n'| over the tile and
-// its neighbours, n the direction of each tile's TileMax. Neighbours slower than 0.5 px have no
+// its neighbors, n the direction of each tile's TileMax. Neighbors slower than 0.5 px have no
 // direction and do not count; a still tile has u = 0.
 //
 //   tile_max -> tile_variance   x: u in [0, 1]

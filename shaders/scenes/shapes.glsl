@@ -5,7 +5,7 @@
 // distance function is followed: a float quartic breaks down for rays along the axis, which is
 // how a wheel is mostly seen.
 //
-//   rectangle  size.xy half extents in z = 0; extra.xy, z: centre and radius of a round hole
+//   rectangle  size.xy half extents in z = 0; extra.xy, z: center and radius of a round hole
 //   sphere     size.x radius
 //   box        size.xyz half extents
 //   rod        size.x half length along y without the round ends, size.y radius
@@ -119,8 +119,8 @@ vec3 normal_of(int shape, vec3 p, vec4 size) {
     }
     if (shape == SCENE_ROD) return (p - vec3(0.0, clamp(p.y, -size.x, size.x), 0.0)) / size.y;
     if (shape == SCENE_TORUS) {
-        vec2 centre = p.xy * (size.x / length(p.xy));
-        return normalize(p - vec3(centre, 0.0));
+        vec2 center = p.xy * (size.x / length(p.xy));
+        return normalize(p - vec3(center, 0.0));
     }
     if (shape == SCENE_WHEEL) {
         vec4 parts = wheel_parts(p.xy, size);

@@ -26,7 +26,7 @@ float value_noise(vec2 p, uint salt) {
                mix(hash_cell(c + ivec2(0, 1), salt), hash_cell(c + ivec2(1, 1), salt), f.x), f.y);
 }
 
-// Colour of the sky towards unit vector d; clouds thin out at the horizon.
+// Color of the sky towards unit vector d; clouds thin out at the horizon.
 vec3 sky_color(vec3 d) {
     float up = clamp(d.y, 0.0, 1.0);
     vec3 color = mix(block.horizon.rgb, block.zenith.rgb, sqrt(up));

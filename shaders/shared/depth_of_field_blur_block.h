@@ -10,7 +10,7 @@ BLOCK_BEGIN(DepthOfFieldBlurBlock)
     ivec2 size;       // of the down-sampled copy, pixels
     int quads;        // vec4s in use: ceil(taps / 4)
     int pad0;
-    // weights[i/4][i%4] = exp(-(i+1)^2 / (2 sigma^2)), 0 beyond the last tap; the centre weighs 1.
+    // weights[i/4][i%4] = exp(-(i+1)^2 / (2 sigma^2)), 0 beyond the last tap; the center weighs 1.
     vec4 weights[DEPTH_OF_FIELD_MAX_TAPS / 4];
 BLOCK_END
 

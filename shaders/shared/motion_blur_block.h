@@ -10,7 +10,7 @@ BLOCK_BEGIN(MotionBlurBlock)
     int tile_px;                 // r: tile edge and largest half-velocity
     int samples;                 // N
     float half_shutter;          // 0.5 * shutter_frames: motion to half-velocity
-    float still_limit_px;        // |v_max| up to which a pixel keeps its colour
+    float still_limit_px;        // |v_max| up to which a pixel keeps its color
     float jitter;                // h
     float tile_jitter_slope;     // tau
     float center_total;          // N / kappa

@@ -18,8 +18,8 @@ BLOCK_BEGIN(SceneBlock)
     float lens_radius;     // scene units; 0 = pinhole
     float focus_distance;  // scene units
     vec4 light;            // unit vector towards the light; w = its strength
-    vec4 zenith;           // colour of the sky overhead; w = alpha of the background, 0 or 1
-    vec4 horizon;          // colour of the sky at the horizon; w = amount of clouds, 0..1
+    vec4 zenith;           // color of the sky overhead; w = alpha of the background, 0 or 1
+    vec4 horizon;          // color of the sky at the horizon; w = amount of clouds, 0..1
     vec4 ambient;          // light from all around, above; w = share that comes from below
     vec4 light_right;      // unit vector across the light; w = offset of the first column, in cells
     vec4 light_up;         // unit vector across both; w = offset of the first row, in cells
@@ -34,9 +34,9 @@ namespace postchain::shared {
 // One object; layout std430. Poses are apart: three rows of [rotation | position], local to world.
 struct SceneObject {
     vec4 size;     // by shape, see shapes.glsl
-    vec4 extra;    // rectangle: centre and radius of a round hole, x y r
+    vec4 extra;    // rectangle: center and radius of a round hole, x y r
     vec4 color_a;  // w = radiance gain of a lamp, 0 = a lit surface
-    vec4 color_b;  // second colour of the pattern; w = strength of the gloss
+    vec4 color_b;  // second color of the pattern; w = strength of the gloss
     vec4 pattern;  // x kind, y cell size in scene units, z w by kind, see surface.glsl
     vec4 flags;    // x shape, y alpha, z w unused
 };

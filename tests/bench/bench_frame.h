@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "chain/executor.h"
 #include "chain/frame.h"
+#include "chain/gl/executor.h"
 #include "chain/gl/texture_pool.h"
 #include "chain/plan.h"
 #include "chain/status.h"

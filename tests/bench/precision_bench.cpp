@@ -18,8 +18,8 @@
 #include "chain/planner.h"
 #include "passes/registry.h"
 #include "tests/bench/bench_frame.h"
-#include "tools/metrics/display.h"
-#include "tools/metrics/error.h"
+#include "tools/measure/metrics/display.h"
+#include "tools/measure/metrics/error.h"
 
 namespace {
 

@@ -217,7 +217,7 @@ void print_stages(const Setup& setup) {
     }
     std::printf(
         "\nmilliseconds of wall clock per frame, median of frames 2 to %d (stages of\n"
-        "neighbouring frames overlap and slow each other: the sum is more than a frame)\n",
+        "neighboring frames overlap and slow each other: the sum is more than a frame)\n",
         kFrames);
     for (const auto& name : order)
         std::printf("  %-20s %8.1f\n", name.c_str(), median(times[name]));

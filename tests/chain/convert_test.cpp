@@ -57,7 +57,7 @@ TEST(Convert, EveryDepthEncodingGivesTheSameInverseDepth) {
 }
 
 TEST(Convert, RayDistanceIsProjectedOnTheAxis) {
-    // 3 x 1 pixels, f_px = 50 * 3 / 36 = 4.1667. The left pixel's centre is 1 px off the axis:
+    // 3 x 1 pixels, f_px = 50 * 3 / 36 = 4.1667. The left pixel's center is 1 px off the axis:
     // cos = 4.1667 / sqrt(4.1667^2 + 1) = 0.972387; d = 2 * cos.
     FramePlanes planes;
     planes[Role::inverse_depth] = ImageF(3, 1, 1, 2.0f);

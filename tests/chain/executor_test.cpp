@@ -1,5 +1,5 @@
 // The executor with hand-made plans, and every built-in pass from outside.
-#include "chain/executor.h"
+#include "chain/gl/executor.h"
 
 #include <epoxy/gl.h>
 #include <gmock/gmock.h>

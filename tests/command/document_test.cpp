@@ -1,8 +1,9 @@
 // Documents in step with the program. After a change of tables or options:
 //
-//   build/tools/postchain/postchain passes --markdown  -> the part of docs/parameters.md below its
+//   build/tools/apps/postchain/postchain passes --markdown  -> the part of docs/parameters.md below
+//   its
 //                                                         first heading
-//   build/tools/postchain/postchain schema             -> config/chain.schema.json
+//   build/tools/apps/postchain/postchain schema             -> config/chain.schema.json
 //   tools/update_docs.sh does both.
 #include <regex>
 #include <set>

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <limits>
 
-#include "tools/io/exr_reader.h"
+#include "tools/sequence/io/exr_reader.h"
 
 namespace postchain::test {
 

@@ -140,7 +140,7 @@ TEST_F(InputTest, MissingPlanesAreNamedWithWhatWasFound) {
     const auto plan = run({"plan", at("all.yaml"), "-i", in(1)});
     EXPECT_EQ(plan.code, 4);
     EXPECT_TRUE(contains(plan.err, "looked for as motion.x")) << plan.err;
-    // No colour at all.
+    // No color at all.
     ASSERT_TRUE(io::write_planes_exr(in(1), ImageF(8, 8, 1, 1.0f), {"Z"}).ok());
     expect_refused(4, {"color", "Z"});
 }

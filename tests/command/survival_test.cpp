@@ -140,7 +140,7 @@ TEST_F(SurvivalTest, SignalToAScene) {
 }
 
 // de_DE writes 0,5 and 1.000: neither may reach a file, a name or a number that is read. Where the
-// system lacks the locale the run is plain; tests/offline has a locale made by hand.
+// system lacks the locale the run is plain; tests/run has a locale made by hand.
 TEST_F(SurvivalTest, SurroundingsDoNotMatter) {
     write_sequence(at(""), {1, 1001});
     write_text(at("camera.json"), "{\"f_stop\": 1.5, \"frames\": {\"1001\": {\"f_stop\": 2.5}}}");

@@ -209,7 +209,7 @@ TEST(Layers, SeveralNeedAChoice) {
 }
 
 TEST(Layers, TheOneWithVectorsIsTaken) {
-    // Blender's compositor adds a layer "Composite" that has colour alone.
+    // Blender's compositor adds a layer "Composite" that has color alone.
     const ProfileMatch match = detect(with_layers({"ViewLayer", "Composite"}, false));
     EXPECT_EQ(match.layer, "ViewLayer");
     EXPECT_THAT(match.notes, ElementsAre(HasSubstr("layer ViewLayer of Composite, ViewLayer")));
@@ -242,9 +242,9 @@ TEST(Views, OfMultiViewChannelNames) {
     EXPECT_THAT(channels(right, Role::motion),
                 ElementsAre("ViewLayer.Vector.right.Z", "ViewLayer.Vector.right.W"));
     EXPECT_THAT(right.text(), HasSubstr("view right of left, right"));
-    const Status wrong = failure(file, "", "centre");
+    const Status wrong = failure(file, "", "center");
     EXPECT_EQ(wrong.code(), StatusCode::usage);
-    EXPECT_EQ(wrong.message(), "view 'centre' is not in the file; found are left, right");
+    EXPECT_EQ(wrong.message(), "view 'center' is not in the file; found are left, right");
     EXPECT_THAT(failure(one_part(kCycles), "", "left").message(), HasSubstr("it has no views"));
 }
 
@@ -327,7 +327,7 @@ TEST(OwnProfile, NamesEveryMistake) {
         {"name: x\ncolor: [{channels: [[R, G, B]]}]", "profile: missing"},
         {"profile: 2\nname: x\ncolor: [{channels: [[R, G, B]]}]", "reads version 1"},
         {head, "no role"},
-        {head + "colour: []", "did you mean 'color'?"},
+        {head + "color: []", "did you mean 'color'?"},
         {head + "color: [{channels: [[R, G]]}]", "a list of 3 to 4 channel names"},
         {head + "color: [{channel: [[R, G, B]]}]", "did you mean 'channels'?"},
         {head + "color: [{}]", "channels are missing"},

@@ -67,7 +67,7 @@ TEST(circle_of_confusion, without_breathing_as_a_renderer_samples_the_lens) {
         EXPECT_NEAR(diameter(f50, true, d) / diameter(f50, false, d), 5 / 4.95, 1e-9);
 }
 
-// A scene in centimetres: every distance times 100, meters_per_unit 0.01, the same pixels.
+// A scene in centimeters: every distance times 100, meters_per_unit 0.01, the same pixels.
 TEST(circle_of_confusion, scene_units_cancel) {
     const FrameDescription meters = frame_1920(50, 2.8, 5);
     const FrameDescription centimeters = frame_1920(50, 2.8, 500, 0.01);
@@ -255,7 +255,7 @@ TEST(coc_stage, equal_for_equal_depth_in_every_encoding) {
             case DepthEncoding::reverse_infinite:
                 return n / d;
             case DepthEncoding::ray_distance: {
-                // Pixel x of the display window's row 0: the ray's slope from its centre.
+                // Pixel x of the display window's row 0: the ray's slope from its center.
                 const double rx = x + 0.5 - 320, ry = 0.5 - 180;
                 return d * std::sqrt(rx * rx + ry * ry + 640.0 * 640.0) / 640;
             }
@@ -368,7 +368,7 @@ TEST(coc_errors, values_out_of_range_are_refused_by_the_table) {
         {"f_stop", -1.0},         {"sensor_width_mm", 0.0},   {"focus_distance", 0.0},
         {"range", 0.0},           {"downsample", int64_t(3)}, {"downsample", int64_t(8)},
         {"max_radius_px", -1.0},  {"blur_sigma_px", -1.0},    {"max_near_fraction", 1.5},
-        {"method", "layered"s},   {"leak", "colour"s}};
+        {"method", "layered"s},   {"leak", "color"s}};
     for (const auto& [key, value] : bad)
         EXPECT_EQ(table.set(&parameters, key, value).code(), StatusCode::chain) << key;
 }

@@ -96,7 +96,7 @@ TEST(left_out, not_when_one_pixel_blurs) {
 }
 
 // The decision is made in double precision and the GPU works in fp32. Inverse depths are walked
-// through the one with a radius of 0.5 px, from neighbouring floats to 1e-4 away, for lenses and
+// through the one with a radius of 0.5 px, from neighboring floats to 1e-4 away, for lenses and
 // planes without round numbers: whatever is left out is exact when run.
 TEST(left_out, never_wrongly_at_the_threshold) {
     int left = 0, kept = 0;

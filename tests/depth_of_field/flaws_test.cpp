@@ -31,7 +31,7 @@ FramePlanes two_layers(float left, float left_w, float right, float right_w) {
 // object: nothing in front of it is out of focus. Without a leak test the object's light is
 // smeared over the sky as a halo; both leak tests keep it out, exactly at full size. In the small
 // copy the bilinear up-sampling still mixes across the edge, for two pixels (columns 32 and 33 lie
-// between the centres of boxes 7 and 8, at 7.625 and 7.875).
+// between the centers of boxes 7 and 8, at 7.625 and 7.875).
 TEST(flaws, halo_of_objects_in_focus) {
     const FramePlanes planes = two_layers(1, 0.25f, 0, 0);
     const auto halo = [&](const std::string& leak, int factor, int distance) {

@@ -16,7 +16,7 @@ constexpr double kBound = 1e-6;
 // ceil(3 * 0.849) = 3 ends the kernel there.
 const double kHalvingSigma = std::sqrt(1 / (2 * std::log(2.0)));
 
-// One row; the colour is (value, 0, 0, 1).
+// One row; the color is (value, 0, 0, 1).
 ImageF row(const std::vector<float>& values) {
     ImageF image(int(values.size()), 1, 4);
     for (int x = 0; x < image.width; ++x) {
@@ -157,7 +157,7 @@ TEST(blur_stages, leak_coc_by_hand) {
 // A kernel of one tap leaves the box means 0 and 8 of the copy; all is sky with R = 8 and full
 // blur from max(2 * 0, 1) = 1 px on, so the copy alone shows, bilinear at (x + 0.5)/4 - 0.5:
 // x = 0, 1: -0.375, -0.125, clamped: 0     x = 2: 0.125 -> 1    x = 3: 0.375 -> 3
-// x = 4: 0.625 -> 5    x = 5: 0.875 -> 7   x = 6, 7: beyond the last centre: 8
+// x = 4: 0.625 -> 5    x = 5: 0.875 -> 7   x = 6, 7: beyond the last center: 8
 TEST(composite_stage, bilinear_by_hand) {
     const FramePlanes planes = flat_planes(row({0, 0, 0, 0, 8, 8, 8, 8}), 0);
     expect_row(dof(planes, {{"blur_sigma_px", 0.0}}), {0, 0, 1, 3, 5, 7, 8, 8});
@@ -167,7 +167,7 @@ TEST(composite_stage, bilinear_by_hand) {
 }
 
 // sigma = 2: full blur at R = 4; weight smoothstep(0.5, 4, |R|). Three boxes of 4 pixels, 1, 0
-// and 0, so that one value v of the copy covers pixels 0 and 1 (left of the first centre):
+// and 0, so that one value v of the copy covers pixels 0 and 1 (left of the first center):
 // taps weigh exp(-i^2/(2 (2/4)^2)) = e^-2i^2: v = 1/(1 + e^-2 + e^-8).
 // R at pixel 1 from w = 1/4 - R/32, sharp 0 there (and 4/3 at the other three keep the mean 1):
 // R = 0.5: weight 0, the sharp 0 exactly       R = 1.375: t = 1/4: t^2 (3 - 2t) = 5/32

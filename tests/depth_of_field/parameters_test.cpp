@@ -1,7 +1,7 @@
 // Each parameter's two ends change the picture as its help says.
 //
 // The picture is noise with the sky above (R = 8), the focus in the middle and a near block
-// (R = -17.6). "Sharp" means every bit, "blurred" that a pixel is far from its own colour.
+// (R = -17.6). "Sharp" means every bit, "blurred" that a pixel is far from its own color.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -70,7 +70,7 @@ TEST(auto_sigma, lens_by_hand) {
     EXPECT_EQ(sigma_px(parameters, frame_640(2)), 0.25);
 }
 
-// Twice the pixels, twice the sigma; a scene in centimetres, the same.
+// Twice the pixels, twice the sigma; a scene in centimeters, the same.
 TEST(auto_sigma, resolution_and_scene_units_cancel) {
     FrameDescription wide = frame_640(2);
     wide.display_width = 1280;

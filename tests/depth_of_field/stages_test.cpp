@@ -1,7 +1,7 @@
 // The GPU against the double-precision reference at every stage boundary.
 //
 // Bounds, |a - b| / max(1, |b|) at fp32 storage: coc 1e-5 (R is up to 19 px: a few roundings of
-// 2^-24), all others 2e-5. Colour reaches 4.
+// 2^-24), all others 2e-5. Color reaches 4.
 #include <gtest/gtest.h>
 
 #include "tests/depth_of_field/support.h"
@@ -91,7 +91,7 @@ TEST(every_stage_too, wide_dynamic_range) {
     }
 }
 
-// Half storage rounds every stage to 2^-11 of its value: with colours to 4, 4 * 2^-11 = 0.002 for
+// Half storage rounds every stage to 2^-11 of its value: with colors to 4, 4 * 2^-11 = 0.002 for
 // the copy, as much for each blur and the result; R to 19.2 is rounded by 2^-7 = 0.008 at most.
 TEST(every_stage_too, half_storage_stays_within_its_rounding) {
     const FramePlanes planes = deep_planes(53, 35);

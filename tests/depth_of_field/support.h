@@ -16,12 +16,12 @@ Camera round_camera();
 // A frame of these planes seen by round_camera(), display width 640.
 FrameDescription describe_round(const FramePlanes& planes);
 
-// Colour and one inverse depth for all pixels.
+// Color and one inverse depth for all pixels.
 FramePlanes flat_planes(ImageF color, float inverse_depth);
-// Colour and an inverse depth per pixel.
+// Color and an inverse depth per pixel.
 FramePlanes planes_of(ImageF color, ImageF inverse_depth);
 
-// Noise colour over three layers of depth: sky above, the focus plane, a near block.
+// Noise color over three layers of depth: sky above, the focus plane, a near block.
 FramePlanes deep_planes(int width, int height, uint32_t seed = 3);
 
 // The pass over a frame of describe_round(); nothing is left out.

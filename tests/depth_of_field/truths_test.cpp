@@ -27,7 +27,7 @@ FramePlanes mirrored(const FramePlanes& planes) {
     return result;
 }
 
-TEST(truths, constant_colour_returns_every_bit) {
+TEST(truths, constant_color_returns_every_bit) {
     FramePlanes planes = deep_planes(37, 29);
     planes[Role::color] = constant_image(37, 29, {0.1f, 0.7f, 33.3f, 1});
     for (const char* coc : {"lens", "planes", "range"})
@@ -155,7 +155,7 @@ TEST(truths, firefly_under_hdr_weight) {
     }
 }
 
-// The filter is a convex combination, of negative colours too.
+// The filter is a convex combination, of negative colors too.
 TEST(truths, result_stays_inside_the_range_of_its_inputs) {
     FramePlanes planes = deep_planes(53, 35);
     planes[Role::color] = noise_image(53, 35, 4, 11, -7, -2);
@@ -184,7 +184,7 @@ TEST(truths, energy_of_a_dot) {
             }
 }
 
-// At the border the kernel's in-bounds part is renormalised. A dot at x keeps the sum over p of
+// At the border the kernel's in-bounds part is renormalized. A dot at x keeps the sum over p of
 // g(p - x) / (sum of g over the pixels around p): for sigma = 3, cut at 9, between 0.7674 (x = 0)
 // and 1.0719 (a few pixels inside), from the formula evaluated by itself.
 TEST(truths, energy_of_a_dot_at_the_border) {

@@ -48,7 +48,7 @@ TEST(IdentityByFacts, MotionBlurAroundItsLeastSpeed) {
                     for (const std::array<float, 2> d :
                          {std::array{1.0f, 0.0f}, {0.6f, -0.8f}, {0.70710678f, 0.70710678f}}) {
                         const float speed =
-                            neighbour(float(2 * least / shutter), least > 0 ? steps : 0) +
+                            neighbor(float(2 * least / shutter), least > 0 ? steps : 0) +
                             (least > 0 ? 0.0f : 1e-20f * float(std::max(steps, 0)));
                         SCOPED_TRACE(concat(storage, " shutter ", shutter, " least ", least,
                                             " px, ", steps, " steps, along ", d[0], ",", d[1]));
@@ -195,7 +195,7 @@ void check_one_color(const OneColor& one, const Chain& chain) {
         const auto& c = one.pixel;
         FramePlanes planes = planes_of(constant_image(35, 18, {c[0], c[1], c[2], c[3]}), {9, -4});
         float& odd = planes[Role::color].at(17, 9, 1);
-        odd = neighbour(odd, one.off_by);
+        odd = neighbor(odd, one.off_by);
         for (int x = 0; x < 20; ++x) planes[Role::inverse_depth].at(x, 6) = 0.4f;
         const Lean lean = by_facts(chain, planes, precision);
         EXPECT_EQ(lean.plan.passes[0].left_out, one.left);
@@ -225,7 +225,7 @@ TEST(IdentityByFacts, FxaaWithAHintOfOneColor) {
                 const auto& c = one.pixel;
                 FramePlanes planes = planes_of(constant_image(35, 18, {c[0], c[1], c[2], c[3]}));
                 float& odd = planes[Role::color].at(17, 9, 1);
-                odd = neighbour(odd, one.off_by);
+                odd = neighbor(odd, one.off_by);
                 planes[Role::hint] = noise_image(35, 18, 2, 3, 0, 1.5f);
                 const Lean lean = by_facts(
                     chain_of("fxaa", {{"hint", std::string(kind)}, {"blend", std::string(blend)}}),

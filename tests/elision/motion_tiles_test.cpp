@@ -79,7 +79,7 @@ TEST(StillTiles, SpeedsAroundTheLimit) {
     for (const auto& [storage, limit] : limits)
         for (const int steps : {-1000, -2, -1, 0, 1, 2, 1000})
             for (const auto& d : directions) {
-                const float speed = neighbour(limit, steps);
+                const float speed = neighbor(limit, steps);
                 const Precision precision = kPrecisions[steps & 1];
                 SCOPED_TRACE(concat(name_of(precision), " ", storage, " ", limit, " ", steps,
                                     " steps along ", d[0], ",", d[1]));
@@ -236,7 +236,7 @@ TEST(SkyTiles, AFrameOfOneDepth) {
     }
     EXPECT_EQ(scene.check_unknown({}, kRuleSkyTiles).blocks("sky_blocks"), 6u);
     // Depths that differ in the last bit are two depths.
-    scene.depth(40, 20) = neighbour(0.25f, 1);
+    scene.depth(40, 20) = neighbor(0.25f, 1);
     const Lean two = scene.check_unknown({}, kRuleSkyTiles);
     EXPECT_LT(two.blocks("sky_blocks"), 6u);
 }

@@ -97,7 +97,7 @@ Lean expect_same_bits(const Chain& chain, const FrameDescription& frame, const F
     return lean;
 }
 
-float neighbour(float value, int steps) {
+float neighbor(float value, int steps) {
     for (; steps > 0; --steps) value = std::nextafter(value, INFINITY);
     for (; steps < 0; ++steps) value = std::nextafter(value, -INFINITY);
     return value;

@@ -39,6 +39,6 @@ Lean expect_same_bits(const Chain& chain, const FrameDescription& frame, const F
 std::string first_difference(const ImageF& full, const ImageF& lean);
 
 // The numbers before and after, `steps` away.
-float neighbour(float value, int steps);
+float neighbor(float value, int steps);
 
 }  // namespace postchain::test

@@ -181,7 +181,7 @@ TEST(UniformTiles, NotAboveTheLimits) {
 }
 
 // A fast mover is the dominant motion of pixels that choose the tile across a border, two tiles
-// from it: farther than taps reach. It must not make slow neighbours that differ look alike.
+// from it: farther than taps reach. It must not make slow neighbors that differ look alike.
 TEST(UniformTiles, AFastMoverTwoTilesAway) {
     Total total;
     int seed = 200;

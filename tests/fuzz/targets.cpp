@@ -15,10 +15,10 @@
 #include "config/chain_file.h"
 #include "config/profile.h"
 #include "passes/registry.h"
-#include "tools/io/exr_reader.h"
-#include "tools/io/exr_writer.h"
-#include "tools/io/frame_reader.h"
-#include "tools/io/sequence.h"
+#include "tools/sequence/io/exr_reader.h"
+#include "tools/sequence/io/exr_writer.h"
+#include "tools/sequence/io/frame_reader.h"
+#include "tools/sequence/io/sequence.h"
 
 namespace postchain::fuzz {
 

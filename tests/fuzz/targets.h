@@ -12,11 +12,12 @@
 namespace postchain::fuzz {
 
 // True when the reader accepted the input: the corpus must hold both kinds.
-bool chain(std::string_view bytes);     // text, then texts of --set, each after a zero byte
-bool camera(std::string_view bytes);    // config/camera_file.h
-bool profile(std::string_view bytes);   // config/profile.h
-bool sequence(std::string_view bytes);  // tools/io/sequence.h: as range, as pattern, as input
-bool exr(std::string_view bytes);       // a whole file, tools/io/exr_reader.h
+bool chain(std::string_view bytes);    // text, then texts of --set, each after a zero byte
+bool camera(std::string_view bytes);   // config/camera_file.h
+bool profile(std::string_view bytes);  // config/profile.h
+bool sequence(
+    std::string_view bytes);       // tools/sequence/io/sequence.h: as range, as pattern, as input
+bool exr(std::string_view bytes);  // a whole file, tools/sequence/io/exr_reader.h
 
 struct Target {
     const char* name;  // also the folder in corpus/

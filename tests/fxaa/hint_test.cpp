@@ -62,7 +62,7 @@ TEST(Checkerboard, LiteralLumaEqualsTheShortCut) {
 // (1 - k)(1 - 1e-9), and y/(1 - y) of it is (1 - k)/k to 1e-8. The weight of the bright texel in
 // the mean, 1.4e-9, is less than the last bit of 1.
 TEST(Checkerboard, BrightRowUnderBlackKeepsItsDigits) {
-    const ImageF color = grey_picture(20, 10, [](int, int y) { return y == 5 ? 1e9 : 0.0; });
+    const ImageF color = gray_picture(20, 10, [](int, int y) { return y == 5 ? 1e9 : 0.0; });
     auto settings = hinted("checkerboard");
     for (auto& [key, value] : settings)
         if (key == "blend") value = std::string("tonemapped");
@@ -76,7 +76,7 @@ TEST(Checkerboard, BrightRowUnderBlackKeepsItsDigits) {
 }
 
 TEST(Checkerboard, LeavesTheTopRowAlone) {
-    // The upper neighbour of row 0 is row 0 itself.
+    // The upper neighbor of row 0 is row 0 itself.
     const ImageF color = noise_image(20, 10, 4, 12);
     const ImageF out = run(hinted("checkerboard"), color, constant_hint(20, 10, 1, 1));
     for (int x = 0; x < 20; ++x)
@@ -95,7 +95,7 @@ TEST(Checkerboard, AtTheBorderOfAnAreaTheShortCutKeepsToTheGate) {
     // An area of 60x60 in a smooth static picture. Literal: luma of the checkerboard inside, the
     // true luma outside.
     const int size = 120, from = 30, to = 90;
-    const ImageF color = grey_picture(size, size, [](int x, int y) {
+    const ImageF color = gray_picture(size, size, [](int x, int y) {
         return 0.5 + 0.1 * std::sin(0.11 * x) * std::cos(0.13 * y);
     });
     ImageD luma = fxaa::reference_luma(parameters_of(hinted("none")), image_cast<double>(color),
@@ -212,7 +212,7 @@ TEST(Hint, IsReadOnlyByThoseWhoAsk) {
 }
 
 // Variance of noise around 0.5 (all channels) after FXAA over its variance before, gates open
-// everywhere. Grey noise is the same in r, g and b; coloured noise is independent.
+// everywhere. Gray noise is the same in r, g and b; colored noise is independent.
 double noise_ratio(const char* hint, double sigma, bool colored) {
     const int size = 256, margin = 4;
     ImageF noise = normal_noise(size, size, 0.5, sigma, 42);
@@ -227,7 +227,7 @@ double noise_ratio(const char* hint, double sigma, bool colored) {
         before += variance(noise, c, margin);
         after += variance(out, c, margin);
     }
-    std::printf("%s noise sigma %.3f, hint %-12s variance x %.3f\n", colored ? "coloured" : "grey",
+    std::printf("%s noise sigma %.3f, hint %-12s variance x %.3f\n", colored ? "colored" : "gray",
                 sigma, hint, after / before);
     return after / before;
 }
@@ -252,7 +252,7 @@ TEST(Figures, NoiseVariance) {
 // Centroid (rows) of a faint static horizontal line at row 20, in a tile of motion in which it
 // itself does not move (tile gate open, pixel gate shut).
 double line_shift(const char* hint, const char* gate) {
-    const ImageF line = grey_picture(64, 40, [](int, int y) { return y == 20 ? 0.05 : 0; });
+    const ImageF line = gray_picture(64, 40, [](int, int y) { return y == 20 ? 0.05 : 0; });
     const ImageF out = run(hinted(hint, gate), line, constant_hint(64, 40, 1, 0));
     double sum = 0, moment = 0;
     for (int y = 0; y < 40; ++y) {

@@ -30,7 +30,7 @@ TEST(Luma, StoredByHand) {
 }
 
 TEST(Luma, DisplayByHand) {
-    // Grey v: sqrt(v/(1+v)), the weights add up to 1.
+    // Gray v: sqrt(v/(1+v)), the weights add up to 1.
     EXPECT_NEAR(gpu_luma({}, {1, 1, 1, 1}), 0.70710678, 1e-6);
     EXPECT_NEAR(gpu_luma({}, {3, 3, 3, 1}), 0.86602540, 1e-6);
     // 0.2126 * sqrt(1/2)
@@ -66,7 +66,7 @@ TEST(Luma, NonFiniteTexelsHaveAFiniteLuma) {
 
 // White above a horizontal border that lies between rows 3 and 4, black below.
 ImageF step_picture() {
-    return grey_picture(16, 8, [](int, int y) { return y < 4 ? 1 : 0; });
+    return gray_picture(16, 8, [](int, int y) { return y < 4 ? 1 : 0; });
 }
 
 TEST(Filter, EndlessEdgeByHand) {
@@ -86,7 +86,7 @@ TEST(Filter, EndlessEdgeByHand) {
 
 // The border steps down by one row at x = 40: white for y < 4 left of it, y < 5 right of it.
 ImageF jog_picture() {
-    return grey_picture(80, 9, [](int x, int y) { return y < (x < 40 ? 4 : 5) ? 1 : 0; });
+    return gray_picture(80, 9, [](int x, int y) { return y < (x < 40 ? 4 : 5) ? 1 : 0; });
 }
 
 TEST(Filter, JogByHand) {
@@ -109,7 +109,7 @@ TEST(Filter, JogByHand) {
 TEST(Filter, JogInAColumnByHand) {
     // The same picture with x and y exchanged: W takes the place of N.
     const ImageF turned =
-        grey_picture(9, 80, [](int x, int y) { return x < (y < 40 ? 4 : 5) ? 1 : 0; });
+        gray_picture(9, 80, [](int x, int y) { return x < (y < 40 ? 4 : 5) ? 1 : 0; });
     const ImageF out = run(stored_settings(), turned);
     EXPECT_NEAR(out.at(4, 38), 0.39130435, 1e-6);
     EXPECT_NEAR(out.at(4, 41), 0.60869565, 1e-6);
@@ -119,7 +119,7 @@ TEST(Filter, JogInAColumnByHand) {
 
 TEST(Filter, DotByHand) {
     const ImageF out =
-        run(stored_settings(), grey_picture(9, 9, [](int x, int y) { return x == 4 && y == 4; }));
+        run(stored_settings(), gray_picture(9, 9, [](int x, int y) { return x == 4 && y == 4; }));
     // M = 1, everything else 0: A = -1, t = F = 1, H = 0.75; N by the tie rules; both ends at 1.
     EXPECT_NEAR(out.at(4, 4), 0.25, 1e-6);
     // Above it: A = 2/12, t = 1/6, F = 1/36 (3 - 1/3) = 2/27, H = 4/729 * 0.75; the scores tie at
@@ -128,14 +128,14 @@ TEST(Filter, DotByHand) {
     EXPECT_NEAR(out.at(4, 5), 0.00411523, 1e-7);
     // Beside it the scores tie again (2 and 2): horizontal, and neither N nor S has a gradient.
     EXPECT_EQ(out.at(3, 4), 0.0f);
-    // Diagonal neighbours see no range.
+    // Diagonal neighbors see no range.
     EXPECT_EQ(out.at(3, 3), 0.0f);
 }
 
 TEST(Filter, TonemappedBlendByHand) {
     // 3 above the border, 0 below: luma sqrt(3/4) and 0, the geometry of the endless edge, weight
     // H = 0.05041152. T(3) = 0.75, lerped 0.71219136, inverted 0.71219136/0.28780864 = 2.4745307.
-    const ImageF bright = grey_picture(16, 8, [](int, int y) { return y < 4 ? 3 : 0; });
+    const ImageF bright = gray_picture(16, 8, [](int, int y) { return y < 4 ? 3 : 0; });
     const ImageF out = run({{"hint", std::string("none")}}, bright);
     EXPECT_NEAR(out.at(8, 3), 2.4745307, 1e-5);
     // From below: T = 0.75 * 0.05041152 = 0.03780864, inverted 0.03780864/0.96219136 = 0.03929430.
@@ -162,7 +162,7 @@ TEST(Filter, TonemappedBlendByHand) {
 TEST(Filter, NegativeColorsAreBlendedAsStored) {
     // -1 above -3, stored luma: the geometry of the endless edge. m = max(0, ...) = 0, T is the
     // identity: -1 - 2 * 0.05041152.
-    const ImageF dark = grey_picture(16, 8, [](int, int y) { return y < 4 ? -1 : -3; });
+    const ImageF dark = gray_picture(16, 8, [](int, int y) { return y < 4 ? -1 : -3; });
     const ImageF out = run({{"luma", std::string("stored")}}, dark);
     EXPECT_NEAR(out.at(8, 3), -1.10082304, 1e-6);
 }

@@ -27,9 +27,9 @@ FramePlanes planes_of(const ImageF& color, const ImageF& hint = {});
 // The picture after FXAA on the GPU.
 ImageF run(const SettingList& settings, const ImageF& color, const ImageF& hint = {});
 
-// An opaque grey picture of function(x, y).
+// An opaque gray picture of function(x, y).
 template <class Function>
-ImageF grey_picture(int width, int height, Function function) {
+ImageF gray_picture(int width, int height, Function function) {
     ImageF image(width, height, 4, 1.0f);
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x)
@@ -40,7 +40,7 @@ ImageF grey_picture(int width, int height, Function function) {
 // A hint plane of constant gates.
 ImageF constant_hint(int width, int height, float tile, float pixel);
 
-// Opaque grey, mean + sigma * (independent standard normals).
+// Opaque gray, mean + sigma * (independent standard normals).
 ImageF normal_noise(int width, int height, double mean, double sigma, uint32_t seed);
 
 ImageF mirrored(const ImageF& image, bool left_right);
@@ -48,7 +48,7 @@ ImageF mirrored(const ImageF& image, bool left_right);
 // Of one channel, `margin` pixels left out on all sides.
 double variance(const ImageF& image, int channel, int margin);
 
-// A grey half-plane below a slanted line, value `low` above and `high` below, slope dy/dx, edge at
+// A gray half-plane below a slanted line, value `low` above and `high` below, slope dy/dx, edge at
 // y = offset for x = 0. `samples` per axis and pixel; 1 = aliased.
 ImageF slanted_edge(int width, int height, double slope, double offset, double low, double high,
                     int samples);

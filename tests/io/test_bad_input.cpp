@@ -6,8 +6,8 @@
 #include <cstring>
 
 #include "tests/io/exr_files.h"
-#include "tools/io/exr_reader.h"
-#include "tools/io/frame_reader.h"
+#include "tools/sequence/io/exr_reader.h"
+#include "tools/sequence/io/frame_reader.h"
 
 namespace postchain::io {
 namespace {

@@ -1,5 +1,5 @@
 // What write_filtered() keeps, replaces and refuses. Files are made with OpenEXR; what came out is
-// read with OpenImageIO, which shares no code with tools/io.
+// read with OpenImageIO, which shares no code with tools/sequence/io.
 #include <ImfChromaticities.h>
 #include <ImfPreviewImage.h>
 #include <ImfStandardAttributes.h>
@@ -12,7 +12,7 @@
 #include <limits>
 
 #include "tests/io/exr_files.h"
-#include "tools/io/exr_writer.h"
+#include "tools/sequence/io/exr_writer.h"
 
 namespace postchain::io {
 namespace {

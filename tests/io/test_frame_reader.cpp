@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/io/exr_files.h"
-#include "tools/io/frame_reader.h"
+#include "tools/sequence/io/frame_reader.h"
 
 namespace postchain::io {
 namespace {

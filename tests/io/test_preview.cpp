@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "tests/io/exr_files.h"
-#include "tools/io/exr_writer.h"
+#include "tools/sequence/io/exr_writer.h"
 
 namespace postchain::io {
 namespace {
@@ -38,15 +38,15 @@ TEST(Preview, DisplayCurve) {
     EXPECT_THAT(shown(color, {.exposure_stops = 1}), ElementsAre(186, 224, 123, 0, 0, 0));
 }
 
-TEST(Preview, OtherCurvesAndGrey) {
+TEST(Preview, OtherCurvesAndGray) {
     // 0.5^(1/2.2) = 0.72974: 186.
     ImageF color(1, 1, 3);
     color.data = {0.5f, 1, 7};
     EXPECT_THAT(shown(color, {.curve = ToneCurve::gamma}), ElementsAre(186, 255, 255));
     EXPECT_THAT(shown(color, {.curve = ToneCurve::none}), ElementsAre(128, 255, 255));
-    ImageF grey(2, 1, 1);
-    grey.data = {0, 1};
-    EXPECT_THAT(shown(grey, {.curve = ToneCurve::none}), ElementsAre(0, 255));
+    ImageF gray(2, 1, 1);
+    gray.data = {0, 1};
+    EXPECT_THAT(shown(gray, {.curve = ToneCurve::none}), ElementsAre(0, 255));
 }
 
 TEST(Preview, UnwritablePathIsAnError) {

@@ -1,16 +1,16 @@
-#include "tools/metrics/compare.h"
+#include "tools/measure/metrics/compare.h"
 
 #include <cmath>
 
 #include "tests/metrics/support.h"
-#include "tools/metrics/display.h"
-#include "tools/metrics/limit.h"
+#include "tools/measure/metrics/display.h"
+#include "tools/measure/metrics/limit.h"
 
 namespace postchain::metrics {
 namespace {
 
 TEST(Compare, GivesEveryMetricInTheTablesOrder) {
-    const Pair both = pair(grey(12, 12, 0.7), grey(12, 12, 0.5));
+    const Pair both = pair(gray(12, 12, 0.7), gray(12, 12, 0.5));
     const auto result = compare(both, {});
     ASSERT_TRUE(result.ok());
     ASSERT_EQ(result->values.size(), metric_rows().size());
@@ -25,7 +25,7 @@ TEST(Compare, GivesEveryMetricInTheTablesOrder) {
 TEST(Compare, GivesOnlyWhatWasAskedFor) {
     CompareSettings settings;
     settings.metrics = {"smape", "difference_max"};
-    const auto result = compare(pair(grey(3, 3, 0.7), grey(3, 3, 0.5)), settings);
+    const auto result = compare(pair(gray(3, 3, 0.7), gray(3, 3, 0.5)), settings);
     ASSERT_TRUE(result.ok());
     ASSERT_EQ(result->values.size(), 2u);
     EXPECT_EQ(result->values[0].first, "smape");
@@ -34,7 +34,7 @@ TEST(Compare, GivesOnlyWhatWasAskedFor) {
 }
 
 TEST(Compare, MapsDoNotNeedTheirMetric) {
-    const Pair both = pair(grey(3, 3, 0.7), grey(3, 3, 0.5));
+    const Pair both = pair(gray(3, 3, 0.7), gray(3, 3, 0.5));
     for (const auto& row : map_rows()) {
         CompareSettings settings;
         settings.metrics = {"mse"};
@@ -49,7 +49,7 @@ TEST(Compare, MapsDoNotNeedTheirMetric) {
 }
 
 TEST(Compare, UsesTheGivenExposures) {
-    const Pair both = pair(grey(3, 3, 0.7), grey(3, 3, 0.5));
+    const Pair both = pair(gray(3, 3, 0.7), gray(3, 3, 0.5));
     CompareSettings settings;
     settings.metrics = {"hdr_flip"};
     settings.exposures = ExposureRange{-30, -28, true};  // all black
@@ -60,7 +60,7 @@ TEST(Compare, UsesTheGivenExposures) {
 }
 
 TEST(Compare, RefusesUnknownNames) {
-    const Pair both = pair(grey(3, 3, 0.7), grey(3, 3, 0.5));
+    const Pair both = pair(gray(3, 3, 0.7), gray(3, 3, 0.5));
     CompareSettings settings;
     settings.metrics = {"vmaf"};
     const auto metric = compare(both, settings);
@@ -72,7 +72,7 @@ TEST(Compare, RefusesUnknownNames) {
 }
 
 TEST(Compare, ValuesThatDoNotExistAreSaidNotToExist) {
-    const auto result = compare(pair(grey(1, 1, 0.5), grey(1, 1, 0.5)), {});
+    const auto result = compare(pair(gray(1, 1, 0.5), gray(1, 1, 0.5)), {});
     ASSERT_TRUE(result.ok());
     for (const auto& [name, value] : result->values)
         EXPECT_EQ(value.has_value(), name != "psnr" && name != "ssim") << name;

@@ -6,7 +6,7 @@
 
 #include "tests/command/fixture.h"
 #include "tests/metrics/support.h"
-#include "tools/metrics/compare.h"
+#include "tools/measure/metrics/compare.h"
 
 namespace postchain::test {
 namespace {
@@ -26,14 +26,14 @@ class DiffTest : public CommandTest {
         const auto written = io::write_planes_exr(path, file);
         ASSERT_TRUE(written.ok()) << written.status().message();
     }
-    void write_grey(const std::string& path, double v, int width = 16, int height = 12) {
-        write_rgb(path, metrics::grey(width, height, v));
+    void write_gray(const std::string& path, double v, int width = 16, int height = 12) {
+        write_rgb(path, metrics::gray(width, height, v));
     }
     // a.#### is 0.5; b.#### differs by 0.1, 0.2, 0.3 in frames 1, 2, 3.
     void write_sequences() {
         for (int frame = 1; frame <= 3; ++frame) {
-            write_grey(at("a.000" + std::to_string(frame) + ".exr"), 0.5);
-            write_grey(at("b.000" + std::to_string(frame) + ".exr"), 0.5 + 0.1 * frame);
+            write_gray(at("a.000" + std::to_string(frame) + ".exr"), 0.5);
+            write_gray(at("b.000" + std::to_string(frame) + ".exr"), 0.5 + 0.1 * frame);
         }
     }
     Outcome diff(const std::string& a, const std::string& b, const Arguments& more = {}) {
@@ -44,8 +44,8 @@ class DiffTest : public CommandTest {
 };
 
 TEST_F(DiffTest, PrintsOneObjectWithAKeyPerMetric) {
-    write_grey(at("a.exr"), 0.5);
-    write_grey(at("b.exr"), 0.7);
+    write_gray(at("a.exr"), 0.5);
+    write_gray(at("b.exr"), 0.7);
     const Outcome result = diff("a.exr", "b.exr", {"--json"});
     ASSERT_EQ(result.code, 0) << result.text();
     const auto lines = json_lines(result.out);
@@ -63,8 +63,8 @@ TEST_F(DiffTest, PrintsOneObjectWithAKeyPerMetric) {
 }
 
 TEST_F(DiffTest, PrintsTextWithItsConstants) {
-    write_grey(at("a.exr"), 0.5);
-    write_grey(at("b.exr"), 0.7);
+    write_gray(at("a.exr"), 0.5);
+    write_gray(at("b.exr"), 0.7);
     const Outcome result = diff("a.exr", "b.exr");
     ASSERT_EQ(result.code, 0) << result.text();
     for (const auto& row : metrics::metric_rows()) EXPECT_TRUE(contains(result.out, row.name));
@@ -74,8 +74,8 @@ TEST_F(DiffTest, PrintsTextWithItsConstants) {
 
 // The reference is A: relMSE divides by it.
 TEST_F(DiffTest, TheFirstImageIsTheReference) {
-    write_grey(at("a.exr"), 0.99);
-    write_grey(at("b.exr"), 1.99);
+    write_gray(at("a.exr"), 0.99);
+    write_gray(at("b.exr"), 1.99);
     const auto value = [&](const char* a, const char* b) {
         return json_lines(diff(a, b, {"--json", "--metric", "relmse"}).out)
             .at(0)["relmse"]
@@ -99,14 +99,14 @@ TEST_F(DiffTest, ComparesUnpremultipliedColorAsPremultiplied) {
     Planes planes = make_planes(16, 12);
     planes.color = color;
     write_frame(at("a.exr"), planes);
-    write_grey(at("b.exr"), 0.5);
+    write_gray(at("b.exr"), 0.5);
     EXPECT_EQ(json_lines(diff("a.exr", "b.exr", {"--json", "--metric", "mse"}).out).at(0)["mse"],
               0);
 }
 
 TEST_F(DiffTest, MetricsCanBeChosenAndRepeated) {
-    write_grey(at("a.exr"), 0.5);
-    write_grey(at("b.exr"), 0.7);
+    write_gray(at("a.exr"), 0.5);
+    write_gray(at("b.exr"), 0.7);
     const Outcome result =
         diff("a.exr", "b.exr", {"--json", "--metric", "smape", "--metric", "mse"});
     ASSERT_EQ(result.code, 0) << result.text();
@@ -116,7 +116,7 @@ TEST_F(DiffTest, MetricsCanBeChosenAndRepeated) {
 }
 
 TEST_F(DiffTest, EqualImagesHaveNoPsnr) {
-    write_grey(at("a.exr"), 0.5);
+    write_gray(at("a.exr"), 0.5);
     const Json json = json_lines(diff("a.exr", "a.exr", {"--json"}).out).at(0);
     EXPECT_EQ(json["flip"], 0);
     EXPECT_TRUE(json["psnr"].is_null());
@@ -124,8 +124,8 @@ TEST_F(DiffTest, EqualImagesHaveNoPsnr) {
 }
 
 TEST_F(DiffTest, OnePixel) {
-    write_grey(at("a.exr"), 0.5, 1, 1);
-    write_grey(at("b.exr"), 0.7, 1, 1);
+    write_gray(at("a.exr"), 0.5, 1, 1);
+    write_gray(at("b.exr"), 0.7, 1, 1);
     const Outcome result = diff("a.exr", "b.exr", {"--json"});
     ASSERT_EQ(result.code, 0) << result.text();
     const Json json = json_lines(result.out).at(0);
@@ -134,7 +134,7 @@ TEST_F(DiffTest, OnePixel) {
 }
 
 TEST_F(DiffTest, BlackReferenceAndNonfinitePixels) {
-    ImageF reference = metrics::grey(16, 12, 0), test = reference;
+    ImageF reference = metrics::gray(16, 12, 0), test = reference;
     reference.at(3, 3, 0) = std::numeric_limits<float>::infinity();
     test.at(5, 5, 1) = std::numeric_limits<float>::quiet_NaN();
     test.at(6, 5, 1) = std::numeric_limits<float>::infinity();
@@ -151,8 +151,8 @@ TEST_F(DiffTest, BlackReferenceAndNonfinitePixels) {
 }
 
 TEST_F(DiffTest, FailAboveExitsWithEight) {
-    write_grey(at("a.exr"), 0.5);
-    write_grey(at("b.exr"), 0.7);
+    write_gray(at("a.exr"), 0.5);
+    write_gray(at("b.exr"), 0.7);
     EXPECT_EQ(diff("a.exr", "b.exr", {"--fail-above", "mse=0.05"}).code, 0);
     const Outcome failed =
         diff("a.exr", "b.exr", {"--fail-above", "flip=0.9", "--fail-above", "mse=0.03"});
@@ -165,7 +165,7 @@ TEST_F(DiffTest, FailAboveExitsWithEight) {
 }
 
 TEST_F(DiffTest, UsageErrorsExitWithTwo) {
-    write_grey(at("a.exr"), 0.5);
+    write_gray(at("a.exr"), 0.5);
     write_sequences();
     const std::vector<Arguments> wrong = {{"--metric", "vmaf"},
                                           {"--fail-above", "flip"},
@@ -195,9 +195,9 @@ TEST_F(DiffTest, UsageErrorsExitWithTwo) {
 }
 
 TEST_F(DiffTest, InputErrorsNameBothFiles) {
-    write_grey(at("a.exr"), 0.5);
-    write_grey(at("small.exr"), 0.5, 16, 11);
-    const auto image = metrics::grey(16, 12, 0.5);
+    write_gray(at("a.exr"), 0.5);
+    write_gray(at("small.exr"), 0.5, 16, 11);
+    const auto image = metrics::gray(16, 12, 0.5);
     write_rgb(at("display.exr"), image, 0, io::Window{0, 0, 31, 11});
     write_rgb(at("moved.exr"), image, 2, io::Window{0, 0, 15, 11});
     write_rgb(at("still.exr"), image, 0, io::Window{0, 0, 15, 11});
@@ -265,10 +265,10 @@ TEST_F(DiffTest, FramesChooseAndMissingOnesAreErrors) {
 
 // Every frame is judged at the exposures of all references: a frame's own would be others.
 TEST_F(DiffTest, ExposuresOfASequenceAreThoseOfAllReferences) {
-    write_grey(at("a.0001.exr"), 0.1);
-    write_grey(at("a.0002.exr"), 6.4);
-    write_grey(at("b.0001.exr"), 0.11);
-    write_grey(at("b.0002.exr"), 6.5);
+    write_gray(at("a.0001.exr"), 0.1);
+    write_gray(at("a.0002.exr"), 6.4);
+    write_gray(at("b.0001.exr"), 0.11);
+    write_gray(at("b.0002.exr"), 6.5);
     const Outcome both = diff("a.####.exr", "b.####.exr", {"--json", "--metric", "hdr_flip"});
     ASSERT_EQ(both.code, 0) << both.text();
     const auto settings = json_lines(both.out).at(2)["settings"];
@@ -291,11 +291,11 @@ TEST_F(DiffTest, FailAboveLooksAtEveryFrame) {
 // 0.5 against 0.5, with pixels of 1.5 and 1: the difference map is 1 and 0.5 there and 0 elsewhere.
 // Magma's ends are (0, 0, 4) and (252, 253, 191) of 255, its middle (183, 55, 121).
 TEST_F(DiffTest, WritesMapsAsMagmaPngAndExr) {
-    ImageF test = metrics::grey(16, 12, 0.5);
+    ImageF test = metrics::gray(16, 12, 0.5);
     test.at(4, 7, 1) = 1.5f;
     test.at(9, 7, 1) = 1.0f;
     write_rgb(at("b.exr"), test);
-    write_grey(at("a.exr"), 0.5);
+    write_gray(at("a.exr"), 0.5);
     const Arguments maps = {"--map",        at("out/m.png"), "--map",    at("out/m.exr"),
                             "--map-metric", "difference",    "--metric", "mse"};
     const Outcome result = diff("a.exr", "b.exr", maps);
@@ -340,7 +340,7 @@ TEST_F(DiffTest, ViewingDistanceAndToneMapperReachFlip) {
         return metrics::Rgb{v, v, v};
     });
     write_rgb(at("a.exr"), checker);
-    write_grey(at("b.exr"), 0.5, 32, 32);
+    write_gray(at("b.exr"), 0.5, 32, 32);
     const auto value = [&](const char* metric, const Arguments& more) {
         Arguments arguments = {"--json", "--metric", metric};
         arguments.insert(arguments.end(), more.begin(), more.end());

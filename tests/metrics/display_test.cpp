@@ -1,4 +1,4 @@
-#include "tools/metrics/display.h"
+#include "tools/measure/metrics/display.h"
 
 #include <cmath>
 #include <limits>
@@ -25,39 +25,39 @@ TEST(Display, Transform) {
 
 // Displayed values 0.5 and 0.6 everywhere: MSE 0.01, 20 dB.
 TEST(Psnr, ConstantOffset) {
-    const Pair both = pair(grey(9, 4, shown_as(0.6)), grey(9, 4, shown_as(0.5)));
+    const Pair both = pair(gray(9, 4, shown_as(0.6)), gray(9, 4, shown_as(0.5)));
     EXPECT_NEAR(*psnr(both), 20, 1e-4);
 }
 
 // One component of 300 differs by 0.1: MSE 0.01/300.
 TEST(Psnr, SingleComponent) {
-    auto test = grey(10, 10, shown_as(0.5));
+    auto test = gray(10, 10, shown_as(0.5));
     test.at(4, 4, 2) = float(shown_as(0.6));
-    EXPECT_NEAR(*psnr(pair(test, grey(10, 10, shown_as(0.5)))), 20 + 10 * std::log10(300.0), 1e-3);
+    EXPECT_NEAR(*psnr(pair(test, gray(10, 10, shown_as(0.5)))), 20 + 10 * std::log10(300.0), 1e-3);
 }
 
 TEST(Psnr, EqualPicturesHaveNone) {
-    EXPECT_FALSE(psnr(pair(grey(3, 3, 5), grey(3, 3, 5))));
+    EXPECT_FALSE(psnr(pair(gray(3, 3, 5), gray(3, 3, 5))));
 }
 
 // Both constant: contrast and structure are 1, luminance is (2ab + C1)/(a^2 + b^2 + C1).
 TEST(Ssim, ConstantOffset) {
-    const Pair both = pair(grey(20, 15, shown_as(0.6)), grey(20, 15, shown_as(0.5)));
+    const Pair both = pair(gray(20, 15, shown_as(0.6)), gray(20, 15, shown_as(0.5)));
     EXPECT_NEAR(*ssim(both), (2 * 0.3 + 1e-4) / (0.36 + 0.25 + 1e-4), 1e-5);
-    EXPECT_NEAR(*ssim(pair(grey(20, 15, 3), grey(20, 15, 3))), 1, 1e-9);
+    EXPECT_NEAR(*ssim(pair(gray(20, 15, 3), gray(20, 15, 3))), 1, 1e-9);
 }
 
-// An 11 x 11 picture is one window. Reference 0; the test shows d in its centre alone: with the
-// weight w of the centre, mean = w d, variance = w d^2 - (w d)^2, covariance 0.
+// An 11 x 11 picture is one window. Reference 0; the test shows d in its center alone: with the
+// weight w of the center, mean = w d, variance = w d^2 - (w d)^2, covariance 0.
 TEST(Ssim, SinglePixel) {
     double side = 0;
     for (int i = -5; i <= 5; ++i) side += std::exp(-i * i / (2 * 1.5 * 1.5));
     const double w = 1 / (side * side), d = 0.8;
-    auto test = grey(11, 11, 0);
+    auto test = gray(11, 11, 0);
     for (int c = 0; c < 3; ++c) test.at(5, 5, c) = float(shown_as(d));
     const double mean = w * d, variance = w * d * d - mean * mean;
     const double expected = (1e-4 / (mean * mean + 1e-4)) * (9e-4 / (variance + 9e-4));
-    EXPECT_NEAR(*ssim(pair(test, grey(11, 11, 0))), expected, 1e-5);
+    EXPECT_NEAR(*ssim(pair(test, gray(11, 11, 0))), expected, 1e-5);
 }
 
 // The window's sum written out, without separation, on a picture with several windows.
@@ -92,9 +92,9 @@ TEST(Ssim, AgainstTheFullWindow) {
 }
 
 TEST(Ssim, SmallerThanTheWindowHasNone) {
-    EXPECT_FALSE(ssim(pair(grey(10, 40, 1), grey(10, 40, 0))));
-    EXPECT_FALSE(ssim(pair(grey(1, 1, 1), grey(1, 1, 0))));
-    EXPECT_TRUE(ssim(pair(grey(11, 11, 1), grey(11, 11, 0))));
+    EXPECT_FALSE(ssim(pair(gray(10, 40, 1), gray(10, 40, 0))));
+    EXPECT_FALSE(ssim(pair(gray(1, 1, 1), gray(1, 1, 0))));
+    EXPECT_TRUE(ssim(pair(gray(11, 11, 1), gray(11, 11, 0))));
 }
 
 }  // namespace

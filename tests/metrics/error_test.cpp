@@ -1,4 +1,4 @@
-#include "tools/metrics/error.h"
+#include "tools/measure/metrics/error.h"
 
 #include <cmath>
 #include <limits>
@@ -10,7 +10,7 @@ namespace {
 
 // R = 0.5, I = 0.7: the difference is 0.2 in every component.
 TEST(Error, ConstantOffset) {
-    const Pair both = pair(grey(7, 5, 0.7), grey(7, 5, 0.5));
+    const Pair both = pair(gray(7, 5, 0.7), gray(7, 5, 0.5));
     EXPECT_NEAR(mse(both), 0.04, 1e-7);
     EXPECT_NEAR(relmse(both), 0.04 / (0.51 * 0.51), 1e-6);
     EXPECT_NEAR(smape(both), 0.4 / 1.22, 1e-6);
@@ -20,9 +20,9 @@ TEST(Error, ConstantOffset) {
 
 // One component of one pixel of 4 x 5 differs by 3 from 1.
 TEST(Error, SingleComponent) {
-    auto test = grey(4, 5, 1);
+    auto test = gray(4, 5, 1);
     test.at(2, 3, 1) = 4;
-    const Pair both = pair(test, grey(4, 5, 1));
+    const Pair both = pair(test, gray(4, 5, 1));
     EXPECT_NEAR(mse(both), 9.0 / 60, 1e-9);
     EXPECT_NEAR(relmse(both), 9 / (1.01 * 1.01) / 60, 1e-9);
     EXPECT_NEAR(smape(both), 6 / 5.02 / 60, 1e-9);
@@ -48,25 +48,25 @@ TEST(Error, ShiftedStep) {
 
 // Symmetric where relMSE is not, and bounded by 2.
 TEST(Error, SmapeIsSymmetricAndBounded) {
-    const auto a = grey(3, 3, 1e9), b = grey(3, 3, -1e9);
+    const auto a = gray(3, 3, 1e9), b = gray(3, 3, -1e9);
     EXPECT_EQ(smape(pair(a, b)), smape(pair(b, a)));
     EXPECT_LE(smape(pair(a, b)), 2);
-    EXPECT_NE(relmse(pair(grey(3, 3, 2), grey(3, 3, 1))),
-              relmse(pair(grey(3, 3, 1), grey(3, 3, 2))));
+    EXPECT_NE(relmse(pair(gray(3, 3, 2), gray(3, 3, 1))),
+              relmse(pair(gray(3, 3, 1), gray(3, 3, 2))));
 }
 
 // 2000 pixels: 0.1 % are 2. Three fireflies of (I-R) = 10, 20, 30 over black in all components; the
 // two worst go, 10 stays.
 TEST(Error, TrimmedLeavesOutTheWorst) {
-    auto test = grey(50, 40, 0);
+    auto test = gray(50, 40, 0);
     const int places[3] = {7, 21, 33};
     for (int i = 0; i < 3; ++i)
         for (int c = 0; c < 3; ++c) test.at(places[i], 11, c) = float(10 * (i + 1));
-    const Pair both = pair(test, grey(50, 40, 0));
+    const Pair both = pair(test, gray(50, 40, 0));
     EXPECT_NEAR(relmse_trimmed(both), 100 / 1e-4 / 1998, 1e-3);
     EXPECT_NEAR(relmse(both), 1400 / 1e-4 / 2000, 1e-2);
     // Less than 1000 pixels have no worst 0.1 %.
-    const Pair small = pair(grey(3, 3, 0.7), grey(3, 3, 0.5));
+    const Pair small = pair(gray(3, 3, 0.7), gray(3, 3, 0.5));
     EXPECT_DOUBLE_EQ(relmse_trimmed(small), relmse(small));
 }
 
@@ -76,7 +76,7 @@ TEST(Error, PercentilesAreNearestRanks) {
         const double v = 1 + (37 * (x + 10 * y)) % 100;
         return Rgb{v / 2, v, 0.0};  // the largest component counts
     });
-    const Percentiles p = difference_percentiles(pair(test, grey(10, 10, 0)));
+    const Percentiles p = difference_percentiles(pair(test, gray(10, 10, 0)));
     EXPECT_EQ(p.p50, 50);
     EXPECT_EQ(p.p95, 95);
     EXPECT_EQ(p.p99, 99);
@@ -89,11 +89,11 @@ TEST(Error, PercentilesAreExactWhereFractionsAreNot) {
         const double v = 1 + x;
         return Rgb{v, v, v};
     });
-    EXPECT_EQ(difference_percentiles(pair(test, grey(20, 1, 0))).p95, 19);
+    EXPECT_EQ(difference_percentiles(pair(test, gray(20, 1, 0))).p95, 19);
 }
 
 TEST(Error, OnePixel) {
-    const Pair both = pair(grey(1, 1, 0.25), grey(1, 1, 0));
+    const Pair both = pair(gray(1, 1, 0.25), gray(1, 1, 0));
     EXPECT_DOUBLE_EQ(mse(both), 0.0625);
     EXPECT_NEAR(relmse(both), 0.0625 / 1e-4, 1e-6);
     EXPECT_EQ(relmse_trimmed(both), relmse(both));
@@ -101,17 +101,17 @@ TEST(Error, OnePixel) {
 }
 
 TEST(Error, BlackTruthIsFinite) {
-    const Pair both = pair(grey(4, 4, 0.5), grey(4, 4, 0));
+    const Pair both = pair(gray(4, 4, 0.5), gray(4, 4, 0));
     EXPECT_NEAR(relmse(both), 2500, 1e-6);
     EXPECT_NEAR(smape(both), 1 / 0.52, 1e-9);
 }
 
 TEST(Pair, NonfiniteComponentsBecomeZeroAndPixelsAreCounted) {
-    auto test = grey(4, 4, 2);
+    auto test = gray(4, 4, 2);
     test.at(0, 0, 0) = std::numeric_limits<float>::quiet_NaN();
     test.at(0, 0, 1) = std::numeric_limits<float>::infinity();
     test.at(1, 0, 2) = -std::numeric_limits<float>::infinity();
-    auto reference = grey(4, 4, 2);
+    auto reference = gray(4, 4, 2);
     reference.at(3, 3, 0) = std::numeric_limits<float>::infinity();
     const Pair both = pair(test, reference);
     EXPECT_EQ(both.test.nonfinite, 2u);
@@ -129,7 +129,7 @@ TEST(Pair, AlphaIsNotCompared) {
 }
 
 TEST(Pair, RefusesWhatIsNoPair) {
-    EXPECT_EQ(pair_of(grey(3, 2, 0), grey(2, 3, 0)).status().code(), StatusCode::input);
+    EXPECT_EQ(pair_of(gray(3, 2, 0), gray(2, 3, 0)).status().code(), StatusCode::input);
     EXPECT_EQ(pair_of(ImageF(), ImageF()).status().code(), StatusCode::input);
     EXPECT_EQ(pair_of(ImageF(2, 2, 1), ImageF(2, 2, 1)).status().code(), StatusCode::input);
 }

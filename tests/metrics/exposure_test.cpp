@@ -1,4 +1,4 @@
-#include "tools/metrics/exposure.h"
+#include "tools/measure/metrics/exposure.h"
 
 #include <cmath>
 #include <limits>
@@ -64,7 +64,7 @@ TEST(ExposureRange, ZeroAndNegativeLuminancesAreLeftOut) {
 }
 
 TEST(ExposureRange, AtMostTwentyStopsOnTheMediansSide) {
-    auto image = grey(5, 5, 0.5);
+    auto image = gray(5, 5, 0.5);
     for (int c = 0; c < 3; ++c) image.at(2, 2, c) = 1e10f;
     const auto range = exposure_range(one(image), ToneMapper::aces);
     EXPECT_DOUBLE_EQ(range.stop - range.start, 20);
@@ -73,7 +73,7 @@ TEST(ExposureRange, AtMostTwentyStopsOnTheMediansSide) {
 }
 
 TEST(ExposureRange, InfDoesNotReachTheRange) {
-    auto image = grey(3, 3, 0.5);
+    auto image = gray(3, 3, 0.5);
     for (int c = 0; c < 3; ++c) image.at(1, 1, c) = std::numeric_limits<float>::infinity();
     const auto range = exposure_range(one(image), ToneMapper::aces);
     EXPECT_NEAR(range.start, range.stop, 1e-9);

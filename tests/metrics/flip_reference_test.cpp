@@ -5,7 +5,7 @@
 #include <random>
 
 #include "tests/metrics/support.h"
-#include "tools/metrics/flip.h"
+#include "tools/measure/metrics/flip.h"
 
 namespace postchain::metrics {
 namespace {

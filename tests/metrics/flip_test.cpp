@@ -1,6 +1,6 @@
 // FLIP and HDR-FLIP against the golden means of docs/metrics.md, which an independent program
 // made, and against closed forms of the paper.
-#include "tools/metrics/flip.h"
+#include "tools/measure/metrics/flip.h"
 
 #include <cmath>
 #include <limits>
@@ -71,7 +71,7 @@ TEST(FlipGolden, CheckerAgainstItsMean) {
         const double v = (x + y) % 2;
         return Rgb{v, v, v};
     });
-    const auto half = grey(kSide, kSide, 0.5);
+    const auto half = gray(kSide, kSide, 0.5);
     EXPECT_NEAR(flip_of(half, checker).mean, 0.004204, kGolden);
     FlipSettings near;
     near.pixels_per_degree = 20;
@@ -121,10 +121,10 @@ TEST(HdrFlipGolden, MovedDiscWithEveryToneMapper) {
     EXPECT_NEAR(hdr_flip_of(test, reference, ToneMapper::hable).mean, 0.061302, kGolden);
 }
 
-// Two greys: a* = b* = 0 and no features, so FLIP is the redistributed |dL|^0.7. In double, from
+// Two grays: a* = b* = 0 and no features, so FLIP is the redistributed |dL|^0.7. In double, from
 // the definition of CIELAB (cubes above the knee) and the paper's constants. In float a* and b* of
-// a grey are off by up to 1e-4, which is what the tolerance stands for.
-TEST(Flip, GreysAreTheClosedForm) {
+// a gray are off by up to 1e-4, which is what the tolerance stands for.
+TEST(Flip, GraysAreTheClosedForm) {
     const auto lightness = [](double y) { return 116 * std::cbrt(y) - 16; };
     // HyAB between Hunt-adjusted green and blue, by hand from L*a*b* of the primaries:
     // green (87.7362, -86.1787, 83.1826), blue (32.2982, 79.1936, -107.8586); a*, b* times L/100:
@@ -133,7 +133,7 @@ TEST(Flip, GreysAreTheClosedForm) {
     for (double v : {0.1, 0.3, 0.55}) {
         const double d = std::pow(lightness(v * 1.02) - lightness(v), 0.7);
         const double expected = d * 0.95 / (0.4 * largest);
-        EXPECT_NEAR(flip_of(grey(8, 8, v * 1.02), grey(8, 8, v)).mean, expected, 3e-5) << v;
+        EXPECT_NEAR(flip_of(gray(8, 8, v * 1.02), gray(8, 8, v)).mean, expected, 3e-5) << v;
     }
 }
 
@@ -150,10 +150,10 @@ TEST(Flip, EqualPicturesAreZeroAndOrderOfArgumentsDoesNotMatter) {
 
 // A single pixel in black: FLIP's answer is symmetric about it, largest there, and ends where the
 // widest kernel does (10 pixels at 67.02 pixels per degree).
-TEST(Flip, SinglePixelAnswersInItsNeighbourhoodAlone) {
-    auto test = grey(41, 41, 0);
+TEST(Flip, SinglePixelAnswersInItsNeighborhoodAlone) {
+    auto test = gray(41, 41, 0);
     for (int c = 0; c < 3; ++c) test.at(20, 20, c) = 1;
-    const ImageF map = flip_of(test, grey(41, 41, 0)).map;
+    const ImageF map = flip_of(test, gray(41, 41, 0)).map;
     for (int y = 0; y < 41; ++y)
         for (int x = 0; x < 41; ++x) {
             EXPECT_NEAR(map.at(x, y), map.at(40 - x, y), 1e-5);
@@ -185,7 +185,7 @@ TEST(Flip, ThreadsDoNotShow) {
     const auto a = picture(50, 200, [](int x, int y) {
         return Rgb{std::abs(std::sin(x * 1.7 + y)), std::abs(std::sin(y * 0.9)), 5.0};
     });
-    const auto b = grey(50, 200, 0.4);
+    const auto b = gray(50, 200, 0.4);
     FlipSettings one_thread, four_threads;
     one_thread.threads = 1;
     four_threads.threads = 4;
@@ -209,33 +209,33 @@ TEST(Flip, BandsDoNotShow) {
 
 TEST(Flip, OnePixel) {
     const double wide = constants({0.5, 0.5, 0.5}, {0.6, 0.6, 0.6});
-    const FlipResult result = flip_of(grey(1, 1, 0.6), grey(1, 1, 0.5));
+    const FlipResult result = flip_of(gray(1, 1, 0.6), gray(1, 1, 0.5));
     EXPECT_NEAR(result.mean, wide, 1e-5);
     EXPECT_EQ(result.map.pixels(), 1u);
-    EXPECT_NEAR(hdr_flip_of(grey(1, 1, 0.6), grey(1, 1, 0.5)).mean,
-                hdr_flip_of(grey(9, 9, 0.6), grey(9, 9, 0.5)).mean, 1e-5);
+    EXPECT_NEAR(hdr_flip_of(gray(1, 1, 0.6), gray(1, 1, 0.5)).mean,
+                hdr_flip_of(gray(9, 9, 0.6), gray(9, 9, 0.5)).mean, 1e-5);
 }
 
 TEST(Flip, ValuesBeyondTheDisplayAreClamped) {
-    EXPECT_EQ(flip_of(grey(4, 4, 7), grey(4, 4, 1)).mean, 0);
-    EXPECT_EQ(flip_of(grey(4, 4, -7), grey(4, 4, 0)).mean, 0);
+    EXPECT_EQ(flip_of(gray(4, 4, 7), gray(4, 4, 1)).mean, 0);
+    EXPECT_EQ(flip_of(gray(4, 4, -7), gray(4, 4, 0)).mean, 0);
 }
 
 TEST(HdrFlip, BlackReferenceHasNoExposuresAndAnAnswer) {
-    const auto range = exposure_range(one(grey(8, 8, 0)), ToneMapper::aces);
+    const auto range = exposure_range(one(gray(8, 8, 0)), ToneMapper::aces);
     EXPECT_FALSE(range.lit);
-    EXPECT_EQ(hdr_flip_of(grey(8, 8, 0), grey(8, 8, 0)).mean, 0);
-    const double lit = hdr_flip_of(grey(8, 8, 1), grey(8, 8, 0)).mean;
+    EXPECT_EQ(hdr_flip_of(gray(8, 8, 0), gray(8, 8, 0)).mean, 0);
+    const double lit = hdr_flip_of(gray(8, 8, 1), gray(8, 8, 0)).mean;
     EXPECT_GT(lit, 0.5);
     EXPECT_LE(lit, 1);
 }
 
 TEST(HdrFlip, InfAndHugeValuesStayInRange) {
-    auto reference = grey(16, 16, 0.3);
+    auto reference = gray(16, 16, 0.3);
     reference.at(3, 3, 0) = std::numeric_limits<float>::infinity();
     reference.at(5, 5, 1) = std::numeric_limits<float>::quiet_NaN();
     reference.at(8, 8, 2) = std::numeric_limits<float>::max();
-    auto test = grey(16, 16, 0.4);
+    auto test = gray(16, 16, 0.4);
     test.at(9, 9, 0) = -std::numeric_limits<float>::max();
     test.at(10, 9, 0) = std::numeric_limits<float>::infinity();
     for (ToneMapper mapper : {ToneMapper::aces, ToneMapper::reinhard, ToneMapper::hable}) {

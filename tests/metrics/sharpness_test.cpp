@@ -1,4 +1,4 @@
-#include "tools/metrics/sharpness.h"
+#include "tools/measure/metrics/sharpness.h"
 
 #include <algorithm>
 #include <cmath>
@@ -81,7 +81,7 @@ TEST(Sharpness, SofterInFocus) {
 // Regions depend on truth and input alone.
 TEST(Sharpness, RegionsDoNotDependOnTheTest) {
     const auto input = edges(0.4, 1, 0.3), truth = edges(0.4, 12, 0.3);
-    const Sharpness a = measure(truth, truth, input), b = measure(grey(120, 40, 9), truth, input);
+    const Sharpness a = measure(truth, truth, input), b = measure(gray(120, 40, 9), truth, input);
     EXPECT_EQ(a.blurred_pixels, b.blurred_pixels);
     EXPECT_EQ(a.sharp_pixels, b.sharp_pixels);
     EXPECT_LT(*b.edges_in_blurred, 0.01);
@@ -89,19 +89,19 @@ TEST(Sharpness, RegionsDoNotDependOnTheTest) {
 }
 
 TEST(Sharpness, WithoutRegionsThereIsNoValue) {
-    const Sharpness flat = measure(grey(20, 20, 1), grey(20, 20, 1), grey(20, 20, 1));
+    const Sharpness flat = measure(gray(20, 20, 1), gray(20, 20, 1), gray(20, 20, 1));
     EXPECT_FALSE(flat.edges_in_blurred);
     EXPECT_FALSE(flat.sharpness_in_focus);
     const auto input = edges(0.4, 1, 0.3);
     const Sharpness all_sharp = measure(input, input, input);
     EXPECT_FALSE(all_sharp.edges_in_blurred);
     EXPECT_TRUE(all_sharp.sharpness_in_focus);
-    const Sharpness pixel = measure(grey(1, 1, 1), grey(1, 1, 1), grey(1, 1, 1));
+    const Sharpness pixel = measure(gray(1, 1, 1), gray(1, 1, 1), gray(1, 1, 1));
     EXPECT_FALSE(pixel.edges_in_blurred);
 }
 
 TEST(Sharpness, RefusesAnInputOfAnotherSize) {
-    EXPECT_EQ(sharpness(pair(grey(4, 4, 0), grey(4, 4, 0)), one(grey(4, 5, 0))).status().code(),
+    EXPECT_EQ(sharpness(pair(gray(4, 4, 0), gray(4, 4, 0)), one(gray(4, 5, 0))).status().code(),
               StatusCode::input);
 }
 

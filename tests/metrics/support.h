@@ -5,7 +5,7 @@
 
 #include <array>
 
-#include "tools/metrics/pair.h"
+#include "tools/measure/metrics/pair.h"
 
 namespace postchain::metrics {
 
@@ -26,7 +26,7 @@ ImageF picture(int width, int height, F&& f) {
 inline ImageF constant(int width, int height, const Rgb& rgb) {
     return picture(width, height, [&](int, int) { return rgb; });
 }
-inline ImageF grey(int width, int height, double v) {
+inline ImageF gray(int width, int height, double v) {
     return constant(width, height, {v, v, v});
 }
 

@@ -1,4 +1,4 @@
-#include "tools/metrics/temporal.h"
+#include "tools/measure/metrics/temporal.h"
 
 #include <cmath>
 
@@ -11,9 +11,9 @@ namespace {
 TEST(TemporalError, CountsTheChangeOfTheErrorAlone) {
     TemporalError still, growing;
     for (int t = 0; t < 4; ++t) {
-        const auto truth = grey(5, 4, 0.1 * t);
-        ASSERT_TRUE(still.add(pair(grey(5, 4, 0.1 * t + 3), truth)).ok());
-        ASSERT_TRUE(growing.add(pair(grey(5, 4, 0.1 * t + 0.25 * t), truth)).ok());
+        const auto truth = gray(5, 4, 0.1 * t);
+        ASSERT_TRUE(still.add(pair(gray(5, 4, 0.1 * t + 3), truth)).ok());
+        ASSERT_TRUE(growing.add(pair(gray(5, 4, 0.1 * t + 0.25 * t), truth)).ok());
     }
     EXPECT_EQ(growing.steps(), 3);
     EXPECT_NEAR(*still.mean(), 0, 1e-6);
@@ -25,8 +25,8 @@ TEST(TemporalError, CountsTheChangeOfTheErrorAlone) {
 // goes, each time 2/20 in the mean.
 TEST(TemporalError, SinglePixelThatFlickers) {
     TemporalError error;
-    auto test = grey(4, 5, 1);
-    const auto truth = grey(4, 5, 1);
+    auto test = gray(4, 5, 1);
+    const auto truth = gray(4, 5, 1);
     ASSERT_TRUE(error.add(pair(test, truth)).ok());
     EXPECT_FALSE(error.mean());
     for (int c = 0; c < 3; ++c) test.at(2, 2, c) = 3;
@@ -51,15 +51,15 @@ TEST(TemporalError, ShiftedStep) {
 
 TEST(TemporalError, RefusesAnotherSize) {
     TemporalError error;
-    ASSERT_TRUE(error.add(pair(grey(4, 4, 0), grey(4, 4, 0))).ok());
-    EXPECT_EQ(error.add(pair(grey(4, 5, 0), grey(4, 5, 0))).code(), StatusCode::input);
+    ASSERT_TRUE(error.add(pair(gray(4, 4, 0), gray(4, 4, 0))).ok());
+    EXPECT_EQ(error.add(pair(gray(4, 5, 0), gray(4, 5, 0))).code(), StatusCode::input);
 }
 
 // Values 1, 2, 3, 4 have the sample deviation sqrt(5/3); one pixel of two flickers.
 TEST(Flicker, SampleDeviation) {
     Flicker flicker;
     for (int seed = 1; seed <= 4; ++seed) {
-        auto image = grey(2, 1, 7);
+        auto image = gray(2, 1, 7);
         for (int c = 0; c < 3; ++c) image.at(1, 0, c) = float(seed);
         ASSERT_TRUE(flicker.add(one(image)).ok());
     }
@@ -71,16 +71,16 @@ TEST(Flicker, SampleDeviation) {
 TEST(Flicker, IsNumericallyStable) {
     Flicker flicker;
     for (int seed = 0; seed < 10; ++seed)
-        ASSERT_TRUE(flicker.add(one(grey(1, 1, 1e6 + seed % 2))).ok());
+        ASSERT_TRUE(flicker.add(one(gray(1, 1, 1e6 + seed % 2))).ok());
     EXPECT_NEAR(*flicker.mean(), std::sqrt(10 * 0.25 / 9), 1e-6);
 }
 
 TEST(Flicker, NeedsTwoOfOneSize) {
     Flicker flicker;
     EXPECT_FALSE(flicker.mean());
-    ASSERT_TRUE(flicker.add(one(grey(2, 2, 1))).ok());
+    ASSERT_TRUE(flicker.add(one(gray(2, 2, 1))).ok());
     EXPECT_FALSE(flicker.mean());
-    EXPECT_EQ(flicker.add(one(grey(2, 3, 1))).code(), StatusCode::input);
+    EXPECT_EQ(flicker.add(one(gray(2, 3, 1))).code(), StatusCode::input);
     EXPECT_EQ(flicker.seeds(), 1);
 }
 
@@ -139,7 +139,7 @@ TEST(GridError, RefusesWhatLeavesNothing) {
     GridError error(10);
     const auto image = one(scene());
     EXPECT_EQ(error.add(image, image, 5, 0).code(), StatusCode::input);
-    EXPECT_EQ(error.add(image, one(grey(3, 3, 0)), 0, 0).code(), StatusCode::input);
+    EXPECT_EQ(error.add(image, one(gray(3, 3, 0)), 0, 0).code(), StatusCode::input);
     EXPECT_FALSE(error.mean());
 }
 

@@ -140,8 +140,8 @@ TEST(Gather, SlowPixelMixesDirections) {
     expect_pixel(blurred(across, frame), 4, 1, {1 / (0.06 + 3 + w_b + 1)});
 }
 
-// Two directions, N = 5: t = -2/3, -1/3, 0, 1/3, 2/3, |v_max| = 3. The centre column moves (0, 2),
-// all else (3, 0). At the centre (4, 4): taps 1 and 3 go along w_c = (0, 1) to T = 1, S = (4, 3),
+// Two directions, N = 5: t = -2/3, -1/3, 0, 1/3, 2/3, |v_max| = 3. The center column moves (0, 2),
+// all else (3, 0). At the center (4, 4): taps 1 and 3 go along w_c = (0, 1) to T = 1, S = (4, 3),
 // (4, 5): cone(1, 1/2) = 0.5 twice, cylinder(1, 2) = 1: weight 3. Taps 0 and 4 along (1, 0) to T =
 // 2: w_A = 0, w_B = 1: f cone(2, 1/3) = 1/3, 2 cylinder(2, 2) = 2 * 0.5: weight 4/3. The middle tap
 // lies along w_max: w_A = w_B = 0: nothing. total = 5 / (40 * 2) = 0.0625. Sum 8.729167.
@@ -177,13 +177,13 @@ TEST(Gather, VarianceOfOneHalfIsTheEvenSplit) {
 
 TEST(Hint, ByHand) {
     // Tiles of 6 px. Tiles 0 and 2 hold one velocity each, tile 4 is mixed; 1 and 3 rest, but their
-    // neighbours reach them, so look at tile centres only where the sum is known.
+    // neighbors reach them, so look at tile centers only where the sum is known.
     const Values values = {
         {"samples", int64_t(3)}, {"max_blur_px", int64_t(6)}, {"variance_threshold_px", 0.01}};
-    const auto hint_of = [&](double v, double v_centre) {
+    const auto hint_of = [&](double v, double v_center) {
         BlurFrame frame(6, 6);
         frame.set_all_half_velocities(v, 0);
-        frame.set_half_velocity(3, 3, v_centre, 0);
+        frame.set_half_velocity(3, 3, v_center, 0);
         const ImageF hint = stages_of(plain_blur(values), frame)["hint"];
         return std::pair(hint.at(3, 3, 0), hint.at(3, 3, 1));
     };

@@ -1,6 +1,6 @@
 // An independent double-precision implementation of the definitions, on a path-traced picture.
 //
-// tests/data/motion_blur/wheels_crop.bin is a crop of 160 x 160 pixels on tile borders: colour
+// tests/data/motion_blur/wheels_crop.bin is a crop of 160 x 160 pixels on tile borders: color
 // (half RGB), inverse depth and motion, and of the inner 80 x 80 pixels, which depend on nothing
 // outside the crop, the results of modes guertin and single (float RGB). A text header ends in a
 // line "end"; planes follow as the header lists them, rows of little-endian numbers. N = 25, r =

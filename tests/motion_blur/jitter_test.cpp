@@ -19,7 +19,7 @@ TEST(TileJitter, ByHand) {
     const ImageF hint =
         stages_of(blur({{"max_blur_px", int64_t(4)}, {"tile_jitter_slope", 0.5}, {"jitter", 0.0}}),
                   frame)["hint"];
-    // (6, 2): local (0.625, 0.625), both axes at e = 0.375: x is taken; right neighbour with
+    // (6, 2): local (0.625, 0.625), both axes at e = 0.375: x is taken; right neighbor with
     // probability 0.3125. Index 011100b = 28, mirrored 0.00111b = 0.21875: takes tile 2.
     EXPECT_EQ(hint.at(6, 2, 0), 1);
     // (6, 1): local y 0.375, e = 0.375 again. Index 10110b, mirrored 0.01101b = 0.40625: stays.
@@ -29,16 +29,16 @@ TEST(TileJitter, ByHand) {
     // (6, 0): the top is nearer (0.125 < 0.375): index 10100b, mirrored 0.00101b = 0.156 < 0.4375,
     // but there is no tile above: stays.
     EXPECT_EQ(hint.at(6, 0, 0), 0);
-    // (8, 1): local x 0.125, left neighbour with probability 0.4375. Index 1000010b, mirrored
+    // (8, 1): local x 0.125, left neighbor with probability 0.4375. Index 1000010b, mirrored
     // 0.0100001b = 0.2578: takes tile 1, which rests.
     EXPECT_EQ(hint.at(8, 1, 0), 0);
-    // (9, 1): odd x: stays in its moving tile. (12, 1): index 01011 0010b ... its left neighbour is
+    // (9, 1): odd x: stays in its moving tile. (12, 1): index 01011 0010b ... its left neighbor is
     // tile 2, which moves as well.
     EXPECT_EQ(hint.at(9, 1, 0), 1);
     EXPECT_EQ(hint.at(12, 1, 0), 1);
 }
 
-// The tile across a border has the pixel's own tile among its on-axis neighbours: v_max is never
+// The tile across a border has the pixel's own tile among its on-axis neighbors: v_max is never
 // shorter than v_c, and a moving pixel never rests, whatever tile it takes.
 TEST(TileJitter, NeverSlowerThanThePixel) {
     BlurFrame frame(64, 64);

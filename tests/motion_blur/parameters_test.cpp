@@ -96,9 +96,9 @@ TEST(Parameter, TileJitterAndSlope) {
     const ImageF off = gates({{"tile_jitter", false}});
     for (int y = 0; y < 64; ++y)
         for (int x = 0; x < 64; ++x) ASSERT_EQ(off.at(x, y, 0), x >= 48) << x << "," << y;
-    // Slope 100: the probability is 0 from 0.005 tiles on, and no pixel centre is nearer.
+    // Slope 100: the probability is 0 from 0.005 tiles on, and no pixel center is nearer.
     EXPECT_TRUE(equal_bits(off, gates({{"tile_jitter_slope", 100.0}})));
-    // Slope 0: half of the pixels take the neighbour, wherever they are. Of tile column 5 those
+    // Slope 0: half of the pixels take the neighbor, wherever they are. Of tile column 5 those
     // whose right border is nearest (a quarter of the tile) may take column 6: half of them do.
     const ImageF flat = gates({{"tile_jitter_slope", 0.0}});
     const ImageF steep = gates({{"tile_jitter_slope", 1.0}});

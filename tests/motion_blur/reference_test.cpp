@@ -2,7 +2,7 @@
 //
 // Bounds. fp32 tile stages: 1e-5 of max(1, |value|), every pixel. fp16 and unorm8 velocities: one
 // step of the storage, and no more than 0.2 % of the pixels off at all (a value between two codes
-// may fall either way). Colour: 1e-4 (1.1e-3 when the colour is stored in half floats) on all but
+// may fall either way). Color: 1e-4 (1.1e-3 when the color is stored in half floats) on all but
 // 0.2 % of the pixels: a tap that lies within rounding of a border between two pixels, or a random
 // number within rounding of its threshold, may fall either way.
 
@@ -78,7 +78,7 @@ void expect_equal(const Case& one, const BlurFrame& frame, const char* scene) {
             EXPECT_LE(d.max, 1.01 * one.velocity_step) << where << d.text;
         }
         if (name == "color")
-            std::printf("  %-14s %-8s colour: largest difference %.2g, %.3f %% above %.1g\n",
+            std::printf("  %-14s %-8s color: largest difference %.2g, %.3f %% above %.1g\n",
                         one.name.c_str(), scene, d.max, 100 * d.fraction, bound);
     }
 }

@@ -113,9 +113,9 @@ TEST(NeighborMax, ByHand) {
     expect_pixel(out, 4, 1, {-2, 1, 5, 0});  // both on-axis: the longer
 }
 
-TEST(NeighborMax, TiesTakeTheCentreThenRowOrder) {
+TEST(NeighborMax, TiesTakeTheCenterThenRowOrder) {
     TileFrame frame;
-    frame.set_tile(1, 0, 0, 2);   // above the centre of 1,1
+    frame.set_tile(1, 0, 0, 2);   // above the center of 1,1
     frame.set_tile(0, 1, 2, 0);   // left of it
     frame.set_tile(2, 1, -2, 0);  // right of it
     const Values r3 = {{"max_blur_px", int64_t(3)}};
@@ -144,7 +144,7 @@ TEST(NeighborMax, SingleCountsAllEight) {
 }
 
 // The rule, evaluated in another way: a diagonal tile counts when stepping along +v or -v from it
-// moves towards the centre in both axes.
+// moves towards the center in both axes.
 TEST(NeighborMax, EqualsBruteForce) {
     constexpr int kTiles = 24, kEdge = 4;
     BlurFrame frame(kTiles * kEdge, kTiles * kEdge);
@@ -194,7 +194,7 @@ TEST(TileVariance, ByHand) {
     frame.set_tile(2, 2, 3, 0);
     const Values values = {{"max_blur_px", int64_t(3)}, {"sample_split", "variance"}};
     const ImageF u = stages_of(plain_blur(values), frame)["tile_variance"];
-    // Neighbours that move, itself included; |n . n'|:
+    // Neighbors that move, itself included; |n . n'|:
     expect_pixel(u, 0, 0, {1 - (1 + 0) / 2.0});      // itself 1, the tile to the right 0
     expect_pixel(u, 0, 1, {0});                      // slow: still
     expect_pixel(u, 2, 1, {0});                      // still

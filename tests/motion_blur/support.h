@@ -1,4 +1,4 @@
-// Small frames for the motion blur's tests: colour, motion and inverse depth made by hand.
+// Small frames for the motion blur's tests: color, motion and inverse depth made by hand.
 #pragma once
 
 #include <gmock/gmock.h>
@@ -15,7 +15,7 @@ namespace postchain::test {
 
 using Values = std::vector<std::pair<std::string, ParameterValue>>;
 
-// Colour black with alpha 1, depth 1, no motion.
+// Color black with alpha 1, depth 1, no motion.
 struct BlurFrame {
     BlurFrame(int width, int height);
 
@@ -34,7 +34,7 @@ struct BlurFrame {
     FramePlanes planes;
 };
 
-// Random smooth-free content: noise colour, noise motion of half-velocities up to `longest` px at
+// Random smooth-free content: noise color, noise motion of half-velocities up to `longest` px at
 // shutter 0.5 (each component), two depths of ratio `ratio`.
 BlurFrame random_frame(int width, int height, float longest, float ratio, uint32_t seed);
 

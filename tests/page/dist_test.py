@@ -7,7 +7,7 @@ import re
 import sys
 import unittest
 
-PAGE = pathlib.Path(__file__).resolve().parents[2] / "tools/report/page"
+PAGE = pathlib.Path(__file__).resolve().parents[2] / "tools/measure/report/page"
 MAX_BYTES = 300_000
 
 
@@ -23,7 +23,7 @@ class Dist(unittest.TestCase):
         for path in paths:
             digest.update(path.encode() + b"\0" + (PAGE / path).read_bytes() + b"\0")
         self.assertIn(f"\nsources {digest.hexdigest()}\n", self.text,
-                      "npm run build in tools/report/page")
+                      "npm run build in tools/measure/report/page")
 
     def test_is_small(self):
         self.assertLess(len(self.text.encode()), MAX_BYTES)

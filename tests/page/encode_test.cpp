@@ -1,5 +1,5 @@
 // Pictures of the page, taken apart again with zlib and a decoder of this file's own.
-#include "tools/report/page/encode.h"
+#include "tools/measure/report/page/encode.h"
 
 #include <gtest/gtest.h>
 #include <zlib.h>
@@ -56,7 +56,7 @@ double value_of_half(uint16_t bits) {
     return sign * std::ldexp(1024 + fraction, exponent - 25);
 }
 
-// By hand: 2x2, so that every neighbour occurs.
+// By hand: 2x2, so that every neighbor occurs.
 //   red    1      2        halves 3c00 4000
 //          0.5   -1               3800 bc00
 // differences: 3c00 - 0, 4000 - 3c00 = 0400; second row: 3800 - 3c00 (above) = fc00,

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "tools/report/images.h"
+#include "tools/measure/report/images.h"
 
 namespace postchain::report::testing {
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "tools/report/report.h"
+#include "tools/measure/report/report.h"
 
 namespace postchain::report::testing {
 

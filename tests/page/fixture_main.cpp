@@ -3,7 +3,7 @@
 #include <cstdio>
 
 #include "tests/page/fixture.h"
-#include "tools/report/page/page.h"
+#include "tools/measure/report/page/page.h"
 
 int main(int argc, char** argv) {
     using namespace postchain::report;

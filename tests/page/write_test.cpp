@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "tests/page/fixture.h"
-#include "tools/report/page/page.h"
+#include "tools/measure/report/page/page.h"
 
 namespace postchain::report {
 namespace {

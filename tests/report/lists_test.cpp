@@ -1,11 +1,11 @@
 // What tables list, and in which order.
-#include "tools/report/lists.h"
+#include "tools/measure/report/lists.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tools/report/experiment.h"
-#include "tools/report/words.h"
+#include "tools/measure/experiment/experiment.h"
+#include "tools/measure/report/words.h"
 
 namespace postchain::report {
 namespace {
@@ -98,9 +98,9 @@ TEST(Words, FiguresAndCounts) {
 }
 
 TEST(Crops, SayWhyInThreeDigits) {
-    const auto crops = crops_of({{{7, 0, 0, 96, 96, 0.370626}, "paper"},
-                                 {{7, 96, 0, 96, 96, 0.5}, "other"},
-                                 {{7, 0, 0, 96, 96, 0.2}, "other"}});
+    const auto crops = experiment::crops_of({{{7, 0, 0, 96, 96, 0.370626}, "paper"},
+                                             {{7, 96, 0, 96, 96, 0.5}, "other"},
+                                             {{7, 0, 0, 96, 96, 0.2}, "other"}});
     ASSERT_EQ(crops.size(), 2u);
     EXPECT_EQ(crops[0].why, "other: mean HDR-FLIP 0.5");
     EXPECT_EQ(crops[1].why, "paper: mean HDR-FLIP 0.371");

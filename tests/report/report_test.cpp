@@ -1,5 +1,5 @@
 // report.json, report.csv, report.md.
-#include "tools/report/report.h"
+#include "tools/measure/report/report.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,8 +9,8 @@
 #include <set>
 #include <sstream>
 
-#include "tests/report/support.h"
-#include "tools/report/json_parts.h"
+#include "tests/experiment/support.h"
+#include "tools/measure/report/json_parts.h"
 
 namespace postchain::report {
 namespace {

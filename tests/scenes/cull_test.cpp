@@ -6,9 +6,9 @@
 #include <array>
 #include <cmath>
 
-#include "tools/scenes/cull.h"
-#include "tools/scenes/samples.h"
-#include "tools/scenes/scene.h"
+#include "tools/measure/scenes/cull.h"
+#include "tools/measure/scenes/samples.h"
+#include "tools/measure/scenes/scene.h"
 
 namespace postchain::scenes {
 namespace {
@@ -100,8 +100,8 @@ TEST(Cull, HoldsForNearSpheresInAWideView) {
     model.camera = [](double) { return CameraPose{Pose{}, 12, 1}; };
     for (int i = 0; i < 150; ++i) {
         const double z = random.between(0.5, 2), radius = z * random.between(0.1, 0.6);
-        const glm::dvec3 centre(random.between(-1.2, 1.2) * z, random.between(-0.6, 0.6) * z, z);
-        model.objects.push_back(sphere(radius, still(at(centre)), {1, 1, 1}));
+        const glm::dvec3 center(random.between(-1.2, 1.2) * z, random.between(-0.6, 0.6) * z, z);
+        model.objects.push_back(sphere(radius, still(at(center)), {1, 1, 1}));
     }
     const PictureGeometry picture{320, 160, 36, 0, 1};
     const CellLists cells = cull(model, {instant_of(model, 0)}, picture);
@@ -153,7 +153,7 @@ TEST(Samples, FillEachPairEvenly) {
             EXPECT_NEAR(mean.x, 0.5, sobol ? 1e-6 : 0.01);
             EXPECT_NEAR(mean.y, 0.5, sobol ? 1e-6 : 0.01);
         }
-        EXPECT_EQ(sample_points(1, lens)[0], glm::vec4(0.5f)) << "one sample is the centre";
+        EXPECT_EQ(sample_points(1, lens)[0], glm::vec4(0.5f)) << "one sample is the center";
     }
 }
 

@@ -9,7 +9,7 @@
 
 #include "config/camera_file.h"
 #include "support.h"
-#include "tools/io/exr_reader.h"
+#include "tools/sequence/io/exr_reader.h"
 
 namespace postchain::scenes::test {
 namespace {
@@ -200,7 +200,7 @@ TEST_F(Files, ProgressGrowsToOneAndCanStop) {
     const Status stopped = write_scene(renderer(), request_, [](const SceneProgress& progress) {
         return progress.picture != Picture::dof;
     });
-    EXPECT_EQ(stopped.code(), StatusCode::cancelled);
+    EXPECT_EQ(stopped.code(), StatusCode::canceled);
     EXPECT_THAT(names(),
                 testing::UnorderedElementsAre("gbuf.0001.exr", "sharp.0001.exr", "mb.0001.exr"));
 }

@@ -11,7 +11,7 @@ namespace {
 constexpr int kWidth = 72, kHeight = 40;
 constexpr double kF = 100;  // 50 / 36 * 72
 
-RenderSettings centre_sample() {
+RenderSettings center_sample() {
     RenderSettings settings;
     settings.width = kWidth;
     settings.height = kHeight;
@@ -19,7 +19,7 @@ RenderSettings centre_sample() {
     return settings;
 }
 
-// Picture coordinates of a pixel's centre: +x right, +y up, from the middle.
+// Picture coordinates of a pixel's center: +x right, +y up, from the middle.
 double film_x(int x) {
     return x + 0.5 - kWidth / 2.0;
 }
@@ -34,7 +34,7 @@ Object wall(PoseAt pose) {
 TEST(Depth, OfAPlaneAcrossTheAxisIsThePlanarDistanceEverywhere) {
     SceneModel model = empty_model();
     model.objects = {wall(still(at({0, 0, 2.5})))};
-    const ScenePlanes planes = render(model, centre_sample());
+    const ScenePlanes planes = render(model, center_sample());
     for (float z : planes.depth.data) EXPECT_NEAR(z, 2.5, 2e-6);
 }
 
@@ -44,7 +44,7 @@ TEST(Depth, OfATiltedPlaneFollowsItsEquation) {
     SceneModel model = empty_model();
     const double a = 0.6;
     model.objects = {wall(still(at({0, 0, 3}, turn({0, 1, 0}, a))))};
-    const ScenePlanes planes = render(model, centre_sample());
+    const ScenePlanes planes = render(model, center_sample());
     for (int x = 0; x < kWidth; ++x) {
         const double s = film_x(x) / kF;
         EXPECT_NEAR(planes.depth.at(x, 7), 3 * std::cos(a) / (std::cos(a) + s * std::sin(a)), 1e-5);
@@ -54,7 +54,7 @@ TEST(Depth, OfATiltedPlaneFollowsItsEquation) {
 TEST(Depth, OfASphereAtItsMiddleIsDistanceLessRadius) {
     SceneModel model = empty_model();
     model.objects = {unlit(sphere(0.25, still(at({0, 0, 2})), {}), {1, 1, 1})};
-    RenderSettings settings = centre_sample();
+    RenderSettings settings = center_sample();
     settings.width = settings.height = 1;  // the axis
     EXPECT_NEAR(render(model, settings).depth.at(0, 0), 1.75, 1e-6);
 }
@@ -76,7 +76,7 @@ TEST(Depth, OfEachSolidOnTheAxis) {
     for (const Case& c : cases) {
         SceneModel model = empty_model();
         model.objects = {unlit(c.object, {1, 1, 1})};
-        RenderSettings settings = centre_sample();
+        RenderSettings settings = center_sample();
         settings.width = settings.height = 1;
         EXPECT_NEAR(render(model, settings).depth.at(0, 0), c.depth, 2e-5)
             << "shape " << int(c.object.shape);
@@ -90,7 +90,7 @@ TEST(Depth, OfAWheelsGapsIsThatOfTheGround) {
     wheel.size = {0.3, 0.05, 8, 0.01};
     wheel.pose = still(at({0, 0, 1}));
     model.objects = {unlit(wheel, {1, 1, 1}), wall(still(at({0, 0, 3})))};
-    const ScenePlanes planes = render(model, centre_sample());
+    const ScenePlanes planes = render(model, center_sample());
     const int cx = kWidth / 2, cy = kHeight / 2;
     EXPECT_NEAR(planes.depth.at(cx, cy), 1, 1e-5);  // hub
     // Spokes stand in the middle of each of the 8 sectors: at 22.5 degrees there is one, at 0 none.
@@ -102,7 +102,7 @@ TEST(Vectors, OfATranslation) {
     // F v / z = 100 * (0.04, 0.016) / 2 = (2, 0.8) pixels a frame, up.
     SceneModel model = empty_model();
     model.objects = {wall([](double t) { return at({0.04 * t, 0.016 * t, 2}); })};
-    const ScenePlanes planes = render(model, centre_sample());
+    const ScenePlanes planes = render(model, center_sample());
     for (int y = 0; y < kHeight; y += 7)
         for (int x = 0; x < kWidth; x += 5) {
             const float* v = planes.vectors.pixel(x, y);
@@ -117,7 +117,7 @@ TEST(Vectors, OfAnApproachDifferBetweenThePreviousAndTheNextFrame) {
     // A point seen at x from depth 2 is seen at x 2/1.9 next and was seen at x 2/2.1.
     SceneModel model = empty_model();
     model.objects = {wall([](double t) { return at({0, 0, 2 - 0.1 * t}); })};
-    const ScenePlanes planes = render(model, centre_sample());
+    const ScenePlanes planes = render(model, center_sample());
     for (int x = 0; x < kWidth; x += 5) {
         const float* v = planes.vectors.pixel(x, 3);
         EXPECT_NEAR(v[0], film_x(x) * (2 / 2.1 - 1), 2e-4);
@@ -132,7 +132,7 @@ TEST(Vectors, OfARotationAreChordsToBothSides) {
     const double a = 0.3, c = std::cos(a), s = std::sin(a);
     SceneModel model = empty_model();
     model.objects = {wall([a](double t) { return at({0, 0, 2}, turn({0, 0, 1}, a * t)); })};
-    RenderSettings settings = centre_sample();
+    RenderSettings settings = center_sample();
     settings.time = 5;
     const ScenePlanes planes = render(model, settings);
     for (int y = 1; y < kHeight; y += 9)
@@ -154,7 +154,7 @@ TEST(Vectors, OfAPanAreThoseOfAProjection) {
         return CameraPose{at({0, 0, 0}, turn({0, 1, 0}, a * t)), 50, 2};
     };
     model.objects = {wall(still(at({0, 0, 4})))};
-    const ScenePlanes planes = render(model, centre_sample());
+    const ScenePlanes planes = render(model, center_sample());
     for (int x = 0; x < kWidth; x += 5) {
         const double theta = std::atan(film_x(x) / kF);
         const float* v = planes.vectors.pixel(x, 10);
@@ -169,7 +169,7 @@ TEST(Vectors, OfAZoomFollowTheFocalLength) {
     SceneModel model = empty_model();
     model.camera = [](double t) { return CameraPose{Pose{}, 50 + 5 * t, 2}; };
     model.objects = {wall(still(at({0, 0, 4})))};
-    const ScenePlanes planes = render(model, centre_sample());
+    const ScenePlanes planes = render(model, center_sample());
     for (int x = 0; x < kWidth; x += 5) {
         EXPECT_NEAR(planes.vectors.at(x, 10, 0), -0.1 * film_x(x), 2e-4);
         EXPECT_NEAR(planes.vectors.at(x, 10, 2), -0.1 * film_x(x), 2e-4);
@@ -180,7 +180,7 @@ TEST(Vectors, AreZeroForWhatTheCameraCannotSeeInTheOtherFrame) {
     // At depth 1 now, behind the camera in the next frame.
     SceneModel model = empty_model();
     model.objects = {wall([](double t) { return at({0, 0, 1 - 1.5 * t}); })};
-    const ScenePlanes planes = render(model, centre_sample());
+    const ScenePlanes planes = render(model, center_sample());
     const float* v = planes.vectors.pixel(3, 3);
     EXPECT_EQ(v[2], 0);
     EXPECT_EQ(v[3], 0);
@@ -193,7 +193,7 @@ TEST(Sky, HasTheSentinelDepthAndNoVectorsUnderAPan) {
     model.camera = [](double t) {
         return CameraPose{at({0, 0, 0}, turn({0, 1, 0}, 0.1 * t)), 50, 2};
     };
-    const ScenePlanes planes = render(model, centre_sample());
+    const ScenePlanes planes = render(model, center_sample());
     EXPECT_THAT(planes.depth.data, testing::Each(1e10f));
     EXPECT_THAT(planes.vectors.data, testing::Each(0.0f));
     for (int x = 0; x < kWidth; ++x) {
@@ -203,7 +203,7 @@ TEST(Sky, HasTheSentinelDepthAndNoVectorsUnderAPan) {
 }
 
 TEST(Sky, IsNothingWhereTheBackgroundIsTransparent) {
-    const ScenePlanes planes = render(empty_model(), centre_sample());
+    const ScenePlanes planes = render(empty_model(), center_sample());
     EXPECT_THAT(planes.color.data, testing::Each(0.0f));
     EXPECT_THAT(planes.depth.data, testing::Each(1e10f));
 }

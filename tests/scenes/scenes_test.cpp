@@ -127,7 +127,7 @@ TEST(Vectors, FindTheSameSurfaceInTheNextFrame) {
 TEST(Wheels, ThreeDepthsWithTheGreenOneInFocusAndCurvedMotion) {
     const ScenePlanes planes = render("wheels", 320, 180, 1, Picture::gbuf);
     const Camera camera = camera_at(make_wheels(), 1);
-    // A surface is of the wheel whose colour dominates.
+    // A surface is of the wheel whose color dominates.
     double near_red = 1e9, near_blue = 1e9, curved = 0;
     int green_in_focus = 0, red = 0, green = 0, blue = 0;
     for (int y = 0; y < 180; ++y)
@@ -251,7 +251,7 @@ TEST(Still, HasExactlyNoMotionAndTheSamePictureInEveryFrame) {
     EXPECT_EQ(*high, 1e10f);
 }
 
-TEST(Sharp, HasTheDepthOfTheCentreAndMeanVectors) {
+TEST(Sharp, HasTheDepthOfTheCenterAndMeanVectors) {
     const ScenePlanes gbuf = render("wheels", 160, 90, 2, Picture::gbuf);
     const ScenePlanes sharp = render("wheels", 160, 90, 2, Picture::sharp, 16);
     EXPECT_EQ(gbuf.depth, sharp.depth);

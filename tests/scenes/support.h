@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "tools/scenes/renderer.h"
-#include "tools/scenes/scene.h"
+#include "tools/measure/scenes/renderer.h"
+#include "tools/measure/scenes/scene.h"
 
 namespace postchain::scenes::test {
 
@@ -20,10 +20,10 @@ SceneModel empty_model(double focus_distance = 2, double f_stop = 2);
 // An unlit surface of exactly this radiance.
 Object unlit(Object object, glm::dvec3 radiance);
 
-// Sum of the first channel, centre and second moments about it, in pixels.
+// Sum of the first channel, center and second moments about it, in pixels.
 struct Moments {
     double sum = 0;
-    double x = 0, y = 0;    // pixel coordinates, centres at halves
+    double x = 0, y = 0;    // pixel coordinates, centers at halves
     double xx = 0, yy = 0;  // variances
 };
 Moments moments_of(const ImageF& image);

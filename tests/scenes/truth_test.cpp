@@ -77,12 +77,12 @@ TEST(Shutter, AStreakIsMotionTimesShutter) {
         const Moments m = moments_of(render(model, settings_of(256, shutter, false)).color);
         EXPECT_NEAR(std::sqrt(12 * (m.xx - 2.25 - 1.0 / 12)), 16 * shutter, 0.01 * 16 * shutter);
         EXPECT_NEAR(m.yy, 2.25 + 1.0 / 12, 0.06);
-        EXPECT_NEAR(m.x, 36, 0.05);  // the shutter is centred on the frame
+        EXPECT_NEAR(m.x, 36, 0.05);  // the shutter is centerd on the frame
     }
 }
 
 TEST(Shutter, IsOpenAroundItsFrame) {
-    // 8 pixels a frame: at frame 2 the middle of the streak is 16 pixels right of the centre.
+    // 8 pixels a frame: at frame 2 the middle of the streak is 16 pixels right of the center.
     const SceneModel model = one_lamp([](double t) { return at({0.16 * t, 0, 2}); }, 0.04, 2, 2);
     RenderSettings settings = settings_of(64, 0.5, false);
     settings.time = 2;
@@ -166,7 +166,7 @@ TEST(Truth, StopsWhenToldTo) {
         return ++calls < 3;
     });
     ASSERT_FALSE(planes.ok());
-    EXPECT_EQ(planes.status().code(), StatusCode::cancelled);
+    EXPECT_EQ(planes.status().code(), StatusCode::canceled);
     EXPECT_EQ(calls, 3);
 }
 

@@ -8,8 +8,8 @@
 
 #include "tests/stress/faulty_pass.h"
 #include "tests/support/gpu.h"
-#include "tools/stress/check.h"
-#include "tools/stress/transform.h"
+#include "tools/measure/stress/check.h"
+#include "tools/measure/stress/transform.h"
 
 namespace postchain::stress {
 namespace {

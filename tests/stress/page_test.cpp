@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "tools/io/png.h"
-#include "tools/stress/page.h"
+#include "tools/measure/stress/page.h"
+#include "tools/sequence/io/png.h"
 
 namespace postchain::stress {
 namespace {

@@ -14,7 +14,7 @@
 #include "config/chain_file.h"
 #include "tests/support/gpu.h"
 #include "tests/support/images.h"
-#include "tools/stress/matrix.h"
+#include "tools/measure/stress/matrix.h"
 
 namespace postchain::stress {
 namespace {
@@ -339,7 +339,7 @@ TEST(Stress, NoCellAndStoppingAreErrors) {
     options.only = "nothing";
     const auto stopped = run_matrix(test::executor(), subjects, options,
                                     [](const auto&, size_t done, size_t) { return done < 2; });
-    EXPECT_EQ(stopped.status().code(), StatusCode::cancelled);
+    EXPECT_EQ(stopped.status().code(), StatusCode::canceled);
 }
 
 // ------------------------------------------------------------------------------------ command

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "chain/chain.h"
-#include "chain/executor.h"
+#include "chain/gl/executor.h"
 #include "chain/planner.h"
 #include "passes/registry.h"
 

@@ -18,7 +18,7 @@ ImageF constant_image(int width, int height, std::initializer_list<float> pixel)
 // exact ties that noise has (on noise, FXAA's two edge scores are often the same sum).
 ImageF textured_image(int width, int height, int channels, uint32_t seed);
 
-// A small canonical frame: textured colour with alpha 1, two depth layers (near square on far
+// A small canonical frame: textured color with alpha 1, two depth layers (near square on far
 // ground), the square moving by `square_motion` and the ground by `ground_motion` pixels.
 struct TestFrame {
     FrameDescription description;  // facts filled, camera of a 50 mm lens at f/2, focus on ground

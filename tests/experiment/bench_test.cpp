@@ -1,0 +1,428 @@
+// Sweeps, choices, and run_bench on small sequences.
+#include "tools/measure/experiment/bench.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <fstream>
+
+#include "tests/experiment/support.h"
+#include "tools/measure/experiment/ab.h"
+#include "tools/measure/experiment/bench_store.h"
+
+namespace postchain::experiment {
+
+using namespace report;
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+Result<std::vector<BenchVariant>> sweep(const std::vector<std::string>& texts, int limit = 64,
+                                        const std::vector<std::string>& sets = {}) {
+    std::vector<Sweep> sweeps;
+    for (const auto& text : texts) {
+        auto one = parse_sweep(text);
+        if (!one.ok()) return one.status();
+        sweeps.push_back(*one);
+    }
+    return sweep_variants({"test.yaml", test::kChainText, false}, builtin_passes(), sets, sweeps,
+                          limit);
+}
+
+std::vector<std::string> names(const std::vector<BenchVariant>& variants) {
+    std::vector<std::string> list;
+    for (const auto& variant : variants) list.push_back(variant.name);
+    return list;
+}
+
+TEST(Sweeps, ProductInOrderTheLastFastest) {
+    auto variants = sweep({"motion_blur.samples=5,9", "fxaa.preset=10,12,39"});
+    ASSERT_TRUE(variants.ok()) << variants.status().message();
+    EXPECT_THAT(
+        names(*variants),
+        ElementsAre("motion_blur.samples=5 fxaa.preset=10", "motion_blur.samples=5 fxaa.preset=12",
+                    "motion_blur.samples=5 fxaa.preset=39", "motion_blur.samples=9 fxaa.preset=10",
+                    "motion_blur.samples=9 fxaa.preset=12",
+                    "motion_blur.samples=9 fxaa.preset=39"));
+    EXPECT_THAT((*variants)[4].chain.text(), HasSubstr("samples=9"));
+    EXPECT_THAT((*variants)[4].chain.text(), HasSubstr("preset=12"));
+}
+
+TEST(Sweeps, EqualChainsStandOnceAndNoSweepIsTheChain) {
+    EXPECT_EQ(sweep({"motion_blur.samples=5,5,7"})->size(), 2u);
+    EXPECT_EQ(sweep({})->size(), 1u);
+    EXPECT_THAT((*sweep({}, 64, {"motion_blur.samples=7"}))[0].chain.text(),
+                HasSubstr("samples=7"));
+}
+
+TEST(Sweeps, ExplosionsAreRefused) {
+    const auto many = sweep({"motion_blur.samples=5,7,9", "fxaa.preset=10,12,39"}, 8);
+    EXPECT_EQ(many.status().code(), StatusCode::usage);
+    EXPECT_THAT(many.status().message(), HasSubstr("more than 8 variants"));
+    EXPECT_TRUE(sweep({"motion_blur.samples=5,7,9", "fxaa.preset=10,12,39"}, 9).ok());
+}
+
+TEST(Sweeps, UnknownKeysNameTheNearest) {
+    const auto wrong = sweep({"motion_blur.sampels=5,9"});
+    EXPECT_EQ(wrong.status().code(), StatusCode::usage);
+    EXPECT_THAT(wrong.status().message(), HasSubstr("did you mean 'samples'"));
+    EXPECT_THAT(wrong.status().message(), HasSubstr("--sweep motion_blur."));
+    EXPECT_THAT(wrong.status().message(), Not(HasSubstr("--set")));
+}
+
+TEST(Sweeps, BadTextsAndValuesAreUsageErrors) {
+    for (const char* text :
+         {"motion_blur.samples", "=5", "motion_blur.samples=5,,9",
+          "motion_blur.samples=", "motion_blur.samples=4", "motion_blur.samples=many"})
+        EXPECT_EQ(sweep({text}).status().code(), StatusCode::usage) << text;
+}
+
+Report choices() {
+    // time, error:        0: 1 ms, 0.9   1: 2 ms, 0.5   2: 3 ms, 0.6   3: 4 ms, 0.1   4: failed
+    Report report;
+    const double times[] = {1, 2, 3, 4, 0.5}, errors[] = {0.9, 0.5, 0.6, 0.1, 0.05};
+    for (int i = 0; i < 5; ++i) {
+        Variant variant;
+        variant.name = concat("v", i);
+        variant.chain_text = concat("chain ", i);
+        variant.timing.emplace();
+        variant.timing->total.median_ms = times[i];
+        variant.metrics["flip"].mean = errors[i];
+        if (i == 4) variant.failure = "frame 1: no";
+        report.variants.push_back(variant);
+    }
+    return report;
+}
+
+TEST(Choices, ParetoSetLeavesOutWhatIsBeatenInBoth) {
+    Report report = choices();
+    mark_pareto(report, "flip");
+    std::vector<bool> pareto;
+    for (const auto& variant : report.variants) pareto.push_back(variant.pareto);
+    EXPECT_EQ(pareto, (std::vector<bool>{true, true, false, true, false}));
+    // Equal in both: both stay.
+    report.variants[2].timing->total.median_ms = 2;
+    report.variants[2].metrics["flip"].mean = 0.5;
+    mark_pareto(report, "flip");
+    EXPECT_TRUE(report.variants[1].pareto && report.variants[2].pareto);
+    // As fast and worse: beaten.
+    report.variants[2].metrics["flip"].mean = 0.51;
+    mark_pareto(report, "flip");
+    EXPECT_FALSE(report.variants[2].pareto);
+}
+
+TEST(Choices, CheapestUnderALimitIsWritten) {
+    const test::TempFolder folder;
+    Report report = choices();
+    report.folder = folder.path();
+    auto met = choose_under(report, {{"flip", 0.6}});
+    ASSERT_TRUE(met.ok());
+    EXPECT_TRUE(*met);
+    std::ifstream file(folder.path("under_flip.yaml"));
+    std::string text;
+    std::getline(file, text);
+    EXPECT_EQ(text, "chain 1");
+    EXPECT_THAT(report.under[0], HasSubstr("v1 with 0.5 in 2 ms"));
+    met = choose_under(report, {{"flip", 0.01}});
+    EXPECT_FALSE(*met);
+    EXPECT_THAT(report.under[1], HasSubstr("no variant; the nearest is v3 with 0.1"));
+}
+
+TEST(Limits, FormMetricAndDirectionAreChecked) {
+    const auto columns = metric_columns(Kind::ab, true);
+    auto limit = parse_limit("--under", "flip=0.1", columns);
+    ASSERT_TRUE(limit.ok());
+    EXPECT_EQ(limit->metric, "flip");
+    EXPECT_DOUBLE_EQ(limit->value, 0.1);
+    const auto message = [&](const char* text) {
+        return parse_limit("--under", text, columns).status().message();
+    };
+    EXPECT_THAT(message("flip"), HasSubstr("METRIC=NUMBER"));
+    EXPECT_THAT(message("flip=x"), HasSubstr("METRIC=NUMBER"));
+    EXPECT_THAT(message("flip=inf"), HasSubstr("METRIC=NUMBER"));
+    EXPECT_THAT(message("filp=0.1"), HasSubstr("did you mean 'flip'"));
+    EXPECT_THAT(message("psnr=30"), HasSubstr("is no error"));
+    EXPECT_THAT(message("edges_in_blurred=1"), HasSubstr("is no error"));
+    Report report = choices();
+    EXPECT_EQ(exceeding(report, {{"flip", 0.5}}).size(), 2u);
+    EXPECT_TRUE(exceeding(report, {{"flip", 0.9}}).empty());
+}
+
+class Bench : public ::testing::Test {
+  protected:
+    void SetUp() override {
+        test::write_sequence(folder_.path(), 1, 2);
+        test::write_truth(folder_.path(), "truth", 1, 2, 0.125f);
+    }
+    BenchSettings settings() {
+        BenchSettings settings;
+        static_cast<ExperimentSettings&>(settings) =
+            test::settings_for(folder_.path(), folder_.path("report"));
+        settings.page_frames = 1;
+        settings.chain_name = "small";
+        return settings;
+    }
+    Result<Report> run(const std::vector<BenchVariant>& variants, const BenchSettings& settings,
+                       const std::atomic<bool>* stop = nullptr,
+                       const ProgressCallback& progress = {}) {
+        if (Status status = prepare_folder(settings.folder, settings.overwrite, true); !status.ok())
+            return status;
+        return run_bench(variants, settings, test::executor(), progress, stop);
+    }
+    test::TempFolder folder_;
+};
+
+TEST_F(Bench, EveryVariantHasMetricsTimesAndThreeParts) {
+    auto variants = sweep({"motion_blur.samples=5,31"});
+    auto report = run(*variants, settings());
+    ASSERT_TRUE(report.ok()) << report.status().message();
+    ASSERT_EQ(report->variants.size(), 2u);
+    for (const Variant& variant : report->variants) {
+        EXPECT_EQ(variant.failure, "");
+        EXPECT_TRUE(variant.metrics.at("hdr_flip").mean);
+        EXPECT_EQ(variant.timing->passes.size(), 2u);
+        const ErrorSplit& split = *variant.split;
+        EXPECT_EQ(split.frames, std::vector<int>{1});
+        EXPECT_NEAR(*split.mse.total,
+                    *split.mse.precision + *split.mse.sampling + *split.mse.model + *split.cross,
+                    1e-12);
+        // The total of the split is the metric of that frame.
+        EXPECT_NEAR(*split.mse.total, *variant.metrics.at("mse").frames[0], 1e-9);
+        EXPECT_LT(*split.mse.precision, 1e-6);
+    }
+    // One converged picture for both: one model error. Fewer taps, more sampling error.
+    EXPECT_DOUBLE_EQ(*report->variants[0].split->mse.model, *report->variants[1].split->mse.model);
+    EXPECT_GT(*report->variants[0].split->mse.sampling,
+              2 * *report->variants[1].split->mse.sampling);
+    EXPECT_THAT(report->variants[0].split->convergence,
+                ::testing::Contains("passes[0].motion_blur.samples 5 -> 401"));
+    EXPECT_EQ(report->images.size(), 2u + 6u);  // input, truth; a picture and two maps each
+    EXPECT_EQ(report->title, "small: error against run time");
+    EXPECT_EQ(report->pareto_metric, "hdr_flip");
+}
+
+TEST_F(Bench, WithoutATruthModelErrorIsLeftOutAndSaidSo) {
+    BenchSettings blind = settings();
+    blind.truth.clear();
+    blind.no_truth = "there is none";
+    auto report = run(*sweep({"motion_blur.samples=5,31"}), blind);
+    ASSERT_TRUE(report.ok()) << report.status().message();
+    EXPECT_EQ(report->reference, "converged");
+    EXPECT_FALSE(report->variants[0].split->mse.model);
+    EXPECT_TRUE(report->variants[0].split->mse.sampling);
+    EXPECT_THAT(report->variants[0].split->notes[0], HasSubstr("there is none"));
+    EXPECT_THAT(report->notes[0], HasSubstr("model error is left out: there is none"));
+    // What they were measured against is kept, one file for both.
+    const StoredImage* converged = report->find(ImageKind::converged, 0, 1);
+    ASSERT_TRUE(converged && report->find(ImageKind::converged, 1, 1));
+    EXPECT_EQ(converged->path, report->find(ImageKind::converged, 1, 1)->path);
+    auto many = load_image(*report, *converged);
+    auto few = load_image(*report, *report->find(ImageKind::color, 0, 1));
+    ASSERT_TRUE(many.ok() && few.ok());
+    EXPECT_NEAR(mean_squared(*few, *many), *report->variants[0].metrics.at("mse").frames[0], 1e-9);
+    // A picture that is gone is made again.
+    std::filesystem::remove(report->folder + "/" + converged->path);
+    report = run(*sweep({"motion_blur.samples=5,31"}), blind);
+    EXPECT_TRUE(load_image(*report, *report->find(ImageKind::converged, 1, 1)).ok());
+    // Measured against the filter converged: more taps are nearer.
+    EXPECT_GT(*report->variants[0].metrics.at("mse").mean,
+              *report->variants[1].metrics.at("mse").mean);
+}
+
+// The truth is the input + 1/4, then + 1; a chain without passes hands the input on. Its error
+// grows by 3/4 from the first frame to the second.
+TEST_F(Bench, TdeIsTheStepFromTheFrameBefore) {
+    test::write_sequence(folder_.path(), 1, 4);
+    test::write_truth(folder_.path(), "truth", 1, 1, 0.25f);
+    test::write_truth(folder_.path(), "truth", 2, 1, 1.0f);
+    test::write_truth(folder_.path(), "truth", 4, 1, 0.0f);
+    BenchSettings some = settings();
+    some.run.frames = io::FrameRange{{1, 2, 4}};
+    std::vector<BenchVariant> variants(1);
+    variants[0].name = "nothing";
+    variants[0].chain = test::parse("postchain: 1\npasses: []\n");
+    auto report = run(variants, some);
+    ASSERT_TRUE(report.ok()) << report.status().message();
+    const Series& tde = report->variants[0].metrics.at("tde");
+    ASSERT_EQ(tde.frames.size(), 3u);
+    EXPECT_FALSE(tde.frames[0]);
+    EXPECT_NEAR(*tde.frames[1], 0.75, 1e-6);
+    EXPECT_FALSE(tde.frames[2]);  // frame 3 is not of the bench
+    // Another truth of the frame before makes it anew, though frames 2 and 4, the brightest and the
+    // darkest, keep the exposures as they are.
+    const double start = report->exposure_start, stop = report->exposure_stop;
+    test::write_truth(folder_.path(), "truth", 1, 1, 0.375f);
+    report = run(variants, some);
+    EXPECT_EQ(report->exposure_start, start);
+    EXPECT_EQ(report->exposure_stop, stop);
+    EXPECT_NEAR(*report->variants[0].metrics.at("tde").frames[1], 0.625, 1e-6);
+    report = run(variants, some);
+    EXPECT_NEAR(*report->variants[0].metrics.at("tde").frames[1], 0.625, 1e-6);
+}
+
+// The same chain on the same frames by the other experiment.
+TEST_F(Bench, MeasuresWhatAbMeasures) {
+    auto variants = sweep({"motion_blur.samples=9"});
+    auto report = run(*variants, settings());
+    ASSERT_TRUE(report.ok()) << report.status().message();
+    auto both = settings();
+    both.folder = folder_.path("ab");
+    auto other =
+        run_ab({"one", variants->at(0).chain.clone()}, {"two", test::parse(test::kChainText)}, both,
+               test::executor(), {}, nullptr);
+    ASSERT_TRUE(other.ok()) << other.status().message();
+    size_t compared = 0;
+    for (const auto& column : metric_columns(Kind::bench, true)) {
+        for (size_t i = 0; i < 2; ++i) {
+            const auto value = [&](const Report& of) -> std::optional<double> {
+                const auto series = of.variants[0].metrics.find(column.name);
+                return series == of.variants[0].metrics.end() ? std::nullopt
+                                                              : series->second.frames[i];
+            };
+            ASSERT_EQ(value(*report).has_value(), value(*other).has_value()) << column.name << i;
+            if (!value(*report)) continue;
+            EXPECT_NEAR(*value(*report), *value(*other), 1e-6) << column.name << i;
+            ++compared;
+        }
+    }
+    EXPECT_GE(compared, 30u);
+}
+
+TEST_F(Bench, AVariantThatFailsLeavesTheOthers) {
+    auto variants = sweep({"motion_blur.samples=5"});
+    BenchVariant lens;
+    lens.name = "lens";
+    lens.chain = test::parse("postchain: 1\npasses: [depth_of_field]\n");  // no camera
+    variants->insert(variants->begin(), std::move(lens));
+    auto report = run(*variants, settings());
+    ASSERT_TRUE(report.ok()) << report.status().message();
+    EXPECT_THAT(report->variants[0].failure, HasSubstr("frame 1: "));
+    EXPECT_FALSE(report->variants[0].timing);
+    EXPECT_FALSE(report->variants[0].pareto);
+    EXPECT_EQ(report->variants[1].failure, "");
+    EXPECT_TRUE(report->variants[1].pareto);
+}
+
+// Stopped after each unit of work there is: what is done never goes beyond what there is to do, and
+// ends there.
+TEST_F(Bench, ProgressIsTrueWhereverItWasStopped) {
+    auto variants = sweep({"motion_blur.samples=5,9"});
+    BenchVariant lens;
+    lens.name = "lens";
+    lens.chain = test::parse("postchain: 1\npasses: [depth_of_field]\n");  // fails on every frame
+    variants->push_back(std::move(lens));
+    constexpr size_t kUnits = 3 * 2 + 3;
+    for (size_t at = 0; at <= kUnits; ++at) {
+        BenchSettings here = settings();
+        here.folder = folder_.path(concat("report", at));
+        std::atomic<bool> stop = false;
+        size_t last = 0;
+        const auto watch = [&](const ExperimentProgress& progress) {
+            EXPECT_EQ(progress.total, kUnits);
+            EXPECT_GE(progress.done, last) << "stopped at " << at;
+            EXPECT_LE(progress.done, kUnits) << "stopped at " << at;
+            last = progress.done;
+        };
+        const auto stopped = run(*variants, here, &stop, [&](const ExperimentProgress& progress) {
+            watch(progress);
+            if (progress.done == at) stop = true;
+        });
+        // The last unit done, there is nothing left to stop; then only what fails is tried again.
+        EXPECT_EQ(stopped.ok(), at == kUnits) << at;
+        last = 0;
+        const auto resumed = run(*variants, here, nullptr, watch);
+        ASSERT_TRUE(resumed.ok()) << resumed.status().message();
+        EXPECT_EQ(last, kUnits) << "stopped at " << at;
+    }
+}
+
+TEST_F(Bench, GoesOnWhereItWasStopped) {
+    auto variants = sweep({"motion_blur.samples=5,9,13"});
+    std::atomic<bool> stop = false;
+    // Stops when the second unit of work is done.
+    auto stopped = run(*variants, settings(), &stop, [&](const ExperimentProgress& progress) {
+        if (progress.done == 2) stop = true;
+    });
+    EXPECT_EQ(stopped.status().code(), StatusCode::canceled);
+    size_t first = 99, total = 0;
+    auto resumed = run(*variants, settings(), nullptr, [&](const ExperimentProgress& progress) {
+        first = std::min(first, progress.done);
+        total = progress.total;
+    });
+    ASSERT_TRUE(resumed.ok()) << resumed.status().message();
+    EXPECT_EQ(first, 2u);
+    EXPECT_EQ(total, 9u);  // three variants, two frames, and a timing each
+    EXPECT_TRUE(resumed->variants[0].resumed);
+    EXPECT_TRUE(resumed->variants[1].resumed);
+    EXPECT_FALSE(resumed->variants[2].resumed);
+    // The same as without the stop, bit for bit but for the times.
+    BenchSettings whole = settings();
+    whole.folder = folder_.path("whole");
+    auto straight = run(*variants, whole);
+    ASSERT_TRUE(straight.ok());
+    for (size_t v = 0; v < 3; ++v) {
+        for (const auto& [name, series] : straight->variants[v].metrics)
+            EXPECT_EQ(series.frames, resumed->variants[v].metrics.at(name).frames) << name;
+        EXPECT_EQ(straight->variants[v].split->mse.model, resumed->variants[v].split->mse.model);
+    }
+    EXPECT_EQ(straight->images.size(), resumed->images.size());
+    EXPECT_EQ(straight->crops.size(), resumed->crops.size());
+    // A third time nothing is left to do.
+    size_t work = 0;
+    auto again = run(*variants, settings(), nullptr, [&](const ExperimentProgress&) { ++work; });
+    ASSERT_TRUE(again.ok());
+    EXPECT_EQ(work, 0u);
+    EXPECT_TRUE(again->variants[2].resumed);
+}
+
+TEST_F(Bench, ResultsOfAnotherInputTruthOrDeviceAreNotUsed) {
+    auto variants = sweep({"motion_blur.samples=5"});
+    ASSERT_TRUE(run(*variants, settings()).ok());
+    ASSERT_TRUE(run(*variants, settings())->variants[0].resumed);
+    BenchSettings other = settings();
+    other.renderer = "another device";
+    EXPECT_FALSE(run(*variants, other)->variants[0].resumed);
+    // What is left out shows in the report and in the times.
+    other = settings();
+    other.run.plan.rules_off = {kRuleUnusedStep};
+    EXPECT_FALSE(run(*variants, other)->variants[0].resumed);
+    EXPECT_TRUE(run(*variants, other)->variants[0].resumed);
+    ASSERT_TRUE(run(*variants, settings()).ok());
+    test::write_truth(folder_.path(), "truth", 1, 2, 0.25f);
+    auto report = run(*variants, settings());
+    EXPECT_FALSE(report->variants[0].resumed);
+    // A picture that is gone is made again.
+    const StoredImage* image = report->find(ImageKind::color, 0, 1);
+    std::filesystem::remove(folder_.path("report") + "/" + image->path);
+    report = run(*variants, settings());
+    EXPECT_TRUE(load_image(*report, *report->find(ImageKind::color, 0, 1)).ok());
+}
+
+TEST(BenchResults, BrokenFilesAreNoResults) {
+    const test::TempFolder folder;
+    const BenchStore store(folder.path(), "here");
+    ASSERT_TRUE(store.prepare().ok());
+    FrameResult result;
+    result.metrics["flip"] = 0.25;
+    result.left_out.push_back({"fxaa", "rule", "reason", 1, 2, 3});
+    ASSERT_TRUE(store.keep("abc", 7, "work", result).ok());
+    auto back = store.frame("abc", 7, "work");
+    ASSERT_TRUE(back);
+    EXPECT_EQ(back->metrics, result.metrics);
+    EXPECT_EQ(back->left_out, result.left_out);
+    EXPECT_FALSE(back->split);
+    EXPECT_FALSE(store.frame("abc", 7, "other work"));
+    EXPECT_FALSE(store.frame("abc", 8, "work"));
+    EXPECT_FALSE(BenchStore(folder.path(), "there").frame("abc", 7, "work"));
+    for (const char* text : {"", "{", "[]", "{\"key\": 3}"}) {
+        std::ofstream(folder.path("results/abc.7.json")) << text;
+        EXPECT_FALSE(store.frame("abc", 7, "work")) << text;
+    }
+    EXPECT_FALSE(store.timing("abc", "work"));
+}
+
+}  // namespace
+}  // namespace postchain::experiment

@@ -1,0 +1,120 @@
+#include "tests/experiment/support.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <atomic>
+
+#include "tests/support/images.h"
+#include "tools/sequence/io/exr_writer.h"
+
+namespace postchain::test {
+
+namespace fs = std::filesystem;
+
+const char* const kChainText =
+    "postchain: 1\n"
+    "passes:\n"
+    "  - motion_blur: {samples: 5, max_blur_px: 8}\n"
+    "  - fxaa: {preset: 10, hint: none}\n";
+const char* const kOtherOrderText =
+    "postchain: 1\n"
+    "passes:\n"
+    "  - fxaa: {preset: 10, hint: none}\n"
+    "  - motion_blur: {samples: 5, max_blur_px: 8}\n";
+
+TempFolder::TempFolder() {
+    static std::atomic<int> count = 0;
+    folder_ = fs::temp_directory_path() / concat("postchain_report_", getpid(), "_", count++);
+    fs::create_directories(folder_);
+}
+
+TempFolder::~TempFolder() {
+    std::error_code error;
+    fs::remove_all(folder_, error);
+}
+
+namespace {
+
+std::string number(int frame) {
+    char text[16];
+    std::snprintf(text, sizeof(text), ".%04d.exr", frame);
+    return text;
+}
+
+TestFrame frame_of(int frame, int width, int height) {
+    return layered_frame(width, height, {6, 2}, {-3, 1}, uint32_t(frame));
+}
+
+}  // namespace
+
+void write_sequence(const std::string& folder, int first, int count, int width, int height) {
+    for (int frame = first; frame < first + count; ++frame) {
+        const TestFrame made = frame_of(frame, width, height);
+        const ImageF& motion = made.planes.at(Role::motion);
+        ImageF depth = made.planes.at(Role::inverse_depth);
+        for (float& d : depth.data) d = 1 / d;
+        ImageF vectors(width, height, 4);
+        for (int y = 0; y < height; ++y) {
+            for (int x = 0; x < width; ++x) {
+                // Cycles: position(this) - position(next), y up.
+                vectors.at(x, y, 2) = -motion.at(x, y, 0);
+                vectors.at(x, y, 3) = motion.at(x, y, 1);
+            }
+        }
+        io::PlanesFile file;
+        const char* const colors[] = {"Combined.R", "Combined.G", "Combined.B", "Combined.A"};
+        const char* const axes[] = {"Vector.X", "Vector.Y", "Vector.Z", "Vector.W"};
+        for (int c = 0; c < 4; ++c) {
+            file.channels.push_back(
+                {colors[c], io::PixelType::float32, &made.planes.at(Role::color), c});
+            file.channels.push_back({axes[c], io::PixelType::float32, &vectors, c});
+        }
+        file.channels.push_back({"Depth.Z", io::PixelType::float32, &depth, 0});
+        io::WriteOptions options;
+        options.on_existing = io::OnExisting::overwrite;
+        auto written = io::write_planes_exr(folder + "/in" + number(frame), file, options);
+        ASSERT_TRUE(written.ok()) << written.status().message();
+    }
+}
+
+void write_rgb(const std::string& path, const ImageF& rgb) {
+    auto written = io::write_planes_exr(path, rgb, {"R", "G", "B"});
+    ASSERT_TRUE(written.ok()) << written.status().message();
+}
+
+void write_truth(const std::string& folder, const std::string& name, int first, int count,
+                 float offset, int width, int height) {
+    for (int frame = first; frame < first + count; ++frame) {
+        const TestFrame made = frame_of(frame, width, height);
+        const ImageF& color = made.planes.at(Role::color);
+        ImageF rgb(width, height, 3);
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x)
+                for (int c = 0; c < 3; ++c) rgb.at(x, y, c) = color.at(x, y, c) + offset;
+        write_rgb(folder + "/" + name + number(frame), rgb);
+    }
+}
+
+Chain parse(const std::string& text, const std::vector<std::string>& sets) {
+    ChainFile file = parse_chain(text, "test", builtin_passes(), sets);
+    EXPECT_TRUE(file.status().ok()) << file.status().message();
+    return std::move(file.chain);
+}
+
+experiment::ExperimentSettings settings_for(const std::string& folder, const std::string& report) {
+    experiment::ExperimentSettings settings;
+    auto input = io::InputSpec::parse(folder + "/in.####.exr");
+    EXPECT_TRUE(input.ok());
+    settings.run.input = *input;
+    settings.run.version = "test";
+    settings.input = folder + "/in.####.exr";
+    settings.truth = folder + "/truth.####.exr";
+    settings.folder = report;
+    settings.renderer = "test";
+    settings.repeats = 2;
+    settings.flip.threads = 1;
+    return settings;
+}
+
+}  // namespace postchain::test

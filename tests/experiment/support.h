@@ -1,0 +1,41 @@
+// Small sequences on disk, and settings of an experiment over them.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "tests/support/gpu.h"
+#include "tools/measure/experiment/bench.h"
+
+namespace postchain::test {
+
+// A folder of its own under the temporary one, removed at the end.
+class TempFolder {
+  public:
+    TempFolder();
+    ~TempFolder();
+    std::string path(const std::string& name = {}) const {
+        return name.empty() ? folder_.string() : (folder_ / name).string();
+    }
+
+  private:
+    std::filesystem::path folder_;
+};
+
+// Frames first..first+count-1 of layered_frame() with another texture each, as Cycles would write
+// them: FOLDER/in.####.exr with color, depth and vectors.
+void write_sequence(const std::string& folder, int first, int count, int width = 64,
+                    int height = 40);
+// FOLDER/NAME.####.exr, color alone: the input's color plus `offset` in every channel.
+void write_truth(const std::string& folder, const std::string& name, int first, int count,
+                 float offset, int width = 64, int height = 40);
+void write_rgb(const std::string& path, const ImageF& rgb);
+
+// Motion blur of 5 taps, then FXAA; camera not needed.
+extern const char* const kChainText;
+extern const char* const kOtherOrderText;
+Chain parse(const std::string& text, const std::vector<std::string>& sets = {});
+
+experiment::ExperimentSettings settings_for(const std::string& folder, const std::string& report);
+
+}  // namespace postchain::test

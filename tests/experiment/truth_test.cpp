@@ -1,0 +1,148 @@
+// What is asked of a truth before anything is run, and folders of reports.
+#include "tools/measure/experiment/truth.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <limits>
+
+#include "tests/experiment/support.h"
+#include "tools/sequence/io/exr_writer.h"
+
+namespace postchain::experiment {
+
+using namespace report;
+namespace {
+
+using ::testing::HasSubstr;
+
+class TruthFiles : public ::testing::Test {
+  protected:
+    void SetUp() override { test::write_sequence(folder_.path(), 1, 3); }
+    Status survey() {
+        const auto settings = test::settings_for(folder_.path(), folder_.path("report"));
+        auto truth = Truth::open(settings.truth, {1, 2, 3});
+        if (!truth.ok()) return truth.status();
+        return truth->survey(settings.run, metrics::ToneMapper::aces);
+    }
+    void expect_refused(const std::string& words) {
+        const Status status = survey();
+        EXPECT_EQ(status.code(), StatusCode::input);
+        EXPECT_THAT(status.message(), HasSubstr(words));
+        EXPECT_THAT(status.message(), HasSubstr("truth.000"));  // the file is named
+    }
+    test::TempFolder folder_;
+};
+
+TEST_F(TruthFiles, AGoodOneIsTaken) {
+    test::write_truth(folder_.path(), "truth", 1, 3, 0.1f);
+    EXPECT_TRUE(survey().ok()) << survey().message();
+}
+
+TEST_F(TruthFiles, MissingFramesAreListed) {
+    test::write_truth(folder_.path(), "truth", 1, 1, 0.1f);
+    expect_refused("lacks 2 of the 3 frames of the input: 2, 3");
+}
+
+TEST_F(TruthFiles, AnotherSizeNamesBoth) {
+    test::write_truth(folder_.path(), "truth", 1, 3, 0.1f);
+    test::write_truth(folder_.path(), "truth", 3, 1, 0.1f, 64, 41);
+    expect_refused("64x41");
+    EXPECT_THAT(survey().message(), HasSubstr("in.0003.exr is 64x40"));
+}
+
+TEST_F(TruthFiles, BlackIsRefused) {
+    test::write_truth(folder_.path(), "truth", 1, 3, 0.1f);
+    test::write_rgb(folder_.path("truth.0002.exr"), ImageF(64, 40, 3, 0.0f));
+    expect_refused("the truth is black");
+}
+
+TEST_F(TruthFiles, InfAndNanAreRefusedWithTheirPlace) {
+    test::write_truth(folder_.path(), "truth", 1, 3, 0.1f);
+    for (const float bad :
+         {std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()}) {
+        ImageF image(64, 40, 3, 0.5f);
+        image.at(7, 9, 1) = bad;
+        test::write_rgb(folder_.path("truth.0001.exr"), image);
+        expect_refused("1 pixel with NaN or Inf, the first at (7, 9)");
+    }
+}
+
+TEST_F(TruthFiles, OneFileForManyFramesIsAUsageError) {
+    EXPECT_EQ(Truth::open(folder_.path("in.0001.exr"), {1, 2}).status().code(), StatusCode::usage);
+}
+
+// Smallest start and largest stop over the frames: of pictures of one brightness each, the dark
+// one gives both its own start and stop, 2 stops above those of the bright one.
+TEST_F(TruthFiles, ExposuresAreThoseOfAllFramesTogether) {
+    test::write_rgb(folder_.path("truth.0001.exr"), ImageF(64, 40, 3, 1.0f));
+    test::write_rgb(folder_.path("truth.0002.exr"), ImageF(64, 40, 3, 0.25f));
+    test::write_rgb(folder_.path("truth.0003.exr"), ImageF(64, 40, 3, 1.0f));
+    const auto settings = test::settings_for(folder_.path(), folder_.path("report"));
+    auto truth = Truth::open(settings.truth, {1, 2, 3});
+    ASSERT_TRUE(truth.ok());
+    ASSERT_TRUE(truth->survey(settings.run, metrics::ToneMapper::aces).ok());
+    const auto range = truth->exposures();
+    EXPECT_NEAR(range.stop - range.start, 2, 1e-5);
+}
+
+TEST_F(TruthFiles, GeneratedScenesAreKnownByTheirCameraFile) {
+    const auto settings = test::settings_for(folder_.path(), folder_.path("report"));
+    auto survey = survey_input(settings.run, metrics::ToneMapper::aces, false);
+    ASSERT_TRUE(survey.ok());
+    EXPECT_THAT(find_scene(settings.run, *survey).why_not, HasSubstr("camera.json is not there"));
+    scenes::SceneRequest request;
+    request.name = "zoom";
+    request.frames = {1, 2, 3};
+    request.camera.f_stop = 0.7;
+    auto model = scenes::model_for(request);
+    ASSERT_TRUE(model.ok());
+    std::ofstream(folder_.path("camera.json")) << scenes::camera_json(request, *model);
+    const SceneOfInput found = find_scene(settings.run, *survey);
+    ASSERT_TRUE(found.request) << found.why_not;
+    EXPECT_EQ(found.request->name, "zoom");
+    EXPECT_EQ(found.request->width, 64);
+    EXPECT_EQ(found.request->frames, (std::vector<int>{1, 2, 3}));
+    EXPECT_DOUBLE_EQ(*found.request->camera.f_stop, 0.7);
+    // zoom drives focal length and focus itself.
+    EXPECT_FALSE(found.request->camera.focal_length_mm);
+    std::ofstream(folder_.path("camera.json")) << R"({"scene": "zoom", "f_stop": 2})";
+    EXPECT_THAT(find_scene(settings.run, *survey).why_not,
+                HasSubstr("names none of the generated scenes"));
+}
+
+TEST(ReportFolder, StrangersAreNeverTouched) {
+    const test::TempFolder folder;
+    std::filesystem::create_directories(folder.path("images"));
+    std::ofstream(folder.path("images/mine.txt")) << "mine";
+    for (const bool overwrite : {false, true}) {
+        const Status status = prepare_folder(folder.path(), overwrite, true);
+        EXPECT_EQ(status.code(), StatusCode::output);
+        EXPECT_THAT(status.message(), HasSubstr("not empty and holds no report"));
+    }
+    EXPECT_TRUE(std::filesystem::exists(folder.path("images/mine.txt")));
+}
+
+TEST(ReportFolder, AReportIsKeptResumedOrReplaced) {
+    const test::TempFolder folder;
+    const std::string report = folder.path("new/report");
+    ASSERT_TRUE(prepare_folder(report, false, false).ok());
+    std::ofstream(report + "/report.json") << "{}";
+    std::ofstream(report + "/notes.txt") << "of the user";
+    EXPECT_THAT(prepare_folder(report, false, false).message(), HasSubstr("--overwrite"));
+    EXPECT_TRUE(prepare_folder(report, false, true).ok());
+    EXPECT_TRUE(std::filesystem::exists(report + "/report.json"));
+    EXPECT_TRUE(prepare_folder(report, true, false).ok());
+    EXPECT_FALSE(std::filesystem::exists(report + "/report.json"));
+    EXPECT_TRUE(std::filesystem::exists(report + "/notes.txt"));
+}
+
+TEST(ReportFolder, AFileInItsPlaceIsAnError) {
+    const test::TempFolder folder;
+    std::ofstream(folder.path("file")) << "x";
+    EXPECT_EQ(prepare_folder(folder.path("file"), true, false).code(), StatusCode::output);
+}
+
+}  // namespace
+}  // namespace postchain::experiment

@@ -1,0 +1,58 @@
+// Channel: a bounded queue between two threads.
+#include "tools/sequence/run/channel.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <memory>
+#include <thread>
+#include <vector>
+
+namespace postchain::sequence {
+namespace {
+
+TEST(Channel, KeepsOrderAndBound) {
+    Channel<int> channel(2);
+    std::atomic<int> pushed = 0;
+    std::thread writer([&] {
+        for (int i = 0; i < 100; ++i) {
+            EXPECT_TRUE(channel.push(i));
+            ++pushed;
+        }
+        channel.close();
+    });
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    EXPECT_LE(pushed, 2);  // the third waits for room
+    std::vector<int> got;
+    while (auto value = channel.pop()) {
+        got.push_back(*value);
+        EXPECT_LE(pushed, int(got.size()) + 2);
+    }
+    writer.join();
+    ASSERT_EQ(got.size(), 100u);
+    for (int i = 0; i < 100; ++i) EXPECT_EQ(got[size_t(i)], i);
+}
+
+TEST(Channel, CloseWakesBothSides) {
+    Channel<std::unique_ptr<int>> full(1), empty(1);
+    ASSERT_TRUE(full.push(std::make_unique<int>(1)));
+    std::atomic<bool> dropped = false, ended = false;
+    std::thread writer([&] { dropped = !full.push(std::make_unique<int>(2)); });
+    std::thread reader([&] { ended = !empty.pop(); });
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    full.close();
+    empty.close();
+    writer.join();
+    reader.join();
+    EXPECT_TRUE(dropped && ended);
+    // What was in it can still be taken.
+    auto left = full.pop();
+    ASSERT_TRUE(left);
+    EXPECT_EQ(**left, 1);
+    EXPECT_FALSE(full.pop());
+    EXPECT_FALSE(full.try_pop());
+}
+
+}  // namespace
+}  // namespace postchain::sequence

@@ -1,0 +1,290 @@
+// The runner in this process: overlap, stopping, what is thrown, foreign locales.
+#include "tools/sequence/run/runner.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <locale>
+#include <new>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "chain/gl/context.h"
+#include "config/chain_file.h"
+#include "passes/registry.h"
+#include "tests/command/frames.h"
+#include "tools/sequence/run/sidecar.h"
+
+namespace postchain::sequence {
+namespace {
+
+namespace fs = std::filesystem;
+using test::TempFolder;
+
+class RunnerTest : public testing::Test {
+  protected:
+    // One context for all: making one takes longer than filtering these frames.
+    static void SetUpTestSuite() {
+        auto made = gl::Context::create();
+        ASSERT_TRUE(made.ok()) << made.status().message();
+        context_ = made->release();
+        executor_ = new Executor(*context_);
+    }
+    static void TearDownTestSuite() {
+        delete executor_;
+        delete context_;
+    }
+    void SetUp() override {
+        fs::create_directory(at("out"));
+        input("in.####.exr");
+        auto output = io::PathPattern::parse(at("out/o.####.exr"));
+        ASSERT_TRUE(output.ok());
+        settings_.output = *output;
+        settings_.version = "test";
+        chain(test::kAllPasses);
+    }
+    void TearDown() override { EXPECT_TRUE(test::temporaries(at("out")).empty()); }
+
+    std::string at(const std::string& name) const { return folder_.path(name); }
+    std::string out(int frame) const { return settings_.output.format(frame); }
+    void input(const std::string& name) {
+        auto spec = io::InputSpec::parse(at(name));
+        ASSERT_TRUE(spec.ok());
+        settings_.input = *spec;
+    }
+    void frames(const char* text) { settings_.frames = *io::FrameRange::parse(text); }
+    void chain(const char* text) {
+        auto parsed = parse_chain(text, "chain.yaml", builtin_passes());
+        ASSERT_TRUE(parsed.status().ok()) << parsed.status().message();
+        chain_ = std::move(parsed.chain);
+    }
+    Result<RunSummary> go(const FrameObserver& observer = {},
+                          const std::atomic<bool>* stop = nullptr) {
+        return run_sequence(chain_, settings_, *executor_, "renderer", observer, stop);
+    }
+    nlohmann::json sidecar(int frame) const {
+        std::ifstream file(out(frame) + ".json");
+        return nlohmann::json::parse(file, nullptr, false);
+    }
+
+    TempFolder folder_;
+    Chain chain_;
+    RunSettings settings_;
+    static gl::Context* context_;
+    static Executor* executor_;
+};
+gl::Context* RunnerTest::context_ = nullptr;
+Executor* RunnerTest::executor_ = nullptr;
+
+TEST_F(RunnerTest, ReportsEveryFrameInOrderAndStaysBounded) {
+    std::vector<int> numbers;
+    for (int frame = 1; frame <= 30; ++frame) numbers.push_back(frame);
+    test::write_sequence(at(""), numbers);
+    std::vector<int> seen;
+    size_t done = 0;
+    const auto summary = go([&](const FrameReport& report, const RunProgress& progress) {
+        seen.push_back(report.frame);
+        EXPECT_EQ(report.outcome, Outcome::written) << report.status.message();
+        EXPECT_EQ(progress.done, ++done);
+        EXPECT_EQ(progress.total, 30u);
+        EXPECT_GE(progress.remaining_s, 0);
+        EXPECT_LE(report.frames_in_flight, kFramesInFlight);
+        const auto line = nlohmann::json::parse(report_line(report, progress), nullptr, false);
+        EXPECT_EQ(line["frame"], report.frame);
+    });
+    ASSERT_TRUE(summary.ok()) << summary.status().message();
+    EXPECT_EQ(seen, numbers);
+    EXPECT_EQ(summary->written, 30u);
+    EXPECT_LE(summary->frames_in_flight, kFramesInFlight);
+    EXPECT_GE(summary->frames_in_flight, 2);  // it does overlap
+    // The order given is kept, also when it is not that of the numbers.
+    frames("7,3,5");
+    settings_.on_existing = io::OnExisting::overwrite;
+    seen.clear();
+    done = 0;
+    ASSERT_TRUE(go([&](const FrameReport& report, const RunProgress&) {
+                    seen.push_back(report.frame);
+                }).ok());
+    EXPECT_EQ(seen, (std::vector<int>{7, 3, 5}));
+}
+
+TEST_F(RunnerTest, PixelsDoNotDependOnNeighbors) {
+    test::write_sequence(at(""), {1, 2, 3, 4, 5});
+    ASSERT_TRUE(go().ok());
+    std::vector<ImageF> together;
+    for (int frame = 1; frame <= 5; ++frame) together.push_back(test::read_color(out(frame)));
+    settings_.on_existing = io::OnExisting::overwrite;
+    for (const char* part : {"5", "3", "1", "4", "2"}) {
+        frames(part);
+        ASSERT_TRUE(go().ok());
+    }
+    for (int frame = 1; frame <= 5; ++frame)
+        EXPECT_EQ(test::read_color(out(frame)).data, together[size_t(frame - 1)].data) << frame;
+}
+
+TEST_F(RunnerTest, StopsWhenAsked) {
+    std::vector<int> numbers;
+    for (int frame = 1; frame <= 40; ++frame) numbers.push_back(frame);
+    test::write_sequence(at(""), numbers);
+    std::atomic<bool> stop = false;
+    const auto summary =
+        go([&](const FrameReport& report, const RunProgress&) { stop = report.frame >= 2; }, &stop);
+    ASSERT_TRUE(summary.ok());
+    EXPECT_GE(summary->written, 2u);
+    EXPECT_LE(summary->written, 2u + kFramesInFlight);
+    EXPECT_EQ(summary->failed, 0u);
+    size_t files = 0;
+    for (int frame : numbers) files += fs::exists(out(frame)) ? 1 : 0;
+    EXPECT_EQ(files, summary->written);
+    // Asked for before it began: nothing happens, and it ends.
+    settings_.on_existing = io::OnExisting::overwrite;
+    EXPECT_EQ(go({}, &stop)->written, 0u);
+}
+
+// A failure must not take frames before it along, wherever in the pipeline they are.
+TEST_F(RunnerTest, FramesBeforeAFailureAreFinished) {
+    test::write_sequence(at(""), {1, 2, 3, 4, 5, 6, 7, 8});
+    for (int bad = 1; bad <= 8; ++bad) {
+        for (int frame = 1; frame <= 8; ++frame) {
+            fs::remove(out(frame));
+            fs::remove(out(frame) + ".json");
+        }
+        test::write_sequence(at(""), {1, 2, 3, 4, 5, 6, 7, 8});
+        fs::resize_file(settings_.input.color().format(bad), 900);
+        const auto summary = go();
+        ASSERT_TRUE(summary.ok()) << summary.status().message();
+        EXPECT_EQ(summary->written, size_t(bad - 1));
+        EXPECT_EQ(summary->failed, 1u);
+        EXPECT_EQ(summary->first_failure.code(), StatusCode::input);
+        for (int frame = 1; frame <= 8; ++frame)
+            EXPECT_EQ(fs::exists(out(frame)), frame < bad) << frame << " with " << bad;
+    }
+}
+
+TEST_F(RunnerTest, NothingThatIsThrownLeavesIt) {
+    test::write_sequence(at(""), {1, 2, 3, 4});
+    const auto summary = go([](const FrameReport& report, const RunProgress&) {
+        if (report.frame == 2) throw std::bad_alloc();
+    });
+    ASSERT_TRUE(summary.ok());
+    EXPECT_EQ(summary->failed, 1u);
+    EXPECT_EQ(summary->first_failure.code(), StatusCode::internal);
+    EXPECT_NE(summary->first_failure.message().find("memory"), std::string::npos);
+}
+
+TEST_F(RunnerTest, CountersAreThoseOfThePlan) {
+    test::write_sequence(at(""), {1, 2, 3});
+    ASSERT_TRUE(go().ok());
+    const auto first = sidecar(1)["counters"], last = sidecar(3)["counters"];
+    EXPECT_EQ(first["texture_allocations"], last["texture_allocations"]);
+    EXPECT_EQ(first["programs"], last["programs"]);
+    EXPECT_EQ(last["dispatches"].get<int>() - sidecar(2)["counters"]["dispatches"].get<int>(),
+              int(sidecar(3)["plan"]["steps"].size()));
+}
+
+// Comma for the decimal point, dots between thousands: what a German desktop sets.
+struct German : std::numpunct<char> {
+    char do_decimal_point() const override { return ','; }
+    char do_thousands_sep() const override { return '.'; }
+    std::string do_grouping() const override { return "\3"; }
+};
+
+TEST_F(RunnerTest, AForeignLocaleChangesNothing) {
+    test::write_sequence(at(""), {1, 1001});
+    ASSERT_TRUE(go().ok());
+    const ImageF color = test::read_color(out(1001));
+    const std::string work = sidecar(1001)["work"];
+    const auto plan = sidecar(1001)["plan"];
+    settings_.on_existing = io::OnExisting::overwrite;
+    settings_.dump_folder = at("stages");
+    fs::create_directory(settings_.dump_folder);
+    const std::locale before = std::locale::global(std::locale(std::locale(), new German));
+    std::ostringstream shown;
+    shown << 1001.5;
+    EXPECT_EQ(shown.str(), "1.001,5");  // the locale is in force
+    chain(test::kAllPasses);            // parsing under it too
+    const auto summary = go();
+    const auto json = sidecar(1001);
+    std::locale::global(before);
+    ASSERT_TRUE(summary.ok()) << summary.status().message();
+    EXPECT_EQ(summary->written, 2u);
+    EXPECT_TRUE(fs::exists(out(1001)));
+    EXPECT_TRUE(fs::exists(at("stages/0.motion_blur.color.1001.exr")));
+    EXPECT_EQ(test::read_color(out(1001)).data, color.data);
+    ASSERT_TRUE(json.is_object());
+    EXPECT_EQ(json["work"], work);
+    EXPECT_EQ(json["plan"], plan);
+    EXPECT_EQ(json["frame"], 1001);
+}
+
+TEST_F(RunnerTest, WorkTextTellsWorkApart) {
+    test::write_sequence(at(""), {1, 2});
+    const auto text = [&](int frame) {
+        const std::map<Role, std::string> files = {
+            {Role::color, settings_.input.color().format(frame)}};
+        auto header = open_source_frame(settings_.source, files, frame);
+        EXPECT_TRUE(header.ok());
+        return work_text(chain_, settings_, *header, files, frame);
+    };
+    const std::string base = text(1);
+    EXPECT_EQ(text(1), base);
+    EXPECT_NE(text(2), base);
+    settings_.plan.precision = Precision::fp16;
+    EXPECT_NE(text(1), base);
+    settings_.plan.precision = Precision::fp32;
+    settings_.overflow = io::HalfOverflow::clamp;
+    EXPECT_NE(text(1), base);
+    settings_.overflow = io::HalfOverflow::refuse;
+    settings_.source.nonfinite_color = NonfiniteColor::clamp;
+    EXPECT_NE(text(1), base);
+    settings_.source.nonfinite_color = NonfiniteColor::zero;
+    settings_.source.camera = parse_camera("{\"f_stop\": 9}", "camera.json");
+    EXPECT_NE(text(1), base);
+    settings_.source.camera.reset();
+    settings_.source.cuts = {1};
+    EXPECT_NE(text(1), base);
+    settings_.plan.rules_off = {kRuleCameraCut};  // blurred all the same
+    EXPECT_EQ(text(1), base);
+    settings_.plan.rules_off.clear();
+    settings_.source.cuts.clear();
+    settings_.plan.rules_on = {kRuleUniformTiles};
+    EXPECT_NE(text(1), base);
+    settings_.plan.rules_on.clear();
+    // What decides nothing about the pixels does not count.
+    settings_.strict = settings_.preview = true;
+    settings_.plan.elide = false;
+    EXPECT_EQ(text(1), base);
+}
+
+TEST_F(RunnerTest, RefusalsBeforeAnythingIsDone) {
+    test::write_sequence(at(""), {1, 2});
+    const auto refused = [&](StatusCode code) {
+        size_t calls = 0;
+        const auto summary = go([&](const FrameReport&, const RunProgress&) { ++calls; });
+        EXPECT_FALSE(summary.ok());
+        EXPECT_EQ(summary.status().code(), code) << summary.status().message();
+        EXPECT_EQ(calls, 0u);
+    };
+    frames("1-3");
+    refused(StatusCode::input);  // frame 3 is missing
+    settings_.frames.reset();
+    std::ofstream(out(2)) << "something";
+    refused(StatusCode::output);
+    EXPECT_FALSE(fs::exists(out(1)));
+    settings_.on_existing = io::OnExisting::overwrite;
+    settings_.dump_folder = at("no_such_folder");
+    refused(StatusCode::output);
+    settings_.dump_folder.clear();
+    settings_.output = *io::PathPattern::parse(at("out/o.exr"));
+    refused(StatusCode::usage);
+    settings_.output = *io::PathPattern::parse(at("in.####.exr"));
+    refused(StatusCode::usage);
+    settings_.output = *io::PathPattern::parse(at("none/o.####.exr"));
+    refused(StatusCode::output);
+    settings_.output = *io::PathPattern::parse(at("out/o.####.png"));
+    refused(StatusCode::usage);
+}
+
+}  // namespace
+}  // namespace postchain::sequence

@@ -1,0 +1,106 @@
+// The sign self-check on pictures whose motion is known by construction.
+#include "tools/sequence/run/sign_check.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace postchain::sequence {
+namespace {
+
+// A smooth texture without a period inside the picture.
+float texture(double x, double y, int c) {
+    return float(0.5 + 0.25 * std::sin(0.31 * x + 0.17 * y + c) +
+                 0.2 * std::cos(0.05 * x * x / 20 - 0.23 * y + 2 * c));
+}
+
+// now(p) = texture(p), and next(p + v) = now(p) for the steady motion v.
+struct Pan {
+    FramePlanes planes;
+    ImageF next;
+};
+Pan pan(double vx, double vy, bool back = true) {
+    Pan made;
+    ImageF now(64, 48, 4, 1), next(64, 48, 4, 1), motion(64, 48, 2);
+    for (int y = 0; y < 48; ++y) {
+        for (int x = 0; x < 64; ++x) {
+            for (int c = 0; c < 3; ++c) {
+                now.at(x, y, c) = texture(x, y, c);
+                next.at(x, y, c) = texture(x - vx, y - vy, c);
+            }
+            motion.at(x, y, 0) = float(vx);
+            motion.at(x, y, 1) = float(vy);
+        }
+    }
+    made.planes[Role::color] = now;
+    made.planes[Role::motion] = motion;
+    if (back) made.planes[Role::motion_back] = motion;
+    made.next = next;
+    return made;
+}
+
+TEST(SignCheck, ConfirmsTheTruth) {
+    const Pan made = pan(4, -3);
+    const SignCheck check = check_signs(made.planes, made.next);
+    ASSERT_EQ(check.candidates.size(), 8u);
+    // Pixels with 4 columns and 3 rows to either side: 56 x 42.
+    EXPECT_EQ(check.pixels, 56u * 42u);
+    // Whole pixels: the warp is exact. motion_back is the same displacement and ties.
+    EXPECT_TRUE(check.candidates[0].as_converted());
+    EXPECT_LT(check.candidates[0].error, 1e-6);
+    EXPECT_EQ(check.candidates[1].text(), "motion_back (+x, +y)");
+    EXPECT_FALSE(check.told_apart(check.candidates[1]));
+    EXPECT_GT(check.still_error, 0.02);
+    EXPECT_GT(check.margin(), 10);
+    EXPECT_EQ(check.verdict(), SignVerdict::confirmed);
+}
+
+TEST(SignCheck, FindsEachWrongSign) {
+    for (int sign_x : {1, -1}) {
+        for (int sign_y : {1, -1}) {
+            Pan made = pan(4, -3, false);
+            ImageF& motion = made.planes[Role::motion];
+            for (size_t i = 0; i < motion.pixels(); ++i) {
+                motion.data[2 * i] *= float(sign_x);
+                motion.data[2 * i + 1] *= float(sign_y);
+            }
+            const SignCheck check = check_signs(made.planes, made.next);
+            ASSERT_EQ(check.candidates.size(), 4u);
+            // The best is the one that takes the flip back.
+            EXPECT_EQ(check.candidates[0].sign_x, sign_x);
+            EXPECT_EQ(check.candidates[0].sign_y, sign_y);
+            EXPECT_EQ(check.verdict(), sign_x == 1 && sign_y == 1 ? SignVerdict::confirmed
+                                                                  : SignVerdict::contradicted);
+        }
+    }
+}
+
+// A pan along x has no y whose sign could be told; it must not make the check undecided.
+TEST(SignCheck, APanAlongOneAxis) {
+    const Pan made = pan(5, 0);
+    const SignCheck check = check_signs(made.planes, made.next);
+    EXPECT_EQ(check.verdict(), SignVerdict::confirmed);
+    for (const auto& candidate : check.candidates)
+        EXPECT_EQ(check.told_apart(candidate), candidate.sign_x < 0) << candidate.text();
+}
+
+TEST(SignCheck, UndecidedWhereNothingTells) {
+    Pan flat = pan(4, -3);
+    std::fill(flat.next.data.begin(), flat.next.data.end(), 0.5f);
+    flat.planes[Role::color] = flat.next;
+    const SignCheck check = check_signs(flat.planes, flat.next);
+    EXPECT_EQ(check.verdict(), SignVerdict::undecided);
+    EXPECT_DOUBLE_EQ(check.margin(), 1);
+}
+
+TEST(SignCheck, ImpossibleCases) {
+    EXPECT_TRUE(check_signs(pan(0.5, 0).planes, pan(0.5, 0).next).candidates.empty());
+    EXPECT_TRUE(check_signs(pan(4, 3).planes, ImageF(32, 32, 4)).candidates.empty());
+    EXPECT_TRUE(check_signs({}, ImageF(32, 32, 4)).candidates.empty());
+    // Vectors that leave the picture everywhere.
+    EXPECT_TRUE(check_signs(pan(100, 0).planes, pan(100, 0).next).candidates.empty());
+    EXPECT_DOUBLE_EQ(SignCheck().margin(), 1);
+}
+
+}  // namespace
+}  // namespace postchain::sequence

@@ -1,0 +1,153 @@
+// One frame from its files to the canonical frame.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "config/chain_file.h"
+#include "passes/registry.h"
+#include "tests/command/frames.h"
+#include "tools/sequence/run/frame_source.h"
+
+namespace postchain::sequence {
+namespace {
+
+using test::FrameFile;
+using test::make_planes;
+using test::Planes;
+using test::TempFolder;
+
+constexpr RoleSet kEverything = {Role::inverse_depth, Role::motion, Role::motion_back};
+
+Result<SourceFrame> source_of(const std::string& path, const SourceSettings& settings = {},
+                              RoleSet wanted = kEverything) {
+    auto header = open_source_frame(settings, {{Role::color, path}}, 1);
+    if (!header.ok()) return header.status();
+    return read_source_frame(settings, std::move(*header), wanted, io::Keep::nothing);
+}
+
+// The tables of docs/frame.md, by the planes themselves and not by what a filter makes of them.
+TEST(Source, EveryConventionGivesTheCanonicalPlanes) {
+    TempFolder folder;
+    const Planes planes = make_planes(24, 16);
+    for (const std::string name : {"cycles", "nuke", "arnold", "vray", "generic"}) {
+        FrameFile file;
+        file.convention = name;
+        test::write_frame(folder.path("f.exr"), planes, file);
+        const auto frame = source_of(folder.path("f.exr"));
+        ASSERT_TRUE(frame.ok()) << frame.status().message();
+        EXPECT_EQ(frame->match.profile, name);
+        EXPECT_EQ(frame->planes.at(Role::color).data, planes.color.data) << name;
+        EXPECT_LE(test::largest_difference(frame->planes.at(Role::motion), planes.motion), 1e-6);
+        const auto& w = frame->planes.at(Role::inverse_depth);
+        for (size_t i = 0; i < w.pixels(); ++i)
+            ASSERT_NEAR(w.data[i], 1 / planes.depth.data[i], 1e-6) << name;
+        if (frame->planes.count(Role::motion_back)) {
+            EXPECT_LE(test::largest_difference(frame->planes.at(Role::motion_back), planes.back),
+                      1e-6)
+                << name;
+        } else {
+            EXPECT_TRUE(name == "arnold" || name == "vray") << name;
+        }
+        EXPECT_NEAR(frame->description.facts.max_speed_px, std::sqrt(45.0), 1e-5) << name;
+    }
+}
+
+TEST(Source, OnlyWhatIsWantedIsRead) {
+    TempFolder folder;
+    test::write_frame(folder.path("f.exr"), make_planes(24, 16));
+    const auto frame = source_of(folder.path("f.exr"), {}, {});
+    ASSERT_TRUE(frame.ok());
+    EXPECT_EQ(frame->planes.size(), 1u);
+    EXPECT_TRUE(frame->warnings.empty());
+}
+
+// Which planes are decoded follows from what is known before a pixel is read.
+TEST(Source, WhatNobodyCanReadIsNotDecoded) {
+    TempFolder folder;
+    test::write_frame(folder.path("f.exr"), make_planes(24, 16));
+    SourceSettings settings;
+    auto chain = parse_chain(test::kMotionBlur, "chain.yaml", builtin_passes());
+    const auto needed = [&](const PlanOptions& options = {}) {
+        auto header = open_source_frame(settings, {{Role::color, folder.path("f.exr")}}, 1);
+        return planes_needed(chain.chain, settings, *header, options);
+    };
+    const RoleSet blur = {Role::color, Role::inverse_depth, Role::motion};
+    EXPECT_EQ(needed(), blur);
+    settings.cuts = {1};
+    EXPECT_EQ(needed(), RoleSet());
+    settings.cuts = {2};
+    EXPECT_EQ(needed(), blur);
+    chain = parse_chain(test::kMotionBlur, "chain.yaml", builtin_passes(),
+                        {"motion_blur.shutter_frames=0"});
+    EXPECT_EQ(needed(), RoleSet());
+    PlanOptions whole;
+    whole.elide = false;
+    EXPECT_EQ(needed(whole), blur | RoleSet{Role::motion_back});
+
+    const auto frame = source_of(folder.path("f.exr"), settings, needed());
+    ASSERT_TRUE(frame.ok());
+    EXPECT_EQ(frame->planes.size(), 1u);
+    const auto plan = plan_source_frame(chain.chain, *frame, {});
+    ASSERT_TRUE(plan.ok()) << plan.status().message();
+    uint64_t bytes = 0;
+    for (const auto& left : plan->left_out) {
+        if (left.rule == kRuleUnusedPlane) bytes += left.bytes;
+        if (left.what == "motion_blur") {
+            EXPECT_GT(left.dispatches, 3);
+        }
+    }
+    // Depth, motion, and motion back: 4, 8 and 8 bytes a pixel.
+    EXPECT_EQ(bytes, 20u * 24 * 16);
+}
+
+TEST(Source, CameraFileOverMetadata) {
+    TempFolder folder;
+    FrameFile file;
+    file.attributes["aperture"] = 2.0f;
+    file.attributes["focus"] = 7.0f;
+    test::write_frame(folder.path("f.exr"), make_planes(24, 16), file);
+    SourceSettings settings;
+    settings.camera = parse_camera(
+        R"({"focus_distance": 3, "resolution": [99, 9], "frames": {"1": {"near_clip": 0.25}}})",
+        "camera.json");
+    ASSERT_TRUE(settings.camera->status().ok());
+    const auto frame = source_of(folder.path("f.exr"), settings);
+    ASSERT_TRUE(frame.ok()) << frame.status().message();
+    EXPECT_EQ(frame->description.camera.f_stop, 2.0);
+    EXPECT_EQ(frame->description.camera.focus_distance, 3.0);
+    EXPECT_EQ(frame->description.camera.near_clip, 0.25);
+    ASSERT_EQ(frame->warnings.size(), 1u);  // the resolution
+    EXPECT_NE(frame->warnings[0].find("resolution"), std::string::npos) << frame->warnings[0];
+}
+
+TEST(Source, APlanThatFailsSaysWhatWasFound) {
+    TempFolder folder;
+    FrameFile file;
+    file.convention = "generic";
+    file.motion = false;
+    test::write_frame(folder.path("f.exr"), make_planes(24, 16), file);
+    const auto frame = source_of(folder.path("f.exr"));
+    ASSERT_TRUE(frame.ok());
+    const auto chain = parse_chain(test::kMotionBlur, "chain.yaml", builtin_passes());
+    const auto plan = plan_source_frame(chain.chain, *frame, {});
+    ASSERT_FALSE(plan.ok());
+    EXPECT_EQ(plan.status().code(), StatusCode::input);
+    for (const char* word : {"f.exr: ", "needs motion", "looked for as motion.x", "found were A B"})
+        EXPECT_NE(plan.status().message().find(word), std::string::npos) << plan.status().message();
+}
+
+// Straight alpha is multiplied on the way in and divided on the way out; alpha 0 stays as it is.
+TEST(Source, StraightAlphaComesBack) {
+    ConvertOptions options;
+    options.unpremultiplied = true;
+    ImageF color(2, 1, 4);
+    color.data = {0.25f, 0.5f, 1, 0.5f, 3, 4, 5, 0};
+    to_file_convention(color, options);
+    EXPECT_EQ(color.data, (std::vector<float>{0.5f, 1, 2, 0.5f, 3, 4, 5, 0}));
+    ImageF same = color;
+    to_file_convention(same, {});
+    EXPECT_EQ(same.data, color.data);
+}
+
+}  // namespace
+}  // namespace postchain::sequence

@@ -1,0 +1,245 @@
+// Who may include whom (docs/architecture.md). The edges are found from the #include lines of every
+// source file; the only rule is the order of the layers: an include runs down, never up, and within
+// a layer never in a circle.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace {
+
+namespace fs = std::filesystem;
+using Edges = std::map<std::string, std::set<std::string>>;
+
+const fs::path kRoot = POSTCHAIN_SOURCE_DIR;
+
+// From the bottom up; folders of one entry do not know each other.
+const std::vector<std::vector<std::string>>& layers() {
+    static const std::vector<std::vector<std::string>> order = {
+        {"shaders"},        {"chain"},         {"passes", "config"},
+        {"tools/sequence"}, {"tools/measure"}, {"tools/apps"},
+    };
+    return order;
+}
+
+// Headers of other projects, by their first folder or name; the value: folders that may use them.
+// What is in none of the lists is the standard library and the system.
+const Edges& allowed_libraries() {
+    static const Edges edges = {
+        {"epoxy", {"chain", "tools/measure/scenes"}},
+        {"glm", {"shaders", "tools/measure/scenes"}},
+        {"OpenEXR", {"tools/sequence/io", "tools/apps"}},
+        {"Imath", {"tools/sequence/io"}},
+        {"OpenImageIO", {"tools/sequence/io", "tools/apps"}},
+        {"yaml-cpp", {"config"}},
+        {"nlohmann", {"tools"}},
+        {"zlib.h", {"tools/measure/report"}},
+        {"CLI", {"tools/apps"}},
+        {"spdlog", {"tools/apps"}},
+        {"GLFW", {}},
+        {"httplib.h", {}},
+        {"sqlite3.h", {}},
+        {"imgui.h", {}},
+        {"gtest", {}},
+        {"gmock", {}},
+        {"benchmark", {}},
+    };
+    return edges;
+}
+
+bool is_in(const std::string& path, const std::string& folder) {
+    return path == folder || path.rfind(folder + "/", 0) == 0;
+}
+
+// The folder of a layer that holds the path, and its place from the bottom; "" and -1: none.
+std::pair<std::string, int> layer_of(const std::string& path) {
+    for (size_t i = 0; i < layers().size(); ++i)
+        for (const auto& folder : layers()[i])
+            if (is_in(path, folder)) return {folder, int(i)};
+    return {"", -1};
+}
+
+// One pass does not know another; what several share lies in passes/common.
+bool is_another_pass(const std::string& from, const std::string& to) {
+    return is_in(from, "passes") && is_in(to, "passes") && from != to && from != "passes" &&
+           to != "passes" && to != "passes/common";
+}
+
+struct Include {
+    std::string file;  // relative to the root of the source
+    int line = 0;
+    std::string target;  // relative to the root as well where it is quoted
+    bool quoted = false;
+
+    std::string from() const { return fs::path(file).parent_path().string(); }
+    std::string to() const { return fs::path(target).parent_path().string(); }
+    std::string place() const { return file + ":" + std::to_string(line) + ": "; }
+};
+
+bool is_source(const fs::path& path) {
+    static const std::set<std::string> known = {".h", ".cpp", ".comp", ".glsl"};
+    return known.count(path.extension().string()) > 0;
+}
+
+std::vector<Include> read_includes(const fs::path& file) {
+    static const std::regex pattern(R"re(^\s*#\s*include\s*([<"])([^>"]+)[>"])re");
+    std::vector<Include> found;
+    std::ifstream in(file);
+    std::string text;
+    for (int line = 1; std::getline(in, text); ++line) {
+        std::smatch match;
+        if (!std::regex_search(text, match, pattern)) continue;
+        Include include{fs::relative(file, kRoot).string(), line, match[2], match[1] == "\""};
+        // GLSL and the shared headers name files relative to shaders/.
+        if (include.quoted && !fs::exists(kRoot / include.target) &&
+            fs::exists(kRoot / "shaders" / include.target))
+            include.target = "shaders/" + include.target;
+        found.push_back(std::move(include));
+    }
+    return found;
+}
+
+const std::vector<Include>& all_includes() {
+    static const std::vector<Include> all = [] {
+        std::vector<Include> found;
+        for (const char* top : {"chain", "passes", "shaders", "config", "tools"})
+            for (const auto& entry : fs::recursive_directory_iterator(kRoot / top))
+                if (entry.is_regular_file() && is_source(entry.path()))
+                    for (auto& include : read_includes(entry.path()))
+                        found.push_back(std::move(include));
+        return found;
+    }();
+    return all;
+}
+
+// What is wrong with one include; empty: nothing.
+std::string fault_of(const Include& include) {
+    const auto [from, height] = layer_of(include.from());
+    if (height < 0) return "lies in no layer";
+    if (!include.quoted) {
+        const auto library =
+            allowed_libraries().find(include.target.substr(0, include.target.find('/')));
+        if (library == allowed_libraries().end()) return "";
+        for (const auto& folder : library->second)
+            if (is_in(include.from(), folder)) return "";
+        return include.from() + " may not use <" + include.target + ">";
+    }
+    const auto [to, depth] = layer_of(include.to());
+    if (depth < 0) return "includes \"" + include.target + "\", which lies in no layer";
+    if (depth > height) return from + " may not include what is above it: " + include.target;
+    if (depth == height && from != to) return from + " and " + to + " may not know each other";
+    if (is_another_pass(include.from(), include.to()))
+        return include.from() + " may not know another pass: " + include.target;
+    return "";
+}
+
+// Folder -> the folders it includes, itself left out.
+Edges found_edges() {
+    Edges edges;
+    for (const auto& include : all_includes())
+        if (include.quoted && include.from() != include.to())
+            edges[include.from()].insert(include.to());
+    return edges;
+}
+
+// The folder at which `start` comes back to itself; empty: nowhere.
+std::string circle_through(const std::string& start, const Edges& edges) {
+    std::set<std::string> seen, open;
+    if (const auto first = edges.find(start); first != edges.end()) open = first->second;
+    while (!open.empty()) {
+        const std::string folder = *open.begin();
+        open.erase(open.begin());
+        if (folder == start) return start;
+        if (!seen.insert(folder).second) continue;
+        if (const auto next = edges.find(folder); next != edges.end())
+            open.insert(next->second.begin(), next->second.end());
+    }
+    return "";
+}
+
+TEST(IncludeEdges, NoneRunsUp) {
+    for (const auto& include : all_includes())
+        if (const std::string fault = fault_of(include); !fault.empty())
+            ADD_FAILURE() << include.place() << fault;
+    EXPECT_GT(all_includes().size(), 500u) << "the walk found too little to mean anything";
+}
+
+TEST(IncludeEdges, NoneGoesInACircle) {
+    const Edges edges = found_edges();
+    for (const auto& [folder, targets] : edges)
+        EXPECT_EQ(circle_through(folder, edges), "") << "a circle through " << folder;
+}
+
+// Metrics know pictures and nothing of chains, so that anything with pixels can be measured.
+TEST(IncludeEdges, MetricsKnowOnlyPicturesOfTheChain) {
+    size_t count = 0;
+    for (const auto& include : all_includes()) {
+        if (!include.quoted || include.from() != "tools/measure/metrics") continue;
+        ++count;
+        if (include.to() == include.from()) continue;
+        EXPECT_TRUE(include.target == "chain/image.h" || include.target == "chain/status.h")
+            << include.place() << include.target;
+    }
+    EXPECT_GT(count, 10u);
+}
+
+// The diagram of docs/architecture.md, lines "folder -> folders", says what is found: for each
+// layer those it includes, and for the folders of tools/ their edges within the wing.
+TEST(IncludeEdges, DiagramOfTheDocumentationIsComplete) {
+    Edges expected;
+    for (const auto& [folder, targets] : found_edges()) {
+        const std::string from = layer_of(folder).first;
+        for (const auto& target : targets) {
+            const std::string to = layer_of(target).first;
+            if (from != to)
+                expected[from].insert(to);
+            else if (is_in(folder, "tools"))
+                expected[folder].insert(target);
+        }
+    }
+    Edges written;
+    std::ifstream in(kRoot / "docs/architecture.md");
+    static const std::regex pattern(R"re(^([a-z_/]+)\s+->\s+([a-z_/ ]+)$)re");
+    for (std::string text; std::getline(in, text);) {
+        std::smatch match;
+        if (!std::regex_match(text, match, pattern)) continue;
+        std::istringstream words(match[2]);
+        for (std::string word; words >> word;) written[match[1]].insert(word);
+    }
+    const auto text = [](const Edges& edges) {
+        std::string all;
+        for (const auto& [from, targets] : edges) {
+            all += from + " ->";
+            for (const auto& to : targets) all += " " + to;
+            all += "\n";
+        }
+        return all;
+    };
+    EXPECT_EQ(text(written), text(expected));
+}
+
+TEST(IncludeEdges, FaultsAreSeen) {
+    const auto is_fault = [](const char* file, const char* target, bool quoted) {
+        return !fault_of({file, 1, target, quoted}).empty();
+    };
+    EXPECT_TRUE(is_fault("passes/fxaa/fxaa.cpp", "passes/motion_blur/motion_blur.h", true));
+    EXPECT_TRUE(is_fault("passes/fxaa/fxaa.cpp", "config/profile.h", true));
+    EXPECT_TRUE(is_fault("chain/plan.cpp", "passes/registry.h", true));
+    EXPECT_TRUE(is_fault("chain/plan.cpp", "yaml-cpp/yaml.h", false));
+    EXPECT_TRUE(is_fault("tools/sequence/io/a.cpp", "tools/measure/metrics/flip.h", true));
+    EXPECT_TRUE(is_fault("tools/nowhere/a.cpp", "chain/plan.h", true));
+    EXPECT_FALSE(is_fault("passes/fxaa/fxaa.cpp", "chain/pass.h", true));
+    EXPECT_FALSE(is_fault("passes/fxaa/fxaa.cpp", "passes/common/warp.h", true));
+    EXPECT_FALSE(is_fault("tools/apps/postchain/run.cpp", "tools/sequence/io/sequence.h", true));
+    EXPECT_EQ(circle_through("a", {{"a", {"b"}}, {"b", {"c"}}, {"c", {"a"}}}), "a");
+    EXPECT_EQ(circle_through("a", {{"a", {"b"}}, {"b", {"c"}}}), "");
+}
+
+}  // namespace

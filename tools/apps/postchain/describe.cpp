@@ -1,0 +1,136 @@
+// postchain plan, info, schema, passes: what would run, where, and with which parameters.
+#include <OpenEXR/OpenEXRConfig.h>
+#include <OpenImageIO/oiioversion.h>
+#include <spdlog/version.h>
+
+#include <CLI/Version.hpp>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "config/schema.h"
+#include "passes/registry.h"
+#include "tools/apps/postchain/exit_code.h"
+#include "tools/apps/postchain/log.h"
+#include "tools/apps/postchain/verbs.h"
+#include "tools/sequence/run/frame_source.h"
+
+namespace postchain {
+
+int plan_verb(const Options& options, const std::string& format) {
+    auto chain = load_chain_of(options);
+    if (!chain.ok()) return fail(chain.status());
+    auto settings = input_settings_of(options);
+    if (!settings.ok()) return fail(settings.status());
+    io::set_exr_threads(threads_of(options));
+    auto list = io::find_frames(settings->input, settings->frames);
+    if (!list.ok()) return fail(list.status());
+    int code = kExitOk;
+    std::string said;  // of the frame before, without its path
+    for (int frame : list->frames) {
+        const auto files = list->files.find(frame);
+        Status status;
+        if (files == list->files.end()) {
+            status = Status(StatusCode::input,
+                            settings->input.color().format(frame) + ": frame is not on disk");
+        } else {
+            auto header = sequence::open_source_frame(settings->source, files->second, frame);
+            const RoleSet wanted = header.ok()
+                                       ? sequence::planes_needed(chain->chain, settings->source,
+                                                                 *header, settings->plan)
+                                       : RoleSet();
+            auto source = header.ok()
+                              ? sequence::read_source_frame(settings->source, std::move(*header),
+                                                            wanted, io::Keep::nothing)
+                              : Result<sequence::SourceFrame>(header.status());
+            status = source.status();
+            if (source.ok()) {
+                for (const auto& warning : source->warnings) log::warning(warning);
+                auto plan = sequence::plan_source_frame(chain->chain, *source, settings->plan);
+                status = plan.status();
+                if (plan.ok()) {
+                    const std::string text = format == "json"  ? plan_as_json(*plan) + "\n"
+                                             : format == "dot" ? plan_as_dot(*plan)
+                                                               : plan_as_text(*plan);
+                    std::fputs(text.c_str(), stdout);
+                }
+            }
+        }
+        if (!status.ok()) {
+            // What the chain lacks in the same words for another frame, every frame lacks.
+            const size_t words = status.message().find(": ");
+            const std::string what =
+                words == std::string::npos ? status.message() : status.message().substr(words);
+            if (status.code() == StatusCode::chain && what == said) break;
+            said = what;
+            log::error(status.message());
+            if (code == kExitOk) code = exit_code(status);
+        }
+    }
+    return code;
+}
+
+int info_verb(const Options& options) {
+    nlohmann::ordered_json info;
+    info["postchain"] = kVersion;
+    info["libraries"] = {
+        {"OpenEXR", OPENEXR_VERSION_STRING},
+        {"OpenImageIO", OIIO_VERSION_STRING},
+        {"CLI11", CLI11_VERSION},
+        {"spdlog", concat(SPDLOG_VER_MAJOR, ".", SPDLOG_VER_MINOR, ".", SPDLOG_VER_PATCH)},
+        {"nlohmann-json", concat(NLOHMANN_JSON_VERSION_MAJOR, ".", NLOHMANN_JSON_VERSION_MINOR, ".",
+                                 NLOHMANN_JSON_VERSION_PATCH)}};
+    info["devices"] = nlohmann::ordered_json::array();
+    for (const auto& device : gl::list_devices())
+        info["devices"].push_back(
+            {{"device", device.index}, {"name", device.name}, {"software", device.software}});
+    auto context = context_of(options);
+    if (context.ok()) {
+        const gl::Limits& limits = (*context)->limits();
+        info["gl"] = {{"vendor", (*context)->vendor()},
+                      {"renderer", (*context)->renderer()},
+                      {"version", (*context)->version()},
+                      {"software", (*context)->software()},
+                      {"limits",
+                       {{"texture_px", limits.texture_px},
+                        {"storage_block_bytes", limits.storage_block_bytes},
+                        {"shared_memory_bytes", limits.shared_memory_bytes},
+                        {"group_invocations", limits.group_invocations},
+                        {"groups", limits.groups},
+                        {"texture_units", limits.texture_units},
+                        {"image_units", limits.image_units}}}};
+    }
+    if (options.json) {
+        std::printf("%s\n", info.dump().c_str());
+    } else {
+        std::printf("postchain %s\n", kVersion);
+        for (const auto& [name, version] : info["libraries"].items())
+            std::printf("%s %s\n", name.c_str(), version.get<std::string>().c_str());
+        for (const auto& device : info["devices"])
+            std::printf("EGL device %d: %s%s\n", device["device"].get<int>(),
+                        device["name"].get<std::string>().c_str(),
+                        device["software"].get<bool>() ? " (software)" : "");
+        if (context.ok()) {
+            std::printf("GL in use: %s, %s, %s%s\n", (*context)->vendor().c_str(),
+                        (*context)->renderer().c_str(), (*context)->version().c_str(),
+                        (*context)->software() ? " (software)" : "");
+            for (const auto& [name, value] : info["gl"]["limits"].items())
+                std::printf("limit %s %s\n", name.c_str(), value.dump().c_str());
+        }
+    }
+    return context.ok() ? kExitOk : fail(context.status());
+}
+
+int schema_verb() {
+    std::fputs((chain_schema(builtin_passes()) + "\n").c_str(), stdout);
+    return kExitOk;
+}
+
+int passes_verb(const std::string& format) {
+    const std::string text = format == "json"       ? passes_as_json(builtin_passes()) + "\n"
+                             : format == "markdown" ? passes_as_markdown(builtin_passes())
+                                                    : passes_as_text(builtin_passes());
+    std::fputs(text.c_str(), stdout);
+    return kExitOk;
+}
+
+}  // namespace postchain

@@ -1,0 +1,276 @@
+// postchain diff: error metrics of B against the reference A, one image or a sequence.
+//
+//   file --profile--> color role --> Pair --tools/metrics--> values, error map
+//
+// HDR-FLIP's exposures come from the references alone; those of a sequence are read once before,
+// so that every frame is judged at the same exposures.
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "tools/apps/postchain/diff_work.h"
+#include "tools/apps/postchain/exit_code.h"
+#include "tools/apps/postchain/log.h"
+#include "tools/apps/postchain/stop_on_signal.h"
+#include "tools/measure/metrics/temporal.h"
+#include "tools/sequence/io/png.h"
+
+namespace postchain {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Values = std::vector<std::pair<std::string, std::optional<double>>>;
+
+// Exposures of a sequence: from every reference.
+Status find_exposures(DiffWork& work, const StopOnSignal& stop) {
+    metrics::ExposureRange range;
+    for (size_t i = 0; i < work.frames.size() && !stop.asked(); ++i) {
+        const DiffFrame& frame = work.frames[i];
+        log::progress(concat("exposures of ", frame.a));
+        auto picture = read_reference(work, frame);
+        if (!picture.ok()) return picture.status();
+        range = metrics::joined(range,
+                                metrics::exposure_range(*picture, work.compare.flip.tone_mapper));
+    }
+    work.compare.exposures = range;
+    return Status();
+}
+
+Json to_json(const std::optional<double>& value) {
+    return value ? Json(*value) : Json(nullptr);
+}
+
+Json settings_json(const DiffWork& work, const metrics::ExposureRange& range) {
+    const auto& flip = work.compare.flip;
+    Json json = {{"pixels_per_degree", flip.pixels_per_degree}};
+    if (work.wants_hdr_flip()) {
+        json["tone_mapper"] = metrics::name_of(flip.tone_mapper);
+        json["exposure_start"] = range.start;
+        json["exposure_stop"] = range.stop;
+        json["exposures"] = range.count();
+    }
+    for (const auto& [name, value] : metrics::metric_constants()) json[name] = value;
+    return json;
+}
+
+std::string number_text(const std::optional<double>& value) {
+    if (!value) return "none";
+    char text[32];
+    std::snprintf(text, sizeof(text), "%.6g", *value);
+    return text;
+}
+
+void print_line(const Json& json) {
+    std::printf("%s\n", json.dump(-1, ' ', false, Json::error_handler_t::replace).c_str());
+    std::fflush(stdout);
+}
+
+void print_table(const Values& values) {
+    for (const auto& [name, value] : values)
+        std::printf("  %-16s %s\n", name.c_str(), number_text(value).c_str());
+}
+
+void print_settings(const Json& settings) {
+    std::string text = "with";
+    for (const auto& [name, value] : settings.items())
+        text += " " + name + " " +
+                (value.is_string() ? value.get<std::string>() : number_text(value.get<double>()));
+    std::printf("%s\n", text.c_str());
+}
+
+// Mean over the frames that have a value; sums of counts, largest of maxima.
+Values summary_of(const std::vector<Values>& frames) {
+    Values summary;
+    for (size_t i = 0; i < frames.front().size(); ++i) {
+        const std::string& name = frames.front()[i].first;
+        double sum = 0, largest = 0;
+        size_t count = 0;
+        for (const auto& values : frames)
+            if (const auto& value = values[i].second) {
+                sum += *value;
+                largest = std::max(largest, *value);
+                ++count;
+            }
+        std::optional<double> value;
+        if (name == "nonfinite")
+            value = sum;
+        else if (name == "difference_max")
+            value = largest;
+        else if (count > 0)
+            value = sum / double(count);
+        summary.emplace_back(name, value);
+    }
+    return summary;
+}
+
+// Complains about each limit that is broken; true when one is.
+bool exceeds(const DiffWork& work, const Values& values, const std::string& where) {
+    bool exceeded = false;
+    for (const auto& limit : work.limits)
+        for (const auto& [name, value] : values) {
+            if (name != limit.metric || !value || !(*value > limit.value)) continue;
+            exceeded = true;
+            log::error(concat(where, ": ", name, " ", number_text(value), " is above ",
+                              number_text(limit.value)));
+        }
+    return exceeded;
+}
+
+// Magma over 0..shown_max as PNG, the values themselves as EXR.
+Status write_map(const DiffWork& work, const std::string& path, const ImageF& map) {
+    const auto& row = *metrics::find_map(work.compare.map);
+    if (path.ends_with(".exr"))
+        return io::write_planes_exr(path, map, {"Y"}, work.on_existing).status();
+    ImageF shown = map;
+    for (float& v : shown.data) v /= float(row.shown_max);
+    const auto colors = io::magma_of(shown);
+    if (!colors.ok()) return colors.status().at(path);
+    const auto png = io::encode_png(*colors);
+    if (!png.ok()) return png.status().at(path);
+    return io::atomic_write_text(path, *png, work.on_existing).status();
+}
+
+Status write_maps(const DiffWork& work, const DiffFrame& frame, const ImageF& map) {
+    for (const auto& pattern : work.maps)
+        if (Status status = write_map(work, pattern.format(frame.number), map); !status.ok())
+            return status;
+    return Status();
+}
+
+}  // namespace
+
+void add_diff(CLI::App& verb, Options& o, DiffOptions& diff) {
+    diff.pixels_per_degree = metrics::kPixelsPerDegree;
+    std::string names, maps;
+    for (const auto& row : metrics::metric_rows()) names += row.name + " (" + row.help + "), ";
+    for (const auto& row : metrics::map_rows())
+        maps += concat(maps.empty() ? "" : ", ", row.name, " (", row.help, "; brightest at ",
+                       row.shown_max, ")");
+    verb.add_option("A", diff.a, "reference: an image, or a sequence A.####.exr")->required();
+    verb.add_option("B", diff.b, "what is held against it, of the same kind")->required();
+    verb.add_option("--frames", o.frames,
+                    "which frames of sequences: 1-10,20-40x2 (default: all "
+                    "of A on disk)")
+        ->type_name("RANGE");
+    verb.add_option("--metric", diff.metrics,
+                    "one metric, may be repeated (default: all): " + names +
+                        "tde (mean |change of the error| from frame to frame)")
+        ->type_name("NAME")
+        ->expected(1)
+        ->take_all();
+    verb.add_option("--fail-above", diff.fail_above,
+                    "exit with 8 when a frame or the summary is above it, may be repeated: "
+                    "flip=0.05")
+        ->type_name("METRIC=NUMBER")
+        ->expected(1)
+        ->take_all();
+    verb.add_option("--map", diff.maps,
+                    "error map, may be repeated: .png in magma colors, .exr with the values; a "
+                    "pattern for sequences")
+        ->type_name("FILE")
+        ->expected(1)
+        ->take_all();
+    verb.add_option("--map-metric", diff.map_metric, "error of the map: " + maps)
+        ->type_name("NAME")
+        ->capture_default_str();
+    verb.add_option("--on-existing", o.on_existing, "when a map exists")
+        ->check(CLI::IsMember({"fail", "overwrite"}))
+        ->capture_default_str();
+    verb.add_option("--ppd", diff.pixels_per_degree, "pixels per degree of visual angle, for FLIP")
+        ->check(CLI::Range(metrics::kMinPixelsPerDegree, metrics::kMaxPixelsPerDegree))
+        ->capture_default_str();
+    verb.add_option("--tone-mapper", diff.tone_mapper, "of HDR-FLIP")
+        ->check(CLI::IsMember(metrics::tone_mapper_names()))
+        ->capture_default_str();
+    verb.add_option("--profile", o.profile, "names of the writer, for both (default: detected)")
+        ->type_name("NAME");
+    verb.add_option("--layer", o.layer, "layer to take where there are several")->type_name("NAME");
+    verb.add_option("--view", o.view, "view to take of a multi-view file")->type_name("NAME");
+    verb.add_option("--threads", o.threads, "CPU threads (default: all cores)")
+        ->check(CLI::Range(1, 1024));
+    verb.add_flag("--json", o.json,
+                  "one JSON object per frame; for sequences a last one with "
+                  "\"summary\": true");
+}
+
+int diff_verb(const Options& options, const DiffOptions& diff) {
+    auto made = work_of(options, diff);
+    if (!made.ok()) return fail(made.status());
+    DiffWork& work = *made;
+    io::set_exr_threads(threads_of(options));
+    const StopOnSignal stop;
+    if (work.wants_hdr_flip() && work.frames.size() > 1)
+        if (Status status = find_exposures(work, stop); !status.ok()) return fail(status);
+
+    std::vector<Values> all;
+    metrics::TemporalError temporal;
+    metrics::ExposureRange exposures;
+    bool exceeded = false;
+    for (const DiffFrame& frame : work.frames) {
+        if (stop.asked()) break;
+        log::progress(
+            concat("frame ", frame.number, ", ", all.size(), " of ", work.frames.size(), " done"));
+        auto pair = read_pair(work, frame);
+        if (!pair.ok()) return fail(pair.status());
+        auto compared = metrics::compare(*pair, work.compare);
+        if (!compared.ok()) return fail(compared.status());
+        exposures = compared->exposures;
+        Values values = compared->values;
+        if (work.tde) {
+            if (Status status = temporal.add(*pair); !status.ok())
+                return fail(status.at(frame.a + " against the frame before"));
+            values.emplace_back(kTde, temporal.last());
+        }
+        if (const auto bad = pair->reference.nonfinite)
+            log::warning(concat(frame.a, ": ", bad, " pixels of the reference are not finite, ",
+                                "taken as 0"));
+        if (Status status = write_maps(work, frame, compared->map); !status.ok())
+            return fail(status);
+
+        log::progress("");
+        if (options.json) {
+            Json json = {{"frame", frame.number}, {"a", frame.a}, {"b", frame.b}};
+            for (const auto& [name, value] : values) json[name] = to_json(value);
+            json["nonfinite_reference"] = pair->reference.nonfinite;
+            if (!work.sequence) json["settings"] = settings_json(work, exposures);
+            print_line(json);
+        } else if (work.sequence) {
+            std::string text = concat("frame ", frame.number, ":");
+            for (const auto& [name, value] : values) text += " " + name + " " + number_text(value);
+            std::printf("%s\n", text.c_str());
+            std::fflush(stdout);
+        } else {
+            std::printf("%s against %s\n", frame.b.c_str(), frame.a.c_str());
+            print_table(values);
+        }
+        exceeded |= exceeds(work, values, frame.b);
+        all.push_back(std::move(values));
+    }
+    if (stop.asked()) return stop.exit_code();
+
+    const Json settings = settings_json(work, exposures);
+    if (work.sequence) {
+        Values summary = summary_of(all);
+        if (options.json) {
+            Json json = {{"summary", true}, {"frames", all.size()}, {"a", diff.a}, {"b", diff.b}};
+            for (const auto& [name, value] : summary) json[name] = to_json(value);
+            json["settings"] = settings;
+            print_line(json);
+        } else {
+            std::printf("%s against %s, %zu frames\n", diff.b.c_str(), diff.a.c_str(), all.size());
+            print_table(summary);
+        }
+        exceeded |= exceeds(work, summary, diff.b);
+    }
+    if (!options.json) print_settings(settings);
+    if (!work.maps.empty()) {
+        const auto& row = *metrics::find_map(work.compare.map);
+        log::info(concat("error maps of ", row.name, ": magma over 0..", row.shown_max,
+                         " in PNG, the values in EXR"));
+    }
+    return exceeded ? kExitThreshold : kExitOk;
+}
+
+}  // namespace postchain

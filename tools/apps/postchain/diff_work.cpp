@@ -1,0 +1,218 @@
+#include "tools/apps/postchain/diff_work.h"
+
+#include <cmath>
+#include <filesystem>
+
+#include "tools/apps/postchain/log.h"
+
+namespace postchain {
+namespace {
+
+// Color as the file has it, non-finite values included; premultiplied.
+struct Color {
+    io::InputFrame input;
+    ImageF& rgba() { return input.planes.at(Role::color); }
+};
+
+Result<Color> read_color(const sequence::SourceSettings& settings, const std::string& path,
+                         int frame) {
+    auto header = sequence::open_source_frame(settings, {{Role::color, path}}, frame);
+    if (!header.ok()) return header.status();
+    auto input =
+        io::read_frame(header->files, header->assignment, {Role::color}, io::Keep::nothing);
+    if (!input.ok()) return input.status();
+    log::detail(concat(path, ": profile ", header->match.profile));
+    Color color{std::move(*input)};
+    if (header->match.options.unpremultiplied) {
+        ImageF& rgba = color.rgba();
+        for (size_t i = 0; i < rgba.pixels(); ++i)
+            for (size_t c = 0; c < 3; ++c) rgba.data[4 * i + c] *= rgba.data[4 * i + 3];
+    }
+    return color;
+}
+
+std::string known_metrics() {
+    std::string text;
+    for (const auto& row : metrics::metric_rows()) text += row.name + ", ";
+    return text + kTde;
+}
+
+Status check_metric(const char* option, const std::string& name, bool sequence) {
+    if (name != kTde && !metrics::find_metric(name))
+        return Status(StatusCode::usage,
+                      concat(option, ": no metric '", name, "'; known are ", known_metrics()));
+    if (name == kTde && !sequence)
+        return Status(StatusCode::usage, concat(option, ": tde needs two frames or more"));
+    return Status();
+}
+
+Result<metrics::MetricLimit> limit_of(const std::string& text) {
+    auto limit = metrics::parse_limit("--fail-above", text);
+    if (!limit.ok()) return limit.status();
+    const auto* row = metrics::find_metric(limit->metric);
+    if (row && !row->is_error)
+        return Status(StatusCode::usage, "--fail-above: more " + limit->metric +
+                                             " is better; name an error, as in mse=0.001");
+    return limit;
+}
+
+Result<std::vector<DiffFrame>> frames_of(const Options& options, const DiffOptions& diff,
+                                         bool& sequence) {
+    auto a = io::PathPattern::parse(diff.a);
+    if (!a.ok()) return a.status().at("A");
+    auto b = io::PathPattern::parse(diff.b);
+    if (!b.ok()) return b.status().at("B");
+    if (a->has_token() != b->has_token())
+        return Status(StatusCode::usage, concat("diff: ", a->text(), " and ", b->text(),
+                                                ": one is a sequence, the other one image"));
+    sequence = a->has_token();
+    if (!sequence) {
+        if (!options.frames.empty())
+            return Status(StatusCode::usage,
+                          "--frames: A and B name one image each; give patterns (A.####.exr)");
+        return std::vector<DiffFrame>{{a->literal_frame(), a->text(), b->text()}};
+    }
+    const auto in_a = a->discover(), in_b = b->discover();
+    std::vector<int> numbers;
+    if (!options.frames.empty()) {
+        auto range = io::FrameRange::parse(options.frames);
+        if (!range.ok()) return range.status().at("--frames");
+        numbers = range->frames;
+    } else {
+        for (const auto& [number, path] : in_a) numbers.push_back(number);
+        if (numbers.empty())
+            return Status(StatusCode::input, a->text() + ": no file matches this pattern");
+        std::vector<int> more;
+        for (const auto& [number, path] : in_b)
+            if (!in_a.count(number)) more.push_back(number);
+        if (!more.empty())
+            log::warning(concat(b->text(), " has frames that ", a->text(),
+                                " has not: ", sequence::frames_text(more)));
+    }
+    std::vector<DiffFrame> frames;
+    std::vector<int> not_in_a, not_in_b;
+    for (int number : numbers) {
+        const auto path_a = in_a.find(number), path_b = in_b.find(number);
+        if (path_a == in_a.end()) not_in_a.push_back(number);
+        if (path_b == in_b.end()) not_in_b.push_back(number);
+        if (path_a != in_a.end() && path_b != in_b.end())
+            frames.push_back({number, path_a->second, path_b->second});
+    }
+    if (not_in_a.empty() && not_in_b.empty()) return frames;
+    std::string text = a->text() + " against " + b->text() + ": frames that are not on disk:";
+    if (!not_in_a.empty()) text += " of A " + sequence::frames_text(not_in_a);
+    if (!not_in_b.empty()) text += " of B " + sequence::frames_text(not_in_b);
+    return Status(StatusCode::input, text);
+}
+
+Status add_maps(const DiffOptions& diff, DiffWork& work) {
+    for (const auto& text : diff.maps) {
+        auto pattern = io::PathPattern::parse(text);
+        if (!pattern.ok()) return pattern.status().at("--map");
+        if (!text.ends_with(".png") && !text.ends_with(".exr"))
+            return Status(StatusCode::usage, "--map: " + text + " is neither .png nor .exr");
+        if (work.sequence && !pattern->has_token() && work.frames.size() > 1)
+            return Status(StatusCode::usage,
+                          "--map: " + text + " would be written for every frame; give a pattern");
+        for (const auto& frame : work.frames)
+            for (const auto& input : {frame.a, frame.b}) {
+                std::error_code ignored;
+                if (std::filesystem::equivalent(pattern->format(frame.number), input, ignored))
+                    return Status(StatusCode::usage,
+                                  "--map: " + input + " is one of the images to be compared");
+            }
+        work.maps.push_back(std::move(*pattern));
+    }
+    if (!metrics::find_map(diff.map_metric)) {
+        std::string known;
+        for (const auto& row : metrics::map_rows()) known += (known.empty() ? "" : ", ") + row.name;
+        return Status(StatusCode::usage, concat("--map-metric: no error map '", diff.map_metric,
+                                                "'; known are ", known));
+    }
+    if (!work.maps.empty()) work.compare.map = diff.map_metric;
+    return Status();
+}
+
+}  // namespace
+
+Result<DiffWork> work_of(const Options& options, const DiffOptions& diff) {
+    DiffWork work;
+    auto frames = frames_of(options, diff, work.sequence);
+    if (!frames.ok()) return frames.status();
+    work.frames = std::move(*frames);
+    if (!options.profile.empty()) {
+        auto profile = find_profile(options.profile);
+        if (!profile.ok()) return profile.status().at("--profile");
+        work.source.profile = std::move(*profile);
+    }
+    work.source.layer = options.layer;
+    work.source.view = options.view;
+    work.on_existing =
+        options.on_existing == "overwrite" ? io::OnExisting::overwrite : io::OnExisting::fail;
+
+    const bool many = work.frames.size() > 1;
+    for (const auto& row : metrics::metric_rows())
+        if (diff.metrics.empty()) work.compare.metrics.insert(row.name);
+    work.tde = diff.metrics.empty() && many;
+    const auto want = [&](const char* option, const std::string& name) {
+        if (Status status = check_metric(option, name, many); !status.ok()) return status;
+        if (name == kTde)
+            work.tde = true;
+        else
+            work.compare.metrics.insert(name);
+        return Status();
+    };
+    for (const auto& name : diff.metrics)
+        if (Status status = want("--metric", name); !status.ok()) return status;
+    for (const auto& text : diff.fail_above) {
+        auto limit = limit_of(text);
+        if (!limit.ok()) return limit.status();
+        if (Status status = want("--fail-above", limit->metric); !status.ok()) return status;
+        work.limits.push_back(std::move(*limit));
+    }
+    // Only tde asked for: an empty set would mean all others.
+    if (work.compare.metrics.empty()) work.compare.metrics.insert("nonfinite");
+    // The parser's check of the range lets NaN pass.
+    if (!std::isfinite(diff.pixels_per_degree))
+        return Status(StatusCode::usage, "--ppd: not a number");
+    work.compare.flip.pixels_per_degree = diff.pixels_per_degree;
+    // The parser has checked the name.
+    work.compare.flip.tone_mapper = *metrics::find_tone_mapper(diff.tone_mapper);
+    work.compare.flip.threads = threads_of(options);
+    if (Status status = add_maps(diff, work); !status.ok()) return status;
+    return work;
+}
+
+Result<metrics::Pair> read_pair(const DiffWork& work, const DiffFrame& frame) {
+    const std::string both = frame.both();
+    auto a = read_color(work.source, frame.a, frame.number);
+    if (!a.ok()) return a.status().at(both);
+    auto b = read_color(work.source, frame.b, frame.number);
+    if (!b.ok()) return b.status().at(both);
+    const auto same = [&](const char* what, const io::Window& wa, const io::Window& wb) {
+        if (wa == wb) return Status();
+        return Status(StatusCode::input,
+                      concat(both, ": ", what, " differ: ", wa.width(), "x", wa.height(), " ",
+                             wa.text(), " and ", wb.width(), "x", wb.height(), " ", wb.text()));
+    };
+    if (Status s = same("display windows", a->input.display_window, b->input.display_window);
+        !s.ok())
+        return s;
+    if (Status s = same("data windows", a->input.data_window, b->input.data_window); !s.ok())
+        return s;
+    if (a->input.description.luma_weights != b->input.description.luma_weights)
+        log::warning(both + ": their chromaticities differ; values are compared as they are");
+    auto pair = metrics::pair_of(b->rgba(), a->rgba());
+    if (!pair.ok()) return pair.status().at(both);
+    return pair;
+}
+
+Result<metrics::Picture> read_reference(const DiffWork& work, const DiffFrame& frame) {
+    auto color = read_color(work.source, frame.a, frame.number);
+    if (!color.ok()) return color.status().at(frame.both());
+    auto picture = metrics::picture_of(color->rgba());
+    if (!picture.ok()) return picture.status().at(frame.a);
+    return picture;
+}
+
+}  // namespace postchain

@@ -1,0 +1,49 @@
+// postchain diff: what was typed, as work to do, and the pairs of color to do it on.
+//
+//   DiffOptions --work_of--> DiffWork --read_pair, per frame--> metrics::Pair
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/apps/postchain/verbs.h"
+#include "tools/measure/metrics/compare.h"
+#include "tools/measure/metrics/limit.h"
+#include "tools/sequence/io/exr_writer.h"
+
+namespace postchain {
+
+// The one metric that takes more than a pair: mean |change of the error| from frame to frame.
+inline constexpr const char* kTde = "tde";
+
+struct DiffFrame {
+    int number = 0;
+    std::string a, b;  // paths
+    std::string both() const { return a + " against " + b; }
+};
+
+struct DiffWork {
+    sequence::SourceSettings source;
+    std::vector<DiffFrame> frames;
+    bool sequence = false;
+    metrics::CompareSettings compare;
+    bool tde = false;
+    std::vector<metrics::MetricLimit> limits;
+    std::vector<io::PathPattern> maps;
+    io::OnExisting on_existing = io::OnExisting::fail;
+
+    bool wants_hdr_flip() const {
+        return compare.metrics.count("hdr_flip") > 0 || compare.map == "hdr_flip";
+    }
+};
+
+// Errors: usage; input (frames that are not on disk).
+Result<DiffWork> work_of(const Options& options, const DiffOptions& diff);
+
+// The color of both files, found by profile. Errors (input) name both files: no color, unreadable,
+// windows that differ.
+Result<metrics::Pair> read_pair(const DiffWork& work, const DiffFrame& frame);
+// That of A alone.
+Result<metrics::Picture> read_reference(const DiffWork& work, const DiffFrame& frame);
+
+}  // namespace postchain

@@ -1,0 +1,317 @@
+// postchain ab and bench: experiments with messages, progress and signals around them.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "passes/registry.h"
+#include "tools/apps/postchain/exit_code.h"
+#include "tools/apps/postchain/log.h"
+#include "tools/apps/postchain/stop_on_signal.h"
+#include "tools/apps/postchain/verbs.h"
+#include "tools/measure/experiment/ab.h"
+#include "tools/measure/experiment/bench.h"
+#include "tools/measure/experiment/truth.h"
+#include "tools/measure/report/limits.h"
+#include "tools/measure/report/lists.h"
+#include "tools/measure/report/page/page.h"
+#include "tools/measure/report/words.h"
+
+namespace postchain {
+namespace {
+
+constexpr int kPageFramesOfAb = 8;
+constexpr int kPageFramesOfBench = 1;
+
+std::string duration(double seconds) {
+    const long s = long(seconds + 0.5);
+    char text[32];
+    std::snprintf(text, sizeof(text), "%ld:%02ld", s / 60, s % 60);
+    return text;
+}
+
+// In place on a terminal; else a line whenever a unit of work is done.
+experiment::ProgressCallback progress_printer() {
+    return [printed = size_t(0)](const experiment::ExperimentProgress& progress) mutable {
+        std::string text = concat(progress.done, "/", progress.total, ", ", progress.what, ", ",
+                                  duration(progress.elapsed_s), " elapsed");
+        if (progress.remaining_s > 0) text += ", " + duration(progress.remaining_s) + " to go";
+        if (log::progress_is_shown())
+            log::progress(text);
+        else if (progress.done > printed)
+            log::info(text);
+        printed = progress.done;
+    };
+}
+
+void add_experiment(CLI::App& verb, Options& o, ExperimentOptions& e, int page_frames) {
+    e.pixels_per_degree = metrics::kPixelsPerDegree;
+    verb.add_option("--set", o.sets, "change a value of the chain, as of run")
+        ->type_name("KEY=VALUE")
+        ->expected(1)
+        ->take_all();
+    add_input(verb, o);
+    verb.add_option("-r,--truth", e.truth, "frames to measure against: both.####.exr")
+        ->type_name("TRUTH");
+    verb.add_option("-o,--output", o.output, "folder of the report; made when it is not there")
+        ->type_name("DIR")
+        ->required();
+    verb.add_flag("--overwrite", e.overwrite, "replace the report that lies there");
+    verb.add_option("--repeats", e.repeats, "repetitions of each timing")
+        ->check(CLI::Range(1, 10000))
+        ->capture_default_str();
+    verb.add_option(
+            "--page-frames", e.page_frames,
+            concat("frames whose pictures are kept, evenly spread (default: ", page_frames, ")"))
+        ->check(CLI::Range(1, 1000));
+    verb.add_option("--assets", e.assets,
+                    "folder for the page's pictures, which are inside the page otherwise")
+        ->type_name("DIR");
+    verb.add_option("--fail-above", e.fail_above,
+                    "exit with 8 when a variant's mean is above it, may be repeated: flip=0.05")
+        ->type_name("METRIC=NUMBER")
+        ->expected(1)
+        ->take_all();
+    verb.add_option("--ppd", e.pixels_per_degree, "pixels per degree of visual angle, for FLIP")
+        ->check(CLI::Range(metrics::kMinPixelsPerDegree, metrics::kMaxPixelsPerDegree))
+        ->capture_default_str();
+    verb.add_option("--tone-mapper", e.tone_mapper, "of HDR-FLIP")
+        ->check(CLI::IsMember(metrics::tone_mapper_names()))
+        ->capture_default_str();
+    add_plan(verb, o);
+    add_device(verb, o);
+    verb.add_flag("--json", o.json, "the report as one JSON object on stdout");
+}
+
+Result<experiment::ExperimentSettings> settings_of(const Options& o, const ExperimentOptions& e,
+                                                   int argc, char** argv, int page_frames) {
+    experiment::ExperimentSettings settings;
+    auto run = input_settings_of(o);
+    if (!run.ok()) return run.status();
+    settings.run = std::move(*run);
+    settings.input = o.input;
+    settings.truth = e.truth;
+    settings.folder = o.output;
+    settings.overwrite = e.overwrite;
+    settings.command.assign(argv, argv + argc);
+    settings.threads = threads_of(o);
+    settings.repeats = e.repeats;
+    settings.page_frames = e.page_frames > 0 ? e.page_frames : page_frames;
+    settings.flip.pixels_per_degree = e.pixels_per_degree;
+    settings.flip.threads = o.threads;
+    // The parser has checked the name.
+    settings.flip.tone_mapper = *metrics::find_tone_mapper(e.tone_mapper);
+    return settings;
+}
+
+Result<std::vector<report::MetricLimit>> limits_of(const std::string& option,
+                                                   const std::vector<std::string>& texts,
+                                                   report::Kind kind, bool with_truth) {
+    std::vector<report::MetricLimit> limits;
+    for (const auto& text : texts) {
+        auto limit =
+            report::parse_limit(option, text, experiment::metric_columns(kind, with_truth));
+        if (!limit.ok()) return limit.status();
+        limits.push_back(std::move(*limit));
+    }
+    return limits;
+}
+
+// Time and error of each variant, the cheapest first.
+void print_curve(const report::Report& report) {
+    const auto timed = report::by_time(report);
+    size_t width = 0;
+    for (const auto* variant : timed) width = std::max(width, variant->name.size());
+    const std::string& metric = report.pareto_metric;
+    for (const auto* variant : timed) {
+        const auto series = variant->metrics.find(metric);
+        const bool known = series != variant->metrics.end() && series->second.mean;
+        // The mark of times that are not to be trusted, as on the page.
+        std::printf("%-*s  %c%9.2f ms  %s %s%s\n", int(width), variant->name.c_str(),
+                    variant->timing->trustworthy ? ' ' : '~', variant->timing->total.median_ms,
+                    metric.c_str(), known ? report::figure(*series->second.mean).c_str() : "none",
+                    variant->pareto ? "  in the Pareto set" : "");
+    }
+}
+
+// All files of the report, a summary on stdout, and the exit code.
+int finish(const report::Report& report, const Options& options, const ExperimentOptions& e,
+           const std::vector<report::MetricLimit>& limits) {
+    Status status = report::write_report_json(report);
+    if (status.ok()) status = report::write_report_csv(report);
+    if (status.ok()) status = report::write_report_markdown(report);
+    const std::string page = report.folder + "/index.html";
+    if (status.ok()) status = report::write_page(report, page, {e.assets});
+    if (!status.ok()) return fail(status);
+    for (const auto& note : report.notes) log::warning(note);
+    size_t failed = 0;
+    for (const auto& variant : report.variants) {
+        if (variant.failure.empty()) continue;
+        ++failed;
+        log::error(variant.name + ": " + variant.failure);
+    }
+    if (options.json) {
+        std::fputs(report::report_as_json(report).c_str(), stdout);
+    } else {
+        if (report.comparison)
+            std::printf("%s\n%s\n", report.comparison->verdict.c_str(),
+                        report.comparison->claims.c_str());
+        if (report.kind == report::Kind::bench) print_curve(report);
+        for (const auto& line : report.under) std::printf("%s\n", line.c_str());
+        std::printf("%s\n", page.c_str());
+    }
+    const auto broken = report::exceeding(report, limits);
+    for (const auto& line : broken) log::error(line);
+    if (!broken.empty()) return kExitThreshold;
+    return failed > 0 ? kExitSomeFailed : kExitOk;
+}
+
+// "paper" of "config/chains/paper.yaml".
+std::string chain_name(const std::string& path) {
+    return std::filesystem::path(path).stem().string();
+}
+
+}  // namespace
+
+void add_ab(CLI::App& verb, Options& o, ExperimentOptions& e) {
+    verb.add_option("CHAIN_A", o.chain, "chain file, or the name of a shipped chain")->required();
+    verb.add_option("CHAIN_B", e.chain_b, "the other one")->required();
+    add_experiment(verb, o, e, kPageFramesOfAb);
+}
+
+int ab_verb(const Options& options, const ExperimentOptions& e, int argc, char** argv) {
+    auto a = load_chain_of(options);
+    if (!a.ok()) return fail(a.status());
+    Options of_b = options;
+    of_b.chain = e.chain_b;
+    auto b = load_chain_of(of_b);
+    if (!b.ok()) return fail(b.status());
+    auto settings = settings_of(options, e, argc, argv, kPageFramesOfAb);
+    if (!settings.ok()) return fail(settings.status());
+    auto limits = limits_of("--fail-above", e.fail_above, report::Kind::ab, !e.truth.empty());
+    if (!limits.ok()) return fail(limits.status());
+    const StopOnSignal stop;
+    auto context = context_of(options);
+    if (!context.ok()) return fail(context.status());
+    settings->renderer = renderer_text(**context);
+    settings->software = (*context)->software();
+    Executor executor(**context);
+    const experiment::NamedChain first{chain_name(options.chain), std::move(a->chain)};
+    const experiment::NamedChain second{chain_name(e.chain_b), std::move(b->chain)};
+    auto report =
+        experiment::run_ab(first, second, *settings, executor, progress_printer(), &stop.flag());
+    log::progress("");
+    if (stop.asked()) return stop.exit_code();
+    if (!report.ok()) return fail(report.status());
+    return finish(*report, options, e, *limits);
+}
+
+void add_bench(CLI::App& verb, Options& o, ExperimentOptions& e) {
+    verb.add_option("CHAIN", o.chain, "chain file, or the name of a shipped chain")->required();
+    verb.add_option("--sweep", e.sweeps,
+                    "values to try of one key of --set, may be repeated (all combinations are "
+                    "run): motion_blur.samples=5,9,13")
+        ->type_name("KEY=V1,V2,...")
+        ->expected(1)
+        ->take_all();
+    verb.add_option("--max-variants", e.max_variants, "refuse a larger product of the sweeps")
+        ->check(CLI::Range(1, 100000))
+        ->capture_default_str();
+    verb.add_option("--under", e.under,
+                    "pick the cheapest variant whose mean is not above it and write its chain "
+                    "file, may be repeated: flip=0.1")
+        ->type_name("METRIC=NUMBER")
+        ->expected(1)
+        ->take_all();
+    verb.add_option("--split-frames", e.split_frames,
+                    "frames on which the error is split into precision, sampling and model")
+        ->check(CLI::Range(0, 1000))
+        ->capture_default_str();
+    verb.add_option("--truth-samples", e.truth_samples,
+                    "samples per pixel of the truth of a generated scene, without --truth")
+        ->check(CLI::Range(1, 1 << 20))
+        ->capture_default_str();
+    add_experiment(verb, o, e, kPageFramesOfBench);
+}
+
+namespace {
+
+// Without --truth: that of the generated scene, where the input is one.
+Status find_truth(const Options& options, const ExperimentOptions& e,
+                  experiment::BenchSettings& settings, const StopOnSignal& stop) {
+    if (!settings.truth.empty()) return Status();
+    auto survey = experiment::survey_input(settings.run, settings.flip.tone_mapper, false);
+    if (!survey.ok()) return survey.status();
+    const experiment::SceneOfInput scene = experiment::find_scene(settings.run, *survey);
+    if (!scene.request) {
+        settings.no_truth = scene.why_not;
+        return Status();
+    }
+    auto context = context_options_of(options);
+    if (!context.ok()) return context.status();
+    auto pattern = experiment::generate_truth(
+        *scene.request, settings.folder + "/truth", e.truth_samples, *context,
+        [&](int frame, double share) {
+            log::progress(concat("truth of ", scene.request->name, ", frame ", frame, ", ",
+                                 int(100 * share), " %"));
+            return !stop.asked();
+        });
+    log::progress("");
+    if (!pattern.ok()) return pattern.status();
+    settings.truth = *pattern;
+    settings.truth_is =
+        concat("generated: ", scene.request->name, ", ", e.truth_samples, " samples per pixel");
+    return Status();
+}
+
+}  // namespace
+
+int bench_verb(const Options& options, const ExperimentOptions& e, int argc, char** argv) {
+    auto chain = find_chain(options.chain);
+    if (!chain.ok()) return fail(chain.status());
+    // Once alone, for its own notes and errors.
+    if (auto file = load_chain_of(options); !file.ok()) return fail(file.status());
+    std::vector<experiment::Sweep> sweeps;
+    for (const auto& text : e.sweeps) {
+        auto sweep = experiment::parse_sweep(text);
+        if (!sweep.ok()) return fail(sweep.status());
+        sweeps.push_back(std::move(*sweep));
+    }
+    auto variants =
+        experiment::sweep_variants(*chain, builtin_passes(), options.sets, sweeps, e.max_variants);
+    if (!variants.ok()) return fail(variants.status());
+    experiment::BenchSettings settings;
+    auto common = settings_of(options, e, argc, argv, kPageFramesOfBench);
+    if (!common.ok()) return fail(common.status());
+    static_cast<experiment::ExperimentSettings&>(settings) = std::move(*common);
+    settings.chain_name = chain_name(options.chain);
+    settings.split_frames = e.split_frames;
+    auto limits = limits_of("--fail-above", e.fail_above, report::Kind::bench, true);
+    if (!limits.ok()) return fail(limits.status());
+    auto under = limits_of("--under", e.under, report::Kind::bench, true);
+    if (!under.ok()) return fail(under.status());
+    if (Status status = experiment::prepare_folder(settings.folder, e.overwrite, true);
+        !status.ok())
+        return fail(status);
+
+    const StopOnSignal stop;
+    if (Status status = find_truth(options, e, settings, stop); !status.ok())
+        return stop.asked() ? stop.exit_code() : fail(status);
+    auto context = context_of(options);
+    if (!context.ok()) return fail(context.status());
+    settings.renderer = renderer_text(**context);
+    settings.software = (*context)->software();
+    Executor executor(**context);
+    auto report =
+        experiment::run_bench(*variants, settings, executor, progress_printer(), &stop.flag());
+    log::progress("");
+    if (stop.asked()) return stop.exit_code();
+    if (!report.ok()) return fail(report.status());
+    auto met = experiment::choose_under(*report, *under);
+    if (!met.ok()) return fail(met.status());
+    const int code = finish(*report, options, e, *limits);
+    return code == kExitOk && !*met ? kExitThreshold : code;
+}
+
+}  // namespace postchain

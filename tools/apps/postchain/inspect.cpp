@@ -1,0 +1,234 @@
+// postchain inspect: what a file holds, how it was understood, and whether its vectors point the
+// way the profile says.
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "tools/apps/postchain/exit_code.h"
+#include "tools/apps/postchain/log.h"
+#include "tools/apps/postchain/verbs.h"
+#include "tools/sequence/run/frame_source.h"
+#include "tools/sequence/run/sign_check.h"
+
+namespace postchain {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json describe_file(const io::ExrFile& file) {
+    Json parts = Json::array();
+    for (const auto& part : file.parts()) {
+        Json channels = Json::array();
+        for (const auto& channel : part.channels)
+            channels.push_back({{"name", channel.name}, {"type", io::name_of(channel.type)}});
+        Json one = {{"name", part.name},
+                    {"type", part.type},
+                    {"compression", part.compression},
+                    {"data_window", part.data_window.text()},
+                    {"display_window", part.display_window.text()},
+                    {"pixel_aspect", part.pixel_aspect},
+                    {"channels", channels},
+                    {"attributes", part.attributes}};
+        if (!part.view.empty()) one["view"] = part.view;
+        if (!part.views.empty()) one["views"] = part.views;
+        parts.push_back(std::move(one));
+    }
+    return {{"file", file.path()}, {"bytes", file.file_bytes()}, {"parts", parts}};
+}
+
+Json describe_roles(const ProfileMatch& match) {
+    Json roles = Json::object();
+    for (const auto& [role, where] : match.roles)
+        roles[name_of(role)] = {{"part", where.part}, {"channels", where.channels}};
+    Json missing = Json::object();
+    for (const auto& [role, names] : match.missing) missing[name_of(role)] = names;
+    return {{"profile", match.profile}, {"detected", match.detected}, {"why", match.why},
+            {"layer", match.layer},     {"view", match.view},         {"roles", roles},
+            {"missing", missing},       {"notes", match.notes}};
+}
+
+Json describe_facts(const FrameDescription& frame) {
+    const auto& facts = frame.facts;
+    Json json = {{"width", frame.width},
+                 {"height", frame.height},
+                 {"display_width", frame.display_width},
+                 {"display_height", frame.display_height},
+                 {"max_speed_px", facts.max_speed_px},
+                 {"min_inverse_depth", facts.min_inverse_depth},
+                 {"max_inverse_depth", facts.max_inverse_depth},
+                 {"min_color", facts.min_color},
+                 {"max_color", facts.max_color},
+                 {"one_color", facts.one_color},
+                 {"color_is_half", facts.color_is_half},
+                 {"camera_cut", facts.camera_cut},
+                 {"nonfinite_color", facts.nonfinite_color},
+                 {"nonfinite_depth", facts.nonfinite_depth},
+                 {"nonfinite_motion", facts.nonfinite_motion},
+                 {"sentinel_motion", facts.sentinel_motion},
+                 {"negative_depth", facts.negative_depth},
+                 {"motion_all_zero", facts.motion_all_zero},
+                 {"luma_weights", frame.luma_weights}};
+    Json camera = Json::object();
+    for (const auto& row : camera_parameters().rows()) {
+        const auto value = row.get(&frame.camera);
+        if (const auto* number = std::get_if<double>(&value)) camera[row.key] = *number;
+    }
+    json["camera"] = camera;
+    return json;
+}
+
+Json describe_signs(const sequence::SignCheck& check) {
+    Json candidates = Json::array();
+    for (const auto& candidate : check.candidates)
+        candidates.push_back({{"vectors", candidate.text()},
+                              {"error", candidate.error},
+                              {"pixels_apart", candidate.pixels_apart},
+                              {"margin", candidate.margin},
+                              {"as_converted", candidate.as_converted()}});
+    return {{"verdict", sequence::name_of(check.verdict())},
+            {"pixels", check.pixels},
+            {"still_error", check.still_error},
+            {"margin", check.margin()},
+            {"candidates", candidates}};
+}
+
+// Attributes and names may hold bytes that are no UTF-8.
+void print_line(const Json& json) {
+    std::printf("%s\n", json.dump(-1, ' ', false, Json::error_handler_t::replace).c_str());
+}
+
+void print_file(const Json& file) {
+    std::printf("%s: %llu bytes\n", file["file"].get<std::string>().c_str(),
+                (unsigned long long)file["bytes"].get<uint64_t>());
+    for (size_t i = 0; i < file["parts"].size(); ++i) {
+        const auto& part = file["parts"][i];
+        const auto word = [&](const char* key) { return part[key].get<std::string>(); };
+        std::printf("part %zu %s %s %s, data window %s, display window %s, pixel aspect %g\n", i,
+                    word("name").c_str(), word("type").c_str(), word("compression").c_str(),
+                    word("data_window").c_str(), word("display_window").c_str(),
+                    part["pixel_aspect"].get<double>());
+        for (const auto& channel : part["channels"])
+            std::printf("  %s (%s)\n", channel["name"].get<std::string>().c_str(),
+                        channel["type"].get<std::string>().c_str());
+        for (const auto& [key, value] : part["attributes"].items())
+            std::printf("  %s: %s\n", key.c_str(), value.get<std::string>().c_str());
+    }
+}
+
+void print_facts(const Json& facts) {
+    for (const auto& [key, value] : facts.items())
+        if (key != "camera") std::printf("%s: %s\n", key.c_str(), value.dump().c_str());
+    for (const auto& [key, value] : facts["camera"].items())
+        std::printf("camera.%s: %s\n", key.c_str(), value.dump().c_str());
+}
+
+void print_signs(const sequence::SignCheck& check, int next) {
+    if (check.candidates.empty()) {
+        std::printf("sign self-check: not possible (nothing moves by a pixel, or sizes differ)\n");
+        return;
+    }
+    std::printf(
+        "sign self-check against frame %d over %zu moving pixels (error without a warp "
+        "%.4f):\n",
+        next, check.pixels, check.still_error);
+    for (const auto& candidate : check.candidates) {
+        const std::string note = candidate.as_converted()       ? "as converted"
+                                 : !check.told_apart(candidate) ? "the same displacement"
+                                                                : "";
+        std::printf("  %-22s %.4f%s%s\n", candidate.text().c_str(), candidate.error,
+                    note.empty() ? "" : "  <- ", note.c_str());
+    }
+    switch (check.verdict()) {
+        case sequence::SignVerdict::confirmed:
+            std::printf(
+                "  confirmed: where another one differs, its error is at least %.2f times "
+                "as large\n",
+                check.margin());
+            return;
+        case sequence::SignVerdict::undecided:
+            std::printf("  undecided: no combination is clearly the best (margin %.2f)\n",
+                        check.margin());
+            return;
+        case sequence::SignVerdict::contradicted:
+            std::printf(
+                "  the profile's signs are NOT the best ones: another combination has %.2f "
+                "times their error\n",
+                check.margin());
+            return;
+    }
+}
+
+}  // namespace
+
+int inspect_verb(const Options& options) {
+    if (options.input.empty())
+        return fail(Status(StatusCode::usage, "inspect: name a frame or pattern"));
+    auto settings = input_settings_of(options);
+    if (!settings.ok()) return fail(settings.status());
+    io::set_exr_threads(threads_of(options));
+    auto list = io::find_frames(settings->input, settings->frames);
+    if (!list.ok()) return fail(list.status());
+    // Without --frames one frame tells the story.
+    if (!settings->frames) list->frames.resize(std::min<size_t>(1, list->frames.size()));
+    int code = kExitOk;
+    const RoleSet wanted = {Role::inverse_depth, Role::motion, Role::motion_back};
+    for (int frame : list->frames) {
+        const auto files = list->files.find(frame);
+        if (files == list->files.end()) {
+            code = fail(Status(StatusCode::input,
+                               settings->input.color().format(frame) + ": frame is not on disk"));
+            continue;
+        }
+        auto opened = io::open_frame(files->second, frame);
+        if (!opened.ok()) {
+            code = fail(opened.status());
+            continue;
+        }
+        Json json;
+        for (const auto& [role, file] : opened->files)
+            json["files"][name_of(role)] = describe_file(*file);
+        if (!options.json)
+            for (const auto& [role, file] : json["files"].items()) print_file(file);
+        auto header = sequence::open_source_frame(settings->source, files->second, frame);
+        auto source = header.ok()
+                          ? sequence::read_source_frame(settings->source, std::move(*header),
+                                                        wanted, io::Keep::nothing)
+                          : Result<sequence::SourceFrame>(header.status());
+        if (!source.ok()) {
+            if (options.json) print_line(json);
+            code = fail(source.status());
+            continue;
+        }
+        for (const auto& warning : source->warnings) log::warning(warning);
+        json["match"] = describe_roles(source->match);
+        json["facts"] = describe_facts(source->description);
+        if (!options.json) {
+            std::fputs((source->match.text() + "\n").c_str(), stdout);
+            print_facts(json["facts"]);
+        }
+        std::map<Role, std::string> next_files;
+        for (const auto& [role, pattern] : settings->input.patterns) {
+            const auto all = pattern.discover();
+            if (const auto next = all.find(frame + 1); next != all.end() && pattern.has_token())
+                next_files[role] = next->second;
+        }
+        if (next_files.count(Role::color) && source->planes.count(Role::motion)) {
+            auto next_header = sequence::open_source_frame(settings->source, next_files, frame + 1);
+            auto next = next_header.ok()
+                            ? sequence::read_source_frame(settings->source, std::move(*next_header),
+                                                          {}, io::Keep::nothing)
+                            : Result<sequence::SourceFrame>(next_header.status());
+            if (next.ok()) {
+                const auto check =
+                    sequence::check_signs(source->planes, next->planes.at(Role::color));
+                json["sign_check"] = describe_signs(check);
+                if (!options.json) print_signs(check, frame + 1);
+            } else {
+                log::warning("no sign self-check: " + next.status().message());
+            }
+        }
+        if (options.json) print_line(json);
+    }
+    return code;
+}
+
+}  // namespace postchain

@@ -1,0 +1,67 @@
+#include "tools/apps/postchain/log.h"
+
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "chain/status.h"
+
+namespace postchain::log {
+namespace {
+
+constexpr const char* kNames[] = {"detail", "info", "warning", "error"};
+
+bool g_json = false;
+bool g_terminal = false;
+bool g_line_open = false;
+
+spdlog::logger& logger() {
+    static const auto made = spdlog::stderr_logger_mt("postchain");
+    return *made;
+}
+
+}  // namespace
+
+void set_up(bool verbose, bool quiet, bool json) {
+    g_json = json;
+    g_terminal = !quiet && !json && isatty(STDERR_FILENO);
+    logger().set_level(quiet ? spdlog::level::err
+                             : (verbose ? spdlog::level::debug : spdlog::level::info));
+    logger().set_pattern("%v");
+    logger().flush_on(spdlog::level::debug);
+}
+
+void write(Level level, const std::string& text) {
+    const bool named = !g_json && (level == Level::warning || level == Level::error);
+    write_as_is(level, named ? concat("postchain: ", kNames[size_t(level)], ": ", text) : text);
+}
+
+void write_as_is(Level level, const std::string& text) {
+    static const spdlog::level::level_enum levels[] = {spdlog::level::debug, spdlog::level::info,
+                                                       spdlog::level::warn, spdlog::level::err};
+    const auto index = static_cast<size_t>(level);
+    progress("");
+    if (g_json) {
+        const nlohmann::ordered_json line = {{"level", kNames[index]}, {"message", text}};
+        logger().log(levels[index], "{}",
+                     line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+        return;
+    }
+    logger().log(levels[index], "{}", text);
+}
+
+void progress(const std::string& text) {
+    if (!g_terminal || (text.empty() && !g_line_open)) return;
+    std::fprintf(stderr, "\r\033[K%s", text.c_str());
+    std::fflush(stderr);
+    g_line_open = !text.empty();
+}
+
+bool progress_is_shown() {
+    return g_terminal;
+}
+
+}  // namespace postchain::log

@@ -1,0 +1,212 @@
+// postchain: the command. Verbs and options here, their work in one file each.
+#include <fcntl.h>
+#include <unistd.h>
+#include <CLI/CLI.hpp>
+
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+
+#include "config/reporter.h"
+#include "tools/apps/postchain/exit_code.h"
+#include "tools/apps/postchain/log.h"
+#include "tools/apps/postchain/verbs.h"
+#include "tools/measure/scenes/scene.h"
+
+namespace postchain {
+
+int fail(const Status& status) {
+    if (!status.message().empty()) log::error(status.message());
+    return exit_code(status);
+}
+
+namespace {
+
+// "generated scene: wheels (...), poles (...)"
+std::string scene_names() {
+    std::string text;
+    for (const auto& scene : scenes::scenes())
+        text += (text.empty() ? "" : "; ") + scene.name + ": " + scene.help;
+    return text;
+}
+
+// --log-format json, of a command line that could not be read.
+bool asks_for_json(int argc, char** argv) {
+    const std::string option = "--log-format";
+    for (int i = 1; i < argc; ++i) {
+        const std::string word = argv[i];
+        if (word == option + "=json") return true;
+        if (word == option && i + 1 < argc && std::string(argv[i + 1]) == "json") return true;
+    }
+    return false;
+}
+
+int usage_error(const CLI::App& app, const CLI::ParseError& error, int argc, char** argv) {
+    log::set_up(false, false, asks_for_json(argc, argv));
+    const auto given = app.get_subcommands();
+    std::string text = error.what();
+    if (given.empty() && argc > 1 && argv[1][0] != '-') {
+        std::vector<std::string> verbs;
+        for (const CLI::App* verb : app.get_subcommands([](const CLI::App*) { return true; }))
+            verbs.push_back(verb->get_name());
+        text = unknown_word("verb", argv[1], verbs);
+    }
+    log::error(concat(text, "; see postchain ", given.empty() ? "" : given[0]->get_name() + " ",
+                      "--help"));
+    return kExitUsage;
+}
+
+int command(int argc, char** argv) {
+    Options options;
+    SceneOptions scene;
+    DiffOptions diff;
+    ExperimentOptions experiment;
+    StressOptions stress;
+    std::string plan_format = "text", passes_format = "text";
+
+    CLI::App app("Motion blur, FXAA and depth of field over rendered frames, in any order.",
+                 "postchain");
+    app.set_version_flag("--version", std::string("postchain ") + kVersion);
+    app.require_subcommand(1);
+    app.footer(
+        "Exit codes: 0 ok, 1 some frames failed, 2 usage, 3 chain file invalid, 4 input missing "
+        "or unreadable,\n5 output not writable, 6 no usable GL, 7 non-finite values under "
+        "--strict or a failed check of stress, 8 threshold exceeded, 130/143 on signals.");
+
+    CLI::App* run = app.add_subcommand("run", "filter a sequence");
+    add_chain(*run, options);
+    add_input(*run, options);
+    add_writing(*run, options);
+    add_plan(*run, options);
+    add_device(*run, options);
+
+    CLI::App* plan = app.add_subcommand("plan", "what would run, what is left out and why");
+    add_chain(*plan, options);
+    add_input(*plan, options);
+    add_plan(*plan, options);
+    auto* text = plan->add_flag_callback(
+        "--text", [&] { plan_format = "text"; }, "text for people (default)");
+    auto* json = plan->add_flag_callback(
+        "--json", [&] { plan_format = "json"; }, "one JSON object per frame");
+    plan->add_flag_callback(
+            "--dot", [&] { plan_format = "dot"; }, "graphviz")
+        ->excludes(text)
+        ->excludes(json);
+
+    CLI::App* inspect =
+        app.add_subcommand("inspect", "channels, profile, facts and sign self-check of a file");
+    add_input(*inspect, options);
+    inspect->add_flag("--json", options.json, "one JSON object per frame");
+    inspect->get_option("--input")->required(false);
+    inspect->add_option("IN", options.input, "frame or pattern, as for --input");
+
+    CLI::App* diff_app =
+        app.add_subcommand("diff", "error metrics of an image or sequence against a reference");
+    add_diff(*diff_app, options, diff);
+
+    CLI::App* scene_app =
+        app.add_subcommand("scene", "render a generated sequence, with its truth if asked for");
+    scene_app->add_option("NAME", scene.name, scene_names())->required();
+    scene_app->add_option("-o,--output", scene.folder, "folder; made if it is not there")
+        ->type_name("DIR")
+        ->required();
+    scene_app->add_option("--size", scene.size, "width x height in pixels")->capture_default_str();
+    scene_app->add_option("--frames", scene.frames, "which frames")->capture_default_str();
+    scene_app
+        ->add_option("--truth-samples", scene.truth_samples,
+                     "samples over shutter and lens of mb, dof and both; 0 = none")
+        ->check(CLI::Range(0, 1 << 20))
+        ->capture_default_str();
+    scene_app->add_flag("--overwrite", scene.overwrite, "replace files that exist");
+    add_device(*scene_app, options);
+
+    CLI::App* ab = app.add_subcommand("ab", "two chains on one sequence: report with verdict");
+    add_ab(*ab, options, experiment);
+    CLI::App* bench = app.add_subcommand("bench", "error against run time, over swept parameters");
+    add_bench(*bench, options, experiment);
+
+    CLI::App* stress_app = app.add_subcommand("stress", "the stability matrix");
+    add_stress(*stress_app, options, stress);
+
+    CLI::App* info = app.add_subcommand("info", "GL devices, limits and library versions");
+    add_device(*info, options);
+    info->add_flag("--json", options.json, "one JSON object");
+    CLI::App* schema = app.add_subcommand("schema", "JSON Schema of a chain file");
+    CLI::App* passes = app.add_subcommand("passes", "every pass and parameter");
+    passes->add_flag_callback(
+        "--json", [&] { passes_format = "json"; }, "JSON");
+    passes->add_flag_callback(
+        "--markdown", [&] { passes_format = "markdown"; }, "Markdown tables");
+    CLI::App* man = app.add_subcommand("man", "the man page, as roff");
+    CLI::App* completion = app.add_subcommand("completion", "completion script for bash");
+    for (CLI::App* verb : app.get_subcommands([](CLI::App*) { return true; }))
+        add_logging(*verb, options);
+
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        if (error.get_exit_code() != 0) return usage_error(app, error, argc, argv);
+        app.exit(error);  // --help, --version
+        return kExitOk;
+    }
+    log::set_up(options.verbose, options.quiet, options.log_format == "json");
+    if (*run) return run_verb(options);
+    if (*plan) return plan_verb(options, plan_format);
+    if (*inspect) return inspect_verb(options);
+    if (*diff_app) return diff_verb(options, diff);
+    if (*scene_app) return scene_verb(options, scene);
+    if (*ab) return ab_verb(options, experiment, argc, argv);
+    if (*bench) return bench_verb(options, experiment, argc, argv);
+    if (*stress_app) return stress_verb(options, stress);
+    if (*info) return info_verb(options);
+    if (*schema) return schema_verb();
+    if (*passes) return passes_verb(passes_format);
+    if (*man) std::fputs(man_page(app).c_str(), stdout);
+    if (*completion) std::fputs(bash_completion(app).c_str(), stdout);
+    return kExitOk;
+}
+
+// A standard stream that the caller has closed would lend its number to the next file opened, and
+// messages would go into an image.
+void open_standard_streams() {
+    for (int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+        if (fcntl(fd, F_GETFD) >= 0) continue;
+        // For reading: what is written to a closed stdout is lost, and must be noticed.
+        const int flags = fd == STDERR_FILENO ? O_WRONLY : O_RDONLY;
+        if (const int opened = open("/dev/null", flags); opened >= 0 && opened != fd) {
+            dup2(opened, fd);
+            close(opened);
+        }
+    }
+}
+
+// A reader that is gone at the end (`passes | head`) has had what it wanted; lines that were lost
+// on the way (`run --json`) and all other failures are errors.
+bool stdout_failed() {
+    errno = 0;
+    const bool failed = std::fflush(stdout) != 0 || std::ferror(stdout);
+    return failed && errno != EPIPE;
+}
+
+}  // namespace
+}  // namespace postchain
+
+int main(int argc, char** argv) {
+    // A file-size limit must come back from write() as an error, not as a signal; and a closed pipe
+    // must not end the process in the middle of a file.
+    std::signal(SIGXFSZ, SIG_IGN);
+    std::signal(SIGPIPE, SIG_IGN);
+    postchain::open_standard_streams();
+    int code = postchain::kExitSomeFailed;
+    try {
+        code = postchain::command(argc, argv);
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "postchain: error: unexpected failure: %s\n", error.what());
+    }
+    if (postchain::stdout_failed()) {
+        std::fprintf(stderr, "postchain: error: stdout cannot be written\n");
+        return code == postchain::kExitOk ? postchain::kExitOutput : code;
+    }
+    return code;
+}

@@ -1,0 +1,123 @@
+// postchain run: the runner with messages, progress and signals around it.
+#include <cstdio>
+#include <filesystem>
+#include <set>
+
+#include "tools/apps/postchain/exit_code.h"
+#include "tools/apps/postchain/log.h"
+#include "tools/apps/postchain/stop_on_signal.h"
+#include "tools/apps/postchain/verbs.h"
+#include "tools/sequence/run/sidecar.h"
+
+namespace postchain {
+namespace {
+
+std::string seconds_text(double seconds) {
+    const long s = long(seconds + 0.5);
+    char text[32];
+    if (s >= 3600)
+        std::snprintf(text, sizeof(text), "%ld:%02ld:%02ld", s / 3600, s / 60 % 60, s % 60);
+    else
+        std::snprintf(text, sizeof(text), "%ld:%02ld", s / 60, s % 60);
+    return text;
+}
+
+std::string frame_line(const sequence::FrameReport& report) {
+    char times[96];
+    std::snprintf(times, sizeof(times), "read %.0f ms, filter %.0f ms, write %.0f ms",
+                  report.read_ms + report.convert_ms, report.filter_ms, report.write_ms);
+    std::string text = concat("frame ", report.frame, " ", sequence::name_of(report.outcome));
+    if (report.outcome == sequence::Outcome::held) text += concat(" from frame ", report.held_from);
+    text += ": " + report.output;
+    if (report.plan) {
+        text += std::string(" (") + times + ")";
+        // Whole passes; what is left out of one is "pass.step".
+        for (const auto& left : report.plan->left_out)
+            if (left.what.find('.') == std::string::npos)
+                text += "; left out " + left.what + ": " + left.reason;
+    }
+    return text;
+}
+
+void say(const sequence::FrameReport& report, const sequence::RunProgress& progress, bool json) {
+    if (json) {
+        std::printf("%s\n", sequence::report_line(report, progress).c_str());
+        std::fflush(stdout);
+    }
+    for (const auto& warning : report.warnings) log::warning(warning);
+    for (const auto& note : report.write.notes) log::warning(report.output + ": " + note);
+    if (!report.status.ok()) {
+        log::error(report.status.message());
+    } else if (log::progress_is_shown()) {
+        log::detail(frame_line(report));
+    } else {
+        log::info(frame_line(report));
+    }
+    log::progress(concat(progress.done, "/", progress.total, " frames, ",
+                         seconds_text(progress.elapsed_s), " elapsed, ",
+                         seconds_text(progress.remaining_s), " to go"));
+}
+
+int code_of(const sequence::RunSummary& summary) {
+    const size_t bad = summary.failed + summary.missing;
+    // --strict asks about values: its answer must not hide behind frames that were fine.
+    if (summary.first_failure.code() == StatusCode::health) return kExitHealth;
+    if (bad == 0) return summary.held > 0 ? kExitSomeFailed : kExitOk;
+    const size_t good = summary.written + summary.skipped + summary.held;
+    return good > 0 ? kExitSomeFailed : exit_code(summary.first_failure);
+}
+
+}  // namespace
+
+int run_verb(const Options& options) {
+    auto chain = load_chain_of(options);
+    if (!chain.ok()) return fail(chain.status());
+    auto settings = run_settings_of(options);
+    if (!settings.ok()) return fail(settings.status());
+    if (!settings->dump_folder.empty()) {
+        std::error_code error;
+        std::filesystem::create_directories(settings->dump_folder, error);
+        if (error)
+            return fail(
+                Status(StatusCode::output,
+                       settings->dump_folder + ": folder cannot be made: " + error.message()));
+    }
+    std::set<int> cuts = settings->source.cuts;  // that no frame has met
+    const StopOnSignal stop;
+    auto context = context_of(options);
+    if (!context.ok()) return fail(context.status());
+    const std::string renderer = renderer_text(**context);
+    log::detail("renderer: " + renderer);
+    Executor executor(**context);
+    auto summary = sequence::run_sequence(
+        chain->chain, *settings, executor, renderer,
+        [&](const sequence::FrameReport& report, const sequence::RunProgress& progress) {
+            say(report, progress, options.json);
+            cuts.erase(report.frame);
+        },
+        &stop.flag());
+    log::progress("");
+    if (!summary.ok()) return fail(summary.status());
+    std::string text = concat(summary->written, " written");
+    const auto count = [&](size_t frames, const char* what) {
+        if (frames) text += concat(", ", frames, " ", what);
+    };
+    count(summary->skipped, "skipped");
+    count(summary->held, "held");
+    count(summary->missing, "missing");
+    count(summary->failed, "failed");
+    if (!cuts.empty() && !stop.asked())
+        log::warning("--cuts: not among the frames: " +
+                     sequence::frames_text({cuts.begin(), cuts.end()}));
+    if (!summary->gaps.empty())
+        log::warning(concat(settings->input.color().text(), ": holes in the sequence, ",
+                            summary->gaps.size(),
+                            summary->gaps.size() == 1 ? " frame: " : " frames: ",
+                            sequence::frames_text(summary->gaps)));
+    log::info(concat(text, " of ", summary->total,
+                     summary->total == 1 ? " frame in " : " frames in ",
+                     seconds_text(summary->elapsed_s)));
+    return stop.asked() ? stop.exit_code() : code_of(*summary);
+}
+
+}  // namespace postchain

@@ -1,0 +1,70 @@
+// postchain scene: renders a generated sequence.
+#include "tools/measure/scenes/scene.h"
+
+#include <charconv>
+#include <cstdio>
+
+#include "tools/apps/postchain/exit_code.h"
+#include "tools/apps/postchain/log.h"
+#include "tools/apps/postchain/stop_on_signal.h"
+#include "tools/apps/postchain/verbs.h"
+#include "tools/sequence/io/sequence.h"
+
+namespace postchain {
+namespace {
+
+Result<std::array<int, 2>> parse_size(const std::string& text) {
+    std::array<int, 2> size = {0, 0};
+    const char* end = text.data() + text.size();
+    const auto width = std::from_chars(text.data(), end, size[0]);
+    if (width.ec == std::errc() && width.ptr != end && *width.ptr == 'x') {
+        const auto height = std::from_chars(width.ptr + 1, end, size[1]);
+        if (height.ec == std::errc() && height.ptr == end && size[0] > 0 && size[1] > 0 &&
+            size[0] <= io::kMaxSide && size[1] <= io::kMaxSide)
+            return size;
+    }
+    return Status(
+        StatusCode::usage,
+        concat("--size: '", text, "' is not WIDTHxHEIGHT with sides of 1..", io::kMaxSide));
+}
+
+}  // namespace
+
+int scene_verb(const Options& options, const SceneOptions& scene) {
+    scenes::SceneRequest request;
+    request.name = scene.name;
+    request.folder = scene.folder;
+    request.truth_samples = scene.truth_samples;
+    request.on_existing = scene.overwrite ? io::OnExisting::overwrite : io::OnExisting::fail;
+    auto size = parse_size(scene.size);
+    if (!size.ok()) return fail(size.status());
+    request.width = (*size)[0];
+    request.height = (*size)[1];
+    auto range = io::FrameRange::parse(scene.frames);
+    if (!range.ok()) return fail(range.status().at("--frames"));
+    request.frames = range->frames;
+    if (auto model = scenes::model_for(request); !model.ok()) return fail(model.status());
+
+    const StopOnSignal stop;
+    auto context = context_options_of(options);
+    if (!context.ok()) return fail(context.status());
+    auto renderer = scenes::SceneRenderer::create(*context);
+    if (!renderer.ok()) return fail(renderer.status());
+    const Status status =
+        scenes::write_scene(**renderer, request, [&](const scenes::SceneProgress& progress) {
+            char percent[16];
+            std::snprintf(percent, sizeof(percent), "%.0f %%", 100 * progress.done);
+            log::progress(concat("frame ", progress.frame, " ", scenes::name_of(progress.picture),
+                                 ", ", percent));
+            return !stop.asked();
+        });
+    log::progress("");
+    if (stop.asked()) return stop.exit_code();
+    if (!status.ok()) return fail(status);
+    log::info(concat(request.frames.size(),
+                     request.frames.size() == 1 ? " frame of " : " frames of ", scene.name,
+                     " written to ", scene.folder));
+    return kExitOk;
+}
+
+}  // namespace postchain

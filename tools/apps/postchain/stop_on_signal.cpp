@@ -1,0 +1,45 @@
+#include "tools/apps/postchain/stop_on_signal.h"
+
+#include <unistd.h>
+
+#include <csignal>
+
+#include "tools/apps/postchain/exit_code.h"
+#include "tools/sequence/io/atomic_file.h"
+
+namespace postchain {
+namespace {
+
+std::atomic<bool> g_stop = false;
+std::atomic<int> g_signal = 0;
+
+void on_signal(int number) {
+    if (g_stop.exchange(true)) {
+        io::remove_live_temporaries();
+        _exit(kExitSignal + number);
+    }
+    g_signal = number;
+}
+
+}  // namespace
+
+StopOnSignal::StopOnSignal() {
+    struct sigaction action = {};
+    action.sa_handler = on_signal;
+    action.sa_flags = SA_RESTART;  // no read or write under way is to fail for it
+    for (int number : {SIGINT, SIGTERM, SIGHUP}) sigaction(number, &action, nullptr);
+}
+
+StopOnSignal::~StopOnSignal() {
+    if (g_stop) io::remove_live_temporaries();
+}
+
+const std::atomic<bool>& StopOnSignal::flag() const {
+    return g_stop;
+}
+
+int StopOnSignal::exit_code() const {
+    return kExitSignal + g_signal;
+}
+
+}  // namespace postchain

@@ -1,0 +1,167 @@
+// postchain stress: the stability matrix of a chain, or of every pass and of both orders.
+//
+//   CHAIN, or each pass of the registry alone + shipped chains of both orders
+//     --tools/stress--> Matrix --> text or JSON on stdout
+//     -o DIR            --> DIR/stress.txt, DIR/stress.json, DIR/index.html
+#include "tools/measure/stress/matrix.h"
+
+#include <CLI/CLI.hpp>
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "passes/registry.h"
+#include "tools/apps/postchain/exit_code.h"
+#include "tools/apps/postchain/log.h"
+#include "tools/apps/postchain/stop_on_signal.h"
+#include "tools/apps/postchain/verbs.h"
+#include "tools/measure/stress/page.h"
+#include "tools/sequence/io/atomic_file.h"
+
+namespace postchain {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Motion blur before depth of field, and after it.
+constexpr const char* kBothOrders[] = {"paper", "dof_first"};
+
+Result<std::vector<stress::Subject>> subjects_of(const Options& options) {
+    std::vector<stress::Subject> subjects;
+    if (!options.chain.empty()) {
+        auto file = load_chain_of(options);
+        if (!file.ok()) return file.status();
+        subjects.push_back({options.chain, std::move(file->chain)});
+        return subjects;
+    }
+    if (!options.sets.empty())
+        return Status(StatusCode::usage, "--set: name the CHAIN whose value it sets");
+    for (const auto& type : builtin_passes().types()) {
+        Chain chain;
+        chain.append(builtin_passes(), type.name);
+        subjects.push_back({type.name, std::move(chain)});
+    }
+    for (const char* name : kBothOrders) {
+        auto file = load_chain(name, builtin_passes());
+        if (!file.ok()) return file.status();
+        if (Status status = file->status(); !status.ok()) return status;
+        subjects.push_back({name, std::move(file->chain)});
+    }
+    return subjects;
+}
+
+// JSON has no infinities: a number that is none becomes null.
+Json number(double value) {
+    return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+
+// "postchain_stress" is the version of this form.
+Json json_of(const stress::Matrix& matrix, const std::string& renderer) {
+    Json cells = Json::array();
+    for (const auto& cell : matrix.cells) {
+        Json checks = Json::array();
+        for (const auto& one : cell.measured) {
+            Json check = {{"check", one.check},
+                          {"verdict", stress::name_of(one.verdict)},
+                          {"value", number(one.value)},
+                          {"bound", number(one.bound)}};
+            if (!one.note.empty()) check["note"] = one.note;
+            if (one.limit) check["known"] = one.limit->reason;
+            checks.push_back(std::move(check));
+        }
+        cells.push_back({{"chain", cell.subject},
+                         {"row", cell.row},
+                         {"cell", cell.cell},
+                         {"precision", name_of(cell.precision)},
+                         {"bits", hex_of(cell.bits)},
+                         {"checks", std::move(checks)}});
+    }
+    return {{"postchain_stress", 1},
+            {"version", kVersion},
+            {"renderer", renderer},
+            {"checks", matrix.checks()},
+            {"ok", matrix.count(stress::Verdict::ok)},
+            {"limits", matrix.count(stress::Verdict::limit)},
+            {"failed", matrix.count(stress::Verdict::failed)},
+            {"cells", std::move(cells)}};
+}
+
+struct File {
+    const char* name;
+    const std::string* content;
+};
+
+Status write_files(const std::string& folder, const std::vector<File>& files) {
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (error) return Status(StatusCode::output, "--output: " + folder + ": " + error.message());
+    for (const auto& [name, content] : files) {
+        auto written = io::atomic_write_text(folder + "/" + name, *content);
+        if (!written.ok()) return written.status();
+    }
+    return Status();
+}
+
+// As it was typed, of what counts for the figures.
+std::string command_of(const Options& options, const StressOptions& stress) {
+    std::string text = "postchain stress";
+    if (!options.chain.empty()) text += " " + options.chain;
+    for (const auto& set : options.sets) text += " --set " + set;
+    if (!stress.only.empty()) text += " --only '" + stress.only + "'";
+    return text;
+}
+
+}  // namespace
+
+void add_stress(CLI::App& verb, Options& o, StressOptions& stress) {
+    add_chain(verb, o);
+    verb.get_option("CHAIN")->required(false)->description(
+        "chain file, or the name of a shipped chain (default: every pass alone, and both orders)");
+    verb.add_option("-o,--output", o.output,
+                    "folder for index.html, a page with pictures of what failed, stress.txt and "
+                    "stress.json")
+        ->type_name("DIR");
+    verb.add_option("--only", stress.only,
+                    "cells whose name, CHAIN/ROW/CELL/PRECISION, holds this; * is any text")
+        ->type_name("PATTERN");
+    verb.add_flag("--json", o.json, "one JSON object");
+    add_device(verb, o);
+}
+
+int stress_verb(const Options& options, const StressOptions& stress) {
+    auto subjects = subjects_of(options);
+    if (!subjects.ok()) return fail(subjects.status());
+    auto context = context_of(options);
+    if (!context.ok()) return fail(context.status());
+    Executor executor(**context);
+
+    const StopOnSignal stop;
+    stress::MatrixOptions matrix_options;
+    matrix_options.only = stress.only;
+    auto matrix = stress::run_matrix(executor, *subjects, matrix_options,
+                                     [&](const std::string& name, size_t done, size_t of) {
+                                         log::progress(concat(done, " of ", of, ", ", name));
+                                         return !stop.asked();
+                                     });
+    log::progress("");
+    if (stop.asked()) return stop.exit_code();
+    if (!matrix.ok()) return fail(matrix.status());
+
+    const std::string text = stress::matrix_as_text(*matrix);
+    const std::string json = json_of(*matrix, renderer_text(**context)).dump() + "\n";
+    std::fputs(options.json ? json.c_str() : text.c_str(), stdout);
+    if (!options.output.empty()) {
+        auto pictures = stress::pictures_of(executor, *subjects, *matrix);
+        if (!pictures.ok()) return fail(pictures.status());
+        const std::string page = stress::matrix_as_page(
+            *matrix, *pictures, {kVersion, renderer_text(**context), command_of(options, stress)});
+        const Status status = write_files(
+            options.output, {{"stress.txt", &text}, {"stress.json", &json}, {"index.html", &page}});
+        if (!status.ok()) return fail(status);
+    }
+    return matrix->count(stress::Verdict::failed) ? kExitHealth : kExitOk;
+}
+
+}  // namespace postchain

@@ -1,0 +1,296 @@
+#include "tools/measure/experiment/ab.h"
+
+#include <algorithm>
+
+#include "chain/merge.h"
+#include "config/chain_file.h"
+#include "tools/measure/experiment/basis.h"
+#include "tools/measure/experiment/statistics.h"
+#include "tools/measure/experiment/steadiness.h"
+#include "tools/measure/experiment/timing.h"
+#include "tools/measure/metrics/temporal.h"
+#include "tools/measure/report/images.h"
+#include "tools/measure/report/lists.h"
+
+namespace postchain::experiment {
+namespace {
+
+class AbRun {
+  public:
+    AbRun(const NamedChain& a, const NamedChain& b, const ExperimentSettings& settings,
+          Executor& executor, const std::atomic<bool>* stop)
+        : chains_{&a, &b}, settings_(settings), executor_(executor), stop_(stop) {}
+
+    Result<report::Report> run(const ProgressCallback& callback) {
+        if (Status status = start(); !status.ok()) return status;
+        // The timing of each chain weighs as much as a frame.
+        ProgressMeter progress(report_.frames.size() + 2, 0, callback);
+        progress_ = &progress;
+        auto summary = sequence::visit_sequence(
+            settings_.run,
+            chains_[0]->chain.required() | chains_[0]->chain.optional() |
+                chains_[1]->chain.required() | chains_[1]->chain.optional(),
+            [&](sequence::SourceFrame& frame, sequence::FrameReport&) { return visit(frame); },
+            [&](const sequence::FrameReport& frame, const sequence::RunProgress&) {
+                for (const auto& warning : frame.warnings) note(warning);
+            },
+            stop_);
+        if (!summary.ok()) return summary.status();
+        if (stop_ && *stop_) return Status(StatusCode::canceled, "stopped");
+        if (!summary->first_failure.ok()) return summary->first_failure;
+        if (Status status = time_both(); !status.ok()) return status;
+        for (report::Variant& variant : report_.variants) find_means(variant);
+        report_.crops = crops_of(std::move(worst_));
+        report_.comparison = compare_variants(report_, tiles_);
+        report_.comparison->shared_steps = shared_steps_;
+        report_.comparison->steps_a = steps_[0];
+        report_.comparison->steps_b = steps_[1];
+        return std::move(report_);
+    }
+
+  private:
+    Status start() {
+        report_.title = chains_[0]->name + " against " + chains_[1]->name;
+        auto basis = open_basis(report::Kind::ab, settings_, report_);
+        if (!basis.ok()) return basis.status();
+        basis_ = std::move(*basis);
+        if (!basis_.truth)
+            note("without a truth the metrics say how far " + chains_[1]->name + " is from " +
+                 chains_[0]->name + ", not which is nearer to anything");
+        if (Status status = prepare_folder(settings_.folder, settings_.overwrite, false);
+            !status.ok())
+            return status;
+        steady_frames_ = spread_frames(report_.frames, kSteadyFrames);
+        for (const NamedChain* chain : chains_) {
+            report::Variant variant;
+            variant.name = chain->name;
+            variant.chain_text = write_chain(chain->chain);
+            variant.chain_hash = chain->chain.hash();
+            report_.variants.push_back(std::move(variant));
+            for (const auto& seed : seeds_of(chain->chain))
+                report_.seeds.push_back(chain->name + ": " + seed);
+        }
+        if (chains_[0]->name == chains_[1]->name) {
+            report_.variants[0].name += " (A)";
+            report_.variants[1].name += " (B)";
+        }
+        for (const char* metric : {"flip", "hdr_flip", "relmse", "smape", "mse"})
+            tiles_.emplace(metric, TileBootstrap(kBootstrapSeed, kBootstrapReplicates));
+        return Status();
+    }
+
+    static bool contains(const std::vector<int>& frames, int frame) {
+        return std::find(frames.begin(), frames.end(), frame) != frames.end();
+    }
+
+    void note(const std::string& text) {
+        auto& notes = report_.notes;
+        if (std::find(notes.begin(), notes.end(), text) == notes.end()) notes.push_back(text);
+    }
+
+    void fail(size_t variant, int frame, const Status& status) {
+        std::string& failure = report_.variants[variant].failure;
+        failure += concat(failure.empty() ? "" : "; ", "frame ", frame, ": ", status.message());
+    }
+
+    // Results of both chains; nothing for one that failed.
+    std::array<std::optional<ImageF>, 2> filter(const sequence::SourceFrame& frame) {
+        const int number = frame.description.frame_number;
+        std::array<std::optional<Plan>, 2> plans;
+        std::array<std::optional<ImageF>, 2> results;
+        for (size_t v = 0; v < 2; ++v) {
+            auto plan = sequence::plan_source_frame(chains_[v]->chain, frame, settings_.run.plan);
+            if (!plan.ok()) {
+                fail(v, number, plan.status());
+                continue;
+            }
+            plans[v] = std::move(*plan);
+        }
+        if (plans[0] && plans[1]) {
+            const MergedPlan merged = merge_plans(*plans[0], *plans[1]);
+            if (steps_[0] < 0) {
+                shared_steps_ = merged.shared_steps;
+                steps_ = {int(plans[0]->steps.size()), int(plans[1]->steps.size())};
+            }
+            if (auto both = executor_.filter_both(merged, frame.planes); both.ok()) {
+                for (size_t v = 0; v < 2; ++v) results[v] = std::move((*both)[v].at(Role::color));
+                const auto& all = merged.plan.left_out;  // A's, then B's
+                for (size_t i = 0; i < all.size(); ++i)
+                    note_left_out(i < plans[0]->left_out.size() ? 0 : 1, number, all[i],
+                                  merged.plan);
+                return results;
+            }
+            // One of them; each alone says which.
+        }
+        for (size_t v = 0; v < 2; ++v) {
+            if (!plans[v]) continue;
+            auto alone = executor_.filter(*plans[v], frame.planes);
+            if (alone.ok())
+                results[v] = std::move(alone->at(Role::color));
+            else
+                fail(v, number, alone.status());
+            for (const LeftOut& left : plans[v]->left_out)
+                note_left_out(v, number, left, *plans[v]);
+        }
+        return results;
+    }
+
+    // `plan` is what the executor ran last.
+    void note_left_out(size_t variant, int frame, const LeftOut& left, const Plan& plan) {
+        if (const auto found = counted(left, plan, executor_.work_done()))
+            report_.variants[variant].left_out.emplace_back(frame, *found);
+    }
+
+    Status visit(sequence::SourceFrame& frame) {
+        const int number = frame.description.frame_number;
+        progress_->at(concat("frame ", number));
+        const auto found = std::find(report_.frames.begin(), report_.frames.end(), number);
+        const auto index = size_t(found - report_.frames.begin());
+        const bool kept = contains(report_.page_frames, number);
+        auto input = metrics::picture_of(frame.planes.at(Role::color));
+        if (!input.ok()) return input.status();
+        auto results = filter(frame);
+        std::optional<metrics::Picture> reference;
+        if (basis_.truth) {
+            auto loaded = basis_.truth->load(number);
+            if (!loaded.ok()) return loaded.status();
+            reference = std::move(*loaded);
+        } else if (results[0]) {
+            auto picture = metrics::picture_of(*results[0]);
+            if (!picture.ok()) return picture.status();
+            reference = std::move(*picture);
+        }
+        if (kept) {
+            if (Status s = store(report::ImageKind::input, -1, number, "input", input->rgb);
+                !s.ok())
+                return s;
+            if (basis_.truth)
+                if (Status s = store(report::ImageKind::truth, -1, number, "truth", reference->rgb);
+                    !s.ok())
+                    return s;
+        }
+        std::array<std::map<std::string, ImageF>, 2> maps;
+        for (size_t v = basis_.truth ? 0 : 1; v < 2 && reference; ++v) {
+            if (!results[v]) continue;
+            auto pair = metrics::pair_of(*results[v], reference->rgb);
+            if (!pair.ok()) return pair.status();
+            Status status = judge(v, index, *pair, basis_.truth ? &*input : nullptr, maps[v]);
+            if (!status.ok()) return status;
+        }
+        for (size_t v = 0; v < 2 && contains(steady_frames_, number); ++v) {
+            if (!results[v]) continue;
+            auto steady =
+                steadiness(chains_[v]->chain, frame, *results[v], settings_.run.plan, executor_);
+            if (!steady.ok()) return steady.status();
+            const size_t count = report_.frames.size();
+            set_value(report_.variants[v], "flicker", index, count, steady->flicker);
+            set_value(report_.variants[v], "grid", index, count, steady->grid);
+        }
+        for (size_t v = 0; v < 2 && kept; ++v) {
+            if (!results[v]) continue;
+            const std::string name = v == 0 ? "a" : "b";
+            if (Status s = store(report::ImageKind::color, int(v), number, name, *results[v]);
+                !s.ok())
+                return s;
+            if (maps[v].empty()) continue;
+            for (const char* map : kStoredMaps)
+                if (Status s = store(report::ImageKind::error, int(v), number,
+                                     concat(name, ".", map), maps[v].at(map), map);
+                    !s.ok())
+                    return s;
+            worst_.emplace_back(worst_tile(maps[v].at("hdr_flip"), number, kCropPx),
+                                report_.variants[v].name);
+        }
+        if (basis_.truth)
+            for (auto& [metric, bootstrap] : tiles_)
+                if (maps[0].count(metric) && maps[1].count(metric))
+                    bootstrap.add(number, tile_sums(maps[0].at(metric), maps[1].at(metric),
+                                                    kBootstrapTilePx));
+        progress_->finished();
+        return Status();
+    }
+
+    // Every metric of one variant's picture.
+    Status judge(size_t v, size_t index, const metrics::Pair& pair, const metrics::Picture* input,
+                 std::map<std::string, ImageF>& maps) {
+        auto measured = measure(pair, input, basis_.exposures, settings_.flip, true);
+        if (!measured.ok()) return measured.status();
+        report::Variant& variant = report_.variants[v];
+        const size_t count = report_.frames.size();
+        for (const auto& column : report_.metrics) {
+            const auto value = measured->values.find(column.name);
+            set_value(variant, column.name, index, count,
+                      value == measured->values.end() ? std::nullopt
+                                                      : std::optional<double>(value->second));
+        }
+        // Steps in time are between neighboring frame numbers only.
+        auto& temporal = temporal_[v];
+        const bool follows = index > 0 && report_.frames[index] == report_.frames[index - 1] + 1 &&
+                             last_index_[v] == int(index) - 1;
+        if (!follows) temporal = metrics::TemporalError();
+        if (Status status = temporal.add(pair); !status.ok()) return status;
+        last_index_[v] = int(index);
+        set_value(variant, "tde", index, count, follows ? temporal.last() : std::nullopt);
+        maps = std::move(measured->maps);
+        return Status();
+    }
+
+    Status store(report::ImageKind kind, int variant, int frame, const std::string& name,
+                 const ImageF& pixels, const std::string& map = {}) {
+        report::StoredImage entry;
+        entry.kind = kind;
+        entry.variant = variant;
+        entry.frame = frame;
+        entry.path = report::image_path(name, frame);
+        entry.map = map;
+        return report::store_image(report_, std::move(entry), pixels);
+    }
+
+    // Each chain alone, on the first frame, while nothing else of this process runs.
+    Status time_both() {
+        const int frame = report_.frames.front();
+        for (size_t v = 0; v < 2; ++v) {
+            progress_->at("timing " + report_.variants[v].name);
+            const Chain& chain = chains_[v]->chain;
+            auto source =
+                read_frame(basis_, settings_.run, frame, chain.required() | chain.optional());
+            if (!source.ok()) return source.status();
+            auto plan = sequence::plan_source_frame(chain, *source, settings_.run.plan);
+            if (plan.ok()) {
+                auto timing = time_plan(executor_, *plan, source->planes, settings_.repeats);
+                if (!timing.ok()) return timing.status();
+                report_.variants[v].timing = std::move(*timing);
+            }
+            if (stop_ && *stop_) return Status(StatusCode::canceled, "stopped");
+            progress_->finished();
+        }
+        const std::string doubt = report::doubt_about_times(report_);
+        if (!doubt.empty()) note(doubt);
+        return Status();
+    }
+
+    const std::array<const NamedChain*, 2> chains_;
+    const ExperimentSettings& settings_;
+    Executor& executor_;
+    const std::atomic<bool>* stop_;
+    ProgressMeter* progress_ = nullptr;
+    report::Report report_;
+    Basis basis_;
+    std::vector<int> steady_frames_;
+    std::array<metrics::TemporalError, 2> temporal_;
+    std::array<int, 2> last_index_ = {-2, -2};
+    std::map<std::string, TileBootstrap> tiles_;
+    std::vector<std::pair<WorstTile, std::string>> worst_;
+    int shared_steps_ = 0;
+    std::array<int, 2> steps_ = {-1, -1};
+};
+
+}  // namespace
+
+Result<report::Report> run_ab(const NamedChain& a, const NamedChain& b,
+                              const ExperimentSettings& settings, Executor& executor,
+                              const ProgressCallback& progress, const std::atomic<bool>* stop) {
+    return AbRun(a, b, settings, executor, stop).run(progress);
+}
+
+}  // namespace postchain::experiment

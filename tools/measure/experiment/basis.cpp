@@ -1,0 +1,72 @@
+#include "tools/measure/experiment/basis.h"
+
+#include <algorithm>
+#include <thread>
+
+namespace postchain::experiment {
+namespace {
+
+// Where and how the experiment runs.
+void state_conditions(const ExperimentSettings& settings, report::Report& report) {
+    report.folder = settings.folder;
+    report.command = settings.command;
+    report.version = settings.run.version;
+    report.input = settings.input;
+    report.renderer = settings.renderer;
+    report.software = settings.software;
+    report.threads = settings.threads > 0 ? settings.threads
+                                          : std::max(1, int(std::thread::hardware_concurrency()));
+    report.precision = name_of(settings.run.plan.precision);
+}
+
+}  // namespace
+
+Result<Basis> open_basis(report::Kind kind, const ExperimentSettings& settings,
+                         report::Report& report) {
+    report.kind = kind;
+    state_conditions(settings, report);
+    const auto mapper = settings.flip.tone_mapper;
+    auto survey = survey_input(settings.run, mapper, settings.truth.empty());
+    if (!survey.ok()) return survey.status();
+    report.frames = survey->frames;
+    report.width = survey->width;
+    report.height = survey->height;
+    Basis basis;
+    basis.exposures = survey->exposures;
+    if (!settings.truth.empty()) {
+        auto truth = Truth::open(settings.truth, report.frames);
+        if (!truth.ok()) return truth.status();
+        if (Status status = truth->survey(settings.run, mapper); !status.ok()) return status;
+        basis.exposures = truth->exposures();
+        basis.truth = std::move(*truth);
+        report.truth = settings.truth_is.empty() ? settings.truth : settings.truth_is;
+        report.reference = "truth";
+    } else {
+        report.no_truth = settings.no_truth.empty() ? "no truth was given (-r)" : settings.no_truth;
+        report.reference = kind == report::Kind::ab ? "a" : "converged";
+    }
+    auto list = io::find_frames(settings.run.input, settings.run.frames);
+    if (!list.ok()) return list.status();
+    basis.files = std::move(list->files);
+    report.page_frames = spread_frames(report.frames, settings.page_frames);
+    report.metrics = metric_columns(kind, basis.truth.has_value());
+    report.constants = metrics::metric_constants();
+    report.constants.emplace_back("pixels_per_degree", settings.flip.pixels_per_degree);
+    report.exposure_start = basis.exposures.start;
+    report.exposure_stop = basis.exposures.stop;
+    report.exposures = basis.exposures.exposures();
+    report.tone_mapper = metrics::name_of(mapper);
+    return basis;
+}
+
+Result<sequence::SourceFrame> read_frame(const Basis& basis, const sequence::RunSettings& run,
+                                         int frame, RoleSet wanted) {
+    auto header = sequence::open_source_frame(run.source, basis.files.at(frame), frame);
+    if (!header.ok()) return header.status();
+    auto source =
+        sequence::read_source_frame(run.source, std::move(*header), wanted, io::Keep::nothing);
+    if (source.ok()) source->description.frame_number = frame;
+    return source;
+}
+
+}  // namespace postchain::experiment

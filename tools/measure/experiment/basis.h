@@ -1,0 +1,30 @@
+// What every experiment begins with: the input looked at, the truth opened, the exposures of
+// HDR-FLIP fixed, and all of it stated in the report.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+
+#include "tools/measure/experiment/experiment.h"
+#include "tools/measure/experiment/truth.h"
+
+namespace postchain::experiment {
+
+struct Basis {
+    std::optional<Truth> truth;
+    metrics::ExposureRange exposures;                  // the same for all variants and frames
+    std::map<int, std::map<Role, std::string>> files;  // of the input, by frame
+};
+
+// Fills in all of the report but what the variants bring: folder, command, input, truth, reference,
+// device, frames, size, metrics, constants, exposures. Writes nothing. Errors: those of
+// survey_input() and of Truth.
+Result<Basis> open_basis(report::Kind kind, const ExperimentSettings& settings,
+                         report::Report& report);
+
+// The input's frame with color and those of `wanted` that it has. Errors (input).
+Result<sequence::SourceFrame> read_frame(const Basis& basis, const sequence::RunSettings& run,
+                                         int frame, RoleSet wanted);
+
+}  // namespace postchain::experiment

@@ -1,0 +1,350 @@
+#include "tools/measure/experiment/bench.h"
+
+#include <algorithm>
+
+#include "tools/measure/experiment/bench_frame.h"
+#include "tools/measure/experiment/steadiness.h"
+#include "tools/measure/experiment/timing.h"
+#include "tools/measure/report/images.h"
+#include "tools/measure/report/lists.h"
+
+namespace postchain::experiment {
+namespace {
+
+constexpr const char* kParetoMetric = "hdr_flip";
+
+class BenchRun {
+  public:
+    BenchRun(const std::vector<BenchVariant>& variants, const BenchSettings& settings,
+             Executor& executor, const std::atomic<bool>* stop)
+        : variants_(variants), settings_(settings), executor_(executor), stop_(stop) {}
+
+    Result<report::Report> run(const ProgressCallback& callback) {
+        if (Status status = start(); !status.ok()) return status;
+        const std::vector<int> open = frames_to_do();
+        ProgressMeter progress(report_.frames.size() * variants_.size() + variants_.size(), done_,
+                               callback);
+        progress_ = &progress;
+        if (Status status = measure_frames(open); !status.ok()) return status;
+        if (Status status = time_all(); !status.ok()) return status;
+        if (Status status = finish(); !status.ok()) return status;
+        return std::move(report_);
+    }
+
+  private:
+    // ------------------------------------------------------------------------ conditions
+    Status start() {
+        report_.title = settings_.chain_name + ": error against run time";
+        auto basis = open_basis(report::Kind::bench, settings_, report_);
+        if (!basis.ok()) return basis.status();
+        basis_ = std::move(*basis);
+        if (!basis_.truth)
+            report_.notes.push_back(
+                "model error is left out: " + report_.no_truth +
+                "; the metrics say how far each variant is from its own filter converged");
+        split_frames_ = spread_frames(report_.frames, settings_.split_frames);
+        steady_frames_ = spread_frames(report_.frames, kSteadyFrames);
+        report_.constants.emplace_back("converged_seeds", kConvergedSeeds);
+        for (const BenchVariant& one : variants_) {
+            report::Variant variant;
+            variant.name = one.name;
+            variant.sweep = one.sweep;
+            variant.chain_text = write_chain(one.chain);
+            variant.chain_hash = one.chain.hash();
+            report_.variants.push_back(std::move(variant));
+            wanted_ = wanted_ | one.chain.required() | one.chain.optional();
+            if (!(one.chain.camera == variants_[0].chain.camera) && basis_.truth &&
+                report_.notes.empty())
+                report_.notes.push_back(
+                    "variants differ in their camera; the truth is the same for all of them");
+        }
+        for (const auto& seed : seeds_of(variants_[0].chain)) report_.seeds.push_back(seed);
+        store_.emplace(settings_.folder, conditions());
+        return store_->prepare();
+    }
+
+    // Everything a result depends on besides chain and input files.
+    std::string conditions() const {
+        std::string text = concat(
+            "results 2\n", report_.version, "\n", report_.renderer, "\n", report_.threads, "\n",
+            report_.precision, "\n", report_.tone_mapper, " ", settings_.flip.pixels_per_degree,
+            " ", report_.exposure_start, " ", report_.exposure_stop, "\n", kConvergedSeeds, " ",
+            settings_.repeats, "\n", report_.reference, "\n");
+        for (const auto& rule : settings_.run.plan.rules()) text += rule + "\n";
+        return text;
+    }
+
+    // Chain, input files and truth files that a frame's result follows from.
+    Result<std::string> work_of(size_t v, int frame) {
+        auto work = files_of(v, frame);
+        if (!work.ok()) return work.status();
+        std::string text = concat(*work, " kept ", kept(frame), " split ", split(frame), " steady ",
+                                  contains(steady_frames_, frame));
+        if (!follows(frame)) return text;
+        auto before = files_of(v, frame - 1);
+        if (!before.ok()) return before.status();
+        return text + " after " + *before;
+    }
+    Result<std::string> files_of(size_t v, int frame) {
+        auto header =
+            sequence::open_source_frame(settings_.run.source, basis_.files.at(frame), frame);
+        if (!header.ok()) return header.status();
+        std::string work = sequence::work_text(variants_[v].chain, settings_.run, *header,
+                                               basis_.files.at(frame), frame);
+        if (basis_.truth) work += " truth " + basis_.truth->identity(frame);
+        return work;
+    }
+
+    std::string name_of_variant(size_t v) const { return hex_of(report_.variants[v].chain_hash); }
+    static bool contains(const std::vector<int>& frames, int frame) {
+        return std::find(frames.begin(), frames.end(), frame) != frames.end();
+    }
+    bool kept(int frame) const { return contains(report_.page_frames, frame); }
+    bool split(int frame) const { return contains(split_frames_, frame); }
+    // Steps in time are between neighboring frame numbers, and judged by the truth's.
+    bool follows(int frame) const { return basis_.truth && contains(report_.frames, frame - 1); }
+
+    // ---------------------------------------------------------------------------- resume
+    // Takes what an earlier run has left and returns the frames on which something is open.
+    std::vector<int> frames_to_do() {
+        results_.resize(variants_.size());
+        std::vector<int> open;
+        for (int frame : report_.frames) {
+            bool whole = !kept(frame) || take_common(frame);
+            for (size_t v = 0; v < variants_.size(); ++v) {
+                auto work = work_of(v, frame);
+                auto result =
+                    work.ok() ? store_->frame(name_of_variant(v), frame, *work) : std::nullopt;
+                if (!result || (kept(frame) && !take_pictures(v, frame))) {
+                    whole = false;
+                    continue;
+                }
+                results_[v][frame] = std::move(*result);
+                report_.variants[v].resumed = true;
+                ++done_;
+            }
+            if (!whole) open.push_back(frame);
+        }
+        for (size_t v = 0; v < variants_.size(); ++v) {
+            auto work = work_of(v, report_.frames.front());
+            if (!work.ok()) continue;
+            report_.variants[v].timing = store_->timing(name_of_variant(v), *work);
+            if (report_.variants[v].timing) ++done_;
+        }
+        return open;
+    }
+
+    report::StoredImage entry(report::ImageKind kind, int variant, int frame,
+                              const std::string& name, const std::string& map = {}) const {
+        report::StoredImage image;
+        image.kind = kind;
+        image.variant = variant;
+        image.frame = frame;
+        image.path = report::image_path(name, frame);
+        image.map = map;
+        return image;
+    }
+    report::StoredImage error_entry(size_t v, int frame, const char* map) const {
+        return entry(report::ImageKind::error, int(v), frame, concat(name_of_variant(v), ".", map),
+                     map);
+    }
+    // One file for all variants that converge to the same filter.
+    report::StoredImage converged_entry(size_t v, int frame) const {
+        const std::string text = converged_chain(variants_[v].chain, nullptr).text();
+        return entry(report::ImageKind::converged, int(v), frame,
+                     hex_of(hash_text(text)) + ".converged");
+    }
+    bool take_common(int frame) {
+        return report::take_stored_image(report_,
+                                         entry(report::ImageKind::input, -1, frame, "input")) &&
+               (!basis_.truth || report::take_stored_image(
+                                     report_, entry(report::ImageKind::truth, -1, frame, "truth")));
+    }
+    bool take_pictures(size_t v, int frame) {
+        bool whole = report::take_stored_image(
+            report_, entry(report::ImageKind::color, int(v), frame, name_of_variant(v)));
+        for (const char* map : kStoredMaps)
+            whole = whole && report::take_stored_image(report_, error_entry(v, frame, map));
+        return whole &&
+               (basis_.truth || report::take_stored_image(report_, converged_entry(v, frame)));
+    }
+
+    // ---------------------------------------------------------------------------- frames
+    Status measure_frames(const std::vector<int>& open) {
+        if (open.empty()) return Status();
+        sequence::RunSettings run = settings_.run;
+        run.frames = io::FrameRange{open};
+        auto summary = sequence::visit_sequence(
+            run, wanted_,
+            [&](sequence::SourceFrame& frame, sequence::FrameReport&) { return visit(frame); },
+            [&](const sequence::FrameReport& frame, const sequence::RunProgress&) {
+                for (const auto& warning : frame.warnings)
+                    if (std::find(report_.notes.begin(), report_.notes.end(), warning) ==
+                        report_.notes.end())
+                        report_.notes.push_back(warning);
+            },
+            stop_);
+        if (!summary.ok()) return summary.status();
+        if (stopped()) return Status(StatusCode::canceled, "stopped; the same command goes on");
+        return summary->first_failure;
+    }
+
+    bool stopped() const { return stop_ && *stop_; }
+
+    Status visit(const sequence::SourceFrame& source) {
+        auto frame = BenchFrame::open(settings_, basis_, executor_, wanted_, source,
+                                      follows(source.description.frame_number));
+        if (!frame.ok()) return frame.status();
+        const int number = frame->number();
+        if (kept(number)) {
+            Status status = report::store_image(
+                report_, entry(report::ImageKind::input, -1, number, "input"), frame->input().rgb);
+            if (status.ok() && frame->truth())
+                status = report::store_image(report_,
+                                             entry(report::ImageKind::truth, -1, number, "truth"),
+                                             frame->truth()->rgb);
+            if (!status.ok()) return status;
+        }
+        for (size_t v = 0; v < variants_.size(); ++v) {
+            if (stopped()) return Status(StatusCode::canceled, "stopped");
+            if (results_[v].count(number)) continue;
+            progress_->at(concat("frame ", number, ", ", variants_[v].name));
+            auto found =
+                frame->measure(variants_[v].chain, split(number), contains(steady_frames_, number));
+            if (found.ok()) {
+                // What cannot be written now cannot be written for the others either.
+                if (Status status = keep(v, number, std::move(*found)); !status.ok()) return status;
+            } else {
+                std::string& failure = report_.variants[v].failure;
+                failure += concat(failure.empty() ? "" : "; ", "frame ", number, ": ",
+                                  found.status().message());
+            }
+            progress_->finished();
+        }
+        return Status();
+    }
+
+    // Pictures, then the result, which says that they are there.
+    Status keep(size_t v, int number, Findings found) {
+        if (kept(number)) {
+            Status status = report::store_image(
+                report_, entry(report::ImageKind::color, int(v), number, name_of_variant(v)),
+                found.color);
+            for (const char* map : kStoredMaps)
+                if (status.ok())
+                    status = report::store_image(report_, error_entry(v, number, map),
+                                                 found.maps.at(map));
+            if (status.ok() && !basis_.truth)
+                status =
+                    report::store_image(report_, converged_entry(v, number), found.converged->rgb);
+            if (!status.ok()) return status;
+        }
+        FrameResult& result = found.result;
+        if (result.split && !basis_.truth)
+            result.split->notes.push_back("model error is left out: " + report_.no_truth);
+        auto work = work_of(v, number);
+        if (!work.ok()) return work.status();
+        if (Status status = store_->keep(name_of_variant(v), number, *work, result); !status.ok())
+            return status;
+        results_[v][number] = std::move(result);
+        return Status();
+    }
+
+    // ----------------------------------------------------------------------------- times
+    Status time_all() {
+        const int frame = report_.frames.front();
+        std::optional<sequence::SourceFrame> source;
+        for (size_t v = 0; v < variants_.size(); ++v) {
+            if (stopped()) return Status(StatusCode::canceled, "stopped; the same command goes on");
+            report::Variant& variant = report_.variants[v];
+            if (!variant.timing && !variant.failure.empty()) {
+                progress_->finished();
+            } else if (!variant.timing) {
+                progress_->at("timing " + variant.name);
+                auto work = work_of(v, frame);
+                if (!work.ok()) return work.status();
+                if (Status status = time_one(v, frame, source); !status.ok()) return status;
+                if (variant.timing)
+                    if (Status status = store_->keep(name_of_variant(v), *work, *variant.timing);
+                        !status.ok())
+                        return status;
+                progress_->finished();
+            }
+        }
+        const std::string doubt = report::doubt_about_times(report_);
+        if (!doubt.empty()) report_.notes.push_back(doubt);
+        return Status();
+    }
+
+    Status time_one(size_t v, int frame, std::optional<sequence::SourceFrame>& source) {
+        if (!source) {
+            auto read = read_frame(basis_, settings_.run, frame, wanted_);
+            if (!read.ok()) return read.status();
+            source = std::move(*read);
+        }
+        report::Variant& variant = report_.variants[v];
+        auto plan = sequence::plan_source_frame(variants_[v].chain, *source, settings_.run.plan);
+        auto timing = plan.ok() ? time_plan(executor_, *plan, source->planes, settings_.repeats)
+                                : Result<report::Timing>(plan.status());
+        if (timing.ok())
+            variant.timing = std::move(*timing);
+        else
+            variant.failure = "timing: " + timing.status().message();
+        return Status();
+    }
+
+    // --------------------------------------------------------------------------- results
+    Status finish() {
+        std::vector<std::pair<WorstTile, std::string>> worst;
+        const size_t count = report_.frames.size();
+        for (size_t v = 0; v < variants_.size(); ++v) {
+            report::Variant& variant = report_.variants[v];
+            std::vector<report::ErrorSplit> splits;
+            for (size_t i = 0; i < count; ++i) {
+                const auto result = results_[v].find(report_.frames[i]);
+                if (result == results_[v].end()) continue;
+                for (const auto& [name, value] : result->second.metrics)
+                    set_value(variant, name, i, count, value);
+                for (const LeftOut& left : result->second.left_out)
+                    variant.left_out.emplace_back(report_.frames[i], left);
+                if (result->second.split) splits.push_back(*result->second.split);
+            }
+            find_means(variant);
+            if (!splits.empty()) variant.split = mean_split(splits);
+            for (int frame : report_.page_frames) {
+                const report::StoredImage* map =
+                    report_.find(report::ImageKind::error, int(v), frame, "hdr_flip");
+                if (!map) continue;
+                auto pixels = report::load_image(report_, *map);
+                if (!pixels.ok()) return pixels.status();
+                worst.emplace_back(worst_tile(*pixels, frame, kCropPx), variant.name);
+            }
+        }
+        report_.crops = crops_of(std::move(worst));
+        mark_pareto(report_, kParetoMetric);
+        return Status();
+    }
+
+    const std::vector<BenchVariant>& variants_;
+    const BenchSettings& settings_;
+    Executor& executor_;
+    const std::atomic<bool>* stop_;
+    ProgressMeter* progress_ = nullptr;
+    report::Report report_;
+    Basis basis_;
+    std::optional<BenchStore> store_;
+    std::vector<int> split_frames_, steady_frames_;
+    RoleSet wanted_;
+    std::vector<std::map<int, FrameResult>> results_;  // of each variant
+    size_t done_ = 0;                                  // units taken from an earlier run
+};
+
+}  // namespace
+
+Result<report::Report> run_bench(const std::vector<BenchVariant>& variants,
+                                 const BenchSettings& settings, Executor& executor,
+                                 const ProgressCallback& progress, const std::atomic<bool>* stop) {
+    return BenchRun(variants, settings, executor, stop).run(progress);
+}
+
+}  // namespace postchain::experiment

@@ -1,0 +1,109 @@
+#include "tools/measure/experiment/bench_frame.h"
+
+#include "chain/planner.h"
+#include "tools/measure/experiment/steadiness.h"
+#include "tools/measure/metrics/temporal.h"
+
+namespace postchain::experiment {
+
+Result<BenchFrame> BenchFrame::open(const BenchSettings& settings, const Basis& basis,
+                                    Executor& executor, RoleSet wanted,
+                                    const sequence::SourceFrame& frame, bool after) {
+    BenchFrame made(settings, basis, executor);
+    made.frame_ = &frame;
+    auto input = metrics::picture_of(frame.planes.at(Role::color));
+    if (!input.ok()) return input.status();
+    made.input_ = std::move(*input);
+    if (!basis.truth) return made;
+    auto truth = basis.truth->load(made.number());
+    if (!truth.ok()) return truth.status();
+    made.truth_ = std::move(*truth);
+    if (!after) return made;
+    auto before = read_frame(basis, settings.run, made.number() - 1, wanted);
+    if (!before.ok()) return before.status();
+    made.frame_before_ = std::move(*before);
+    truth = basis.truth->load(made.number() - 1);
+    if (!truth.ok()) return truth.status();
+    made.truth_before_ = std::move(*truth);
+    return made;
+}
+
+Result<ImageF> BenchFrame::filtered(const Chain& chain, const sequence::SourceFrame& frame,
+                                    std::vector<LeftOut>* left_out) {
+    auto plan = sequence::plan_source_frame(chain, frame, settings_->run.plan);
+    if (!plan.ok()) return plan.status();
+    auto result = executor_->filter(*plan, frame.planes);
+    if (!result.ok()) return result.status();
+    for (const LeftOut& left : plan->left_out)
+        if (const auto found = counted(left, *plan, executor_->work_done()); found && left_out)
+            left_out->push_back(*found);
+    return std::move(result->at(Role::color));
+}
+
+// Variants that differ only in rows that converge share one converged picture.
+Result<const Converged*> BenchFrame::converge_once(const Chain& chain) {
+    const std::string text = converged_chain(chain, nullptr).text();
+    auto found = converged_.find(text);
+    if (found == converged_.end()) {
+        auto made =
+            converge(chain, frame_->description, frame_->planes, settings_->run.plan, *executor_);
+        if (!made.ok()) return made.status();
+        found = converged_.emplace(text, std::move(*made)).first;
+    }
+    // What had to change is the variant's own.
+    found->second.changes.clear();
+    converged_chain(chain, &found->second.changes);
+    return &found->second;
+}
+
+// tde: the step from the frame before.
+Status BenchFrame::measure_step(const Chain& chain, const metrics::Pair& pair,
+                                FrameResult& result) {
+    if (!frame_before_) return Status();
+    auto color = filtered(chain, *frame_before_, nullptr);
+    if (!color.ok()) return color.status();
+    auto before = metrics::pair_of(*color, truth_before_->rgb);
+    if (!before.ok()) return before.status();
+    metrics::TemporalError temporal;
+    Status status = temporal.add(*before);
+    if (status.ok()) status = temporal.add(pair);
+    if (status.ok()) result.metrics["tde"] = *temporal.last();
+    return status;
+}
+
+Result<Findings> BenchFrame::measure(const Chain& chain, bool split, bool steady) {
+    Findings found;
+    auto color = filtered(chain, *frame_, &found.result.left_out);
+    if (!color.ok()) return color.status();
+    found.color = std::move(*color);
+    if (!truth_ || split) {
+        auto converged = converge_once(chain);
+        if (!converged.ok()) return converged.status();
+        found.converged = *converged;
+    }
+    auto pair = metrics::pair_of(found.color, truth_ ? truth_->rgb : found.converged->rgb);
+    if (!pair.ok()) return pair.status();
+    auto measured = experiment::measure(*pair, truth_ ? &input_ : nullptr, basis_->exposures,
+                                        settings_->flip, false);
+    if (!measured.ok()) return measured.status();
+    found.result.metrics = std::move(measured->values);
+    found.maps = std::move(measured->maps);
+    if (Status status = measure_step(chain, *pair, found.result); !status.ok()) return status;
+    if (steady) {
+        auto steadied = steadiness(chain, *frame_, found.color, settings_->run.plan, *executor_);
+        if (!steadied.ok()) return steadied.status();
+        if (steadied->flicker) found.result.metrics["flicker"] = *steadied->flicker;
+        if (steadied->grid) found.result.metrics["grid"] = *steadied->grid;
+    }
+    if (!split) return found;
+    auto reference = run_reference(chain, frame_->description, frame_->planes, settings_->run.plan);
+    if (!reference.ok()) return reference.status();
+    auto parts =
+        split_error(number(), found.color, reference->planes.at(Role::color), *found.converged,
+                    truth_ ? &*truth_ : nullptr, basis_->exposures, settings_->flip);
+    if (!parts.ok()) return parts.status();
+    found.result.split = std::move(*parts);
+    return found;
+}
+
+}  // namespace postchain::experiment

@@ -1,0 +1,89 @@
+#include "tools/measure/experiment/bench_store.h"
+
+#include <filesystem>
+#include <fstream>
+
+#include "chain/parameter.h"
+#include "tools/measure/report/json_parts.h"
+#include "tools/sequence/io/atomic_file.h"
+
+namespace postchain::experiment {
+namespace {
+
+// The value kept under `name` if the file is there and of this key.
+report::Json load(const std::string& path, const std::string& key) {
+    std::ifstream file(path);
+    report::Json json = report::Json::parse(file, nullptr, false);
+    if (!json.is_object() || json.value("key", report::Json()) != key) return nullptr;
+    return json;
+}
+
+Status save(const std::string& path, const report::Json& json) {
+    return io::atomic_write_text(path,
+                                 json.dump(1, ' ', false, report::Json::error_handler_t::replace))
+        .status();
+}
+
+}  // namespace
+
+BenchStore::BenchStore(std::string folder, std::string conditions)
+    : folder_(folder + "/results"), conditions_(std::move(conditions)) {}
+
+Status BenchStore::prepare() const {
+    std::error_code error;
+    std::filesystem::create_directories(folder_, error);
+    if (error) return Status(StatusCode::output, folder_ + ": cannot be made: " + error.message());
+    return Status();
+}
+
+std::string BenchStore::path(const std::string& name) const {
+    return folder_ + "/" + name + ".json";
+}
+
+std::string BenchStore::key(const std::string& work) const {
+    return hex_of(hash_text(conditions_ + "\n" + work));
+}
+
+std::optional<FrameResult> BenchStore::frame(const std::string& name, int frame,
+                                             const std::string& work) const {
+    const report::Json json = load(path(concat(name, ".", frame)), key(work));
+    if (json.is_null()) return std::nullopt;
+    try {
+        FrameResult result;
+        result.metrics = json.at("metrics").get<std::map<std::string, double>>();
+        if (!json.at("split").is_null()) {
+            result.split = report::split_from(json.at("split"));
+            if (!result.split) return std::nullopt;
+        }
+        for (const report::Json& left : json.at("left_out"))
+            if (auto one = report::left_out_from(left)) result.left_out.push_back(std::move(*one));
+        return result;
+    } catch (const nlohmann::json::exception&) {
+        return std::nullopt;
+    }
+}
+
+std::optional<report::Timing> BenchStore::timing(const std::string& name,
+                                                 const std::string& work) const {
+    const report::Json json = load(path(name + ".time"), key(work));
+    return json.is_object() && json.contains("timing") ? report::timing_from(json["timing"])
+                                                       : std::nullopt;
+}
+
+Status BenchStore::keep(const std::string& name, int frame, const std::string& work,
+                        const FrameResult& result) const {
+    report::Json left_out = report::Json::array();
+    for (const LeftOut& left : result.left_out) left_out.push_back(report::json_of(left));
+    return save(path(concat(name, ".", frame)),
+                {{"key", key(work)},
+                 {"metrics", result.metrics},
+                 {"split", result.split ? report::json_of(*result.split) : report::Json(nullptr)},
+                 {"left_out", left_out}});
+}
+
+Status BenchStore::keep(const std::string& name, const std::string& work,
+                        const report::Timing& timing) const {
+    return save(path(name + ".time"), {{"key", key(work)}, {"timing", report::json_of(timing)}});
+}
+
+}  // namespace postchain::experiment

@@ -1,0 +1,42 @@
+// Results of a bench on disk: one small JSON file per variant and frame, and one per timing, each
+// whole or not at all, with the key it holds for.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/measure/report/report.h"
+
+namespace postchain::experiment {
+
+struct FrameResult {
+    std::map<std::string, double> metrics;
+    std::optional<report::ErrorSplit> split;
+    std::vector<LeftOut> left_out;
+};
+
+class BenchStore {
+  public:
+    // `conditions`: all that a result depends on besides chain and frame (device, settings).
+    BenchStore(std::string folder, std::string conditions);
+    Status prepare() const;  // makes DIR/results; errors (output)
+
+    // `work`: chain and input of this frame. Nothing when there is no result, or another's.
+    std::optional<FrameResult> frame(const std::string& name, int frame,
+                                     const std::string& work) const;
+    std::optional<report::Timing> timing(const std::string& name, const std::string& work) const;
+    Status keep(const std::string& name, int frame, const std::string& work,
+                const FrameResult& result) const;
+    Status keep(const std::string& name, const std::string& work,
+                const report::Timing& timing) const;
+
+  private:
+    std::string path(const std::string& name) const;
+    std::string key(const std::string& work) const;
+    std::string folder_;
+    std::string conditions_;
+};
+
+}  // namespace postchain::experiment

@@ -1,0 +1,220 @@
+#include "tools/measure/experiment/converge.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace postchain::experiment {
+namespace {
+
+// The value `offset` steps on, within the row's range.
+int64_t moved_on(const Parameter& row, int64_t value, int offset) {
+    const double span = row.max - row.min + 1;
+    return int64_t(row.min + std::fmod(double(value) - row.min + offset, span));
+}
+
+// The metrics set side by side.
+const std::vector<std::string>& side_by_side() {
+    static const std::vector<std::string> names = {"hdr_flip", "relmse", "smape"};
+    return names;
+}
+
+Result<std::map<std::string, double>> measure_part(const ImageF& test, const ImageF& reference,
+                                                   const metrics::ExposureRange& exposures,
+                                                   const metrics::FlipSettings& flip) {
+    auto pair = metrics::pair_of(test, reference);
+    if (!pair.ok()) return pair.status();
+    metrics::CompareSettings settings;
+    settings.metrics = {side_by_side().begin(), side_by_side().end()};
+    settings.exposures = exposures;
+    settings.flip = flip;
+    auto compared = metrics::compare(*pair, settings);
+    if (!compared.ok()) return compared.status();
+    std::map<std::string, double> values;
+    for (const auto& [name, value] : compared->values)
+        if (value) values[name] = *value;
+    return values;
+}
+
+template <class Link>
+bool samples(const Link& link) {
+    const auto& rows = link.type->parameters->rows();
+    return std::any_of(rows.begin(), rows.end(),
+                       [](const Parameter& row) { return row.convergence != Convergence::none; });
+}
+
+}  // namespace
+
+Chain converged_chain(const Chain& chain, std::vector<std::string>* changes) {
+    Chain copy = chain.clone();
+    for (size_t i = 0; i < copy.links.size(); ++i) {
+        auto& link = copy.links[i];
+        if (changes && !samples(link))
+            changes->push_back(concat("passes[", i, "].", link.type->name, " does not sample"));
+        for (const Parameter& row : link.type->parameters->rows()) {
+            const ParameterValue before = row.get(link.pass->parameters());
+            if (row.convergence == Convergence::set) {
+                const ParameterValue value = row.type == ParameterType::integer
+                                                 ? ParameterValue(int64_t(row.converged))
+                                                 : ParameterValue(row.converged);
+                row.set(link.pass->parameters(), value);
+                if (changes && value != before)
+                    changes->push_back(concat("passes[", i, "].", link.type->name, ".", row.key,
+                                              " ", text_of(before), " -> ", text_of(value)));
+            } else if (row.convergence == Convergence::averaged && changes) {
+                changes->push_back(
+                    concat("passes[", i, "].", link.type->name, ".", row.key, " averaged"));
+            }
+        }
+    }
+    return copy;
+}
+
+Chain with_seed_offset(const Chain& chain, int offset) {
+    Chain copy = chain.clone();
+    for (auto& link : copy.links) {
+        for (const Parameter& row : link.type->parameters->rows()) {
+            if (row.convergence != Convergence::averaged) continue;
+            const auto value = std::get<int64_t>(row.get(link.pass->parameters()));
+            row.set(link.pass->parameters(), moved_on(row, value, offset));
+        }
+    }
+    return copy;
+}
+
+bool has_seeds(const Chain& chain) {
+    for (const auto& link : chain.links)
+        for (const Parameter& row : link.type->parameters->rows())
+            if (row.convergence == Convergence::averaged) return true;
+    return false;
+}
+
+bool samples(const Chain& chain) {
+    return std::any_of(chain.links.begin(), chain.links.end(),
+                       [](const auto& link) { return samples(link); });
+}
+
+Result<Converged> converge(const Chain& chain, const FrameDescription& frame,
+                           const FramePlanes& planes, const PlanOptions& options,
+                           Executor& executor, int seeds) {
+    Converged converged;
+    const Chain many = converged_chain(chain, &converged.changes);
+    converged.sampled = samples(chain);
+    PlanOptions exact = options;
+    exact.precision = Precision::fp32;
+    const int count = has_seeds(many) ? std::max(1, seeds) : 1;
+    ImageD mean, squares;  // Welford's running mean and sum of squares
+    ImageF first;
+    for (int i = 0; i < count; ++i) {
+        auto plan = make_plan(with_seed_offset(many, i), frame, exact);
+        if (!plan.ok()) return plan.status();
+        auto result = executor.filter(*plan, planes);
+        if (!result.ok()) return result.status();
+        const ImageF& color = result->at(Role::color);
+        if (i == 0) {
+            mean = squares = ImageD(color.width, color.height, 3);
+            first = color;
+        } else if (i == 1 && color == first) {
+            break;  // nothing is random after all
+        }
+        ++converged.seeds;
+        for (size_t p = 0; p < color.pixels(); ++p) {
+            for (size_t c = 0; c < 3; ++c) {
+                const double v = double(color.data[size_t(color.channels) * p + c]);
+                double& m = mean.data[3 * p + c];
+                const double d = v - m;
+                m += d / converged.seeds;
+                squares.data[3 * p + c] += d * (v - m);
+            }
+        }
+    }
+    converged.rgb = image_cast<float>(mean);
+    if (converged.seeds > 1) {
+        double sum = 0;
+        for (double v : squares.data) sum += v;
+        converged.noise = sum / double(squares.data.size()) /
+                          (double(converged.seeds - 1) * double(converged.seeds));
+    }
+    return converged;
+}
+
+Result<report::ErrorSplit> split_error(int frame, const ImageF& gpu, const ImageD& reference,
+                                       const Converged& converged, const metrics::Picture* truth,
+                                       const metrics::ExposureRange& exposures,
+                                       const metrics::FlipSettings& flip) {
+    const ImageF rounded = image_cast<float>(reference);
+    const ImageF& c = converged.sampled ? converged.rgb : rounded;
+    if (gpu.width != c.width || gpu.height != c.height || reference.width != c.width ||
+        reference.height != c.height)
+        return Status(StatusCode::input, "pictures of an error split differ in size");
+    report::ErrorSplit split;
+    split.frames = {frame};
+    split.seeds = converged.seeds;
+    split.converged_noise = converged.noise;
+    split.convergence = converged.changes;
+    split.mse.precision = mean_squared(gpu, reference);
+    split.mse.sampling = converged.sampled ? mean_squared(reference, c) : 0;
+    if (!converged.sampled)
+        split.notes.push_back("no pass of this chain samples: sampling error 0 by definition");
+    const auto side = [&](const ImageF& test, const ImageF& against,
+                          std::optional<double> report::ErrorParts::*part) {
+        auto values = measure_part(test, against, exposures, flip);
+        if (!values.ok()) return values.status();
+        for (const auto& [name, value] : *values) split.others[name].*part = value;
+        return Status();
+    };
+    Status status = side(gpu, rounded, &report::ErrorParts::precision);
+    if (status.ok()) status = side(rounded, c, &report::ErrorParts::sampling);
+    if (status.ok() && truth) {
+        if (truth->rgb.width != c.width || truth->rgb.height != c.height)
+            return Status(StatusCode::input, "the truth of an error split differs in size");
+        split.mse.model = mean_squared(c, truth->rgb);
+        split.mse.total = mean_squared(gpu, truth->rgb);
+        split.cross =
+            *split.mse.total - *split.mse.precision - *split.mse.sampling - *split.mse.model;
+        status = side(c, truth->rgb, &report::ErrorParts::model);
+        if (status.ok()) status = side(gpu, truth->rgb, &report::ErrorParts::total);
+    }
+    if (!status.ok()) return status;
+    return split;
+}
+
+report::ErrorSplit mean_split(const std::vector<report::ErrorSplit>& splits) {
+    report::ErrorSplit mean;
+    if (splits.empty()) return mean;
+    mean = splits.front();
+    const auto add = [](std::optional<double>& sum, const std::optional<double>& value) {
+        if (sum && value)
+            *sum += *value;
+        else
+            sum.reset();
+    };
+    const auto each = [](report::ErrorParts& sum, const report::ErrorParts& value,
+                         const auto& work) {
+        work(sum.precision, value.precision);
+        work(sum.sampling, value.sampling);
+        work(sum.model, value.model);
+        work(sum.total, value.total);
+    };
+    for (size_t i = 1; i < splits.size(); ++i) {
+        mean.frames.insert(mean.frames.end(), splits[i].frames.begin(), splits[i].frames.end());
+        mean.converged_noise += splits[i].converged_noise;
+        add(mean.cross, splits[i].cross);
+        each(mean.mse, splits[i].mse, add);
+        for (auto& [name, parts] : mean.others) {
+            const auto other = splits[i].others.find(name);
+            each(parts, other == splits[i].others.end() ? report::ErrorParts{} : other->second,
+                 add);
+        }
+    }
+    const double n = double(splits.size());
+    const auto divide = [n](std::optional<double>& sum, const std::optional<double>&) {
+        if (sum) *sum /= n;
+    };
+    mean.converged_noise /= n;
+    divide(mean.cross, {});
+    each(mean.mse, {}, divide);
+    for (auto& [name, parts] : mean.others) each(parts, {}, divide);
+    return mean;
+}
+
+}  // namespace postchain::experiment

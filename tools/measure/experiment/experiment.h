@@ -1,0 +1,124 @@
+// What ab and bench share: settings, progress, and the metrics of one picture.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "chain/gl/executor.h"
+#include "tools/measure/metrics/compare.h"
+#include "tools/measure/report/report.h"
+#include "tools/sequence/run/runner.h"
+
+namespace postchain::experiment {
+
+struct ExperimentSettings {
+    sequence::RunSettings run;  // input, frames, source, plan options, missing, version
+    std::string input;          // as typed
+    std::string truth;          // as typed; empty: none given
+    std::string truth_is;       // what the report calls it; empty: as typed
+    std::string no_truth;       // why there is none; empty: none was given
+    std::string folder;         // of the report; made when it is not there
+    bool overwrite = false;     // an existing report may be replaced
+    std::vector<std::string> command;
+    int threads = 0;  // of this process, as the report says; 0 = one per core
+    std::string renderer;
+    bool software = false;
+    int repeats = 5;      // of each timing
+    int page_frames = 8;  // largest number of frames whose pictures are kept
+    metrics::FlipSettings flip;
+};
+
+struct ExperimentProgress {
+    std::string what;  // "frame 12, motion_blur.samples=9: metrics"
+    size_t done = 0;
+    size_t total = 0;
+    double elapsed_s = 0;
+    double remaining_s = 0;  // estimate; 0 when unknown
+};
+using ProgressCallback = std::function<void(const ExperimentProgress&)>;
+
+// Counts units of work and estimates the rest from those done by this process.
+class ProgressMeter {
+  public:
+    ProgressMeter(size_t total, size_t already_done, ProgressCallback callback);
+    void at(const std::string& what);  // beginning something; finishes nothing
+    void finished(size_t units = 1);
+
+  private:
+    void say();
+    ProgressCallback callback_;
+    ExperimentProgress progress_;
+    size_t before_ = 0;
+    double start_s_ = 0;
+};
+
+// Columns of a report, in order. Edges and sharpness need a truth; so does tde in bench, whose
+// converged pictures are not of neighboring frames.
+std::vector<report::MetricInfo> metric_columns(report::Kind kind, bool with_truth);
+
+// Values of one picture by name of metric_columns(), but for tde, flicker and grid; and its maps:
+// kStoredMaps, and those that can be averaged over tiles (relmse, smape, mse: means over RGB).
+struct Measured {
+    std::map<std::string, double> values;
+    std::map<std::string, ImageF> maps;
+};
+// Error maps that a report keeps; the page makes the others from the pixels.
+inline constexpr const char* kStoredMaps[] = {"hdr_flip", "flip"};
+// `input`: the unfiltered picture, for the regions of edges and sharpness; null: left out.
+// `maps`: also those besides kStoredMaps. Errors (input): sizes that differ.
+Result<Measured> measure(const metrics::Pair& pair, const metrics::Picture* input,
+                         const metrics::ExposureRange& exposures, const metrics::FlipSettings& flip,
+                         bool maps);
+
+// A frame's mean of per-pixel squared differences over RGB, in double; sizes must be equal.
+template <class A, class B>
+double mean_squared(const Image<A>& a, const Image<B>& b) {
+    double sum = 0;
+    for (size_t i = 0; i < a.pixels(); ++i) {
+        for (size_t c = 0; c < 3; ++c) {
+            const double d = double(a.data[i * size_t(a.channels) + c]) -
+                             double(b.data[i * size_t(b.channels) + c]);
+            sum += d * d;
+        }
+    }
+    return a.pixels() ? sum / (3 * double(a.pixels())) : 0;
+}
+
+// Up to `count` of the frames, evenly spread, the first among them.
+std::vector<int> spread_frames(const std::vector<int>& frames, int count);
+
+// "motion_blur.seed 0", of every row that changes random numbers alone.
+std::vector<std::string> seeds_of(const Chain& chain);
+
+// Adds a value to the series of `frame`'s index; means over frames with a value.
+void set_value(report::Variant& variant, const std::string& metric, size_t index, size_t frames,
+               std::optional<double> value);
+void find_means(report::Variant& variant);
+
+// The page's regions: for each kept frame the tile with the largest HDR-FLIP of each variant.
+struct WorstTile {
+    int frame = 0, x = 0, y = 0, width = 0, height = 0;
+    double value = 0;  // mean of the map there
+};
+WorstTile worst_tile(const ImageF& map, int frame, int tile_px);
+inline constexpr int kCropPx = 96;
+inline constexpr size_t kCrops = 6;
+// The worst ones over all variants without overlap, at most `limit`.
+std::vector<report::Crop> crops_of(std::vector<std::pair<WorstTile, std::string>> tiles,
+                                   size_t limit = kCrops);
+
+// Chain file of the variant that --under METRIC=... has picked: "under_flip.yaml".
+std::string under_file(const std::string& metric);
+
+// A file in every folder of a report, from the moment an experiment begins there.
+inline constexpr const char* kFolderMark = ".postchain-report";
+
+// Makes the folder and marks it. One that is not empty: refused, unless it bears the mark and the
+// caller resumes, or overwrites; then what a report consists of is removed, and nothing else.
+// Errors (output).
+Status prepare_folder(const std::string& folder, bool overwrite, bool resume);
+
+}  // namespace postchain::experiment

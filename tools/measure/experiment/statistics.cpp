@@ -1,0 +1,147 @@
+#include "tools/measure/experiment/statistics.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace postchain::experiment {
+namespace {
+
+// Regularised incomplete beta function I_x(a, b) by its continued fraction (Lentz's method).
+// Abramowitz, Stegun, Handbook of Mathematical Functions, 26.5.8.
+double incomplete_beta(double a, double b, double x) {
+    if (x <= 0) return 0;
+    if (x >= 1) return 1;
+    if (x > (a + 1) / (a + b + 2)) return 1 - incomplete_beta(b, a, 1 - x);
+    const double front = std::exp(std::lgamma(a + b) - std::lgamma(a) - std::lgamma(b) +
+                                  a * std::log(x) + b * std::log1p(-x));
+    constexpr double kTiny = 1e-300;
+    double c = 1;
+    double d = 1 / std::max(1 - (a + b) * x / (a + 1), kTiny);
+    double fraction = d;
+    for (int m = 1; m <= 500; ++m) {
+        const double even = m * (b - m) * x / ((a + 2 * m - 1) * (a + 2 * m));
+        const double odd = -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1));
+        double factor = 1;
+        for (const double term : {even, odd}) {
+            d = 1 + term * d;
+            c = 1 + term / c;
+            if (std::abs(d) < kTiny) d = kTiny;
+            if (std::abs(c) < kTiny) c = kTiny;
+            d = 1 / d;
+            factor = c * d;
+            fraction *= factor;
+        }
+        if (std::abs(factor - 1) < 1e-15) break;
+    }
+    return front * fraction / a;
+}
+
+// Steele, Lea, Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014.
+uint64_t split_mix(uint64_t& state) {
+    uint64_t z = (state += 0x9e3779b97f4a7c15ull);
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
+    return z ^ (z >> 31);
+}
+
+// Value at `part` of the way through sorted values, between ranks linear.
+double quantile(const std::vector<double>& sorted, double part) {
+    const double rank = part * double(sorted.size() - 1);
+    const auto below = size_t(rank);
+    const size_t above = std::min(below + 1, sorted.size() - 1);
+    return sorted[below] + (rank - double(below)) * (sorted[above] - sorted[below]);
+}
+
+}  // namespace
+
+double t_cumulative(double t, int degrees) {
+    const double v = degrees;
+    const double tail = 0.5 * incomplete_beta(v / 2, 0.5, v / (v + t * t));
+    return t > 0 ? 1 - tail : tail;
+}
+
+double t_quantile(double p, int degrees) {
+    assert(p > 0 && p < 1 && degrees >= 1);
+    if (p < 0.5) return -t_quantile(1 - p, degrees);
+    double low = 0, high = 1;
+    while (t_cumulative(high, degrees) < p) high *= 2;
+    for (int i = 0; i < 200 && high - low > 1e-14 * high; ++i) {
+        const double middle = 0.5 * (low + high);
+        (t_cumulative(middle, degrees) < p ? low : high) = middle;
+    }
+    return 0.5 * (low + high);
+}
+
+Paired paired_interval(const std::vector<double>& differences) {
+    Paired paired;
+    paired.n = int(differences.size());
+    if (paired.n == 0) return paired;
+    for (double d : differences) paired.mean += d / paired.n;
+    if (paired.n < 2) return paired;
+    double squares = 0;
+    for (double d : differences) squares += (d - paired.mean) * (d - paired.mean);
+    const double error = std::sqrt(squares / (paired.n - 1) / paired.n);
+    const double half = t_quantile(0.5 + kConfidence / 2, paired.n - 1) * error;
+    paired.interval = report::Interval{paired.mean - half, paired.mean + half};
+    return paired;
+}
+
+TileSums tile_sums(const ImageF& a, const ImageF& b, int tile_px) {
+    assert(a.width == b.width && a.height == b.height && a.channels == 1 && b.channels == 1);
+    const int across = (a.width + tile_px - 1) / tile_px;
+    const int down = (a.height + tile_px - 1) / tile_px;
+    TileSums tiles;
+    tiles.sums.assign(size_t(across) * size_t(down), 0);
+    tiles.pixels = tiles.sums;
+    for (int y = 0; y < a.height; ++y) {
+        for (int x = 0; x < a.width; ++x) {
+            const size_t tile = size_t(y / tile_px) * size_t(across) + size_t(x / tile_px);
+            tiles.sums[tile] += double(b.at(x, y)) - double(a.at(x, y));
+            tiles.pixels[tile] += 1;
+        }
+    }
+    return tiles;
+}
+
+TileBootstrap::TileBootstrap(uint64_t seed, int replicates)
+    : seed_(seed), replicates_(size_t(replicates), 0) {}
+
+void TileBootstrap::add(int frame, const TileSums& tiles) {
+    const size_t n = tiles.sums.size();
+    if (n == 0) return;
+    for (size_t r = 0; r < replicates_.size(); ++r) {
+        uint64_t start = seed_;
+        uint64_t state = split_mix(start) ^ (uint64_t(uint32_t(frame)) << 32 | uint64_t(r));
+        state = split_mix(state);
+        double sum = 0, pixels = 0;
+        for (size_t i = 0; i < n; ++i) {
+            // The top 32 bits as a fraction of n: bias below n / 2^32.
+            const size_t drawn = size_t(((split_mix(state) >> 32) * uint64_t(n)) >> 32);
+            sum += tiles.sums[drawn];
+            pixels += tiles.pixels[drawn];
+        }
+        replicates_[r] += sum / pixels;
+    }
+    ++frames_;
+    tiles_ += int(n);
+}
+
+std::optional<report::Interval> TileBootstrap::interval() const {
+    if (frames_ == 0 || replicates_.empty()) return std::nullopt;
+    std::vector<double> sorted = replicates_;
+    std::sort(sorted.begin(), sorted.end());
+    const double tail = (1 - kConfidence) / 2;
+    return report::Interval{quantile(sorted, tail) / frames_, quantile(sorted, 1 - tail) / frames_};
+}
+
+report::TimeFigure time_figure(std::vector<double> milliseconds) {
+    std::sort(milliseconds.begin(), milliseconds.end());
+    report::TimeFigure figure;
+    figure.n = int(milliseconds.size());
+    figure.median_ms = quantile(milliseconds, 0.5);
+    figure.spread_ms = quantile(milliseconds, 0.75) - quantile(milliseconds, 0.25);
+    return figure;
+}
+
+}  // namespace postchain::experiment

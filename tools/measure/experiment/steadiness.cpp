@@ -1,0 +1,83 @@
+#include "tools/measure/experiment/steadiness.h"
+
+#include <algorithm>
+
+#include "tools/measure/experiment/converge.h"
+#include "tools/measure/metrics/temporal.h"
+
+namespace postchain::experiment {
+namespace {
+
+Result<metrics::Picture> filtered_with(const Plan& plan, const FramePlanes& planes,
+                                       Executor& executor) {
+    auto result = executor.filter(plan, planes);
+    if (!result.ok()) return result.status();
+    return metrics::picture_of(result->at(Role::color));
+}
+
+}  // namespace
+
+int grid_tile_px(const Chain& chain) {
+    int64_t tile = 0;
+    for (const auto& link : chain.links)
+        for (const Parameter& row : link.type->parameters->rows()) {
+            if (row.type != ParameterType::integer || row.unit != "px") continue;
+            const ParameterValue value = row.get(link.pass->parameters());
+            if (const auto* px = std::get_if<int64_t>(&value)) tile = std::max(tile, *px);
+        }
+    return int(tile);
+}
+
+std::vector<int> grid_shifts(int tile_px, int width, int height) {
+    const int largest = std::min(tile_px - 1, std::min(width, height) / 4);
+    std::vector<int> shifts;
+    // The middles of kGridShifts equal parts of 1..largest.
+    for (int i = 0; i < kGridShifts && largest > 0; ++i) {
+        const int shift = 1 + (2 * i + 1) * largest / (2 * kGridShifts);
+        if (shifts.empty() || shift != shifts.back()) shifts.push_back(shift);
+    }
+    return shifts;
+}
+
+int grid_margin_px(int tile_px, int width, int height) {
+    return std::min(kGridMarginTiles * tile_px, std::min(width, height) / 4);
+}
+
+Result<Steadiness> steadiness(const Chain& chain, const sequence::SourceFrame& frame,
+                              const ImageF& filtered, const PlanOptions& options,
+                              Executor& executor) {
+    Steadiness result;
+    auto picture = metrics::picture_of(filtered);
+    if (!picture.ok()) return picture.status();
+    if (has_seeds(chain)) {
+        metrics::Flicker flicker;
+        if (Status status = flicker.add(*picture); !status.ok()) return status;
+        for (int i = 1; i < kFlickerSeeds; ++i) {
+            auto plan = sequence::plan_source_frame(with_seed_offset(chain, i), frame, options);
+            if (!plan.ok()) return plan.status();
+            auto other = filtered_with(*plan, frame.planes, executor);
+            if (!other.ok()) return other.status();
+            if (Status status = flicker.add(*other); !status.ok()) return status;
+        }
+        result.flicker = flicker.mean();
+    }
+    const int tile = grid_tile_px(chain);
+    const auto shifts = grid_shifts(tile, filtered.width, filtered.height);
+    if (shifts.empty()) return result;
+    // The facts that the plan rests on are bounds over the frame: they hold for its pixels moved.
+    auto plan = sequence::plan_source_frame(chain, frame, options);
+    if (!plan.ok()) return plan.status();
+    metrics::GridError grid(grid_margin_px(tile, filtered.width, filtered.height));
+    for (const int shift : shifts) {
+        FramePlanes moved;
+        for (const auto& [role, plane] : frame.planes)
+            moved[role] = metrics::shifted(plane, shift, shift);
+        auto there = filtered_with(*plan, moved, executor);
+        if (!there.ok()) return there.status();
+        if (Status status = grid.add(*there, *picture, shift, shift); !status.ok()) return status;
+    }
+    result.grid = grid.mean();
+    return result;
+}
+
+}  // namespace postchain::experiment

@@ -1,0 +1,143 @@
+// Sweeps: texts -> product of variants; and what is chosen among them in the end.
+#include <set>
+
+#include "tools/measure/experiment/bench.h"
+#include "tools/measure/report/words.h"
+#include "tools/sequence/io/atomic_file.h"
+
+namespace postchain::experiment {
+
+Result<Sweep> parse_sweep(const std::string& text) {
+    const size_t equals = text.find('=');
+    Sweep sweep;
+    sweep.key = text.substr(0, equals);
+    if (equals == std::string::npos || sweep.key.empty())
+        return Status(StatusCode::usage, "--sweep: '" + text +
+                                             "' is not KEY=V1,V2, as in "
+                                             "motion_blur.samples=5,9,13");
+    std::string value;
+    for (char c : text.substr(equals + 1) + ",") {
+        if (c != ',') {
+            value += c;
+            continue;
+        }
+        if (value.empty())
+            return Status(StatusCode::usage, "--sweep: '" + text + "' has an empty value");
+        sweep.values.push_back(value);
+        value.clear();
+    }
+    return sweep;
+}
+
+namespace {
+
+// The values of sweeps are read as those of --set are; who typed --sweep is to see that.
+std::string as_sweeps(std::string message, const std::vector<Sweep>& sweeps) {
+    for (const Sweep& sweep : sweeps) {
+        const std::string typed = "--set " + sweep.key + "=";
+        for (size_t at = 0; (at = message.find(typed, at)) != std::string::npos;)
+            message.replace(at, 5, "--sweep");
+    }
+    return message;
+}
+
+}  // namespace
+
+Result<std::vector<BenchVariant>> sweep_variants(const ChainText& chain,
+                                                 const PassRegistry& registry,
+                                                 const std::vector<std::string>& sets,
+                                                 const std::vector<Sweep>& sweeps,
+                                                 int max_variants) {
+    size_t product = 1;
+    for (const Sweep& sweep : sweeps) {
+        product *= sweep.values.size();
+        if (product > size_t(max_variants))
+            return Status(StatusCode::usage,
+                          concat("--sweep: the product of the sweeps is more than ", max_variants,
+                                 " variants; sweep less, or allow them with --max-variants"));
+    }
+    std::vector<BenchVariant> variants;
+    std::set<std::string> known;
+    for (size_t i = 0; i < product; ++i) {
+        BenchVariant variant;
+        std::vector<std::string> overrides = sets;
+        size_t rest = i, span = product;
+        for (const Sweep& sweep : sweeps) {
+            span /= sweep.values.size();
+            const std::string& value = sweep.values[rest / span];
+            rest %= span;
+            variant.sweep.emplace_back(sweep.key, value);
+            variant.name += concat(variant.name.empty() ? "" : " ", sweep.key, "=", value);
+            overrides.push_back(sweep.key + "=" + value);
+        }
+        ChainFile file = parse_chain(chain.text, chain.file_name, registry, overrides);
+        if (Status status = file.status(); !status.ok())
+            return Status(status.code(), as_sweeps(status.message(), sweeps));
+        variant.chain = std::move(file.chain);
+        if (!known.insert(variant.chain.text()).second) continue;
+        if (variant.name.empty()) variant.name = "as it is";
+        variants.push_back(std::move(variant));
+    }
+    return variants;
+}
+
+namespace {
+
+std::optional<double> mean_of(const report::Variant& variant, const std::string& metric) {
+    const auto series = variant.metrics.find(metric);
+    return series == variant.metrics.end() ? std::nullopt : series->second.mean;
+}
+
+}  // namespace
+
+void mark_pareto(report::Report& report, const std::string& metric) {
+    report.pareto_metric = metric;
+    const auto usable = [&](const report::Variant& variant) {
+        return variant.failure.empty() && variant.timing && mean_of(variant, metric);
+    };
+    for (report::Variant& variant : report.variants) {
+        variant.pareto = usable(variant);
+        for (const report::Variant& other : report.variants) {
+            if (!variant.pareto) break;
+            if (&other == &variant || !usable(other)) continue;
+            const double t = variant.timing->total.median_ms, e = *mean_of(variant, metric);
+            const double u = other.timing->total.median_ms, f = *mean_of(other, metric);
+            if (u <= t && f <= e && (u < t || f < e)) variant.pareto = false;
+        }
+    }
+}
+
+Result<bool> choose_under(report::Report& report, const std::vector<report::MetricLimit>& limits) {
+    bool all = true;
+    for (const report::MetricLimit& limit : limits) {
+        const report::Variant* cheapest = nullptr;
+        const report::Variant* nearest = nullptr;
+        for (const report::Variant& variant : report.variants) {
+            const auto error = mean_of(variant, limit.metric);
+            if (!variant.failure.empty() || !variant.timing || !error) continue;
+            if (!nearest || *error < *mean_of(*nearest, limit.metric)) nearest = &variant;
+            if (*error > limit.value) continue;
+            if (!cheapest || variant.timing->total.median_ms < cheapest->timing->total.median_ms)
+                cheapest = &variant;
+        }
+        const std::string wish = concat(limit.metric, " <= ", limit.value, ": ");
+        if (!cheapest) {
+            all = false;
+            report.under.push_back(
+                nearest ? concat(wish, "no variant; the nearest is ", nearest->name, " with ",
+                                 report::figure(*mean_of(*nearest, limit.metric)))
+                        : wish + "no variant has a value");
+            continue;
+        }
+        const std::string file = under_file(limit.metric);
+        report.under.push_back(concat(wish, cheapest->name, " with ",
+                                      report::figure(*mean_of(*cheapest, limit.metric)), " in ",
+                                      report::figure(cheapest->timing->total.median_ms, 3),
+                                      " ms; its chain is ", file));
+        auto written = io::atomic_write_text(report.folder + "/" + file, cheapest->chain_text);
+        if (!written.ok()) return written.status();
+    }
+    return all;
+}
+
+}  // namespace postchain::experiment

@@ -1,0 +1,230 @@
+#include "tools/measure/experiment/truth.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "config/text_tree.h"
+#include "tools/measure/report/words.h"
+#include "tools/sequence/io/exr_writer.h"
+
+namespace postchain::experiment {
+namespace {
+
+namespace fs = std::filesystem;
+
+const io::Window& window_of(const sequence::FrameHeader& header) {
+    const auto& file = header.files.color_file();
+    return file.parts()[size_t(header.assignment.at(Role::color).part)].data_window;
+}
+
+std::string size_text(const io::Window& window) {
+    return concat(window.width(), "x", window.height(), " ", window.text());
+}
+
+bool black(const metrics::Picture& picture) {
+    return std::all_of(picture.rgb.data.begin(), picture.rgb.data.end(),
+                       [](float v) { return v <= 0; });
+}
+
+}  // namespace
+
+Result<Truth> Truth::open(const std::string& pattern, const std::vector<int>& frames) {
+    auto spec = io::InputSpec::parse(pattern);
+    if (!spec.ok()) return spec.status().at("--truth");
+    if (spec->separate_files())
+        return Status(StatusCode::usage, "--truth: color alone is wanted, in one pattern");
+    if (!spec->color().has_token() && frames.size() > 1)
+        return Status(StatusCode::usage, concat("--truth: ", pattern, ": one file for ",
+                                                frames.size(), " frames; put #### into it"));
+    Truth truth;
+    truth.frames_ = frames;
+    std::vector<int> missing;
+    for (int frame : frames) {
+        const std::string path = spec->color().format(frame);
+        std::error_code error;
+        if (fs::exists(path, error))
+            truth.files_[frame] = {{Role::color, path}};
+        else
+            missing.push_back(frame);
+    }
+    if (!missing.empty())
+        return Status(StatusCode::input,
+                      concat(spec->color().format(missing[0]), ": the truth lacks ", missing.size(),
+                             " of the ", report::counted(frames.size(), "frame"),
+                             " of the input: ", sequence::frames_text(missing),
+                             " (--frames takes those that have one)"));
+    return truth;
+}
+
+Result<sequence::SourceFrame> Truth::read(int frame) const {
+    const sequence::SourceSettings settings;
+    auto header = sequence::open_source_frame(settings, files_.at(frame), frame);
+    if (!header.ok()) return header.status();
+    return sequence::read_source_frame(settings, std::move(*header), {}, io::Keep::nothing);
+}
+
+Result<metrics::Picture> Truth::load(int frame) const {
+    auto source = read(frame);
+    if (!source.ok()) return source.status();
+    return metrics::picture_of(source->planes.at(Role::color));
+}
+
+std::string Truth::identity(int frame) const {
+    const std::string& path = files_.at(frame).at(Role::color);
+    std::error_code error;
+    const auto size = fs::file_size(path, error);
+    const auto time = fs::last_write_time(path, error).time_since_epoch().count();
+    return concat(fs::path(path).filename().string(), " ", size, " ", time);
+}
+
+Status Truth::survey(const sequence::RunSettings& input, metrics::ToneMapper mapper) {
+    auto list = io::find_frames(input.input, input.frames);
+    if (!list.ok()) return list.status();
+    exposures_ = {};
+    for (int frame : frames_) {
+        const std::string& path = files_.at(frame).at(Role::color);
+        auto filtered = sequence::open_source_frame(input.source, list->files.at(frame), frame);
+        if (!filtered.ok()) return filtered.status();
+        auto source = read(frame);
+        if (!source.ok()) return source.status();
+        const io::Window& of_input = window_of(*filtered);
+        if (!(of_input == source->input.data_window))
+            return Status(
+                StatusCode::input,
+                concat(path, ": the truth is ", size_text(source->input.data_window), ", but ",
+                       filtered->files.color_file().path(), " is ", size_text(of_input)));
+        if (const auto bad = source->description.facts.nonfinite_color)
+            return Status(StatusCode::input,
+                          concat(path, ": the truth has ", report::counted(bad, "pixel"),
+                                 " with NaN or Inf, the first at ", source->first_nonfinite_text(),
+                                 "; nothing can be measured"));
+        auto picture = metrics::picture_of(source->planes.at(Role::color));
+        if (!picture.ok()) return picture.status().at(path);
+        if (black(*picture))
+            return Status(StatusCode::input, path + ": the truth is black; is it the right file?");
+        exposures_ = metrics::joined(exposures_, metrics::exposure_range(*picture, mapper));
+    }
+    return Status();
+}
+
+Result<InputSurvey> survey_input(const sequence::RunSettings& input, metrics::ToneMapper mapper,
+                                 bool with_exposures) {
+    auto list = io::find_frames(input.input, input.frames);
+    if (!list.ok()) return list.status();
+    if (!list->missing.empty())
+        return Status(StatusCode::input,
+                      concat(input.input.color().format(list->missing[0]), ": ",
+                             report::counted(list->missing.size(), "requested frame"),
+                             " not on disk: ", sequence::frames_text(list->missing)));
+    InputSurvey survey;
+    survey.frames = list->frames;
+    io::Window first;
+    std::string first_path;
+    for (int frame : list->frames) {
+        auto header = sequence::open_source_frame(input.source, list->files.at(frame), frame);
+        if (!header.ok()) return header.status();
+        const io::Window window = window_of(*header);
+        const std::string path = header->files.color_file().path();
+        if (first_path.empty()) {
+            first = window;
+            first_path = path;
+        }
+        if (window.width() != first.width() || window.height() != first.height())
+            return Status(StatusCode::input,
+                          concat(path, ": is ", size_text(window), ", but ", first_path, " is ",
+                                 size_text(first), "; a report is of one size"));
+        if (!with_exposures) continue;
+        auto source =
+            sequence::read_source_frame(input.source, std::move(*header), {}, io::Keep::nothing);
+        if (!source.ok()) return source.status();
+        auto picture = metrics::picture_of(source->planes.at(Role::color));
+        if (!picture.ok()) return picture.status().at(path);
+        survey.exposures =
+            metrics::joined(survey.exposures, metrics::exposure_range(*picture, mapper));
+    }
+    survey.width = first.width();
+    survey.height = first.height();
+    return survey;
+}
+
+SceneOfInput find_scene(const sequence::RunSettings& input, const InputSurvey& survey) {
+    SceneOfInput found;
+    const std::string path = input.input.color().folder() + "/camera.json";
+    auto text = read_text_file(path, StatusCode::input);
+    if (!text.ok()) {
+        found.why_not = "no truth was given, and " + path + " is not there to name a scene";
+        return found;
+    }
+    const auto json = nlohmann::json::parse(*text, nullptr, false);
+    const auto word = [&](const char* key) {
+        const auto value = json.is_object() ? json.find(key) : json.end();
+        return json.is_object() && value != json.end() && value->is_string()
+                   ? value->get<std::string>()
+                   : std::string();
+    };
+    scenes::SceneRequest request;
+    request.name = word("scene");
+    const auto& all = scenes::scenes();
+    const auto scene = std::find_if(all.begin(), all.end(), [&](const scenes::SceneInfo& info) {
+        return info.name == request.name && info.help == word("description");
+    });
+    if (scene == all.end()) {
+        found.why_not = "no truth was given, and " + path + " names none of the generated scenes";
+        return found;
+    }
+    request.width = survey.width;
+    request.height = survey.height;
+    request.frames = survey.frames;
+    // The lens that the sequence was rendered with; in `zoom` focal length and focus are the
+    // scene's own in every frame.
+    const CameraFile file = parse_camera(*text, path);
+    if (!file.status().ok()) {
+        found.why_not = file.status().message();
+        return found;
+    }
+    request.camera = file.camera;
+    request.camera.meters_per_unit.reset();
+    if (!file.frames.empty()) {
+        request.camera.focal_length_mm.reset();
+        request.camera.focus_distance.reset();
+    }
+    found.request = std::move(request);
+    return found;
+}
+
+Result<std::string> generate_truth(const scenes::SceneRequest& given, const std::string& parent,
+                                   int samples, const gl::ContextOptions& context,
+                                   const std::function<bool(int, double)>& progress) {
+    scenes::SceneRequest request = given;
+    request.truth_samples = samples;
+    // One folder for each request: what an interrupted run has left there is of this very one.
+    const std::string text = concat(request.name, " ", request.width, "x", request.height, " ",
+                                    samples, " ", camera_parameters().text(&request.camera));
+    const std::string folder = parent + "/" + hex_of(hash_text(text));
+    std::error_code error;
+    fs::create_directories(folder, error);
+    if (error) return Status(StatusCode::output, folder + ": cannot be made: " + error.message());
+    const std::string pattern = folder + "/both.####.exr";
+    auto name = io::PathPattern::parse(pattern);
+    if (!name.ok()) return name.status();
+    std::unique_ptr<scenes::SceneRenderer> renderer;
+    for (int frame : request.frames) {
+        const std::string path = name->format(frame);
+        if (io::ExrFile::open(path).ok()) continue;  // of an interrupted run: files appear whole
+        if (!renderer) {
+            auto made = scenes::SceneRenderer::create(context);
+            if (!made.ok()) return made.status();
+            renderer = std::move(*made);
+        }
+        auto planes =
+            scenes::render_frame(*renderer, request, frame, scenes::Picture::both,
+                                 [&](double share) { return !progress || progress(frame, share); });
+        if (!planes.ok()) return planes.status();
+        auto written = io::write_planes_exr(path, planes->color, {"R", "G", "B", "A"});
+        if (!written.ok()) return written.status();
+    }
+    return pattern;
+}
+
+}  // namespace postchain::experiment

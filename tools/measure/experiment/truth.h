@@ -1,0 +1,70 @@
+// The truth of a sequence: looked at once before anything is run, then read frame by frame.
+//
+//   files of -r, or generated from the scene that camera.json names
+//     --survey: there, same windows, finite, not black--> joined exposures of HDR-FLIP
+//     --load--> Picture of one frame
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "chain/gl/context.h"
+#include "tools/measure/metrics/exposure.h"
+#include "tools/measure/metrics/pair.h"
+#include "tools/measure/scenes/scene.h"
+#include "tools/sequence/run/runner.h"
+
+namespace postchain::experiment {
+
+class Truth {
+  public:
+    // `pattern`: as typed after -r. Frames are those of `input`; the files must cover them.
+    // Errors (usage): bad pattern; (input): frames missing (they are listed).
+    static Result<Truth> open(const std::string& pattern, const std::vector<int>& frames);
+
+    // Reads every frame once. Errors (input), naming both files: another size or window than the
+    // input's frame, NaN or Inf, nothing but black.
+    Status survey(const sequence::RunSettings& input, metrics::ToneMapper mapper);
+    const metrics::ExposureRange& exposures() const { return exposures_; }
+
+    Result<metrics::Picture> load(int frame) const;
+    // Name, size and time of change of the frame's file.
+    std::string identity(int frame) const;
+
+  private:
+    Result<sequence::SourceFrame> read(int frame) const;
+    std::map<int, std::map<Role, std::string>> files_;
+    std::vector<int> frames_;
+    metrics::ExposureRange exposures_;
+};
+
+// Exposures of HDR-FLIP where there is no truth: of the unfiltered frames. Also says how large
+// they are. Errors (input): frames that cannot be read, of different sizes, all black.
+struct InputSurvey {
+    std::vector<int> frames;
+    int width = 0;
+    int height = 0;
+    metrics::ExposureRange exposures;
+};
+Result<InputSurvey> survey_input(const sequence::RunSettings& input, metrics::ToneMapper mapper,
+                                 bool with_exposures);
+
+// The generated scene that a sequence was rendered from: camera.json beside the input names it and
+// its description is that scene's. Nothing when there is none, with the reason.
+struct SceneOfInput {
+    std::optional<scenes::SceneRequest> request;  // size, frames and camera filled
+    std::string why_not;
+};
+SceneOfInput find_scene(const sequence::RunSettings& input, const InputSurvey& survey);
+
+// Renders `both` of every frame that is not there yet as both.####.exr (float) into a folder of
+// this request under `parent`; returns the pattern. Makes a GL context of its own and leaves none
+// current. Errors: those of the scenes and of writing.
+Result<std::string> generate_truth(const scenes::SceneRequest& request, const std::string& parent,
+                                   int samples, const gl::ContextOptions& context,
+                                   const std::function<bool(int frame, double share)>& progress);
+
+}  // namespace postchain::experiment

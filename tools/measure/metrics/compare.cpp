@@ -1,0 +1,136 @@
+#include "tools/measure/metrics/compare.h"
+
+#include <algorithm>
+
+#include "tools/measure/metrics/display.h"
+#include "tools/measure/metrics/sharpness.h"
+
+namespace postchain::metrics {
+namespace {
+
+template <class Row>
+const Row* find(const std::vector<Row>& rows, const std::string& name) {
+    const auto it =
+        std::find_if(rows.begin(), rows.end(), [&](const Row& row) { return row.name == name; });
+    return it == rows.end() ? nullptr : &*it;
+}
+
+template <class Row>
+Status unknown(const char* what, const std::string& name, const std::vector<Row>& rows) {
+    std::string known;
+    for (const auto& row : rows) known += (known.empty() ? "" : ", ") + row.name;
+    return Status(StatusCode::usage, concat("no ", what, " '", name, "'; known are ", known));
+}
+
+}  // namespace
+
+const std::vector<MetricRow>& metric_rows() {
+    static const std::vector<MetricRow> rows = {
+        {"flip", "FLIP of linear values clamped to 0..1, mean"},
+        {"hdr_flip", "HDR-FLIP, mean"},
+        {"relmse", "mean of (I-R)^2 / (|R| + 0.01)^2"},
+        {"smape", "mean of 2|I-R| / (|I| + |R| + 0.02)"},
+        {"mse", "mean of (I-R)^2"},
+        {"psnr", "dB after the display transform, peak 1; none when equal", false},
+        {"ssim", "on luma after the display transform; none below 11x11 pixels", false},
+        {"nonfinite", "pixels of the tested picture with NaN or Inf"},
+        {"relmse_trimmed", "relmse without the worst 0.1 % of the pixels"},
+        {"difference_p50", "median of the largest |I-R| of each pixel"},
+        {"difference_p95", "95th percentile of it"},
+        {"difference_p99", "99th percentile of it"},
+        {"difference_max", "maximum of it"},
+    };
+    return rows;
+}
+
+const MetricRow* find_metric(const std::string& name) {
+    return find(metric_rows(), name);
+}
+
+const std::vector<MapRow>& map_rows() {
+    static const std::vector<MapRow> rows = {
+        {"flip", "FLIP", 1},
+        {"hdr_flip", "HDR-FLIP", 1},
+        {"relmse", "mean over RGB of (I-R)^2 / (|R| + 0.01)^2", 1},
+        {"smape", "mean over RGB of 2|I-R| / (|I| + |R| + 0.02)", 2},
+        {"difference", "largest |I-R| over RGB", 1},
+    };
+    return rows;
+}
+
+const MapRow* find_map(const std::string& name) {
+    return find(map_rows(), name);
+}
+
+std::optional<double> Comparison::value(const std::string& name) const {
+    for (const auto& [key, number] : values)
+        if (key == name) return number;
+    return std::nullopt;
+}
+
+Result<Comparison> compare(const Pair& pair, const CompareSettings& settings) {
+    for (const auto& name : settings.metrics)
+        if (!find_metric(name)) return unknown("metric", name, metric_rows());
+    if (!settings.map.empty() && !find_map(settings.map))
+        return unknown("error map", settings.map, map_rows());
+    const auto wanted = [&](const char* name) {
+        return settings.metrics.empty() || settings.metrics.count(name) > 0;
+    };
+    Comparison result;
+    const auto add = [&](const char* name, auto&& measure) {
+        if (wanted(name)) result.values.emplace_back(name, measure());
+    };
+    // FLIP makes its map on the way.
+    const auto add_flip = [&](const char* name, auto&& measure) {
+        const bool mapped = settings.map == name;
+        if (!wanted(name) && !mapped) return;
+        FlipResult flip = measure();
+        if (wanted(name)) result.values.emplace_back(name, flip.mean);
+        if (mapped) result.map = std::move(flip.map);
+    };
+    add_flip("flip", [&] { return flip(pair, settings.flip); });
+    if (wanted("hdr_flip") || settings.map == "hdr_flip")
+        result.exposures = settings.exposures
+                               ? *settings.exposures
+                               : exposure_range(pair.reference, settings.flip.tone_mapper);
+    add_flip("hdr_flip", [&] { return hdr_flip(pair, result.exposures, settings.flip); });
+    add("relmse", [&] { return relmse(pair); });
+    add("smape", [&] { return smape(pair); });
+    add("mse", [&] { return mse(pair); });
+    add("psnr", [&] { return psnr(pair); });
+    add("ssim", [&] { return ssim(pair); });
+    add("nonfinite", [&] { return double(pair.test.nonfinite); });
+    add("relmse_trimmed", [&] { return relmse_trimmed(pair); });
+    if (wanted("difference_p50") || wanted("difference_p95") || wanted("difference_p99") ||
+        wanted("difference_max")) {
+        const Percentiles p = difference_percentiles(pair);
+        add("difference_p50", [&] { return p.p50; });
+        add("difference_p95", [&] { return p.p95; });
+        add("difference_p99", [&] { return p.p99; });
+        add("difference_max", [&] { return p.max; });
+    }
+    if (settings.map == "relmse") result.map = relmse_map(pair);
+    if (settings.map == "smape") result.map = smape_map(pair);
+    if (settings.map == "difference") result.map = difference_map(pair);
+    return result;
+}
+
+std::vector<std::pair<std::string, double>> metric_constants() {
+    return {{"relmse_epsilon", kRelMseEpsilon},
+            {"smape_epsilon", kSmapeEpsilon},
+            {"trimmed_part", kTrimmedPart},
+            {"display_gamma", kDisplayGamma},
+            {"ssim_window_px", kSsimWindow},
+            {"ssim_sigma_px", kSsimSigma},
+            {"ssim_k1", kSsimK1},
+            {"ssim_k2", kSsimK2},
+            {"tone_target", kToneTarget},
+            {"max_exposure_stops", kMaxExposureStops},
+            {"region_sigma_px", kRegionSigma},
+            {"min_energy", kMinEnergy},
+            {"blurred_part", kBlurredPart},
+            {"sharp_part", kSharpPart},
+            {"energy_epsilon", kEnergyEpsilon}};
+}
+
+}  // namespace postchain::metrics

@@ -1,0 +1,320 @@
+// Rows are worked on in blocks that the compiler turns into vector code; buffers of a band of rows
+// stay in the cache. Float throughout: the golden means come out within 2e-5 (two grays, where
+// a* and b* are differences of nearly equal numbers; elsewhere within 1e-5).
+#include "tools/measure/metrics/flip.h"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <cmath>
+#include <optional>
+
+#include "tools/measure/metrics/color_space.h"
+#include "tools/measure/metrics/flip_kernels.h"
+#include "tools/measure/metrics/parallel.h"
+
+namespace postchain::metrics {
+namespace {
+
+// Constants of the 2020 paper, section 3.3 and 3.4.
+constexpr float kColorExponent = 0.7f;    // q_c
+constexpr float kColorKnee = 0.4f;        // p_c, part of the largest difference
+constexpr float kColorKneeValue = 0.95f;  // p_t, what the knee maps to
+constexpr float kHuntScale = 0.01f;
+// Largest exposed value: far above white for every tone curve, and its square is finite.
+constexpr float kLargestExposed = 1e15f;
+constexpr int kBlock = 16;     // pixels
+constexpr int kBandRows = 64;  // rows
+
+// What turns scene values into the 0..1 that FLIP looks at.
+struct Shown {
+    float gain = 1;
+    std::optional<ToneMapper> mapper;  // none: clamp only
+};
+
+using Row = std::vector<float>;
+
+// t^(1/3) of t > 0 to float precision: a guess from the exponent (3 %), then Halley's step, which
+// cubes the error, twice. Branch-free, so that it vectorises.
+inline float cube_root(float t) {
+    const auto bits = std::bit_cast<int32_t>(t);
+    const auto guess = int32_t(float(bits) * (1 / 3.0f)) + 0x2a510000;
+    float y = std::bit_cast<float>(guess);
+    for (int i = 0; i < 2; ++i) {
+        const float cube = y * y * y;
+        y *= (cube + 2 * t) / (2 * cube + t);
+    }
+    return y;
+}
+
+// f of CIELAB: the cube root with a linear start.
+inline float lab_curve(float t) {
+    constexpr float delta = 6.0f / 29;
+    constexpr float knee = delta * delta * delta;
+    const float root = cube_root(std::max(t, knee));
+    const float line = t * (1 / (3 * delta * delta)) + 4.0f / 29;
+    return t > knee ? root : line;
+}
+
+struct Lab {
+    float l, a, b;
+};
+
+// CIELAB of XYZ relative to white, chroma scaled by lightness (Hunt effect).
+inline Lab hunt_lab(float x, float y, float z) {
+    const float fx = lab_curve(x), fy = lab_curve(y), fz = lab_curve(z);
+    const float l = 116 * fy - 16;
+    return {l, kHuntScale * l * 500 * (fx - fy), kHuntScale * l * 200 * (fy - fz)};
+}
+
+// RGB to XYZ / white, and back.
+struct Matrix {
+    float m[3][3];
+
+    inline void apply(float a, float b, float c, float* out) const {
+        for (int i = 0; i < 3; ++i) out[i] = m[i][0] * a + m[i][1] * b + m[i][2] * c;
+    }
+};
+
+Matrix to_relative_xyz() {
+    Matrix matrix;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) matrix.m[i][j] = float(kRgbToXyz[i][j] / kWhite[i]);
+    return matrix;
+}
+
+Matrix from_relative_xyz() {
+    // Adjugate over determinant; cyclic indices carry the signs.
+    const auto& m = kRgbToXyz;
+    const auto cofactor = [&](int i, int j) {
+        const int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
+        return m[i1][j1] * m[i2][j2] - m[i1][j2] * m[i2][j1];
+    };
+    const double determinant =
+        m[0][0] * cofactor(0, 0) + m[0][1] * cofactor(0, 1) + m[0][2] * cofactor(0, 2);
+    Matrix matrix;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j)
+            matrix.m[i][j] = float(cofactor(j, i) / determinant * kWhite[j]);
+    return matrix;
+}
+
+float hyab(const Lab& p, const Lab& q) {
+    const float da = p.a - q.a, db = p.b - q.b;
+    return std::abs(p.l - q.l) + std::sqrt(da * da + db * db);
+}
+
+// out[x] = sum of taps[k] row_of(k)[x], for `width` rounded up to blocks.
+template <class RowOf>
+void weighted_sum(const std::vector<float>& taps, int width, float* out, RowOf&& row_of) {
+    for (int x = 0; x < width; x += kBlock) {
+        float sum[kBlock] = {};
+        for (size_t k = 0; k < taps.size(); ++k) {
+            const float* row = row_of(k) + x;
+            for (int i = 0; i < kBlock; ++i) sum[i] += taps[k] * row[i];
+        }
+        for (int i = 0; i < kBlock; ++i) out[x + i] = sum[i];
+    }
+}
+
+// The planes that have been filtered along rows and wait for their columns.
+enum Plane {
+    kAchromatic,
+    kRedGreen,
+    kBlueYellow0,
+    kBlueYellow1,
+    kSmooth,
+    kFirst,
+    kSecond,
+    kPlanes
+};
+
+class Band {
+  public:
+    Band(const FlipKernels& kernels, int width, int height)
+        : kernels_(kernels),
+          width_(width),
+          height_(height),
+          stride_((width + kBlock - 1) / kBlock * kBlock) {
+        for (auto& row : opponent_) row.resize(size_t(stride_ + 2 * kernels.radius));
+        for (auto& row : out_) row.resize(size_t(stride_));
+    }
+
+    // Filters along rows everything that output rows [begin, end) need.
+    void load(const Picture& picture, const Shown& shown, int begin, int end) {
+        first_row_ = std::max(0, begin - kernels_.radius);
+        const int last = std::min(height_, end + kernels_.radius);
+        for (auto& plane : planes_) plane.resize(size_t(last - first_row_) * size_t(stride_));
+        for (int y = first_row_; y < last; ++y) {
+            split(picture.rgb.pixel(0, y), shown);
+            const auto filter = [&](Plane plane, int channel, const Kernel& kernel) {
+                const float* from = opponent_[channel].data() + (kernels_.radius - kernel.radius());
+                weighted_sum(kernel.taps, width_, row(plane, y),
+                             [&](size_t k) { return from + k; });
+            };
+            filter(kAchromatic, 0, kernels_.achromatic);
+            filter(kRedGreen, 1, kernels_.red_green);
+            filter(kBlueYellow0, 2, kernels_.blue_yellow_rows[0]);
+            filter(kBlueYellow1, 2, kernels_.blue_yellow_rows[1]);
+            filter(kSmooth, 0, kernels_.gaussian);
+            filter(kFirst, 0, kernels_.first);
+            filter(kSecond, 0, kernels_.second);
+        }
+    }
+
+    // Row y as seen: color in lab(), features in edge() and point().
+    void see(int y) {
+        column(y, kAchromatic, kernels_.achromatic, out_[0]);
+        column(y, kRedGreen, kernels_.red_green, out_[1]);
+        column(y, kBlueYellow0, kernels_.blue_yellow_columns[0], out_[2]);
+        column(y, kBlueYellow1, kernels_.blue_yellow_columns[1], out_[3]);
+        static const Matrix inverse = from_relative_xyz(), forward = to_relative_xyz();
+        for (int x = 0; x < stride_; ++x) {
+            const float yy = out_[0][size_t(x)];
+            const float by = out_[2][size_t(x)] + out_[3][size_t(x)];
+            float rgb[3], xyz[3];
+            inverse.apply(out_[1][size_t(x)] + yy, yy, yy - by, rgb);
+            for (float& v : rgb) v = std::min(std::max(v, 0.0f), 1.0f);
+            forward.apply(rgb[0], rgb[1], rgb[2], xyz);
+            const Lab lab = hunt_lab(xyz[0], xyz[1], xyz[2]);
+            out_[0][size_t(x)] = lab.l;
+            out_[1][size_t(x)] = lab.a;
+            out_[2][size_t(x)] = lab.b;
+        }
+        magnitude(y, kFirst, kernels_.first, out_[3]);
+        magnitude(y, kSecond, kernels_.second, out_[4]);
+    }
+    Lab lab(int x) const { return {out_[0][size_t(x)], out_[1][size_t(x)], out_[2][size_t(x)]}; }
+    float edge(int x) const { return out_[3][size_t(x)]; }
+    float point(int x) const { return out_[4][size_t(x)]; }
+
+  private:
+    float* row(Plane plane, int y) {
+        return planes_[plane].data() + size_t(y - first_row_) * size_t(stride_);
+    }
+
+    // One row of the picture as shown, in opponent channels with the edge replicated. The paper's
+    // YCxCz is an affine function of these; the filters have unit sum, so its factors and offset
+    // cancel: Y/Yn, X/Xn - Y/Yn, Y/Yn - Z/Zn.
+    void split(const float* rgb, const Shown& shown) {
+        static const Matrix forward = to_relative_xyz();
+        const ToneCurve k = curve_of(shown.mapper.value_or(ToneMapper::aces));
+        const auto curve = [&](float v) {
+            return (k.k0 * v * v + k.k1 * v) / (k.k3 * v * v + k.k4 * v + k.k5);
+        };
+        for (int x = 0; x < width_; ++x) {
+            float v[3];
+            for (int c = 0; c < 3; ++c)
+                v[c] = std::min(std::max(rgb[3 * x + c], 0.0f) * shown.gain, kLargestExposed);
+            if (shown.mapper == ToneMapper::reinhard) {
+                const float scale = 1 / (1 + float(luminance(v)));
+                for (float& value : v) value *= scale;
+            } else if (shown.mapper) {
+                for (float& value : v) value = curve(value);
+            }
+            float xyz[3];
+            forward.apply(std::min(v[0], 1.0f), std::min(v[1], 1.0f), std::min(v[2], 1.0f), xyz);
+            const size_t at = size_t(x + kernels_.radius);
+            opponent_[0][at] = xyz[1];
+            opponent_[1][at] = xyz[0] - xyz[1];
+            opponent_[2][at] = xyz[1] - xyz[2];
+        }
+        for (auto& row : opponent_) {
+            const auto begin = row.begin() + kernels_.radius, end = begin + width_;
+            std::fill(row.begin(), begin, *begin);
+            std::fill(end, row.end(), *(end - 1));
+        }
+    }
+
+    void column(int y, Plane plane, const Kernel& kernel, Row& out) {
+        weighted_sum(kernel.taps, width_, out.data(), [&](size_t k) {
+            return row(plane, std::clamp(y + int(k) - kernel.radius(), 0, height_ - 1));
+        });
+    }
+
+    // Length of (derivative along x, derivative along y).
+    void magnitude(int y, Plane along_rows, const Kernel& derivative, Row& out) {
+        column(y, along_rows, kernels_.gaussian, out);
+        column(y, kSmooth, derivative, scratch_);
+        for (size_t x = 0; x < out.size(); ++x)
+            out[x] = std::sqrt(out[x] * out[x] + scratch_[x] * scratch_[x]);
+    }
+
+    const FlipKernels& kernels_;
+    int width_, height_, stride_;
+    int first_row_ = 0;
+    Row opponent_[3];      // one row, padded by the radius
+    Row planes_[kPlanes];  // rows from first_row_
+    Row out_[5];
+    Row scratch_ = Row(size_t(stride_));
+};
+
+// The largest color difference there is, between green and blue.
+float largest_color_difference() {
+    static const Matrix forward = to_relative_xyz();
+    float green[3], blue[3];
+    forward.apply(0, 1, 0, green);
+    forward.apply(0, 0, 1, blue);
+    return std::pow(
+        hyab(hunt_lab(green[0], green[1], green[2]), hunt_lab(blue[0], blue[1], blue[2])),
+        kColorExponent);
+}
+
+float difference(const Band& test, const Band& reference, int x, float largest) {
+    const float color = std::pow(hyab(test.lab(x), reference.lab(x)), kColorExponent);
+    const float knee = kColorKnee * largest;
+    const float mapped =
+        color < knee ? color * (kColorKneeValue / knee)
+                     : kColorKneeValue + (color - knee) / (largest - knee) * (1 - kColorKneeValue);
+    const float feature = std::max(std::abs(test.edge(x) - reference.edge(x)),
+                                   std::abs(test.point(x) - reference.point(x)));
+    const float exponent = 1 - std::min(std::sqrt(feature * float(M_SQRT1_2)), 1.0f);
+    return std::pow(std::min(mapped, 1.0f), exponent);
+}
+
+FlipResult largest_over(const Pair& pair, const std::vector<Shown>& all,
+                        const FlipSettings& settings) {
+    assert(settings.pixels_per_degree >= kMinPixelsPerDegree &&
+           settings.pixels_per_degree <= kMaxPixelsPerDegree);
+    const FlipKernels kernels = flip_kernels(settings.pixels_per_degree);
+    const float largest = largest_color_difference();
+    FlipResult result;
+    result.map = ImageF(pair.width(), pair.height(), 1);
+    for_bands(pair.height(), kBandRows, settings.threads, [&](int begin, int end) {
+        Band test(kernels, pair.width(), pair.height());
+        Band reference(kernels, pair.width(), pair.height());
+        for (const Shown& shown : all) {
+            test.load(pair.test, shown, begin, end);
+            reference.load(pair.reference, shown, begin, end);
+            for (int y = begin; y < end; ++y) {
+                test.see(y);
+                reference.see(y);
+                float* map = result.map.pixel(0, y);
+                for (int x = 0; x < pair.width(); ++x)
+                    map[x] = std::max(map[x], difference(test, reference, x, largest));
+            }
+        }
+    });
+    double sum = 0;
+    for (float v : result.map.data) {
+        sum += double(v);
+        result.max = std::max(result.max, double(v));
+    }
+    result.mean = sum / double(pair.pixels());
+    return result;
+}
+
+}  // namespace
+
+FlipResult flip(const Pair& pair, const FlipSettings& settings) {
+    return largest_over(pair, {Shown{}}, settings);
+}
+
+FlipResult hdr_flip(const Pair& pair, const ExposureRange& range, const FlipSettings& settings) {
+    std::vector<Shown> all;
+    for (double exposure : range.exposures())
+        all.push_back({float(std::exp2(exposure)), settings.tone_mapper});
+    return largest_over(pair, all, settings);
+}
+
+}  // namespace postchain::metrics

@@ -1,0 +1,20 @@
+#include "tools/measure/metrics/limit.h"
+
+#include <charconv>
+#include <cmath>
+
+namespace postchain::metrics {
+
+Result<MetricLimit> parse_limit(const std::string& option, const std::string& text) {
+    const size_t equals = text.find('=');
+    MetricLimit limit{text.substr(0, equals), 0};
+    const char* end = text.data() + text.size();
+    const char* begin = equals == std::string::npos ? end : text.data() + equals + 1;
+    const auto parsed = std::from_chars(begin, end, limit.value);
+    if (parsed.ec != std::errc() || parsed.ptr != end || !std::isfinite(limit.value))
+        return Status(StatusCode::usage,
+                      option + ": '" + text + "' is not METRIC=NUMBER, as in flip=0.05");
+    return limit;
+}
+
+}  // namespace postchain::metrics

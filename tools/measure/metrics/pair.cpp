@@ -1,0 +1,45 @@
+#include "tools/measure/metrics/pair.h"
+
+#include <cmath>
+
+namespace postchain::metrics {
+
+Result<Picture> picture_of(const ImageF& image) {
+    if (image.empty()) return Status(StatusCode::input, "the image has no pixels");
+    if (image.channels < 3)
+        return Status(StatusCode::input,
+                      concat("the image has ", image.channels, " channels, metrics need RGB"));
+    Picture picture;
+    picture.rgb = ImageF(image.width, image.height, 3);
+    for (size_t i = 0; i < image.pixels(); ++i) {
+        const float* from = image.data.data() + i * size_t(image.channels);
+        float* to = picture.rgb.data.data() + 3 * i;
+        bool bad = false;
+        for (int c = 0; c < 3; ++c) {
+            const bool finite = std::isfinite(from[c]);
+            to[c] = finite ? from[c] : 0.0f;
+            bad = bad || !finite;
+        }
+        picture.nonfinite += bad;
+    }
+    return picture;
+}
+
+Result<Pair> pair_of(Picture test, Picture reference) {
+    const ImageF& a = test.rgb;
+    const ImageF& b = reference.rgb;
+    if (a.width != b.width || a.height != b.height)
+        return Status(StatusCode::input, concat("sizes differ: ", a.width, "x", a.height,
+                                                " against ", b.width, "x", b.height));
+    return Pair{std::move(test), std::move(reference)};
+}
+
+Result<Pair> pair_of(const ImageF& test, const ImageF& reference) {
+    auto a = picture_of(test);
+    if (!a.ok()) return a.status().at("test");
+    auto b = picture_of(reference);
+    if (!b.ok()) return b.status().at("reference");
+    return pair_of(std::move(*a), std::move(*b));
+}
+
+}  // namespace postchain::metrics

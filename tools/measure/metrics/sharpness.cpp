@@ -1,0 +1,91 @@
+#include "tools/measure/metrics/sharpness.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tools/measure/metrics/display.h"
+
+namespace postchain::metrics {
+namespace {
+
+double squared(double v) {
+    return v * v;
+}
+
+ImageF gradient_energy(const Picture& picture) {
+    const ImageF luma = display_luma(picture);
+    ImageF energy(luma.width, luma.height, 1);
+    for (int y = 0; y < luma.height; ++y)
+        for (int x = 0; x < luma.width; ++x) {
+            const auto at = [&](int dx, int dy) {
+                return double(luma.at(std::clamp(x + dx, 0, luma.width - 1),
+                                      std::clamp(y + dy, 0, luma.height - 1)));
+            };
+            energy.at(x, y) =
+                float(squared((at(1, 0) - at(-1, 0)) / 2) + squared((at(0, 1) - at(0, -1)) / 2));
+        }
+    return energy;
+}
+
+// Along x and transposed; twice gives the picture smoothed along both.
+ImageF smoothed_transposed(const ImageF& image) {
+    const int radius = int(std::ceil(3 * kRegionSigma));
+    std::vector<double> weights;
+    double total = 0;
+    for (int i = -radius; i <= radius; ++i) {
+        weights.push_back(std::exp(-i * i / (2 * kRegionSigma * kRegionSigma)));
+        total += weights.back();
+    }
+    ImageF out(image.height, image.width, 1);
+    for (int y = 0; y < image.height; ++y)
+        for (int x = 0; x < image.width; ++x) {
+            double sum = 0;
+            for (int i = -radius; i <= radius; ++i)
+                sum += weights[size_t(i + radius)] *
+                       double(image.at(std::clamp(x + i, 0, image.width - 1), y));
+            out.at(y, x) = float(sum / total);
+        }
+    return out;
+}
+
+ImageF energy_around(const Picture& picture) {
+    return smoothed_transposed(smoothed_transposed(gradient_energy(picture)));
+}
+
+struct Region {
+    double test = 0, truth = 0;
+    size_t pixels = 0;
+
+    std::optional<double> ratio() const {
+        if (pixels == 0) return std::nullopt;
+        const double floor = double(pixels) * kEnergyEpsilon;
+        return (test + floor) / (truth + floor);
+    }
+};
+
+}  // namespace
+
+Result<Sharpness> sharpness(const Pair& truth_pair, const Picture& input) {
+    if (input.rgb.width != truth_pair.width() || input.rgb.height != truth_pair.height())
+        return Status(StatusCode::input,
+                      concat("sizes differ: the input has ", input.rgb.width, "x", input.rgb.height,
+                             ", the truth ", truth_pair.width(), "x", truth_pair.height()));
+    const ImageF test = energy_around(truth_pair.test);
+    const ImageF truth = energy_around(truth_pair.reference);
+    const ImageF unblurred = energy_around(input);
+    Region blurred, sharp;
+    for (size_t i = 0; i < test.data.size(); ++i) {
+        const double before = double(unblurred.data[i]), after = double(truth.data[i]);
+        if (before < kMinEnergy) continue;
+        Region* region = nullptr;
+        if (after <= kBlurredPart * before) region = &blurred;
+        if (after >= kSharpPart * before && after * kSharpPart <= before) region = &sharp;
+        if (!region) continue;
+        region->test += double(test.data[i]);
+        region->truth += after;
+        ++region->pixels;
+    }
+    return Sharpness{blurred.ratio(), sharp.ratio(), blurred.pixels, sharp.pixels};
+}
+
+}  // namespace postchain::metrics

@@ -1,0 +1,85 @@
+#include "tools/measure/report/images.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "tools/sequence/io/exr_writer.h"
+
+namespace postchain::report {
+namespace {
+
+namespace fs = std::filesystem;
+
+void replace(std::vector<StoredImage>& images, StoredImage entry) {
+    const auto same = std::find_if(images.begin(), images.end(), [&](const StoredImage& image) {
+        return image.path == entry.path && image.variant == entry.variant;
+    });
+    if (same != images.end())
+        *same = std::move(entry);
+    else
+        images.push_back(std::move(entry));
+}
+
+ImageF first_three(const ImageF& image) {
+    ImageF rgb(image.width, image.height, 3);
+    for (size_t i = 0; i < image.pixels(); ++i)
+        for (size_t c = 0; c < 3; ++c)
+            rgb.data[3 * i + c] = image.data[size_t(image.channels) * i + c];
+    return rgb;
+}
+
+}  // namespace
+
+std::string image_path(const std::string& name, int frame) {
+    char number[32];
+    std::snprintf(number, sizeof(number), ".%04d.exr", frame);
+    return concat(kImageFolder, "/", name, number);
+}
+
+Status store_image(Report& report, StoredImage entry, const ImageF& pixels) {
+    std::error_code error;
+    const std::string folder = report.folder + "/" + kImageFolder;
+    fs::create_directories(folder, error);
+    if (error) return Status(StatusCode::output, folder + ": cannot be made: " + error.message());
+    const bool rgb = pixels.channels >= 3;
+    const std::string path = report.folder + "/" + entry.path;
+    const auto written =
+        rgb ? io::write_planes_exr(path, pixels.channels == 3 ? pixels : first_three(pixels),
+                                   {"R", "G", "B"})
+            : io::write_planes_exr(path, pixels, {"Y"});
+    if (!written.ok()) return written.status();
+    entry.width = pixels.width;
+    entry.height = pixels.height;
+    entry.channels = rgb ? 3 : 1;
+    replace(report.images, std::move(entry));
+    return Status();
+}
+
+bool take_stored_image(Report& report, StoredImage entry) {
+    auto file = io::ExrFile::open(report.folder + "/" + entry.path);
+    if (!file.ok() || file->parts().size() != 1) return false;
+    const io::ExrPart& part = file->parts()[0];
+    entry.width = part.data_window.width();
+    entry.height = part.data_window.height();
+    entry.channels = int(part.channels.size());
+    replace(report.images, std::move(entry));
+    return true;
+}
+
+const StoredImage* Report::find(ImageKind of, int variant, int frame,
+                                const std::string& map) const {
+    for (const StoredImage& image : images)
+        if (image.kind == of && image.variant == variant && image.frame == frame &&
+            image.map == map)
+            return &image;
+    return nullptr;
+}
+
+Result<ImageF> load_image(const Report& report, const StoredImage& image) {
+    auto file = io::ExrFile::open(report.folder + "/" + image.path);
+    if (!file.ok()) return file.status();
+    if (image.channels == 1) return file->read_channels(0, {"Y"});
+    return file->read_channels(0, {"R", "G", "B"});
+}
+
+}  // namespace postchain::report

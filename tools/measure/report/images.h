@@ -1,0 +1,23 @@
+// Pictures of a report, one EXR file each in DIR/images: written as they are made, read one at a
+// time. 32-bit float, ZIP: what the page shows is what was measured.
+#pragma once
+
+#include <string>
+
+#include "tools/measure/report/report.h"
+
+namespace postchain::report {
+
+inline constexpr const char* kImageFolder = "images";
+
+// "images/NAME.0010.exr"
+std::string image_path(const std::string& name, int frame);
+
+// Writes RGB (of 3 or more channels) or the one channel to report.folder and names it in
+// report.images; an entry of the same path and variant is replaced. Errors (output).
+Status store_image(Report& report, StoredImage entry, const ImageF& pixels);
+
+// Names a picture that an earlier run has written; false when it is not there whole.
+bool take_stored_image(Report& report, StoredImage entry);
+
+}  // namespace postchain::report

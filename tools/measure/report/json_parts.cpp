@@ -1,0 +1,126 @@
+#include "tools/measure/report/json_parts.h"
+
+#include <cmath>
+
+namespace postchain::report {
+namespace {
+
+Json figure_json(const TimeFigure& time) {
+    return {{"median_ms", time.median_ms}, {"spread_ms", time.spread_ms}, {"n", time.n}};
+}
+
+TimeFigure figure_from(const Json& json) {
+    return {json.at("median_ms"), json.at("spread_ms"), json.at("n")};
+}
+
+Json parts_json(const ErrorParts& parts) {
+    return {{"precision", json_of(parts.precision)},
+            {"sampling", json_of(parts.sampling)},
+            {"model", json_of(parts.model)},
+            {"total", json_of(parts.total)}};
+}
+
+std::optional<double> number_from(const Json& json) {
+    return json.is_null() ? std::nullopt : std::optional<double>(json.get<double>());
+}
+
+ErrorParts parts_from(const Json& json) {
+    return {number_from(json.at("precision")), number_from(json.at("sampling")),
+            number_from(json.at("model")), number_from(json.at("total"))};
+}
+
+std::string word_from(const Json& json) {
+    return json.is_null() ? std::string() : json.get<std::string>();
+}
+
+// nlohmann reports what does not fit by exceptions; here it means: not ours.
+template <class T, class Read>
+std::optional<T> guarded(const Read& read) {
+    try {
+        return read();
+    } catch (const nlohmann::json::exception&) {
+        return std::nullopt;
+    }
+}
+
+}  // namespace
+
+Json json_of(const std::optional<double>& value) {
+    if (!value || !std::isfinite(*value)) return nullptr;
+    return *value;
+}
+
+Json json_of(const Timing& timing) {
+    Json passes = Json::array();
+    for (const PassCost& cost : timing.passes) {
+        Json pass = figure_json(cost.time);
+        pass["pass"] = cost.pass;
+        pass["left_out"] = cost.left_out;
+        passes.push_back(std::move(pass));
+    }
+    return {{"frame", timing.frame},
+            {"source", timing.source},
+            {"trustworthy", timing.trustworthy},
+            {"why_not", timing.why_not.empty() ? Json(nullptr) : Json(timing.why_not)},
+            {"total", figure_json(timing.total)},
+            {"passes", passes}};
+}
+
+Json json_of(const ErrorSplit& split) {
+    Json mse = parts_json(split.mse);
+    mse["cross"] = json_of(split.cross);
+    Json others = Json::object();
+    for (const auto& [name, one] : split.others) others[name] = parts_json(one);
+    return {{"frames", split.frames},
+            {"mse", mse},
+            {"others", others},
+            {"seeds", split.seeds},
+            {"converged_noise_mse", split.converged_noise},
+            {"convergence", split.convergence},
+            {"notes", split.notes}};
+}
+
+Json json_of(const LeftOut& left) {
+    return {{"what", left.what},     {"rule", left.rule},
+            {"reason", left.reason}, {"dispatches", left.dispatches},
+            {"bytes", left.bytes},   {"taps", left.taps}};
+}
+
+std::optional<Timing> timing_from(const Json& json) {
+    return guarded<Timing>([&] {
+        Timing timing;
+        timing.frame = json.at("frame");
+        timing.source = json.at("source");
+        timing.trustworthy = json.at("trustworthy");
+        timing.why_not = word_from(json.at("why_not"));
+        timing.total = figure_from(json.at("total"));
+        for (const Json& pass : json.at("passes"))
+            timing.passes.push_back({pass.at("pass"), pass.at("left_out"), figure_from(pass)});
+        return timing;
+    });
+}
+
+std::optional<ErrorSplit> split_from(const Json& json) {
+    return guarded<ErrorSplit>([&] {
+        ErrorSplit split;
+        split.frames = json.at("frames").get<std::vector<int>>();
+        split.mse = parts_from(json.at("mse"));
+        split.cross = number_from(json.at("mse").at("cross"));
+        for (const auto& [name, parts] : json.at("others").items())
+            split.others[name] = parts_from(parts);
+        split.seeds = json.at("seeds");
+        split.converged_noise = json.at("converged_noise_mse");
+        split.convergence = json.at("convergence").get<std::vector<std::string>>();
+        split.notes = json.at("notes").get<std::vector<std::string>>();
+        return split;
+    });
+}
+
+std::optional<LeftOut> left_out_from(const Json& json) {
+    return guarded<LeftOut>([&] {
+        return LeftOut{json.at("what"),  json.at("rule"),       json.at("reason"),
+                       json.at("bytes"), json.at("dispatches"), json.at("taps")};
+    });
+}
+
+}  // namespace postchain::report

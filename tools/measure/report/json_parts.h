@@ -1,0 +1,23 @@
+// Pieces of report.json that bench also keeps in DIR/results, and reads again when it goes on.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "tools/measure/report/report.h"
+
+namespace postchain::report {
+
+using Json = nlohmann::ordered_json;
+
+Json json_of(const std::optional<double>& value);  // null for none, NaN, Inf
+Json json_of(const Timing& timing);
+Json json_of(const ErrorSplit& split);
+Json json_of(const LeftOut& left);
+
+// Nothing when `json` is not what json_of() writes.
+std::optional<Timing> timing_from(const Json& json);
+std::optional<ErrorSplit> split_from(const Json& json);
+std::optional<LeftOut> left_out_from(const Json& json);
+
+}  // namespace postchain::report

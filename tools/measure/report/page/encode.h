@@ -1,0 +1,24 @@
+// Pictures as the page carries them: small, decoded by the browser's own zlib (src/images.js).
+//
+//   values --channel by channel--> differences modulo 2^bits, to the left (first column: to above;
+//                                  the first value: to 0)
+//   differences                --> all high bytes, then all low bytes --zlib--> --base64--> text
+//
+// Differences of neighbors are small, so that the high bytes nearly vanish.
+#pragma once
+
+#include <string>
+
+#include "chain/image.h"
+#include "chain/status.h"
+
+namespace postchain::report {
+
+// Three channels as 16-bit floats: beyond the range of half its largest value, with the sign; NaN
+// and Inf stay. Base64 of the deflated planes. Errors (internal): zlib.
+Result<std::string> encode_color(const ImageF& rgb);
+
+// One channel, 0..1, in 255 steps; what lies beyond is limited, NaN is 1.
+Result<std::string> encode_map(const ImageF& map);
+
+}  // namespace postchain::report

@@ -1,0 +1,72 @@
+// A against B: the table of ab.
+import { h, limit, number, signed } from "./dom.js";
+import { metric_name } from "./model.js";
+import { head, panel } from "./panel.js";
+
+// Difference and interval as a dot and a line, in parts of A's mean; the axis is common. What lies
+// beyond its end is an arrow there.
+function whisker(entry, base, reach) {
+    const [width, height] = [170, 18];
+    const end = width / 2 - 6;
+    const at = (v) => width / 2 + limit(v / base / reach, -1, 1) * end;
+    const y = height / 2;
+    const clear = entry.finding === "a_better" || entry.finding === "b_better";
+    const ink = clear ? "var(--accent)" : "var(--quiet)";
+    const side = Math.sign(entry.mean);
+    const x = at(entry.mean);
+    const interval = entry.t_interval;
+    return h("svg", { class: "whisker", viewBox: `0 0 ${width} ${height}`, "aria-hidden": "true" },
+        h("line", { x1: width / 2, x2: width / 2, y1: 0, y2: height, stroke: "var(--gray)" }),
+        interval && h("line", { x1: at(interval[0]), x2: at(interval[1]), y1: y, y2: y, stroke: ink,
+            "stroke-width": 3 }),
+        Math.abs(entry.mean / base) > reach
+            ? h("path", { d: `M${x + 5 * side} ${y}l${-9 * side} -5v10z`, fill: ink })
+            : h("circle", { cx: x, cy: y, r: 4, fill: ink }));
+}
+
+const kFindings = {
+    too_few_frames: "too few frames", no_measurable_difference: "no measurable difference",
+    a_better: "A is better", b_better: "B is better",
+};
+// Which way is better, where it is not down.
+const kWays = { higher: " \u2191", one: " \u2192 1" };
+
+export function add_comparison({ model }, more) {
+    const comparison = model.comparison;
+    if (!comparison?.metrics.length) return;
+    const [a, b] = model.variants;
+    const bases = comparison.metrics.map((m) => {
+        const base = m.differences?.length ? Math.abs(a.metrics?.[m.metric]?.mean ?? NaN) : NaN;
+        return base > 0 ? base : undefined;
+    });
+    const spans = comparison.metrics.flatMap((m, i) => (bases[i] && Number.isFinite(m.mean)
+        ? [m.mean, ...(m.t_interval ?? [])].filter(Number.isFinite)
+            .map((v) => Math.abs(v) / bases[i]) : []));
+    // Wide enough for nine of ten; the rest leave the box.
+    spans.sort((x, y) => x - y);
+    const reach = spans[Math.floor(0.9 * (spans.length - 1))] || 1;
+    const interval = (v) => (v ? v.map(signed).join(" \u2026 ") : "\u2013");
+    more.append(panel("A against B",
+        `A: ${a.name}. B: ${b.name}. Differences are B \u2212 A (for ratios, how much further ` +
+        "from 1), with paired 95 % t-intervals over frames and the bootstrap over tiles " +
+        "within frames. " +
+        `The axis reaches \u00b1${number(100 * reach, 2)} % of A; the line is the t-interval. ` +
+        "Lower is better but where \u2191 (higher) or \u2192 1 (nearer to 1) says else.",
+        comparison.claims && h("p", {}, comparison.claims),
+        h("div", { class: "scroll" }, h("table", { class: "compare" },
+            head(["Metric"], ["A", "num"], ["B", "num"], ["B \u2212 A", "num"], ["Finding"],
+                ["relative to A"], ["t-interval", "num"], ["bootstrap", "num"],
+                ["n", "num", "frames"]),
+            h("tbody", {}, comparison.metrics.map((m, i) => h("tr", {},
+                h("th", { scope: "row", title: model.metric(m.metric)?.help },
+                    metric_name(m.metric), kWays[model.metric(m.metric)?.better]),
+                h("td", { class: "num" }, number(a.metrics?.[m.metric]?.mean)),
+                h("td", { class: "num" }, number(b.metrics?.[m.metric]?.mean)),
+                h("td", { class: "num" }, Number.isFinite(m.mean) ? signed(m.mean) : "\u2013"),
+                h("td", { class: "words" }, h("details", {},
+                    h("summary", {}, kFindings[m.finding] ?? m.finding), m.words)),
+                h("td", {}, bases[i] && Number.isFinite(m.mean) ? whisker(m, bases[i], reach) : ""),
+                h("td", { class: "num" }, interval(m.t_interval)),
+                h("td", { class: "num" }, interval(m.bootstrap)),
+                h("td", { class: "num" }, String(m.n)))))))));
+}

@@ -1,0 +1,214 @@
+// What an experiment found: plain data, written as JSON, CSV and Markdown, and as the page.
+//
+//   experiment (ab.h, bench.h) --> Report
+//   Report --write_report_json-----> report.json   (docs/report.md)
+//          --write_report_csv------> report.csv
+//          --write_report_markdown-> report.md
+//          --page/page.h-----------> index.html
+//
+// Pixels are not in here: images lie as EXR files (float, lossless) under the report's folder and
+// are loaded one at a time, so that memory does not grow with frames and variants.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "chain/image.h"
+#include "chain/plan.h"
+#include "chain/status.h"
+
+namespace postchain::report {
+
+enum class Kind { ab, bench };
+const char* name_of(Kind kind);  // "ab", "bench"
+
+// A column of the tables.
+enum class Better {
+    lower,   // an error
+    higher,  // psnr, ssim
+    one,     // a ratio to the truth: nearer to 1 is better
+};
+const char* name_of(Better better);
+struct MetricInfo {
+    std::string name;  // key: "hdr_flip"
+    std::string help;  // one line, with its epsilon
+    Better better = Better::lower;
+};
+
+// One metric of one variant. `frames` goes with Report::frames; no value where the metric has
+// none (the first frame's tde, a frame that failed).
+struct Series {
+    std::vector<std::optional<double>> frames;
+    std::optional<double> mean;
+};
+
+// Milliseconds over `n` repetitions.
+struct TimeFigure {
+    double median_ms = 0;
+    double spread_ms = 0;  // upper minus lower quartile
+    int n = 0;
+};
+struct PassCost {
+    std::string pass;  // "0.motion_blur"
+    bool left_out = false;
+    TimeFigure time;
+};
+struct Timing {
+    int frame = 0;  // the frame that was filtered again and again
+    std::vector<PassCost> passes;
+    TimeFigure total;         // sum of the passes of one repetition; no transfers
+    std::string source;       // "wall clock around glFinish", "GL_TIMESTAMP"
+    bool trustworthy = true;  // false: something else ran on this machine
+    std::string why_not;
+};
+
+// precision: GPU against the double reference. sampling: the double reference against the same
+// filter converged. model: converged against the truth. total: GPU against the truth.
+struct ErrorParts {
+    std::optional<double> precision, sampling, model, total;
+};
+struct ErrorSplit {
+    std::vector<int> frames;  // averaged over
+    // MSE alone adds up: total = precision + sampling + model + cross.
+    ErrorParts mse;
+    std::optional<double> cross;
+    // The other metrics, side by side; they do not add up.
+    std::map<std::string, ErrorParts> others;
+    int seeds = 0;                         // averaged in the converged picture
+    double converged_noise = 0;            // MSE that is left in it, from the seeds' scatter
+    std::vector<std::string> convergence;  // "motion_blur.samples 25 -> 401", "... seed averaged"
+    std::vector<std::string> notes;        // what is left out, and why
+};
+
+struct Variant {
+    std::string name;                                        // "paper", "motion_blur.samples=5"
+    std::vector<std::pair<std::string, std::string>> sweep;  // key, value
+    std::string chain_text;                                  // a chain file (write_chain)
+    uint64_t chain_hash = 0;
+    std::map<std::string, Series> metrics;  // by MetricInfo::name
+    std::optional<Timing> timing;
+    std::optional<ErrorSplit> split;
+    std::vector<std::pair<int, LeftOut>> left_out;  // frame, what did not run
+    std::string failure;                            // empty: none; else the others went on
+    bool pareto = false;                            // no other is both faster and nearer
+    bool resumed = false;                           // taken from an earlier, interrupted run
+};
+
+struct Interval {
+    double low = 0;
+    double high = 0;
+};
+enum class Finding { too_few_frames, no_measurable_difference, a_better, b_better };
+const char* name_of(Finding finding);
+
+// Variant 1 against variant 0 in one metric. Differences are B - A; for Better::one they are
+// |B - 1| - |A - 1|, so that below 0 always favors B but for Better::higher.
+struct MetricComparison {
+    std::string metric;
+    std::vector<std::optional<double>> differences;  // per frame
+    int n = 0;                                       // frames with a value
+    std::optional<double> mean;
+    std::optional<Interval> t_interval;  // paired, 95 %; from two frames on
+    std::optional<Interval> bootstrap;   // 95 %, tiles drawn within frames; means over pixels only
+    int tiles = 0;                       // drawn per replicate
+    Finding finding = Finding::too_few_frames;
+    std::string words;  // one sentence
+};
+struct Comparison {
+    std::vector<MetricComparison> metrics;
+    int shared_steps = 0;  // dispatches per frame (first frame) that both chains need: run once
+    int steps_a = 0;
+    int steps_b = 0;
+    uint64_t bootstrap_seed = 0;
+    int bootstrap_replicates = 0;
+    int bootstrap_tile_px = 0;
+    std::string claims;   // the report's two claims, in words
+    std::string verdict;  // in words that the numbers support
+};
+
+enum class ImageKind {
+    input,  // what was filtered
+    truth,
+    color,      // a variant's result
+    error,      // a variant's error map, one channel
+    converged,  // without a truth: what a variant was measured against; variants may share it
+};
+const char* name_of(ImageKind kind);
+struct StoredImage {
+    ImageKind kind = ImageKind::color;
+    int variant = -1;  // index into Report::variants; -1 for input and truth
+    int frame = 0;
+    std::string map;   // of ImageKind::error: one of kStoredMaps; others follow from the pixels
+    std::string path;  // relative to Report::folder
+    int width = 0, height = 0, channels = 0;  // linear RGB, or 1
+};
+
+// A region worth a look.
+struct Crop {
+    int frame = 0;
+    int x = 0, y = 0, width = 0, height = 0;  // pixels, inside the picture
+    std::string why;                          // "paper: mean HDR-FLIP 0.41"
+};
+
+struct Report {
+    Kind kind = Kind::ab;
+    std::string title;
+    std::string folder;  // where it is written; not part of the JSON
+    std::vector<std::string> command;
+    std::string version;  // of postchain
+
+    std::string input;                 // as typed
+    std::optional<std::string> truth;  // as typed, or "generated (wheels, 256 samples)"
+    std::string no_truth;              // why there is none
+    // What the metrics compare with: "truth"; without one "converged" (bench: each variant's own
+    // filter converged) or "a" (ab: the first variant's picture; it has no values of its own).
+    std::string reference;
+    std::vector<int> frames;       // in order
+    int width = 0, height = 0;     // pixels
+    std::vector<int> page_frames;  // those whose images are kept
+
+    std::vector<MetricInfo> metrics;
+    std::vector<std::pair<std::string, double>> constants;  // epsilons and the like
+    // HDR-FLIP's, of all references together; the same for every variant and frame.
+    double exposure_start = 0, exposure_stop = 0;  // EV
+    std::vector<double> exposures;
+    std::string tone_mapper;
+    std::string display_transform = "(max(x,0)/(1+max(x,0)))^(1/2.2)";
+
+    std::string renderer;  // GL device and driver
+    bool software = false;
+    int threads = 0;
+    std::string precision;           // fp16, fp32
+    std::vector<std::string> seeds;  // "motion_blur.seed 0"
+
+    std::vector<Variant> variants;         // ab: A, then B
+    std::optional<Comparison> comparison;  // ab
+    std::vector<std::string> under;        // bench: "flip=0.1: motion_blur.samples=9 (12.1 ms)"
+    std::string pareto_metric;             // bench: the error beside which time is put
+
+    std::vector<StoredImage> images;
+    std::vector<Crop> crops;
+    std::vector<std::string> notes;  // what was left out and what to mistrust
+
+    // The stored image, or nullptr.
+    const StoredImage* find(ImageKind of, int variant, int frame,
+                            const std::string& map = {}) const;
+};
+
+// RGB (or the one channel) of a stored image. Errors (input): the file is gone or damaged.
+Result<ImageF> load_image(const Report& report, const StoredImage& image);
+
+std::string report_as_json(const Report& report);  // keys: docs/report.md
+std::string report_as_csv(const Report& report);   // a row per variant and frame, and the means
+std::string report_as_markdown(const Report& report);
+
+// The same as report.json, report.csv, report.md in report.folder, each whole or not at all.
+// Errors (output).
+Status write_report_json(const Report& report);
+Status write_report_csv(const Report& report);
+Status write_report_markdown(const Report& report);
+
+}  // namespace postchain::report

@@ -1,0 +1,191 @@
+// report.json: keys are a contract, written down in docs/report.md.
+#include "tools/measure/report/json_parts.h"
+#include "tools/sequence/io/atomic_file.h"
+
+namespace postchain::report {
+namespace {
+
+Json numbers(const std::vector<std::optional<double>>& values) {
+    Json list = Json::array();
+    for (const auto& value : values) list.push_back(json_of(value));
+    return list;
+}
+
+Json word(const std::string& text) {
+    return text.empty() ? Json(nullptr) : Json(text);
+}
+
+Json variant(const Variant& variant) {
+    Json sweep = Json::object();
+    for (const auto& [key, value] : variant.sweep) sweep[key] = value;
+    Json metrics = Json::object();
+    for (const auto& [name, series] : variant.metrics)
+        metrics[name] = {{"mean", json_of(series.mean)}, {"frames", numbers(series.frames)}};
+    Json left_out = Json::array();
+    for (const auto& [frame, left] : variant.left_out) {
+        Json one = {{"frame", frame}};
+        one.update(json_of(left));
+        left_out.push_back(std::move(one));
+    }
+    return {{"name", variant.name},
+            {"sweep", sweep},
+            {"chain", variant.chain_text},
+            {"chain_hash", hex_of(variant.chain_hash)},
+            {"metrics", metrics},
+            {"timing", variant.timing ? json_of(*variant.timing) : Json(nullptr)},
+            {"split", variant.split ? json_of(*variant.split) : Json(nullptr)},
+            {"left_out", left_out},
+            {"failure", word(variant.failure)},
+            {"pareto", variant.pareto},
+            {"resumed", variant.resumed}};
+}
+
+Json interval(const std::optional<Interval>& interval) {
+    if (!interval) return nullptr;
+    return {interval->low, interval->high};
+}
+
+Json comparison(const Comparison& comparison) {
+    Json metrics = Json::array();
+    for (const MetricComparison& metric : comparison.metrics)
+        metrics.push_back({{"metric", metric.metric},
+                           {"n", metric.n},
+                           {"differences", numbers(metric.differences)},
+                           {"mean", json_of(metric.mean)},
+                           {"t_interval", interval(metric.t_interval)},
+                           {"bootstrap", interval(metric.bootstrap)},
+                           {"tiles", metric.tiles},
+                           {"finding", name_of(metric.finding)},
+                           {"words", metric.words}});
+    return {{"metrics", metrics},
+            {"shared_steps", comparison.shared_steps},
+            {"steps_a", comparison.steps_a},
+            {"steps_b", comparison.steps_b},
+            {"bootstrap",
+             {{"seed", comparison.bootstrap_seed},
+              {"replicates", comparison.bootstrap_replicates},
+              {"tile_px", comparison.bootstrap_tile_px}}},
+            {"claims", word(comparison.claims)},
+            {"verdict", comparison.verdict}};
+}
+
+Json image(const StoredImage& image) {
+    return {{"kind", name_of(image.kind)},
+            {"variant", image.variant < 0 ? Json(nullptr) : Json(image.variant)},
+            {"frame", image.frame},
+            {"map", word(image.map)},
+            {"path", image.path},
+            {"width", image.width},
+            {"height", image.height},
+            {"channels", image.channels}};
+}
+
+}  // namespace
+
+const char* name_of(Kind kind) {
+    return kind == Kind::ab ? "ab" : "bench";
+}
+
+const char* name_of(Better better) {
+    switch (better) {
+        case Better::lower:
+            return "lower";
+        case Better::higher:
+            return "higher";
+        case Better::one:
+            return "one";
+    }
+    return "unknown";
+}
+
+const char* name_of(Finding finding) {
+    switch (finding) {
+        case Finding::too_few_frames:
+            return "too_few_frames";
+        case Finding::no_measurable_difference:
+            return "no_measurable_difference";
+        case Finding::a_better:
+            return "a_better";
+        case Finding::b_better:
+            return "b_better";
+    }
+    return "unknown";
+}
+
+const char* name_of(ImageKind kind) {
+    switch (kind) {
+        case ImageKind::input:
+            return "input";
+        case ImageKind::truth:
+            return "truth";
+        case ImageKind::color:
+            return "color";
+        case ImageKind::error:
+            return "error";
+        case ImageKind::converged:
+            return "converged";
+    }
+    return "unknown";
+}
+
+std::string report_as_json(const Report& report) {
+    Json metrics = Json::array();
+    for (const MetricInfo& metric : report.metrics)
+        metrics.push_back(
+            {{"name", metric.name}, {"help", metric.help}, {"better", name_of(metric.better)}});
+    Json constants = Json::object();
+    for (const auto& [name, value] : report.constants) constants[name] = value;
+    Json variants = Json::array(), images = Json::array(), crops = Json::array();
+    for (const Variant& one : report.variants) variants.push_back(variant(one));
+    for (const StoredImage& one : report.images) images.push_back(image(one));
+    for (const Crop& crop : report.crops)
+        crops.push_back({{"frame", crop.frame},
+                         {"x", crop.x},
+                         {"y", crop.y},
+                         {"width", crop.width},
+                         {"height", crop.height},
+                         {"why", crop.why}});
+    const Json json = {
+        {"postchain_report", 1},
+        {"kind", name_of(report.kind)},
+        {"title", report.title},
+        {"command", report.command},
+        {"version", report.version},
+        {"input", report.input},
+        {"truth", report.truth ? Json(*report.truth) : Json(nullptr)},
+        {"no_truth", word(report.no_truth)},
+        {"reference", report.reference},
+        {"frames", report.frames},
+        {"width", report.width},
+        {"height", report.height},
+        {"page_frames", report.page_frames},
+        {"metrics", metrics},
+        {"constants", constants},
+        {"hdr_flip",
+         {{"tone_mapper", report.tone_mapper},
+          {"start_ev", report.exposure_start},
+          {"stop_ev", report.exposure_stop},
+          {"exposures_ev", report.exposures}}},
+        {"display_transform", report.display_transform},
+        {"device",
+         {{"renderer", report.renderer},
+          {"software", report.software},
+          {"threads", report.threads},
+          {"precision", report.precision}}},
+        {"seeds", report.seeds},
+        {"variants", variants},
+        {"comparison", report.comparison ? comparison(*report.comparison) : Json(nullptr)},
+        {"pareto_metric", word(report.pareto_metric)},
+        {"under", report.under},
+        {"images", images},
+        {"crops", crops},
+        {"notes", report.notes}};
+    // A path may hold bytes that are not UTF-8; they must not end the report.
+    return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+Status write_report_json(const Report& report) {
+    return io::atomic_write_text(report.folder + "/report.json", report_as_json(report)).status();
+}
+
+}  // namespace postchain::report

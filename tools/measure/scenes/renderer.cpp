@@ -1,0 +1,225 @@
+#include "tools/measure/scenes/renderer.h"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "chain/gl/program.h"
+#include "tools/measure/scenes/cull.h"
+#include "tools/measure/scenes/samples.h"
+
+namespace postchain::scenes {
+namespace {
+
+constexpr int kMaxSide = 16384;
+constexpr int kMaxSamples = 65536;
+// Samples of one dispatch: few enough that tiles stay tight in time and a stop is heard soon.
+constexpr int kSamplesPerDispatch = 8;
+
+enum Storage { poses, objects, tiles, letters, points, color_sums, vector_sums, depths, kStorages };
+
+glm::vec4 row_of(const Pose& pose, int row) {
+    return {float(pose.rotation[0][row]), float(pose.rotation[1][row]),
+            float(pose.rotation[2][row]), float(pose.position[row])};
+}
+
+void append_rows(std::vector<glm::vec4>& rows, const Pose& pose) {
+    for (int row = 0; row < 3; ++row) rows.push_back(row_of(pose, row));
+}
+
+std::vector<glm::vec4> rows_of(const std::vector<Instant>& instants,
+                               const PictureGeometry& picture) {
+    std::vector<glm::vec4> rows;
+    for (const Instant& instant : instants) {
+        append_rows(rows, instant.camera.pose);
+        rows.push_back({float(picture.focal_px(instant.camera)), 0, 0, 0});
+        for (const Pose& pose : instant.objects) append_rows(rows, pose);
+    }
+    return rows;
+}
+
+std::vector<shared::SceneObject> records_of(const SceneModel& model) {
+    std::vector<shared::SceneObject> records;
+    for (const Object& object : model.objects)
+        records.push_back({glm::vec4(object.size), glm::vec4(object.hole),
+                           glm::vec4(object.color, object.lamp),
+                           glm::vec4(object.color_b, object.gloss),
+                           glm::vec4(object.pattern, object.cell, object.pattern_extra),
+                           glm::vec4(int(object.shape), object.alpha, 0, 0)});
+    return records;
+}
+
+ProgramKey program_for(const SceneModel& model, bool vectors) {
+    int shapes = 0, casters = 0, patterns = 0;
+    for (const Object& object : model.objects) {
+        shapes |= 1 << int(object.shape);
+        if (object.casts) casters |= 1 << int(object.shape);
+        patterns |= 1 << object.pattern;
+    }
+    return {"scenes/render.comp",
+            {{"SHAPES", concat(shapes)},
+             {"CASTERS", concat(casters)},
+             {"PATTERNS", concat(patterns)},
+             {"VECTORS", vectors ? "1" : "0"}}};
+}
+
+int groups(int side) {
+    return (side + SCENE_TILE - 1) / SCENE_TILE;
+}
+
+}  // namespace
+
+struct SceneRenderer::Impl {
+    std::unique_ptr<gl::Context> context;
+    gl::ProgramCache programs;
+    std::array<GLuint, kStorages> storage{};
+    GLuint block = 0;
+
+    template <class T>
+    void set(Storage which, const std::vector<T>& values) {
+        // A buffer of no bytes cannot be bound.
+        static const std::array<std::byte, 16> none{};
+        const bool empty = values.empty();
+        glNamedBufferData(
+            storage[which], GLsizeiptr(empty ? none.size() : values.size() * sizeof(T)),
+            empty ? static_cast<const void*>(none.data()) : values.data(), GL_DYNAMIC_DRAW);
+    }
+    void reserve(Storage which, size_t bytes) {
+        glNamedBufferData(storage[which], GLsizeiptr(bytes), nullptr, GL_DYNAMIC_READ);
+    }
+    ImageF mean(Storage which, int width, int height, int channels, int samples) {
+        ImageF image(width, height, channels);
+        glGetNamedBufferSubData(storage[which], 0, GLsizeiptr(image.data.size() * sizeof(float)),
+                                image.data.data());
+        for (float& value : image.data) value = float(double(value) / samples);
+        return image;
+    }
+};
+
+SceneRenderer::SceneRenderer() : impl_(std::make_unique<Impl>()) {}
+
+SceneRenderer::~SceneRenderer() {
+    if (!impl_->context || !impl_->context->make_current().ok()) return;
+    glDeleteBuffers(kStorages, impl_->storage.data());
+    glDeleteBuffers(1, &impl_->block);
+}
+
+const gl::Context& SceneRenderer::context() const {
+    return *impl_->context;
+}
+
+Result<std::unique_ptr<SceneRenderer>> SceneRenderer::create(const gl::ContextOptions& options) {
+    auto context = gl::Context::create(options);
+    if (!context.ok()) return context.status();
+    std::unique_ptr<SceneRenderer> renderer(new SceneRenderer);
+    renderer->impl_->context = std::move(*context);
+    glCreateBuffers(kStorages, renderer->impl_->storage.data());
+    glCreateBuffers(1, &renderer->impl_->block);
+    return renderer;
+}
+
+Result<ScenePlanes> SceneRenderer::render(const SceneModel& model, const RenderSettings& settings,
+                                          const Progress& progress) {
+    const int width = settings.width, height = settings.height, samples = settings.samples;
+    if (width < 1 || height < 1 || width > kMaxSide || height > kMaxSide)
+        return Status(StatusCode::usage, concat("a scene's size is 1x1 to ", kMaxSide, "x",
+                                                kMaxSide, ", not ", width, "x", height));
+    if (samples < 1 || samples > kMaxSamples)
+        return Status(StatusCode::usage,
+                      concat("samples of a scene are 1 to ", kMaxSamples, ", not ", samples));
+    Impl& gl = *impl_;
+    if (Status status = gl.context->make_current(); !status.ok()) return status;
+    auto program = gl.programs.get(program_for(model, settings.vectors));
+    if (!program.ok()) return program.status();
+
+    const Instant now = instant_of(model, settings.time);
+    PictureGeometry picture{width, height, model.sensor_width_mm, 0, now.camera.focus_distance};
+    if (settings.lens) picture.lens_radius = lens_radius(now.camera.focal_length_mm, model.f_stop);
+
+    const bool noisy = settings.lens || settings.shutter_frames > 0;
+    shared::SceneBlock block{};
+    block.size = {width, height};
+    block.tiles = {groups(width), groups(height)};
+    block.object_count = int(model.objects.size());
+    block.pose_step = settings.shutter_frames > 0 ? 1 : 0;
+    block.seed = settings.seed;
+    block.rotate_samples = noisy ? 1 : 0;
+    block.lens_radius = float(picture.lens_radius);
+    block.focus_distance = float(picture.focus_distance);
+    block.light = glm::vec4(glm::normalize(model.light), model.light_strength);
+    block.zenith = glm::vec4(model.zenith, model.background_opaque ? 1 : 0);
+    block.horizon = glm::vec4(model.horizon, model.clouds);
+    block.ambient = glm::vec4(model.ambient, model.ambient_below);
+
+    const size_t pixels = size_t(width) * size_t(height);
+    gl.set(objects, records_of(model));
+    gl.set(letters, model.letters);
+    gl.set(points, sample_points(samples, settings.lens));
+    gl.reserve(color_sums, pixels * sizeof(glm::vec4));
+    gl.reserve(vector_sums, settings.vectors ? pixels * sizeof(glm::vec4) : sizeof(glm::vec4));
+    gl.reserve(depths, settings.vectors ? pixels * sizeof(float) : sizeof(float));
+    if (Status status = gl::check_error("allocating a scene"); !status.ok()) return status;
+
+    glUseProgram(*program);
+    for (GLuint i = 0; i < kStorages; ++i)
+        glBindBufferBase(GL_SHADER_STORAGE_BUFFER, i, gl.storage[i]);
+    glBindBufferBase(GL_UNIFORM_BUFFER, 0, gl.block);
+
+    for (int first = 0; first < samples; first += kSamplesPerDispatch) {
+        block.first_sample = first;
+        block.sample_count = std::min(kSamplesPerDispatch, samples - first);
+        if (block.pose_step != 0 || first == 0) {
+            std::vector<Instant> instants{now};
+            if (block.pose_step != 0) {
+                instants.clear();
+                for (int i = first; i < first + block.sample_count; ++i)
+                    instants.push_back(instant_of(
+                        model,
+                        settings.time + settings.shutter_frames * ((i + 0.5) / samples - 0.5)));
+            }
+            const CellLists lists = cull(model, instants, picture);
+            gl.set(tiles, lists.entry);
+            const glm::dvec2 first_cell = -lists.grid.first * lists.grid.cells_per_unit;
+            block.light_right = glm::vec4(lists.grid.right, first_cell.x);
+            block.light_up = glm::vec4(lists.grid.up, first_cell.y);
+            block.light_cells = lists.grid.cells_per_unit;
+            block.light_lists = int(lists.lights);
+            if (settings.vectors) {
+                instants.push_back(instant_of(model, settings.time - 1));
+                instants.push_back(instant_of(model, settings.time + 1));
+            }
+            gl.set(poses, rows_of(instants, picture));
+        }
+        glNamedBufferData(gl.block, sizeof(block), &block, GL_DYNAMIC_DRAW);
+        glDispatchCompute(GLuint(block.tiles.x), GLuint(block.tiles.y), 1);
+        glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
+        if (!progress) continue;
+        glFinish();
+        if (!progress(double(first + block.sample_count) / samples))
+            return Status(StatusCode::canceled, "stopped while rendering a scene");
+    }
+
+    ScenePlanes planes;
+    planes.color = gl.mean(color_sums, width, height, 4, samples);
+    if (settings.vectors) {
+        planes.vectors = gl.mean(vector_sums, width, height, 4, samples);
+        planes.depth = gl.mean(depths, width, height, 1, 1);
+    }
+    if (Status status = gl::check_error("rendering a scene"); !status.ok()) return status;
+    return planes;
+}
+
+double lens_radius(double focal_length_mm, double f_stop) {
+    return focal_length_mm / 1000 / (2 * f_stop);
+}
+
+double circle_of_confusion_px(double focal_length_mm, double f_stop, double sensor_width_mm,
+                              double focus_distance, double z, int width) {
+    const double f = focal_length_mm / 1000;
+    return f * f / f_stop * std::abs(z - focus_distance) / (z * focus_distance) * width /
+           (sensor_width_mm / 1000);
+}
+
+}  // namespace postchain::scenes

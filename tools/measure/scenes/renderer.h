@@ -1,0 +1,67 @@
+// Ray casts a SceneModel on the GPU: one picture at a time.
+//
+//   model + instant --poses in double--> pose sets, one per instant
+//   pose sets + bounds --cull--> objects of each 16x16 tile
+//   sample points (time = (i+0.5)/N; lens and pixel: samples.h)
+//   --render.comp, a few samples per dispatch--> sums --> mean
+//
+// The same request gives the same bits on the same machine and driver.
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "chain/gl/context.h"
+#include "chain/image.h"
+#include "chain/status.h"
+#include "tools/measure/scenes/model.h"
+
+namespace postchain::scenes {
+
+struct RenderSettings {
+    int width = 640;
+    int height = 360;
+    double time = 0;            // frames
+    int samples = 1;            // per pixel; 1 without shutter and lens = the pixel's center
+    double shutter_frames = 0;  // open from time - half to time + half; 0 = frozen
+    bool lens = false;          // thin lens of the model's f-stop, else a pinhole
+    bool vectors = false;       // depth and vectors too
+    uint32_t seed = 0;          // of the noise of shutter and lens
+};
+
+struct ScenePlanes {
+    ImageF color;  // 4 channels: premultiplied scene-linear Rec. 709, mean over the pixel
+    ImageF depth;  // 1: along the view axis, scene units, 1e10 where nothing is; of the last sample
+    ImageF vectors;  // 4: pixels, +y up; previous - this, this - next; mean over the samples
+};
+
+// Called with the share done, 0..1; false stops with StatusCode::canceled.
+using Progress = std::function<bool(double)>;
+
+class SceneRenderer {
+  public:
+    // Makes a GL context of its own and keeps it current. Errors: gl.
+    static Result<std::unique_ptr<SceneRenderer>> create(const gl::ContextOptions& options = {});
+    ~SceneRenderer();
+
+    // Errors (usage): sizes or samples out of range; (gl): memory; (canceled).
+    Result<ScenePlanes> render(const SceneModel& model, const RenderSettings& settings,
+                               const Progress& progress = {});
+
+    const gl::Context& context() const;
+
+  private:
+    SceneRenderer();
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+// Radius of the lens in scene units: f / (2 N), with the focal length in meters.
+double lens_radius(double focal_length_mm, double f_stop);
+
+// Diameter in pixels of the disc that a point at depth z becomes:
+// f^2/N |z - s| / (z s) width / sensor, all lengths in meters.
+double circle_of_confusion_px(double focal_length_mm, double f_stop, double sensor_width_mm,
+                              double focus_distance, double z, int width);
+
+}  // namespace postchain::scenes

@@ -1,0 +1,295 @@
+#include "tools/measure/scenes/scene.h"
+
+#include <cerrno>
+#include <cmath>
+#include <filesystem>
+#include <system_error>
+
+#include "tools/sequence/io/exr_writer.h"
+#include "tools/sequence/io/sequence.h"
+
+namespace postchain::scenes {
+namespace {
+
+constexpr const char* kLayer = "ViewLayer.";
+
+Status check_camera(const Camera& camera) {
+    const auto check = [](const char* key, const std::optional<double>& value, double low,
+                          bool low_allowed) -> Status {
+        if (!value || (std::isfinite(*value) && (low_allowed ? *value >= low : *value > low)))
+            return Status();
+        return Status(StatusCode::usage, concat("camera.", key, ": ", *value, " is not ",
+                                                low_allowed ? "at least " : "above ", low));
+    };
+    for (Status status : {check("focal_length_mm", camera.focal_length_mm, 0, false),
+                          check("sensor_width_mm", camera.sensor_width_mm, 0, false),
+                          check("f_stop", camera.f_stop, 0, false),
+                          check("focus_distance", camera.focus_distance, 0, false),
+                          check("near_clip", camera.near_clip, 0, false),
+                          check("far_clip", camera.far_clip, 0, false),
+                          check("shutter_frames", camera.shutter_frames, 0, true)})
+        if (!status.ok()) return status;
+    if (camera.meters_per_unit.value_or(1) != 1)
+        return Status(StatusCode::usage,
+                      "camera.meters_per_unit: the generated scenes are in "
+                      "meters, it stays 1");
+    return Status();
+}
+
+RenderSettings settings_of(const SceneRequest& request, const SceneModel& model, int frame,
+                           Picture picture) {
+    RenderSettings settings;
+    settings.width = request.width;
+    settings.height = request.height;
+    settings.time = frame;
+    settings.seed = uint32_t(frame);
+    settings.vectors = !is_truth(picture);
+    settings.samples = is_truth(picture)           ? request.truth_samples
+                       : picture == Picture::sharp ? request.sharp_samples
+                                                   : 1;
+    const bool shutter = picture == Picture::mb || picture == Picture::both;
+    settings.shutter_frames = shutter ? model.shutter_frames : 0;
+    settings.lens = picture == Picture::dof || picture == Picture::both;
+    return settings;
+}
+
+Result<ScenePlanes> render_picture(SceneRenderer& renderer, const SceneRequest& request,
+                                   const SceneModel& model, int frame, Picture picture,
+                                   const Progress& progress) {
+    const RenderSettings settings = settings_of(request, model, frame, picture);
+    if (is_truth(picture) && request.truth_samples < 1)
+        return Status(StatusCode::usage, "the truth of a scene needs at least one sample");
+    auto planes = renderer.render(model, settings, progress);
+    if (!planes.ok() || picture != Picture::sharp) return planes;
+    // The last of many samples is no place for a depth: take the center's.
+    RenderSettings center = settings;
+    center.samples = 1;
+    auto one = renderer.render(model, center);
+    if (!one.ok()) return one.status();
+    planes->depth = std::move(one->depth);
+    return planes;
+}
+
+std::string numbers(const std::vector<int>& values) {
+    std::string text;
+    for (int value : values) text += concat(text.empty() ? "" : ", ", value);
+    return text;
+}
+
+// 17 digits would be noise here: what is stated is what was asked for, in short.
+std::string number(double value) {
+    char text[32];
+    std::snprintf(text, sizeof(text), "%.9g", value);
+    return text;
+}
+
+std::string matrix(const Pose& pose) {
+    // Camera to world, right-handed as in Blender: a camera looks along its -z, so that z points
+    // back in the world of the file and forward in ours. Columns right, up, back, position.
+    std::string text = "[";
+    for (int row = 0; row < 3; ++row) {
+        const double sign = row == 2 ? -1 : 1;
+        const double values[] = {sign * pose.rotation[0][row], sign * pose.rotation[1][row],
+                                 -sign * pose.rotation[2][row], sign * pose.position[row]};
+        text += "[";
+        for (const double& value : values)
+            text += concat(&value == values ? "" : ", ", number(value + 0.0));  // no -0
+        text += "], ";
+    }
+    return text + "[0, 0, 0, 1]]";
+}
+
+Status write_picture(const std::string& path, const ScenePlanes& planes, Picture picture,
+                     io::OnExisting on_existing) {
+    io::PlanesFile file;
+    const bool truth = is_truth(picture);
+    const std::string combined = truth ? "" : concat(kLayer, "Combined.");
+    for (int c = 0; c < 4; ++c)
+        file.channels.push_back({combined + "RGBA"[c], io::PixelType::half, &planes.color, c});
+    if (!truth) {
+        file.channels.push_back(
+            {concat(kLayer, "Depth.Z"), io::PixelType::float32, &planes.depth, 0});
+        for (int c = 0; c < 4; ++c)
+            file.channels.push_back(
+                {concat(kLayer, "Vector.", "XYZW"[c]), io::PixelType::float32, &planes.vectors, c});
+    }
+    io::WriteOptions options;
+    options.on_existing = on_existing;
+    return io::write_planes_exr(path, file, options).status();
+}
+
+}  // namespace
+
+const std::vector<SceneInfo>& scenes() {
+    static const std::vector<SceneInfo> all = {
+        {"wheels", "three spoked wheels turning at three depths, the middle one in focus",
+         make_wheels},
+        {"poles", "thin poles and wires, still and swinging, before a fast pan over a city",
+         make_poles},
+        {"crossing",
+         "solids crossing at 6 to 88 px/frame (at 640 px), one half transparent, "
+         "and a hole with alpha 0",
+         make_crossing},
+        {"zoom", "the camera drives and zooms into an alley under a sky: radial motion", make_zoom},
+        {"still", "nothing moves: depths from 0.6 to 20 and a sky", make_still},
+    };
+    return all;
+}
+
+const char* name_of(Picture picture) {
+    switch (picture) {
+        case Picture::gbuf:
+            return "gbuf";
+        case Picture::sharp:
+            return "sharp";
+        case Picture::mb:
+            return "mb";
+        case Picture::dof:
+            return "dof";
+        case Picture::both:
+            return "both";
+    }
+    return "";
+}
+
+bool is_truth(Picture picture) {
+    return picture == Picture::mb || picture == Picture::dof || picture == Picture::both;
+}
+
+Result<SceneModel> model_for(const SceneRequest& request) {
+    std::string names;
+    const SceneInfo* found = nullptr;
+    for (const SceneInfo& scene : scenes()) {
+        names += (names.empty() ? "" : ", ") + scene.name;
+        if (scene.name == request.name) found = &scene;
+    }
+    if (!found)
+        return Status(StatusCode::usage,
+                      "no scene is named '" + request.name + "'; there are " + names);
+    const Camera& camera = request.camera;
+    if (Status status = check_camera(camera); !status.ok()) return status;
+    SceneModel model = found->make();
+    model.f_stop = camera.f_stop.value_or(model.f_stop);
+    model.sensor_width_mm = camera.sensor_width_mm.value_or(model.sensor_width_mm);
+    model.near_clip = camera.near_clip.value_or(model.near_clip);
+    model.far_clip = camera.far_clip.value_or(model.far_clip);
+    model.shutter_frames = camera.shutter_frames.value_or(model.shutter_frames);
+    if (camera.focal_length_mm || camera.focus_distance)
+        model.camera = [path = model.camera, camera](double time) {
+            CameraPose pose = path(time);
+            pose.focal_length_mm = camera.focal_length_mm.value_or(pose.focal_length_mm);
+            pose.focus_distance = camera.focus_distance.value_or(pose.focus_distance);
+            return pose;
+        };
+    return model;
+}
+
+Camera camera_at(const SceneModel& model, double frame) {
+    const CameraPose pose = model.camera(frame);
+    Camera camera;
+    camera.focal_length_mm = pose.focal_length_mm;
+    camera.focus_distance = pose.focus_distance;
+    camera.sensor_width_mm = model.sensor_width_mm;
+    camera.f_stop = model.f_stop;
+    camera.near_clip = model.near_clip;
+    camera.far_clip = model.far_clip;
+    camera.shutter_frames = model.shutter_frames;
+    camera.meters_per_unit = 1;
+    return camera;
+}
+
+Result<ScenePlanes> render_frame(SceneRenderer& renderer, const SceneRequest& request, int frame,
+                                 Picture picture, const Progress& progress) {
+    auto model = model_for(request);
+    if (!model.ok()) return model.status();
+    return render_picture(renderer, request, *model, frame, picture, progress);
+}
+
+std::string camera_json(const SceneRequest& request, const SceneModel& model) {
+    const int first = request.frames.empty() ? 0 : request.frames.front();
+    const Camera camera = camera_at(model, first);
+    std::string overrides, matrices;
+    for (int frame : request.frames) {
+        const Camera own = camera_at(model, frame);
+        const char* comma = overrides.empty() ? "" : ",";
+        if (own != camera)
+            overrides += concat(comma, "\n  \"", frame,
+                                "\": {\"focal_length_mm\": ", number(*own.focal_length_mm),
+                                ", \"focus_distance\": ", number(*own.focus_distance), "}");
+        matrices += concat(matrices.empty() ? "" : ",", "\n  \"", frame,
+                           "\": ", matrix(model.camera(frame).pose));
+    }
+    std::string help;
+    for (const SceneInfo& scene : scenes())
+        if (scene.name == request.name) help = scene.help;
+    const std::string frames =
+        overrides.empty() ? "[" + numbers(request.frames) + "]" : "{" + overrides + "\n }";
+    return concat(
+        "{\n \"scene\": \"", request.name, "\",\n \"description\": \"", help,
+        "\",\n \"resolution\": [", request.width, ", ", request.height,
+        "],\n \"focal_length_mm\": ", number(*camera.focal_length_mm),
+        ",\n \"sensor_width_mm\": ", number(*camera.sensor_width_mm),
+        ",\n \"sensor_fit\": \"horizontal\",\n \"f_stop\": ", number(*camera.f_stop),
+        ",\n \"aperture_blades\": 0,\n \"focus_distance\": ", number(*camera.focus_distance),
+        ",\n \"meters_per_unit\": 1,\n \"near_clip\": ", number(*camera.near_clip),
+        ",\n \"far_clip\": ", number(*camera.far_clip),
+        ",\n \"shutter_frames\": ", number(*camera.shutter_frames),
+        ",\n \"shutter_position\": \"center on frame\",\n \"fps\": 24,\n \"frames\": ", frames,
+        ",\n \"z\": \"planar depth along the camera axis, scene units\""
+        ",\n \"background_depth\": 10000000000.0"
+        ",\n \"coc_diameter_px\": \"f^2/N * |z-s|/(z*s) * width/sensor, all lengths in meters\""
+        ",\n \"vector_px\": \"X,Y = pos(prev)-pos(this); Z,W = pos(this)-pos(next); +x right, "
+        "+y UP; full inter-frame pixels\""
+        ",\n \"camera_matrix_world\": {",
+        matrices, "\n }\n}\n");
+}
+
+Status write_scene(SceneRenderer& renderer, const SceneRequest& request,
+                   const SceneCallback& callback) {
+    auto model = model_for(request);
+    if (!model.ok()) return model.status();
+    if (request.frames.empty()) return Status(StatusCode::usage, "no frames are asked for");
+    if (request.truth_samples < 0)
+        return Status(StatusCode::usage,
+                      concat("truth samples are 0 or more, not ", request.truth_samples));
+    std::error_code error;
+    std::filesystem::create_directory(request.folder, error);
+    if (error)
+        return Status(StatusCode::output, request.folder + ": cannot be made: " + error.message());
+
+    std::vector<Picture> pictures = {Picture::gbuf, Picture::sharp};
+    if (request.truth_samples > 0)
+        pictures.insert(pictures.end(), {Picture::mb, Picture::dof, Picture::both});
+    double total = 0, before = 0;
+    const auto cost = [&](Picture picture) {
+        return double(settings_of(request, *model, 0, picture).samples);
+    };
+    for (Picture picture : pictures) total += cost(picture);
+    total *= double(request.frames.size());
+
+    for (int frame : request.frames) {
+        for (Picture picture : pictures) {
+            Progress progress;
+            if (callback)
+                progress = [&](double share) {
+                    return callback({frame, picture, (before + share * cost(picture)) / total});
+                };
+            if (progress && !progress(0))
+                return Status(StatusCode::canceled, "stopped while writing a scene");
+            auto planes = render_picture(renderer, request, *model, frame, picture, progress);
+            if (!planes.ok()) return planes.status();
+            auto pattern =
+                io::PathPattern::parse(concat(request.folder, "/", name_of(picture), ".####.exr"));
+            if (!pattern.ok()) return pattern.status();
+            Status status =
+                write_picture(pattern->format(frame), *planes, picture, request.on_existing);
+            if (!status.ok()) return status;
+            before += cost(picture);
+        }
+    }
+    return io::atomic_write_text(request.folder + "/camera.json", camera_json(request, *model),
+                                 request.on_existing)
+        .status();
+}
+
+}  // namespace postchain::scenes

@@ -1,0 +1,170 @@
+// Exhibits as small PNG pictures: colors on one scale of their own, errors in magma.
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "tools/measure/stress/page.h"
+#include "tools/sequence/io/png.h"
+
+namespace postchain::stress {
+namespace {
+
+constexpr int kMaxWidth = 160;  // pixels of a frame that are shown
+constexpr int kMaxHeight = 120;
+
+struct Part {
+    int x = 0, y = 0, width = 0, height = 0;
+};
+
+// The surroundings of the largest error, or all.
+Part part_of(const ImageF& error) {
+    const size_t worst =
+        size_t(std::max_element(error.data.begin(), error.data.end()) - error.data.begin());
+    const int x = int(worst % size_t(error.width)), y = int(worst / size_t(error.width));
+    Part part;
+    part.width = std::min(kMaxWidth, error.width);
+    part.height = std::min(kMaxHeight, error.height);
+    part.x = std::clamp(x - part.width / 2, 0, error.width - part.width);
+    part.y = std::clamp(y - part.height / 2, 0, error.height - part.height);
+    return part;
+}
+
+void put_pixel(Image<uint8_t>& image, int x, int y, uint8_t r, uint8_t g, uint8_t b) {
+    uint8_t* to = image.pixel(x, y);
+    to[0] = r;
+    to[1] = g;
+    to[2] = b;
+}
+
+Status add_png(PicturedCheck& all, std::string title, std::string scale,
+               const Image<uint8_t>& image) {
+    auto png = io::encode_png(image);
+    if (!png.ok()) return png.status();
+    all.pictures.push_back(
+        {std::move(title), std::move(scale), std::move(*png), image.width, image.height});
+    return Status();
+}
+
+// `low` is black, `high` white, a gamma of 2.2 between them.
+Image<uint8_t> shown(const ImageF& color, const Part& part, double low, double high) {
+    Image<uint8_t> image(part.width, part.height, 3);
+    for (int y = 0; y < part.height; ++y) {
+        for (int x = 0; x < part.width; ++x) {
+            const float* from = color.pixel(part.x + x, part.y + y);
+            if (!std::all_of(from, from + 4, [](float v) { return std::isfinite(v); })) {
+                put_pixel(image, x, y, 255, 0, 255);
+                continue;
+            }
+            for (int c = 0; c < 3; ++c) {
+                const double v = std::clamp((double(from[c]) - low) / (high - low), 0.0, 1.0);
+                image.at(x, y, c) = uint8_t(std::lround(255 * std::pow(v, 1 / 2.2)));
+            }
+        }
+    }
+    return image;
+}
+
+Status add_error(PicturedCheck& all, const Exhibit& exhibit, const Part& part) {
+    double most = 0;
+    for (float e : exhibit.error.data)
+        if (std::isfinite(e)) most = std::max(most, double(e));
+    ImageF map(part.width, part.height, 1);
+    for (int y = 0; y < part.height; ++y)
+        for (int x = 0; x < part.width; ++x) {
+            const float e = exhibit.error.at(part.x + x, part.y + y);
+            map.at(x, y) = std::isfinite(e) && most > 0 ? float(double(e) / most) : 0;
+        }
+    auto image = io::magma_of(map);
+    if (!image.ok()) return image.status();
+    for (int y = 0; y < part.height; ++y)
+        for (int x = 0; x < part.width; ++x)
+            if (!std::isfinite(exhibit.error.at(part.x + x, part.y + y)))
+                put_pixel(*image, x, y, 255, 0, 255);
+    return add_png(all, exhibit.error_is, "magma, 0 to " + number_text(most), *image);
+}
+
+}  // namespace
+
+Result<PicturedCheck> pictured(const Exhibit& exhibit) {
+    PicturedCheck all;
+    const Part part = part_of(exhibit.error);
+    if (part.width < exhibit.error.width || part.height < exhibit.error.height)
+        all.place = concat(part.width, " x ", part.height, " pixels from ", part.x, ",", part.y,
+                           " of ", exhibit.error.width, " x ", exhibit.error.height);
+    struct Color {
+        std::string title;
+        const ImageF* image;
+    };
+    // What is compared shares a scale.
+    std::vector<Color> groups[] = {{{"input", &exhibit.input}}, {{"result", &exhibit.result}}};
+    if (exhibit.compared_is != "input")
+        groups[1].push_back({exhibit.compared_is, &exhibit.compared});
+    for (const auto& group : groups) {
+        double low = 0, high = 0;
+        for (const auto& color : group) {
+            for (size_t i = 0; i < color.image->data.size(); ++i) {
+                const double v = color.image->data[i];
+                if (i % 4 == 3 || !std::isfinite(v)) continue;
+                low = std::min(low, v);
+                high = std::max(high, v);
+            }
+        }
+        if (low == high) high = 1;
+        for (const auto& color : group) {
+            Status status = add_png(all, color.title,
+                                    "black is " + number_text(low) + ", white " + number_text(high),
+                                    shown(*color.image, part, low, high));
+            if (!status.ok()) return status;
+        }
+    }
+    if (Status status = add_error(all, exhibit, part); !status.ok()) return status;
+    return all;
+}
+
+Result<std::vector<PicturedCheck>> pictures_of(Executor& executor,
+                                               const std::vector<Subject>& subjects,
+                                               const Matrix& matrix) {
+    // What is to be shown, by cell, in the order of the run.
+    std::vector<std::pair<const CellResult*, std::set<const Measured*>>> wanted;
+    std::set<const Measured*> worst;
+    for (const auto& use : limits_met(matrix)) worst.insert(use.worst.measured);
+    size_t failures = 0;
+    for (const auto& cell : matrix.cells) {
+        std::set<const Measured*> checks;
+        for (const auto& one : cell.measured) {
+            const bool failed = one.verdict == Verdict::failed && ++failures <= kMaxPictured;
+            if (failed || worst.count(&one)) checks.insert(&one);
+        }
+        if (!checks.empty()) wanted.emplace_back(&cell, std::move(checks));
+    }
+    std::vector<PicturedCheck> all;
+    for (const auto& subject : subjects) {
+        const Subject prepared = with_cells_camera({subject.name, subject.chain.clone()});
+        std::vector<Cell> cells;  // made when the first is wanted
+        for (const auto& [result, checks] : wanted) {
+            if (result->subject != subject.name) continue;
+            if (cells.empty()) cells = make_cells(tile_px(prepared.chain), false);
+            const auto cell = std::find_if(cells.begin(), cells.end(), [&](const Cell& one) {
+                return one.row == result->row && one.name == result->cell;
+            });
+            if (cell == cells.end())
+                return Status(StatusCode::internal, "no cell " + result->name());
+            std::vector<Exhibit> exhibits;
+            auto again = measure(executor, prepared, *cell, result->precision, &exhibits);
+            if (!again.ok()) return again.status().at(result->name());
+            for (const Measured* one : checks) {
+                for (const auto& exhibit : exhibits) {
+                    if (exhibit.check != one->check) continue;
+                    auto pictures = pictured(exhibit);
+                    if (!pictures.ok()) return pictures.status().at(result->name());
+                    pictures->cell = result;
+                    pictures->measured = one;
+                    all.push_back(std::move(*pictures));
+                }
+            }
+        }
+    }
+    return all;
+}
+
+}  // namespace postchain::stress

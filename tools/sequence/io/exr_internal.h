@@ -1,0 +1,78 @@
+// What reader and writer share of OpenEXR; included by no other room.
+#pragma once
+
+#include <ImathBox.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfIO.h>
+#include <ImfMultiPartInputFile.h>
+#include <ImfPixelType.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tools/sequence/io/atomic_file.h"
+#include "tools/sequence/io/exr_header_scan.h"
+#include "tools/sequence/io/exr_reader.h"
+
+namespace postchain::io {
+
+// A file descriptor as OpenEXR wants it: buffered, every read checked.
+class FdIStream final : public Imf::IStream {
+  public:
+    FdIStream(int fd, uint64_t size, const std::string& path);
+    ~FdIStream() override;
+    bool read(char* to, int count) override;
+    uint64_t tellg() override { return position_; }
+    void seekg(uint64_t position) override { position_ = position; }
+
+  private:
+    int fd_;
+    uint64_t size_;
+    uint64_t position_ = 0;
+    uint64_t start_ = 0;  // file position of buffer_[0]
+    std::vector<char> buffer_;
+};
+
+// An AtomicFile as OpenEXR wants it. A failed write throws; `status` keeps what OpenEXR would
+// wrap in words of its own.
+class AtomicOStream final : public Imf::OStream {
+  public:
+    explicit AtomicOStream(AtomicFile& file) : Imf::OStream(file.path().c_str()), file_(file) {}
+    void write(const char* from, int count) override;
+    uint64_t tellp() override { return file_.position(); }
+    void seekp(uint64_t position) override;
+
+    Status status;
+
+  private:
+    AtomicFile& file_;
+};
+
+struct ExrFile::Impl {
+    std::string path;
+    uint64_t bytes = 0;
+    std::unique_ptr<FdIStream> stream;  // outlives `file`
+    std::unique_ptr<Imf::MultiPartInputFile> file;
+    std::vector<ExrPart> parts;
+    HeaderFacts facts;
+};
+
+inline Window window_of(const IMATH_NAMESPACE::Box2i& box) {
+    return {box.min.x, box.min.y, box.max.x, box.max.y};
+}
+inline IMATH_NAMESPACE::Box2i box_of(const Window& w) {
+    return {{w.min_x, w.min_y}, {w.max_x, w.max_y}};
+}
+Imf::PixelType imf_type(PixelType type);
+
+// Slices of the planes' own types and samplings, without any conversion.
+Imf::FrameBuffer frame_buffer_of(const PartPixels& pixels);
+
+// The exception now being handled, as a status. Call in a catch block only. `fault`
+// stands before what OpenEXR says; running out of memory is nobody's fault.
+Status status_of_exception(StatusCode code, const std::string& place,
+                           const std::string& fault = {});
+
+}  // namespace postchain::io

@@ -1,0 +1,409 @@
+#include "tools/sequence/io/exr_reader.h"
+
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfInputPart.h>
+#include <ImfMultiView.h>
+#include <ImfPartType.h>
+#include <ImfStandardAttributes.h>
+#include <ImfStringVectorAttribute.h>
+#include <ImfThreading.h>
+#include <ImfTiledInputPart.h>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cerrno>
+#include <cstring>
+#include <mutex>
+#include <new>
+
+#include "tools/sequence/io/exr_attributes.h"
+#include "tools/sequence/io/exr_internal.h"
+#include "tools/sequence/io/pixel_encode.h"
+
+namespace postchain::io {
+
+namespace {
+
+constexpr size_t kStreamBuffer = size_t(256) << 10;
+
+Status input_error(const std::string& path, const std::string& what) {
+    return Status(StatusCode::input, concat(path, ": ", what));
+}
+
+PixelType pixel_type(Imf::PixelType type) {
+    return type == Imf::HALF    ? PixelType::half
+           : type == Imf::FLOAT ? PixelType::float32
+                                : PixelType::uint32;
+}
+
+// The part after the last dot: "BY" of "left.BY".
+std::string_view base_name(std::string_view channel) {
+    const size_t dot = channel.rfind('.');
+    return dot == std::string_view::npos ? channel : channel.substr(dot + 1);
+}
+
+std::string joined(const std::vector<ExrChannel>& channels) {
+    std::string text;
+    for (const ExrChannel& c : channels) text += (text.empty() ? "" : ", ") + c.name;
+    return text;
+}
+
+ExrPart part_of(const Imf::Header& header) {
+    ExrPart part;
+    if (header.hasName()) part.name = header.name();
+    if (header.hasView()) part.view = header.view();
+    part.tiled = header.hasTileDescription();
+    part.type = header.hasType() ? header.type()
+                : part.tiled     ? Imf::TILEDIMAGE
+                                 : Imf::SCANLINEIMAGE;
+    part.deep = part.type == Imf::DEEPSCANLINE || part.type == Imf::DEEPTILE;
+    part.mip_mapped = part.tiled && header.tileDescription().mode != Imf::ONE_LEVEL;
+    part.compression = compression_name(header.compression());
+    part.data_window = window_of(header.dataWindow());
+    part.display_window = window_of(header.displayWindow());
+    part.pixel_aspect = header.pixelAspectRatio();
+    const Imf::ChannelList& channels = header.channels();
+    for (auto it = channels.begin(); it != channels.end(); ++it) {
+        part.channels.push_back({it.name(), pixel_type(it.channel().type), it.channel().xSampling,
+                                 it.channel().ySampling});
+    }
+    if (Imf::hasMultiView(header)) part.views = Imf::multiView(header);
+    if (Imf::hasChromaticities(header)) {
+        const Imf::Chromaticities& c = Imf::chromaticities(header);
+        part.chromaticities = {c.red.x,  c.red.y,  c.green.x, c.green.y,
+                               c.blue.x, c.blue.y, c.white.x, c.white.y};
+    }
+    for (auto it = header.begin(); it != header.end(); ++it) {
+        part.attributes[it.name()] = attribute_text(it.attribute());
+    }
+    return part;
+}
+
+PartPixels::Plane make_plane(const ExrChannel& channel, const Window& w) {
+    PartPixels::Plane plane;
+    plane.channel = channel;
+    // Samples lie where the coordinate divides by the sampling rate (ImfChannelList.h).
+    const auto samples = [](int low, int high, int rate) {
+        const auto floor_div = [rate](int64_t a) {
+            return a >= 0 ? a / rate : -((-a + rate - 1) / rate);
+        };
+        return int(floor_div(high) - floor_div(int64_t(low) - 1));
+    };
+    plane.width = samples(w.min_x, w.max_x, channel.x_sampling);
+    plane.height = samples(w.min_y, w.max_y, channel.y_sampling);
+    // Not cleared: pages of a file that turns out damaged are then never touched.
+    plane.bytes =
+        std::make_unique_for_overwrite<std::byte[]>(std::max<size_t>(plane.total_bytes(), 1));
+    return plane;
+}
+
+}  // namespace
+
+// --- what reader and writer share ---------------------------------------------------------------
+
+FdIStream::FdIStream(int fd, uint64_t size, const std::string& path)
+    : Imf::IStream(path.c_str()), fd_(fd), size_(size) {}
+
+FdIStream::~FdIStream() {
+    ::close(fd_);
+}
+
+bool FdIStream::read(char* to, int count) {
+    // OpenEXR 3.1 hands on the size of a tile that it copies without asking for its sign.
+    if (count < 0) throw std::runtime_error("a chunk of negative size");
+    size_t left = size_t(count);
+    while (left > 0) {
+        if (position_ >= start_ && position_ < start_ + buffer_.size()) {
+            const size_t offset = size_t(position_ - start_);
+            const size_t n = std::min(left, buffer_.size() - offset);
+            std::memcpy(to, buffer_.data() + offset, n);
+            to += n;
+            left -= n;
+            position_ += n;
+            continue;
+        }
+        const bool direct = left >= kStreamBuffer;
+        if (!direct) buffer_.resize(kStreamBuffer);
+        ssize_t n;
+        do {
+            n = ::pread(fd_, direct ? to : buffer_.data(), direct ? left : buffer_.size(),
+                        off_t(position_));
+        } while (n < 0 && errno == EINTR);
+        if (n <= 0) {
+            buffer_.clear();
+            throw std::runtime_error(n < 0 ? std::strerror(errno) : "the file ends too early");
+        }
+        if (direct) {
+            to += n;
+            left -= size_t(n);
+            position_ += uint64_t(n);
+        } else {
+            buffer_.resize(size_t(n));
+            start_ = position_;
+        }
+    }
+    return position_ < size_;
+}
+
+void AtomicOStream::write(const char* from, int count) {
+    if (Status s = file_.write(from, size_t(count)); !s.ok()) {
+        status = s;
+        throw std::runtime_error(s.message());
+    }
+}
+
+void AtomicOStream::seekp(uint64_t position) {
+    if (Status s = file_.seek(position); !s.ok()) {
+        status = s;
+        throw std::runtime_error(s.message());
+    }
+}
+
+Imf::PixelType imf_type(PixelType type) {
+    return type == PixelType::half      ? Imf::HALF
+           : type == PixelType::float32 ? Imf::FLOAT
+                                        : Imf::UINT;
+}
+
+Imf::FrameBuffer frame_buffer_of(const PartPixels& pixels) {
+    Imf::FrameBuffer buffer;
+    for (const PartPixels::Plane& plane : pixels.planes) {
+        const ExrChannel& c = plane.channel;
+        buffer.insert(c.name, Imf::Slice::Make(imf_type(c.type), plane.bytes.get(),
+                                               box_of(pixels.window), size_t(bytes_of(c.type)),
+                                               plane.row_bytes(), c.x_sampling, c.y_sampling));
+    }
+    return buffer;
+}
+
+Status status_of_exception(StatusCode code, const std::string& place, const std::string& fault) {
+    try {
+        throw;
+    } catch (const std::bad_alloc&) {
+        return Status(code, concat(place, ": not enough memory"));
+    } catch (const std::exception& e) {
+        std::string what = e.what();
+        std::replace(what.begin(), what.end(), '\n', ' ');
+        return Status(code, concat(place, ": ", fault, what));
+    } catch (...) {
+        return Status(code, concat(place, ": ", fault, "unknown failure inside OpenEXR"));
+    }
+}
+
+// --- plain data ---------------------------------------------------------------------------------
+
+void set_exr_threads(int count) {
+    Imf::setGlobalThreadCount(std::max(count, 0));
+}
+
+const char* name_of(PixelType type) {
+    return type == PixelType::half ? "half" : type == PixelType::float32 ? "float" : "uint";
+}
+
+int bytes_of(PixelType type) {
+    return type == PixelType::half ? 2 : 4;
+}
+
+std::string Window::text() const {
+    return concat("(", std::to_string(min_x), ", ", std::to_string(min_y), ")-(",
+                  std::to_string(max_x), ", ", std::to_string(max_y), ")");
+}
+
+const ExrChannel* ExrPart::find(std::string_view channel) const {
+    for (const ExrChannel& c : channels) {
+        if (c.name == channel) return &c;
+    }
+    return nullptr;
+}
+
+bool ExrPart::luminance_chroma() const {
+    return std::any_of(channels.begin(), channels.end(), [](const ExrChannel& c) {
+        return base_name(c.name) == "RY" || base_name(c.name) == "BY";
+    });
+}
+
+const PartPixels::Plane* PartPixels::find(std::string_view channel) const {
+    for (const Plane& p : planes) {
+        if (p.channel.name == channel) return &p;
+    }
+    return nullptr;
+}
+
+ImageF PartPixels::interleaved(const std::vector<std::string>& names, const Window& crop,
+                               int channels, float fill) const {
+    assert(window.contains(crop));
+    const int count = std::max(channels, int(names.size()));
+    ImageF image(crop.width(), crop.height(), count, fill);
+    std::vector<float> row(size_t(image.width));
+    for (size_t c = 0; c < names.size(); ++c) {
+        const Plane* plane = find(names[c]);
+        assert(plane != nullptr && plane->channel.x_sampling == 1 &&
+               plane->channel.y_sampling == 1);
+        const size_t size = size_t(bytes_of(plane->channel.type));
+        for (int y = 0; y < image.height; ++y) {
+            const std::byte* from = plane->bytes.get() +
+                                    size_t(y + crop.min_y - window.min_y) * plane->row_bytes() +
+                                    size_t(crop.min_x - window.min_x) * size;
+            if (plane->channel.type == PixelType::half) {
+                halves_to_floats(reinterpret_cast<const uint16_t*>(from), row.size(), row.data());
+            } else if (plane->channel.type == PixelType::float32) {
+                std::memcpy(row.data(), from, row.size() * sizeof(float));
+            } else {
+                const auto* values = reinterpret_cast<const uint32_t*>(from);
+                std::transform(values, values + row.size(), row.begin(),
+                               [](uint32_t v) { return float(v); });
+            }
+            float* to = image.data.data() + size_t(y) * row.size() * size_t(count) + c;
+            for (size_t x = 0; x < row.size(); ++x) to[x * size_t(count)] = row[x];
+        }
+    }
+    return image;
+}
+
+// --- ExrFile ------------------------------------------------------------------------------------
+
+ExrFile::ExrFile(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+ExrFile::ExrFile(ExrFile&&) noexcept = default;
+ExrFile& ExrFile::operator=(ExrFile&&) noexcept = default;
+ExrFile::~ExrFile() = default;
+
+const std::string& ExrFile::path() const {
+    return impl_->path;
+}
+const std::vector<ExrPart>& ExrFile::parts() const {
+    return impl_->parts;
+}
+uint64_t ExrFile::file_bytes() const {
+    return impl_->bytes;
+}
+
+Result<ExrFile> ExrFile::open(const std::string& path, const ReadLimits& limits) {
+    // O_NONBLOCK: a pipe is refused below instead of waiting here for a writer.
+    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (fd < 0) {
+        return input_error(path, errno == ENOENT
+                                     ? std::string("no such file")
+                                     : concat("cannot be opened: ", std::strerror(errno)));
+    }
+    struct stat info;
+    if (::fstat(fd, &info) != 0 || !S_ISREG(info.st_mode)) {
+        ::close(fd);
+        return input_error(path, "is not a file");
+    }
+    auto impl = std::make_unique<Impl>();
+    impl->path = path;
+    impl->bytes = uint64_t(info.st_size);
+    impl->stream = std::make_unique<FdIStream>(fd, impl->bytes, path);
+    const Result<HeaderFacts> facts = scan_header(fd, impl->bytes, limits);
+    if (!facts.ok()) return facts.status().at(path);
+    impl->facts = *facts;
+    try {
+        static std::once_flag once;
+        std::call_once(once, [] { Imf::Header::setMaxTileSize(kMaxSide, kMaxSide); });
+        // No reconstruction of chunk tables: an incomplete file is refused below.
+        impl->file = std::make_unique<Imf::MultiPartInputFile>(*impl->stream,
+                                                               Imf::globalThreadCount(), false);
+        for (int i = 0; i < impl->file->parts(); ++i) {
+            if (!impl->file->partComplete(i)) {
+                return input_error(
+                    path, "incomplete: its writer did not finish; wait for it or render it again");
+            }
+            impl->parts.push_back(part_of(impl->file->header(i)));
+        }
+    } catch (...) {
+        return status_of_exception(StatusCode::input, path, "damaged or truncated: ");
+    }
+    return ExrFile(std::move(impl));
+}
+
+Status ExrFile::check_channels(int part, const std::vector<std::string>& channels) const {
+    if (part < 0 || size_t(part) >= parts().size()) {
+        return input_error(path(), concat("has no part ", part));
+    }
+    const ExrPart& p = parts()[size_t(part)];
+    const std::string place =
+        p.name.empty() ? path() : concat(path(), ": part ", part, " '", p.name, "'");
+    if (p.deep) {
+        return input_error(place, "is deep (many samples per pixel); flatten it before filtering");
+    }
+    for (const std::string& name : channels) {
+        const ExrChannel* c = p.find(name);
+        if (c == nullptr) {
+            return input_error(place,
+                               concat("has no channel ", name, "; it has: ", joined(p.channels)));
+        }
+        if (p.luminance_chroma() &&
+            (base_name(name) == "Y" || base_name(name) == "RY" || base_name(name) == "BY")) {
+            return input_error(place,
+                               concat("channel ", name,
+                                      " is luminance-chroma (Y, RY, BY); convert it to R, G, B"));
+        }
+        if (c->x_sampling != 1 || c->y_sampling != 1) {
+            return input_error(place, concat("channel ", name, " is subsampled ", c->x_sampling,
+                                             "x", c->y_sampling, "; write it at full size"));
+        }
+    }
+    return {};
+}
+
+Status ExrFile::explain_no_color() const {
+    for (const ExrPart& p : parts()) {
+        if (p.luminance_chroma()) {
+            return input_error(path(), concat("is luminance-chroma (", joined(p.channels),
+                                              "); convert it to R, G, B before filtering"));
+        }
+    }
+    for (const ExrPart& p : parts()) {
+        if (p.deep) {
+            return input_error(path(),
+                               "is deep (many samples per pixel); flatten it before filtering");
+        }
+    }
+    return {};
+}
+
+Result<PartPixels> ExrFile::read_part(int part, const std::vector<std::string>& channels) {
+    if (part < 0 || size_t(part) >= parts().size() || parts()[size_t(part)].deep) {
+        return check_channels(part, {});
+    }
+    const ExrPart& info = parts()[size_t(part)];
+    PartPixels pixels;
+    pixels.part = part;
+    pixels.window = info.data_window;
+    try {
+        for (const ExrChannel& c : info.channels) {
+            const bool wanted = channels.empty() || std::find(channels.begin(), channels.end(),
+                                                              c.name) != channels.end();
+            if (wanted) pixels.planes.push_back(make_plane(c, info.data_window));
+        }
+        for (const std::string& name : channels) {
+            if (pixels.find(name) == nullptr) return check_channels(part, {name});
+        }
+        const Imf::FrameBuffer buffer = frame_buffer_of(pixels);
+        if (info.tiled) {
+            Imf::TiledInputPart in(*impl_->file, part);
+            in.setFrameBuffer(buffer);
+            in.readTiles(0, in.numXTiles(0) - 1, 0, in.numYTiles(0) - 1, 0, 0);
+        } else {
+            Imf::InputPart in(*impl_->file, part);
+            in.setFrameBuffer(buffer);
+            in.readPixels(info.data_window.min_y, info.data_window.max_y);
+        }
+    } catch (...) {
+        return status_of_exception(StatusCode::input, path(), "damaged or truncated: ");
+    }
+    return pixels;
+}
+
+Result<ImageF> ExrFile::read_channels(int part, const std::vector<std::string>& channels) {
+    if (Status s = check_channels(part, channels); !s.ok()) return s;
+    Result<PartPixels> pixels = read_part(part, channels);
+    if (!pixels.ok()) return pixels.status();
+    return pixels->interleaved(channels, pixels->window);
+}
+
+}  // namespace postchain::io

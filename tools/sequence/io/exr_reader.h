@@ -1,0 +1,150 @@
+// Reading EXR: headers as plain data, and the channels of a part in their own number types.
+//
+//   path --scan_header (sizes, before anything is allocated)--> OpenEXR --open--> ExrFile
+//   ExrFile --read_part--> PartPixels (native planes, one pass over the part) --> ImageF
+//
+// The planes stay in the file's number types, so that what is not filtered can be written back bit
+// for bit. Threads: OpenEXR's global pool, Imf::setGlobalThreadCount() through set_exr_threads().
+// One ExrFile must not be used by two threads at once.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "chain/image.h"
+#include "chain/status.h"
+
+namespace postchain::io {
+
+inline constexpr int kMaxSide = 16384;  // pixels; llvmpipe's and most GPUs' limit of a texture
+
+// What a header may ask for; whatever asks for more is refused before OpenEXR sees it. Besides,
+// a part's pixels must be such as its file can hold (most_packed() in exr_part_check.h).
+struct ReadLimits {
+    int max_side = kMaxSide;                        // of data windows and tiles, pixels
+    uint64_t max_bytes = uint64_t(8) << 30;         // of one part, decoded
+    uint64_t max_chunk_bytes = uint64_t(1) << 29;   // of one tile or block of lines, decoded;
+                                                    // OpenEXR keeps two for each of its threads
+    uint64_t max_header_bytes = uint64_t(1) << 26;  // of all parts, with texts and previews
+    int max_channels = 4096;                        // of one part
+};
+
+// Workers of OpenEXR's pool, which every reader and writer of the process shares; 0 = none.
+void set_exr_threads(int count);
+
+enum class PixelType { half, float32, uint32 };
+const char* name_of(PixelType type);  // "half", "float", "uint"
+int bytes_of(PixelType type);
+
+// Inclusive pixel bounds, x to the right, y down.
+struct Window {
+    int min_x = 0;
+    int min_y = 0;
+    int max_x = -1;
+    int max_y = -1;
+
+    int width() const { return max_x - min_x + 1; }
+    int height() const { return max_y - min_y + 1; }
+    bool contains(const Window& o) const {
+        return o.min_x >= min_x && o.min_y >= min_y && o.max_x <= max_x && o.max_y <= max_y;
+    }
+    std::string text() const;  // "(0, 0)-(639, 359)"
+    bool operator==(const Window&) const = default;
+};
+
+struct ExrChannel {
+    std::string name;  // full: "ViewLayer.Combined.R"
+    PixelType type = PixelType::half;
+    int x_sampling = 1;
+    int y_sampling = 1;
+    bool operator==(const ExrChannel&) const = default;
+};
+
+struct ExrPart {
+    std::string name;         // empty in a single-part file
+    std::string view;         // empty when there is none
+    std::string type;         // "scanlineimage", "tiledimage", "deepscanline", "deeptile"
+    std::string compression;  // "zip", "dwaa", ...
+    std::vector<ExrChannel> channels;
+    std::vector<std::string> views;  // of a single-part multi-view file; the first is the default
+    Window data_window;
+    Window display_window;
+    float pixel_aspect = 1;
+    std::optional<std::array<float, 8>> chromaticities;  // red, green, blue, white x and y
+    std::map<std::string, std::string> attributes;       // every attribute as text
+    bool deep = false;
+    bool tiled = false;
+    bool mip_mapped = false;  // more than one level
+
+    const ExrChannel* find(std::string_view channel) const;
+    // Y with RY or BY: color that is stored as luminance and subsampled chroma.
+    bool luminance_chroma() const;
+};
+
+// Planes of one part as they lie in the file: rows top-down, tightly packed.
+class PartPixels {
+  public:
+    struct Plane {
+        ExrChannel channel;
+        int width = 0;  // samples; less than the data window's where subsampled
+        int height = 0;
+        std::unique_ptr<std::byte[]> bytes;
+        size_t row_bytes() const { return size_t(width) * size_t(bytes_of(channel.type)); }
+        size_t total_bytes() const { return row_bytes() * size_t(height); }
+    };
+
+    int part = 0;
+    Window window;
+    std::vector<Plane> planes;
+
+    const Plane* find(std::string_view channel) const;
+    // The named channels interleaved, as float, of `crop` (which the data window must contain).
+    // A channel count above the names' is filled with `fill`. Names must be here, not subsampled.
+    ImageF interleaved(const std::vector<std::string>& names, const Window& crop, int channels = 0,
+                       float fill = 1) const;
+};
+
+class ExrFile {
+  public:
+    // Errors (input), each naming the file: not there, a folder, unreadable, zero bytes, not an
+    // EXR, truncated, header that contradicts itself, a side above the limit, too many bytes.
+    static Result<ExrFile> open(const std::string& path, const ReadLimits& limits = {});
+    ExrFile(ExrFile&&) noexcept;
+    ExrFile& operator=(ExrFile&&) noexcept;
+    ~ExrFile();
+
+    const std::string& path() const;
+    const std::vector<ExrPart>& parts() const;
+    uint64_t file_bytes() const;
+
+    // Why these channels of this part cannot be filtered (deep, luminance-chroma, subsampled,
+    // not there), or ok.
+    Status check_channels(int part, const std::vector<std::string>& channels) const;
+    // What there is instead when no color was found: says so when the file is luminance-chroma
+    // or deep; ok when neither explains it.
+    Status explain_no_color() const;
+
+    // Reads the named channels of a flat part, or all of them when `channels` is empty, in one
+    // pass over the part. Subsampled channels come as they are. Of a mip-mapped part: level 0.
+    // Errors (input): deep part, unknown channel, damaged or truncated data.
+    Result<PartPixels> read_part(int part, const std::vector<std::string>& channels = {});
+
+    // The same, interleaved and as float, of the whole data window.
+    Result<ImageF> read_channels(int part, const std::vector<std::string>& channels);
+
+    struct Impl;  // tools/sequence/io/exr_internal.h
+    Impl& impl() { return *impl_; }
+
+  private:
+    explicit ExrFile(std::unique_ptr<Impl> impl);
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace postchain::io

@@ -1,0 +1,312 @@
+#include "tools/sequence/io/exr_writer.h"
+
+#include <ImfChannelList.h>
+#include <ImfChromaticitiesAttribute.h>
+#include <ImfDeepScanLineInputPart.h>
+#include <ImfDeepScanLineOutputPart.h>
+#include <ImfDeepTiledInputPart.h>
+#include <ImfDeepTiledOutputPart.h>
+#include <ImfFloatAttribute.h>
+#include <ImfInputPart.h>
+#include <ImfIntAttribute.h>
+#include <ImfMultiPartOutputFile.h>
+#include <ImfOutputFile.h>
+#include <ImfOutputPart.h>
+#include <ImfPartType.h>
+#include <ImfStringAttribute.h>
+#include <ImfThreading.h>
+#include <ImfTiledInputPart.h>
+#include <ImfTiledOutputFile.h>
+#include <ImfTiledOutputPart.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+#include "tools/sequence/io/exr_attributes.h"
+#include "tools/sequence/io/exr_internal.h"
+#include "tools/sequence/io/pixel_encode.h"
+
+namespace postchain::io {
+
+namespace {
+
+bool is_lossy(Imf::Compression c) {
+    return c == Imf::PXR24_COMPRESSION || c == Imf::B44_COMPRESSION || c == Imf::B44A_COMPRESSION ||
+           c == Imf::DWAA_COMPRESSION || c == Imf::DWAB_COMPRESSION;
+}
+
+// Attributes that describe the unfiltered picture and would lie about the filtered one.
+constexpr const char* kStaleAttributes[] = {"preview", "oiio:SHA-1", "oiio:AverageColor",
+                                            "oiio:ConstantColor"};
+
+// What `fail` and `skip` can say before any work. commit() decides for good.
+Result<bool> skipped_already(const std::string& path, OnExisting on_existing) {
+    if (on_existing == OnExisting::overwrite || ::access(path.c_str(), F_OK) != 0) return false;
+    if (on_existing == OnExisting::skip) return true;
+    return Status(
+        StatusCode::output,
+        concat(path, ": exists already (--on-existing skip or overwrite says what to do)"));
+}
+
+Status check_counts(const std::string& path, const EncodeCounts& counts, HalfOverflow policy) {
+    if (policy == HalfOverflow::clamp || counts.refused_pixels == 0) return {};
+    return Status(StatusCode::output,
+                  concat(path, ": ", std::to_string(counts.refused_pixels),
+                         " pixels of color do not fit half (65504 at most), ",
+                         std::to_string(counts.nonfinite_pixels),
+                         " of them not finite; clamp them or render color as float"));
+}
+
+// Runs `write` on an OpenEXR output stream into a new file at `path`, then commits.
+// `write(Imf::OStream&)` may throw, and must have closed its OpenEXR objects when it returns.
+template <class Write>
+Status write_file(const std::string& path, OnExisting on_existing, WriteReport& report,
+                  Write write) {
+    Result<AtomicFile> file = AtomicFile::create(path);
+    if (!file.ok()) return file.status();
+    AtomicOStream stream(*file);
+    try {
+        write(stream);
+    } catch (...) {
+        if (!stream.status.ok()) return stream.status;
+        return status_of_exception(StatusCode::output, path);
+    }
+    // A failure that OpenEXR's destructors swallowed has stuck to the file: commit() reports it.
+    report.bytes = file->size();
+    Result<bool> written = file->commit(on_existing);
+    if (!written.ok()) return written.status();
+    report.skipped = !*written;
+    return {};
+}
+
+void copy_part(Imf::MultiPartInputFile& in, Imf::MultiPartOutputFile& out, int part) {
+    const Imf::Header& header = in.header(part);
+    const std::string type = header.hasType()              ? header.type()
+                             : header.hasTileDescription() ? Imf::TILEDIMAGE
+                                                           : Imf::SCANLINEIMAGE;
+    if (type == Imf::DEEPSCANLINE) {
+        Imf::DeepScanLineInputPart from(in, part);
+        Imf::DeepScanLineOutputPart(out, part).copyPixels(from);
+    } else if (type == Imf::DEEPTILE) {
+        Imf::DeepTiledInputPart from(in, part);
+        Imf::DeepTiledOutputPart(out, part).copyPixels(from);
+    } else if (type == Imf::TILEDIMAGE) {
+        Imf::TiledInputPart from(in, part);
+        Imf::TiledOutputPart(out, part).copyPixels(from);
+    } else {
+        Imf::InputPart from(in, part);
+        Imf::OutputPart(out, part).copyPixels(from);
+    }
+}
+
+void write_tiles(auto&& to, const Imf::FrameBuffer& buffer) {
+    to.setFrameBuffer(buffer);
+    to.writeTiles(0, to.numXTiles(0) - 1, 0, to.numYTiles(0) - 1, 0, 0);
+}
+
+void write_lines(auto&& to, const Imf::FrameBuffer& buffer) {
+    to.setFrameBuffer(buffer);
+    const IMATH_NAMESPACE::Box2i& window = to.header().dataWindow();
+    to.writePixels(window.max.y - window.min.y + 1);
+}
+
+// MultiPartOutputFile would add a "type" attribute to a file that has none.
+void write_single_part(Imf::OStream& stream, const Imf::Header& header,
+                       const Imf::FrameBuffer& buffer) {
+    if (header.hasTileDescription()) {
+        write_tiles(Imf::TiledOutputFile(stream, header, Imf::globalThreadCount()), buffer);
+    } else {
+        write_lines(Imf::OutputFile(stream, header, Imf::globalThreadCount()), buffer);
+    }
+}
+
+// Header::erase() of OpenEXR 3.1 leaks the attribute, so this is a copy that never had it.
+Imf::Header without(const Imf::Header& from, const std::vector<std::string>& names) {
+    Imf::Header header;
+    for (auto it = from.begin(); it != from.end(); ++it) {
+        if (std::find(names.begin(), names.end(), it.name()) != names.end()) continue;
+        header.insert(it.name(), it.attribute());
+    }
+    return header;
+}
+
+// The header of color's part in the output.
+Imf::Header color_header(const Imf::Header& from, bool only_color, bool keep_type,
+                         const WriteOptions& options, std::vector<std::string>& notes) {
+    std::vector<std::string> left_out;
+    for (const char* name : kStaleAttributes) {
+        if (from.find(name) == from.end()) continue;
+        left_out.push_back(name);
+        notes.push_back(concat("attribute ", name, " left out: it described the unfiltered file"));
+    }
+    if (!keep_type) left_out.push_back("type");
+    Imf::Header header = without(from, left_out);
+    for (const auto& [name, value] : options.attributes) {
+        header.insert(name, Imf::StringAttribute(value));
+    }
+    if (is_lossy(header.compression()) && !only_color) {
+        notes.push_back(concat("compression ", compression_name(header.compression()),
+                               " replaced by zip: the part holds channels besides color, which "
+                               "are only written lossless"));
+        header.compression() = Imf::ZIP_COMPRESSION;
+    }
+    if (header.hasTileDescription() && header.tileDescription().mode != Imf::ONE_LEVEL) {
+        Imf::TileDescription tiles = header.tileDescription();
+        tiles.mode = Imf::ONE_LEVEL;
+        header.setTileDescription(tiles);
+        notes.push_back("smaller levels left out: they showed the unfiltered picture");
+    }
+    header.zipCompressionLevel() = options.zip_level;
+    // The level of DWA stands in the file as an attribute; a header that was read forgets it.
+    if (const auto* level = header.findTypedAttribute<Imf::FloatAttribute>("dwaCompressionLevel")) {
+        header.dwaCompressionLevel() = level->value();
+    }
+    return header;
+}
+
+}  // namespace
+
+Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, const ImageF& color,
+                                   const WriteOptions& options) {
+    WriteReport report;
+    if (frame.kept == nullptr || color.width != frame.description.width ||
+        color.height != frame.description.height || color.channels != 4) {
+        return Status(StatusCode::internal, concat(path, ": color does not fit the frame"));
+    }
+    Result<bool> skipped = skipped_already(path, options.on_existing);
+    if (!skipped.ok()) return skipped.status();
+    if (*skipped) {
+        report.skipped = true;
+        return report;
+    }
+
+    // The new color planes, beside the kept ones they replace.
+    const std::vector<std::string>& names = frame.assignment.at(Role::color).channels;
+    const PartPixels& kept = *frame.kept;
+    PartPixels fresh;
+    fresh.part = kept.part;
+    fresh.window = kept.window;
+    std::vector<EncodeTarget> targets;
+    for (size_t i = 0; i < names.size(); ++i) {
+        const PartPixels::Plane* old = kept.find(names[i]);
+        PartPixels::Plane& plane = fresh.planes.emplace_back();
+        plane.channel = old->channel;
+        plane.width = old->width;
+        plane.height = old->height;
+        plane.bytes = std::make_unique_for_overwrite<std::byte[]>(plane.total_bytes());
+        targets.push_back({&color, int(i), plane.channel.type, plane.bytes.get()});
+    }
+    const EncodeCounts counts = encode_channels(targets);
+    if (Status s = check_counts(path, counts, options.overflow); !s.ok()) return s;
+    report.overflow_pixels = counts.overflow_pixels;
+    report.nonfinite_pixels = counts.nonfinite_pixels;
+
+    ExrFile::Impl& input = frame.files.color_file().impl();
+    std::vector<Imf::Header> headers;
+    for (int i = 0; i < input.file->parts(); ++i) headers.push_back(input.file->header(i));
+    headers[size_t(kept.part)] =
+        color_header(headers[size_t(kept.part)], names.size() == kept.planes.size(),
+                     input.facts.multi_part || input.facts.type_attribute, options, report.notes);
+    Imf::FrameBuffer buffer = frame_buffer_of(kept);
+    const Imf::FrameBuffer fresh_buffer = frame_buffer_of(fresh);
+    for (auto it = fresh_buffer.begin(); it != fresh_buffer.end(); ++it) {
+        buffer.insert(it.name(), it.slice());
+    }
+
+    const auto write = [&](Imf::OStream& stream) {
+        if (!input.facts.multi_part) {
+            write_single_part(stream, headers[0], buffer);
+            return;
+        }
+        Imf::MultiPartOutputFile out(stream, headers.data(), int(headers.size()), false,
+                                     Imf::globalThreadCount());
+        for (int part = 0; part < int(headers.size()); ++part) {
+            if (part != kept.part) {
+                copy_part(*input.file, out, part);
+            } else if (headers[size_t(part)].hasTileDescription()) {
+                write_tiles(Imf::TiledOutputPart(out, part), buffer);
+            } else {
+                write_lines(Imf::OutputPart(out, part), buffer);
+            }
+        }
+    };
+    if (Status s = write_file(path, options.on_existing, report, write); !s.ok()) return s;
+    return report;
+}
+
+Result<WriteReport> write_planes_exr(const std::string& path, const PlanesFile& file,
+                                     const WriteOptions& options) {
+    WriteReport report;
+    if (file.channels.empty()) {
+        return Status(StatusCode::internal, concat(path, ": no channels to write"));
+    }
+    const ImageF& first = *file.channels[0].image;
+    for (const PlaneChannel& c : file.channels) {
+        if (c.image->width != first.width || c.image->height != first.height ||
+            c.index >= c.image->channels || first.empty()) {
+            return Status(StatusCode::internal,
+                          concat(path, ": channel ", c.name, " does not fit the others"));
+        }
+    }
+    Result<bool> skipped = skipped_already(path, options.on_existing);
+    if (!skipped.ok()) return skipped.status();
+    if (*skipped) {
+        report.skipped = true;
+        return report;
+    }
+
+    PartPixels pixels;
+    pixels.window = {file.origin_x, file.origin_y, file.origin_x + first.width - 1,
+                     file.origin_y + first.height - 1};
+    std::vector<EncodeTarget> targets;
+    for (const PlaneChannel& c : file.channels) {
+        PartPixels::Plane& plane = pixels.planes.emplace_back();
+        plane.channel = {c.name, c.type, 1, 1};
+        plane.width = first.width;
+        plane.height = first.height;
+        plane.bytes = std::make_unique_for_overwrite<std::byte[]>(plane.total_bytes());
+        targets.push_back({c.image, c.index, c.type, plane.bytes.get()});
+    }
+    const EncodeCounts counts = encode_channels(targets);
+    if (Status s = check_counts(path, counts, options.overflow); !s.ok()) return s;
+    report.overflow_pixels = counts.overflow_pixels;
+    report.nonfinite_pixels = counts.nonfinite_pixels;
+
+    const auto write = [&](Imf::OStream& stream) {
+        Imf::Header header(box_of(file.display_window.value_or(pixels.window)),
+                           box_of(pixels.window));
+        header.compression() = Imf::ZIP_COMPRESSION;
+        header.zipCompressionLevel() = options.zip_level;
+        for (const PlaneChannel& c : file.channels) {
+            header.channels().insert(c.name, Imf::Channel(imf_type(c.type)));
+        }
+        const auto insert = [&header](const std::string& name, const AttributeValue& value) {
+            if (const auto* s = std::get_if<std::string>(&value)) {
+                header.insert(name, Imf::StringAttribute(*s));
+            } else if (const auto* f = std::get_if<float>(&value)) {
+                header.insert(name, Imf::FloatAttribute(*f));
+            } else {
+                header.insert(name, Imf::IntAttribute(std::get<int>(value)));
+            }
+        };
+        for (const auto& [name, value] : file.attributes) insert(name, value);
+        for (const auto& [name, value] : options.attributes) insert(name, value);
+        write_single_part(stream, header, frame_buffer_of(pixels));
+    };
+    if (Status s = write_file(path, options.on_existing, report, write); !s.ok()) return s;
+    return report;
+}
+
+Result<WriteReport> write_planes_exr(const std::string& path, const ImageF& image,
+                                     const std::vector<std::string>& names,
+                                     OnExisting on_existing) {
+    PlanesFile file;
+    for (size_t i = 0; i < names.size(); ++i) {
+        file.channels.push_back({names[i], PixelType::float32, &image, int(i)});
+    }
+    WriteOptions options;
+    options.on_existing = on_existing;
+    return write_planes_exr(path, file, options);
+}
+
+}  // namespace postchain::io

@@ -1,0 +1,35 @@
+// Float pixels into the planes of a file: deinterleaved, in the channel's type, checked.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "chain/image.h"
+#include "tools/sequence/io/exr_writer.h"
+
+namespace postchain::io {
+
+struct EncodeTarget {
+    const ImageF* image = nullptr;
+    int index = 0;  // channel of the image
+    PixelType type = PixelType::half;
+    std::byte* bytes = nullptr;  // width * height values, row 0 first
+};
+
+struct EncodeCounts {
+    uint64_t overflow_pixels = 0;   // finite, beyond the half range, in a half channel
+    uint64_t nonfinite_pixels = 0;  // NaN or Inf, in any channel
+    uint64_t refused_pixels = 0;    // either of them in a half channel
+};
+
+// Half and float channels of images of one size. Half: rounded to nearest even; beyond the range
+// +-kMaxHalf (Inf too), NaN 0; whether that is acceptable is for the caller to say from the
+// counts. Float: as it is. Uint: rounded and limited to 0..2^32-1, NaN 0.
+EncodeCounts encode_channels(const std::vector<EncodeTarget>& targets);
+
+// 16-bit patterns of `count` floats that lie within +-kMaxHalf. Source: IEEE 754 binary16.
+void floats_to_halves(const float* from, size_t count, uint16_t* to);
+void halves_to_floats(const uint16_t* from, size_t count, float* to);
+
+}  // namespace postchain::io

@@ -1,0 +1,33 @@
+// PNG previews: tone curve here, encoding in png.h, then one atomic file.
+#include <algorithm>
+#include <cmath>
+
+#include "tools/sequence/io/exr_writer.h"
+#include "tools/sequence/io/png.h"
+
+namespace postchain::io {
+
+Status write_png_preview(const std::string& path, const ImageF& color,
+                         const PreviewOptions& options) {
+    if (color.empty()) return Status(StatusCode::internal, concat(path, ": no pixels"));
+    const int channels = color.channels >= 3 ? 3 : 1;
+    const float gain = float(std::exp2(options.exposure_stops));
+    const auto shown = [&](float v) {
+        v = std::isfinite(v) ? std::max(v * gain, 0.0f) : 0.0f;
+        if (options.curve == ToneCurve::display) v = v / (1 + v);
+        if (options.curve != ToneCurve::none) v = std::pow(v, 1 / 2.2f);
+        return uint8_t(std::lround(std::min(v, 1.0f) * 255));
+    };
+    Image<uint8_t> bytes(color.width, color.height, channels);
+    for (size_t i = 0; i < color.pixels(); ++i) {
+        for (int c = 0; c < channels; ++c) {
+            bytes.data[i * size_t(channels) + size_t(c)] =
+                shown(color.data[i * size_t(color.channels) + size_t(c)]);
+        }
+    }
+    const auto png = encode_png(bytes);
+    if (!png.ok()) return png.status().at(path);
+    return atomic_write_text(path, *png, options.on_existing).status();
+}
+
+}  // namespace postchain::io

@@ -1,0 +1,230 @@
+#include "tools/sequence/run/frame_source.h"
+
+#include <algorithm>
+#include <chrono>
+
+namespace postchain::sequence {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double milliseconds_since(Clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+FileChannels channels_of_file(const io::ExrFile& file) {
+    FileChannels channels;
+    for (const auto& part : file.parts()) {
+        PartChannels one;
+        one.name = part.name;
+        one.view = part.view;
+        // A deep part has no color that could be filtered; its names would only mislead.
+        if (!part.deep)
+            for (const auto& channel : part.channels) one.channels.push_back(channel.name);
+        if (channels.views.empty()) channels.views = part.views;
+        channels.parts.push_back(std::move(one));
+    }
+    return channels;
+}
+
+Result<ProfileMatch> match_file(const SourceSettings& settings, const io::ExrFile& file) {
+    const FileChannels channels = channels_of_file(file);
+    return settings.profile
+               ? match_profile(*settings.profile, channels, settings.layer, settings.view)
+               : detect_profile(builtin_profiles(), channels, settings.layer, settings.view);
+}
+
+// The channels of a file that holds one plane alone and names them after no profile: a single
+// channel is the depth, the usual pairs are the motion.
+std::optional<RoleChannels> plain_channels(const io::ExrFile& file, Role role) {
+    static const std::vector<std::vector<std::string>> known = {
+        {"Z"}, {"Y"}, {"R"}, {"R", "G"}, {"X", "Y"}, {"U", "V"}, {"u", "v"}};
+    const size_t needed = size_t(channels_of(role));
+    const FileChannels channels = channels_of_file(file);
+    for (size_t part = 0; part < channels.parts.size(); ++part) {
+        const auto& names = channels.parts[part].channels;
+        if (names.size() == needed && needed == 1) return RoleChannels{int(part), names};
+        for (const auto& candidate : known) {
+            bool all = candidate.size() == needed;
+            for (const auto& name : candidate)
+                all = all && std::find(names.begin(), names.end(), name) != names.end();
+            if (all) return RoleChannels{int(part), candidate};
+        }
+    }
+    return std::nullopt;
+}
+
+// " R G B Z", for messages.
+std::string names_in(const io::ExrFile& file) {
+    constexpr size_t kShown = 40;
+    std::string text;
+    size_t count = 0;
+    for (const auto& part : file.parts())
+        for (const auto& channel : part.channels)
+            if (count++ < kShown) text += " " + channel.name;
+    return count > kShown ? concat(text, " and ", count - kShown, " more") : text;
+}
+
+// Depth or motion in a file of its own: joins what it says to the match of color's file.
+Status add_own_file(const SourceSettings& settings, const io::ExrFile& file, Role role,
+                    ProfileMatch& match) {
+    auto own = match_file(settings, file);
+    if (own.ok() && own->roles.count(role)) {
+        match.roles[role] = own->roles.at(role);
+        if (role == Role::inverse_depth) match.options.depth = own->options.depth;
+        if (role == Role::motion) match.options.motion = own->options.motion;
+        if (role == Role::motion_back) match.options.motion_back = own->options.motion_back;
+    } else if (auto plain = plain_channels(file, role)) {
+        match.roles[role] = *plain;
+    } else {
+        return Status(StatusCode::input, concat(file.path(), ": no ", name_of(role),
+                                                " channels found among", names_in(file)));
+    }
+    match.missing.erase(role);
+    return Status();
+}
+
+}  // namespace
+
+Result<FrameHeader> open_source_frame(const SourceSettings& settings,
+                                      const std::map<Role, std::string>& files, int frame) {
+    auto opened = io::open_frame(files, frame);
+    if (!opened.ok()) return opened.status();
+    FrameHeader header;
+    header.files = std::move(*opened);
+    const io::ExrFile& color_file = header.files.color_file();
+    auto match = match_file(settings, color_file);
+    if (!match.ok() || !match->roles.count(Role::color)) {
+        if (Status why = color_file.explain_no_color(); !why.ok()) return why;
+        if (!match.ok()) return match.status().at(color_file.path());
+        return Status(StatusCode::input, concat(color_file.path(), ": no color; looked for ",
+                                                match->missing[Role::color], "\n", match->text()));
+    }
+    header.match = std::move(*match);
+    for (const auto& [role, file] : header.files.files) {
+        if (role == Role::color) continue;
+        if (Status status = add_own_file(settings, *file, role, header.match); !status.ok())
+            return status;
+    }
+    for (const auto& [role, where] : header.match.roles)
+        header.assignment[role] = {where.part, where.channels};
+
+    const auto& part = color_file.parts()[size_t(header.assignment.at(Role::color).part)];
+    const Display display{part.display_window.width(), part.display_window.height(),
+                          double(part.pixel_aspect)};
+    const CameraFile* camera = settings.camera ? &*settings.camera : nullptr;
+    header.camera = frame_camera(io::camera_from_attributes(part), camera, frame, display);
+    if (camera)
+        if (auto warning = camera->check_resolution(display))
+            header.warnings.push_back(warning->text());
+    return header;
+}
+
+RoleSet planes_needed(const Chain& chain, const SourceSettings& settings, const FrameHeader& header,
+                      const PlanOptions& options) {
+    const io::ExrFile& file = header.files.color_file();
+    const auto& part = file.parts()[size_t(header.assignment.at(Role::color).part)];
+    FrameDescription frame;
+    frame.width = part.data_window.width();
+    frame.height = part.data_window.height();
+    frame.display_width = part.display_window.width();
+    frame.display_height = part.display_window.height();
+    frame.frame_number = header.files.frame_number;
+    frame.camera = header.camera;
+    frame.facts.camera_cut = settings.cuts.count(frame.frame_number) > 0;
+    for (const auto& [role, where] : header.assignment) frame.planes.add(role);
+    const auto plan = make_plan(chain, frame, options);
+    return plan.ok() ? plan->reads : chain.required() | chain.optional();
+}
+
+Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeader header,
+                                      RoleSet wanted, io::Keep keep) {
+    SourceFrame frame;
+    const std::string path = header.files.color_file().path();
+    RoleSet present = {Role::color}, not_converted;
+    for (const auto& [role, where] : header.assignment)
+        (wanted.has(role) || role == Role::color ? present : not_converted).add(role);
+    auto start = Clock::now();
+    auto read = io::read_frame(header.files, header.assignment, present, keep);
+    if (!read.ok()) return read.status();
+    frame.read_ms = milliseconds_since(start);
+
+    start = Clock::now();
+    frame.input = std::move(*read);
+    frame.match = std::move(header.match);
+    frame.warnings = std::move(header.warnings);
+    frame.description = frame.input.description;
+    frame.description.camera = header.camera;
+    frame.description.not_converted = not_converted;
+    frame.description.facts.camera_cut = settings.cuts.count(frame.input.files.frame_number) > 0;
+    frame.planes = std::move(frame.input.planes);
+    frame.conversion = frame.match.options;
+    frame.conversion.nonfinite_color = settings.nonfinite_color;
+    frame.conversion.origin_x = frame.input.data_window.min_x - frame.input.display_window.min_x;
+    frame.conversion.origin_y = frame.input.data_window.min_y - frame.input.display_window.min_y;
+    if (Status status = convert_frame(frame.planes, frame.description, frame.conversion);
+        !status.ok())
+        return status.at(path);
+    frame.convert_ms = milliseconds_since(start);
+
+    const auto& facts = frame.description.facts;
+    const auto warn = [&](const std::string& text) {
+        frame.warnings.push_back(path + ": " + text);
+    };
+    const auto count = [&](uint64_t pixels, const char* what) {
+        if (pixels) warn(concat(pixels, " pixels ", what));
+    };
+    count(facts.nonfinite_color, "with non-finite color, replaced");
+    count(facts.nonfinite_depth, "with non-finite depth, taken as infinitely far");
+    count(facts.nonfinite_motion, "with non-finite motion, taken as still");
+    if (facts.first_nonfinite[0] >= 0) {
+        frame.first_nonfinite = {facts.first_nonfinite[0] + frame.input.data_window.min_x,
+                                 facts.first_nonfinite[1] + frame.input.data_window.min_y};
+        warn("the first non-finite pixel is " + frame.first_nonfinite_text());
+    }
+    count(facts.negative_depth, "with depth <= 0, taken as infinitely far");
+    count(facts.sentinel_motion, "with the sentinel of 'no vector', taken as still");
+    if (present.has(Role::motion) && facts.motion_all_zero)
+        warn(facts.sentinel_motion > 0
+                 ? "every vector is zero or the sentinel: nothing will be blurred by motion"
+                 : "every vector is zero: nothing will be blurred by motion (Cycles writes zero "
+                   "vectors when its own motion blur is on; switch it off)");
+    if (frame.input.half_depth)
+        warn(
+            "depth is half float: its steps of 2^-11 show in the circle of confusion; write "
+            "depth as float");
+    return frame;
+}
+
+std::string SourceFrame::first_nonfinite_text() const {
+    if (!first_nonfinite) return "none";
+    return concat("(", (*first_nonfinite)[0], ", ", (*first_nonfinite)[1], ")");
+}
+
+Result<Plan> plan_source_frame(const Chain& chain, const SourceFrame& frame,
+                               const PlanOptions& options) {
+    auto plan = make_plan(chain, frame.description, options);
+    if (plan.ok()) return plan;
+    const Status status = plan.status();
+    std::string text = frame.input.files.color_file().path() + ": " + status.message();
+    if (status.code() == StatusCode::input) {
+        for (const auto& [role, names] : frame.match.missing)
+            if (chain.required().has(role))
+                text += concat("; ", name_of(role), " was looked for as ", names);
+        text += "; found were";
+        for (const auto& [role, file] : frame.input.files.files) text += names_in(*file);
+        text += " (profile " + frame.match.profile + ")";
+    }
+    return Status(status.code(), text);
+}
+
+void to_file_convention(ImageF& color, const ConvertOptions& conversion) {
+    if (!conversion.unpremultiplied) return;
+    for (size_t pixel = 0; pixel < color.pixels(); ++pixel) {
+        float* rgba = color.data.data() + 4 * pixel;
+        if (rgba[3] == 0) continue;
+        for (int c = 0; c < 3; ++c) rgba[c] /= rgba[3];
+    }
+}
+
+}  // namespace postchain::sequence

@@ -1,0 +1,78 @@
+// One frame of a sequence, from its files to the canonical frame.
+//
+//   files --open, match profile, camera--> FrameHeader     (headers only)
+//   FrameHeader --read, convert, facts--> SourceFrame      (pixels)
+//
+// Everything that looks at a sequence goes through here: run, plan, inspect, diff and the reports.
+#pragma once
+
+#include <array>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "chain/chain.h"
+#include "chain/frame.h"
+#include "chain/planner.h"
+#include "config/camera_file.h"
+#include "config/profile.h"
+#include "tools/sequence/io/frame_reader.h"
+
+namespace postchain::sequence {
+
+struct SourceSettings {
+    std::optional<Profile> profile;  // none: detected from channel names
+    std::string layer;               // empty: the only one
+    std::string view;                // empty: the default one
+    std::optional<CameraFile> camera;
+    NonfiniteColor nonfinite_color = NonfiniteColor::zero;
+    std::set<int> cuts;  // frames whose motion leads across a camera cut
+};
+
+// Headers, roles and camera of one frame.
+struct FrameHeader {
+    io::OpenFrame files;
+    ProfileMatch match;
+    io::ChannelAssignment assignment;
+    Camera camera;                      // metadata overlaid by the camera file
+    std::vector<std::string> warnings;  // one line each
+};
+
+// `files` as in io::FrameList::files. Errors: input, with file, what was looked for and found.
+Result<FrameHeader> open_source_frame(const SourceSettings& settings,
+                                      const std::map<Role, std::string>& files, int frame);
+
+struct SourceFrame {
+    io::InputFrame input;          // its planes have moved into `planes`
+    FrameDescription description;  // facts and camera included
+    FramePlanes planes;            // canonical
+    ProfileMatch match;
+    ConvertOptions conversion;
+    std::vector<std::string> warnings;
+    std::optional<std::array<int, 2>> first_nonfinite;  // x, y as in the file
+    double read_ms = 0;
+    double convert_ms = 0;
+
+    std::string first_nonfinite_text() const;  // "(12, -3)"
+};
+
+// The planes to read for this chain: those that a plan reads of which no fact is known yet. All
+// that a chain could use where it cannot be planned; plan_source_frame() then says why.
+RoleSet planes_needed(const Chain& chain, const SourceSettings& settings, const FrameHeader& header,
+                      const PlanOptions& options);
+
+// Reads color and those of `wanted` that the frame has. Keep::all is needed to write it back.
+Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeader header,
+                                      RoleSet wanted, io::Keep keep);
+
+// make_plan() for this frame. An error names the file and, for a plane that is missing, the
+// channel names that were looked for and those that the file has.
+Result<Plan> plan_source_frame(const Chain& chain, const SourceFrame& frame,
+                               const PlanOptions& options);
+
+// Color as the file wants it back: undoes ConvertOptions::unpremultiplied.
+void to_file_convention(ImageF& color, const ConvertOptions& conversion);
+
+}  // namespace postchain::sequence

@@ -1,0 +1,103 @@
+#include "tools/sequence/run/sidecar.h"
+
+#include <nlohmann/json.hpp>
+
+namespace postchain::sequence {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json health_json(const FrameReport& report) {
+    const auto& facts = report.facts;
+    Json health = {{"input_nonfinite_color", facts.nonfinite_color},
+                   {"input_nonfinite_depth", facts.nonfinite_depth},
+                   {"input_nonfinite_motion", facts.nonfinite_motion},
+                   {"input_sentinel_motion", facts.sentinel_motion},
+                   {"input_negative_depth", facts.negative_depth},
+                   {"max_speed_px", facts.max_speed_px},
+                   {"min_inverse_depth", facts.min_inverse_depth},
+                   {"max_inverse_depth", facts.max_inverse_depth},
+                   {"min_color", facts.min_color},
+                   {"max_color", facts.max_color},
+                   {"one_color", facts.one_color},
+                   {"color_is_half", facts.color_is_half},
+                   {"camera_cut", facts.camera_cut},
+                   {"output_nonfinite", report.output_nonfinite},
+                   {"output_half_overflow", report.write.overflow_pixels}};
+    if (report.first_nonfinite) health["input_first_nonfinite"] = *report.first_nonfinite;
+    return health;
+}
+
+Json times_json(const FrameReport& report) {
+    Json passes = Json::array();
+    for (const auto& time : report.pass_times)
+        passes.push_back({{"pass", time.pass}, {"name", time.name}, {"ms", time.milliseconds}});
+    return {{"read", report.read_ms},
+            {"convert", report.convert_ms},
+            {"filter", report.filter_ms},
+            {"write", report.write_ms},
+            {"passes", passes},
+            {"passes_source", report.timing_source},
+            // Reading, filtering and writing of neighboring frames share the machine.
+            {"overlapped", true}};
+}
+
+Json summary_json(const FrameReport& report) {
+    Json inputs = Json::object();
+    for (const auto& [role, path] : report.inputs) inputs[name_of(role)] = path;
+    Json json = {{"frame", report.frame},
+                 {"outcome", name_of(report.outcome)},
+                 {"inputs", inputs},
+                 {"output", report.output}};
+    if (report.outcome == Outcome::held) json["held_from"] = report.held_from;
+    if (!report.status.ok()) {
+        json["error"] = report.status.message();
+        json["error_code"] = name_of(report.status.code());
+    }
+    if (!report.warnings.empty()) json["warnings"] = report.warnings;
+    return json;
+}
+
+}  // namespace
+
+std::string sidecar_json(const FrameReport& report, const std::string& version) {
+    Json json = summary_json(report);
+    json["output_bytes"] = report.write.bytes;
+    json["work"] = report.work;
+    json["profile"] = report.profile;
+    if (report.plan) json["plan"] = Json::parse(plan_as_json(*report.plan));
+    if (report.plan)
+        for (const auto& left : report.plan->left_out)
+            if (const auto found = counted(left, *report.plan, report.work_done);
+                found && found->work_list >= 0)
+                json["left_out_on_device"].push_back({{"what", found->what},
+                                                      {"rule", found->rule},
+                                                      {"reason", found->reason},
+                                                      {"taps", found->taps}});
+    for (const auto& done : report.work_done)
+        json["blocks"].push_back({{"list", done.list}, {"blocks", done.blocks}, {"of", done.of}});
+    json["times_ms"] = times_json(report);
+    json["health"] = health_json(report);
+    json["counters"] = {{"texture_allocations", report.counters.texture_allocations},
+                        {"textures_alive", report.counters.textures_alive},
+                        {"texture_bytes_peak", report.counters.texture_bytes_peak},
+                        {"programs", report.counters.programs},
+                        {"dispatches", report.counters.dispatches},
+                        {"frames_in_flight", report.frames_in_flight}};
+    if (!report.write.notes.empty()) json["write_notes"] = report.write.notes;
+    json["renderer"] = report.renderer;
+    json["version"] = version;
+    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string report_line(const FrameReport& report, const RunProgress& progress) {
+    Json json = summary_json(report);
+    json["done"] = progress.done;
+    json["total"] = progress.total;
+    json["elapsed_s"] = progress.elapsed_s;
+    json["remaining_s"] = progress.remaining_s;
+    json["times_ms"] = times_json(report);
+    return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace postchain::sequence

@@ -1,0 +1,52 @@
+// Sign self-check of vectors: warps frame n by its vectors under every combination of signs and
+// of the two vector planes, and compares with frame n + 1. Described in docs/command.md.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "chain/frame.h"
+
+namespace postchain::sequence {
+
+struct SignCandidate {
+    Role plane = Role::motion;  // motion or motion_back
+    int sign_x = 1;             // 1 = as converted
+    int sign_y = 1;
+    double error = 0;  // mean difference of the warped colors, after x/(1+x), capped at 0.25
+    // Pixels where this candidate points elsewhere than the conversion (by half a pixel or more),
+    // and over those alone its error divided by that of the conversion: > 1 = the conversion is
+    // the better one. Steady motion has motion_back = motion, and a pan has no y to have a sign.
+    size_t pixels_apart = 0;
+    double margin = 1;
+
+    bool as_converted() const { return plane == Role::motion && sign_x == 1 && sign_y == 1; }
+    std::string text() const;  // "motion (+x, -y)"
+};
+
+enum class SignVerdict {
+    confirmed,     // every candidate that can be told apart is worse by kSignMargin
+    undecided,     // some is not, or nothing can be told apart
+    contradicted,  // some is better by kSignMargin
+};
+const char* name_of(SignVerdict verdict);
+inline constexpr double kSignMargin = 1.1;
+
+struct SignCheck {
+    std::vector<SignCandidate> candidates;  // best first; eight, or four without motion_back
+    size_t pixels = 0;                      // that move by at least a pixel and stay in the image
+    double still_error = 0;                 // of no warp at all, over the same pixels
+
+    // A candidate counts when at least one moving pixel in fifty tells it apart.
+    bool told_apart(const SignCandidate& candidate) const {
+        return candidate.pixels_apart * 50 >= pixels && candidate.pixels_apart > 0;
+    }
+    double margin() const;  // the smallest of those that count; 1 when none does
+    SignVerdict verdict() const;
+};
+
+// `planes` canonical (color, motion, motion_back if there is one), `next` the color of the next
+// frame, of the same size. Empty candidates when nothing moves or sizes differ.
+SignCheck check_signs(const FramePlanes& planes, const ImageF& next);
+
+}  // namespace postchain::sequence

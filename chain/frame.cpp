@@ -64,7 +64,7 @@ const ParameterTable& camera_parameters() {
                     {.min = 0,
                      .max = 100,
                      .unit = "frames",
-                     .help = "time the shutter is open, centerd on the frame",
+                     .help = "time the shutter is open, centered on the frame",
                      .unset_means = "what --camera says, else 0.5"})
             .number(
                 "meters_per_unit", &Camera::meters_per_unit,

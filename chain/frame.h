@@ -26,7 +26,7 @@ struct Camera {
     std::optional<double> focus_distance;  // scene units, along the view axis
     std::optional<double> near_clip;       // scene units
     std::optional<double> far_clip;        // scene units
-    std::optional<double> shutter_frames;  // open time in frames, centerd on the frame
+    std::optional<double> shutter_frames;  // open time in frames, centered on the frame
     std::optional<double> meters_per_unit;
 
     // This camera with every value that `over` has put in place of its own.

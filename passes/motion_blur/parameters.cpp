@@ -28,7 +28,7 @@ const ParameterTable& parameter_table() {
                     {.min = 0,
                      .max = 10,
                      .unit = "frames",
-                     .help = "time the shutter is open, centerd on the frame",
+                     .help = "time the shutter is open, centered on the frame",
                      .unset_means = "the camera's shutter_frames, else 0.5",
                      .excludes = "shutter_angle_deg"})
             .number("shutter_angle_deg", &P::shutter_angle_deg,

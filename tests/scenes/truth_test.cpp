@@ -77,7 +77,7 @@ TEST(Shutter, AStreakIsMotionTimesShutter) {
         const Moments m = moments_of(render(model, settings_of(256, shutter, false)).color);
         EXPECT_NEAR(std::sqrt(12 * (m.xx - 2.25 - 1.0 / 12)), 16 * shutter, 0.01 * 16 * shutter);
         EXPECT_NEAR(m.yy, 2.25 + 1.0 / 12, 0.06);
-        EXPECT_NEAR(m.x, 36, 0.05);  // the shutter is centerd on the frame
+        EXPECT_NEAR(m.x, 36, 0.05);  // the shutter is centered on the frame
     }
 }
 

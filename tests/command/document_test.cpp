@@ -1,9 +1,7 @@
 // Documents in step with the program. After a change of tables or options:
 //
-//   build/tools/apps/postchain/postchain passes --markdown  -> the part of docs/parameters.md below
-//   its
-//                                                         first heading
-//   build/tools/apps/postchain/postchain schema             -> config/chain.schema.json
+//   postchain passes --markdown -> docs/parameters.md below its introduction
+//   postchain schema            -> config/chain.schema.json
 //   tools/update_docs.sh does both.
 #include <regex>
 #include <set>
@@ -61,6 +59,29 @@ TEST(Documents, EveryVerbAndOptionIsInCommandMd) {
         EXPECT_EQ(std::count(verbs.begin(), verbs.end(), name), 1) << "postchain " << name;
     for (const char* code : {"0", "1", "2", "3", "4", "5", "6", "7", "8", "130", "143"})
         EXPECT_TRUE(contains(document, std::string("| ") + code + " |")) << "exit code " << code;
+}
+
+// The help of one option of a verb.
+std::string help_of(const std::string& verb, const std::string& option) {
+    const auto lines = matches(run({verb, "--help"}).out, "\n  (" + option + "[ {][^\n]*)");
+    EXPECT_EQ(lines.size(), 1u) << verb << " " << option;
+    return lines.empty() ? "" : lines[0];
+}
+
+TEST(Documents, EveryMetricAndRuleHasItsPage) {
+    const std::string metrics = read_text(kRoot + "/docs/metrics.md");
+    const auto names = matches(help_of("diff", "--metric"), "[:,] ([a-z0-9_]+) \\(");
+    EXPECT_GE(names.size(), 10u);
+    for (const auto& name : names)
+        EXPECT_TRUE(contains(metrics, "| `" + name + "` |"))
+            << name << " is not in docs/metrics.md";
+    const std::string architecture = read_text(kRoot + "/docs/architecture.md");
+    const auto rules = matches(help_of("plan", "--no-elide") + help_of("plan", "--elide"),
+                               "\\b([a-z]+_[a-z_]+)\\b");
+    EXPECT_GE(rules.size(), 10u);
+    for (const auto& rule : rules)
+        EXPECT_TRUE(contains(architecture, "| `" + rule + "` |"))
+            << rule << " is not in docs/architecture.md";
 }
 
 // Blocks ```yaml of a document that begin a chain file, plan without a complaint about the chain.

@@ -1,0 +1,161 @@
+// Every link of README.md and docs/ leads to a file and a heading that exist, every page named in
+// a comment exists, and every page can be reached from README.md.
+#include <gtest/gtest.h>
+
+#include <cctype>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kRoot = POSTCHAIN_SOURCE_DIR;
+
+struct Link {
+    int line = 0;
+    std::string target;  // "docs/frame.md#depth", "#depth", "images/wheels.jpg"
+};
+
+struct Page {
+    std::vector<Link> links;
+    std::set<std::string> anchors;
+};
+
+// The anchor that a heading gets in rendered Markdown: letters, digits, - and _, spaces as -.
+std::string anchor_of(const std::string& heading) {
+    std::string anchor;
+    for (const char c : heading) {
+        if (std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_')
+            anchor += char(std::tolower(static_cast<unsigned char>(c)));
+        else if (c == ' ')
+            anchor += '-';
+    }
+    return anchor;
+}
+
+Page read_page(const fs::path& path) {
+    static const std::regex link(R"re(\]\(([^)\s]+)\))re");
+    static const std::regex heading(R"re(^#+ +(.*\S) *$)re");
+    static const std::regex code(R"re(`[^`]*`)re");
+    Page page;
+    std::ifstream in(path);
+    bool fenced = false;
+    std::string text;
+    for (int line = 1; std::getline(in, text); ++line) {
+        if (text.rfind("```", 0) == 0) fenced = !fenced;
+        if (fenced) continue;
+        std::smatch match;
+        if (std::regex_match(text, match, heading)) page.anchors.insert(anchor_of(match[1]));
+        const std::string prose = std::regex_replace(text, code, "");
+        for (std::sregex_iterator it(prose.begin(), prose.end(), link), end; it != end; ++it)
+            page.links.push_back({line, (*it)[1]});
+    }
+    return page;
+}
+
+// Relative to the root: README.md and every page below docs/.
+const std::map<std::string, Page>& pages() {
+    static const std::map<std::string, Page> all = [] {
+        std::map<std::string, Page> found;
+        found["README.md"] = read_page(kRoot / "README.md");
+        for (const auto& entry : fs::recursive_directory_iterator(kRoot / "docs"))
+            if (entry.path().extension() == ".md")
+                found[fs::relative(entry.path(), kRoot).string()] = read_page(entry.path());
+        return found;
+    }();
+    return all;
+}
+
+bool is_external(const std::string& target) {
+    return target.find("://") != std::string::npos || target.rfind("mailto:", 0) == 0;
+}
+
+// The file that a link on `page` leads to, relative to the root.
+std::string file_of(const std::string& page, const std::string& target) {
+    const std::string path = target.substr(0, target.find('#'));
+    if (path.empty()) return page;
+    return (fs::path(page).parent_path() / path).lexically_normal().string();
+}
+
+// What is wrong with a link; empty: nothing.
+std::string fault_of(const std::string& page, const std::string& target) {
+    if (is_external(target)) return "";
+    const std::string file = file_of(page, target);
+    if (!fs::exists(kRoot / file)) return "leads to " + file + ", which does not exist";
+    const size_t hash = target.find('#');
+    if (hash == std::string::npos) return "";
+    const auto found = pages().find(file);
+    if (found == pages().end() || found->second.anchors.count(target.substr(hash + 1)) == 0)
+        return file + " has no heading for " + target.substr(hash);
+    return "";
+}
+
+TEST(DocLinks, LeadToAFileAndAHeading) {
+    size_t count = 0;
+    for (const auto& [name, page] : pages())
+        for (const auto& link : page.links) {
+            ++count;
+            EXPECT_EQ(fault_of(name, link.target), "") << name << ":" << link.line;
+        }
+    EXPECT_GT(count, 50u) << "too few links were found to mean anything";
+}
+
+TEST(DocLinks, EveryPageIsReachableFromTheReadme) {
+    std::set<std::string> seen, open = {"README.md"};
+    while (!open.empty()) {
+        const std::string name = *open.begin();
+        open.erase(open.begin());
+        if (!seen.insert(name).second) continue;
+        for (const auto& link : pages().at(name).links)
+            if (!is_external(link.target) && pages().count(file_of(name, link.target)))
+                open.insert(file_of(name, link.target));
+    }
+    for (const auto& [name, page] : pages())
+        EXPECT_EQ(seen.count(name), 1u) << name << " cannot be reached from README.md";
+}
+
+// Comments and pages also name pages in plain text: "docs/frame.md".
+TEST(DocLinks, PagesNamedInPlainTextExist) {
+    static const std::regex named(R"re((^|[^/\w])(docs/[\w/]+\.(md|html)))re");
+    static const std::set<std::string> kinds = {".h",    ".cpp", ".comp", ".glsl", ".txt",
+                                                ".yaml", ".sh",  ".js",   ".md"};
+    std::vector<fs::path> files = {kRoot / "README.md"};
+    for (const char* top : {"chain", "passes", "shaders", "config", "tools", "tests", "docs"})
+        for (auto it = fs::recursive_directory_iterator(kRoot / top);
+             it != fs::recursive_directory_iterator(); ++it) {
+            if (it->path().filename() == "node_modules") it.disable_recursion_pending();
+            if (it->is_regular_file() && kinds.count(it->path().extension().string()))
+                files.push_back(it->path());
+        }
+    size_t count = 0;
+    for (const auto& file : files) {
+        std::ifstream in(file);
+        std::string text;
+        for (int line = 1; std::getline(in, text); ++line)
+            for (std::sregex_iterator it(text.begin(), text.end(), named), end; it != end; ++it) {
+                ++count;
+                const std::string page = (*it)[2];
+                EXPECT_TRUE(fs::exists(kRoot / page))
+                    << fs::relative(file, kRoot).string() << ":" << line << ": " << page;
+            }
+    }
+    EXPECT_GT(count, 50u) << "too few names were found to mean anything";
+}
+
+TEST(DocLinks, FaultsAreSeen) {
+    EXPECT_EQ(anchor_of("What `run` does, and why (1/d)"), "what-run-does-and-why-1d");
+    EXPECT_NE(fault_of("README.md", "docs/no-such-page.md"), "");
+    EXPECT_NE(fault_of("docs/frame.md", "docs/frame.md"), "");
+    EXPECT_NE(fault_of("README.md", "docs/frame.md#nowhere"), "");
+    EXPECT_EQ(fault_of("docs/frame.md", "../README.md#two-commands"), "");
+    EXPECT_EQ(fault_of("docs/frame.md", "#depth"), "");
+    EXPECT_EQ(fault_of("README.md", "https://example.org/x.md"), "");
+}
+
+}  // namespace

@@ -1,15 +1,13 @@
 #include "chain/chain.h"
 
+#include "chain/work_list.h"
+
 namespace postchain {
 
 const PassType* PassRegistry::find(std::string_view name) const {
     for (const auto& type : types_)
         if (type.name == name) return &type;
     return nullptr;
-}
-
-std::array<int, 3> groups_for(int width, int height) {
-    return {(width + kBlockPx - 1) / kBlockPx, (height + kBlockPx - 1) / kBlockPx, 1};
 }
 
 LeftOut left_out_of_blocks(const std::string& what, const std::string& rule,

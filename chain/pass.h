@@ -69,12 +69,6 @@ class PassPlanner {
     virtual void left_out(LeftOut left) = 0;
 };
 
-// Edge of a work group, and of the blocks in a work list (shaders/common/work_list.glsl), pixels.
-inline constexpr int kBlockPx = 16;
-
-// Work groups of kBlockPx x kBlockPx x 1 that cover width x height.
-std::array<int, 3> groups_for(int width, int height);
-
 // What is left out of the blocks of a list, or, with `outside`, of those not in it. `taps_px`:
 // fetches saved at each pixel.
 LeftOut left_out_of_blocks(const std::string& what, const std::string& rule,

@@ -6,62 +6,58 @@
 //   needed_x  --needed_small-> small blocks                read by the Gaussian along x
 #include "passes/depth_of_field/focus_blocks.h"
 
+#include "chain/work_list.h"
 #include "shaders/shared/depth_of_field_needed_block.h"
 
 namespace postchain::depth_of_field {
 namespace {
 
-struct Grid {
-    int across, down;
-    explicit Grid(const std::array<int, 3>& groups) : across(groups[0]), down(groups[1]) {}
-    TextureId mask(PassPlanner& planner, const char* name) const {
-        return planner.texture(name, Format::r8, across, down);
-    }
-    TextureId list(PassPlanner& planner, const char* name) const {
-        return planner.texture(name, Format::work_list, across * down, 1);
-    }
-};
+// One texel for each block of a plane of width x height pixels.
+TextureId add_mask(PassPlanner& planner, const char* name, int width, int height) {
+    const auto blocks = groups_for(width, height);
+    return planner.texture(name, Format::r8, blocks[0], blocks[1]);
+}
 
 }  // namespace
 
 FocusBlocks add_focus_blocks(PassPlanner& planner, const shared::DepthOfFieldBlock& block,
                              const GilhamSizes& sizes, TextureId row_range, bool guided) {
-    const Grid picture(groups_for(block.size.x, block.size.y));
-    const Grid copy(groups_for(sizes.low_width, sizes.low_height));
+    const int width = block.size.x, height = block.size.y;
+    const auto across = groups_for(width, height);
     FocusBlocks blocks;
 
-    blocks.sharp = picture.list(planner, "sharp_blocks");
-    blocks.blurred = picture.list(planner, "blurred_blocks");
-    blocks.mixed = picture.list(planner, "mixed_blocks");
-    TextureId read = picture.mask(planner, "blurs");
     Step sort;
     sort.name = "focus_blocks";
     sort.program = {"depth_of_field/focus_blocks.comp", {}};
     if (planner.context().precision == Precision::fp16)
         sort.program.defines.emplace("HALF_RADIUS", "1");
-    sort.bindings = {{0, row_range},
-                     {0, read, Access::write},
-                     {0, blocks.sharp, Access::list},
-                     {1, blocks.blurred, Access::list},
-                     {2, blocks.mixed, Access::list}};
+    blocks.sharp = add_work_list(planner, sort, 0, "sharp_blocks", width, height);
+    blocks.blurred = add_work_list(planner, sort, 1, "blurred_blocks", width, height);
+    blocks.mixed = add_work_list(planner, sort, 2, "mixed_blocks", width, height);
+    TextureId read = add_mask(planner, "blurs", width, height);
+    sort.bindings.push_back({0, row_range});
+    sort.bindings.push_back({0, read, Access::write});
     sort.set_block(block);
-    sort.groups = groups_for(picture.across, picture.down);
-    sort.taps = uint64_t(picture.across) * uint64_t(block.size.y);
+    sort.groups = groups_for(across[0], across[1]);
+    sort.taps = uint64_t(across[0]) * uint64_t(height);
     planner.step(std::move(sort));
 
     const auto needed = [&](const char* name, const char* list_name, int factor, glm::ivec2 reach) {
+        const auto grid = groups_for(sizes.low_width, sizes.low_height);
         shared::DepthOfFieldNeededBlock search{};
-        search.blocks = {copy.across, copy.down};
+        search.blocks = {grid[0], grid[1]};
         search.reach = reach;
         search.factor = factor;
-        const TextureId list = copy.list(planner, list_name);
-        const TextureId mask = copy.mask(planner, name);
         Step step;
         step.name = name;
         step.program = {"depth_of_field/needed_blocks.comp", {}};
-        step.bindings = {{0, read}, {0, mask, Access::write}, {0, list, Access::list}};
+        const TextureId list =
+            add_work_list(planner, step, 0, list_name, sizes.low_width, sizes.low_height);
+        const TextureId mask = add_mask(planner, name, sizes.low_width, sizes.low_height);
+        step.bindings.push_back({0, read});
+        step.bindings.push_back({0, mask, Access::write});
         step.set_block(search);
-        step.groups = groups_for(copy.across, copy.down);
+        step.groups = groups_for(grid[0], grid[1]);
         planner.step(std::move(step));
         read = mask;
         return list;

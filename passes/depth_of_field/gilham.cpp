@@ -24,6 +24,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "chain/work_list.h"
 #include "passes/depth_of_field/focus_blocks.h"
 #include "shaders/shared/depth_of_field_block.h"
 #include "shaders/shared/depth_of_field_blur_block.h"
@@ -87,14 +88,6 @@ uint64_t pixels_of(const PlanTexture& texture) {
     return uint64_t(texture.width) * uint64_t(texture.height);
 }
 
-// Launches the step for the blocks of a list, if there is one.
-void by_list(Step& step, TextureId list) {
-    if (list < 0) return;
-    step.program.defines.emplace("LIST", "1");
-    step.bindings.push_back({0, list, Access::list});
-    step.work_list = list;
-}
-
 // A blur of one direction: "blur_x" or "blur_y".
 TextureId add_blur(PassPlanner& planner, const Parameters& parameters, const GilhamSizes& sizes,
                    const char* name, const char* direction, TextureId source, TextureId guide,
@@ -114,7 +107,7 @@ TextureId add_blur(PassPlanner& planner, const Parameters& parameters, const Gil
     step.groups = groups_for(sizes.low_width, sizes.low_height);
     step.taps = pixels_of(planner.describe(blurred)) * uint64_t(2 * sizes.taps + 1) *
                 (parameters.leak == Leak::none ? 1 : 2);
-    by_list(step, list);
+    launch_by(step, list);
     planner.step(std::move(step));
     return blurred;
 }
@@ -149,7 +142,7 @@ void add_composite(PassPlanner& planner, const DepthOfFieldBlock& block, const G
     if (!kind)
         step.taps = pixels_of(planner.describe(inputs.result)) *
                     uint64_t(2 + (sizes.factor == 1 ? 1 : 4) + (inputs.hint >= 0 ? 1 : 0));
-    by_list(step, list);
+    launch_by(step, list);
     planner.step(std::move(step));
 }
 
@@ -232,7 +225,7 @@ void plan_gilham(const Parameters& parameters, const CircleOfConfusion& coc, Pas
     down.set_block(block);
     down.groups = groups_for(sizes.low_width, sizes.low_height);
     down.taps = uint64_t(frame.width) * uint64_t(frame.height) * (guide < 0 ? 1 : 2);
-    by_list(down, blocks.small);
+    launch_by(down, blocks.small);
     planner.step(std::move(down));
 
     const TextureId blur_x =

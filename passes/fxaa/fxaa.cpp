@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "chain/work_list.h"
 #include "passes/fxaa/reference.h"
 #include "shaders/shared/fxaa_block.h"
 

@@ -15,6 +15,7 @@
 // beside v does not fit a half.
 #include "passes/motion_blur/motion_blur.h"
 
+#include "chain/work_list.h"
 #include "passes/motion_blur/noise.h"
 #include "passes/motion_blur/parameters.h"
 #include "passes/motion_blur/reference.h"
@@ -301,16 +302,13 @@ class MotionBlur final : public Pass {
         if (depth) classify.bindings.push_back({1, planes.tile_depth});
         if (classes.uniform) classify.bindings.push_back({2, planes.tile_range});
         classify.groups = groups_for(blocks[0], blocks[1]);
-        const auto list = [&](const char* name, int unit) {
-            const TextureId made =
-                planner.texture(name, Format::work_list, blocks[0] * blocks[1], 1);
-            classify.bindings.push_back({unit, made, Access::list});
-            return made;
+        const auto add_list = [&](const char* name, int unit) {
+            return add_work_list(planner, classify, unit, name, frame.width, frame.height);
         };
-        const TextureId full_blocks = list("full_blocks", 0);
-        const TextureId still_blocks = classes.still ? list("still_blocks", 1) : -1;
-        const TextureId sky_blocks = classes.sky ? list("sky_blocks", 2) : -1;
-        const TextureId uniform_blocks = classes.uniform ? list("uniform_blocks", 3) : -1;
+        const TextureId full_blocks = add_list("full_blocks", 0);
+        const TextureId still_blocks = classes.still ? add_list("still_blocks", 1) : -1;
+        const TextureId sky_blocks = classes.sky ? add_list("sky_blocks", 2) : -1;
+        const TextureId uniform_blocks = classes.uniform ? add_list("uniform_blocks", 3) : -1;
         planner.step(std::move(classify));
 
         const auto on_device = [&](const char* what, const char* rule, TextureId list, int taps_px,
@@ -323,12 +321,10 @@ class MotionBlur final : public Pass {
                       (classes.depth ? 3 : 2) * taps,
                       concat("no half-velocity above ", block.still_limit_px, " px reaches them"));
             Step keep = make_step("keep", {{"HINT", flag(planes.hint >= 0)}}, block);
-            keep.bindings = {{0, still_blocks, Access::list},
-                             {0, planner.input(Role::color)},
-                             {0, planes.color, Access::write}};
+            keep.bindings = {{0, planner.input(Role::color)}, {0, planes.color, Access::write}};
             if (planes.hint >= 0) keep.bindings.push_back({1, planes.hint, Access::write});
             keep.groups = groups_for(frame.width, frame.height);
-            keep.work_list = still_blocks;
+            launch_by(keep, still_blocks);
             planner.step(std::move(keep));
         }
         if (classes.sky) {
@@ -360,7 +356,6 @@ class MotionBlur final : public Pass {
              {"DOMINANT", flag(parameters_.static_direction == StaticDirection::dominant)},
              {"DEPTH", flag(gather.depth)},
              {"HINT", flag(planes.hint >= 0)},
-             {"LIST", flag(gather.list >= 0)},
              {"UNIFORM", flag(gather.uniform)}},
             block);
         step.name = gather.name;
@@ -372,8 +367,7 @@ class MotionBlur final : public Pass {
         if (splits_by_variance()) step.bindings.push_back({4, planes.tile_variance});
         if (jitters()) step.bindings.push_back({5, planes.noise});
         if (planes.hint >= 0) step.bindings.push_back({1, planes.hint, Access::write});
-        if (gather.list >= 0) step.bindings.push_back({0, gather.list, Access::list});
-        step.work_list = gather.list;
+        launch_by(step, gather.list);
         step.groups = groups_for(context.frame.width, context.frame.height);
         // Color, velocity, depth of each sample and of the pixel, and the tile. How many blocks
         // are in which list nobody knows here: all are counted to the last, which does most.

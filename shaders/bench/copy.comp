@@ -1,6 +1,6 @@
 #version 450 core
 // A plain copy, one fetch and one store a pixel: what tests/bench measures every pass against.
-layout(local_size_x = 16, local_size_y = 16) in;
+#include "common/work_group.glsl"
 
 layout(binding = 0) uniform sampler2D source;
 layout(binding = 0) writeonly uniform image2D result;

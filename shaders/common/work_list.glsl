@@ -1,14 +1,21 @@
-// Work lists: the blocks of 16 x 16 pixels that a step has to do. One step fills a list, a later
-// one is launched indirectly with a work group for each block in it. Nothing is read back.
+// Work lists: the blocks of kBlockPx x kBlockPx pixels that a step has to do. One step fills a
+// list, a later one is launched indirectly with a work group for each block in it. Nothing is read
+// back. The host's side of it is chain/work_list.h.
 //
 // The order of a list changes from run to run; no pixel may depend on it.
 //
+// A step that fills a list:
+//
 //   layout(std430, binding = 0) buffer StillBlocks { WORK_LIST } still_blocks;
-//   ADD_TO_WORK_LIST(still_blocks, block)                     in the step that fills it
-//   if (!take_work(still_blocks.count)) return;               in the step that it launches
-//   ivec2 p = pixel_of_work(still_blocks.blocks[work_index()]);
+//   ADD_TO_WORK_LIST(still_blocks, block)
+//
+// A step that may be launched by one is compiled with LIST 0 (the whole picture) or 1:
+//
+//   ivec2 p;
+//   if (!next_pixel(block.size, p)) return;
 
-const int kBlockPx = 16;
+#include "common/work_group.glsl"
+
 // Of the launch. A device may allow no more than 65535 groups a side, and the last row is launched
 // in full whatever the list holds.
 const uint kGroupsPerRow = 64u;
@@ -29,15 +36,25 @@ const uint kGroupsPerRow = 64u;
         list.groups_z = 1u;                                                 \
     }
 
-uint work_index() {
-    return gl_WorkGroupID.y * kGroupsPerRow + gl_WorkGroupID.x;
-}
+#ifdef LIST
+#if LIST
+layout(std430, binding = 0) readonly buffer WorkList { WORK_LIST } work_list;
+#endif
 
-// The launch is a rectangle; its last row may be longer than the list.
-bool take_work(uint count) {
-    return work_index() < count;
+// The pixel of this invocation; false where it has none in a picture of this size.
+bool next_pixel(ivec2 size, out ivec2 p) {
+#if LIST
+    // The launch is a rectangle; its last row may be longer than the list.
+    const uint index = gl_WorkGroupID.y * kGroupsPerRow + gl_WorkGroupID.x;
+    if (index >= work_list.count) {
+        p = ivec2(0);
+        return false;
+    }
+    const uint block_xy = work_list.blocks[index];
+    p = kBlockPx * ivec2(block_xy & 0xffffu, block_xy >> 16) + ivec2(gl_LocalInvocationID.xy);
+#else
+    p = ivec2(gl_GlobalInvocationID.xy);
+#endif
+    return all(lessThan(p, size));
 }
-
-ivec2 pixel_of_work(uint block_xy) {
-    return kBlockPx * ivec2(block_xy & 0xffffu, block_xy >> 16) + ivec2(gl_LocalInvocationID.xy);
-}
+#endif

@@ -3,11 +3,11 @@
 // Equations: passes/depth_of_field/circle_of_confusion.h. COC_LENS or COC_PLANES is defined.
 //
 //   inverse_depth -> coc
-//                 -> row_range   RANGE: smallest and largest |R| of each run of 16 pixels; then one
-//                                thread does a run
+//                 -> row_range   RANGE: smallest and largest |R| of each run of kBlockPx pixels;
+//                                then one thread does a run
+#include "common/work_group.glsl"
 #include "shared/depth_of_field_block.h"
 
-layout(local_size_x = 16, local_size_y = 16) in;
 layout(binding = 0) uniform sampler2D inverse_depth;
 layout(binding = 0) writeonly uniform image2D coc;
 #ifdef RANGE
@@ -37,10 +37,10 @@ float radius_at(ivec2 p) {
 void main() {
 #ifdef RANGE
     const ivec2 run = ivec2(gl_GlobalInvocationID.xy);
-    if (16 * run.x >= block.size.x || run.y >= block.size.y) return;
-    const int end = min(16 * run.x + 16, block.size.x);
+    if (kBlockPx * run.x >= block.size.x || run.y >= block.size.y) return;
+    const int end = min(kBlockPx * run.x + kBlockPx, block.size.x);
     vec2 range = vec2(block.max_radius_px, 0.0);
-    for (int x = 16 * run.x; x < end; ++x) {
+    for (int x = kBlockPx * run.x; x < end; ++x) {
         const float radius = radius_at(ivec2(x, run.y));
         imageStore(coc, ivec2(x, run.y), vec4(radius, 0.0, 0.0, 0.0));
         range = vec2(min(range.x, abs(radius)), max(range.y, abs(radius)));

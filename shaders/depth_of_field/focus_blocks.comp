@@ -7,8 +7,6 @@
 //   sharp     every |R| is at most 0.5 px: colors return bit for bit
 //   blurred   every |R| is at least full_blur_px: the blurred copy alone shows
 //   mixed     all others
-layout(local_size_x = 16, local_size_y = 16) in;
-
 #include "common/work_list.glsl"
 #include "shared/depth_of_field_block.h"
 

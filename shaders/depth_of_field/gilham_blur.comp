@@ -3,19 +3,14 @@
 // ivec2(0, 1). Out-of-bounds taps do not count.
 // LEAK_DEPTH: a neighbor clearly in front of the pixel, w_n > 1.02 w_p, does not count.
 // LEAK_COC: a neighbor weighs clamp(|R_n|/|R_p|, 0, 1) besides; 1 where |R_p| is 0.
-// LIST: only the blocks of a work list are done.
+#include "common/work_list.glsl"
 #include "shared/depth_of_field_blur_block.h"
 
-layout(local_size_x = 16, local_size_y = 16) in;
 layout(binding = 0) uniform sampler2D source;
 #if defined(LEAK_DEPTH) || defined(LEAK_COC)
 layout(binding = 1) uniform sampler2D guide;
 #endif
 layout(binding = 0) writeonly uniform image2D blurred;
-#ifdef LIST
-#include "common/work_list.glsl"
-layout(std430, binding = 0) readonly buffer Blocks { WORK_LIST } list;
-#endif
 
 vec4 center;
 float center_guide;
@@ -37,13 +32,8 @@ void tap(ivec2 p, int offset, float weight) {
 }
 
 void main() {
-#ifdef LIST
-    if (!take_work(list.count)) return;
-    ivec2 p = pixel_of_work(list.blocks[work_index()]);
-#else
-    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-#endif
-    if (any(greaterThanEqual(p, block.size))) return;
+    ivec2 p;
+    if (!next_pixel(block.size, p)) return;
     center = texelFetch(source, p, 0);
 #if defined(LEAK_DEPTH) || defined(LEAK_COC)
     center_guide = texelFetch(guide, p, 0).x;

@@ -2,20 +2,16 @@
 // out = mix(sharp, bilinear(low), smoothstep(0.5, full_blur_px, |R|)), where low is the blurred
 // copy at 1/FACTOR of the size. Where the weight is 0 the pixel returns bit for bit, where it is 1
 // the blurred copy alone.
-// LIST: only the blocks of a work list are done, and of those which are known to be SHARP
-// (|R| <= 0.5) low is not read, of those which are BLURRED (|R| >= full_blur_px) color and coc.
+// Of blocks that are known to be SHARP (|R| <= 0.5) low is not read, of those that are BLURRED
+// (|R| >= full_blur_px) color and coc.
 // WITH_HINT: FXAA's hint, multiplied by clamp(1 - |R|, 0, 1): what it marks is blurred away.
+#include "common/finite.glsl"
+#include "common/work_list.glsl"
 #include "shared/depth_of_field_block.h"
-#include "depth_of_field/storable.glsl"
 
-layout(local_size_x = 16, local_size_y = 16) in;
 layout(binding = 0) uniform sampler2D color;
 layout(binding = 1) uniform sampler2D coc;
 layout(binding = 2) uniform sampler2D low;
-#ifdef LIST
-#include "common/work_list.glsl"
-layout(std430, binding = 0) readonly buffer Blocks { WORK_LIST } list;
-#endif
 layout(binding = 0) writeonly uniform image2D result;
 #ifdef WITH_HINT
 layout(binding = 3) uniform sampler2D hint;
@@ -45,13 +41,8 @@ vec4 fetch_low(ivec2 p) {
 }
 
 void main() {
-#ifdef LIST
-    if (!take_work(list.count)) return;
-    ivec2 p = pixel_of_work(list.blocks[work_index()]);
-#else
-    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-#endif
-    if (any(greaterThanEqual(p, block.size))) return;
+    ivec2 p;
+    if (!next_pixel(block.size, p)) return;
 #ifdef BLURRED
     imageStore(result, p, fetch_low(p));
 #else

@@ -2,21 +2,17 @@
 // Box mean over FACTOR x FACTOR pixels from the top left; out-of-bounds pixels do not count.
 // HDR_WEIGHT: a pixel weighs 1/(1 + max(rgb, 0)), so that a small highlight does not flicker as
 // it crosses boxes. GUIDE_DEPTH and GUIDE_RADIUS add the plain mean of w or of |R|, by which the
-// Gaussian tells who may leak into whom. LIST: only the blocks of a work list are done.
+// Gaussian tells who may leak into whom.
+#include "common/finite.glsl"
+#include "common/work_list.glsl"
 #include "shared/depth_of_field_block.h"
 #include "depth_of_field/storable.glsl"
 
-layout(local_size_x = 16, local_size_y = 16) in;
 layout(binding = 0) uniform sampler2D color;
 layout(binding = 0) writeonly uniform image2D small;
 #if defined(GUIDE_DEPTH) || defined(GUIDE_RADIUS)
 layout(binding = 1) uniform sampler2D guide_source;
 layout(binding = 1) writeonly uniform image2D small_guide;
-#endif
-
-#ifdef LIST
-#include "common/work_list.glsl"
-layout(std430, binding = 0) readonly buffer Blocks { WORK_LIST } list;
 #endif
 
 float guide_of(float value) {
@@ -28,13 +24,8 @@ float guide_of(float value) {
 }
 
 void main() {
-#ifdef LIST
-    if (!take_work(list.count)) return;
-    ivec2 low = pixel_of_work(list.blocks[work_index()]);
-#else
-    ivec2 low = ivec2(gl_GlobalInvocationID.xy);
-#endif
-    if (any(greaterThanEqual(low, block.low_size))) return;
+    ivec2 low;
+    if (!next_pixel(block.low_size, low)) return;
     ivec2 first = low * FACTOR;
     ivec2 end = min(first + FACTOR, block.size);
 

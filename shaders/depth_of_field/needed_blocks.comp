@@ -5,8 +5,6 @@
 //   blurs (of the picture's blocks), or needed (of the copy's) -> needed, work list
 //
 // A block's readers are the blocks over it, factor x factor of them, and those within reach.
-layout(local_size_x = 16, local_size_y = 16) in;
-
 #include "common/work_list.glsl"
 #include "shared/depth_of_field_needed_block.h"
 

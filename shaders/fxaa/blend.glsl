@@ -1,10 +1,8 @@
 // The lerp of two texels that ends every path of FXAA. Needs block.exposure; BLEND_TONEMAPPED.
 
-const float kLargestExposed = 1e30;
+#include "common/finite.glsl"
 
-bool all_finite(vec4 x) {
-    return !any(isnan(x)) && !any(isinf(x));
-}
+const float kLargestExposed = 1e30;
 
 // From a (weight 0) to b (weight 1). Weight 0, equal texels or a texel that is not finite give a,
 // bit for bit; finite texels give a finite result.
@@ -20,7 +18,7 @@ bool all_finite(vec4 x) {
 // nothing overflows when both weights are scaled by min(1 + ma, 1 + mb).
 // Alpha is coverage: lerped as it is, with the same two texels and the same weight.
 vec4 blend(vec4 a, vec4 b, float weight) {
-    if (weight <= 0.0 || !all_finite(a) || !all_finite(b)) return a;
+    if (weight <= 0.0 || !is_finite(a) || !is_finite(b)) return a;
     vec4 share = vec4(weight);
     float darkening = 1.0;
 #if BLEND_TONEMAPPED

@@ -10,10 +10,9 @@
 // range leaves also when both thresholds are 0; blend.glsl; the hint (docs/fxaa.md).
 //
 // HINT 0: none. 1: checkerboard. 2: threshold.
+#include "common/work_group.glsl"
 #include "shared/fxaa_block.h"
 #include "fxaa/blend.glsl"
-
-layout(local_size_x = 16, local_size_y = 16) in;
 
 layout(binding = 0) uniform sampler2D color_plane;
 layout(binding = 1) uniform sampler2D luma_plane;

@@ -8,9 +8,9 @@
 //                 (scene-linear input). Negatives are 0 before the root.
 // A luma is always finite: NaN counts as 0, and everything is held to +-kLargest, so that no sum
 // of lumas overflows.
+#include "common/finite.glsl"
+#include "common/work_group.glsl"
 #include "shared/fxaa_block.h"
-
-layout(local_size_x = 16, local_size_y = 16) in;
 
 layout(binding = 0) uniform sampler2D color_plane;
 layout(binding = 0) uniform writeonly image2D luma_plane;
@@ -18,7 +18,7 @@ layout(binding = 0) uniform writeonly image2D luma_plane;
 const float kLargest = 1e30;
 
 float held(float x) {
-    return isnan(x) ? 0.0 : clamp(x, -kLargest, kLargest);
+    return is_nan(x) ? 0.0 : clamp(x, -kLargest, kLargest);
 }
 
 void main() {

@@ -8,8 +8,6 @@
 //   uniform   UNIFORM: one motion and one depth layer as far as taps reach, and every v_max that
 //             a pixel can choose that same motion, within kAlike
 //   full      all others
-layout(local_size_x = 16, local_size_y = 16) in;
-
 #include "common/work_list.glsl"
 #include "shared/motion_blur_block.h"
 

@@ -7,13 +7,11 @@
 // SINGLE: one direction, w_A = w_B = 1    VARIANCE: taps split by tile_variance, else every second
 // TILE_JITTER, TAP_JITTER: random numbers are read    CLAMP: taps outside move to the border
 // DOMINANT: slow pixels sample along v_max    DEPTH: inverse depths are compared    HINT: written
-// LIST: only the blocks of a work list are done, else the whole picture
 // UNIFORM: every sample is taken to move as this pixel does; its own velocity is not read
 //
 // Notation of the report: p this pixel, S a sample, v_c = v(p), w_c and w_max unit directions,
 // T distance along the streak. Equations and deviations: docs/motion_blur.md.
-layout(local_size_x = 16, local_size_y = 16) in;
-
+#include "common/work_list.glsl"
 #include "shared/motion_blur_block.h"
 
 layout(binding = 0) uniform sampler2D color;
@@ -31,11 +29,6 @@ layout(binding = 5) uniform sampler2D noise;
 layout(binding = 0) writeonly uniform image2D blurred;
 #if HINT
 layout(binding = 1) writeonly uniform image2D hint;
-#endif
-
-#if LIST
-#include "common/work_list.glsl"
-layout(std430, binding = 0) readonly buffer Blocks { WORK_LIST } list;
 #endif
 
 #include "motion_blur/velocity.glsl"
@@ -88,13 +81,8 @@ float variance_at(ivec2 p) {
 #endif
 
 void main() {
-#if LIST
-    if (!take_work(list.count)) return;
-    const ivec2 p = pixel_of_work(list.blocks[work_index()]);
-#else
-    const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-#endif
-    if (any(greaterThanEqual(p, block.size))) return;
+    ivec2 p;
+    if (!next_pixel(block.size, p)) return;
     const vec4 color_p = texelFetch(color, p, 0);
     // Pixel centers lie half a pixel from where the division could round to the next tile.
     const ivec2 own_tile = ivec2((vec2(p) + 0.5) / float(block.tile_px));

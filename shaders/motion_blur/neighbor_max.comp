@@ -6,8 +6,7 @@
 //
 //   tile_max -> neighbor_max   x y: v, z: its squared length before the clamp, w: smallest |v| of
 //                              all tiles around
-layout(local_size_x = 16, local_size_y = 16) in;
-
+#include "common/work_group.glsl"
 #include "shared/motion_blur_block.h"
 
 layout(binding = 0) uniform sampler2D tile_max;

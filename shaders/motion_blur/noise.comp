@@ -4,8 +4,7 @@
 // passes/motion_blur/noise.h.
 //
 //   -> noise   x: tile value in [0, 1), y: tap value in [-1, 1)
-layout(local_size_x = 16, local_size_y = 16) in;
-
+#include "common/work_group.glsl"
 #include "shared/motion_blur_noise_block.h"
 
 layout(binding = 0) writeonly uniform image2D noise;

@@ -5,8 +5,7 @@
 //   row_max   -> tile_max     x y: v, z: its squared length before the clamp, w: smallest |v|
 //   row_range -> tile_range   RANGE: x y: smallest components of v, z w: largest
 //   row_depth -> tile_depth   DEPTH: x: smallest inverse depth, y: largest
-layout(local_size_x = 16, local_size_y = 16) in;
-
+#include "common/work_group.glsl"
 #include "shared/motion_blur_block.h"
 
 layout(binding = 0) uniform sampler2D row_max;

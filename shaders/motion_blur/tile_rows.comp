@@ -10,8 +10,7 @@
 //
 // Lengths are compared before the clamp: after it, everything long has length r and the last bit
 // would decide. Ties: the first in the row.
-layout(local_size_x = 16, local_size_y = 16) in;
-
+#include "common/work_group.glsl"
 #include "shared/motion_blur_block.h"
 
 layout(binding = 0) uniform sampler2D motion;

@@ -4,8 +4,7 @@
 // direction and do not count; a still tile has u = 0.
 //
 //   tile_max -> tile_variance   x: u in [0, 1]
-layout(local_size_x = 16, local_size_y = 16) in;
-
+#include "common/work_group.glsl"
 #include "shared/motion_blur_block.h"
 
 layout(binding = 0) uniform sampler2D tile_max;

@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "chain/convert.h"
-#include "chain/pass.h"
+#include "chain/work_list.h"
 
 namespace postchain::bench {
 

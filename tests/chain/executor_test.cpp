@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "chain/work_list.h"
 #include "shaders/embedded.h"
 #include "tests/support/gpu.h"
 #include "tests/support/images.h"
@@ -35,7 +36,6 @@ void main() {
 
 // Sorts blocks of 16 x 16 pixels by the color of their first pixel; then one step for each list.
 const char* kSort = R"(#version 450 core
-layout(local_size_x = 16, local_size_y = 16) in;
 #include "common/work_list.glsl"
 layout(binding = 0) uniform sampler2D source;
 layout(std430, binding = 0) buffer Dark { WORK_LIST } dark;
@@ -48,14 +48,11 @@ void main() {
 }
 )";
 const char* kFill = R"(#version 450 core
-layout(local_size_x = 16, local_size_y = 16) in;
 #include "common/work_list.glsl"
-layout(std430, binding = 0) readonly buffer Blocks { WORK_LIST } list;
 layout(binding = 0) writeonly uniform image2D result;
 void main() {
-    if (!take_work(list.count)) return;
-    ivec2 p = pixel_of_work(list.blocks[work_index()]);
-    if (any(greaterThanEqual(p, imageSize(result)))) return;
+    ivec2 p;
+    if (!next_pixel(imageSize(result), p)) return;
     imageStore(result, p, vec4(VALUE));
 }
 )";
@@ -69,10 +66,10 @@ class Execute : public ::testing::Test {
         std::ofstream(folder_ / "scale.comp") << kShader;
         std::ofstream(folder_ / "sort.comp") << kSort;
         std::ofstream(folder_ / "fill.comp") << kFill;
-        fs::create_directories(folder_ / "common");
-        for (const auto& file : embedded_shaders())
-            if (file.path == "common/work_list.glsl")
-                std::ofstream(folder_ / file.path) << file.text;
+        for (const auto& file : embedded_shaders()) {
+            fs::create_directories((folder_ / file.path).parent_path());
+            std::ofstream(folder_ / file.path) << file.text;
+        }
         setenv("POSTCHAIN_SHADER_DIR", folder_.c_str(), 1);
     }
     static void TearDownTestSuite() {
@@ -126,9 +123,9 @@ class Execute : public ::testing::Test {
             Step fill;
             fill.name = "fill";
             fill.program = {"fill.comp", {{"VALUE", std::to_string(list)}}};
-            fill.bindings = {{0, list, Access::list}, {0, 3, Access::write}};
+            fill.bindings = {{0, 3, Access::write}};
             fill.groups = blocks;
-            fill.work_list = list;
+            launch_by(fill, list);
             plan.steps.push_back(fill);
         }
         plan.outputs[Role::color] = 3;

@@ -2,6 +2,7 @@
 // somebody reads.
 #include <cmath>
 
+#include "chain/work_list.h"
 #include "tests/elision/support.h"
 
 namespace postchain::test {

@@ -1,6 +1,7 @@
 // still_tiles and sky_tiles: blocks that the motion blur sorts out on the device.
 #include <cmath>
 
+#include "chain/work_list.h"
 #include "tests/elision/support.h"
 
 namespace postchain::test {

@@ -1,5 +1,7 @@
 #include "tests/stress/faulty_pass.h"
 
+#include "chain/work_list.h"
+
 namespace postchain::stress {
 namespace {
 

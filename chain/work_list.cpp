@@ -1,0 +1,24 @@
+#include "chain/work_list.h"
+
+namespace postchain {
+
+std::array<int, 3> groups_for(int width, int height) {
+    return {(width + kBlockPx - 1) / kBlockPx, (height + kBlockPx - 1) / kBlockPx, 1};
+}
+
+TextureId add_work_list(PassPlanner& planner, Step& step, int unit, const std::string& name,
+                        int width, int height) {
+    const auto blocks = groups_for(width, height);
+    const TextureId list =
+        planner.texture(name, Format::work_list, blocks[0] * blocks[1], blocks[2]);
+    step.bindings.push_back({unit, list, Access::list});
+    return list;
+}
+
+void launch_by(Step& step, TextureId list) {
+    step.program.defines["LIST"] = list < 0 ? "0" : "1";
+    step.work_list = list;
+    if (list >= 0) step.bindings.push_back({0, list, Access::list});
+}
+
+}  // namespace postchain

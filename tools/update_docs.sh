@@ -11,9 +11,9 @@ cd "$(dirname "$0")/.."
     cat <<'END'
 # Parameters
 
-Made by `postchain passes --markdown` (tools/update_docs.sh); a test holds the two together. Keys
-are those of a chain file and of `--set` (docs/chain_file.md). What the passes do with them:
-docs/motion_blur.md, docs/fxaa.md, docs/depth_of_field.md.
+Made by `postchain passes --markdown` (`tools/update_docs.sh`); a test checks that it is up to date.
+Keys are those of a [chain file](chain_file.md) and of `--set`. What the passes do with them:
+[motion blur](motion_blur.md), [FXAA](fxaa.md), [depth of field](depth_of_field.md).
 
 END
     "$command" passes --markdown

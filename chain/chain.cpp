@@ -10,6 +10,13 @@ const PassType* PassRegistry::find(std::string_view name) const {
     return nullptr;
 }
 
+std::vector<ElisionRule> elision_rules(const PassRegistry& registry) {
+    std::vector<ElisionRule> rules = chain_rules();
+    for (const auto& type : registry.types())
+        rules.insert(rules.end(), type.rules.begin(), type.rules.end());
+    return rules;
+}
+
 LeftOut left_out_of_blocks(const std::string& what, const std::string& rule,
                            const std::string& reason, TextureId list, int taps_px, bool outside) {
     LeftOut left{what, rule, reason, 0, 0, 0};

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "chain/elision.h"
 #include "chain/frame.h"
 #include "chain/parameter.h"
 #include "chain/plan.h"
@@ -110,6 +111,7 @@ struct PassType {
     std::string help;   // a sentence
     const ParameterTable* parameters = nullptr;
     std::function<std::unique_ptr<Pass>()> create;  // with default parameters
+    std::vector<ElisionRule> rules = {};            // its own; PlanContext::uses() asks for them
 };
 
 class PassRegistry {
@@ -121,5 +123,8 @@ class PassRegistry {
   private:
     std::vector<PassType> types_;
 };
+
+// Every rule there is: the chain's own, then those of each pass.
+std::vector<ElisionRule> elision_rules(const PassRegistry& registry);
 
 }  // namespace postchain

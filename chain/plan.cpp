@@ -85,16 +85,6 @@ std::string ProgramKey::text() const {
     return text;
 }
 
-const std::vector<ElisionRule>& elision_rules() {
-    static const std::vector<ElisionRule> rules = {
-        {kRuleConfiguration, true}, {kRuleFacts, true},         {kRuleCameraCut, true},
-        {kRuleUnusedPlane, true},   {kRuleUnusedStep, true},    {kRuleUnusedOutput, true},
-        {kRuleStillTiles, true},    {kRuleSkyTiles, true},      {kRuleFocusTiles, true},
-        {kRuleUniformTiles, false}, {kRuleMissingPlane, false},
-    };
-    return rules;
-}
-
 uint64_t Plan::transient_bytes() const {
     uint64_t sum = 0;
     for (const auto& texture : textures)

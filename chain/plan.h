@@ -15,6 +15,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "chain/elision.h"
 #include "chain/frame.h"
 #include "chain/role.h"
 
@@ -104,7 +105,7 @@ struct Step {
 // Why something does not run.
 struct LeftOut {
     std::string what;    // "motion_blur", "motion_blur.tile_variance", "plane motion"
-    std::string rule;    // kRule...
+    std::string rule;    // ElisionRule::name
     std::string reason;  // "largest half-velocity 0.31 px <= 0.5 px"
     uint64_t bytes = 0;  // texture bytes saved
     int dispatches = 0;  // dispatches saved
@@ -117,25 +118,6 @@ struct LeftOut {
     uint64_t taps_per_block = 0;
     bool operator==(const LeftOut&) const = default;
 };
-
-// The rules of leaving out (docs/architecture.md has an example of each).
-inline constexpr const char* kRuleConfiguration = "off_by_configuration";
-inline constexpr const char* kRuleFacts = "identity_by_facts";
-inline constexpr const char* kRuleCameraCut = "camera_cut";
-inline constexpr const char* kRuleMissingPlane = "missing_plane";
-inline constexpr const char* kRuleUnusedPlane = "unused_plane";
-inline constexpr const char* kRuleUnusedStep = "unused_step";
-inline constexpr const char* kRuleUnusedOutput = "unused_output";
-inline constexpr const char* kRuleStillTiles = "still_tiles";
-inline constexpr const char* kRuleSkyTiles = "sky_tiles";
-inline constexpr const char* kRuleFocusTiles = "focus_tiles";
-inline constexpr const char* kRuleUniformTiles = "uniform_tiles";
-
-struct ElisionRule {
-    const char* name;
-    bool usual;  // used unless switched off; the others only when asked for
-};
-const std::vector<ElisionRule>& elision_rules();
 
 struct PlanPass {
     std::string type;  // "motion_blur"

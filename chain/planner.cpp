@@ -93,7 +93,7 @@ Result<std::optional<LeftOut>> judge(const ChainLink& link, const PlanContext& c
 Result<std::vector<Decision>> decide(const Chain& chain, const FrameDescription& frame,
                                      const PlanOptions& options) {
     std::vector<Decision> decisions;
-    const std::set<std::string> rules = options.rules();
+    const std::set<std::string> rules = options.rules(chain);
     // What identity() sees as wanted: an upper bound, every plane a later pass could read.
     std::vector<RoleSet> readable(chain.links.size(), options.outputs);
     for (size_t i = chain.links.size(); i-- > 1;) {
@@ -237,11 +237,11 @@ void drop_unread_planes(Plan& plan, const FrameDescription& frame, RoleSet outpu
 }
 
 // Without the rules that change no bit: those that decide what is filtered at all remain.
-PlanOptions whole_passes_of(const PlanOptions& options) {
-    const std::set<std::string> rules = options.rules();
+PlanOptions whole_passes_of(const Chain& chain, const PlanOptions& options) {
+    const std::set<std::string> rules = options.rules(chain);
     PlanOptions whole = options;
     whole.elide = true;
-    for (const auto& rule : elision_rules()) whole.rules_off.insert(rule.name);
+    for (const auto& name : rules) whole.rules_off.insert(name);
     whole.rules_on.clear();
     if (rules.count(kRuleCameraCut)) whole.rules_off.erase(kRuleCameraCut);
     if (rules.count(kRuleMissingPlane)) whole.rules_on.insert(kRuleMissingPlane);
@@ -273,11 +273,19 @@ void add_savings(LeftOut& left, const Plan& plan, std::map<Role, TextureId> curr
 
 }  // namespace
 
-std::set<std::string> PlanOptions::rules() const {
+bool PlanOptions::uses(const ElisionRule& rule) const {
+    return elide &&
+           (rule.on_by_default ? rules_off.count(rule.name) == 0 : rules_on.count(rule.name) > 0);
+}
+
+std::set<std::string> PlanOptions::rules(const Chain& chain) const {
     std::set<std::string> names;
-    for (const auto& rule : elision_rules())
-        if (elide && (rule.usual ? rules_off.count(rule.name) == 0 : rules_on.count(rule.name) > 0))
-            names.insert(rule.name);
+    const auto add = [&](const std::vector<ElisionRule>& rules) {
+        for (const auto& rule : rules)
+            if (uses(rule)) names.insert(rule.name);
+    };
+    add(chain_rules());
+    for (const auto& link : chain.links) add(link.type->rules);
     return names;
 }
 
@@ -322,7 +330,7 @@ Result<Plan> make_plan(const Chain& chain, const FrameDescription& given,
     }
     for (Role role : kAllRoles)
         if (options.outputs.has(role) && current.count(role)) plan.outputs[role] = current[role];
-    const std::set<std::string> rules = options.rules();
+    const std::set<std::string> rules = options.rules(chain);
     drop_unread_steps(plan, reasons, rules);
     drop_untouched_textures(plan);
     find_lifetimes(plan);
@@ -334,7 +342,7 @@ Result<ReferenceFrame> run_reference(const Chain& chain, const FrameDescription&
                                      const FramePlanes& planes, const PlanOptions& options) {
     FrameDescription frame = given;
     frame.camera = frame.camera.overlaid_by(chain.camera);
-    auto decisions = decide(chain, frame, whole_passes_of(options));
+    auto decisions = decide(chain, frame, whole_passes_of(chain, options));
     if (!decisions.ok()) return decisions.status();
     ReferenceFrame result;
     for (const auto& [role, plane] : planes) result.planes[role] = image_cast<double>(plane);

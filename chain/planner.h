@@ -12,11 +12,13 @@ namespace postchain {
 struct PlanOptions {
     Precision precision = Precision::fp32;
     bool elide = true;                // false: no rule is used
-    std::set<std::string> rules_off;  // usual rules that must not be used
-    std::set<std::string> rules_on;   // others that may be
+    std::set<std::string> rules_off;  // of those that are on by default: not to be used
+    std::set<std::string> rules_on;   // of the others: to be used
     RoleSet outputs = {Role::color};
 
-    std::set<std::string> rules() const;  // in use
+    bool uses(const ElisionRule& rule) const;
+    // Names of the chain's own rules and of those of its passes that are in use.
+    std::set<std::string> rules(const Chain& chain) const;
 };
 
 // frame.camera is what the input brought; the chain's own camera is laid over it here.

@@ -13,6 +13,10 @@ std::string default_of(const Parameter& row) {
     return row.unset_means.empty() ? "unset" : "unset: " + row.unset_means;
 }
 
+std::string state_of(const ElisionRule& rule) {
+    return rule.on_by_default ? "on" : "only when asked for";
+}
+
 void add_table_text(std::string& text, const ParameterTable& table) {
     size_t width = 0;
     for (const auto& row : table.rows()) width = std::max(width, row.key.size());
@@ -55,6 +59,23 @@ void add_table_json(JsonWriter& json, const ParameterTable& table) {
     json.end_array();
 }
 
+void add_rules_text(std::string& text, const std::vector<ElisionRule>& rules) {
+    for (const auto& rule : rules)
+        text += "  " + rule.name + " (" + state_of(rule) + ") leaves out " + rule.help + "\n";
+}
+
+void add_rules_json(JsonWriter& json, const std::vector<ElisionRule>& rules) {
+    json.begin_array();
+    for (const auto& rule : rules) {
+        json.begin_object();
+        json.key("name").value(ParameterValue(rule.name));
+        json.key("on_by_default").value(ParameterValue(rule.on_by_default));
+        json.key("help").value(ParameterValue(rule.help));
+        json.end_object();
+    }
+    json.end_array();
+}
+
 // Text in a cell of a Markdown table.
 std::string cell(const std::string& text) {
     std::string escaped;
@@ -75,6 +96,12 @@ void add_table_markdown(std::string& text, const ParameterTable& table) {
     }
 }
 
+void add_rules_markdown(std::string& text, const std::vector<ElisionRule>& rules) {
+    text += "| rule | used | leaves out |\n|---|---|---|\n";
+    for (const auto& rule : rules)
+        text += "| `" + rule.name + "` | " + state_of(rule) + " | " + cell(rule.help) + " |\n";
+}
+
 }  // namespace
 
 std::string passes_as_text(const PassRegistry& registry) {
@@ -82,10 +109,13 @@ std::string passes_as_text(const PassRegistry& registry) {
     for (const auto& type : registry.types()) {
         text += type.name + ": " + type.title + ". " + type.help + "\n";
         add_table_text(text, *type.parameters);
+        add_rules_text(text, type.rules);
         text += "\n";
     }
     text += "camera: the lens, where the frames or --camera do not say\n";
     add_table_text(text, camera_parameters());
+    text += "\nrules of every pass and plane (--no-elide, --elide)\n";
+    add_rules_text(text, chain_rules());
     return text;
 }
 
@@ -100,11 +130,15 @@ std::string passes_as_json(const PassRegistry& registry) {
         json.key("help").value(ParameterValue(type.help));
         json.key("parameters");
         add_table_json(json, *type.parameters);
+        json.key("rules");
+        add_rules_json(json, type.rules);
         json.end_object();
     }
     json.end_array();
     json.key("camera");
     add_table_json(json, camera_parameters());
+    json.key("rules");
+    add_rules_json(json, chain_rules());
     json.end_object();
     return json.text();
 }
@@ -115,9 +149,16 @@ std::string passes_as_markdown(const PassRegistry& registry) {
         text += "### " + type.title + " (`" + type.name + "`)\n\n" + type.help + "\n\n";
         add_table_markdown(text, *type.parameters);
         text += "\n";
+        if (type.rules.empty()) continue;
+        add_rules_markdown(text, type.rules);
+        text += "\n";
     }
     text += "### Camera (`camera`)\n\nThe lens, where the frames or `--camera` do not say.\n\n";
     add_table_markdown(text, camera_parameters());
+    text +=
+        "\n### Rules of every pass and plane\n\nFor `--no-elide` and `--elide`, as those of the "
+        "passes.\n\n";
+    add_rules_markdown(text, chain_rules());
     return text;
 }
 

@@ -12,7 +12,8 @@ namespace postchain {
 // it: `excludes` and numbers written in a forbidden form.
 std::string chain_schema(const PassRegistry& registry);
 
-// Every pass and parameter with type, default, range and unit; the camera's rows at the end.
+// Every pass and parameter with type, default, range and unit, and the rules of leaving out; the
+// camera's rows and the chain's own rules at the end.
 std::string passes_as_text(const PassRegistry& registry);
 std::string passes_as_json(const PassRegistry& registry);      // one object on one line
 std::string passes_as_markdown(const PassRegistry& registry);  // a table per pass

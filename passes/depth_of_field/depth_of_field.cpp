@@ -196,9 +196,13 @@ class DepthOfField final : public Pass {
 
 const PassType& pass_type() {
     static const PassType type = {
-        "depth_of_field", "Depth of field",
+        "depth_of_field",
+        "Depth of field",
         "Blurs what is out of focus, by a signed circle of confusion from the depth plane.",
-        &table(), [] { return std::make_unique<DepthOfField>(); }};
+        &table(),
+        [] { return std::make_unique<DepthOfField>(); },
+        {{kRuleFocusTiles, true,
+          "the blurred copy where it does not show, color and radius where only it shows"}}};
     return type;
 }
 

@@ -49,6 +49,9 @@ struct Parameters {
     bool hdr_weight = false;
 };
 
+// Its own rule of leaving out, of blocks that the device finds.
+inline constexpr const char* kRuleFocusTiles = "focus_tiles";
+
 const PassType& pass_type();
 
 }  // namespace postchain::depth_of_field

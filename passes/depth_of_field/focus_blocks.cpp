@@ -7,6 +7,7 @@
 #include "passes/depth_of_field/focus_blocks.h"
 
 #include "chain/work_list.h"
+#include "passes/depth_of_field/depth_of_field.h"
 #include "shaders/shared/depth_of_field_needed_block.h"
 
 namespace postchain::depth_of_field {

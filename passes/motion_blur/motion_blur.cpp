@@ -384,9 +384,15 @@ class MotionBlur final : public Pass {
 
 const PassType& pass_type() {
     static const PassType type{
-        "motion_blur", "Motion blur",
+        "motion_blur",
+        "Motion blur",
         "Feature-aware motion blur from motion vectors and depth (Guertin et al., 2013).",
-        &parameter_table(), [] { return std::make_unique<MotionBlur>(); }};
+        &parameter_table(),
+        [] { return std::make_unique<MotionBlur>(); },
+        {{kRuleStillTiles, true, "the blur of blocks that nothing moves into"},
+         {kRuleSkyTiles, true, "comparing depths in blocks around which there is one depth"},
+         {kRuleUniformTiles, false,
+          "reading motion and depth of the samples in blocks around which both hardly change"}}};
     return type;
 }
 

@@ -7,6 +7,11 @@
 
 namespace postchain::motion_blur {
 
+// Its own rules of leaving out, of blocks that the device finds.
+inline constexpr const char* kRuleStillTiles = "still_tiles";
+inline constexpr const char* kRuleSkyTiles = "sky_tiles";
+inline constexpr const char* kRuleUniformTiles = "uniform_tiles";
+
 // Reads color, motion and (unless depth_softness is 0) inverse_depth; writes color and, when a
 // later pass reads it, hint.
 const PassType& pass_type();

@@ -123,7 +123,7 @@ class ReadsHint : public Copy {
 
 template <class P>
 PassType type_of(const char* name) {
-    return {name, name, "test", &table(), [] { return std::make_unique<P>(); }};
+    return {name, name, "test", &table(), [] { return std::make_unique<P>(); }, {}};
 }
 
 const PassRegistry& registry() {
@@ -331,15 +331,27 @@ TEST(Planner, PlanesAreHandedOverWhereTheRuleIsOff) {
 }
 
 TEST(Planner, RulesInUse) {
+    PassType type = type_of<Copy>("copy");
+    type.rules = {{"still", true, "what is still"}, {"alike", false, "what is alike"}};
+    const PassRegistry with_rules({type, type_of<Spare>("spare")});
+    Chain chain;
+    chain.append(with_rules, "spare");
     PlanOptions options;
-    EXPECT_EQ(options.rules().count(kRuleStillTiles), 1u);
-    EXPECT_EQ(options.rules().count(kRuleUniformTiles), 0u);
-    options.rules_on = {kRuleUniformTiles};
-    options.rules_off = {kRuleStillTiles};
-    EXPECT_EQ(options.rules().count(kRuleStillTiles), 0u);
-    EXPECT_EQ(options.rules().count(kRuleUniformTiles), 1u);
+    // Those of the passes in the chain, and of no other.
+    EXPECT_EQ(options.rules(chain).count("still"), 0u);
+    chain.append(with_rules, "copy");
+    EXPECT_EQ(
+        options.rules(chain),
+        (std::set<std::string>{kRuleConfiguration, kRuleFacts, kRuleCameraCut, kRuleUnusedPlane,
+                               kRuleUnusedStep, kRuleUnusedOutput, "still"}));
+    options.rules_on = {"alike"};
+    options.rules_off = {"still", kRuleFacts};
+    EXPECT_EQ(options.rules(chain).count("still"), 0u);
+    EXPECT_EQ(options.rules(chain).count(kRuleFacts), 0u);
+    EXPECT_EQ(options.rules(chain).count("alike"), 1u);
     options.elide = false;
-    EXPECT_TRUE(options.rules().empty());
+    EXPECT_TRUE(options.rules(chain).empty());
+    EXPECT_EQ(elision_rules(with_rules).size(), chain_rules().size() + 2);
 }
 
 TEST(Plan, WhatTheDeviceFoundIsCounted) {
@@ -347,7 +359,7 @@ TEST(Plan, WhatTheDeviceFoundIsCounted) {
     plan.textures.resize(2);
     plan.textures[0].name = "0.p.still";
     plan.textures[1].name = "0.p.needed";
-    LeftOut still{"p.gather", kRuleStillTiles, "still", 0, 0, 0}, copy = still, plain = still;
+    LeftOut still{"p.gather", "still_tiles", "still", 0, 0, 0}, copy = still, plain = still;
     still.work_list = 0;
     still.taps_per_block = 10;
     copy.work_list = 1;

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "config/chain_file.h"
 #include "config/embedded.h"
 #include "fake_passes.h"
@@ -193,6 +195,23 @@ TEST(Describe, NamesEveryParameterWithDefaultRangeAndUnit) {
         }
     }
     EXPECT_EQ(json.find("camera")->items.size(), camera_parameters().rows().size());
+}
+
+TEST(Describe, NamesEveryRuleOnce) {
+    const std::string text = passes_as_text(builtin_passes());
+    const std::string markdown = passes_as_markdown(builtin_passes());
+    const TextNode json = tree_of(passes_as_json(builtin_passes()));
+    std::set<std::string> names;
+    for (const auto& rule : elision_rules(builtin_passes())) {
+        EXPECT_TRUE(names.insert(rule.name).second) << rule.name << " is declared twice";
+        EXPECT_FALSE(rule.help.empty()) << rule.name;
+        EXPECT_THAT(text, HasSubstr("  " + rule.name + " ("));
+        EXPECT_THAT(markdown, HasSubstr("| `" + rule.name + "` | "));
+    }
+    EXPECT_EQ(json.find("rules")->items.size(), chain_rules().size());
+    for (size_t p = 0; p < builtin_passes().types().size(); ++p)
+        EXPECT_EQ(json.find("passes")->items[p].find("rules")->items.size(),
+                  builtin_passes().types()[p].rules.size());
 }
 
 TEST(Describe, WritesOneRowAsTextAndMarkdown) {

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "chain/work_list.h"
+#include "passes/depth_of_field/depth_of_field.h"
 #include "tests/elision/support.h"
 
 namespace postchain::test {
@@ -34,10 +35,10 @@ FramePlanes focused(int width, int height, uint32_t seed, float w = 0.1f) {
 
 Lean check(const Chain& chain, const FramePlanes& planes, Precision precision,
            RoleSet outputs = {Role::color}) {
-    PlanOptions options = only({kRuleFocusTiles}, precision);
+    PlanOptions options = only({depth_of_field::kRuleFocusTiles}, precision);
     options.outputs = outputs;
     const Lean lean = expect_same_bits(chain, describe(planes), planes, options);
-    EXPECT_TRUE(lean.used(kRuleFocusTiles));
+    EXPECT_TRUE(lean.used(depth_of_field::kRuleFocusTiles));
     const auto groups = groups_for(lean.plan.width, lean.plan.height);
     EXPECT_EQ(
         lean.blocks("sharp_blocks") + lean.blocks("blurred_blocks") + lean.blocks("mixed_blocks"),
@@ -222,8 +223,9 @@ TEST(FocusTiles, LargeAndNonFiniteColors) {
             for (int x = 30; x < 60; ++x) planes[Role::inverse_depth].at(x, 40) = 0.03f;
             FrameDescription frame = describe(focused(90, 70, 5));
             frame.facts = FrameFacts();
-            const Lean lean = expect_same_bits(focus_chain(8, 2.0 * double(factor), factor, leak),
-                                               frame, planes, only({kRuleFocusTiles}, precision));
+            const Lean lean =
+                expect_same_bits(focus_chain(8, 2.0 * double(factor), factor, leak), frame, planes,
+                                 only({depth_of_field::kRuleFocusTiles}, precision));
             EXPECT_GT(lean.blocks("sharp_blocks"), 10u);
         }
 }

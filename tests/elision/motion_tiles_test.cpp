@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "chain/work_list.h"
+#include "passes/motion_blur/motion_blur.h"
 #include "tests/elision/support.h"
 
 namespace postchain::test {
@@ -87,8 +88,8 @@ TEST(StillTiles, SpeedsAroundTheLimit) {
                 const Scene scene(37, 21, 3, {speed * d[0], speed * d[1]});
                 Blur blur;
                 blur.storage = storage;
-                const Lean lean = scene.check(blur, kRuleStillTiles, precision);
-                ASSERT_TRUE(lean.used(kRuleStillTiles));
+                const Lean lean = scene.check(blur, motion_blur::kRuleStillTiles, precision);
+                ASSERT_TRUE(lean.used(motion_blur::kRuleStillTiles));
                 // 3 x 2 blocks, one speed: all or none.
                 const unsigned blocks = lean.blocks("still_blocks");
                 EXPECT_EQ(blocks + lean.blocks("full_blocks"), 6u);
@@ -112,7 +113,7 @@ TEST(StillTiles, TheLeastMotionThereIs) {
         Blur blur;
         blur.min_speed_px = 0;
         const Scene scene(33, 17, 4, {speed, 0});
-        const Lean lean = scene.check(blur, kRuleStillTiles, Precision::fp32);
+        const Lean lean = scene.check(blur, motion_blur::kRuleStillTiles, Precision::fp32);
         EXPECT_EQ(lean.blocks("still_blocks"), speed == 0 ? 6u : 0u);
     }
 }
@@ -137,7 +138,7 @@ TEST(StillTiles, OneMoverAtEveryOffset) {
             const Precision precision = kPrecisions[size_t(k / 4) % 2];
             SCOPED_TRACE(concat("r ", r, ", mover at ", x, ",", y, ", slope ", blur.slope, " ",
                                 name_of(precision)));
-            const Lean lean = scene.check(blur, kRuleStillTiles, precision);
+            const Lean lean = scene.check(blur, motion_blur::kRuleStillTiles, precision);
             EXPECT_GT(lean.blocks("full_blocks"), 0u);
             still += lean.blocks("still_blocks");
             full += lean.blocks("full_blocks");
@@ -159,7 +160,7 @@ TEST(StillTiles, SmallAndOddSizes) {
                     blur.slope = 0;
                     Scene scene(width, height, uint32_t(width + 7 * height));
                     if (moves) scene.move(width - 1, height / 2, float(r) / 2 + 0.25f, -0.5f);
-                    const Lean lean = scene.check(blur, kRuleStillTiles, precision);
+                    const Lean lean = scene.check(blur, motion_blur::kRuleStillTiles, precision);
                     const unsigned blocks =
                         unsigned(groups_for(width, height)[0] * groups_for(width, height)[1]);
                     EXPECT_EQ(lean.blocks("still_blocks") + lean.blocks("full_blocks"), blocks);
@@ -181,7 +182,7 @@ TEST(StillTiles, TheHintToo) {
             for (int y = 20; y < 30; ++y)
                 for (int x = 3; x < 13; ++x) scene.move(x, y, 11, -4);
             for (const Precision precision : kPrecisions) {
-                PlanOptions options = only({kRuleStillTiles}, precision);
+                PlanOptions options = only({motion_blur::kRuleStillTiles}, precision);
                 options.outputs.add(Role::hint);
                 const Lean lean =
                     expect_same_bits(chain, describe(scene.planes), scene.planes, options);
@@ -213,7 +214,7 @@ TEST(SkyTiles, OneDepthInTheSkyAtEveryOffset) {
             scene.planes[Role::color].at(x, y, 1) = 60;
             const Precision precision = kPrecisions[size_t(k / 3) % 2];
             SCOPED_TRACE(concat("r ", r, ", ground at ", x, ",", y, " ", name_of(precision)));
-            const Lean lean = scene.check(blur, kRuleSkyTiles, precision);
+            const Lean lean = scene.check(blur, motion_blur::kRuleSkyTiles, precision);
             EXPECT_GT(lean.blocks("full_blocks"), 0u);
             sky += lean.blocks("sky_blocks");
             full += lean.blocks("full_blocks");
@@ -229,16 +230,16 @@ TEST(SkyTiles, AFrameOfOneDepth) {
     Scene scene(48, 32, 5, {6, 1}, 0);
     for (const float w : {0.0f, 0.25f}) {
         for (float& value : scene.planes[Role::inverse_depth].data) value = w;
-        const Lean lean = scene.check({}, kRuleSkyTiles, Precision::fp32);
-        EXPECT_TRUE(lean.used(kRuleSkyTiles));
+        const Lean lean = scene.check({}, motion_blur::kRuleSkyTiles, Precision::fp32);
+        EXPECT_TRUE(lean.used(motion_blur::kRuleSkyTiles));
         EXPECT_EQ(lean.plan.steps.back().program.defines.at("DEPTH"), "0");
         for (const auto& step : lean.plan.steps) EXPECT_NE(step.name, "classify");
-        EXPECT_EQ(scene.check_unknown({}, kRuleSkyTiles).blocks("sky_blocks"), 6u);
+        EXPECT_EQ(scene.check_unknown({}, motion_blur::kRuleSkyTiles).blocks("sky_blocks"), 6u);
     }
-    EXPECT_EQ(scene.check_unknown({}, kRuleSkyTiles).blocks("sky_blocks"), 6u);
+    EXPECT_EQ(scene.check_unknown({}, motion_blur::kRuleSkyTiles).blocks("sky_blocks"), 6u);
     // Depths that differ in the last bit are two depths.
     scene.depth(40, 20) = neighbor(0.25f, 1);
-    const Lean two = scene.check_unknown({}, kRuleSkyTiles);
+    const Lean two = scene.check_unknown({}, motion_blur::kRuleSkyTiles);
     EXPECT_LT(two.blocks("sky_blocks"), 6u);
 }
 
@@ -252,7 +253,7 @@ TEST(SkyTiles, SmallAndOddSizes) {
                 blur.max_blur_px = r;
                 Scene scene(width, height, 8, {float(r), -float(r)}, 0);
                 if (ground) scene.depth(width / 2, height - 1) = 2;
-                sky += scene.check_unknown(blur, kRuleSkyTiles).blocks("sky_blocks");
+                sky += scene.check_unknown(blur, motion_blur::kRuleSkyTiles).blocks("sky_blocks");
             }
     EXPECT_GT(sky, 30u);
 }

@@ -181,10 +181,10 @@ void add_layers(FramePlanes& planes, int width, int height, Random& random) {
     }
 }
 
-std::string text_of(const PlanOptions& options) {
+std::string text_of(const PlanOptions& options, const Chain& chain) {
     std::string text = name_of(options.precision);
     text += ", rules:";
-    for (const auto& rule : options.rules()) text += " " + rule;
+    for (const auto& rule : options.rules(chain)) text += " " + rule;
     return text + ", outputs: " + options.outputs.text();
 }
 
@@ -213,11 +213,11 @@ RandomCase random_case(uint64_t seed) {
     if (random.chance(0.15)) result.lean.outputs.add(Role::hint);
     if (random.chance(0.05)) result.lean.outputs = {Role::hint};
     if (random.chance(0.25))
-        for (const auto& rule : elision_rules())
+        for (const auto& rule : elision_rules(builtin_passes()))
             if (random.chance(0.5)) result.lean.rules_off.insert(rule.name);
     result.text = concat(width, "x", height, unknown ? ", no facts" : "",
                          result.planes.count(Role::hint) ? ", with a hint" : "", ", ",
-                         text_of(result.lean), "\n", result.chain.text());
+                         text_of(result.lean, result.chain), "\n", result.chain.text());
     return result;
 }
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "passes/motion_blur/motion_blur.h"
 #include "tests/elision/support.h"
 
 namespace postchain::test {
@@ -78,7 +79,8 @@ void check(const Case& one, const FramePlanes& planes, Total& total, int seed) {
     const Chain chain = one.chain(seed);
     const FramePlanes full = filter(chain, frame, planes, no_rule());
     Plan plan;
-    const FramePlanes lean = filter(chain, frame, planes, only({kRuleUniformTiles}), &plan);
+    const FramePlanes lean =
+        filter(chain, frame, planes, only({motion_blur::kRuleUniformTiles}), &plan);
     for (const auto& done : executor().work_done()) {
         if (done.list.ends_with(".uniform_blocks")) total.uniform += done.blocks;
         total.blocks += done.blocks;

@@ -82,7 +82,7 @@ TEST(Plan, ClassesOfBlocks) {
     PlanOptions options = whole_passes();
     EXPECT_THAT(steps_of(chain, sky, options),
                 ElementsAre("tile_rows", "tile_max", "neighbor_max", "gather"));
-    options.rules_on = {kRuleUniformTiles};
+    options.rules_on = {motion_blur::kRuleUniformTiles};
     EXPECT_THAT(steps_of(chain, sky, options), ElementsAre("tile_rows", "tile_max", "neighbor_max",
                                                            "classify", "gather_uniform", "gather"));
     options.elide = false;

@@ -12,6 +12,7 @@
 
 #include "chain/gl/context.h"
 #include "config/chain_file.h"
+#include "passes/motion_blur/motion_blur.h"
 #include "passes/registry.h"
 #include "tests/command/frames.h"
 #include "tools/sequence/run/sidecar.h"
@@ -248,7 +249,7 @@ TEST_F(RunnerTest, WorkTextTellsWorkApart) {
     EXPECT_EQ(text(1), base);
     settings_.plan.rules_off.clear();
     settings_.source.cuts.clear();
-    settings_.plan.rules_on = {kRuleUniformTiles};
+    settings_.plan.rules_on = {motion_blur::kRuleUniformTiles};
     EXPECT_NE(text(1), base);
     settings_.plan.rules_on.clear();
     // What decides nothing about the pixels does not count.

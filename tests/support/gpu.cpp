@@ -42,7 +42,7 @@ Chain chain_of(const std::string& type, Settings settings) {
 
 PlanOptions whole_passes() {
     PlanOptions options;
-    for (const auto& rule : elision_rules()) options.rules_off.insert(rule.name);
+    for (const auto& rule : elision_rules(builtin_passes())) options.rules_off.insert(rule.name);
     options.rules_off.erase(kRuleUnusedStep);
     return options;
 }

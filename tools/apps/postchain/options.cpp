@@ -34,24 +34,24 @@ E choice(const std::string& word, std::initializer_list<const char*> names) {
     return static_cast<E>(0);
 }
 
-// "off_by_configuration, identity_by_facts, ...": the usual rules, or those that must be asked for.
-std::string rule_names(bool usual) {
+// "off_by_configuration, identity_by_facts, ...": the rules that are on by default, or the others.
+std::string rule_names(bool on_by_default) {
     std::string names;
-    for (const auto& rule : elision_rules())
-        if (rule.usual == usual) names += (names.empty() ? "" : ", ") + std::string(rule.name);
+    for (const auto& rule : elision_rules(builtin_passes()))
+        if (rule.on_by_default == on_by_default) names += (names.empty() ? "" : ", ") + rule.name;
     return names;
 }
 
 Result<std::set<std::string>> rules_of(const std::string& option, const std::string& text,
-                                       bool usual) {
+                                       bool on_by_default) {
     std::set<std::string> rules;
     std::istringstream words(text);
     for (std::string word; std::getline(words, word, ',');) {
-        for (const auto& rule : elision_rules())
-            if (rule.usual == usual && word == rule.name) rules.insert(word);
+        for (const auto& rule : elision_rules(builtin_passes()))
+            if (rule.on_by_default == on_by_default && word == rule.name) rules.insert(word);
         if (rules.count(word) == 0)
-            return Status(StatusCode::usage,
-                          option + ": no rule '" + word + "'; known are " + rule_names(usual));
+            return Status(StatusCode::usage, option + ": no rule '" + word + "'; known are " +
+                                                 rule_names(on_by_default));
     }
     return rules;
 }

@@ -1,6 +1,7 @@
 #include "tools/measure/experiment/bench.h"
 
 #include <algorithm>
+#include <set>
 
 #include "tools/measure/experiment/bench_frame.h"
 #include "tools/measure/experiment/steadiness.h"
@@ -70,7 +71,9 @@ class BenchRun {
             report_.precision, "\n", report_.tone_mapper, " ", settings_.flip.pixels_per_degree,
             " ", report_.exposure_start, " ", report_.exposure_stop, "\n", kConvergedSeeds, " ",
             settings_.repeats, "\n", report_.reference, "\n");
-        for (const auto& rule : settings_.run.plan.rules()) text += rule + "\n";
+        std::set<std::string> rules;
+        for (const auto& variant : variants_) rules.merge(settings_.run.plan.rules(variant.chain));
+        for (const auto& rule : rules) text += rule + "\n";
         return text;
     }
 

@@ -151,8 +151,8 @@ std::string work_text(const Chain& chain, const RunSettings& settings, const Fra
                        motion->bias, " ", motion->sentinel, "\n");
     text += concat(int(options.depth), " ", options.unpremultiplied, " ",
                    int(settings.source.nonfinite_color), " ", int(settings.overflow), "\n");
-    // Of the rules that are usual only this one changes pixels.
-    const std::set<std::string> rules = settings.plan.rules();
+    // Of the rules that are on by default only this one changes pixels.
+    const std::set<std::string> rules = settings.plan.rules(chain);
     for (const auto& rule : settings.plan.rules_on)
         if (rules.count(rule)) text += rule + "\n";
     if (settings.source.cuts.count(frame) && rules.count(kRuleCameraCut)) text += "camera cut\n";

@@ -327,7 +327,7 @@ TEST(OwnProfile, NamesEveryMistake) {
         {"name: x\ncolor: [{channels: [[R, G, B]]}]", "profile: missing"},
         {"profile: 2\nname: x\ncolor: [{channels: [[R, G, B]]}]", "reads version 1"},
         {head, "no role"},
-        {head + "color: []", "did you mean 'color'?"},
+        {head + "colr: []", "did you mean 'color'?"},
         {head + "color: [{channels: [[R, G]]}]", "a list of 3 to 4 channel names"},
         {head + "color: [{channel: [[R, G, B]]}]", "did you mean 'channels'?"},
         {head + "color: [{}]", "channels are missing"},

@@ -164,13 +164,13 @@ TEST(InputSpec, OnePatternOrOnePerPlane) {
 }
 
 TEST(InputSpec, RefusesWhatItCannotRead) {
-    for (const char* text : {"", "color=A.exr", "color=", "depth=B.exr", "color=A.exr,color=B.exr",
+    for (const char* text : {"", "colr=A.exr", "color=", "depth=B.exr", "color=A.exr,color=B.exr",
                              "color=A.exr,deep=B.exr", "color=A.exr,depth="}) {
         const Result<InputSpec> spec = InputSpec::parse(text);
         EXPECT_FALSE(spec.ok()) << text;
         EXPECT_EQ(spec.status().code(), StatusCode::usage);
     }
-    EXPECT_THAT(InputSpec::parse("color=A.exr").status().message(), HasSubstr("motion_back="));
+    EXPECT_THAT(InputSpec::parse("colr=A.exr").status().message(), HasSubstr("motion_back="));
 }
 
 FrameList list_of(const std::string& input, const char* range = nullptr) {

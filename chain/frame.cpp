@@ -23,7 +23,7 @@ Camera Camera::overlaid_by(const Camera& over) const {
 }
 
 const ParameterTable& camera_parameters() {
-    const char* metadata = "what the file's metadata or --camera says";
+    const char* metadata = "from --camera or the file's metadata";
     static const ParameterTable table =
         ParameterTableBuilder<Camera>()
             .number("focal_length_mm", &Camera::focal_length_mm,
@@ -65,14 +65,14 @@ const ParameterTable& camera_parameters() {
                      .max = 100,
                      .unit = "frames",
                      .help = "time the shutter is open, centered on the frame",
-                     .unset_means = "what --camera says, else 0.5"})
+                     .unset_means = "from --camera, else 0.5"})
             .number(
                 "meters_per_unit", &Camera::meters_per_unit,
                 {.min = 0,
                  .min_excluded = true,
                  .unit = "m",
                  .help = "length of one scene unit; depth and focus distance are in scene units",
-                 .unset_means = "what --camera says, else 1"})
+                 .unset_means = "from --camera, else 1"})
             .table();
     return table;
 }

@@ -50,7 +50,7 @@ class CameraParser {
     }
 
   private:
-    // Keys that may also stand in an override of one frame. False when `key` is none of them.
+    // Keys that may also be in an override of one frame. False when `key` is none of them.
     bool lens(const std::string& key, const std::string& path, const TextNode& node, Camera& camera,
               std::optional<SensorFit>& fit) {
         if (key == "sensor_fit") {

@@ -34,8 +34,9 @@ class ChainParser {
                                 unknown_word("key", key.text, {"postchain", "camera", "passes"}));
         }
         if (!root.find("postchain"))
-            reporter_.error(root, "postchain",
-                            concat("missing; a chain file says postchain: ", kChainFileVersion));
+            reporter_.error(
+                root, "postchain",
+                concat("missing; a chain file begins with postchain: ", kChainFileVersion));
         if (!root.find("passes"))
             reporter_.error(root, "passes", "missing; write passes: [] for a chain without passes");
     }
@@ -83,7 +84,7 @@ class ChainParser {
                 for (const auto& entry : node.entries) keys.push_back(entry.key.text);
                 return refuse(node.entries[1].key,
                               "one entry of the list is one pass, but here are " + joined(keys) +
-                                  "; a pass's parameters stand in a map of their own, indented "
+                                  "; the parameters of a pass are a map, indented "
                                   "further or in { }");
             }
             name = &node.entries[0].key;

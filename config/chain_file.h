@@ -31,7 +31,7 @@ struct ChainFile {
 };
 
 // `overrides` are the texts of --set: "passes[0].samples=51" (the path that errors print),
-// "motion_blur.samples=51" (the pass must stand once), "camera.f_stop=2"; "=null" unsets. They
+// "motion_blur.samples=51" (the pass must be there once), "camera.f_stop=2"; "=null" unsets. They
 // take precedence over everything: setting a camera value unsets the parameters of the same name
 // that passes set for themselves (with a note). A later override of the same path wins.
 ChainFile parse_chain(std::string_view text, const std::string& file_name,

@@ -116,7 +116,7 @@ class Overrider {
             const char* to = target.data() + target.size() - 1;
             const auto read = std::from_chars(from, to, index);
             if (read.ec != std::errc() || read.ptr != to)
-                return refuse("between [ and ] stands the number of a pass, from 0");
+                return refuse("expected the number of a pass between [ and ], from 0");
             if (index >= entries_.size())
                 return refuse(concat("the chain has ", entries_.size(), " passes, counted from 0"));
             return entries_[index];
@@ -131,12 +131,11 @@ class Overrider {
         if (found.size() > 1) {
             std::vector<std::string> paths;
             for (int link : found) paths.push_back(path_of(link));
-            return refuse(target + " stands more than once in the chain; name one of " +
-                          joined(paths));
+            return refuse(target + " is in the chain more than once; use one of " + joined(paths));
         }
         const bool unread = std::count(entries_.begin(), entries_.end(), -1) > 0;
         if (unread) return -1;
-        if (registry_.find(target)) return refuse(target + " does not stand in the chain");
+        if (registry_.find(target)) return refuse(target + " is not in the chain");
         return refuse("neither camera nor a pass of the chain; those are " + joined(names));
     }
 

@@ -112,7 +112,7 @@ std::string passes_as_text(const PassRegistry& registry) {
         add_rules_text(text, type.rules);
         text += "\n";
     }
-    text += "camera: the lens, where the frames or --camera do not say\n";
+    text += "camera: the lens, if neither the frames nor --camera state it\n";
     add_table_text(text, camera_parameters());
     text += "\nrules of every pass and plane (--no-elide, --elide)\n";
     add_rules_text(text, chain_rules());
@@ -153,7 +153,7 @@ std::string passes_as_markdown(const PassRegistry& registry) {
         add_rules_markdown(text, type.rules);
         text += "\n";
     }
-    text += "### Camera (`camera`)\n\nThe lens, where the frames or `--camera` do not say.\n\n";
+    text += "### Camera (`camera`)\n\nThe lens, if neither the frames nor `--camera` state it.\n\n";
     add_table_markdown(text, camera_parameters());
     text +=
         "\n### Rules of every pass and plane\n\nFor `--no-elide` and `--elide`, as those of the "

@@ -34,7 +34,7 @@ class ProfileParser {
         for (const auto& [key, value] : root.entries) entry(key, value);
         if (!root.find("profile"))
             reporter_.error(root, "profile",
-                            concat("missing; a profile says profile: ", kProfileVersion));
+                            concat("missing; a profile begins with profile: ", kProfileVersion));
         if (!root.find("name")) reporter_.error(root, "name", "missing");
         if (profile_.roles.empty() && !has_role_key(root))
             reporter_.error(root, "", "no role; give color, depth, motion or motion_back");
@@ -139,7 +139,7 @@ class ProfileParser {
             const auto has_layer = [](const std::string& n) { return n.starts_with(kLayer); };
             const auto layered = std::count_if(pattern.begin(), pattern.end(), has_layer);
             if (layered != 0 && layered != std::ptrdiff_t(pattern.size()))
-                reporter_.error(item, at, "<layer> stands in all names of a pattern or in none");
+                reporter_.error(item, at, "use <layer> in all names of a pattern or in none");
             result.push_back(pattern);
         }
         return result;
@@ -225,7 +225,7 @@ class ProfileParser {
 
     void scale(const TextNode& node, const std::string& path, MotionConvention& motion) {
         if (!node.is_list() || node.items.size() != 2)
-            return reporter_.error(node, path, "a list of two numbers, for x and y");
+            return reporter_.error(node, path, "not a list of two numbers, for x and y");
         const bool good = number(node.items[0], path + "[0]", motion.scale_x) &&
                           number(node.items[1], path + "[1]", motion.scale_y);
         if (good && (motion.scale_x == 0 || motion.scale_y == 0))

@@ -149,7 +149,7 @@ std::string chain_schema(const PassRegistry& registry) {
     json.end_object();
     json.key("$defs").begin_object();
     json.key("camera");
-    write_table(json, camera_parameters(), "the lens, where the frames or --camera do not say",
+    write_table(json, camera_parameters(), "the lens, if neither the frames nor --camera state it",
                 false);
     for (const auto& type : registry.types()) {
         json.key("pass." + type.name);

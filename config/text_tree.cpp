@@ -83,7 +83,7 @@ class Builder : public YAML::EventHandler {
         return node;
     }
 
-    // An explicit tag or anchor stands where the node begins.
+    // An explicit tag or anchor is where the node begins.
     void refuse_properties(const YAML::Mark& mark, const TextNode& node, const std::string& tag,
                            YAML::anchor_t anchor) {
         const bool bang =

@@ -35,7 +35,7 @@ Status check_ascending(const char* low_key, double low, const char* high_key, do
     return Status(
         StatusCode::chain,
         concat(low_key, ": ", low, " is not ", equal_allowed ? "<= " : "< ", high_key, " (", high,
-               "); the planes must stand near_blurry < near_sharp <= far_sharp < "
+               "); the planes must be in the order near_blurry < near_sharp <= far_sharp < "
                "far_blurry, in scene units"));
 }
 

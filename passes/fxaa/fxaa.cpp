@@ -75,7 +75,7 @@ const ParameterTable& parameter_table() {
     return table;
 }
 
-// Luma is reckoned in fp32: this part of it may be rounding.
+// Luma is computed in fp32: this part of it may be rounding.
 constexpr double kLumaRounding = 1e-5;
 
 struct LumaBounds {

@@ -156,7 +156,7 @@ TEST(ChainFile, RefusesWrongShapes) {
                                       "pass, but here are smear, tint")));
     // The commonest slip of indentation.
     EXPECT_THAT(errors_of(chain_of("smear:\n    samples: 25")),
-                ElementsAre(HasSubstr("a pass's parameters stand in a map of their own")));
+                ElementsAre(HasSubstr("the parameters of a pass are a map")));
     EXPECT_THAT(errors_of(chain_of("smear: 3")),
                 ElementsAre(HasSubstr("passes[0]: '3'; the parameters of a pass are a map")));
     EXPECT_THAT(errors_of(chain_of("[smear]")), ElementsAre(HasSubstr("passes[0]: a list")));
@@ -177,7 +177,8 @@ TEST(ChainFile, RefusesWrongShapes) {
 TEST(ChainFile, ChecksTheVersion) {
     EXPECT_THAT(
         errors_of("passes: []\n"),
-        ElementsAre("c.yaml:1:1: error: postchain: missing; a chain file says postchain: 1"));
+        ElementsAre(
+            "c.yaml:1:1: error: postchain: missing; a chain file begins with postchain: 1"));
     for (const char* version : {"2", "0", "'1'", "1.0", "one", "true", "[1]", ""})
         EXPECT_THAT(errors_of(concat("postchain: ", version, "\npasses: []\n")),
                     ElementsAre(HasSubstr("error: postchain: ")))

@@ -88,7 +88,7 @@ TEST(Override, IsAUsageErrorThatNamesTheText) {
 TEST(Override, OfAPassThatStandsTwiceIsAUsageError) {
     const ChainFile file = parse(kTwice, {"smear.samples=51"});
     EXPECT_EQ(file.status().code(), StatusCode::usage);
-    EXPECT_THAT(file.status().message(), HasSubstr("name one of passes[0], passes[2]"));
+    EXPECT_THAT(file.status().message(), HasSubstr("use one of passes[0], passes[2]"));
     EXPECT_TRUE(parse(kTwice, {"passes[2].samples=51"}).status().ok());
 }
 
@@ -133,7 +133,7 @@ TEST(Precedence, OfCameraValues) {
     const Camera frame = frame_camera(metadata, &file, 1, {1920, 1080, 1});
     EXPECT_EQ(frame.focus_distance, 100.0);    // metadata alone
     EXPECT_EQ(frame.focal_length_mm, 20.0);    // --camera over metadata
-    EXPECT_EQ(frame.near_clip, std::nullopt);  // nobody says
+    EXPECT_EQ(frame.near_clip, std::nullopt);  // not stated
     const Camera chain = parse(kChain, {}).chain.camera;
     EXPECT_EQ(frame.overlaid_by(chain).f_stop, 4.0);  // the chain over --camera
     EXPECT_EQ(frame.overlaid_by(parse(kChain, {"camera.f_stop=8"}).chain.camera).f_stop, 8.0);

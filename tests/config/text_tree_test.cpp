@@ -51,7 +51,7 @@ TEST(TextTree, ReadsJsonEscapesBeyondSixteenBits) {
 }
 
 TEST(TextTree, CountsLinesAndColumnsInCharacters) {
-    // The key after the two-byte e-acute stands at column 9, not 10.
+    // The key after the two-byte e-acute is at column 9, not 10.
     const TextTree tree = read_text_tree("# c\n{a: '\xc3\xa9', b: [1,\n  2]}\n", "t");
     ASSERT_THAT(texts(tree.diagnostics), IsEmpty());
     EXPECT_EQ(tree.root.line, 2);

@@ -48,7 +48,7 @@ TEST_F(Ab, ValuesOfAChainThatDoesNothingAreKnown) {
         EXPECT_EQ(*values.at("nonfinite").frames[i], 0);
     }
     EXPECT_NEAR(*values.at("mse").mean, 1.0 / 64, 1e-7);
-    // The error stands still: what is left of tde is rounding. The first frame has no step.
+    // The error is constant: what is left of tde is rounding. The first frame has no step.
     EXPECT_FALSE(values.at("tde").frames[0]);
     EXPECT_LT(*values.at("tde").frames[1], 1e-6);
     EXPECT_TRUE(report->comparison);
@@ -179,7 +179,7 @@ TEST_F(Ab, FlickerAndGridAreMeasuredOnEveryFrame) {
     EXPECT_EQ(*still->variants[0].metrics.at("flicker").frames[0], 0);
 }
 
-// The map of the page is the one whose mean stands in the table.
+// The map of the page is the one whose mean is in the table.
 TEST_F(Ab, StoredMapsAreThoseOfTheMetrics) {
     auto report = run(test::kChainText, kNothing, settings());
     ASSERT_TRUE(report.ok());

@@ -144,8 +144,8 @@ TEST(Limits, FormMetricAndDirectionAreChecked) {
     EXPECT_THAT(message("flip=x"), HasSubstr("METRIC=NUMBER"));
     EXPECT_THAT(message("flip=inf"), HasSubstr("METRIC=NUMBER"));
     EXPECT_THAT(message("filp=0.1"), HasSubstr("did you mean 'flip'"));
-    EXPECT_THAT(message("psnr=30"), HasSubstr("is no error"));
-    EXPECT_THAT(message("edges_in_blurred=1"), HasSubstr("is no error"));
+    EXPECT_THAT(message("psnr=30"), HasSubstr("is not an error"));
+    EXPECT_THAT(message("edges_in_blurred=1"), HasSubstr("is not an error"));
     Report report = choices();
     EXPECT_EQ(exceeding(report, {{"flip", 0.5}}).size(), 2u);
     EXPECT_TRUE(exceeding(report, {{"flip", 0.9}}).empty());
@@ -214,7 +214,7 @@ TEST_F(Bench, WithoutATruthModelErrorIsLeftOutAndSaidSo) {
     EXPECT_FALSE(report->variants[0].split->mse.model);
     EXPECT_TRUE(report->variants[0].split->mse.sampling);
     EXPECT_THAT(report->variants[0].split->notes[0], HasSubstr("there is none"));
-    EXPECT_THAT(report->notes[0], HasSubstr("model error is left out: there is none"));
+    EXPECT_THAT(report->notes[0], HasSubstr("no model error: there is none"));
     // What they were measured against is kept, one file for both.
     const StoredImage* converged = report->find(ImageKind::converged, 0, 1);
     ASSERT_TRUE(converged && report->find(ImageKind::converged, 1, 1));
@@ -251,8 +251,8 @@ TEST_F(Bench, TdeIsTheStepFromTheFrameBefore) {
     EXPECT_FALSE(tde.frames[0]);
     EXPECT_NEAR(*tde.frames[1], 0.75, 1e-6);
     EXPECT_FALSE(tde.frames[2]);  // frame 3 is not of the bench
-    // Another truth of the frame before makes it anew, though frames 2 and 4, the brightest and the
-    // darkest, keep the exposures as they are.
+    // Another truth of the frame before makes it again, though frames 2 and 4, the brightest and
+    // the darkest, keep the exposures as they are.
     const double start = report->exposure_start, stop = report->exposure_stop;
     test::write_truth(folder_.path(), "truth", 1, 1, 0.375f);
     report = run(variants, some);

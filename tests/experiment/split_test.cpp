@@ -106,7 +106,7 @@ TEST(ErrorSplit, MeanOverFramesKeepsTheSum) {
     EXPECT_NEAR(*mean.mse.total,
                 *mean.mse.precision + *mean.mse.sampling + *mean.mse.model + *mean.cross, 1e-15);
     EXPECT_DOUBLE_EQ(*mean.others.at("relmse").total, 3);
-    // A part that one frame lacks has no mean.
+    // A part that is missing in one frame has no mean.
     b.mse.model.reset();
     EXPECT_FALSE(mean_split({a, b}).mse.model);
 }

@@ -119,7 +119,7 @@ TEST(ReportFolder, StrangersAreNeverTouched) {
     for (const bool overwrite : {false, true}) {
         const Status status = prepare_folder(folder.path(), overwrite, true);
         EXPECT_EQ(status.code(), StatusCode::output);
-        EXPECT_THAT(status.message(), HasSubstr("not empty and holds no report"));
+        EXPECT_THAT(status.message(), HasSubstr("not empty and is not a report"));
     }
     EXPECT_TRUE(std::filesystem::exists(folder.path("images/mine.txt")));
 }

@@ -61,7 +61,7 @@ TEST(Verdict, EightFramesOfSteadyGainDecide) {
     EXPECT_NEAR(*comparison.metrics[0].mean, -0.0105, 1e-12);
     EXPECT_THAT(comparison.verdict, HasSubstr("second is nearer to the truth by hdr_flip"));
     EXPECT_THAT(comparison.metrics[0].words, HasSubstr("second is lower by 0.0105"));
-    // How large it is stands beside that it is: 0.115 and 0.1045.
+    // The size of the difference is printed too: 0.115 and 0.1045.
     EXPECT_THAT(comparison.verdict, HasSubstr("HDR-FLIP: first 0.115, second 0.1045"));
     // And the other way round.
     const auto turned = fabricate("hdr_flip", Better::lower, shifted(kBase, kSteadyGain), kBase);

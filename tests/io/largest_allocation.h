@@ -6,7 +6,7 @@
 
 namespace postchain::test {
 
-// Starts anew; bytes of the largest request since then. All threads count.
+// Starts again; bytes of the largest request since then. All threads count.
 void forget_allocations();
 size_t largest_allocation();
 

@@ -95,7 +95,7 @@ TEST(AtomicFile, SaysWhatIsWrongWithThePath) {
     EXPECT_THAT(error_of(folder.path("")), HasSubstr("no file name"));
     EXPECT_THAT(error_of(folder.path(std::string(250, 'n'))), HasSubstr("name is too long"));
     EXPECT_THAT(error_of(folder.path(std::string(5000, 'n'))), HasSubstr("name is too long"));
-    // A place nobody can write to, not even the administrator.
+    // A folder that not even the administrator can write to.
     EXPECT_FALSE(error_of("/proc/a.exr").empty());
     EXPECT_THAT(folder.names(), ElementsAre("file"));
 }
@@ -122,7 +122,7 @@ TEST(AtomicFile, LeavesATemporaryThatIsBeingWritten) {
 
     Result<AtomicFile> first = AtomicFile::create(folder.path("b.txt"));
     ASSERT_TRUE(first.ok());
-    EXPECT_THAT(error_of(folder.path("b.txt")), HasSubstr("this process already"));
+    EXPECT_THAT(error_of(folder.path("b.txt")), HasSubstr("already being written by this process"));
 }
 
 TEST(AtomicFile, ASignalsShutdownRemovesEveryLiveTemporary) {

@@ -113,7 +113,7 @@ TEST(BadInput, FlippedBytesAreAnErrorOrPixelsButNoCrash) {
         }
     }
     EXPECT_GT(refused, 1000);
-    EXPECT_GT(read, 0);  // attributes nobody checks
+    EXPECT_GT(read, 0);  // attributes that are not checked
 }
 
 TEST(BadInput, AFileWhoseWriterDidNotFinish) {

@@ -115,7 +115,7 @@ FilePart every_type(const std::string& name = {}) {
                 h.pixelAspectRatio() = 1.5f;
                 h.screenWindowWidth() = 2;
                 h.insert("comment", Imf::StringAttribute("kept"));
-                Imf::addOwner(h, "somebody");
+                Imf::addOwner(h, "owner");
                 Imf::addTimeCode(h, Imf::TimeCode(1, 2, 3, 4));
                 Imf::addChromaticities(h, Imf::Chromaticities({0.7f, 0.3f}));
             }};

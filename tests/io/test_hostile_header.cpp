@@ -67,7 +67,7 @@ std::string longs(std::initializer_list<uint64_t> values) {
     return text;
 }
 
-// Where the value of the first attribute of this name and type begins; its size stands before.
+// Where the value of the first attribute of this name and type begins; its size is before it.
 size_t value_at(const std::string& bytes, const std::string& name, const std::string& type) {
     const std::string key = name + '\0' + type + '\0';
     const size_t at = bytes.find(key);
@@ -133,11 +133,11 @@ TEST(HostileHeader, TilesAndBlocksOfLinesLargerThanTheirLimits) {
     EXPECT_THAT(error_of(with_tile(16385, 1)),
                 AllOf(HasSubstr("16385x1"), HasSubstr("16384"), HasSubstr("smaller tiles")));
     EXPECT_THAT(error_of(with_tile(-1, -1)), HasSubstr("smaller tiles"));
-    EXPECT_THAT(error_of(with_tile(0, 0)), HasSubstr("tiles of no size"));
+    EXPECT_THAT(error_of(with_tile(0, 0)), HasSubstr("tiles of size 0"));
     for (const char levels : {0x03, 0x0f, 0x20, 0x71})
         EXPECT_THAT(
             error_of(with_value(tiles, "tiles", "tiledesc", ints({8, 8}) + std::string(1, levels))),
-            HasSubstr("levels of unknown kind"));
+            HasSubstr("unknown kind of levels"));
     EXPECT_THAT(error_of(with_tile(512, 512), {.max_chunk_bytes = 3u << 20}), HasSubstr("damaged"));
     EXPECT_THAT(error_of(with_tile(513, 512), {.max_chunk_bytes = 3u << 20}),
                 HasSubstr("smaller tiles"));
@@ -168,7 +168,7 @@ TEST(HostileHeader, MorePixelsThanTheFileCanHold) {
               HasSubstr("1032"), HasSubstr("copy or render it again")));
     // Without the rule: 16384 x 16 pixels are one block of zip, and the file has one.
     EXPECT_THAT(error_of(with_window(16384, 16)), HasSubstr("in a file of"));
-    // What all parts promise counts together.
+    // The sizes that all parts state are added.
     constexpr int32_t kWide = 12000;
     const std::string two = bytes_of_file({rgba_z("a"), rgba_z("b")});
     const std::string window = ints({0, 0, kWide - 1, 15});
@@ -260,7 +260,7 @@ TEST(HostileHeader, CountsAndOrdersOfChunks) {
         EXPECT_THAT(error_of(with_value(parts, "chunkCount", "int", ints({count}))),
                     HasSubstr("a wrong number of chunks"))
             << count;
-    // Of a kind that nobody knows the count is all there is.
+    // For an unknown kind only the count is known.
     const std::string unknown = with_value(parts, "type", "string", "scanlineimagf");
     for (const int32_t count : {-1, 0x7fffffff, 1 << 20})
         EXPECT_THAT(error_of(with_value(unknown, "chunkCount", "int", ints({count}))),

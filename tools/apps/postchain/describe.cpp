@@ -56,7 +56,7 @@ int plan_verb(const Options& options, const std::string& format) {
             }
         }
         if (!status.ok()) {
-            // What the chain lacks in the same words for another frame, every frame lacks.
+            // What two frames lack in the same words is missing in every frame.
             const size_t words = status.message().find(": ");
             const std::string what =
                 words == std::string::npos ? status.message() : status.message().substr(words);

@@ -64,12 +64,12 @@ Result<std::vector<DiffFrame>> frames_of(const Options& options, const DiffOptio
     if (!b.ok()) return b.status().at("B");
     if (a->has_token() != b->has_token())
         return Status(StatusCode::usage, concat("diff: ", a->text(), " and ", b->text(),
-                                                ": one is a sequence, the other one image"));
+                                                ": one is a sequence, the other a single image"));
     sequence = a->has_token();
     if (!sequence) {
         if (!options.frames.empty())
             return Status(StatusCode::usage,
-                          "--frames: A and B name one image each; give patterns (A.####.exr)");
+                          "--frames: A and B are single images; give patterns (A.####.exr)");
         return std::vector<DiffFrame>{{a->literal_frame(), a->text(), b->text()}};
     }
     const auto in_a = a->discover(), in_b = b->discover();

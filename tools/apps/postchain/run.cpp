@@ -80,7 +80,7 @@ int run_verb(const Options& options) {
         if (error)
             return fail(
                 Status(StatusCode::output,
-                       settings->dump_folder + ": folder cannot be made: " + error.message()));
+                       settings->dump_folder + ": folder cannot be created: " + error.message()));
     }
     std::set<int> cuts = settings->source.cuts;  // that no frame has met
     const StopOnSignal stop;
@@ -110,7 +110,7 @@ int run_verb(const Options& options) {
         log::warning("--cuts: not among the frames: " +
                      sequence::frames_text({cuts.begin(), cuts.end()}));
     if (!summary->gaps.empty())
-        log::warning(concat(settings->input.color().text(), ": holes in the sequence, ",
+        log::warning(concat(settings->input.color().text(), ": frames missing in the sequence, ",
                             summary->gaps.size(),
                             summary->gaps.size() == 1 ? " frame: " : " frames: ",
                             sequence::frames_text(summary->gaps)));

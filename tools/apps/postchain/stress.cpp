@@ -36,8 +36,7 @@ Result<std::vector<stress::Subject>> subjects_of(const Options& options) {
         subjects.push_back({options.chain, std::move(file->chain)});
         return subjects;
     }
-    if (!options.sets.empty())
-        return Status(StatusCode::usage, "--set: name the CHAIN whose value it sets");
+    if (!options.sets.empty()) return Status(StatusCode::usage, "--set: needs a CHAIN");
     for (const auto& type : builtin_passes().types()) {
         Chain chain;
         chain.append(builtin_passes(), type.name);

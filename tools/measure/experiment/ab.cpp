@@ -55,7 +55,7 @@ class AbRun {
         if (!basis.ok()) return basis.status();
         basis_ = std::move(*basis);
         if (!basis_.truth)
-            note("without a truth the metrics say how far " + chains_[1]->name + " is from " +
+            note("without a truth the metrics measure how far " + chains_[1]->name + " is from " +
                  chains_[0]->name + ", not which is nearer to anything");
         if (Status status = prepare_folder(settings_.folder, settings_.overwrite, false);
             !status.ok())

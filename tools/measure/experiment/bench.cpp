@@ -41,8 +41,8 @@ class BenchRun {
         basis_ = std::move(*basis);
         if (!basis_.truth)
             report_.notes.push_back(
-                "model error is left out: " + report_.no_truth +
-                "; the metrics say how far each variant is from its own filter converged");
+                "no model error: " + report_.no_truth +
+                "; the metrics measure how far each variant is from its own converged filter");
         split_frames_ = spread_frames(report_.frames, settings_.split_frames);
         steady_frames_ = spread_frames(report_.frames, kSteadyFrames);
         report_.constants.emplace_back("converged_seeds", kConvergedSeeds);
@@ -64,7 +64,7 @@ class BenchRun {
         return store_->prepare();
     }
 
-    // Everything a result depends on besides chain and input files.
+    // Everything a result depends on except chain and input files.
     std::string conditions() const {
         std::string text = concat(
             "results 2\n", report_.version, "\n", report_.renderer, "\n", report_.threads, "\n",
@@ -188,7 +188,7 @@ class BenchRun {
             },
             stop_);
         if (!summary.ok()) return summary.status();
-        if (stopped()) return Status(StatusCode::canceled, "stopped; the same command goes on");
+        if (stopped()) return Status(StatusCode::canceled, "stopped; the same command continues");
         return summary->first_failure;
     }
 
@@ -244,7 +244,7 @@ class BenchRun {
         }
         FrameResult& result = found.result;
         if (result.split && !basis_.truth)
-            result.split->notes.push_back("model error is left out: " + report_.no_truth);
+            result.split->notes.push_back("no model error: " + report_.no_truth);
         auto work = work_of(v, number);
         if (!work.ok()) return work.status();
         if (Status status = store_->keep(name_of_variant(v), number, *work, result); !status.ok())
@@ -258,7 +258,8 @@ class BenchRun {
         const int frame = report_.frames.front();
         std::optional<sequence::SourceFrame> source;
         for (size_t v = 0; v < variants_.size(); ++v) {
-            if (stopped()) return Status(StatusCode::canceled, "stopped; the same command goes on");
+            if (stopped())
+                return Status(StatusCode::canceled, "stopped; the same command continues");
             report::Variant& variant = report_.variants[v];
             if (!variant.timing && !variant.failure.empty()) {
                 progress_->finished();

@@ -32,7 +32,8 @@ BenchStore::BenchStore(std::string folder, std::string conditions)
 Status BenchStore::prepare() const {
     std::error_code error;
     std::filesystem::create_directories(folder_, error);
-    if (error) return Status(StatusCode::output, folder_ + ": cannot be made: " + error.message());
+    if (error)
+        return Status(StatusCode::output, folder_ + ": cannot be created: " + error.message());
     return Status();
 }
 

@@ -145,7 +145,7 @@ Result<report::ErrorSplit> split_error(int frame, const ImageF& gpu, const Image
     const ImageF& c = converged.sampled ? converged.rgb : rounded;
     if (gpu.width != c.width || gpu.height != c.height || reference.width != c.width ||
         reference.height != c.height)
-        return Status(StatusCode::input, "pictures of an error split differ in size");
+        return Status(StatusCode::input, "the pictures of an error split differ in size");
     report::ErrorSplit split;
     split.frames = {frame};
     split.seeds = converged.seeds;

@@ -203,7 +203,7 @@ Status prepare_folder(const std::string& folder, bool overwrite, bool resume) {
     std::error_code error;
     fs::create_directories(folder, error);
     if (!fs::is_directory(folder, error))
-        return Status(StatusCode::output, folder + ": folder cannot be made");
+        return Status(StatusCode::output, folder + ": folder cannot be created");
     const std::string mark = folder + "/" + kFolderMark;
     const bool marked = fs::exists(mark, error);
     const bool empty = fs::is_empty(folder, error);
@@ -211,11 +211,11 @@ Status prepare_folder(const std::string& folder, bool overwrite, bool resume) {
         return Status(StatusCode::output, concat(folder, ": cannot be read: ", error.message()));
     if (!empty && !marked)
         return Status(StatusCode::output,
-                      folder + ": folder is not empty and holds no report; name another");
+                      folder + ": folder is not empty and is not a report; choose another");
     if (!empty && !overwrite && !resume)
         return Status(StatusCode::output,
                       folder +
-                          ": holds a report already; name another folder, or replace it "
+                          ": has a report already; choose another folder, or replace it "
                           "with --overwrite");
     if (!empty && overwrite) {
         std::vector<std::string> names = {"images",      "results",    "truth",    "index.html",
@@ -229,7 +229,7 @@ Status prepare_folder(const std::string& folder, bool overwrite, bool resume) {
                               concat(folder, "/", name, ": cannot be removed: ", error.message()));
         }
     }
-    return io::atomic_write_text(mark, "A report of postchain lies in this folder.\n").status();
+    return io::atomic_write_text(mark, "This folder is a report of postchain.\n").status();
 }
 
 }  // namespace postchain::experiment

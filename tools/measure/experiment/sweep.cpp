@@ -52,9 +52,10 @@ Result<std::vector<BenchVariant>> sweep_variants(const ChainText& chain,
     for (const Sweep& sweep : sweeps) {
         product *= sweep.values.size();
         if (product > size_t(max_variants))
-            return Status(StatusCode::usage,
-                          concat("--sweep: the product of the sweeps is more than ", max_variants,
-                                 " variants; sweep less, or allow them with --max-variants"));
+            return Status(
+                StatusCode::usage,
+                concat("--sweep: the sweeps have more than ", max_variants,
+                       " combinations; try fewer values, or allow more with --max-variants"));
     }
     std::vector<BenchVariant> variants;
     std::set<std::string> known;

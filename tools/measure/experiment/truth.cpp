@@ -33,10 +33,10 @@ Result<Truth> Truth::open(const std::string& pattern, const std::vector<int>& fr
     auto spec = io::InputSpec::parse(pattern);
     if (!spec.ok()) return spec.status().at("--truth");
     if (spec->separate_files())
-        return Status(StatusCode::usage, "--truth: color alone is wanted, in one pattern");
+        return Status(StatusCode::usage, "--truth: give one pattern, for color only");
     if (!spec->color().has_token() && frames.size() > 1)
         return Status(StatusCode::usage, concat("--truth: ", pattern, ": one file for ",
-                                                frames.size(), " frames; put #### into it"));
+                                                frames.size(), " frames; add #### to the name"));
     Truth truth;
     truth.frames_ = frames;
     std::vector<int> missing;
@@ -50,8 +50,8 @@ Result<Truth> Truth::open(const std::string& pattern, const std::vector<int>& fr
     }
     if (!missing.empty())
         return Status(StatusCode::input,
-                      concat(spec->color().format(missing[0]), ": the truth lacks ", missing.size(),
-                             " of the ", report::counted(frames.size(), "frame"),
+                      concat(spec->color().format(missing[0]), ": the truth has no file for ",
+                             missing.size(), " of the ", report::counted(frames.size(), "frame"),
                              " of the input: ", sequence::frames_text(missing),
                              " (--frames takes those that have one)"));
     return truth;
@@ -133,7 +133,7 @@ Result<InputSurvey> survey_input(const sequence::RunSettings& input, metrics::To
         if (window.width() != first.width() || window.height() != first.height())
             return Status(StatusCode::input,
                           concat(path, ": is ", size_text(window), ", but ", first_path, " is ",
-                                 size_text(first), "; a report is of one size"));
+                                 size_text(first), "; all frames of a report must have one size"));
         if (!with_exposures) continue;
         auto source =
             sequence::read_source_frame(input.source, std::move(*header), {}, io::Keep::nothing);
@@ -204,7 +204,8 @@ Result<std::string> generate_truth(const scenes::SceneRequest& given, const std:
     const std::string folder = parent + "/" + hex_of(hash_text(text));
     std::error_code error;
     fs::create_directories(folder, error);
-    if (error) return Status(StatusCode::output, folder + ": cannot be made: " + error.message());
+    if (error)
+        return Status(StatusCode::output, folder + ": cannot be created: " + error.message());
     const std::string pattern = folder + "/both.####.exr";
     auto name = io::PathPattern::parse(pattern);
     if (!name.ok()) return name.status();

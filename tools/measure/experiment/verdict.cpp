@@ -182,7 +182,7 @@ class Judge {
                               "the difference open (" +
                                   range(*main->bootstrap) + ")."
                             : concat(" Within these frames ", *main->mean < 0 ? b() : a(),
-                                     " is nearer to the truth (redrawing the tiles, B - A lies in ",
+                                     " is nearer to the truth (bootstrap over tiles: B - A is in ",
                                      range(*main->bootstrap),
                                      "); whether that holds for other frames is open.");
         } else {
@@ -209,7 +209,7 @@ class Judge {
     std::string without_truth() const {
         const auto flip = mean(1, "hdr_flip");
         if (!flip) return "No frame was filtered by both chains." + failures();
-        std::string text = concat("Without a truth nothing says which is nearer to it. ");
+        std::string text = concat("Without a truth it is unknown which is nearer to it. ");
         const auto error = mean(1, "mse");
         if (error && *error == 0)
             text += a() + " and " + b() + " give equal pictures.";

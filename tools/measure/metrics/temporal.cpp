@@ -82,7 +82,7 @@ Status GridError::add(const Picture& filtered_of_shifted, const Picture& filtere
     if (x0 >= x1 || y0 >= y1)
         return Status(StatusCode::input,
                       concat("a margin of ", margin_, " and a shift of (", dx, ", ", dy,
-                             ") leave nothing of ", a.width, "x", a.height, " pixels"));
+                             ") leave no pixel of ", a.width, "x", a.height, " pixels"));
     double sum = 0;
     for (int y = y0; y < y1; ++y)
         for (int x = x0; x < x1; ++x)

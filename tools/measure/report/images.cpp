@@ -40,7 +40,8 @@ Status store_image(Report& report, StoredImage entry, const ImageF& pixels) {
     std::error_code error;
     const std::string folder = report.folder + "/" + kImageFolder;
     fs::create_directories(folder, error);
-    if (error) return Status(StatusCode::output, folder + ": cannot be made: " + error.message());
+    if (error)
+        return Status(StatusCode::output, folder + ": cannot be created: " + error.message());
     const bool rgb = pixels.channels >= 3;
     const std::string path = report.folder + "/" + entry.path;
     const auto written =

@@ -22,8 +22,8 @@ Result<MetricLimit> parse_limit(const std::string& option, const std::string& te
                           (near.empty() ? "" : "; did you mean '" + near + "'?"));
     }
     if (column->better != Better::lower)
-        return Status(StatusCode::usage,
-                      option + ": " + limit->metric + " is no error; name one, as in flip=0.05");
+        return Status(StatusCode::usage, option + ": " + limit->metric +
+                                             " is not an error; give one, as in flip=0.05");
     return limit;
 }
 

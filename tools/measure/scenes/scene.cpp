@@ -32,7 +32,7 @@ Status check_camera(const Camera& camera) {
     if (camera.meters_per_unit.value_or(1) != 1)
         return Status(StatusCode::usage,
                       "camera.meters_per_unit: the generated scenes are in "
-                      "meters, it stays 1");
+                      "meters, it must be 1");
     return Status();
 }
 
@@ -248,14 +248,15 @@ Status write_scene(SceneRenderer& renderer, const SceneRequest& request,
                    const SceneCallback& callback) {
     auto model = model_for(request);
     if (!model.ok()) return model.status();
-    if (request.frames.empty()) return Status(StatusCode::usage, "no frames are asked for");
+    if (request.frames.empty()) return Status(StatusCode::usage, "no frames were given");
     if (request.truth_samples < 0)
         return Status(StatusCode::usage,
                       concat("truth samples are 0 or more, not ", request.truth_samples));
     std::error_code error;
     std::filesystem::create_directory(request.folder, error);
     if (error)
-        return Status(StatusCode::output, request.folder + ": cannot be made: " + error.message());
+        return Status(StatusCode::output,
+                      request.folder + ": cannot be created: " + error.message());
 
     std::vector<Picture> pictures = {Picture::gbuf, Picture::sharp};
     if (request.truth_samples > 0)

@@ -67,7 +67,7 @@ Result<Matrix> run_matrix(Executor& executor, const std::vector<Subject>& subjec
     }
     if (tasks.empty())
         return Status(StatusCode::usage, "no cell matches '" + options.only +
-                                             "'; names read CHAIN/ROW/CELL/PRECISION, as in "
+                                             "'; names are CHAIN/ROW/CELL/PRECISION, as in "
                                              "paper/speed/all 1 px/fp16");
     Matrix matrix;
     for (Task& task : tasks) {

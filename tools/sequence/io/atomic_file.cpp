@@ -132,7 +132,7 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) {
     }
     // On the list before it exists, so that no moment is left in which a signal would miss it.
     void* live = enlist(file.temporary_);
-    if (live == nullptr) return output_error(path, "is being written by this process already");
+    if (live == nullptr) return output_error(path, "is already being written by this process");
     const char* temporary = file.temporary_.c_str();
     for (int attempt = 0; attempt < 2; ++attempt) {
         file.fd_ = ::open(temporary, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
@@ -151,13 +151,13 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) {
     }
     if (file.fd_ < 0) {
         delist(live);
-        return output_error(path, concat("another process writes ", file.temporary_));
+        return output_error(path, concat("another process is writing ", file.temporary_));
     }
     file.live_ = live;
     // Between open() and here another process may have taken the file for a dead one's.
     if (::flock(file.fd_, LOCK_EX | LOCK_NB) != 0 || ::fstat(file.fd_, &info) != 0 ||
         info.st_nlink == 0) {
-        return output_error(path, concat("another process writes ", file.temporary_));
+        return output_error(path, concat("another process is writing ", file.temporary_));
     }
     file.buffer_.reserve(kBufferBytes);
     return file;
@@ -244,8 +244,8 @@ Result<bool> AtomicFile::commit(OnExisting on_existing) {
         const int error = rename_to_new(temporary_, path_);
         if (error == EEXIST && on_existing == OnExisting::skip) return false;
         if (error == EEXIST) {
-            failed_ = output_error(
-                path_, "exists already (--on-existing skip or overwrite says what to do)");
+            failed_ =
+                output_error(path_, "exists already (choose --on-existing skip or overwrite)");
             return failed_;
         }
         if (error != 0) return fail("cannot move the finished file here", error);

@@ -13,7 +13,7 @@ struct Compression {
     uint64_t most_packed;  // derived in the header
 };
 
-// By the number that stands in the file.
+// By the number in the file.
 constexpr Compression kCompressions[] = {{"none", 1, 1},      {"rle", 1, 64},   {"zips", 1, 1032},
                                          {"zip", 16, 1032},   {"piz", 32, 454}, {"pxr24", 16, 1376},
                                          {"b44", 32, 11},     {"b44a", 32, 11}, {"dwaa", 32, 66048},
@@ -141,11 +141,11 @@ Result<PartNeeds> check_part(const PartSizes& part, const ReadLimits& limits) {
         return needs;
     }
     if (!part.tile || part.tile->width < 1 || part.tile->height < 1) {
-        return input_error("damaged header: tiles of no size");
+        return input_error("damaged header: tiles of size 0");
     }
     const auto [tile_width, tile_height, levels] = *part.tile;
     if ((levels & 0xf) > 2 || (levels >> 4) > 1) {
-        return input_error("damaged header: levels of unknown kind");
+        return input_error("damaged header: unknown kind of levels");
     }
     const std::string tile = concat("a tile of ", std::to_string(tile_width), "x",
                                     std::to_string(tile_height), " pixels");
@@ -164,7 +164,7 @@ Result<PartNeeds> check_part(const PartSizes& part, const ReadLimits& limits) {
 
 Status too_much_packed(const PartSizes& part, const PartNeeds& needs, uint64_t file_bytes) {
     const Compression& compression = *compression_of(part.compression);
-    return input_error(concat("truncated or damaged: its header promises ",
+    return input_error(concat("truncated or damaged: its header states ",
                               std::to_string(needs.pixel_bytes), " bytes of pixels in a file of ",
                               std::to_string(file_bytes), "; ", compression.name, " packs at most ",
                               std::to_string(compression.most_packed),

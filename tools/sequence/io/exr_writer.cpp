@@ -43,9 +43,8 @@ constexpr const char* kStaleAttributes[] = {"preview", "oiio:SHA-1", "oiio:Avera
 Result<bool> skipped_already(const std::string& path, OnExisting on_existing) {
     if (on_existing == OnExisting::overwrite || ::access(path.c_str(), F_OK) != 0) return false;
     if (on_existing == OnExisting::skip) return true;
-    return Status(
-        StatusCode::output,
-        concat(path, ": exists already (--on-existing skip or overwrite says what to do)"));
+    return Status(StatusCode::output,
+                  concat(path, ": exists already (choose --on-existing skip or overwrite)"));
 }
 
 Status check_counts(const std::string& path, const EncodeCounts& counts, HalfOverflow policy) {
@@ -154,10 +153,10 @@ Imf::Header color_header(const Imf::Header& from, bool only_color, bool keep_typ
         Imf::TileDescription tiles = header.tileDescription();
         tiles.mode = Imf::ONE_LEVEL;
         header.setTileDescription(tiles);
-        notes.push_back("smaller levels left out: they showed the unfiltered picture");
+        notes.push_back("smaller levels dropped: they showed the unfiltered picture");
     }
     header.zipCompressionLevel() = options.zip_level;
-    // The level of DWA stands in the file as an attribute; a header that was read forgets it.
+    // The level of DWA is an attribute of the file; a header that was read does not keep it.
     if (const auto* level = header.findTypedAttribute<Imf::FloatAttribute>("dwaCompressionLevel")) {
         header.dwaCompressionLevel() = level->value();
     }

@@ -19,7 +19,7 @@ bool count_fits(Role role, size_t count) {
 std::optional<double> number_in(const ExrPart& part, const char* name) {
     const auto it = part.attributes.find(name);
     if (it == part.attributes.end()) return {};
-    // A rational stands as "24/1".
+    // A rational is written as "24/1".
     const std::string& text = it->second;
     const char* end = text.data() + text.size();
     double value = 0;

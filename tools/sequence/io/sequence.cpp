@@ -137,7 +137,7 @@ Result<PathPattern> PathPattern::parse(std::string_view path) {
     const std::string_view name = slash == std::string_view::npos ? path : path.substr(slash + 1);
     if (name.empty()) return usage_error(concat("path '", path, "': no file name"));
     if (path.find('\0') != std::string_view::npos) {
-        return usage_error("path: a zero byte inside");
+        return usage_error("path: has a zero byte");
     }
     pattern.folder_ = slash == std::string_view::npos ? "."
                       : slash == 0                    ? "/"
@@ -264,7 +264,7 @@ Result<InputSpec> InputSpec::parse(std::string_view text) {
         Result<PathPattern> pattern = PathPattern::parse(rest.substr(0, end));
         if (!pattern.ok()) return pattern.status().at(concat("input ", *key));
         if (!spec.patterns.emplace(kKeys.at(*key), std::move(*pattern)).second) {
-            return usage_error(concat("input '", text, "': ", *key, "= stands twice"));
+            return usage_error(concat("input '", text, "': ", *key, "= is given twice"));
         }
         if (end == std::string_view::npos) break;
         rest.remove_prefix(end + 1);

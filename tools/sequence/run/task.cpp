@@ -44,7 +44,7 @@ Status check_none_exists(const std::vector<Task>& tasks, const RunSettings& sett
     if (count == 0) return Status();
     return Status(StatusCode::output,
                   concat(first, ": exists", count > 1 ? concat(", and ", count - 1, " more") : "",
-                         " (--on-existing skip or overwrite says what to do)"));
+                         " (choose --on-existing skip or overwrite)"));
 }
 
 namespace {
@@ -52,15 +52,15 @@ namespace {
 std::string missing_text(const std::vector<int>& frames, const RunSettings& settings) {
     return concat(absent_files(frames[0], settings), ": ", frames.size(),
                   " of the requested frames are not on disk: ", frames_text(frames),
-                  " (--missing skip or hold goes on without them)");
+                  " (--missing skip or hold continues without them)");
 }
 
 Status check_output_name(const RunSettings& settings) {
     std::string extension = fs::path(settings.output.text()).extension().string();
     for (char& c : extension) c = c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c;
     if (extension == ".exr") return Status();
-    return Status(StatusCode::usage,
-                  settings.output.text() + ": outputs are OpenEXR files; let the name end in .exr");
+    return Status(StatusCode::usage, settings.output.text() +
+                                         ": outputs are OpenEXR files; the name must end in .exr");
 }
 
 }  // namespace
@@ -75,8 +75,9 @@ Result<std::vector<Task>> plan_tasks(const RunSettings& settings, bool writes,
     if (!list->missing.empty() && settings.missing == MissingPolicy::error)
         return Status(StatusCode::input, missing_text(list->missing, settings));
     if (writes && list->frames.size() > 1 && !settings.output.has_token())
-        return Status(StatusCode::usage, concat(settings.output.text(), ": one output name for ",
-                                                list->frames.size(), " frames; put #### into it"));
+        return Status(StatusCode::usage,
+                      concat(settings.output.text(), ": one output name for ", list->frames.size(),
+                             " frames; add #### to the name"));
     // A frame is held from what is on disk, asked for or not: a part of a sequence must give what
     // the whole gives.
     decltype(list->files) on_disk;

@@ -163,7 +163,7 @@ class Merger {
                 texture.last_step = i;
             }
         }
-        // One past the last step: nobody gives them back before they are read.
+        // One past the last step: they are not released before they are read.
         for (const auto& outputs : merged_.outputs)
             for (const auto& [role, id] : outputs)
                 if (auto& texture = plan.textures[size_t(id)]; texture.first_step >= 0)

@@ -8,7 +8,7 @@
 //       .boolean("tile_jitter", &Parameters::tile_jitter, {.help = "..."})
 //       .table();
 //
-// The default of a row is the value the struct is born with.
+// The default of a row is the value in the default-constructed struct.
 #pragma once
 
 #include <cstdint>
@@ -34,8 +34,8 @@ using ParameterValue = std::variant<std::monostate, bool, int64_t, double, std::
 std::string text_of(const ParameterValue& value);
 
 // What a row has to do with sampling error: how far a filter of few samples is from the same filter
-// of many (docs/report.md, "bench"). Whoever wants the latter sets and averages, and needs to know
-// no pass.
+// of many (docs/report.md, "bench"). To measure the latter, code sets and averages
+// these rows without knowing the pass.
 enum class Convergence {
     none,
     set,       // the filter converges as this value goes to Parameter::converged
@@ -206,8 +206,8 @@ class ParameterTableBuilder {
         return finish(std::move(row));
     }
     ParameterTableBuilder& finish(Parameter row) {
-        const P born{};
-        row.default_value = row.get(&born);
+        const P defaults{};
+        row.default_value = row.get(&defaults);
         rows_.push_back(std::move(row));
         return *this;
     }

@@ -54,7 +54,7 @@ class PassPlanner {
 
     bool has(Role role) const { return context().available.has(role); }
     bool wanted(Role role) const { return context().wanted.has(role); }
-    // The plane as it stands before this pass; only roles for which has() holds.
+    // The plane as it is before this pass; only roles for which has() holds.
     virtual TextureId input(Role role) const = 0;
     // A new texture, "<index>.<pass>.<name>"; lives from its first to its last use.
     virtual TextureId texture(const std::string& name, Format format, int width, int height) = 0;
@@ -64,8 +64,8 @@ class PassPlanner {
     // From here on `role` is this texture.
     virtual void output(Role role, TextureId texture) = 0;
     // Why nothing reads what the step of this name writes (rule kRuleUnusedStep). The pass adds it
-    // all the same; the planner takes it out and reckons what that saves.
-    virtual void needless(const std::string& step, const std::string& reason) = 0;
+    // all the same; the planner removes it and computes what that saves.
+    virtual void unused(const std::string& step, const std::string& reason) = 0;
     // Something else of the pass that is left out: `what` is the pass's own name for it.
     virtual void left_out(LeftOut left) = 0;
 };
@@ -94,7 +94,7 @@ class Pass {
     // Only rule and reason are filled. context.wanted is an upper bound here: every plane that
     // some later pass could read. Facts about color count only where context.color_is_input.
     virtual std::optional<LeftOut> identity(const PlanContext& context) const = 0;
-    // Describes the whole work, also for a frame on which identity() holds.
+    // Describes all of the work, also for a frame on which identity() holds.
     virtual void plan(PassPlanner& planner) const = 0;
     // The same in double precision on the CPU, written from the paper and not from the GLSL:
     // reads frame.planes, replaces the planes it outputs, fills frame.stages. Same random values.

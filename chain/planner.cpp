@@ -51,7 +51,7 @@ class Recorder final : public PassPlanner {
         plan_.steps.push_back(std::move(step));
     }
     void output(Role role, TextureId texture) override { current_[role] = texture; }
-    void needless(const std::string& step, const std::string& reason) override {
+    void unused(const std::string& step, const std::string& reason) override {
         reasons_[concat(pass_, ".", step)] = reason;
     }
     void left_out(LeftOut left) override {
@@ -163,7 +163,7 @@ void drop_unread_steps(Plan& plan, const Reasons& reasons, const std::set<std::s
         LeftOut left;
         left.what = plan.passes[size_t(step.pass)].type + "." + step.name;
         left.rule = rule;
-        left.reason = reason == reasons.end() ? "nobody reads what it writes" : reason->second;
+        left.reason = reason == reasons.end() ? "no step reads what it writes" : reason->second;
         left.dispatches = 1;
         left.taps = step.taps;
         for (const auto& binding : step.bindings)

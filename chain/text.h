@@ -1,4 +1,4 @@
-// Small words about words, shared by whoever prints or reads text.
+// Small helpers for text that is printed or read.
 #pragma once
 
 #include <string>

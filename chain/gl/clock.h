@@ -1,4 +1,4 @@
-// Times stretches of GL work by the rules of docs/benchmarks.md: TIMESTAMP pairs on a GPU, read
+// Times intervals of GL work by the rules of docs/benchmarks.md: TIMESTAMP pairs on a GPU, read
 // only when ready; the wall clock around glFinish on a software renderer, whose timers are wrong by
 // orders of magnitude. Every time is tagged with its source.
 #pragma once
@@ -20,7 +20,7 @@ class Clock {
 
     void begin();  // start of a sequence of marks
     void mark();   // end of one stretch, start of the next
-    // Milliseconds of each stretch of the last sequence; nothing while the device is at it. Never
+    // Milliseconds of each interval of the last sequence; nothing until the device is done. Never
     // waits.
     std::optional<std::vector<double>> read_if_ready() const;
 

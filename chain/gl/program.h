@@ -23,7 +23,7 @@ class ProgramCache {
         : log_(std::move(log)) {}
     ~ProgramCache();
     // The program, compiled on first use. StatusCode::gl with the compiler's log, its file numbers
-    // replaced by names. In development mode a changed file is compiled anew; when that fails the
+    // replaced by names. In development mode a changed file is compiled again; when that fails the
     // last good program stays and `log` is told once.
     Result<unsigned> get(const ProgramKey& key);
     size_t compiled() const { return compiled_; }

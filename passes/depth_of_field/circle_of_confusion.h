@@ -12,7 +12,7 @@
 //                 the focus, both ramps `range` long and both radii max_radius
 //
 // |R| <= max_radius_px always. In w (lens) and in d (planes) R is monotonic, so its largest
-// magnitude over a range of depths stands at one of the two ends.
+// magnitude over a range of depths is at one of the two ends.
 #pragma once
 
 #include "chain/frame.h"

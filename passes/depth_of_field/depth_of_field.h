@@ -2,7 +2,7 @@
 //
 // Described in docs/depth_of_field.md. The method `gilham` is the documented core of D. Gilham,
 // Real-Time Depth-of-Field Implemented with a Post-Processing only Technique, ShaderX5, 2006:
-// signed circle of confusion, down-sampled copy, separable Gaussian, interpolation with the sharp
+// signed circle of confusion, downsampled image, separable Gaussian, interpolation with the sharp
 // image. Its kernel, tap counts and leak test are not public; ours are in gilham.cpp and
 // docs/depth_of_field.md.
 #pragma once

@@ -63,8 +63,8 @@ FocusBlocks add_focus_blocks(PassPlanner& planner, const shared::DepthOfFieldBlo
         read = mask;
         return list;
     };
-    // The picture's bilinear taps reach one pixel of the copy further, less than a block. Those of
-    // the Gaussian come in fours, the last of them with weight 0, but read.
+    // The picture's bilinear taps reach one pixel of the downsampled image further, less than a
+    // block. Those of the Gaussian come in fours, the last of them with weight 0, but read.
     const int reach = (4 * ((sizes.taps + 3) / 4) + kBlockPx - 1) / kBlockPx;
     blocks.blur_y = needed("needed_y", "blur_y_blocks", sizes.factor, {1, 1});
     blocks.blur_x = needed("needed_x", "blur_x_blocks", 1, {0, reach});
@@ -74,16 +74,16 @@ FocusBlocks add_focus_blocks(PassPlanner& planner, const shared::DepthOfFieldBlo
                                const std::string& reason) {
         planner.left_out(left_out_of_blocks(what, kRuleFocusTiles, reason, list, taps_px, outside));
     };
-    on_device("blurred copy in sharp blocks", blocks.sharp, false, sizes.factor == 1 ? 1 : 4,
+    on_device("blurred image in sharp blocks", blocks.sharp, false, sizes.factor == 1 ? 1 : 4,
               "no radius above 0.5 px");
     on_device("color and radius in blurred blocks", blocks.blurred, false, 2,
               concat("no radius below ", block.full_blur_px, " px"));
-    // Of a pixel of the copy: what down-sampling, and the Gaussian along x or y, fetch.
+    // Of a pixel of the downsampled image: what downsampling, and the Gaussian along x or y, fetch.
     const int down = sizes.factor * sizes.factor * (guided ? 2 : 1);
     const int along = (2 * sizes.taps + 1) * (guided ? 2 : 1);
-    on_device("downsample", blocks.small, true, down, "nobody reads these blocks of the copy");
-    on_device("blur_x", blocks.blur_x, true, along, "nobody reads these blocks of the copy");
-    on_device("blur_y", blocks.blur_y, true, along, "nobody reads these blocks of the copy");
+    on_device("downsample", blocks.small, true, down, "no block of the result reads them");
+    on_device("blur_x", blocks.blur_x, true, along, "no block of the result reads them");
+    on_device("blur_y", blocks.blur_y, true, along, "no block of the result reads them");
     return blocks;
 }
 

@@ -37,9 +37,9 @@ using shared::DepthOfFieldBlurBlock;
 
 constexpr double kMaxFactor = 1e30;  // fp32 must hold it; |R| is clamped long before
 
-// The deviation of the blur that down-sampling and up-sampling alone make, in box edges: a box has
+// The deviation of the blur of downsampling and upsampling alone, in box edges: a box has
 // a variance of 1/12, the triangle of the bilinear weights 1/6.
-constexpr double kCopySigma = 0.5;
+constexpr double kDownsampleSigma = 0.5;
 
 // A quarter of the lens's typical radius: a background at twice the focus distance has half the
 // radius of infinity, and a disc of radius R has a deviation of R/2 along each axis. The ramps of
@@ -48,7 +48,7 @@ double auto_sigma_px(const Parameters& parameters, const FrameDescription& frame
     const auto coc = circle_of_confusion(parameters, frame);
     assert(coc.ok());
     const double sigma = coc->lens ? coc->typical_radius_px() / 4 : coc->largest_radius_px() / 2;
-    return std::max(sigma, kCopySigma * parameters.downsample);
+    return std::max(sigma, kDownsampleSigma * parameters.downsample);
 }
 
 double blur_sigma_px(const Parameters& parameters, const FrameDescription& frame) {
@@ -138,7 +138,7 @@ void add_composite(PassPlanner& planner, const DepthOfFieldBlock& block, const G
     }
     step.set_block(block);
     step.groups = groups_for(block.size.x, block.size.y);
-    // How many blocks are in which list nobody knows here: all are counted to the mixed ones.
+    // How many blocks are in which list is not known here: all count as mixed ones.
     if (!kind)
         step.taps = pixels_of(planner.describe(inputs.result)) *
                     uint64_t(2 + (sizes.factor == 1 ? 1 : 4) + (inputs.hint >= 0 ? 1 : 0));

@@ -9,10 +9,10 @@ namespace postchain::depth_of_field {
 // Sizes and widths that plan and reference both start from. The circle of confusion of parameters
 // and frame must be known and checked.
 struct GilhamSizes {
-    int factor = 1;     // of the down-sampling
+    int factor = 1;     // of the downsampling
     int low_width = 0;  // ceil(width / factor)
     int low_height = 0;
-    double low_sigma = 0;     // of the Gaussian, pixels of the down-sampled copy
+    double low_sigma = 0;     // of the Gaussian, pixels of the downsampled image
     int taps = 0;             // on one side: ceil(3 low_sigma)
     double full_blur_px = 1;  // max(2 blur_sigma_px, 1)
 };

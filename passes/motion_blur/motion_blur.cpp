@@ -265,8 +265,8 @@ class MotionBlur final : public Pass {
     void add_variance(PassPlanner& planner, const shared::MotionBlurBlock& block,
                       Planes& planes) const {
         if (!splits_by_variance())
-            planner.needless("tile_variance",
-                             single() ? "mode is single: one direction" : "sample_split is even");
+            planner.unused("tile_variance",
+                           single() ? "mode is single: one direction" : "sample_split is even");
         planes.tile_variance =
             planner.texture("tile_variance", Format::r32f, block.tiles.x, block.tiles.y);
         Step step = make_step("tile_variance", {}, block);
@@ -278,7 +278,7 @@ class MotionBlur final : public Pass {
 
     void add_noise(PassPlanner& planner, Planes& planes) const {
         if (parameters_.noise == Noise::none) return;
-        if (!jitters()) planner.needless("noise", "neither tiles nor taps are jittered");
+        if (!jitters()) planner.unused("noise", "neither tiles nor taps are jittered");
         planes.noise = planner.texture("noise", Format::rg32f, kNoiseSize, kNoiseSize);
         planner.step(noise_step(planner.context().frame.frame_number, planes.noise));
     }
@@ -370,7 +370,7 @@ class MotionBlur final : public Pass {
         launch_by(step, gather.list);
         step.groups = groups_for(context.frame.width, context.frame.height);
         // Color, velocity, depth of each sample and of the pixel, and the tile. How many blocks
-        // are in which list nobody knows here: all are counted to the last, which does most.
+        // are in which list is not known here: all count for the last, which costs most.
         const uint64_t taps = uint64_t(parameters_.samples + 1);
         if (step.name == "gather")
             step.taps = pixels_of(context) * ((gather.depth ? 3 : 2) * taps + 1);

@@ -2,10 +2,10 @@
 // Sorts the blocks of 16 x 16 pixels by their circles of confusion. One thread for a block.
 //
 //   row_range -> work lists
-//             -> blurs          1 where the block needs the blurred copy
+//             -> blurs          1 where the block needs the blurred image
 //
 //   sharp     every |R| is at most 0.5 px: colors return bit for bit
-//   blurred   every |R| is at least full_blur_px: the blurred copy alone shows
+//   blurred   every |R| is at least full_blur_px: only the blurred image shows
 //   mixed     all others
 #include "common/work_list.glsl"
 #include "shared/depth_of_field_block.h"
@@ -16,7 +16,7 @@ layout(std430, binding = 0) buffer SharpBlocks { WORK_LIST } sharp_blocks;
 layout(std430, binding = 1) buffer BlurredBlocks { WORK_LIST } blurred_blocks;
 layout(std430, binding = 2) buffer MixedBlocks { WORK_LIST } mixed_blocks;
 
-// HALF_RADIUS: coc is stored as a half, by up to 2^-10 of itself smaller than it was reckoned.
+// HALF_RADIUS: coc is stored as a half, by up to 2^-10 of itself smaller than computed.
 #ifdef HALF_RADIUS
 const float kStored = 1.0 - 1.0 / 1024.0;
 #else

@@ -1,8 +1,8 @@
 #version 450 core
-// One direction of the separable Gaussian on the down-sampled copy; STEP is ivec2(1, 0) or
+// One direction of the separable Gaussian on the downsampled image; STEP is ivec2(1, 0) or
 // ivec2(0, 1). Out-of-bounds taps do not count.
 // LEAK_DEPTH: a neighbor clearly in front of the pixel, w_n > 1.02 w_p, does not count.
-// LEAK_COC: a neighbor weighs clamp(|R_n|/|R_p|, 0, 1) besides; 1 where |R_p| is 0.
+// LEAK_COC: the weight of a neighbor is multiplied by clamp(|R_n|/|R_p|, 0, 1); 1 where |R_p| is 0.
 #include "common/work_list.glsl"
 #include "shared/depth_of_field_blur_block.h"
 

@@ -1,7 +1,7 @@
 #version 450 core
 // out = mix(sharp, bilinear(low), smoothstep(0.5, full_blur_px, |R|)), where low is the blurred
-// copy at 1/FACTOR of the size. Where the weight is 0 the pixel returns bit for bit, where it is 1
-// the blurred copy alone.
+// image at 1/FACTOR of the size. Where the weight is 0 the pixel returns bit for bit, where it is 1
+// the blurred image alone.
 // Of blocks that are known to be SHARP (|R| <= 0.5) low is not read, of those that are BLURRED
 // (|R| >= full_blur_px) color and coc.
 // WITH_HINT: FXAA's hint, multiplied by clamp(1 - |R|, 0, 1): what it marks is blurred away.
@@ -53,7 +53,7 @@ void main() {
 #ifndef SHARP
     if (radius > 0.5) {
         vec4 blurred = fetch_low(p);
-        // A pixel without a finite color has nothing to mix: the blurred copy stands for it.
+        // A pixel without a finite color has nothing to mix: it takes the blurred image.
         if (radius >= block.full_blur_px || !is_finite(c)) {
             c = blurred;
         } else {

@@ -1,8 +1,8 @@
 #version 450 core
-// Which blocks of the down-sampled copy somebody reads. One thread for a block of 16 x 16 of its
+// Which blocks of the downsampled image are read. One thread for a block of 16 x 16 of its
 // pixels.
 //
-//   blurs (of the picture's blocks), or needed (of the copy's) -> needed, work list
+//   blurs (of the picture's blocks), or needed (of the downsampled image's) -> needed, work list
 //
 // A block's readers are the blocks over it, factor x factor of them, and those within reach.
 #include "common/work_list.glsl"

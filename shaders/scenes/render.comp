@@ -36,7 +36,7 @@ vec3 to_local(vec4 r0, vec4 r1, vec4 r2, vec3 v) {
 }
 
 // Objects of one shape in this cell; `test` sees the object's ray as o, d. A software renderer
-// runs every loop at least once, empty or not: shapes that the scene lacks are compiled out.
+// runs every loop at least once, empty or not: shapes that the scene does not have are compiled out.
 #define NEAREST(shape, test)                                                      \
     if ((shapes >> shape & 1) != 0)                                               \
     for (uint i = tile[base + shape], end = tile[base + shape + 1]; i < end; ++i) { \

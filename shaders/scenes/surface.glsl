@@ -52,7 +52,7 @@ float text_mask(SceneObject object, vec2 p) {
     return float((letters[at] >> bit) & 1u);
 }
 
-// Patterns that the scene lacks are compiled out.
+// Patterns that the scene does not have are compiled out.
 bool is(int kind, const int pattern) { return (PATTERNS >> pattern & 1) != 0 && kind == pattern; }
 
 struct Surface {

@@ -1,4 +1,4 @@
-// Uniform block of the depth of field's coc, down-sample and composite stages.
+// Uniform block of the depth of field's coc, downsample and composite stages.
 #ifndef POSTCHAIN_SHARED_DEPTH_OF_FIELD_BLOCK_H
 #define POSTCHAIN_SHARED_DEPTH_OF_FIELD_BLOCK_H
 
@@ -6,7 +6,7 @@
 
 BLOCK_BEGIN(DepthOfFieldBlock)
     ivec2 size;              // of the image, pixels
-    ivec2 low_size;          // of the down-sampled copy, pixels
+    ivec2 low_size;          // of the downsampled image, pixels
     // lens: R = gain_px (focus_inverse - w)
     float gain_px;           // pixels times scene units
     float focus_inverse;     // 1/scene units
@@ -18,7 +18,7 @@ BLOCK_BEGIN(DepthOfFieldBlock)
     float near_radius_px;
     float far_radius_px;
     float max_radius_px;
-    float full_blur_px;      // |R| from which on the blurred copy alone shows
+    float full_blur_px;      // |R| from which on only the blurred image shows
     float pad0;
     float pad1;
 BLOCK_END

@@ -7,7 +7,7 @@
 #define DEPTH_OF_FIELD_MAX_TAPS 1536  // one side; sigma 500 px at full size needs 1500
 
 BLOCK_BEGIN(DepthOfFieldBlurBlock)
-    ivec2 size;       // of the down-sampled copy, pixels
+    ivec2 size;       // of the downsampled image, pixels
     int quads;        // vec4s in use: ceil(taps / 4)
     int pad0;
     // weights[i/4][i%4] = exp(-(i+1)^2 / (2 sigma^2)), 0 beyond the last tap; the center weighs 1.

@@ -1,13 +1,13 @@
-// Uniform block of the depth of field's search for the blocks of the copy that somebody reads.
+// Uniform block of the depth of field's search for the blocks of the downsampled image that are read.
 #ifndef POSTCHAIN_SHARED_DEPTH_OF_FIELD_NEEDED_BLOCK_H
 #define POSTCHAIN_SHARED_DEPTH_OF_FIELD_NEEDED_BLOCK_H
 
 #include "shared/block.h"
 
 BLOCK_BEGIN(DepthOfFieldNeededBlock)
-    ivec2 blocks;   // of the down-sampled copy
+    ivec2 blocks;   // of the downsampled image
     ivec2 reach;    // of the reader, in its own blocks on each side
-    int factor;     // edge of the reader's plane over that of the copy
+    int factor;     // edge of the reader's plane over that of the downsampled image
     int pad0;
     int pad1;
     int pad2;

@@ -13,7 +13,7 @@
 
 namespace postchain::bench {
 
-// Prints and ends the program: a benchmark has nobody to report to.
+// Prints and ends the program: a benchmark has no caller to report to.
 [[noreturn]] void fail(const std::string& text);
 void require(const Status& status);
 
@@ -49,7 +49,7 @@ struct Settings {
     std::string only;  // part of a row's name; empty = all
 };
 // Takes --size=WIDTHxHEIGHT, --iterations=N and --only=PART_OF_NAME out of the arguments; what is
-// left is for whoever else reads them.
+// left is for other readers.
 Settings take_settings(int& argc, char** argv, int iterations);
 // The same, for programs that know no other argument.
 Settings parse_settings(int argc, char** argv, int iterations);
@@ -74,8 +74,8 @@ void add_copy(Plan& plan, int width, int height);
 // The times of the last run, once the device has run past them.
 std::vector<PassTime> finished_times(const Executor& executor);
 
-// CPU time of all threads of this process, milliseconds: steadier than the wall clock where other
-// programs run.
+// CPU time of all threads of this process, milliseconds: varies less than the wall clock where
+// other programs run.
 double cpu_milliseconds();
 
 double quantile(std::vector<double> values, double q);

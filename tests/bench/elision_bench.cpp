@@ -1,8 +1,8 @@
-// What leaving out is worth: the lean run's time over the full run's, and what a still frame costs
-// beside a bare copy.
+// What elision saves: the time of an elided run over that of a complete run, and what a still frame
+// costs beside a bare copy.
 //
-//   frame on the device -> { full, lean with facts, lean without, full, ... } -> ratios ->
-//   quartiles
+//   frame on the device -> { complete, elided with facts, elided without, complete, ... } -> ratios
+//   -> quartiles
 //
 // "With facts" is a sequence, whose facts are found while a frame is converted; without them is an
 // engine, which reads nothing back and sorts blocks on the device. Rules of time, and what came of
@@ -221,7 +221,7 @@ int main(int argc, char** argv) {
             if (context->software()) std::printf("%17s", "CPU time");
         }
     };
-    head("lean / full", "full ms", "facts known", "unknown");
+    head("elided / complete", "full ms", "facts known", "unknown");
     std::printf("  steps\n");
     for (const char* chain : {"motion_blur", "depth_of_field", "paper", "dof_first"})
         for (const Scene& scene : kScenes)

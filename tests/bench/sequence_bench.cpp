@@ -1,4 +1,4 @@
-// The whole command on a sequence, against oiiotool merely reading and writing the same channels,
+// The whole command on a sequence, against oiiotool only reading and writing the same channels,
 // and its peak memory on a long sequence against a short one. Everything is a ratio of runs of the
 // same session.
 //

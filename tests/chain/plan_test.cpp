@@ -97,7 +97,7 @@ class CarriesHint : public Copy {
     }
 };
 
-// Adds a step whose result only `keeps` has a reader for, and says why nobody else has.
+// Adds a step whose result only `keeps` has a reader for, and says why.
 class Spare : public Copy {
     void plan(PassPlanner& p) const override {
         const TextureId spare = p.texture("spare", Format::r32f, 10, 10);
@@ -107,7 +107,7 @@ class Spare : public Copy {
                          {0, spare, Access::write}};
         step.taps = 100;
         p.step(step);
-        p.needless("spare", "not asked for");
+        p.unused("spare", "not asked for");
         Copy::plan(p);
     }
     RoleUse roles() const override { return {{Role::color, Role::motion}, {}, {}, {}}; }
@@ -309,7 +309,7 @@ TEST(Planner, PassThatLacksAPlaneIsLeftOutWhenAskedFor) {
 }
 
 // What was not even decoded is listed, and what a pass that is off would have done with it is
-// reckoned all the same.
+// computed all the same.
 TEST(Planner, PlanesThatWereNotDecodedAreLeftOut) {
     FrameDescription f = frame();
     f.planes = {Role::color};
@@ -406,7 +406,7 @@ TEST(Planner, PrintsNameEverythingThatRunsAndIsLeftOut) {
     EXPECT_EQ(plan_as_json(plan).find('\n'), std::string::npos);
 }
 
-// A pass that a rule leaves out on somebody's word is left out of the reference too.
+// A pass that a rule elides because the caller asked for it is elided in the reference too.
 TEST(Reference, LacksAPassThatMayBeMissing) {
     FramePlanes planes;
     planes[Role::color] = ImageF(1, 1, 4, 3.0f);

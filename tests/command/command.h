@@ -39,7 +39,7 @@ struct Outcome {
 class Process {
   public:
     Process(const Arguments& command, const Launch& launch = {});
-    ~Process();  // kills it when nobody waited
+    ~Process();  // kills it if it was not waited for
     Process(const Process&) = delete;
 
     void send(int signal) const;

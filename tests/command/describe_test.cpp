@@ -187,7 +187,7 @@ TEST_F(DescribeTest, Info) {
     const auto json = run({"info", "--json"});
     const auto lines = json_lines(json.out);
     ASSERT_EQ(lines.size(), 1u);
-    // The least that GL 4.5 promises, and of textures what llvmpipe has.
+    // The minimum of GL 4.5, and of textures what llvmpipe has.
     const Json& limits = lines[0]["gl"]["limits"];
     EXPECT_GE(limits["texture_px"], 16384);
     EXPECT_GE(limits["storage_block_bytes"], 1 << 27);

@@ -86,7 +86,7 @@ TEST_F(InputTest, NotAnExr) {
     fs::create_directory(in(1));
     expect_refused(4, {"not a file"});
     fs::remove(in(1));
-    ASSERT_EQ(mkfifo(in(1).c_str(), 0600), 0);  // nobody will ever write to it
+    ASSERT_EQ(mkfifo(in(1).c_str(), 0600), 0);  // never written to
     expect_refused(4, {"not a file"});
     fs::remove(in(1));
     fs::create_symlink(in(1), in(1));
@@ -162,7 +162,7 @@ TEST_F(InputTest, HalfDepthIsWarned) {
     file.depth_type = io::PixelType::half;
     write_frame(in(1), make_planes(48, 32), file);
     expect_warned({"depth is half float", in(1)});
-    // Not when nobody reads depth.
+    // Not when no pass reads depth.
     const auto outcome = filter("fxaa", {"--on-existing", "overwrite"});
     EXPECT_FALSE(contains(outcome.err, "half float")) << outcome.err;
 }

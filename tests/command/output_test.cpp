@@ -98,7 +98,7 @@ TEST_F(OutputTest, DiskFullOnASmallFileSystem) {
         to(*this, at("fxaa.yaml"), in(), at("small/o.####.exr"), {"--on-error", "continue"});
     EXPECT_EQ(outcome.code, 1) << outcome.text();
     EXPECT_TRUE(contains(outcome.err, "disk full")) << outcome.err;
-    // The first fits, the others do not; what is there is whole.
+    // The first fits, the others do not; what is there is complete.
     EXPECT_EQ(read_color(at("small/o.0001.exr")).data, read_color(out(1)).data);
     EXPECT_FALSE(exists(at("small/o.0002.exr")));
     EXPECT_EQ(temporaries(at("small")), std::vector<std::string>());

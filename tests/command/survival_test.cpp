@@ -75,7 +75,7 @@ TEST_F(SurvivalTest, KilledAtAnyMoment) {
                 ADD_FAILURE() << out(frame) << " is neither the old nor the new picture";
             }
         }
-        // What a kill leaves is a temporary that matches no pattern, and hinders nobody.
+        // What a kill leaves is a temporary file that matches no pattern and is in no one's way.
         for (const auto& name : temporaries(at("out"))) {
             EXPECT_TRUE(name.ends_with(".tmp")) << name;
             fs::remove(at("out/" + name));

@@ -134,12 +134,12 @@ TEST(left_out, never_wrongly_at_the_threshold) {
     EXPECT_GT(kept, 300);
 }
 
-// A hint passes through unchanged only where |R| is 0: the pass stays while somebody reads it.
+// A hint passes through unchanged only where |R| is 0: the pass runs while a later one reads it.
 TEST(left_out, hint_is_carried_exactly) {
     FramePlanes planes = focused_planes(0.240234375f);  // |R| = 0.3125
     planes[Role::hint] = constant_image(33, 21, {1, 1});
     const Chain chain = chain_of("depth_of_field");
-    EXPECT_TRUE(plan_of(chain, planes).steps.empty());  // nobody reads the hint
+    EXPECT_TRUE(plan_of(chain, planes).steps.empty());  // the hint is unused
     PlanOptions with_hint;
     with_hint.outputs = {Role::color, Role::hint};
     EXPECT_EQ(plan_of(chain, planes, with_hint).steps.size(), kSteps);

@@ -32,7 +32,7 @@ void expect_row(const ImageF& image, const std::vector<double>& expected) {
         EXPECT_NEAR(image.at(x, 0), expected[size_t(x)], kBound) << "pixel " << x;
 }
 
-// ------------------------------------------------------------------------------- down-sample
+// ------------------------------------------------------------------------------- downsample
 
 // 5 x 3 pixels of value x + 10 y, boxes of 2 x 2 from the top left: 3 x 2 boxes.
 // (0,0): (0+1+10+11)/4 = 5.5     (1,0): (2+3+12+13)/4 = 7.5    (2,0): column 4 alone, (4+14)/2 = 9
@@ -154,7 +154,7 @@ TEST(blur_stages, leak_coc_by_hand) {
 
 // --------------------------------------------------------------------------------- composite
 
-// A kernel of one tap leaves the box means 0 and 8 of the copy; all is sky with R = 8 and full
+// A kernel of one tap leaves the box means 0 and 8; all is sky with R = 8 and full
 // blur from max(2 * 0, 1) = 1 px on, so the copy alone shows, bilinear at (x + 0.5)/4 - 0.5:
 // x = 0, 1: -0.375, -0.125, clamped: 0     x = 2: 0.125 -> 1    x = 3: 0.375 -> 3
 // x = 4: 0.625 -> 5    x = 5: 0.875 -> 7   x = 6, 7: beyond the last center: 8
@@ -167,12 +167,12 @@ TEST(composite_stage, bilinear_by_hand) {
 }
 
 // sigma = 2: full blur at R = 4; weight smoothstep(0.5, 4, |R|). Three boxes of 4 pixels, 1, 0
-// and 0, so that one value v of the copy covers pixels 0 and 1 (left of the first center):
-// taps weigh exp(-i^2/(2 (2/4)^2)) = e^-2i^2: v = 1/(1 + e^-2 + e^-8).
-// R at pixel 1 from w = 1/4 - R/32, sharp 0 there (and 4/3 at the other three keep the mean 1):
-// R = 0.5: weight 0, the sharp 0 exactly       R = 1.375: t = 1/4: t^2 (3 - 2t) = 5/32
-// R = 2.25: t = 1/2: 1/2                       R = 3.125: t = 3/4: 27/32
-// R = 4: 1                                     R = -2.25: 1/2 again, the sign does not count
+// and 0, so that one value v of the downsampled image covers pixels 0 and 1 (left of the first
+// center): taps weigh exp(-i^2/(2 (2/4)^2)) = e^-2i^2: v = 1/(1 + e^-2 + e^-8). R at pixel 1 from w
+// = 1/4 - R/32, sharp 0 there (and 4/3 at the other three keep the mean 1): R = 0.5: weight 0, the
+// sharp 0 exactly       R = 1.375: t = 1/4: t^2 (3 - 2t) = 5/32 R = 2.25: t = 1/2: 1/2 R = 3.125: t
+// = 3/4: 27/32 R = 4: 1                                     R = -2.25: 1/2 again, the sign does not
+// count
 TEST(composite_stage, weight_by_hand) {
     const double v = 1 / (1 + std::exp(-2.0) + std::exp(-8.0));
     const std::pair<double, double> cases[] = {

@@ -1,4 +1,4 @@
-// The Gaussian that an unset blur_sigma_px stands for, by hand: for a lens a quarter of the larger
+// The Gaussian of an unset blur_sigma_px, by hand: for a lens a quarter of the larger
 // of |R| at infinity and at 20 focal lengths, for planes and range half of the largest radius,
 // and never below downsample / 2.
 //

@@ -110,7 +110,7 @@ TEST(every_stage_too, half_storage_stays_within_its_rounding) {
     }
 }
 
-// Half holds 65504: what is larger saturates in the blurred copy and stays a finite highlight.
+// Half holds 65504: what is larger saturates in the blurred image and stays a finite highlight.
 // (Where a driver rounds towards zero, as llvmpipe does, the store alone would do it.) The result
 // holds what the input holds.
 TEST(every_stage_too, half_storage_stays_finite) {

@@ -95,7 +95,7 @@ TEST(truths, one_pixel_and_less_than_a_box) {
     }
 }
 
-// W not a multiple of the down-sample: the last box holds the pixels that exist. The right-most
+// W not a multiple of `downsample`: the last box holds the pixels that exist. The right-most
 // columns of a 37 px wide image are column 36 alone at 1/4 and at 1/2 of the size.
 TEST(truths, width_not_a_multiple_of_the_box) {
     FramePlanes planes = flat_planes(constant_image(37, 8, {1, 1, 1, 1}), 0);

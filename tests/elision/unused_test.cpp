@@ -53,7 +53,7 @@ TEST(UnusedPlane, IsNotHandedOver) {
     check(chain_of("fxaa"), {Role::color});
 }
 
-// Steps that the parameters make needless.
+// Steps that the parameters make unused.
 TEST(UnusedStep, VarianceNoiseAndHint) {
     const TestFrame frame = moving();
     const auto left = [](const Lean& lean) {

@@ -73,7 +73,7 @@ void ask_pattern(const io::PathPattern& pattern) {
             require(path == pattern.text(), "a path without a token stays as it is");
             continue;
         }
-        // Names of temporary files are nobody's frame.
+        // Names of temporary files are no frames.
         const std::optional<int> found = pattern.match(path.substr(path.rfind('/') + 1));
         require(!found || *found == frame, "a pattern finds the frame it has written");
     }

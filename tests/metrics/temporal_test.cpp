@@ -7,7 +7,7 @@
 namespace postchain::metrics {
 namespace {
 
-// An error that stands still does not count, however large; one that grows by 0.25 a frame does.
+// A constant error does not count, however large; one that grows by 0.25 a frame does.
 TEST(TemporalError, CountsTheChangeOfTheErrorAlone) {
     TemporalError still, growing;
     for (int t = 0; t < 4; ++t) {

@@ -229,8 +229,8 @@ TEST(Exact, NonfiniteInputGivesFiniteOutputAndACount) {
     for (float value : out.at(Role::color).data) ASSERT_TRUE(std::isfinite(value));
 }
 
-// A host may hand in textures that nobody scanned: bad motion counts as none, bad depth as some,
-// and neither makes a pixel non-finite.
+// An engine may provide textures that were not scanned: bad motion counts as none, bad depth as
+// some, and neither makes a pixel non-finite.
 TEST(Exact, UnscannedMotionAndDepthStayFinite) {
     const float nan = std::numeric_limits<float>::quiet_NaN();
     const float inf = std::numeric_limits<float>::infinity();

@@ -55,7 +55,7 @@ Variant make_variant(int index) {
     variant.split = split;
     variant.pareto = index < 2;
     variant.left_out = {
-        {kFrames[0], {"plane motion_back", "unused_plane", "nobody reads it", 512, 0, 0}}};
+        {kFrames[0], {"plane motion_back", "unused_plane", "no step reads it", 512, 0, 0}}};
     if (index == 0)
         variant.left_out = {
             variant.left_out[0],

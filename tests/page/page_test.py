@@ -313,7 +313,7 @@ class WithWebGl(Page, unittest.TestCase):
             "return [...document.querySelectorAll('[aria-label=\"Left out of the plans\"] tr')]"
             ".map((row) => [...row.children].map((cell) => cell.innerText));")
         self.assertEqual(rows[1:], [
-            ["all", "plane motion_back", "unused_plane", "nobody reads it", "1001", "512\u2009B",
+            ["all", "plane motion_back", "unused_plane", "no step reads it", "1001", "512\u2009B",
              "0", "0"],
             ["samples=5", "1.fxaa", "off_by_rule",
              "largest step 0.31 px <= 0.5 px (first frame; 1 more like it)", "1001, 1002",

@@ -48,7 +48,7 @@ TEST_F(WritePage, HoldsTheReportAndEveryPicture) {
     ASSERT_TRUE(write_page(report, path("index.html")).ok());
     const std::string page = text_of(path("index.html"));
     EXPECT_EQ(page.find("<!--DATA-->"), std::string::npos);
-    // What stands in the page is report.json, though a chain in it holds "</script>".
+    // The page contains report.json, though a chain in it holds "</script>".
     EXPECT_EQ(nlohmann::json::parse(element(page, "report")),
               nlohmann::json::parse(report_as_json(report)));
     const auto manifest = nlohmann::json::parse(element(page, "manifest"));

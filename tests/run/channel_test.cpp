@@ -23,7 +23,7 @@ TEST(Channel, KeepsOrderAndBound) {
         channel.close();
     });
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    EXPECT_LE(pushed, 2);  // the third waits for room
+    EXPECT_LE(pushed, 2);  // the third waits until one is taken
     std::vector<int> got;
     while (auto value = channel.pop()) {
         got.push_back(*value);

@@ -14,7 +14,7 @@ float texture(double x, double y, int c) {
                  0.2 * std::cos(0.05 * x * x / 20 - 0.23 * y + 2 * c));
 }
 
-// now(p) = texture(p), and next(p + v) = now(p) for the steady motion v.
+// now(p) = texture(p), and next(p + v) = now(p) for the constant motion v.
 struct Pan {
     FramePlanes planes;
     ImageF next;

@@ -1,4 +1,4 @@
-// What each scene promises (docs/scenes.md), and the vector convention by re-projection.
+// What each scene must have (docs/scenes.md), and the vector convention by re-projection.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -101,8 +101,8 @@ TEST(Vectors, LeadBackToThePreviousFrame) {
 }
 
 TEST(Vectors, FindTheSameSurfaceInTheNextFrame) {
-    // The world of zoom stands still: what is at depth z is at z - (drive of one frame) in the
-    // next, wherever the vectors point. Left over: what is hidden there, and edges.
+    // Nothing in zoom moves but the camera: what is at depth z is at z - (drive of one frame) in
+    // the next, wherever the vectors point. Left over: what is hidden there, and edges.
     const ScenePlanes a = render("zoom", 320, 180, 2, Picture::gbuf);
     const ScenePlanes b = render("zoom", 320, 180, 3, Picture::gbuf);
     const SceneModel model = make_zoom();

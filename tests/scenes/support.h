@@ -1,4 +1,4 @@
-// One renderer for all tests of this room, and small models with known answers.
+// One renderer for all tests of this folder, and small models with known answers.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -130,7 +130,7 @@ TEST(Truth, OfAStillSceneWithAPinholeIsTheSharpPicture) {
 }
 
 TEST(Truth, TheSamplesOfOneFrameAreNotThoseOfTheNext) {
-    // The noise must not stand still in a sequence.
+    // The noise must change from frame to frame.
     RenderSettings settings = settings_of(4, 0, true);
     const SceneModel model = one_lamp(still(at({0, 0, 1})), 0.05, 2, 0.35);
     settings.seed = 1;

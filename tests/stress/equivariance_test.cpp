@@ -1,5 +1,5 @@
 // Turned and moved frames by hand, and that the checks on them, on light and on repetition see
-// filters that do not keep what they promise: passes made for it, whose faults are known.
+// filters that break their promises: passes with known faults.
 #include <gtest/gtest.h>
 
 #include <cstdlib>

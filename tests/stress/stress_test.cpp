@@ -108,7 +108,7 @@ const Measured& find_check(const std::vector<Measured>& all, const std::string& 
     return none;
 }
 
-// Every value of every row of the crossed cells stands in one of the reduced set.
+// Every value of every row of the crossed cells is in one of the reduced set.
 TEST(Stress, CrossedCellsBringTheWorstTogether) {
     std::set<std::string> parts;
     for (const Cell& cell : make_cells(40, true)) {

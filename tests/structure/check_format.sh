@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Fails when a C++ file is not as .clang-format wants it. To mend: clang-format -i FILE.
+# Fails when a C++ file is not as .clang-format wants it. To fix: clang-format -i FILE.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 mapfile -t files < <(find chain passes shaders config tools tests -name '*.h' -o -name '*.cpp' | sort)

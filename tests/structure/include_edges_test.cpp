@@ -66,7 +66,7 @@ std::pair<std::string, int> layer_of(const std::string& path) {
     return {"", -1};
 }
 
-// One pass does not know another; what several share lies in passes/common.
+// One pass does not know another; what several share is in passes/common.
 bool is_another_pass(const std::string& from, const std::string& to) {
     return is_in(from, "passes") && is_in(to, "passes") && from != to && from != "passes" &&
            to != "passes" && to != "passes/common";

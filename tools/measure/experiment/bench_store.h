@@ -19,7 +19,7 @@ struct FrameResult {
 
 class BenchStore {
   public:
-    // `conditions`: all that a result depends on besides chain and frame (device, settings).
+    // `conditions`: all that a result depends on except chain and frame (device, settings).
     BenchStore(std::string folder, std::string conditions);
     Status prepare() const;  // makes DIR/results; errors (output)
 

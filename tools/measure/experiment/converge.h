@@ -6,7 +6,7 @@
 //   G = the variant on the GPU, R = its double reference (same taps, same random values),
 //   C = converged, T = truth:   G - T = (G - R) + (R - C) + (C - T)
 //                                     precision   sampling   model
-// Which rows converge, and where, stands in the passes' parameter tables (chain/parameter.h).
+// Which rows converge, and where, is in the passes' parameter tables (chain/parameter.h).
 // Described in docs/report.md, "bench".
 #pragma once
 

@@ -2,7 +2,7 @@
 // tiles within frames, medians of times.
 //
 // t: Student, Biometrika 6(1), 1908. Bootstrap: Efron, Annals of Statistics 7(1), 1979, percentile
-// interval; tiles are drawn within each frame, so that it speaks of these frames and no others.
+// interval; tiles are drawn within each frame, so that it holds for these frames and no others.
 #pragma once
 
 #include <cstdint>
@@ -35,7 +35,7 @@ struct TileSums {
 };
 TileSums tile_sums(const ImageF& a, const ImageF& b, int tile_px);  // of b - a, one channel each
 
-// Mean over frames of the difference, with the tiles of each frame drawn anew, with replacement.
+// Mean over frames of the difference, with the tiles of each frame drawn again, with replacement.
 // The draws depend on seed, frame and replicate alone: the same for every metric.
 class TileBootstrap {
   public:

@@ -8,7 +8,7 @@
 namespace postchain::metrics {
 
 // TDE: mean over pixels, RGB and steps of |(O_t - O_t-1) - (R_t - R_t-1)|, linear values. What an
-// error that stands still does not add to, and one that flickers does.
+// constant error does not add to, and one that flickers does.
 class TemporalError {
   public:
     // The next frame; the first one only starts. Errors (input): another size than before.

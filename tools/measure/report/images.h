@@ -17,7 +17,7 @@ std::string image_path(const std::string& name, int frame);
 // report.images; an entry of the same path and variant is replaced. Errors (output).
 Status store_image(Report& report, StoredImage entry, const ImageF& pixels);
 
-// Names a picture that an earlier run has written; false when it is not there whole.
+// Names a picture that an earlier run has written; false when it is missing or incomplete.
 bool take_stored_image(Report& report, StoredImage entry);
 
 }  // namespace postchain::report

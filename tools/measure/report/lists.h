@@ -27,7 +27,7 @@ struct LeftOutLine {
 };
 // In the order of first appearance.
 std::vector<LeftOutLine> left_out_lines(const Variant& variant);
-// Of all variants, with the variant's name; lines that are the same in all of them stand first and
+// Of all variants, with the variant's name; lines that are the same in all of them come first and
 // once, under "all".
 std::vector<std::pair<std::string, LeftOutLine>> left_out_rows(const Report& report);
 

@@ -106,10 +106,10 @@ LightGrid grid_around(const std::vector<CastingSphere>& spheres, glm::dvec3 ligh
         low = glm::min(low, across(grid, sphere.center) - sphere.radius);
         high = glm::max(high, across(grid, sphere.center) + sphere.radius);
     }
-    // A little room: cells are looked up in float.
-    const glm::dvec2 room = 1e-3 * (high - low);
-    grid.first = low - room;
-    grid.cells_per_unit = double(SCENE_LIGHT_GRID) / (high - low + 2.0 * room);
+    // A small margin: cells are looked up in float.
+    const glm::dvec2 margin = 1e-3 * (high - low);
+    grid.first = low - margin;
+    grid.cells_per_unit = double(SCENE_LIGHT_GRID) / (high - low + 2.0 * margin);
     return grid;
 }
 

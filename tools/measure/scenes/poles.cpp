@@ -84,9 +84,9 @@ SceneModel make_poles() {
                                  {0.35, 0.45, 0.60}};
     for (int i = 0; i < 15; ++i) {
         const double turned = -0.95 + 0.135 * i + random.between(-0.03, 0.03);
-        const double distance = random.between(1.1, 3.4), lean = random.between(-0.12, 0.12);
+        const double distance = random.between(1.1, 3.4), slant = random.between(-0.12, 0.12);
         const glm::dvec3 foot = around(turned, distance, kGround).position;
-        const glm::dvec3 top = around(turned + lean, distance, 1.3).position;
+        const glm::dvec3 top = around(turned + slant, distance, 1.3).position;
         scene.objects.push_back(wire(foot, top, random.between(0.0018, 0.0065), colors[i % 5]));
         if (i % 3 == 0)
             scene.objects.push_back(lamp(

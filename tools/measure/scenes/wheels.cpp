@@ -12,16 +12,16 @@ constexpr double kWall = 3.0;
 
 struct Wheel {
     glm::dvec3 center;
-    double radius;     // outer, of the tyre
-    double lean, yaw;  // radians, out of the picture plane
-    double rate;       // radians per frame, counter-clockwise as seen
-    double angle;      // at frame 0
+    double radius;      // outer, of the tyre
+    double pitch, yaw;  // radians, out of the picture plane
+    double rate;        // radians per frame, counter-clockwise as seen
+    double angle;       // at frame 0
     glm::dvec3 color;
     std::vector<double> lamps;  // angles
 };
 
 void add_wheel(SceneModel& scene, const Wheel& wheel) {
-    const glm::dmat3 tilt = turn({1, 0, 0}, wheel.lean) * turn({0, 1, 0}, wheel.yaw);
+    const glm::dmat3 tilt = turn({1, 0, 0}, wheel.pitch) * turn({0, 1, 0}, wheel.yaw);
     const auto pose = [wheel, tilt](glm::dvec3 offset) -> PoseAt {
         return [wheel, tilt, offset](double time) {
             const double angle =

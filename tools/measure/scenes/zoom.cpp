@@ -82,14 +82,15 @@ SceneModel make_zoom() {
     for (int i = 0; i < 16; ++i) {
         const double side = i % 2 ? 1.0 : -1.0, z = 5 + 1.9 * (i / 2);
         const double half_height = random.between(0.4, 1.15);
-        Object house = box({0.6, half_height, 0.8},
-                           still(at({side * random.between(2.3, 3.0), kGround + half_height, z})),
-                           0.04 + 0.7 * colors[(i + i / 2) % 5]);
-        house.pattern = SCENE_WINDOWS;
-        house.cell = 0.22;
-        house.color_b = {0.03, 0.04, 0.06};
-        house.pattern_extra = {double(i), 9};
-        scene.objects.push_back(house);
+        Object building =
+            box({0.6, half_height, 0.8},
+                still(at({side * random.between(2.3, 3.0), kGround + half_height, z})),
+                0.04 + 0.7 * colors[(i + i / 2) % 5]);
+        building.pattern = SCENE_WINDOWS;
+        building.cell = 0.22;
+        building.color_b = {0.03, 0.04, 0.06};
+        building.pattern_extra = {double(i), 9};
+        scene.objects.push_back(building);
     }
     scene.add_sign(0.40, 0.20, still(at({0, 0.30, kTarget})), {0.70, 0.52, 0.05},
                    {0.03, 0.03, 0.03}, {"ZOOM", "96 FRAMES"});

@@ -1,4 +1,4 @@
-// Files that appear whole or not at all.
+// Files that are written completely or not at all.
 //
 //   create: .NAME.PID.tmp in the same folder --write--> fsync --rename--> NAME, fsync of the folder
 //

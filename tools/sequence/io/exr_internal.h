@@ -1,4 +1,4 @@
-// What reader and writer share of OpenEXR; included by no other room.
+// What reader and writer share of OpenEXR; included by no other folder.
 #pragma once
 
 #include <ImathBox.h>
@@ -71,7 +71,7 @@ Imf::PixelType imf_type(PixelType type);
 Imf::FrameBuffer frame_buffer_of(const PartPixels& pixels);
 
 // The exception now being handled, as a status. Call in a catch block only. `fault`
-// stands before what OpenEXR says; running out of memory is nobody's fault.
+// stands before what OpenEXR says; running out of memory is not the fault of the file.
 Status status_of_exception(StatusCode code, const std::string& place,
                            const std::string& fault = {});
 

@@ -13,7 +13,7 @@ namespace postchain::io {
 // The bytes of a PNG file of one (gray) or three (sRGB) channels. Errors (output): the encoder's.
 Result<std::string> encode_png(const Image<uint8_t>& pixels);
 
-// The published color map magma, display-referred sRGB, of one channel of 0..1. What lies beyond is
+// The published color map magma, display-referred sRGB, of one channel of 0..1. Values outside are
 // limited; NaN is 0.
 Result<Image<uint8_t>> magma_of(const ImageF& values);
 

@@ -1,4 +1,4 @@
-// Sequences: frame ranges, file name patterns, what lies on disk, and the `IN` of the command.
+// Sequences: frame ranges, file name patterns, what is on disk, and the `IN` of the command.
 //
 //   "1-10,20-40x2"            --> FrameRange
 //   "A.####.exr"              --> PathPattern
@@ -65,7 +65,7 @@ class PathPattern {
 
 // IN: one pattern that holds every plane, or one per plane.
 struct InputSpec {
-    // color is always there; depth stands under Role::inverse_depth. One entry = one file.
+    // color is always there; depth is under Role::inverse_depth. One entry = one file.
     std::map<Role, PathPattern> patterns;
 
     bool separate_files() const { return patterns.size() > 1; }

@@ -13,7 +13,7 @@ class Channel {
   public:
     explicit Channel(size_t capacity) : capacity_(capacity) {}
 
-    // Waits for room. False when the channel is closed: the value is dropped.
+    // Waits while the channel is full. False when the channel is closed: the value is dropped.
     bool push(T value) {
         std::unique_lock lock(mutex_);
         changed_.wait(lock, [&] { return closed_ || items_.size() < capacity_; });

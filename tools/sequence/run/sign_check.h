@@ -16,7 +16,7 @@ struct SignCandidate {
     double error = 0;  // mean difference of the warped colors, after x/(1+x), capped at 0.25
     // Pixels where this candidate points elsewhere than the conversion (by half a pixel or more),
     // and over those alone its error divided by that of the conversion: > 1 = the conversion is
-    // the better one. Steady motion has motion_back = motion, and a pan has no y to have a sign.
+    // the better one. Constant motion has motion_back = motion, and a pan has no y to have a sign.
     size_t pixels_apart = 0;
     double margin = 1;
 

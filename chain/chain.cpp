@@ -30,15 +30,30 @@ std::string ChainLink::text() const {
     return type->name + ": " + type->parameters->text(pass->parameters());
 }
 
+ChainLink ChainLink::clone() const {
+    ChainLink twin{type, type->create()};
+    for (const auto& row : type->parameters->rows())
+        row.set(twin.pass->parameters(), row.get(pass->parameters()));
+    return twin;
+}
+
+std::optional<ChainLink> ChainLink::that_promises(
+    const std::function<bool(const Promises&)>& kept) const {
+    if (kept(pass->promises())) return clone();
+    for (const Variant& variant : type->variants) {
+        ChainLink other = clone();
+        bool fits = true;
+        for (const auto& [key, value] : variant.settings)
+            fits = fits && type->parameters->set(other.pass->parameters(), key, value).ok();
+        if (fits && kept(other.pass->promises())) return other;
+    }
+    return std::nullopt;
+}
+
 Chain Chain::clone() const {
     Chain copy;
     copy.camera = camera;
-    for (const auto& link : links) {
-        ChainLink twin{link.type, link.type->create()};
-        for (const auto& row : link.type->parameters->rows())
-            row.set(twin.pass->parameters(), row.get(link.pass->parameters()));
-        copy.links.push_back(std::move(twin));
-    }
+    for (const auto& link : links) copy.links.push_back(link.clone());
     return copy;
 }
 
@@ -59,6 +74,40 @@ RoleSet Chain::optional() const {
     RoleSet roles;
     for (const auto& link : links) roles = roles | link.pass->roles().optional;
     return roles - required();
+}
+
+Promises Chain::promises() const {
+    Promises all;
+    all.keeps_constants = true;
+    all.convex = 0;
+    all.lattice_px = 1;
+    all.symmetries = {Symmetry::mirror, Symmetry::flip, Symmetry::turn, Symmetry::shift};
+    all.light = Light::kept;
+    for (size_t i = 0; i < links.size(); ++i) {
+        const Promises own = links[i].pass->promises();
+        if (i == 0) all.driven_by = own.driven_by;
+        all = all.then(own);
+    }
+    return all;
+}
+
+Reach Chain::reach(const FrameDescription& given) const {
+    FrameDescription frame = given;
+    frame.camera = frame.camera.overlaid_by(camera);
+    Reach all{0, 0};
+    for (const auto& link : links) all = all.then(link.pass->reach(frame));
+    return all;
+}
+
+std::optional<Chain> Chain::that_promises(const std::function<bool(const Promises&)>& kept) const {
+    Chain chain;
+    chain.camera = camera;
+    for (const auto& link : links) {
+        auto one = link.that_promises(kept);
+        if (!one) return std::nullopt;
+        chain.links.push_back(std::move(*one));
+    }
+    return chain;
 }
 
 std::string Chain::text() const {

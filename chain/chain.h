@@ -1,7 +1,9 @@
 // A chain: passes in the order they run, with their parameters, and the camera it brings.
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "chain/frame.h"
@@ -13,6 +15,11 @@ struct ChainLink {
     const PassType* type = nullptr;  // owned by the registry
     std::unique_ptr<Pass> pass;
     std::string text() const;  // "motion_blur: samples=25 ..."
+
+    ChainLink clone() const;  // with a pass of its own
+    // This link as it is set if it keeps the promise, else by the first of its variants that does;
+    // nothing when it has none.
+    std::optional<ChainLink> that_promises(const std::function<bool(const Promises&)>& kept) const;
 };
 
 struct Chain {
@@ -26,6 +33,11 @@ struct Chain {
     // Planes any pass requires or can use.
     RoleSet required() const;
     RoleSet optional() const;
+    // Of all passes together; of a chain without passes, everything.
+    Promises promises() const;
+    Reach reach(const FrameDescription& frame) const;
+    // Every link that_promises(); nothing when one cannot.
+    std::optional<Chain> that_promises(const std::function<bool(const Promises&)>& kept) const;
     std::string text() const;  // canonical
     uint64_t hash() const;     // of text()
 };

@@ -49,7 +49,9 @@ struct Parameter {
     std::string help;  // one line
     double min = -std::numeric_limits<double>::infinity();
     double max = std::numeric_limits<double>::infinity();
-    bool min_excluded = false;         // min itself is out of range
+    bool min_excluded = false;  // min itself is out of range
+    double soft_min = min;      // what is worth trying: sliders, random tests
+    double soft_max = max;
     bool odd = false;                  // integer must be odd
     std::vector<int64_t> allowed;      // integer: the only values; empty = all in min..max
     std::vector<std::string> choices;  // choice: the names
@@ -102,6 +104,8 @@ struct RowOptions {
     double min = -std::numeric_limits<double>::infinity();
     double max = std::numeric_limits<double>::infinity();
     bool min_excluded = false;
+    double soft_min = min;
+    double soft_max = max;
     bool odd = false;
     std::vector<int64_t> allowed = {};
     std::string unit = {};
@@ -173,6 +177,8 @@ class ParameterTableBuilder {
         row.min = options.min;
         row.max = options.max;
         row.min_excluded = options.min_excluded;
+        row.soft_min = options.soft_min;
+        row.soft_max = options.soft_max;
         row.odd = options.odd;
         row.allowed = std::move(options.allowed);
         row.unit = std::move(options.unit);

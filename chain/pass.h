@@ -17,6 +17,7 @@
 #include "chain/frame.h"
 #include "chain/parameter.h"
 #include "chain/plan.h"
+#include "chain/promises.h"
 #include "chain/status.h"
 
 namespace postchain {
@@ -88,6 +89,9 @@ class Pass {
     virtual ~Pass() = default;
 
     virtual RoleUse roles() const = 0;
+    // What holds of its results with these parameters, and on this frame.
+    virtual Promises promises() const { return {}; }
+    virtual Reach reach(const FrameDescription&) const { return {}; }
     // Errors that need the frame (camera values, sizes). The message starts with the parameter.
     virtual Status check(const FrameDescription& frame) const = 0;
     // The pass itself knows when it returns its color bit for bit: rule and reason, else nothing.
@@ -112,6 +116,8 @@ struct PassType {
     const ParameterTable* parameters = nullptr;
     std::function<std::unique_ptr<Pass>()> create;  // with default parameters
     std::vector<ElisionRule> rules = {};            // its own; PlanContext::uses() asks for them
+    std::vector<Variant> variants = {};
+    std::vector<KnownLimit> known_limits = {};  // the special ones stand first
 };
 
 class PassRegistry {

@@ -27,8 +27,7 @@ Result<std::string> read_source(const std::string& file) {
         text << in.rdbuf();
         return text.str();
     }
-    for (const auto& embedded : embedded_shaders())
-        if (embedded.path == file) return std::string(embedded.text);
+    if (const auto text = find_shader(file)) return std::string(*text);
     return Status(StatusCode::gl, "shader file '" + file + "' is not embedded in this build");
 }
 

@@ -22,24 +22,32 @@ const ParameterTable& table() {
                     {.min = 0,
                      .max = 1e6,
                      .min_excluded = true,
+                     .soft_min = 5,
+                     .soft_max = 200,
                      .unit = "mm",
                      .help = "coc: lens; focal length",
                      .unset_means = "the camera's"})
             .number("f_stop", &Parameters::f_stop,
                     {.min = 0,
                      .min_excluded = true,
+                     .soft_min = 0.05,
+                     .soft_max = 32,
                      .help = "coc: lens; focal length over the diameter of the aperture",
                      .unset_means = "the camera's"})
             .number("focus_distance", &Parameters::focus_distance,
                     {.min = 0,
                      .max = kMaxDistance,
                      .min_excluded = true,
+                     .soft_min = 0.5,
+                     .soft_max = 60,
                      .unit = "scene units",
                      .help = "coc: lens; distance of the plane in focus, beyond the focal length",
                      .unset_means = "the camera's"})
             .number("sensor_width_mm", &Parameters::sensor_width_mm,
                     {.min = 0,
                      .min_excluded = true,
+                     .soft_min = 10,
+                     .soft_max = 50,
                      .unit = "mm",
                      .help = "coc: lens; sensor width that the display width covers",
                      .unset_means = "the camera's"})
@@ -48,37 +56,49 @@ const ParameterTable& table() {
             .number("near_blurry", &Parameters::near_blurry,
                     {.min = 0,
                      .max = kMaxDistance,
+                     .soft_min = 0.01,
+                     .soft_max = 20,
                      .unit = "scene units",
                      .help = "coc: planes; at this distance and nearer the near blur is largest"})
             .number("near_sharp", &Parameters::near_sharp,
                     {.min = 0,
                      .max = kMaxDistance,
+                     .soft_min = 0.01,
+                     .soft_max = 20,
                      .unit = "scene units",
                      .help = "coc: planes; the near blur begins nearer than this distance"})
             .number("far_sharp", &Parameters::far_sharp,
                     {.min = 0,
                      .max = kMaxDistance,
+                     .soft_min = 0.01,
+                     .soft_max = 100,
                      .unit = "scene units",
                      .help = "coc: planes; the far blur begins beyond this distance"})
             .number("far_blurry", &Parameters::far_blurry,
                     {.min = 0,
                      .max = kMaxDistance,
+                     .soft_min = 0.01,
+                     .soft_max = 100,
                      .unit = "scene units",
                      .help = "coc: planes; at this distance and beyond the far blur is largest"})
             .number("max_near_fraction", &Parameters::max_near_fraction,
                     {.min = 0,
                      .max = 1,
+                     .soft_max = 0.2,
                      .unit = "display widths",
                      .help = "coc: planes; largest near radius"})
             .number("max_far_fraction", &Parameters::max_far_fraction,
                     {.min = 0,
                      .max = 1,
+                     .soft_max = 0.2,
                      .unit = "display widths",
                      .help = "coc: planes; largest far radius"})
             .number("focus", &Parameters::focus,
                     {.min = 0,
                      .max = kMaxDistance,
                      .min_excluded = true,
+                     .soft_min = 0.5,
+                     .soft_max = 60,
                      .unit = "scene units",
                      .help = "coc: range; distance of the plane in focus",
                      .unset_means = "focus_distance, the pass's or the camera's"})
@@ -86,12 +106,15 @@ const ParameterTable& table() {
                     {.min = 0,
                      .max = kMaxDistance,
                      .min_excluded = true,
+                     .soft_min = 0.1,
+                     .soft_max = 50,
                      .unit = "scene units",
                      .help = "coc: range; distance from the focus at which the radius is "
                              "max_radius_px"})
             .number("max_radius_px", &Parameters::max_radius_px,
                     {.min = 0,
                      .max = 1000,
+                     .soft_max = 30,
                      .unit = "px",
                      .help = "largest radius of the circle of confusion",
                      .unset_means = "3 % of the display width"})
@@ -106,6 +129,7 @@ const ParameterTable& table() {
             .number("blur_sigma_px", &Parameters::blur_sigma_px,
                     {.min = 0,
                      .max = 500,
+                     .soft_max = 12,
                      .unit = "px",
                      .help = "standard deviation of the Gaussian, in pixels of the full image",
                      .unset_means = "coc: lens: 1/4 of the radius at infinity, or at 20 "
@@ -128,6 +152,23 @@ class DepthOfField final : public Pass {
                 .optional = {},
                 .on_demand = {},
                 .carried = {Role::hint}};
+    }
+
+    Promises promises() const override {
+        Promises promises;
+        promises.keeps_constants = true;
+        promises.convex = 1e-6;
+        promises.lattice_px = parameters_.downsample;
+        promises.symmetries = {Symmetry::mirror, Symmetry::flip, Symmetry::turn, Symmetry::shift};
+        promises.light = parameters_.hdr_weight ? Light::not_more : Light::kept;
+        // In focus is what the camera says; planes and ranges are the pass's own.
+        if (parameters_.coc == CocSource::lens) promises.driven_by = {Role::inverse_depth};
+        return promises;
+    }
+
+    Reach reach(const FrameDescription& frame) const override {
+        if (!check(frame).ok()) return {};
+        return gilham_reach(parameters_, frame);
     }
 
     Status check(const FrameDescription& frame) const override {
@@ -195,14 +236,26 @@ class DepthOfField final : public Pass {
 }  // namespace
 
 const PassType& pass_type() {
+    static const char* const order =
+        "depth of field blurs along rows, then along columns, and with a leak test that order "
+        "shows";
+    static const char* const boxes = "depth of field's small copy moves in steps of its boxes";
     static const PassType type = {
-        "depth_of_field",
-        "Depth of field",
-        "Blurs what is out of focus, by a signed circle of confusion from the depth plane.",
-        &table(),
-        [] { return std::make_unique<DepthOfField>(); },
-        {{kRuleFocusTiles, true,
-          "the blurred copy where it does not show, color and radius where only it shows"}}};
+        .name = "depth_of_field",
+        .title = "Depth of field",
+        .help = "Blurs what is out of focus, by a signed circle of confusion from the depth plane.",
+        .parameters = &table(),
+        .create = [] { return std::make_unique<DepthOfField>(); },
+        .rules =
+            {{kRuleFocusTiles, true,
+              "the blurred copy where it does not show, color and radius where only it shows"}},
+        .known_limits = {{"turn", "leak=coc", "/crossed/", 0.03, order},
+                         {"turn", "leak=coc", "", 0.0024, order},
+                         {"grid", "", "/radiance/firefly", 0.76, boxes},
+                         {"grid", "", "/nonfinite/inf in color, clamped/", 0.058, boxes},
+                         {"grid", "", "/crossed/", 0.53, boxes},
+                         {"depth", "", "/crossed/*f/0.1", 76,
+                          "at f/0.1, focused at the near plane, 1 % of depth is 22 px of radius"}}};
     return type;
 }
 

@@ -160,6 +160,12 @@ GilhamSizes gilham_sizes(const Parameters& parameters, const FrameDescription& f
     return sizes;
 }
 
+Reach gilham_reach(const Parameters& parameters, const FrameDescription& frame) {
+    const GilhamSizes sizes = gilham_sizes(parameters, frame);
+    const double px = double(sizes.factor) * (sizes.taps + 2);
+    return {px, px};
+}
+
 Status check_gilham(const Parameters& parameters, const FrameDescription& frame) {
     const double sigma = blur_sigma_px(parameters, frame);
     const double taps = std::ceil(3 * sigma / parameters.downsample);

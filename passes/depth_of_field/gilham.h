@@ -18,6 +18,9 @@ struct GilhamSizes {
 };
 GilhamSizes gilham_sizes(const Parameters& parameters, const FrameDescription& frame);
 
+// The Gaussian's taps on the copy, a box more for the bilinear taps, and the boxes themselves.
+Reach gilham_reach(const Parameters& parameters, const FrameDescription& frame);
+
 // Errors: StatusCode::chain when the kernel has more taps than the shader's table holds.
 Status check_gilham(const Parameters& parameters, const FrameDescription& frame);
 void plan_gilham(const Parameters& parameters, const CircleOfConfusion& coc, PassPlanner& planner);

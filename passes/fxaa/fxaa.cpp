@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "chain/work_list.h"
 #include "passes/fxaa/reference.h"
@@ -52,15 +53,18 @@ const ParameterTable& parameter_table() {
             .number("edge_threshold", &Parameters::edge_threshold,
                     {.min = 0,
                      .max = 1,
+                     .soft_max = 0.5,
                      .help = "least local contrast, as a part of the local maximum of luma"})
             .number("edge_threshold_min", &Parameters::edge_threshold_min,
-                    {.min = 0, .max = 1, .help = "least local contrast, in luma"})
+                    {.min = 0, .max = 1, .soft_max = 0.3, .help = "least local contrast, in luma"})
             .choice("luma", &Parameters::luma, {"stored", "display"},
                     {.help = "luma of the stored values (display-referred input), or of exposed, "
                              "tone-mapped, rooted ones (scene-linear input)"})
             .number("exposure_ev", &Parameters::exposure_ev,
                     {.min = -32,
                      .max = 32,
+                     .soft_min = -4,
+                     .soft_max = 4,
                      .unit = "stops",
                      .help = "exposure before luma: display and blend: tonemapped"})
             .choice(
@@ -121,6 +125,35 @@ class FxaaPass final : public Pass {
         use.required = {Role::color};
         if (parameters_.hint != Hint::none) use.optional = {Role::hint};
         return use;
+    }
+
+    Promises promises() const override {
+        Promises promises;
+        promises.keeps_constants = true;
+        // Tone-mapped, the mean of two texels is darker than both where their largest channels
+        // differ; but no light is won.
+        if (parameters_.blend == Blend::stored)
+            promises.convex = 1e-6;
+        else
+            promises.light = Light::not_more;
+        promises.lattice_px = 1;
+        promises.symmetries = {Symmetry::mirror, Symmetry::shift};
+        // The checkerboard always blends with the pixel above.
+        if (parameters_.hint != Hint::checkerboard) {
+            promises.symmetries.insert(Symmetry::flip);
+            promises.symmetries.insert(Symmetry::turn);
+        }
+        if (parameters_.edge_threshold_min >= 2 * kQuietContrast) {
+            promises.driven_by = {Role::color};
+            if (parameters_.hint != Hint::none) promises.driven_by.add(Role::hint);
+        }
+        return promises;
+    }
+
+    // The walk along an edge; the texels gathered at its end, and the other side of the edge.
+    Reach reach(const FrameDescription&) const override {
+        const std::vector<double> steps = preset_steps(parameters_.preset);
+        return {std::accumulate(steps.begin(), steps.end(), 0.0) + 3, 1};
     }
 
     Status check(const FrameDescription&) const override { return {}; }
@@ -250,9 +283,25 @@ std::vector<double> preset_steps(int preset) {
 }
 
 const PassType& pass_type() {
+    static const char* const ties =
+        "FXAA's luma is saturated: edges of rows and of columns tie, or differ by the last bits";
     static const PassType type = {
-        "fxaa", "FXAA", "Smooths jagged edges of the finished picture (FXAA 3.11, quality path).",
-        &parameter_table(), [] { return std::make_unique<FxaaPass>(); }};
+        .name = "fxaa",
+        .title = "FXAA",
+        .help = "Smooths jagged edges of the finished picture (FXAA 3.11, quality path).",
+        .parameters = &parameter_table(),
+        .create = [] { return std::make_unique<FxaaPass>(); },
+        .variants = {{"without the checkerboard", {{"hint", "none"}}},
+                     {"blend: stored", {{"blend", "stored"}}}},
+        .known_limits = {
+            {"flip", "", "/radiance/both signs, 1e10/", 0.004, ties},
+            {"flip", "", "/crossed/*both signs, 65504", 0.012, ties},
+            {"turn", "", "/radiance/both signs", 0.032, ties},
+            {"turn", "", "/crossed/", 0.0062, ties},
+            {"reference", "", "/radiance/both signs, 1e10/", 0.015, ties},
+            {"color", "", "/crossed/*1e-8 beside 1e10*39x41/fp32", 8, ties},
+            {"motion", "hint=checkerboard", "/speed/*0.5 px", 560,
+             "the blur, and with it FXAA's hint, begins at half-velocities above 0.5 px"}}};
     return type;
 }
 

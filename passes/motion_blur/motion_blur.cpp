@@ -39,6 +39,31 @@ class MotionBlur final : public Pass {
         return use;
     }
 
+    Promises promises() const override {
+        Promises promises;
+        promises.keeps_constants = true;
+        promises.convex = 1e-6;
+        promises.lattice_px = parameters_.max_blur_px;
+        // Random numbers belong to places.
+        if (!jitters()) {
+            promises.symmetries = {Symmetry::mirror, Symmetry::flip, Symmetry::turn,
+                                   Symmetry::shift};
+            promises.light = Light::kept;
+        }
+        if (parameters_.min_speed_px >= kQuietSpeedPx) promises.driven_by = {Role::motion};
+        return promises;
+    }
+
+    // A pixel's tile takes the longest vector of the tiles around it, whose far sides lie up to two
+    // tiles away; a tile chosen across the nearer border, or variances of four tiles, half a tile
+    // more. Taps lie at most r away, and a vector stored in 8 bits may be longer by sqrt(2)/2
+    // r/127.
+    Reach reach(const FrameDescription&) const override {
+        const double edge = parameters_.max_blur_px;
+        const bool further = jitters_tiles(parameters_) || splits_by_variance();
+        return {(further ? 2.5 : 2) * edge, 1.006 * edge + 0.5};
+    }
+
     Status check(const FrameDescription&) const override { return Status(); }
 
     std::optional<LeftOut> identity(const PlanContext& context) const override {
@@ -383,16 +408,28 @@ class MotionBlur final : public Pass {
 }  // namespace
 
 const PassType& pass_type() {
+    static const char* const no_side =
+        "the direction across the streak has no side when a slow pixel moves exactly along the "
+        "fastest of its tiles; rounding picks one, and a mirror the other";
     static const PassType type{
-        "motion_blur",
-        "Motion blur",
-        "Feature-aware motion blur from motion vectors and depth (Guertin et al., 2013).",
-        &parameter_table(),
-        [] { return std::make_unique<MotionBlur>(); },
-        {{kRuleStillTiles, true, "the blur of blocks that nothing moves into"},
-         {kRuleSkyTiles, true, "comparing depths in blocks around which there is one depth"},
-         {kRuleUniformTiles, false,
-          "reading motion and depth of the samples in blocks around which both hardly change"}}};
+        .name = "motion_blur",
+        .title = "Motion blur",
+        .help = "Feature-aware motion blur from motion vectors and depth (Guertin et al., 2013).",
+        .parameters = &parameter_table(),
+        .create = [] { return std::make_unique<MotionBlur>(); },
+        .rules = {{kRuleStillTiles, true, "the blur of blocks that nothing moves into"},
+                  {kRuleSkyTiles, true,
+                   "comparing depths in blocks around which there is one depth"},
+                  {kRuleUniformTiles, false,
+                   "reading motion and depth of the samples in blocks around which both hardly "
+                   "change"}},
+        .variants = {{"without jitter", {{"jitter", 0.0}, {"tile_jitter", false}}}},
+        .known_limits = {
+            {"mirror", "", "/speed/*1 px", 0.047, no_side},
+            {"flip", "", "/speed/*1 px", 0.049, no_side},
+            {"motion", "", "/radiance/firefly*fp16", 26,
+             "a single pixel's streak is no more than the taps that meet it: of a change of 1 %, "
+             "some round the other way"}}};
     return type;
 }
 

@@ -14,6 +14,7 @@ const ParameterTable& parameter_table() {
             .integer("samples", &P::samples,
                      {.min = 1,
                       .max = 1023,
+                      .soft_max = 33,
                       .odd = true,
                       .unit = "taps",
                       .help = "taps of the gather per pixel",
@@ -22,11 +23,13 @@ const ParameterTable& parameter_table() {
             .integer("max_blur_px", &P::max_blur_px,
                      {.min = 1,
                       .max = 1024,
+                      .soft_max = 64,
                       .unit = "px",
                       .help = "edge of a tile and largest half-length of a streak"})
             .number("shutter_frames", &P::shutter_frames,
                     {.min = 0,
                      .max = 10,
+                     .soft_max = 4,
                      .unit = "frames",
                      .help = "time the shutter is open, centered on the frame",
                      .unset_means = "the camera's shutter_frames, else 0.5",
@@ -34,6 +37,7 @@ const ParameterTable& parameter_table() {
             .number("shutter_angle_deg", &P::shutter_angle_deg,
                     {.min = 0,
                      .max = 3600,
+                     .soft_max = 1440,
                      .unit = "degrees",
                      .help = "the same as an angle: 360 degrees are one frame",
                      .unset_means = "shutter_frames decides",
@@ -41,6 +45,7 @@ const ParameterTable& parameter_table() {
             .number("jitter", &P::jitter,
                     {.min = 0,
                      .max = 1,
+                     .soft_min = 0.01,
                      .unit = "tap spacings",
                      .help = "largest shift of a pixel's taps along the streak, either way"})
             .boolean("tile_jitter", &P::tile_jitter,
@@ -49,23 +54,28 @@ const ParameterTable& parameter_table() {
             .number("tile_jitter_slope", &P::tile_jitter_slope,
                     {.min = 0,
                      .max = 100,
+                     .soft_max = 5,
                      .unit = "1/tile",
                      .help = "how fast the probability of the neighboring tile falls from 0.5 "
                              "with the distance to the border"})
             .number("center_weight", &P::center_weight,
                     {.min = 0.1,
                      .max = 10000,
+                     .soft_max = 1000,
                      .help = "kappa: the pixel's own color weighs samples / (kappa max(|v|, 0.5 "
                              "px)); larger is blurrier"})
             .number("variance_threshold_px", &P::variance_threshold_px,
                     {.min = 0.01,
                      .max = 100,
+                     .soft_max = 10,
                      .unit = "px",
                      .help = "gamma: half-velocities from 0.5 px to this much more fade from the "
                              "static direction to their own"})
             .number("depth_softness", &P::depth_softness,
                     {.min = 0,
                      .max = 100,
+                     .soft_min = 0.01,
+                     .soft_max = 30,
                      .help = "s: how fast a surface counts as hidden with the ratio of depths; 1 "
                              "is the report, 20 a hard edge, 0 ignores depth"})
             .choice("sample_split", &P::sample_split, {"even", "variance"},
@@ -77,6 +87,7 @@ const ParameterTable& parameter_table() {
             .integer("seed", &P::seed,
                      {.min = 0,
                       .max = double(std::numeric_limits<int>::max()),
+                      .soft_max = 1000,
                       .help = "shifts the noise pattern",
                       .convergence = Convergence::averaged})
             .boolean("animate_noise", &P::animate_noise,
@@ -89,6 +100,7 @@ const ParameterTable& parameter_table() {
             .number("min_speed_px", &P::min_speed_px,
                     {.min = 0,
                      .max = 100,
+                     .soft_max = 3,
                      .unit = "px",
                      .help = "half-velocity up to which a tile is left as it is"})
             .choice("velocity_storage", &P::velocity_storage, {"auto", "fp16", "fp32", "unorm8"},

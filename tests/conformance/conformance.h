@@ -1,10 +1,13 @@
 // What every test of the conformance suite needs: the pass under test, frames, values of
-// parameters. Whoever derives from Conformance runs for each pass of the registry and names none.
+// parameters. Whoever derives from Conformance runs for each pass there is and names none. What
+// only some passes do is asked of their promises (chain/promises.h).
 #pragma once
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <cstring>
 
 #include "tests/support/gpu.h"
 #include "tests/support/images.h"
@@ -18,6 +21,9 @@ inline void PrintTo(const PassType& type, std::ostream* out) {
 
 class Conformance : public ::testing::TestWithParam<PassType> {
   protected:
+    static constexpr std::array<std::array<int, 2>, 6> kSizes = {
+        {{1, 1}, {1, 9}, {13, 1}, {37, 23}, {64, 40}, {41, 81}}};
+
     Chain chain() const { return test::chain_of(GetParam().name); }
 
     // Two layers that both move; the near one is far out of focus.
@@ -66,6 +72,6 @@ class Conformance : public ::testing::TestWithParam<PassType> {
 
 }  // namespace postchain
 
-#define FOR_EVERY_PASS(fixture)                                                             \
-    INSTANTIATE_TEST_SUITE_P(Every, fixture, ::testing::ValuesIn(builtin_passes().types()), \
+#define FOR_EVERY_PASS(fixture)                                                               \
+    INSTANTIATE_TEST_SUITE_P(Every, fixture, ::testing::ValuesIn(test::every_pass().types()), \
                              [](const auto& one) { return one.param.name; })

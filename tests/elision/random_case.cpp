@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "passes/registry.h"
 #include "tests/elision/support.h"
 
 namespace postchain::test {
@@ -28,68 +27,33 @@ class Random {
     uint64_t state_;
 };
 
-// Where a table's range is wider than small frames have use for.
-struct Sane {
-    const char* key;
-    double low, high;
-};
-constexpr Sane kSane[] = {
-    {"samples", 1, 33},
-    {"max_blur_px", 1, 64},
-    {"shutter_frames", 0, 4},
-    {"seed", 0, 1000},
-    {"tile_jitter_slope", 0, 5},
-    {"center_weight", 0.1, 1000},
-    {"variance_threshold_px", 0.01, 10},
-    {"depth_softness", 0.01, 30},
-    {"jitter", 0.01, 1},
-    {"min_speed_px", 0, 3},
-    {"edge_threshold", 0, 0.5},
-    {"edge_threshold_min", 0, 0.3},
-    {"exposure_ev", -4, 4},
-    {"focal_length_mm", 5, 200},
-    {"f_stop", 0.05, 32},
-    {"focus_distance", 0.5, 60},
-    {"sensor_width_mm", 10, 50},
-    {"near_blurry", 0.01, 20},
-    {"near_sharp", 0.01, 20},
-    {"far_sharp", 0.01, 100},
-    {"far_blurry", 0.01, 100},
-    {"max_near_fraction", 0, 0.2},
-    {"max_far_fraction", 0, 0.2},
-    {"focus", 0.5, 60},
-    {"range", 0.1, 50},
-    {"max_radius_px", 0, 30},
-    {"blur_sigma_px", 0, 12},
-};
-
 double number_of(const Parameter& row, Random& random) {
-    double low = std::max(row.min, -100.0), high = std::min(row.max, 100.0);
-    for (const Sane& sane : kSane)
-        if (row.key == sane.key) {
-            low = sane.low;
-            high = sane.high;
-        }
-    if (random.chance(0.1)) return row.min_excluded ? low + 1e-6 : low;
+    const double low = std::max(row.soft_min, -100.0), high = std::min(row.soft_max, 1e4);
+    if (random.chance(0.1)) return row.min_excluded && low == row.min ? low + 1e-6 : low;
     if (random.chance(0.1)) return high;
     if (low >= 0 && random.chance(0.5)) return random.logarithmic(std::max(low, 1e-3), high);
     return random.real(low, high);
 }
 
-// What programs are compiled for comes of the shape, numbers of the case.
-ParameterValue value_of(const Parameter& row, Random& shape, Random& random) {
+// Of two rows that exclude each other the second stays unset.
+bool is_excluded(const ParameterTable& table, const Parameter& row) {
+    return !row.excludes.empty() && table.find(row.excludes) < &row;
+}
+
+// What programs are compiled for comes of the shape: whatever has few values, and the least of a
+// number where the useful ones begin above it. Numbers come of the case.
+ParameterValue value_of(const ParameterTable& table, const Parameter& row, Random& shape,
+                        Random& random) {
     if (row.type == ParameterType::boolean) return shape.chance(0.5);
     if (row.type == ParameterType::choice)
         return row.choices[size_t(shape.whole(0, int(row.choices.size()) - 1))];
     if (!row.allowed.empty()) {
-        Random& from = row.key == "downsample" ? shape : random;
+        Random& from = row.allowed.size() <= 4 ? shape : random;
         return row.allowed[size_t(from.whole(0, int(row.allowed.size()) - 1))];
     }
-    if (row.key == "depth_softness" || row.key == "jitter")
-        if (shape.chance(0.3)) return 0.0;
-    if (row.optional &&
-        (!row.excludes.empty() ? row.key == "shutter_angle_deg" : random.chance(0.4)))
-        return std::monostate();
+    if (!row.optional && !row.min_excluded && row.soft_min > row.min && shape.chance(0.3))
+        return row.min;
+    if (row.optional && (is_excluded(table, row) || random.chance(0.4))) return std::monostate();
     if (random.chance(0.25)) return row.default_value;
     const double number = number_of(row, random);
     if (row.type == ParameterType::number) return number;
@@ -97,23 +61,20 @@ ParameterValue value_of(const Parameter& row, Random& shape, Random& random) {
     return row.odd ? whole | 1 : whole;
 }
 
-void append_random(Chain& chain, Random& shape, Random& random) {
-    const auto& types = builtin_passes().types();
+// Numbers are drawn again while the pass says that it cannot run with them, most of the time.
+void append_random(Chain& chain, const FrameDescription& frame, Random& shape, Random& random) {
+    const auto& types = every_pass().types();
     const PassType& type = types[size_t(shape.whole(0, int(types.size()) - 1))];
-    Pass* pass = chain.append(builtin_passes(), type.name);
-    std::map<std::string, ParameterValue> values;
-    for (const Parameter& row : type.parameters->rows())
-        values[row.key] = value_of(row, shape, random);
-    // Four distances must ascend.
-    std::vector<double> ascending;
-    const char* const keys[] = {"near_blurry", "near_sharp", "far_sharp", "far_blurry"};
-    for (const char* key : keys)
-        if (values.count(key)) ascending.push_back(std::get<double>(values[key]));
-    std::sort(ascending.begin(), ascending.end());
-    for (size_t i = 0; i < ascending.size(); ++i) values[keys[i]] = ascending[i];
-    for (const auto& [key, value] : values) {
-        const Status status = type.parameters->set(pass->parameters(), key, value);
-        EXPECT_TRUE(status.ok()) << status.message();
+    Pass* pass = chain.append(every_pass(), type.name);
+    const uint64_t shape_seed = shape.next();
+    for (int draws = random.chance(0.05) ? 1 : 40; draws > 0; --draws) {
+        Random same_shape(shape_seed);
+        for (const Parameter& row : type.parameters->rows()) {
+            const ParameterValue value = value_of(*type.parameters, row, same_shape, random);
+            const Status status = type.parameters->set(pass->parameters(), row.key, value);
+            EXPECT_TRUE(status.ok()) << status.message();
+        }
+        if (pass->check(frame).ok()) return;
     }
 }
 
@@ -193,8 +154,6 @@ std::string text_of(const PlanOptions& options, const Chain& chain) {
 RandomCase random_case(uint64_t seed) {
     RandomCase result;
     Random shape(seed / kCasesOfAShape * 7919 + 1), random(seed * 104729 + 2);
-    for (int passes = shape.whole(1, 4); passes > 0; --passes)
-        append_random(result.chain, shape, random);
     const auto size = [&] {
         return random.chance(0.2) ? random.whole(1, 20) : random.whole(1, 130);
     };
@@ -209,11 +168,13 @@ RandomCase random_case(uint64_t seed) {
     result.frame.camera.f_stop = random.logarithmic(0.1, 16);
     const bool unknown = random.chance(0.25);
     if (unknown) result.frame.facts = FrameFacts();
+    for (int passes = shape.whole(1, 4); passes > 0; --passes)
+        append_random(result.chain, result.frame, shape, random);
     result.lean.precision = random.chance(0.5) ? Precision::fp16 : Precision::fp32;
     if (random.chance(0.15)) result.lean.outputs.add(Role::hint);
     if (random.chance(0.05)) result.lean.outputs = {Role::hint};
     if (random.chance(0.25))
-        for (const auto& rule : elision_rules(builtin_passes()))
+        for (const auto& rule : elision_rules(every_pass()))
             if (random.chance(0.5)) result.lean.rules_off.insert(rule.name);
     result.text = concat(width, "x", height, unknown ? ", no facts" : "",
                          result.planes.count(Role::hint) ? ", with a hint" : "", ", ",

@@ -38,12 +38,12 @@ std::vector<double> shifted(const std::vector<double>& values, std::vector<doubl
     return by;
 }
 
-const std::vector<double> kSteadyGain = {-.010, -.012, -.011, -.009, -.010, -.011, -.012, -.009};
+const std::vector<double> kConstantGain = {-.010, -.012, -.011, -.009, -.010, -.011, -.012, -.009};
 const std::vector<double> kScatter = {-.010, .012, -.011, .009, .010, -.011, .012, -.009};
 
 TEST(Verdict, SevenFramesAreTooFewWhateverTheyShow) {
     std::vector<double> a(kBase.begin(), kBase.begin() + 7);
-    std::vector<double> gain(kSteadyGain.begin(), kSteadyGain.begin() + 7);
+    std::vector<double> gain(kConstantGain.begin(), kConstantGain.begin() + 7);
     const auto report = fabricate("hdr_flip", Better::lower, a, shifted(a, gain));
     const Comparison comparison = compare_variants(report, {});
     EXPECT_EQ(comparison.metrics[0].finding, Finding::too_few_frames);
@@ -54,8 +54,8 @@ TEST(Verdict, SevenFramesAreTooFewWhateverTheyShow) {
     EXPECT_THAT(comparison.verdict, Not(HasSubstr("is nearer to the truth by")));
 }
 
-TEST(Verdict, EightFramesOfSteadyGainDecide) {
-    const auto report = fabricate("hdr_flip", Better::lower, kBase, shifted(kBase, kSteadyGain));
+TEST(Verdict, EightFramesOfConstantGainDecide) {
+    const auto report = fabricate("hdr_flip", Better::lower, kBase, shifted(kBase, kConstantGain));
     const Comparison comparison = compare_variants(report, {});
     EXPECT_EQ(comparison.metrics[0].finding, Finding::b_better);
     EXPECT_NEAR(*comparison.metrics[0].mean, -0.0105, 1e-12);
@@ -64,7 +64,7 @@ TEST(Verdict, EightFramesOfSteadyGainDecide) {
     // The size of the difference is printed too: 0.115 and 0.1045.
     EXPECT_THAT(comparison.verdict, HasSubstr("HDR-FLIP: first 0.115, second 0.1045"));
     // And the other way round.
-    const auto turned = fabricate("hdr_flip", Better::lower, shifted(kBase, kSteadyGain), kBase);
+    const auto turned = fabricate("hdr_flip", Better::lower, shifted(kBase, kConstantGain), kBase);
     EXPECT_EQ(compare_variants(turned, {}).metrics[0].finding, Finding::a_better);
 }
 
@@ -91,7 +91,7 @@ TEST(Verdict, EqualPicturesAreCalledEqual) {
 }
 
 TEST(Verdict, MoreIsBetterForPsnr) {
-    const auto report = fabricate("psnr", Better::higher, kBase, shifted(kBase, kSteadyGain));
+    const auto report = fabricate("psnr", Better::higher, kBase, shifted(kBase, kConstantGain));
     EXPECT_EQ(compare_variants(report, {}).metrics[0].finding, Finding::a_better);
 }
 
@@ -106,7 +106,7 @@ TEST(Verdict, RatiosAreComparedByTheirDistanceFromOne) {
 }
 
 TEST(Verdict, FramesThatOneVariantLacksAreLeftOut) {
-    auto report = fabricate("hdr_flip", Better::lower, kBase, shifted(kBase, kSteadyGain));
+    auto report = fabricate("hdr_flip", Better::lower, kBase, shifted(kBase, kConstantGain));
     report.variants[1].metrics["hdr_flip"].frames[3].reset();
     report.variants[1].failure = "frame 4: out of memory";
     const Comparison comparison = compare_variants(report, {});

@@ -312,5 +312,34 @@ TEST(Figures, SlantedStaticEdges) {
     EXPECT_EQ(edge_error("threshold", "pixel"), plain);
 }
 
+// The hint crosses a depth of field that stands between motion blur and FXAA.
+TEST(Hint, TravelsWithAndWithoutAPassInBetween) {
+    // Everything moves, and the square is far out of focus.
+    TestFrame frame = layered_frame(64, 48, {17.0f, 9.0f}, {-4.0f, 0.0f}, 11);
+    frame.description.camera.f_stop = 0.2;
+    const auto chain_with = [&](bool between, const char* hint) {
+        Chain chain;
+        append(chain, "motion_blur");
+        if (between) append(chain, "depth_of_field");
+        append(chain, "fxaa", {{"hint", std::string(hint)}});
+        return chain;
+    };
+    for (bool between : {false, true}) {
+        Plan without, with;
+        const auto plain =
+            filter(chain_with(between, "none"), frame.description, frame.planes, {}, &without);
+        const auto hinted =
+            filter(chain_with(between, "checkerboard"), frame.description, frame.planes, {}, &with);
+        EXPECT_FALSE(equal_bits(plain.at(Role::color), hinted.at(Role::color)));
+        const auto has_hint = [](const Plan& plan) {
+            return std::any_of(plan.textures.begin(), plan.textures.end(), [](const auto& texture) {
+                return texture.name.find("hint") != std::string::npos;
+            });
+        };
+        EXPECT_FALSE(has_hint(without)) << "a plane that no step reads was made";
+        EXPECT_TRUE(has_hint(with));
+    }
+}
+
 }  // namespace
 }  // namespace postchain::test

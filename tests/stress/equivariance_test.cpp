@@ -69,13 +69,19 @@ TEST(Transform, DotHasTheMiddlesMotionAndOneBrightPixel) {
 
 // Numbers from the definitions of the parameters: docs of each.
 TEST(Reach, FollowsFromTheParameters) {
-    EXPECT_EQ(lattice_px(test::chain_of("motion_blur", {{"max_blur_px", int64_t(30)}})), 30);
+    const auto cells = make_cells(40, true);
+    const FrameDescription& frame = cells.front().frame;
     Chain both = test::chain_of("motion_blur", {{"max_blur_px", int64_t(30)}});
+    EXPECT_EQ(tile_px(both), 30);
     test::append(both, "depth_of_field", {{"downsample", int64_t(4)}, {"blur_sigma_px", 5.0}});
-    EXPECT_EQ(lattice_px(both), 60);  // lcm(30, 4)
-    // 2 x 30 + max(34, 3 x 5 + 3 x 4); 30 + 27, and the larger of the two once more.
-    EXPECT_EQ(reach_of(both, 640).depends, 94);
-    EXPECT_EQ(reach_of(both, 640).light, 87);
+    EXPECT_EQ(both.promises().lattice_px, 60);  // lcm(30, 4)
+    EXPECT_EQ(tile_px(both), 60);
+    // 2.5 x 30 + 4 (ceil(3 x 5 / 4) + 2); 1.006 x 30 + 0.5 + 24.
+    EXPECT_EQ(both.reach(frame).depends_px, 99);
+    EXPECT_NEAR(both.reach(frame).spreads_px, 54.68, 1e-9);
+    test::append(both, "vignette");
+    EXPECT_EQ(both.promises().lattice_px, 0);  // it is tied to the place in the picture
+    EXPECT_EQ(both.reach(frame).depends_px, 99);
 }
 
 // With the faulty pass's shader in reach.
@@ -84,8 +90,8 @@ class Equivariance : public ::testing::Test {
     void SetUp() override { setenv("POSTCHAIN_SHADER_DIR", POSTCHAIN_FAULTY_SHADER_DIR, 1); }
     void TearDown() override { unsetenv("POSTCHAIN_SHADER_DIR"); }
 
-    static std::map<std::string, Measured> checks_of(Fault fault, bool reads_motion = true) {
-        const Subject subject{"faulty", chain_with(fault, reads_motion)};
+    static std::map<std::string, Measured> checks_of(Fault fault, Light light = Light::kept) {
+        const Subject subject{"faulty", chain_with(fault, light)};
         std::map<std::string, Measured> checks;
         for (const Cell& cell : make_cells(40, true)) {
             if (cell.name != "object 40 px, ground still") continue;
@@ -131,6 +137,14 @@ TEST_F(Equivariance, EachCheckSeesItsFaultsAndNoOthers) {
     EXPECT_EQ(checks_of(Fault::counts_runs)["repeat"].verdict, Verdict::failed);
 }
 
+// What holds of one picture alone.
+TEST_F(Equivariance, PromisesOfConstantsRangeAndQuietAreHeldToo) {
+    EXPECT_EQ(checks_of(Fault::none)["constant"].verdict, Verdict::ok);
+    EXPECT_EQ(checks_of(Fault::none)["range"].verdict, Verdict::ok);
+    EXPECT_EQ(checks_of(Fault::dims)["constant"].verdict, Verdict::failed);
+    EXPECT_EQ(checks_of(Fault::brightens)["range"].verdict, Verdict::failed);
+}
+
 // The reference of the pass copies: an error of 0.1/1.1 in every pixel is seen whole.
 TEST_F(Equivariance, ReferenceSeesWhatTheShaderDoesBeside) {
     EXPECT_EQ(checks_of(Fault::none)["reference"].value, 0);
@@ -139,12 +153,13 @@ TEST_F(Equivariance, ReferenceSeesWhatTheShaderDoesBeside) {
     EXPECT_NEAR(reference.value, 0.1 / 1.1, 1e-6);
 }
 
-// 1.1 and 0.9 of the light; who reads color alone may lose some.
+// 1.1 and 0.9 of the light; some passes may lose some, and with any light there is no check.
 TEST_F(Equivariance, DotCountsLight) {
     EXPECT_NEAR(checks_of(Fault::brightens)["dot"].value, 0.1, 1e-6);
     EXPECT_NEAR(checks_of(Fault::dims)["dot"].value, 0.1, 1e-6);
-    EXPECT_NEAR(checks_of(Fault::brightens, false)["dot"].value, 0.1, 1e-6);
-    EXPECT_EQ(checks_of(Fault::dims, false)["dot"].value, 0);
+    EXPECT_NEAR(checks_of(Fault::brightens, Light::not_more)["dot"].value, 0.1, 1e-6);
+    EXPECT_EQ(checks_of(Fault::dims, Light::not_more)["dot"].value, 0);
+    EXPECT_EQ(checks_of(Fault::brightens, Light::any).count("dot"), 0u);
 }
 
 }  // namespace

@@ -9,14 +9,24 @@ int runs = 0;
 
 class FaultyPass : public Pass {
   public:
-    FaultyPass(Fault fault, bool reads_motion) : fault_(fault), reads_motion_(reads_motion) {}
+    FaultyPass(Fault fault, Light light) : fault_(fault), light_(light) {}
 
     RoleUse roles() const override {
         RoleUse use;
         use.required = {Role::color};
-        if (reads_motion_) use.required.add(Role::motion);
         return use;
     }
+    Promises promises() const override {
+        Promises promises;
+        promises.keeps_constants = true;
+        promises.convex = 1e-6;
+        promises.lattice_px = 40;  // kTile of faulty.comp
+        promises.symmetries = {Symmetry::mirror, Symmetry::flip, Symmetry::turn, Symmetry::shift};
+        promises.light = light_;
+        promises.driven_by = {Role::motion};
+        return promises;
+    }
+    Reach reach(const FrameDescription&) const override { return {1, 1}; }
     Status check(const FrameDescription&) const override { return Status(); }
     std::optional<LeftOut> identity(const PlanContext&) const override { return {}; }
     void plan(PassPlanner& planner) const override {
@@ -39,20 +49,20 @@ class FaultyPass : public Pass {
 
   private:
     Fault fault_;
-    bool reads_motion_;
+    Light light_;
     char unused_ = 0;
 };
 
 }  // namespace
 
-Chain chain_with(Fault fault, bool reads_motion) {
+Chain chain_with(Fault fault, Light light) {
     static const ParameterTable no_parameters;
     // Chains point at their types: these stay.
     static std::vector<std::unique_ptr<PassType>> types;
     auto type = std::make_unique<PassType>();
     type->name = "faulty";
     type->parameters = &no_parameters;
-    type->create = [=] { return std::make_unique<FaultyPass>(fault, reads_motion); };
+    type->create = [=] { return std::make_unique<FaultyPass>(fault, light); };
     Chain chain;
     chain.links.push_back({type.get(), type->create()});
     types.push_back(std::move(type));

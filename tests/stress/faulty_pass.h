@@ -1,4 +1,5 @@
-// A pass that copies its color with one known fault, for the checks to find. Its shader is
+// A pass that copies its color with one known fault, and promises that it has none, for the checks
+// to find. Its shader is
 // faulty.comp beside this file: POSTCHAIN_SHADER_DIR must name this folder while it is compiled.
 #pragma once
 
@@ -18,7 +19,7 @@ enum class Fault {
     counts_runs,   // every run is brighter than the one before
 };
 
-// `reads_motion`: else it reads color alone, and may lose light.
-Chain chain_with(Fault fault, bool reads_motion = true);
+// It promises everything, whatever its fault: `light` of its light.
+Chain chain_with(Fault fault, Light light = Light::kept);
 
 }  // namespace postchain::stress

@@ -83,6 +83,11 @@ TEST(Pictures, LargeFramesAreCutAroundTheWorst) {
     EXPECT_EQ(all->pictures[3].scale, "magma, 0 to 2");
 }
 
+const KnownLimit& known_limit() {
+    static const KnownLimit limit{"mirror", "", "", 10, "of a known reason"};
+    return limit;
+}
+
 struct Sample {
     Matrix matrix;
     std::vector<PicturedCheck> pictures;
@@ -102,7 +107,7 @@ Sample sample() {
         one.value = 2.5;
         one.bound = 1;
         one.note = "at 3,4";
-        if (i == 0) one.limit = &known_limits()[0];
+        if (i == 0) one.limit = &known_limit();
         cell.measured = {one};
     }
     for (const CellResult& cell : made.matrix.cells) {

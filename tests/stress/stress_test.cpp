@@ -14,14 +14,14 @@
 #include "config/chain_file.h"
 #include "tests/support/gpu.h"
 #include "tests/support/images.h"
-#include "tools/measure/stress/matrix.h"
+#include "tools/measure/stress/limits.h"
 
 namespace postchain::stress {
 namespace {
 
 std::vector<Subject> every_pass_and_both_orders() {
     std::vector<Subject> subjects;
-    for (const auto& type : builtin_passes().types())
+    for (const auto& type : test::every_pass().types())
         subjects.push_back({type.name, test::chain_of(type.name)});
     for (const char* name : {"paper", "dof_first"}) {
         auto file = load_chain(name, builtin_passes());
@@ -41,6 +41,27 @@ std::string failures(const Matrix& matrix) {
     return text;
 }
 
+// The checks that a chain is held to, by what its passes promise.
+std::set<std::string> promised_checks(const Chain& chain) {
+    std::set<std::string> checks(check_names().begin(), check_names().end());
+    const auto keep = [&](std::initializer_list<const char*> names, auto promise) {
+        if (chain.that_promises(promise)) return;
+        for (const char* name : names) checks.erase(name);
+    };
+    const auto has = [](Symmetry symmetry) {
+        return [=](const Promises& one) { return one.symmetries.count(symmetry) > 0; };
+    };
+    keep({"constant"}, [](const Promises& one) { return one.keeps_constants; });
+    keep({"range"}, [](const Promises& one) { return one.convex.has_value(); });
+    keep({"identity"}, [](const Promises& one) { return !one.driven_by.empty(); });
+    keep({"mirror"}, has(Symmetry::mirror));
+    keep({"flip"}, has(Symmetry::flip));
+    keep({"turn"}, has(Symmetry::turn));
+    keep({"shift", "grid"}, has(Symmetry::shift));
+    keep({"dot"}, [](const Promises& one) { return one.light != Light::any; });
+    return checks;
+}
+
 TEST(Stress, ReducedSetHoldsForEveryPassAndBothOrders) {
     MatrixOptions options;
     options.reduced = true;
@@ -48,7 +69,7 @@ TEST(Stress, ReducedSetHoldsForEveryPassAndBothOrders) {
     const auto matrix = run_matrix(test::executor(), subjects, options);
     ASSERT_TRUE(matrix.ok()) << matrix.status().message();
     EXPECT_EQ(failures(*matrix), "");
-    // Every row and every check is met by every subject; identity only where it applies.
+    // Every row is met by every subject, and every check that its passes promise.
     std::map<std::string, std::set<std::string>> rows, checks;
     for (const auto& cell : matrix->cells) {
         rows[cell.subject].insert(cell.row);
@@ -59,9 +80,7 @@ TEST(Stress, ReducedSetHoldsForEveryPassAndBothOrders) {
     EXPECT_EQ(all_rows.size(), 8u);
     for (const auto& subject : subjects) {
         EXPECT_EQ(rows[subject.name], all_rows) << subject.name;
-        EXPECT_EQ(checks[subject.name],
-                  std::set<std::string>(check_names().begin(), check_names().end()))
-            << subject.name;
+        EXPECT_EQ(checks[subject.name], promised_checks(subject.chain)) << subject.name;
     }
 }
 
@@ -192,42 +211,61 @@ TEST(Stress, CameraOfTheCellCountsAlone) {
     EXPECT_EQ(tile_px(subject.chain), 40);
     EXPECT_EQ(tile_px(test::chain_of("motion_blur", {{"max_blur_px", int64_t(64)}})), 64);
     EXPECT_EQ(tile_px(test::chain_of("fxaa")), 40);
+    EXPECT_EQ(tile_px(test::chain_of("depth_of_field")), 40);
+    EXPECT_EQ(tile_px(test::chain_of("vignette")), 40);
 }
 
 TEST(Stress, LimitsHoldOnlyWhereListedAndInsideTheirBound) {
-    ASSERT_FALSE(known_limits().empty());
-    std::string chain = test::chain_of("fxaa").text();
+    Chain chain = test::chain_of("fxaa");
     const auto verdict = [&](const char* row, const char* cell, double value) {
         CellResult result;
         result.subject = "paper";
         result.row = row;
         result.cell = cell;
-        result.chain = chain;
-        result.measured = {{"range", Verdict::failed, value, 1e-6, "at 1,1"},
+        result.measured = {{"reference", Verdict::failed, value, 1e-4, "at 1,1"},
                            {"finite", Verdict::failed, 1, 0, {}}};
-        apply_known_limits(result);
+        apply_known_limits(chain, result);
         EXPECT_EQ(result.measured[1].verdict, Verdict::failed);
         EXPECT_EQ(result.measured[0].limit != nullptr,
                   result.measured[0].verdict == Verdict::limit);
         return result.measured[0].verdict;
     };
-    EXPECT_EQ(verdict("radiance", "65504", 0.0268), Verdict::limit);
-    EXPECT_EQ(verdict("radiance", "65504", 0.0275), Verdict::failed);
-    EXPECT_EQ(verdict("radiance", "negative", 0.0268), Verdict::failed);
-    chain = test::chain_of("motion_blur").text();
-    EXPECT_EQ(verdict("radiance", "65504", 0.0268), Verdict::failed);
-    for (const auto& limit : known_limits()) {
-        EXPECT_FALSE(limit.reason.empty());
-        // Never of what must hold without exception.
-        EXPECT_NE(limit.check, "finite");
-        EXPECT_NE(limit.check, "lean");
-        EXPECT_NE(limit.check, "counted");
-        EXPECT_NE(limit.check, "identity");
-        EXPECT_NE(limit.check, "constant");
-        EXPECT_NE(limit.check, "repeat");
-        EXPECT_NE(limit.check, "shift");
-        EXPECT_NE(limit.check, "dot");
+    EXPECT_EQ(verdict("radiance", "both signs, 1e10", 0.0149), Verdict::limit);
+    EXPECT_EQ(verdict("radiance", "both signs, 1e10", 0.0151), Verdict::failed);
+    EXPECT_EQ(verdict("radiance", "negative", 0.0149), Verdict::failed);
+    chain = test::chain_of("motion_blur");
+    EXPECT_EQ(verdict("radiance", "both signs, 1e10", 0.0149), Verdict::failed);
+    size_t limits = 0;
+    for (const auto& type : test::every_pass().types()) {
+        for (const auto& limit : type.known_limits) {
+            ++limits;
+            // Never of what must hold without exception.
+            for (const char* check : {"finite", "lean", "counted", "identity", "constant", "repeat",
+                                      "range", "shift", "dot"})
+                EXPECT_NE(limit.check, check) << type.name;
+        }
     }
+    EXPECT_GT(limits, 0u);
+}
+
+// Of one pass the first that names the cell counts, of several passes the widest; and only with
+// these parameters.
+TEST(Stress, LimitsOfSeveralPassesAreTheWidest) {
+    const auto limit_in = [](const Chain& chain, const char* row) {
+        CellResult result;
+        result.row = row;
+        result.cell = "both signs";
+        result.measured = {{"turn", Verdict::failed, 1e-3, 1e-4, {}}};
+        apply_known_limits(chain, result);
+        return result.measured[0].limit ? result.measured[0].limit->bound : 0;
+    };
+    Chain chain = test::chain_of("depth_of_field");
+    EXPECT_EQ(limit_in(chain, "crossed"), 0.03);
+    EXPECT_EQ(limit_in(chain, "radiance"), 0.0024);
+    test::append(chain, "fxaa");
+    EXPECT_EQ(limit_in(chain, "crossed"), 0.03);
+    EXPECT_EQ(limit_in(chain, "radiance"), 0.032);
+    EXPECT_EQ(limit_in(test::chain_of("depth_of_field", {{"leak", "none"}}), "crossed"), 0);
 }
 
 // A limit that no cell needs would hide the next fault there: each is met by one at least.
@@ -236,9 +274,9 @@ TEST(Stress, EveryKnownLimitIsMet) {
     for (auto& subject : every_pass_and_both_orders())
         subjects.push_back(with_cells_camera(std::move(subject)));
     const auto cells = make_cells(40, false);
-    const auto is_met = [&](const KnownLimit& limit) {
+    const auto is_met = [&](const PassType& type, const KnownLimit& limit) {
         for (const auto& subject : subjects) {
-            if (!matches(limit.chains, subject.chain.text())) continue;
+            if (!matches(type.name + ": *" + limit.parameters, subject.chain.text())) continue;
             for (const auto& cell : cells) {
                 for (Precision precision : {Precision::fp32, Precision::fp16}) {
                     CellResult result;
@@ -246,22 +284,25 @@ TEST(Stress, EveryKnownLimitIsMet) {
                     result.row = cell.row;
                     result.cell = cell.name;
                     result.precision = precision;
-                    result.chain = subject.chain.text();
                     if (!matches(limit.cells, result.name())) continue;
                     auto measured = measure(test::executor(), subject, cell, precision);
                     EXPECT_TRUE(measured.ok()) << measured.status().message();
                     if (!measured.ok()) return false;
                     result.measured = std::move(measured->checks);
-                    apply_known_limits(result);
+                    apply_known_limits(subject.chain, result);
                     for (const auto& one : result.measured)
-                        if (one.limit == &limit) return true;
+                        if (one.limit && one.limit->reason == limit.reason &&
+                            one.limit->bound == limit.bound)
+                            return true;
                 }
             }
         }
         return false;
     };
-    for (const auto& limit : known_limits())
-        EXPECT_TRUE(is_met(limit)) << limit.check << " " << limit.chains << " " << limit.cells;
+    for (const auto& type : test::every_pass().types())
+        for (const auto& limit : type.known_limits)
+            EXPECT_TRUE(is_met(type, limit))
+                << type.name << " " << limit.check << " " << limit.parameters << " " << limit.cells;
 }
 
 TEST(Stress, PatternsMatchAnywhereAndAcrossStars) {
@@ -274,7 +315,7 @@ TEST(Stress, PatternsMatchAnywhereAndAcrossStars) {
 }
 
 TEST(Stress, TableShowsTheWorstAndEveryFailureAndLimit) {
-    const KnownLimit& limit = known_limits()[0];
+    const KnownLimit limit{"mirror", "", "", 10, "known"};
     const auto measured = [&](const char* check, Verdict verdict, double value) {
         Measured one;
         one.check = check;

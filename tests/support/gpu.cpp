@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "tests/passes/registry.h"
+
 namespace postchain::test {
 namespace {
 
@@ -18,6 +20,15 @@ T must(Result<T> result) {
 
 }  // namespace
 
+const PassRegistry& every_pass() {
+    static const PassRegistry registry([] {
+        std::vector<PassType> types = builtin_passes().types();
+        for (const PassType& type : fixture_passes().types()) types.push_back(type);
+        return types;
+    }());
+    return registry;
+}
+
 Executor& executor() {
     static const std::unique_ptr<gl::Context> context = must(gl::Context::create());
     static Executor made(*context);
@@ -25,9 +36,9 @@ Executor& executor() {
 }
 
 void append(Chain& chain, const std::string& type, Settings settings) {
-    Pass* pass = chain.append(builtin_passes(), type);
+    Pass* pass = chain.append(every_pass(), type);
     ASSERT_NE(pass, nullptr) << "no pass '" << type << "'";
-    const ParameterTable& table = *builtin_passes().find(type)->parameters;
+    const ParameterTable& table = *every_pass().find(type)->parameters;
     for (const auto& [key, value] : settings) {
         const Status status = table.set(pass->parameters(), key, value);
         ASSERT_TRUE(status.ok()) << type << "." << key << ": " << status.message();
@@ -42,7 +53,7 @@ Chain chain_of(const std::string& type, Settings settings) {
 
 PlanOptions whole_passes() {
     PlanOptions options;
-    for (const auto& rule : elision_rules(builtin_passes())) options.rules_off.insert(rule.name);
+    for (const auto& rule : elision_rules(every_pass())) options.rules_off.insert(rule.name);
     options.rules_off.erase(kRuleUnusedStep);
     return options;
 }

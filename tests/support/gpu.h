@@ -12,11 +12,14 @@
 
 namespace postchain::test {
 
+// The passes of this build, and those of tests/passes.
+const PassRegistry& every_pass();
+
 Executor& executor();  // made on first use; fails the test process when there is no GL
 
 using Settings = std::initializer_list<std::pair<std::string, ParameterValue>>;
 
-// Appends a built-in pass with these parameters; a bad key or value fails the test.
+// Appends a pass of every_pass() with these parameters; a bad key or value fails the test.
 void append(Chain& chain, const std::string& type, Settings settings = {});
 Chain chain_of(const std::string& type, Settings settings = {});
 

@@ -6,7 +6,7 @@
 #include "config/chain_file.h"
 #include "tools/measure/experiment/basis.h"
 #include "tools/measure/experiment/statistics.h"
-#include "tools/measure/experiment/steadiness.h"
+#include "tools/measure/experiment/temporal_stability.h"
 #include "tools/measure/experiment/timing.h"
 #include "tools/measure/metrics/temporal.h"
 #include "tools/measure/report/images.h"
@@ -60,7 +60,7 @@ class AbRun {
         if (Status status = prepare_folder(settings_.folder, settings_.overwrite, false);
             !status.ok())
             return status;
-        steady_frames_ = spread_frames(report_.frames, kSteadyFrames);
+        stability_frames_ = spread_frames(report_.frames, kStabilityFrames);
         for (const NamedChain* chain : chains_) {
             report::Variant variant;
             variant.name = chain->name;
@@ -177,14 +177,14 @@ class AbRun {
             Status status = judge(v, index, *pair, basis_.truth ? &*input : nullptr, maps[v]);
             if (!status.ok()) return status;
         }
-        for (size_t v = 0; v < 2 && contains(steady_frames_, number); ++v) {
+        for (size_t v = 0; v < 2 && contains(stability_frames_, number); ++v) {
             if (!results[v]) continue;
-            auto steady =
-                steadiness(chains_[v]->chain, frame, *results[v], settings_.run.plan, executor_);
-            if (!steady.ok()) return steady.status();
+            auto stability = temporal_stability(chains_[v]->chain, frame, *results[v],
+                                                settings_.run.plan, executor_);
+            if (!stability.ok()) return stability.status();
             const size_t count = report_.frames.size();
-            set_value(report_.variants[v], "flicker", index, count, steady->flicker);
-            set_value(report_.variants[v], "grid", index, count, steady->grid);
+            set_value(report_.variants[v], "flicker", index, count, stability->flicker);
+            set_value(report_.variants[v], "grid", index, count, stability->grid);
         }
         for (size_t v = 0; v < 2 && kept; ++v) {
             if (!results[v]) continue;
@@ -276,7 +276,7 @@ class AbRun {
     ProgressMeter* progress_ = nullptr;
     report::Report report_;
     Basis basis_;
-    std::vector<int> steady_frames_;
+    std::vector<int> stability_frames_;
     std::array<metrics::TemporalError, 2> temporal_;
     std::array<int, 2> last_index_ = {-2, -2};
     std::map<std::string, TileBootstrap> tiles_;

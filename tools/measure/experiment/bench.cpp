@@ -4,7 +4,7 @@
 #include <set>
 
 #include "tools/measure/experiment/bench_frame.h"
-#include "tools/measure/experiment/steadiness.h"
+#include "tools/measure/experiment/temporal_stability.h"
 #include "tools/measure/experiment/timing.h"
 #include "tools/measure/report/images.h"
 #include "tools/measure/report/lists.h"
@@ -44,7 +44,7 @@ class BenchRun {
                 "no model error: " + report_.no_truth +
                 "; the metrics measure how far each variant is from its own converged filter");
         split_frames_ = spread_frames(report_.frames, settings_.split_frames);
-        steady_frames_ = spread_frames(report_.frames, kSteadyFrames);
+        stability_frames_ = spread_frames(report_.frames, kStabilityFrames);
         report_.constants.emplace_back("converged_seeds", kConvergedSeeds);
         for (const BenchVariant& one : variants_) {
             report::Variant variant;
@@ -81,8 +81,8 @@ class BenchRun {
     Result<std::string> work_of(size_t v, int frame) {
         auto work = files_of(v, frame);
         if (!work.ok()) return work.status();
-        std::string text = concat(*work, " kept ", kept(frame), " split ", split(frame), " steady ",
-                                  contains(steady_frames_, frame));
+        std::string text = concat(*work, " kept ", kept(frame), " split ", split(frame),
+                                  " stability ", contains(stability_frames_, frame));
         if (!follows(frame)) return text;
         auto before = files_of(v, frame - 1);
         if (!before.ok()) return before.status();
@@ -212,8 +212,8 @@ class BenchRun {
             if (stopped()) return Status(StatusCode::canceled, "stopped");
             if (results_[v].count(number)) continue;
             progress_->at(concat("frame ", number, ", ", variants_[v].name));
-            auto found =
-                frame->measure(variants_[v].chain, split(number), contains(steady_frames_, number));
+            auto found = frame->measure(variants_[v].chain, split(number),
+                                        contains(stability_frames_, number));
             if (found.ok()) {
                 // What cannot be written now cannot be written for the others either.
                 if (Status status = keep(v, number, std::move(*found)); !status.ok()) return status;
@@ -337,7 +337,7 @@ class BenchRun {
     report::Report report_;
     Basis basis_;
     std::optional<BenchStore> store_;
-    std::vector<int> split_frames_, steady_frames_;
+    std::vector<int> split_frames_, stability_frames_;
     RoleSet wanted_;
     std::vector<std::map<int, FrameResult>> results_;  // of each variant
     size_t done_ = 0;                                  // units taken from an earlier run

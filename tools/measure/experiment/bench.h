@@ -2,7 +2,7 @@
 //
 //   chain x sweeps      --sweep_variants--> variants
 //   each frame, variant --GPU--> metrics against the truth, pictures; on some frames flicker and
-//                                grid (steadiness.h), the error in three parts (converge.h)
+//                                grid (temporal_stability.h), the error in three parts (converge.h)
 //                                                              --> DIR/results/*.json
 //   each variant alone  --timing.h--> time of each pass        --> DIR/results/*.json
 //   all results         --> means, Pareto set, the cheapest under a limit

@@ -1,7 +1,7 @@
 #include "tools/measure/experiment/bench_frame.h"
 
 #include "chain/planner.h"
-#include "tools/measure/experiment/steadiness.h"
+#include "tools/measure/experiment/temporal_stability.h"
 #include "tools/measure/metrics/temporal.h"
 
 namespace postchain::experiment {
@@ -71,7 +71,7 @@ Status BenchFrame::measure_step(const Chain& chain, const metrics::Pair& pair,
     return status;
 }
 
-Result<Findings> BenchFrame::measure(const Chain& chain, bool split, bool steady) {
+Result<Findings> BenchFrame::measure(const Chain& chain, bool split, bool stability) {
     Findings found;
     auto color = filtered(chain, *frame_, &found.result.left_out);
     if (!color.ok()) return color.status();
@@ -89,11 +89,12 @@ Result<Findings> BenchFrame::measure(const Chain& chain, bool split, bool steady
     found.result.metrics = std::move(measured->values);
     found.maps = std::move(measured->maps);
     if (Status status = measure_step(chain, *pair, found.result); !status.ok()) return status;
-    if (steady) {
-        auto steadied = steadiness(chain, *frame_, found.color, settings_->run.plan, *executor_);
-        if (!steadied.ok()) return steadied.status();
-        if (steadied->flicker) found.result.metrics["flicker"] = *steadied->flicker;
-        if (steadied->grid) found.result.metrics["grid"] = *steadied->grid;
+    if (stability) {
+        auto measures =
+            temporal_stability(chain, *frame_, found.color, settings_->run.plan, *executor_);
+        if (!measures.ok()) return measures.status();
+        if (measures->flicker) found.result.metrics["flicker"] = *measures->flicker;
+        if (measures->grid) found.result.metrics["grid"] = *measures->grid;
     }
     if (!split) return found;
     auto reference = run_reference(chain, frame_->description, frame_->planes, settings_->run.plan);

@@ -34,9 +34,9 @@ class BenchFrame {
     const metrics::Picture& input() const { return input_; }
     const std::optional<metrics::Picture>& truth() const { return truth_; }
 
-    // `split`: also the error in three parts; `steady`: also flicker and grid. Errors: those of
+    // `split`: also the error in three parts; `stability`: also flicker and grid. Errors: those of
     // planning and of the executor.
-    Result<Findings> measure(const Chain& chain, bool split, bool steady);
+    Result<Findings> measure(const Chain& chain, bool split, bool stability);
 
   private:
     BenchFrame(const BenchSettings& settings, const Basis& basis, Executor& executor)

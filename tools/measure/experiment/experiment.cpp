@@ -4,7 +4,7 @@
 #include <chrono>
 #include <filesystem>
 
-#include "tools/measure/experiment/steadiness.h"
+#include "tools/measure/experiment/temporal_stability.h"
 #include "tools/measure/metrics/sharpness.h"
 #include "tools/measure/report/words.h"
 #include "tools/sequence/io/atomic_file.h"
@@ -68,7 +68,7 @@ std::vector<report::MetricInfo> metric_columns(report::Kind kind, bool with_trut
     if (kind == report::Kind::ab || with_truth)
         columns.push_back({"tde", "mean of |(I_t - I_t-1) - (R_t - R_t-1)| from the frame before",
                            report::Better::lower});
-    const std::string where = concat(" (up to ", kSteadyFrames, " frames)");
+    const std::string where = concat(" (up to ", kStabilityFrames, " frames)");
     columns.push_back({"flicker",
                        concat("standard deviation over ", kFlickerSeeds,
                               " seeds of one frame, mean over pixels", where),

@@ -12,9 +12,7 @@ Result<Sweep> parse_sweep(const std::string& text) {
     Sweep sweep;
     sweep.key = text.substr(0, equals);
     if (equals == std::string::npos || sweep.key.empty())
-        return Status(StatusCode::usage, "--sweep: '" + text +
-                                             "' is not KEY=V1,V2, as in "
-                                             "motion_blur.samples=5,9,13");
+        return Status(StatusCode::usage, "--sweep: '" + text + "' is not PASS.KEY=V1,V2,...");
     std::string value;
     for (char c : text.substr(equals + 1) + ",") {
         if (c != ',') {

@@ -406,6 +406,14 @@ class Builder {
 
 }  // namespace
 
+bool Cell::is_quiet(RoleSet roles) const {
+    // A hint is there where something moves.
+    const bool moves =
+        roles.has(Role::motion) || roles.has(Role::motion_back) || roles.has(Role::hint);
+    return (still || !moves) && (in_focus || !roles.has(Role::inverse_depth)) &&
+           (soft || !roles.has(Role::color));
+}
+
 std::vector<Cell> make_cells(int tile_px, bool reduced) {
     std::vector<Cell> cells = Builder(tile_px).all();
     if (reduced) std::erase_if(cells, [](const Cell& cell) { return !cell.reduced; });

@@ -22,19 +22,21 @@ struct Cell {
     bool reduced = false;   // stands in the reduced set too; every row has such cells
     bool still = false;     // no half-velocity is longer than 0.5 px
     bool in_focus = false;  // no circle of confusion has a radius of 0.5 px
-    bool soft = false;      // no contrast that is an edge
+    bool soft = false;      // no contrast above 1 %
     // Pixels with NaN or Inf that were put in, by plane, and what was found of them.
     bool checks_counts = false;
     uint64_t nonfinite_placed = 0;
     uint64_t nonfinite_counted = 0;
+
+    // Have the planes of all these roles nothing for a pass to do (chain/promises.h)?
+    bool is_quiet(RoleSet roles) const;
 };
 
 // Half the exposure's motion: with this shutter a half-velocity of v px is a motion of 2 v px.
 inline constexpr double kShutterFrames = 1;
 
-// All rows, or their cells of the reduced set. `tile_px` is r, the tile edge and longest
-// half-length of the chain under test (40 where it has none); the frames are 2 r x r pixels where
-// the row does not say otherwise. Half-velocities, in pixels.
+// All rows, or their cells of the reduced set. `tile_px` is r of the chain under test (check.h);
+// the frames are 2 r x r pixels where the row does not say otherwise. Half-velocities, in pixels.
 std::vector<Cell> make_cells(int tile_px, bool reduced);
 
 }  // namespace postchain::stress

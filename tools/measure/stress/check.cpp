@@ -2,32 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "chain/convert.h"
 #include "tools/measure/stress/measurement.h"
 
 namespace postchain::stress {
 namespace {
-
-// The largest value that a row of this key and type has in any pass; 0 when none has it.
-int64_t largest_integer(const Chain& chain, const char* key) {
-    int64_t value = 0;
-    for (const auto& link : chain.links)
-        if (const Parameter* row = link.type->parameters->find(key))
-            if (row->type == ParameterType::integer)
-                value = std::max(value, std::get<int64_t>(row->get(link.pass->parameters())));
-    return value;
-}
-
-std::optional<double> number_of(const ChainLink& link, const char* key) {
-    const Parameter* row = link.type->parameters->find(key);
-    if (!row) return {};
-    const ParameterValue value = row->get(link.pass->parameters());
-    if (const auto* whole = std::get_if<int64_t>(&value)) return double(*whole);
-    if (const auto* real = std::get_if<double>(&value)) return *real;
-    return {};
-}
 
 // The nearest half, ties to even; beyond the largest half the value stays as it is.
 float as_half(float value) {
@@ -108,38 +88,9 @@ const std::vector<std::string>& check_names() {
 }
 
 int tile_px(const Chain& chain) {
-    const int64_t tile = largest_integer(chain, "max_blur_px");
-    return tile > 0 ? int(tile) : 40;
-}
-
-int lattice_px(const Chain& chain) {
-    return std::lcm(tile_px(chain),
-                    int(std::max<int64_t>(largest_integer(chain, "downsample"), 1)));
-}
-
-Reach reach_of(const Chain& chain, int display_width) {
-    double depends = 0, light = 0, largest = 0;
-    for (const auto& link : chain.links) {
-        // FXAA decides over 30.5 px at most, and blends with a neighbor.
-        double own_depends = 34, own_light = 1;
-        // A streak; and the tiles around its own know what lies a tile further.
-        if (const auto tile = number_of(link, "max_blur_px")) {
-            own_depends = 2 * *tile;
-            own_light = *tile;
-        }
-        // A Gaussian, cut at 3 sigma, of half the largest radius at most unless it is given, and
-        // the boxes of its copy.
-        if (link.type->parameters->find("blur_sigma_px")) {
-            const double radius = number_of(link, "max_radius_px").value_or(0.03 * display_width);
-            const double sigma = number_of(link, "blur_sigma_px").value_or(radius / 2);
-            own_light = 3 * sigma + 3 * number_of(link, "downsample").value_or(1);
-            own_depends = std::max(own_depends, own_light);
-        }
-        depends += own_depends;
-        light += own_light;
-        largest = std::max(largest, own_light);
-    }
-    return {int(std::ceil(depends)), int(std::ceil(light + largest))};
+    constexpr int kFine = 16, kUsual = 40;
+    const int lattice = std::max(chain.promises().lattice_px, 1);
+    return lattice >= kFine ? lattice : (kUsual + lattice - 1) / lattice * lattice;
 }
 
 Subject with_cells_camera(Subject subject) {

@@ -3,7 +3,7 @@
 //   check        value                                                          must be
 //   ------------ -------------------------------------------------------------- -----------------
 //   finite       output values that are NaN or Inf                              0
-//   range        how far an output leaves its channel's input range, relative   rounding
+//   range        how far an output leaves its channel's input range, relative   the promise
 //   constant     part of the pixels of a constant picture that changed          0
 //   identity     part of the pixels that changed where nothing should happen    0
 //   lean         part of the pixels that differ when nothing is left out        0
@@ -25,11 +25,12 @@
 // ties that round the other way. A relative error is |a - b| over the larger of |a|, |b| and 1e-4
 // of the largest color: 2 at most. grid is the sum of |a - b| over the larger sum of colors.
 //
-// mirror to dot hold under the conditions of docs/stability.md: jitter 0 and tile jitter off,
-// because random numbers belong to places; sides that are multiples of r; flip and turn without the
-// checkerboard hint, which looks up; shift and grid on the frame continued beyond its borders, at
-// which alone a move may show; dot under one depth and one motion, those of the cell's middle
-// pixel, where a pass that reads color alone may lose light, but win none.
+// range to dot are checked of the chains that promise them (chain/promises.h): of a pass that does
+// not as it is set, the first variant that does stands in, and where there is none the check does
+// not apply. mirror to grid ask for sides that are multiples of r; shift and grid are on the frame
+// continued beyond its borders, at which alone a move may show; dot is under one depth and one
+// motion, those of the cell's middle pixel, where a pass may lose light if it does not promise to
+// keep it, but win none.
 //
 // A half holds 65504 at most: under fp16, range, constant and reference get the input as a half
 // file would bring it.
@@ -58,8 +59,6 @@ struct Subject {
 
 enum class Verdict { ok, limit, failed };  // limit: outside the bound, known, and documented
 const char* name_of(Verdict verdict);
-
-struct KnownLimit;
 
 struct Measured {
     std::string check;
@@ -94,16 +93,9 @@ struct CheckRow {
 const std::vector<CheckRow>& check_rows();
 const std::vector<std::string>& check_names();
 
-// r of the chain: the largest `max_blur_px` of its passes, 40 when none has one.
+// r: the edge of the grid that the chain is tied to, or where that is finer than 16 px, its
+// multiple next to 40.
 int tile_px(const Chain& chain);
-// The least number of pixels by which a picture can move and meet the same tiles and boxes.
-int lattice_px(const Chain& chain);
-// Distances that are enough, in pixels.
-struct Reach {
-    int depends = 0;  // to what a pixel depends on
-    int light = 0;    // from a dot to what the pixels that get its light gather from
-};
-Reach reach_of(const Chain& chain, int display_width);
 // The subject with the camera values of its chain and passes unset.
 Subject with_cells_camera(Subject subject);
 

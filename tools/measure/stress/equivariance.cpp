@@ -19,15 +19,6 @@ ImageF cut(const ImageF& image, int x, int y, int width, int height) {
     return out;
 }
 
-// The checkerboard hint always blends with the pixel above (docs/fxaa.md).
-void without_checkerboard(Chain& chain) {
-    for (auto& link : chain.links) {
-        const Parameter* row = link.type->parameters->find("hint");
-        if (row && row->get(link.pass->parameters()) == ParameterValue("checkerboard"))
-            row->set(link.pass->parameters(), "none");
-    }
-}
-
 // Keeps NaN, once met.
 bool is_worse(double value, double worst) {
     return !(value <= worst) && !std::isnan(worst);
@@ -35,32 +26,32 @@ bool is_worse(double value, double worst) {
 
 }  // namespace
 
-bool Measurement::fits_lattice() const {
-    const int lattice = lattice_px(subject_.chain);
-    return color().width % lattice == 0 && color().height % lattice == 0;
+bool Measurement::fits_tiles() const {
+    const int tile = tile_px(subject_.chain);
+    return color().width % tile == 0 && color().height % tile == 0;
 }
 
-Chain Measurement::without_jitter() const {
-    Chain chain = subject_.chain.clone();
-    for (auto& link : chain.links) {
-        for (const auto& row : link.type->parameters->rows()) {
-            if (row.key == "jitter") row.set(link.pass->parameters(), 0.0);
-            if (row.key == "tile_jitter") row.set(link.pass->parameters(), false);
-        }
-    }
-    return chain;
+std::optional<Chain> Measurement::chain_with(Symmetry symmetry) const {
+    return subject_.chain.that_promises(
+        [&](const Promises& one) { return one.symmetries.count(symmetry) > 0; });
 }
 
 Status Measurement::turns() {
-    if (!fits_lattice()) return Status();
-    const std::pair<Turn, const char*> rows[] = {
-        {Turn::mirror, "mirror"}, {Turn::flip, "flip"}, {Turn::quarter, "turn"}};
-    Chain chain = without_jitter();
-    for (const auto& [turn, check] : rows) {
-        if (turn == Turn::flip) without_checkerboard(chain);
-        auto straight = filter(chain, cell_.frame, cell_.planes);
+    if (!fits_tiles()) return Status();
+    struct Row {
+        Turn turn;
+        Symmetry symmetry;
+        const char* check;
+    };
+    const Row rows[] = {{Turn::mirror, Symmetry::mirror, "mirror"},
+                        {Turn::flip, Symmetry::flip, "flip"},
+                        {Turn::quarter, Symmetry::turn, "turn"}};
+    for (const auto& [turn, symmetry, check] : rows) {
+        const auto chain = chain_with(symmetry);
+        if (!chain) continue;
+        auto straight = filter(*chain, cell_.frame, cell_.planes);
         if (!straight.ok()) return straight.status();
-        auto filtered = filter_anew(chain, turned(cell_.planes, turn));
+        auto filtered = filter_anew(*chain, turned(cell_.planes, turn));
         if (!filtered.ok()) return filtered.status();
         add_mean(check, color(), turned_back(*filtered, turn), *straight,
                  "result of the frame as it is");
@@ -69,13 +60,14 @@ Status Measurement::turns() {
 }
 
 Status Measurement::shift() {
-    if (!fits_lattice()) return Status();
-    const Chain chain = without_jitter();
-    const int lattice = lattice_px(chain), tile = tile_px(chain);
+    const auto chain = chain_with(Symmetry::shift);
+    if (!fits_tiles() || !chain) return Status();
+    const double reach = chain->reach(cell_.frame).depends_px;
+    if (std::isinf(reach)) return Status();
+    const int tile = tile_px(*chain);
     const int width = color().width, height = color().height;
     // Whole tiles on each side, so that the first window meets them as the frame does.
-    const int reach = reach_of(chain, cell_.frame.display_width).depends + lattice;
-    const int margin = (reach + lattice - 1) / lattice * lattice;
+    const int margin = (int(std::ceil(reach)) + 2 * tile - 1) / tile * tile;
 
     // The cell as a window shows it that lies `s` px further left (or up), so that the cell stands
     // s px further right (or down) among the tiles. Windows are wider along the move alone: across
@@ -84,7 +76,7 @@ Status Measurement::shift() {
         const int mx = along_x ? margin : 0, my = along_x ? 0 : margin;
         const int sx = along_x ? s : 0, sy = along_x ? 0 : s;
         const Window window = {-mx - sx, -my - sy, width + 2 * mx, height + 2 * my};
-        auto out = filter_anew(chain, seen_through(cell_.planes, window));
+        auto out = filter_anew(*chain, seen_through(cell_.planes, window));
         if (!out.ok()) return out.status();
         return cut(*out, mx + sx, my + sy, width, height);
     };
@@ -101,11 +93,11 @@ Status Measurement::shift() {
     for (bool along_x : {true, false}) {
         auto still = filtered(along_x, 0);
         if (!still.ok()) return still.status();
-        auto moved = filtered(along_x, lattice);
+        auto moved = filtered(along_x, tile);
         if (!moved.ok()) return moved.status();
         const double mean = mean_of(*still);
         for (const Move& move : moves) {
-            if (move.along_x != along_x || move.s < 1 || move.s >= lattice) continue;
+            if (move.along_x != along_x || move.s < 1 || move.s >= tile) continue;
             auto part = filtered(along_x, move.s);
             if (!part.ok()) return part.status();
             double sum = 0;
@@ -151,24 +143,32 @@ Result<std::array<double, 4>> Measurement::light_left(const Chain& chain, const 
 }
 
 Status Measurement::dot() {
-    if (!fits_lattice()) return Status();
-    const Chain whole = without_jitter();
-    // Without the passes that read color alone.
-    Chain linear = whole.clone();
-    std::erase_if(linear.links, [](const ChainLink& link) {
-        const RoleUse use = link.pass->roles();
-        const RoleSet reads = use.required | use.optional;
-        return !reads.has(Role::motion) && !reads.has(Role::inverse_depth);
-    });
-    const int side = 2 * reach_of(whole, cell_.frame.display_width).light + 1;
+    if (!fits_tiles()) return Status();
+    // The passes that keep light; and all of them, if none wins some.
+    Chain keeping, chain;
+    for (const auto& link : subject_.chain.links) {
+        if (auto one = link.that_promises([](const Promises& p) { return p.light == Light::kept; }))
+            keeping.links.push_back(std::move(*one));
+        if (auto one = link.that_promises([](const Promises& p) { return p.light != Light::any; }))
+            chain.links.push_back(std::move(*one));
+    }
+    if (chain.links.size() < subject_.chain.links.size()) chain = keeping.clone();
+    if (chain.links.empty()) return Status();
+    // From the dot to what the pixels that get its light gather from.
+    double largest = 0;
+    for (const auto& link : chain.links)
+        largest = std::max(largest, link.pass->reach(cell_.frame).spreads_px);
+    const double reach = chain.reach(cell_.frame).spreads_px + largest;
+    if (std::isinf(reach)) return Status();
+    const int side = 2 * int(std::ceil(reach)) + 1;
     const double most = held(largest_of(color()));
     const float value = most > 0 ? float(most) : 1;
     const FramePlanes planes = dot_of(cell_.planes, side, value);
 
     ImageF out;
     double worst = 0, kept = 1;
-    if (!linear.links.empty()) {
-        const auto left = light_left(linear, planes, value, out);
+    if (!keeping.links.empty()) {
+        const auto left = light_left(keeping, planes, value, out);
         if (!left.ok()) return left.status();
         for (double part : *left) {
             if (!is_worse(std::abs(part - 1), worst)) continue;
@@ -176,8 +176,8 @@ Status Measurement::dot() {
             kept = part;
         }
     }
-    if (linear.links.size() < whole.links.size()) {
-        const auto left = light_left(whole, planes, value, out);
+    if (keeping.links.size() < chain.links.size()) {
+        const auto left = light_left(chain, planes, value, out);
         if (!left.ok()) return left.status();
         for (double part : *left) {
             if (!is_worse(part - 1, worst)) continue;

@@ -6,6 +6,8 @@
 #include <memory>
 #include <sstream>
 
+#include "tools/measure/stress/limits.h"
+
 namespace postchain::stress {
 
 std::string CellResult::name() const {
@@ -78,7 +80,7 @@ Result<Matrix> run_matrix(Executor& executor, const std::vector<Subject>& subjec
         if (!measured.ok()) return measured.status().at(name);
         task.result.measured = std::move(measured->checks);
         task.result.bits = measured->bits;
-        apply_known_limits(task.result);
+        apply_known_limits(task.subject->chain, task.result);
         matrix.cells.push_back(std::move(task.result));
     }
     return matrix;
@@ -127,17 +129,16 @@ std::vector<WorstLine> worst_of(const Matrix& matrix) {
 
 std::vector<LimitUse> limits_met(const Matrix& matrix) {
     std::vector<LimitUse> uses;
-    for (const auto& limit : known_limits()) {
-        LimitUse use{&limit, 0, {}};
-        for (const auto& cell : matrix.cells) {
-            for (const auto& one : cell.measured) {
-                if (one.limit != &limit) continue;
-                ++use.checks;
-                if (!use.worst.measured || one.value > use.worst.measured->value)
-                    use.worst = {&cell, &one};
-            }
+    for (const auto& cell : matrix.cells) {
+        for (const auto& one : cell.measured) {
+            if (!one.limit) continue;
+            auto use = std::find_if(uses.begin(), uses.end(),
+                                    [&](const LimitUse& met) { return met.limit == one.limit; });
+            if (use == uses.end()) use = uses.insert(use, {one.limit, 0, {}});
+            ++use->checks;
+            if (!use->worst.measured || one.value > use->worst.measured->value)
+                use->worst = {&cell, &one};
         }
-        if (use.checks) uses.push_back(use);
     }
     return uses;
 }

@@ -3,8 +3,9 @@
 //   make_cells --> measure --> known limits --> Matrix --> text (here), page (page.h), JSON
 //                                                          (postchain stress)
 //
-// A check outside its bound fails, unless limits.cpp lists it with a reason and a wider bound of
-// its own that it keeps: then it is a limit, and printed as one. Nothing else widens a bound.
+// A check outside its bound fails, unless a pass of the chain lists it among its known limits,
+// with a reason and a wider bound that it keeps: then it is a limit, and printed as one. Nothing
+// else widens a bound.
 #pragma once
 
 #include <functional>
@@ -62,24 +63,13 @@ struct WorstLine {
 };
 std::vector<WorstLine> worst_of(const Matrix& matrix);
 
-struct KnownLimit {
-    std::string check;
-    std::string chains;  // pattern of Chain::text(): only chains that do this
-    std::string cells;   // pattern of CellResult::name()
-    double bound;        // beyond it, it fails all the same
-    std::string reason;
-};
-const std::vector<KnownLimit>& known_limits();  // limits.cpp
-
-// Turns a failed check into a limit where it is a known one and inside its bound.
-void apply_known_limits(CellResult& cell);
-
 // What a run met of a known limit.
 struct LimitUse {
     const KnownLimit* limit = nullptr;
     size_t checks = 0;
     Worst worst;
 };
+// In the order in which the run met them.
 std::vector<LimitUse> limits_met(const Matrix& matrix);
 
 // Three digits: enough to see which bound is missed by how much.

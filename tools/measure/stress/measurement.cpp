@@ -202,6 +202,11 @@ Status Measurement::range() {
     auto out = filter(subject_.chain, held_frame_, held_planes_);
     if (!out.ok()) return out.status();
     held_out_ = std::move(*out);
+    const auto convex =
+        subject_.chain.that_promises([](const Promises& one) { return one.convex.has_value(); });
+    if (!convex) return Status();
+    auto of_convex = filter(*convex, held_frame_, held_planes_);
+    if (!of_convex.ok()) return of_convex.status();
     const ImageF& in = held_planes_[Role::color];
     ImageF map(in.width, in.height, 1);
     double worst = 0;
@@ -214,7 +219,7 @@ Status Measurement::range() {
         }
         const double scale = std::max({std::abs(low), std::abs(high), 1e-30});
         for (size_t i = c; i < in.data.size(); i += 4) {
-            const double value = held_out_.data[i];
+            const double value = of_convex->data[i];
             const double off = std::max(value - high, low - value) / scale;
             // Skips NaN, which `finite` counts.
             if (off > double(map.data[i / 4])) map.data[i / 4] = float(off);
@@ -223,14 +228,15 @@ Status Measurement::range() {
             at = i / 4;
         }
     }
-    add("range", worst, bounds_.range, place_of(in, at));
-    exhibit(in, held_out_, in, std::move(map), "input",
+    add("range", worst, *convex->promises().convex, place_of(in, at));
+    exhibit(in, *of_convex, in, std::move(map), "input",
             "distance from the channel's input range, relative to its largest");
     return Status();
 }
 
 // The cell's depth, motion and lens under one color: in each channel its largest.
 Status Measurement::constant() {
+    if (!subject_.chain.promises().keeps_constants) return Status();
     FramePlanes planes = held_planes_;
     ImageF& flat = planes[Role::color];
     float most[4] = {0, 0, 0, 0};
@@ -257,16 +263,9 @@ Status Measurement::repeat() {
     return Status();
 }
 
-// What drives a pass is read from the planes it asks for: motion; else depth; else color.
 void Measurement::identity() {
-    for (const auto& link : subject_.chain.links) {
-        const RoleUse use = link.pass->roles();
-        const RoleSet reads = use.required | use.optional;
-        const bool nothing = reads.has(Role::motion)          ? cell_.still
-                             : reads.has(Role::inverse_depth) ? cell_.in_focus
-                                                              : cell_.soft;
-        if (!nothing) return;
-    }
+    const RoleSet driven_by = subject_.chain.promises().driven_by;
+    if (driven_by.empty() || !cell_.is_quiet(driven_by)) return;
     add_equal("identity", color(), out_, color(), "input");
 }
 

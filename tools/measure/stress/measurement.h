@@ -16,7 +16,6 @@ namespace postchain::stress {
 // Bounds at one precision. fp16 stores a velocity to 2^-11 of itself, which moves taps, and a color
 // too: a larger tolerance, and a change of the input that stands out of that.
 struct Bounds {
-    double range = 1e-6;     // of the largest |color| of the channel
     double tolerance = 0;    // of one pixel, relative
     double fraction = 0.01;  // of pixels above it: taps and steps that round the other way, ties
     double mean = 0;         // error of the others, in the mean
@@ -74,8 +73,9 @@ class Measurement {
     Status reference();
     Status continuity();
 
-    bool fits_lattice() const;  // sides are multiples of it
-    Chain without_jitter() const;
+    bool fits_tiles() const;  // sides are multiples of r
+    // The chain under test, or by variants of its passes, where it has this symmetry.
+    std::optional<Chain> chain_with(Symmetry symmetry) const;
     Status turns();
     Status shift();
     Status dot();

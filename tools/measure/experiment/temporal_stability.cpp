@@ -1,4 +1,4 @@
-#include "tools/measure/experiment/steadiness.h"
+#include "tools/measure/experiment/temporal_stability.h"
 
 #include <algorithm>
 
@@ -18,14 +18,13 @@ Result<metrics::Picture> filtered_with(const Plan& plan, const FramePlanes& plan
 }  // namespace
 
 int grid_tile_px(const Chain& chain) {
-    int64_t tile = 0;
-    for (const auto& link : chain.links)
-        for (const Parameter& row : link.type->parameters->rows()) {
-            if (row.type != ParameterType::integer || row.unit != "px") continue;
-            const ParameterValue value = row.get(link.pass->parameters());
-            if (const auto* px = std::get_if<int64_t>(&value)) tile = std::max(tile, *px);
-        }
-    return int(tile);
+    int tile = 1;
+    for (const auto& link : chain.links) {
+        const int lattice = link.pass->promises().lattice_px;
+        if (lattice == 0) return 0;
+        tile = std::max(tile, lattice);
+    }
+    return tile;
 }
 
 std::vector<int> grid_shifts(int tile_px, int width, int height) {
@@ -43,10 +42,10 @@ int grid_margin_px(int tile_px, int width, int height) {
     return std::min(kGridMarginTiles * tile_px, std::min(width, height) / 4);
 }
 
-Result<Steadiness> steadiness(const Chain& chain, const sequence::SourceFrame& frame,
-                              const ImageF& filtered, const PlanOptions& options,
-                              Executor& executor) {
-    Steadiness result;
+Result<TemporalStability> temporal_stability(const Chain& chain, const sequence::SourceFrame& frame,
+                                             const ImageF& filtered, const PlanOptions& options,
+                                             Executor& executor) {
+    TemporalStability result;
     auto picture = metrics::picture_of(filtered);
     if (!picture.ok()) return picture.status();
     if (has_seeds(chain)) {

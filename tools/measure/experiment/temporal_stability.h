@@ -14,28 +14,28 @@
 namespace postchain::experiment {
 
 // Of a sequence at most this many frames, evenly spread: as many as an interval over frames needs.
-inline constexpr int kSteadyFrames = 8;
+inline constexpr int kStabilityFrames = 8;
 inline constexpr int kFlickerSeeds = 4;
 inline constexpr int kGridShifts = 4;
 // Along the edges of the picture this many tiles are left out of grid: what a shift brings in or
 // pushes out there changes the result rightly.
 inline constexpr int kGridMarginTiles = 3;
 
-// Edge of the largest grid that the chain works on: the largest of its parameters that are whole
-// pixels (motion_blur.max_blur_px, depth_of_field.downsample). 0: none.
+// Edge of the largest grid that a pass of the chain is tied to (Promises::lattice_px). 1: none. 0:
+// a pass is tied to the place in the picture, and a move of the picture tells nothing of a grid.
 int grid_tile_px(const Chain& chain);
 // Up to kGridShifts values spread over 1..tile_px-1, all below a quarter of the shorter side.
 std::vector<int> grid_shifts(int tile_px, int width, int height);
 // kGridMarginTiles tiles, but at most a quarter of the shorter side.
 int grid_margin_px(int tile_px, int width, int height);
 
-struct Steadiness {
+struct TemporalStability {
     std::optional<double> flicker;  // none without random numbers
     std::optional<double> grid;     // none without a grid, or in a picture too small for a shift
 };
 // `filtered`: what the chain makes of `frame` as it is. Errors: planning, gl.
-Result<Steadiness> steadiness(const Chain& chain, const sequence::SourceFrame& frame,
-                              const ImageF& filtered, const PlanOptions& options,
-                              Executor& executor);
+Result<TemporalStability> temporal_stability(const Chain& chain, const sequence::SourceFrame& frame,
+                                             const ImageF& filtered, const PlanOptions& options,
+                                             Executor& executor);
 
 }  // namespace postchain::experiment

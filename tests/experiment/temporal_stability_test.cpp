@@ -1,5 +1,5 @@
 // Flicker and grid of a chain on one frame, against the definitions written out here.
-#include "tools/measure/experiment/steadiness.h"
+#include "tools/measure/experiment/temporal_stability.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -33,17 +33,20 @@ TEST(GridShifts, AreSpreadOverTheTile) {
     EXPECT_EQ(grid_margin_px(8, 640, 360), 24);
 }
 
-TEST(GridTile, IsTheLargestWholeNumberOfPixels) {
-    EXPECT_EQ(grid_tile_px(test::parse("postchain: 1\npasses: [fxaa]\n")), 0);
-    EXPECT_EQ(grid_tile_px(test::parse("postchain: 1\npasses: []\n")), 0);
+TEST(GridTile, IsTheLargestLatticeOfAPass) {
+    EXPECT_EQ(grid_tile_px(test::parse("postchain: 1\npasses: [fxaa]\n")), 1);
+    EXPECT_EQ(grid_tile_px(test::parse("postchain: 1\npasses: []\n")), 1);
     EXPECT_EQ(grid_tile_px(test::parse(test::kChainText)), 8);
     EXPECT_EQ(grid_tile_px(test::parse("postchain: 1\npasses: [depth_of_field]\n")), 4);
     EXPECT_EQ(grid_tile_px(test::parse("postchain: 1\npasses: [depth_of_field, "
                                        "motion_blur: {max_blur_px: 3}]\n")),
               4);
+    Chain chain = test::parse(test::kChainText);
+    test::append(chain, "vignette");
+    EXPECT_EQ(grid_tile_px(chain), 0);
 }
 
-class Steady : public ::testing::Test {
+class Stability : public ::testing::Test {
   protected:
     void SetUp() override {
         const auto made = test::layered_frame(64, 40, {6, 2}, {-3, 1}, 7);
@@ -53,8 +56,9 @@ class Steady : public ::testing::Test {
     ImageF color_of(const Chain& chain, const FramePlanes& planes) {
         return test::filter(chain, frame_.description, planes).at(Role::color);
     }
-    Result<Steadiness> measure(const Chain& chain) {
-        return steadiness(chain, frame_, color_of(chain, frame_.planes), {}, test::executor());
+    Result<TemporalStability> measure(const Chain& chain) {
+        return temporal_stability(chain, frame_, color_of(chain, frame_.planes), {},
+                                  test::executor());
     }
     sequence::SourceFrame frame_;
 };
@@ -71,7 +75,7 @@ ImageF moved(const ImageF& image, int k) {
 
 // Tiles of 8: shifts 1 + (2 i + 1) 7 / 8 = 1, 3, 5, 7; margin a quarter of 40, which is less than
 // three tiles.
-TEST_F(Steady, GridIsTheMeanOverTheShifts) {
+TEST_F(Stability, GridIsTheMeanOverTheShifts) {
     const Chain chain = test::parse(test::kChainText);
     const ImageF plain = color_of(chain, frame_.planes);
     double expected = 0;
@@ -96,7 +100,7 @@ TEST_F(Steady, GridIsTheMeanOverTheShifts) {
 }
 
 // Seeds 0..3 by hand; the sample's deviation.
-TEST_F(Steady, FlickerIsTheScatterOverFourSeeds) {
+TEST_F(Stability, FlickerIsTheScatterOverFourSeeds) {
     std::vector<ImageF> pictures;
     for (const char* seed : {"0", "1", "2", "3"})
         pictures.push_back(
@@ -121,7 +125,7 @@ TEST_F(Steady, FlickerIsTheScatterOverFourSeeds) {
     EXPECT_NEAR(*found->flicker, expected, 1e-4 * expected);
 }
 
-TEST_F(Steady, AFilterWithoutSeedsOrTilesHasNeither) {
+TEST_F(Stability, AFilterWithoutSeedsOrTilesHasNeither) {
     auto found = measure(test::parse("postchain: 1\npasses: [fxaa]\n"));
     ASSERT_TRUE(found.ok()) << found.status().message();
     EXPECT_FALSE(found->flicker);

@@ -1,0 +1,10 @@
+// Passes that no program ships (tests/passes/CMakeLists.txt).
+#pragma once
+
+#include "chain/pass.h"
+
+namespace postchain {
+
+const PassRegistry& fixture_passes();
+
+}  // namespace postchain

@@ -1,0 +1,101 @@
+#include "tests/passes/vignette/vignette.h"
+
+#include "chain/work_list.h"
+#include "tests/passes/shaders/shared/vignette_block.h"
+
+namespace postchain::vignette {
+namespace {
+
+struct Parameters {
+    double strength = 0.5;
+    bool alpha = false;
+};
+
+const ParameterTable& table() {
+    static const ParameterTable rows =
+        ParameterTableBuilder<Parameters>()
+            .number("strength", &Parameters::strength,
+                    {.min = 0, .max = 1, .help = "light that the corners lose; 0 = off"})
+            .boolean("alpha", &Parameters::alpha, {.help = "darken alpha too"})
+            .table();
+    return rows;
+}
+
+class Vignette final : public Pass {
+  public:
+    RoleUse roles() const override {
+        RoleUse use;
+        use.required = {Role::color};
+        return use;
+    }
+
+    Promises promises() const override {
+        Promises promises;
+        promises.symmetries = {Symmetry::mirror, Symmetry::flip, Symmetry::turn};
+        promises.light = Light::not_more;
+        return promises;
+    }
+
+    Reach reach(const FrameDescription&) const override { return {0, 0}; }
+
+    Status check(const FrameDescription&) const override { return Status(); }
+
+    std::optional<LeftOut> identity(const PlanContext&) const override {
+        if (parameters_.strength > 0) return std::nullopt;
+        LeftOut left;
+        left.rule = kRuleConfiguration;
+        left.reason = "strength is 0";
+        return left;
+    }
+
+    void plan(PassPlanner& planner) const override {
+        const PlanContext& context = planner.context();
+        const int width = context.frame.width, height = context.frame.height;
+        const TextureId darkened = planner.texture("color", context.color_format(), width, height);
+        shared::VignetteBlock block{};
+        block.size = {width, height};
+        block.strength = float(parameters_.strength);
+        block.alpha = parameters_.alpha;
+        Step step;
+        step.name = "vignette";
+        step.program = {"vignette/vignette.comp", {}};
+        step.bindings = {{0, planner.input(Role::color)}, {0, darkened, Access::write}};
+        step.set_block(block);
+        step.groups = groups_for(width, height);
+        step.taps = uint64_t(width) * uint64_t(height);
+        planner.step(std::move(step));
+        planner.output(Role::color, darkened);
+    }
+
+    void reference(const PlanContext&, ReferenceFrame& frame) const override {
+        ImageD& color = frame.planes.at(Role::color);
+        const double corner =
+            double(color.width) * color.width + double(color.height) * color.height;
+        for (int y = 0; y < color.height; ++y) {
+            for (int x = 0; x < color.width; ++x) {
+                const double dx = 2 * x + 1 - color.width, dy = 2 * y + 1 - color.height;
+                const double kept = 1 - parameters_.strength * (dx * dx + dy * dy) / corner;
+                for (int c = 0; c < (parameters_.alpha ? 4 : 3); ++c) color.at(x, y, c) *= kept;
+            }
+        }
+        frame.stages["color"] = color;
+    }
+
+    void* parameters() override { return &parameters_; }
+
+  private:
+    Parameters parameters_;
+};
+
+}  // namespace
+
+const PassType& pass_type() {
+    static const PassType type{.name = "vignette",
+                               .title = "Vignette",
+                               .help = "Darkens the corners.",
+                               .parameters = &table(),
+                               .create = [] { return std::make_unique<Vignette>(); }};
+    return type;
+}
+
+}  // namespace postchain::vignette

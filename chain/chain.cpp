@@ -40,7 +40,7 @@ ChainLink ChainLink::clone() const {
 std::optional<ChainLink> ChainLink::that_promises(
     const std::function<bool(const Promises&)>& kept) const {
     if (kept(pass->promises())) return clone();
-    for (const Variant& variant : type->variants) {
+    for (const PassVariant& variant : type->variants) {
         ChainLink other = clone();
         bool fits = true;
         for (const auto& [key, value] : variant.settings)

@@ -116,7 +116,7 @@ struct PassType {
     const ParameterTable* parameters = nullptr;
     std::function<std::unique_ptr<Pass>()> create;  // with default parameters
     std::vector<ElisionRule> rules = {};            // its own; PlanContext::uses() asks for them
-    std::vector<Variant> variants = {};
+    std::vector<PassVariant> variants = {};
     std::vector<KnownLimit> known_limits = {};  // the special ones stand first
 };
 

@@ -64,7 +64,7 @@ struct Reach {
 
 // Settings under which a pass promises more than it does as it is set: suites that check a promise
 // take the first variant that gives it.
-struct Variant {
+struct PassVariant {
     std::string name;  // "without jitter"
     std::vector<std::pair<std::string, ParameterValue>> settings;
 };

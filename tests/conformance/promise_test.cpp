@@ -201,7 +201,7 @@ TEST_P(PromiseTest, DoesNothingWhereWhatDrivesItIsQuiet) {
 
 TEST_P(PromiseTest, VariantsAndKnownLimitsAreOfItsOwnParameters) {
     const PassType& type = GetParam();
-    for (const Variant& variant : type.variants) {
+    for (const PassVariant& variant : type.variants) {
         EXPECT_FALSE(variant.name.empty());
         for (const auto& [key, value] : variant.settings) {
             const Parameter* row = type.parameters->find(key);

@@ -61,7 +61,7 @@ TEST(Sweeps, EqualChainsStandOnceAndNoSweepIsTheChain) {
 TEST(Sweeps, ExplosionsAreRefused) {
     const auto many = sweep({"motion_blur.samples=5,7,9", "fxaa.preset=10,12,39"}, 8);
     EXPECT_EQ(many.status().code(), StatusCode::usage);
-    EXPECT_THAT(many.status().message(), HasSubstr("more than 8 variants"));
+    EXPECT_THAT(many.status().message(), HasSubstr("more than 8 combinations"));
     EXPECT_TRUE(sweep({"motion_blur.samples=5,7,9", "fxaa.preset=10,12,39"}, 9).ok());
 }
 

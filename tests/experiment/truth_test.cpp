@@ -42,7 +42,7 @@ TEST_F(TruthFiles, AGoodOneIsTaken) {
 
 TEST_F(TruthFiles, MissingFramesAreListed) {
     test::write_truth(folder_.path(), "truth", 1, 1, 0.1f);
-    expect_refused("lacks 2 of the 3 frames of the input: 2, 3");
+    expect_refused("has no file for 2 of the 3 frames of the input: 2, 3");
 }
 
 TEST_F(TruthFiles, AnotherSizeNamesBoth) {

@@ -19,6 +19,8 @@ const char* name_of(ParameterType type) {
             return "number";
         case ParameterType::choice:
             return "choice";
+        case ParameterType::text:
+            return "text";
     }
     return "unknown";
 }
@@ -49,6 +51,7 @@ std::string text_of(const ParameterValue& value) {
 std::string Parameter::domain() const {
     if (type == ParameterType::boolean) return "true or false";
     if (type == ParameterType::choice) return "one of " + joined(choices);
+    if (type == ParameterType::text) return "a text";
     if (!allowed.empty()) {
         std::vector<std::string> words;
         for (int64_t value : allowed) words.push_back(std::to_string(value));
@@ -84,6 +87,11 @@ Status Parameter::check(const ParameterValue& value) const {
             const std::string near = nearest_word(*word, choices);
             return wrong("'" + *word + "' is not known" +
                          (near.empty() ? "" : " (did you mean '" + near + "'?)"));
+        }
+        case ParameterType::text: {
+            const auto* word = std::get_if<std::string>(&value);
+            if (!word) return wrong(postchain::text_of(value) + " is " + kind_of(value));
+            return word->empty() ? wrong("is empty") : Status();
         }
         case ParameterType::integer: {
             const auto* number = std::get_if<int64_t>(&value);

@@ -24,8 +24,8 @@
 
 namespace postchain {
 
-enum class ParameterType { boolean, integer, number, choice };
-const char* name_of(ParameterType type);  // "boolean", "integer", "number", "choice"
+enum class ParameterType { boolean, integer, number, choice, text };
+const char* name_of(ParameterType type);  // "boolean", "integer", "number", "choice", "text"
 
 // monostate = unset (only rows with `optional` accept it).
 using ParameterValue = std::variant<std::monostate, bool, int64_t, double, std::string>;
@@ -45,7 +45,7 @@ enum class Convergence {
 struct Parameter {
     std::string key;
     ParameterType type = ParameterType::number;
-    std::string unit;  // "px", "frames", "mm", ...; empty = none
+    std::string unit;  // "px", "frames", "mm", ...; of a text its form: "FILE"; empty = none
     std::string help;  // one line
     double min = -std::numeric_limits<double>::infinity();
     double max = std::numeric_limits<double>::infinity();
@@ -56,6 +56,8 @@ struct Parameter {
     std::vector<int64_t> allowed;      // integer: the only values; empty = all in min..max
     std::vector<std::string> choices;  // choice: the names
     bool optional = false;             // may be left unset
+    std::string implied;               // text: what naming the key alone means; empty = an error
+    std::string group;                 // of a table whose users take some rows only
     std::string unset_means;           // "the camera's shutter_frames"
     std::string excludes;              // key that must not be set together with this one
     Convergence convergence = Convergence::none;
@@ -112,6 +114,9 @@ struct RowOptions {
     std::string help = {};
     std::string unset_means = {};
     std::string excludes = {};
+    std::string implied = {};
+    std::string group = {};
+    bool required = false;  // of a text, which else may be left unset
     Convergence convergence = Convergence::none;
     double converged = 0;
 };
@@ -163,6 +168,36 @@ class ParameterTableBuilder {
         };
         return finish(std::move(row));
     }
+    // An empty text is an unset one.
+    ParameterTableBuilder& text(std::string key, std::string P::*member, RowOptions options) {
+        const bool required = options.required;
+        Parameter row = start(ParameterType::text, std::move(key), std::move(options));
+        row.optional = !required;
+        row.get = [member](const void* p) -> ParameterValue {
+            const std::string& value = static_cast<const P*>(p)->*member;
+            if (value.empty()) return std::monostate();
+            return value;
+        };
+        row.set = [member](void* p, const ParameterValue& value) {
+            const auto* word = std::get_if<std::string>(&value);
+            static_cast<P*>(p)->*member = word ? *word : std::string();
+        };
+        return finish(std::move(row));
+    }
+    // The rows of a member that has a table of its own.
+    template <class M>
+    ParameterTableBuilder& rows(M P::*member, const ParameterTable& of_member) {
+        for (Parameter row : of_member.rows()) {
+            row.get = [member, get = row.get](const void* p) {
+                return get(&(static_cast<const P*>(p)->*member));
+            };
+            row.set = [member, set = row.set](void* p, const ParameterValue& value) {
+                set(&(static_cast<P*>(p)->*member), value);
+            };
+            finish(std::move(row));
+        }
+        return *this;
+    }
     ParameterTable table() { return ParameterTable(std::move(rows_)); }
 
   private:
@@ -185,6 +220,8 @@ class ParameterTableBuilder {
         row.help = std::move(options.help);
         row.unset_means = std::move(options.unset_means);
         row.excludes = std::move(options.excludes);
+        row.implied = std::move(options.implied);
+        row.group = std::move(options.group);
         row.convergence = options.convergence;
         row.converged = options.converged;
         return row;

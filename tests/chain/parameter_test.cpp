@@ -150,5 +150,41 @@ TEST(Camera, OverlayTakesOnlyWhatIsSet) {
     }
 }
 
+struct Words {
+    std::string name;
+    std::string folder = "out";
+    Parameters inner;
+};
+
+TEST(Parameter, TextsAreUnsetWhenEmpty) {
+    const ParameterTable words = ParameterTableBuilder<Words>()
+                                     .text("name", &Words::name, {.unit = "NAME"})
+                                     .text("folder", &Words::folder, {.required = true})
+                                     .table();
+    Words w;
+    EXPECT_EQ(words.text(&w), "name=unset folder=out");
+    EXPECT_TRUE(words.set(&w, "name", std::string("shot")).ok());
+    EXPECT_EQ(w.name, "shot");
+    EXPECT_EQ(words.set(&w, "name", std::string()).message(), "is empty; name is a text (NAME)");
+    EXPECT_EQ(words.set(&w, "name", int64_t(4)).message(),
+              "4 is an integer; name is a text (NAME)");
+    EXPECT_TRUE(words.set(&w, "name", ParameterValue()).ok());
+    EXPECT_EQ(w.name, "");
+    EXPECT_EQ(words.set(&w, "folder", ParameterValue()).message(), "no value; folder is a text");
+}
+
+TEST(Parameter, ATableTakesTheRowsOfAMember) {
+    const ParameterTable words = ParameterTableBuilder<Words>()
+                                     .text("name", &Words::name, {})
+                                     .rows(&Words::inner, table())
+                                     .table();
+    Words w;
+    EXPECT_EQ(words.rows().size(), 1 + table().rows().size());
+    EXPECT_TRUE(words.set(&w, "samples", int64_t(51)).ok());
+    EXPECT_EQ(w.inner.samples, 51);
+    EXPECT_EQ(words.find("samples")->get(&w), ParameterValue(int64_t(51)));
+    EXPECT_EQ(words.find("samples")->default_value, ParameterValue(int64_t(25)));
+}
+
 }  // namespace
 }  // namespace postchain

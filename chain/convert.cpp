@@ -13,19 +13,22 @@ bool finite(float value) {
     return (std::bit_cast<uint32_t>(value) & 0x7f800000u) != 0x7f800000u;
 }
 
-class Facts {
+// What the walk finds: bounds, and what is wrong with the input.
+class Findings {
   public:
-    Facts(FrameFacts& facts, int width) : facts_(facts), width_(width) {}
+    Findings(FrameBounds& of_frame, int width) : bounds(of_frame), width_(width) {}
     void nonfinite(uint64_t& count, size_t pixel) {
         ++count;
         if (first_ != kNone && pixel >= first_) return;
         first_ = pixel;
-        facts_.first_nonfinite = {int(pixel % size_t(width_)), int(pixel / size_t(width_))};
+        health.first_nonfinite = {int(pixel % size_t(width_)), int(pixel / size_t(width_))};
     }
+
+    FrameBounds& bounds;
+    InputHealth health;
 
   private:
     static constexpr size_t kNone = size_t(-1);
-    FrameFacts& facts_;
     int width_;
     size_t first_ = kNone;
 };
@@ -69,8 +72,7 @@ bool is_half(float value) {
     return value * 0x1p24f == std::nearbyint(value * 0x1p24f);  // a subnormal half
 }
 
-void replace_nonfinite(ImageF& color, const ConvertOptions& options, FrameFacts& facts,
-                       Facts& note) {
+void replace_nonfinite(ImageF& color, const ConvertOptions& options, Findings& findings) {
     for (size_t pixel = 0; pixel < color.pixels(); ++pixel) {
         float* rgba = color.data.data() + 4 * pixel;
         bool bad = false;
@@ -81,7 +83,7 @@ void replace_nonfinite(ImageF& color, const ConvertOptions& options, FrameFacts&
                 options.nonfinite_color == NonfiniteColor::clamp && !std::isnan(rgba[c]);
             rgba[c] = clamp ? std::copysign(kLargestHalf, rgba[c]) : 0.0f;
         }
-        if (bad) note.nonfinite(facts.nonfinite_color, pixel);
+        if (bad) findings.nonfinite(findings.health.nonfinite_color, pixel);
     }
 }
 
@@ -92,15 +94,15 @@ void premultiply(ImageF& color) {
     }
 }
 
-void convert_color(ImageF& color, const ConvertOptions& options, FrameFacts& facts, Facts& note) {
+void convert_color(ImageF& color, const ConvertOptions& options, Findings& findings) {
     ColorScan found = scan(color);
-    if (!found.finite) replace_nonfinite(color, options, facts, note);
+    if (!found.finite) replace_nonfinite(color, options, findings);
     if (options.unpremultiplied) premultiply(color);
     if (!found.finite || options.unpremultiplied) found = scan(color);
-    std::copy(found.low.begin(), found.low.end(), facts.min_color.begin());
-    std::copy(found.high.begin(), found.high.end(), facts.max_color.begin());
-    facts.one_color = found.finite && found.low == found.high && !found.negative_zero;
-    facts.color_is_half =
+    std::copy(found.low.begin(), found.low.end(), findings.bounds.min_color.begin());
+    std::copy(found.high.begin(), found.high.end(), findings.bounds.max_color.begin());
+    findings.bounds.one_color = found.finite && found.low == found.high && !found.negative_zero;
+    findings.bounds.color_is_half =
         found.plainly_half || std::all_of(color.data.begin(), color.data.end(), is_half);
 }
 
@@ -131,7 +133,7 @@ Result<AffineDepth> affine_depth(DepthEncoding encoding, const Camera& camera) {
 }
 
 Status convert_depth(ImageF& depth, const FrameDescription& frame, const ConvertOptions& options,
-                     FrameFacts& facts, Facts& note) {
+                     Findings& findings) {
     AffineDepth affine;
     double f_px = 1;
     const bool distance =
@@ -154,7 +156,7 @@ Status convert_depth(ImageF& depth, const FrameDescription& frame, const Convert
         if (!finite(value)) {
             // +Inf is a usual way to write "nothing there" for a distance; NaN never is.
             if (!distance || value != std::numeric_limits<float>::infinity())
-                note.nonfinite(facts.nonfinite_depth, pixel);
+                findings.nonfinite(findings.health.nonfinite_depth, pixel);
         } else if (distance) {
             double d = value;
             if (options.depth == DepthEncoding::ray_distance) {
@@ -167,26 +169,26 @@ Status convert_depth(ImageF& depth, const FrameDescription& frame, const Convert
             if (d > 0)
                 w = float(1 / d);
             else
-                ++facts.negative_depth;
+                ++findings.health.negative_depth;
             if (!finite(w)) w = std::numeric_limits<float>::max();  // d below 2^-128
         } else {
             w = float(affine.offset + affine.slope * double(value));
             if (w < 0) {
                 w = 0;
-                ++facts.negative_depth;
+                ++findings.health.negative_depth;
             }
         }
         value = w;
         low = std::min(low, w);
         high = std::max(high, w);
     }
-    facts.min_inverse_depth = depth.empty() ? 0 : double(low);
-    facts.max_inverse_depth = double(high);
+    findings.bounds.min_inverse_depth = depth.empty() ? 0 : double(low);
+    findings.bounds.max_inverse_depth = double(high);
     return Status();
 }
 
 void convert_motion(ImageF& motion, const MotionConvention& convention, bool forward,
-                    FrameFacts& facts, Facts& note) {
+                    Findings& findings) {
     const bool fraction = convention.unit == MotionUnit::fraction;
     const float scale_x = float(convention.scale_x * (fraction ? motion.width : 1));
     const float scale_y = float(convention.scale_y * (fraction ? motion.height : 1));
@@ -198,33 +200,34 @@ void convert_motion(ImageF& motion, const MotionConvention& convention, bool for
         if (finite(v[0]) && finite(v[1]) &&
             (std::abs(v[0]) >= sentinel || std::abs(v[1]) >= sentinel)) {
             v[0] = v[1] = 0;
-            if (forward) ++facts.sentinel_motion;
+            if (forward) ++findings.health.sentinel_motion;
             continue;
         }
         float x = scale_x * (v[0] - bias), y = scale_y * (v[1] - bias);
         if (!finite(x) || !finite(y)) {
             x = y = 0;
-            note.nonfinite(facts.nonfinite_motion, pixel);
+            findings.nonfinite(findings.health.nonfinite_motion, pixel);
         }
         v[0] = x;
         v[1] = y;
         largest = std::max(largest, double(x) * double(x) + double(y) * double(y));
     }
     if (!forward) return;
-    facts.max_speed_px = std::sqrt(largest);
-    facts.motion_all_zero = largest == 0;
+    findings.bounds.max_speed_px = std::sqrt(largest);
+    findings.health.motion_all_zero = largest == 0;
 }
 
 }  // namespace
 
-Status convert_frame(FramePlanes& planes, FrameDescription& frame, const ConvertOptions& options) {
+Result<InputHealth> convert_frame(FramePlanes& planes, FrameDescription& frame,
+                                  const ConvertOptions& options) {
     if (planes.empty()) return Status(StatusCode::input, "the frame has no planes");
     frame.width = planes.begin()->second.width;
     frame.height = planes.begin()->second.height;
     frame.planes = {};
-    const bool camera_cut = frame.facts.camera_cut;
-    frame.facts = {};
-    frame.facts.camera_cut = camera_cut;
+    const bool camera_cut = frame.bounds.camera_cut;
+    frame.bounds = {};
+    frame.bounds.camera_cut = camera_cut;
     for (const auto& [role, plane] : planes) {
         if (plane.width != frame.width || plane.height != frame.height)
             return Status(StatusCode::input,
@@ -236,27 +239,26 @@ Status convert_frame(FramePlanes& planes, FrameDescription& frame, const Convert
                                                     " channels, needs ", channels_of(role)));
         frame.planes.add(role);
     }
-    Facts note(frame.facts, frame.width);
+    Findings findings(frame.bounds, frame.width);
     for (auto& [role, plane] : planes) {
         switch (role) {
             case Role::color:
-                convert_color(plane, options, frame.facts, note);
+                convert_color(plane, options, findings);
                 break;
             case Role::inverse_depth:
-                if (Status s = convert_depth(plane, frame, options, frame.facts, note); !s.ok())
-                    return s;
+                if (Status s = convert_depth(plane, frame, options, findings); !s.ok()) return s;
                 break;
             case Role::motion:
-                convert_motion(plane, options.motion, true, frame.facts, note);
+                convert_motion(plane, options.motion, true, findings);
                 break;
             case Role::motion_back:
-                convert_motion(plane, options.motion_back, false, frame.facts, note);
+                convert_motion(plane, options.motion_back, false, findings);
                 break;
             case Role::hint:
                 break;
         }
     }
-    return Status();
+    return findings.health;
 }
 
 }  // namespace postchain

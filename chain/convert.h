@@ -1,5 +1,5 @@
 // Conversion to the canonical frame: any depth encoding and motion convention -> the planes of
-// chain/role.h, with the facts found on the way, in one walk over the pixels.
+// chain/role.h, with bounds and faults found on the way, in one walk over the pixels.
 // Tables of encodings and conventions: docs/frame.md.
 #pragma once
 
@@ -58,9 +58,10 @@ struct ConvertOptions {
 };
 
 // Converts `planes` in place: color (4 channels), inverse_depth (1, still encoded depth), motion
-// and motion_back (2, still in the file's convention). Fills frame.width, height, planes, facts.
-// frame.camera, display size, frame_number and facts.camera_cut are read. Errors: chain (near = 0
+// and motion_back (2, still in the file's convention). Fills frame.width, height, planes, bounds.
+// frame.camera, display size, frame_number and bounds.camera_cut are read. Errors: chain (near = 0
 // with a buffer encoding, a camera value missing), input (sizes that differ, channel counts).
-Status convert_frame(FramePlanes& planes, FrameDescription& frame, const ConvertOptions& options);
+Result<InputHealth> convert_frame(FramePlanes& planes, FrameDescription& frame,
+                                  const ConvertOptions& options);
 
 }  // namespace postchain

@@ -40,25 +40,31 @@ const ParameterTable& camera_parameters();
 inline constexpr double kDefaultShutterFrames = 0.5;
 inline constexpr double kDefaultMetersPerUnit = 1.0;
 
-// What was found while converting one frame's planes. Counts are pixels. As it is born nothing is
-// known, as in an engine that reads nothing back: then no rule can rest on a fact.
-struct FrameFacts {
+// What a plan may rest on: bounds over a frame's pixels, found while they are converted. As default
+// constructed nothing is known, as in an engine that reads nothing back: then no rule holds by it.
+struct FrameBounds {
     static constexpr double kUnknown = std::numeric_limits<double>::infinity();
     double max_speed_px = kUnknown;  // largest |motion|, pixels per frame
     double min_inverse_depth = 0;    // over all pixels, sky included
     double max_inverse_depth = kUnknown;
     std::array<double, 4> min_color = {-kUnknown, -kUnknown, -kUnknown, -kUnknown};  // RGBA
     std::array<double, 4> max_color = {kUnknown, kUnknown, kUnknown, kUnknown};
-    bool one_color = false;        // all pixels have the same color, and no channel is -0
-    bool color_is_half = false;    // a half holds every color value
-    bool camera_cut = false;       // motion leads across a cut: said by the caller, never found
+    bool one_color = false;      // all pixels have the same color, and no channel is -0
+    bool color_is_half = false;  // a half holds every color value
+    bool camera_cut = false;     // motion leads across a cut: said by the caller, never found
+};
+
+// What was wrong with a frame's input. Counts are pixels.
+struct InputHealth {
     uint64_t nonfinite_color = 0;  // replaced on conversion
     uint64_t nonfinite_depth = 0;
     uint64_t nonfinite_motion = 0;
     uint64_t sentinel_motion = 0;  // |component| >= the profile's sentinel, treated as 0
     uint64_t negative_depth = 0;   // d <= 0, treated as infinitely far
-    std::array<int, 2> first_nonfinite = {-1, -1};  // x, y of the first non-finite pixel
-    bool motion_all_zero = false;                   // a vectors channel without a single vector
+    bool motion_all_zero = false;  // a vectors channel without a single vector
+    std::optional<std::array<int, 2>> first_nonfinite;  // x, y of the first in the planes
+
+    uint64_t nonfinite() const { return nonfinite_color + nonfinite_depth + nonfinite_motion; }
 };
 
 enum class Precision { fp16, fp32 };  // storage of intermediate planes
@@ -74,7 +80,7 @@ struct FrameDescription {
     RoleSet planes;         // which planes the frame brings
     RoleSet not_converted;  // others that its files have and that nobody needs
     Camera camera;
-    FrameFacts facts;
+    FrameBounds bounds;
     // Luminance weights of the file's primaries (Rec. 709 unless its chromaticities say otherwise).
     std::array<double, 3> luma_weights = {0.2126, 0.7152, 0.0722};
 };

@@ -36,14 +36,14 @@ struct PlanContext {
     Precision precision = Precision::fp32;
     RoleSet available;            // planes that exist where this pass stands
     RoleSet wanted;               // planes that somebody after this pass reads
-    bool color_is_input = false;  // color is the frame's own: the facts about it hold
+    bool color_is_input = false;  // color is the frame's own: the bounds of it hold
     std::set<std::string> rules;  // of leaving out, by name, that are in use
 
     bool uses(const std::string& rule) const { return rules.count(rule) > 0; }
     // Storage of color. At fp16 too it holds what the frame's own color does, or a pass left out
     // would change bits.
     Format color_format() const {
-        return plane_format(4, frame.facts.color_is_half ? precision : Precision::fp32);
+        return plane_format(4, frame.bounds.color_is_half ? precision : Precision::fp32);
     }
 };
 

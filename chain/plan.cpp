@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "chain/parameter.h"
+#include "chain/plan_print.h"
 
 namespace postchain {
 

@@ -157,8 +157,4 @@ struct WorkDone {
 std::optional<LeftOut> counted(const LeftOut& left, const Plan& plan,
                                const std::vector<WorkDone>& done);
 
-std::string plan_as_text(const Plan& plan);
-std::string plan_as_json(const Plan& plan);  // one object on one line
-std::string plan_as_dot(const Plan& plan);   // graphviz
-
 }  // namespace postchain

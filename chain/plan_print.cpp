@@ -1,9 +1,10 @@
-// A plan as text for people, JSON for programs, dot for pictures.
+#include "chain/plan_print.h"
+
 #include <cstdio>
 #include <sstream>
 
+#include "chain/json_writer.h"
 #include "chain/parameter.h"
-#include "chain/plan.h"
 #include "chain/text.h"
 
 namespace postchain {
@@ -82,68 +83,58 @@ std::string plan_as_text(const Plan& plan) {
 }
 
 std::string plan_as_json(const Plan& plan) {
-    std::ostringstream out;
-    out.imbue(std::locale::classic());
-    const auto list = [&](const auto& items, auto&& print) {
-        out << "[";
-        bool first = true;
+    JsonWriter json(false);
+    const auto list = [&](const char* key, const auto& items, const auto& write) {
+        json.key(key).begin_array();
         for (const auto& item : items) {
-            if (!first) out << ",";
-            first = false;
-            print(item);
+            json.begin_object();
+            write(item);
+            json.end_object();
         }
-        out << "]";
+        json.end_array();
     };
-    out << "{\"frame\":" << plan.frame_number << ",\"width\":" << plan.width
-        << ",\"height\":" << plan.height << ",\"precision\":" << quoted(name_of(plan.precision))
-        << ",\"chain_hash\":" << quoted(hex_of(plan.chain_hash))
-        << ",\"plan_hash\":" << quoted(hex_of(plan.hash())) << ",\"passes\":";
-    list(plan.passes, [&](const PlanPass& pass) {
-        out << "{\"pass\":" << quoted(pass.type) << ",\"parameters\":" << quoted(pass.text)
-            << ",\"left_out\":" << (pass.left_out ? "true" : "false") << "}";
+    json.begin_object();
+    json.field("frame", plan.frame_number).field("width", plan.width).field("height", plan.height);
+    json.field("precision", name_of(plan.precision));
+    json.field("chain_hash", hex_of(plan.chain_hash)).field("plan_hash", hex_of(plan.hash()));
+    list("passes", plan.passes, [&](const PlanPass& pass) {
+        json.field("pass", pass.type).field("parameters", pass.text);
+        json.field("left_out", pass.left_out);
     });
-    out << ",\"steps\":";
-    list(plan.steps, [&](const Step& step) {
-        out << "{\"pass\":" << step.pass << ",\"step\":" << quoted(step.name)
-            << ",\"program\":" << quoted(step.program.text()) << ",\"groups\":[" << step.groups[0]
-            << "," << step.groups[1] << "," << step.groups[2] << "],\"taps\":" << step.taps
-            << ",\"bindings\":";
-        list(step.bindings, [&](const Binding& binding) {
-            out << "{\"texture\":" << binding.texture << ",\"unit\":" << binding.unit
-                << ",\"write\":" << (step.writes(binding) ? "true" : "false") << "}";
+    list("steps", plan.steps, [&](const Step& step) {
+        json.field("pass", step.pass).field("step", step.name);
+        json.field("program", step.program.text());
+        json.key("groups").begin_array();
+        for (int count : step.groups) json.value(count);
+        json.end_array();
+        json.field("taps", step.taps);
+        list("bindings", step.bindings, [&](const Binding& binding) {
+            json.field("texture", binding.texture).field("unit", binding.unit);
+            json.field("write", step.writes(binding));
         });
-        if (step.work_list >= 0) out << ",\"work_list\":" << step.work_list;
-        out << "}";
+        if (step.work_list >= 0) json.field("work_list", step.work_list);
     });
-    out << ",\"textures\":";
-    list(plan.textures, [&](const PlanTexture& texture) {
-        out << "{\"name\":" << quoted(texture.name) << ",\"width\":" << texture.width
-            << ",\"height\":" << texture.height << ",\"format\":" << quoted(name_of(texture.format))
-            << ",\"imported\":" << (texture.imported ? "true" : "false")
-            << ",\"first_step\":" << texture.first_step << ",\"last_step\":" << texture.last_step
-            << "}";
+    list("textures", plan.textures, [&](const PlanTexture& texture) {
+        json.field("name", texture.name).field("width", texture.width);
+        json.field("height", texture.height).field("format", name_of(texture.format));
+        json.field("imported", texture.imported).field("first_step", texture.first_step);
+        json.field("last_step", texture.last_step);
     });
-    out << ",\"left_out\":";
-    list(plan.left_out, [&](const LeftOut& left) {
-        out << "{\"what\":" << quoted(left.what) << ",\"rule\":" << quoted(left.rule)
-            << ",\"reason\":" << quoted(left.reason) << ",\"bytes\":" << left.bytes
-            << ",\"dispatches\":" << left.dispatches << ",\"taps\":" << left.taps;
-        if (left.work_list >= 0)
-            out << ",\"work_list\":" << left.work_list
-                << ",\"outside\":" << (left.outside ? "true" : "false")
-                << ",\"taps_per_block\":" << left.taps_per_block;
-        out << "}";
+    list("left_out", plan.left_out, [&](const LeftOut& left) {
+        json.field("what", left.what).field("rule", left.rule).field("reason", left.reason);
+        json.field("bytes", left.bytes).field("dispatches", left.dispatches);
+        json.field("taps", left.taps);
+        if (left.work_list < 0) return;
+        json.field("work_list", left.work_list).field("outside", left.outside);
+        json.field("taps_per_block", left.taps_per_block);
     });
-    out << ",\"outputs\":{";
-    bool first = true;
-    for (const auto& [role, texture] : plan.outputs) {
-        out << (first ? "" : ",") << quoted(name_of(role)) << ":"
-            << quoted(plan.textures[size_t(texture)].name);
-        first = false;
-    }
-    out << "},\"peak_bytes\":" << plan.peak_bytes()
-        << ",\"transient_bytes\":" << plan.transient_bytes() << "}";
-    return out.str();
+    json.key("outputs").begin_object();
+    for (const auto& [role, texture] : plan.outputs)
+        json.field(name_of(role), plan.textures[size_t(texture)].name);
+    json.end_object();
+    json.field("peak_bytes", plan.peak_bytes()).field("transient_bytes", plan.transient_bytes());
+    json.end_object();
+    return json.text();
 }
 
 std::string plan_as_dot(const Plan& plan) {

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "config/reporter.h"
+#include "config/scalar.h"
 #include "config/text_tree.h"
 
 namespace postchain {

@@ -2,6 +2,7 @@
 
 #include "config/chain_override.h"
 #include "config/reporter.h"
+#include "config/scalar.h"
 #include "config/text_tree.h"
 
 namespace postchain {

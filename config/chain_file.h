@@ -41,19 +41,4 @@ ChainFile parse_chain(std::string_view text, const std::string& file_name,
 // it is the default.
 std::string write_chain(const Chain& chain);
 
-struct ChainText {
-    std::string file_name;  // for diagnostics
-    std::string text;
-    bool shipped = false;
-};
-// A shipped chain by its name ("paper"), else a file. A name is a word without '/' and '.'; the
-// folder share/postchain/chains beside the command's own folder is looked at first, then the
-// copies inside the program. Errors: StatusCode::chain, with the names there are.
-Result<ChainText> find_chain(const std::string& name_or_path);
-std::vector<std::string> shipped_chains();  // names, sorted
-
-// find_chain and parse_chain.
-Result<ChainFile> load_chain(const std::string& name_or_path, const PassRegistry& registry,
-                             const std::vector<std::string>& overrides = {});
-
 }  // namespace postchain

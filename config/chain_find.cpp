@@ -1,10 +1,10 @@
-// Finding chains: shipped ones by name, files by path.
+#include "config/chain_find.h"
+
 #include <algorithm>
 #include <filesystem>
 #include <set>
-#include "chain/text.h"
 
-#include "config/chain_file.h"
+#include "chain/text.h"
 #include "config/embedded.h"
 #include "config/reporter.h"
 #include "config/text_tree.h"

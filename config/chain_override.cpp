@@ -6,6 +6,7 @@
 #include <set>
 
 #include "config/reporter.h"
+#include "config/scalar.h"
 #include "config/text_tree.h"
 
 namespace postchain {

@@ -1,9 +1,9 @@
-// The parameter tables as text, JSON and Markdown.
+#include "config/describe.h"
+
 #include <algorithm>
 #include <cmath>
 
-#include "config/json_writer.h"
-#include "config/schema.h"
+#include "chain/json_writer.h"
 
 namespace postchain {
 namespace {
@@ -34,26 +34,25 @@ void add_table_json(JsonWriter& json, const ParameterTable& table) {
     json.begin_array();
     for (const auto& row : table.rows()) {
         json.begin_object();
-        json.key("key").value(ParameterValue(row.key));
-        json.key("type").value(name_of(row.type));
-        json.key("default").value(row.default_value);
-        json.key("domain").value(ParameterValue(row.domain()));
-        json.key("unit").value(ParameterValue(row.unit));
-        json.key("help").value(ParameterValue(row.help));
-        if (std::isfinite(row.min)) json.key("min").value(ParameterValue(row.min));
-        if (row.min_excluded) json.key("min_excluded").value(ParameterValue(true));
-        if (std::isfinite(row.max)) json.key("max").value(ParameterValue(row.max));
-        if (row.odd) json.key("odd").value(ParameterValue(true));
-        if (!row.choices.empty()) json.key("choices").value(row.choices);
+        json.field("key", row.key);
+        json.field("type", name_of(row.type));
+        json.field("default", row.default_value);
+        json.field("domain", row.domain());
+        json.field("unit", row.unit);
+        json.field("help", row.help);
+        if (std::isfinite(row.min)) json.field("min", ParameterValue(row.min));
+        if (row.min_excluded) json.field("min_excluded", true);
+        if (std::isfinite(row.max)) json.field("max", ParameterValue(row.max));
+        if (row.odd) json.field("odd", true);
+        if (!row.choices.empty()) json.field("choices", row.choices);
         if (!row.allowed.empty()) {
             json.key("allowed").begin_array();
-            for (int64_t number : row.allowed) json.value(ParameterValue(number));
+            for (int64_t number : row.allowed) json.value(number);
             json.end_array();
         }
-        json.key("optional").value(ParameterValue(row.optional));
-        if (!row.unset_means.empty())
-            json.key("unset_means").value(ParameterValue(row.unset_means));
-        if (!row.excludes.empty()) json.key("excludes").value(ParameterValue(row.excludes));
+        json.field("optional", row.optional);
+        if (!row.unset_means.empty()) json.field("unset_means", row.unset_means);
+        if (!row.excludes.empty()) json.field("excludes", row.excludes);
         json.end_object();
     }
     json.end_array();
@@ -68,9 +67,9 @@ void add_rules_json(JsonWriter& json, const std::vector<ElisionRule>& rules) {
     json.begin_array();
     for (const auto& rule : rules) {
         json.begin_object();
-        json.key("name").value(ParameterValue(rule.name));
-        json.key("on_by_default").value(ParameterValue(rule.on_by_default));
-        json.key("help").value(ParameterValue(rule.help));
+        json.field("name", rule.name);
+        json.field("on_by_default", rule.on_by_default);
+        json.field("help", rule.help);
         json.end_object();
     }
     json.end_array();
@@ -125,9 +124,9 @@ std::string passes_as_json(const PassRegistry& registry) {
     json.key("passes").begin_array();
     for (const auto& type : registry.types()) {
         json.begin_object();
-        json.key("name").value(ParameterValue(type.name));
-        json.key("title").value(ParameterValue(type.title));
-        json.key("help").value(ParameterValue(type.help));
+        json.field("name", type.name);
+        json.field("title", type.title);
+        json.field("help", type.help);
         json.key("parameters");
         add_table_json(json, *type.parameters);
         json.key("rules");

@@ -1,8 +1,6 @@
 // Profiles: which channels of an EXR mean what, for one writer. A profile is data
-// (config/profiles/*.yaml, or a file of the user's); this file reads it and matches it with the
-// channels of a file. Conventions: docs/frame.md; format: docs/profiles.md.
-//
-//   channels of all parts --view--> names --patterns--> role -> part, channels + ConvertOptions
+// (config/profiles/*.yaml, or a file of the user's), read here and matched with the channels of a
+// file in profile_match.h. Conventions: docs/frame.md; format: docs/profiles.md.
 #pragma once
 
 #include <map>
@@ -53,50 +51,5 @@ const std::vector<Profile>& builtin_profiles();
 // A built-in profile by name, or a file (a name with '/' or '.'). StatusCode::usage when there is
 // none; the message lists the names.
 Result<Profile> find_profile(const std::string& name_or_path);
-
-// What an image file has.
-struct PartChannels {
-    std::string name;  // of the part; empty in a file with one unnamed part
-    std::string view;  // attribute "view" of the part; empty = none
-    std::vector<std::string> channels;
-};
-struct FileChannels {
-    std::vector<PartChannels> parts;
-    std::vector<std::string> views;  // attribute "multiView": the first is the default one
-};
-
-struct RoleChannels {
-    int part = 0;
-    std::vector<std::string> channels;  // names in the file, in the role's order; color: 3 or 4
-    bool operator==(const RoleChannels&) const = default;
-};
-
-struct ProfileMatch {
-    std::string profile;
-    bool detected = false;  // chosen by detection, not by name
-    std::string why;        // "channels ViewLayer.Vector.X, ..." or "named"
-    std::string layer;      // empty = the unnamed layer
-    std::string view;       // empty = the only or default one
-    std::map<Role, RoleChannels> roles;
-    std::map<Role, std::string> missing;  // role -> the names that were looked for
-    ConvertOptions options;               // origin_x, origin_y are the caller's
-    std::vector<std::string> layers;      // with color in this view, as found; "" = the unnamed one
-    std::vector<std::string> views;
-    std::vector<std::string> notes;
-    std::string text() const;  // several lines
-};
-
-// Which roles the file has by this profile; a role it lacks, color too, is in `missing` and for
-// the caller to judge (planes may come from separate files). `layer` and `view`: the user's
-// choice, empty = none. Without a choice the unnamed layer counts, else the one with color and the
-// most roles. Errors: StatusCode::input when no role is found (what was looked for and found is
-// listed), or several layers are equally good (they are listed); StatusCode::usage for a layer or
-// view that does not exist (those that do are listed).
-Result<ProfileMatch> match_profile(const Profile& profile, const FileChannels& file,
-                                   const std::string& layer = {}, const std::string& view = {});
-
-// The first of `profiles` whose detect_channels are there.
-Result<ProfileMatch> detect_profile(const std::vector<Profile>& profiles, const FileChannels& file,
-                                    const std::string& layer = {}, const std::string& view = {});
 
 }  // namespace postchain

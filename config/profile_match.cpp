@@ -1,13 +1,9 @@
-// Matching a profile with the channels of a file, and detection.
-//
-// View first: a channel belongs to a view by its part's attribute, or by the word before its last
-// one (OpenEXR's multi-view names, layer.view.channel), which is then left out of its name. Then
-// layer: patterns with <layer> offer layers, patterns without it the unnamed one.
+#include "config/profile_match.h"
+
 #include <algorithm>
 #include <optional>
 #include <set>
 
-#include "config/profile.h"
 #include "config/reporter.h"
 
 namespace postchain {

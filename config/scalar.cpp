@@ -1,12 +1,11 @@
-// Scalars of the text tree -> values, by the strict rules of text_tree.h, and back.
+#include "config/scalar.h"
+
 #include <array>
 #include <charconv>
 #include <cmath>
 #include <optional>
-#include "chain/text.h"
 
 #include "chain/text.h"
-#include "config/text_tree.h"
 
 namespace postchain {
 namespace {

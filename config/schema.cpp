@@ -2,8 +2,8 @@
 
 #include <cmath>
 
+#include "chain/json_writer.h"
 #include "config/chain_file.h"
-#include "config/json_writer.h"
 
 namespace postchain {
 namespace {
@@ -17,12 +17,13 @@ std::string description_of(const Parameter& row) {
 }
 
 const char* json_type(ParameterType type) {
-    return type == ParameterType::choice ? "string" : name_of(type);
+    const bool text = type == ParameterType::choice || type == ParameterType::text;
+    return text ? "string" : name_of(type);
 }
 
 void write_row(JsonWriter& json, const Parameter& row) {
     json.begin_object();
-    json.key("description").value(ParameterValue(description_of(row)));
+    json.field("description", description_of(row));
     json.key("type");
     if (row.optional)
         json.value(std::vector<std::string>{json_type(row.type), "null"});
@@ -30,20 +31,20 @@ void write_row(JsonWriter& json, const Parameter& row) {
         json.value(json_type(row.type));
     if (row.type == ParameterType::choice || !row.allowed.empty()) {
         json.key("enum").begin_array();
-        for (const auto& word : row.choices) json.value(ParameterValue(word));
-        for (int64_t number : row.allowed) json.value(ParameterValue(number));
+        for (const auto& word : row.choices) json.value(word);
+        for (int64_t number : row.allowed) json.value(number);
         if (row.optional) json.value(ParameterValue());
         json.end_array();
     }
     if (std::isfinite(row.min))
         json.key(row.min_excluded ? "exclusiveMinimum" : "minimum").value(ParameterValue(row.min));
-    if (std::isfinite(row.max)) json.key("maximum").value(ParameterValue(row.max));
+    if (std::isfinite(row.max)) json.field("maximum", ParameterValue(row.max));
     if (row.odd) {
         json.key("not").begin_object();
-        json.key("multipleOf").value(ParameterValue(int64_t(2)));
+        json.field("multipleOf", 2);
         json.end_object();
     }
-    if (row.default_value != ParameterValue()) json.key("default").value(row.default_value);
+    if (row.default_value != ParameterValue()) json.field("default", row.default_value);
     json.end_object();
 }
 
@@ -51,12 +52,12 @@ void write_row(JsonWriter& json, const Parameter& row) {
 void write_exclusion(JsonWriter& json, const Parameter& row, const Parameter& other) {
     json.begin_object();
     json.key("not").begin_object();
-    json.key("type").value("object");
-    json.key("required").value(std::vector<std::string>{row.key, other.key});
+    json.field("type", "object");
+    json.field("required", std::vector<std::string>{row.key, other.key});
     json.key("properties").begin_object();
     for (const Parameter* one : {&row, &other}) {
         json.key(one->key).begin_object();
-        json.key("type").value(json_type(one->type));
+        json.field("type", json_type(one->type));
         json.end_object();
     }
     json.end_object();
@@ -68,13 +69,13 @@ void write_exclusion(JsonWriter& json, const Parameter& row, const Parameter& ot
 void write_table(JsonWriter& json, const ParameterTable& table, const std::string& description,
                  bool nullable) {
     json.begin_object();
-    json.key("description").value(ParameterValue(description));
+    json.field("description", description);
     json.key("type");
     if (nullable)
         json.value(std::vector<std::string>{"object", "null"});
     else
         json.value("object");
-    json.key("additionalProperties").value(ParameterValue(false));
+    json.field("additionalProperties", false);
     json.key("properties").begin_object();
     for (const auto& row : table.rows()) {
         json.key(row.key);
@@ -95,7 +96,7 @@ void write_table(JsonWriter& json, const ParameterTable& table, const std::strin
 
 void write_reference(JsonWriter& json, const std::string& name) {
     json.begin_object();
-    json.key("$ref").value(ParameterValue("#/$defs/" + name));
+    json.field("$ref", "#/$defs/" + name);
     json.end_object();
 }
 
@@ -107,35 +108,34 @@ std::string chain_schema(const PassRegistry& registry) {
 
     JsonWriter json(true);
     json.begin_object();
-    json.key("$schema").value("https://json-schema.org/draft/2020-12/schema");
-    json.key("title").value("postchain chain file");
-    json.key("description")
-        .value(
-            "Passes in the order in which they run. The program itself is stricter in one "
-            "point: a number with a decimal point (25.0) is no integer.");
-    json.key("type").value("object");
-    json.key("required").value(std::vector<std::string>{"postchain", "passes"});
-    json.key("additionalProperties").value(ParameterValue(false));
+    json.field("$schema", "https://json-schema.org/draft/2020-12/schema");
+    json.field("title", "postchain chain file");
+    json.field("description",
+               "Passes in the order in which they run. The program itself is stricter in one "
+               "point: a number with a decimal point (25.0) is no integer.");
+    json.field("type", "object");
+    json.field("required", std::vector<std::string>{"postchain", "passes"});
+    json.field("additionalProperties", false);
     json.key("properties").begin_object();
     json.key("postchain").begin_object();
-    json.key("description").value("version of the format");
-    json.key("const").value(ParameterValue(int64_t(kChainFileVersion)));
+    json.field("description", "version of the format");
+    json.field("const", kChainFileVersion);
     json.end_object();
     json.key("camera");
     write_reference(json, "camera");
     json.key("passes").begin_object();
-    json.key("type").value("array");
+    json.field("type", "array");
     json.key("items").begin_object();
     json.key("oneOf").begin_array();
     json.begin_object();
-    json.key("description").value("a pass with default parameters");
-    json.key("enum").value(names);
+    json.field("description", "a pass with default parameters");
+    json.field("enum", names);
     json.end_object();
     json.begin_object();
-    json.key("type").value("object");
-    json.key("minProperties").value(ParameterValue(int64_t(1)));
-    json.key("maxProperties").value(ParameterValue(int64_t(1)));
-    json.key("additionalProperties").value(ParameterValue(false));
+    json.field("type", "object");
+    json.field("minProperties", 1);
+    json.field("maxProperties", 1);
+    json.field("additionalProperties", false);
     json.key("properties").begin_object();
     for (const auto& name : names) {
         json.key(name);

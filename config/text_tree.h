@@ -14,7 +14,6 @@
 #include <string_view>
 #include <vector>
 
-#include "chain/parameter.h"
 #include "config/diagnostic.h"
 
 namespace postchain {
@@ -63,15 +62,5 @@ TextTree read_text_tree(std::string_view text, const std::string& file_name,
 // A text file, at most limits.bytes + 1 of its bytes (the tree then says that it is too large).
 Result<std::string> read_text_file(const std::string& path, StatusCode code,
                                    const TextLimits& limits = {});
-
-// The value of a scalar by the rules above; monostate for null. Errors (StatusCode::chain):
-// non-finite numbers, octal, hexadecimal and binary numbers, digits grouped by _, numbers too
-// large for the type. The message speaks of the value alone. Locale-independent.
-Result<ParameterValue> value_of(const TextNode& node);
-Result<ParameterValue> value_of_plain_text(const std::string& text);
-
-// Text written so that read_text_tree() reads it back as this value: strings are quoted where
-// plain text would mean something else.
-std::string yaml_text_of(const ParameterValue& value);
 
 }  // namespace postchain

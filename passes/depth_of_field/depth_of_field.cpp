@@ -2,6 +2,7 @@
 
 #include "passes/depth_of_field/circle_of_confusion.h"
 #include "passes/depth_of_field/gilham.h"
+#include "passes/depth_of_field/gilham_reference.h"
 
 namespace postchain::depth_of_field {
 namespace {
@@ -191,13 +192,13 @@ class DepthOfField final : public Pass {
                            0,
                            0,
                            0};
-        const FrameFacts& facts = context.frame.facts;
+        const FrameBounds& bounds = context.frame.bounds;
         // The blurred copy of a color that no half holds would be rounded.
-        const bool copy_is_exact = context.precision == Precision::fp32 || facts.color_is_half;
-        if (context.color_is_input && facts.one_color && copy_is_exact && !hint)
+        const bool copy_is_exact = context.precision == Precision::fp32 || bounds.color_is_half;
+        if (context.color_is_input && bounds.one_color && copy_is_exact && !hint)
             return LeftOut{{}, kRuleFacts, "all pixels have one color", 0, 0, 0};
         const double largest =
-            coc->largest_radius_px(facts.min_inverse_depth, facts.max_inverse_depth);
+            coc->largest_radius_px(bounds.min_inverse_depth, bounds.max_inverse_depth);
         if (largest <= exact_px)
             return LeftOut{
                 {},

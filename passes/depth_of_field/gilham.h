@@ -1,4 +1,4 @@
-// The method `gilham`: its plan and its double-precision reference.
+// The method `gilham`: its plan. Its double-precision reference is in gilham_reference.h.
 #pragma once
 
 #include "chain/pass.h"
@@ -24,10 +24,5 @@ Reach gilham_reach(const Parameters& parameters, const FrameDescription& frame);
 // Errors: StatusCode::chain when the kernel has more taps than the shader's table holds.
 Status check_gilham(const Parameters& parameters, const FrameDescription& frame);
 void plan_gilham(const Parameters& parameters, const CircleOfConfusion& coc, PassPlanner& planner);
-
-// Reads color, inverse_depth (and hint) of `frame`; replaces color (and hint); fills the stages
-// coc, small, small_depth or small_radius, blur_x, blur_y, color and hint. gilham_reference.cpp.
-void gilham_reference(const Parameters& parameters, const PlanContext& context,
-                      ReferenceFrame& frame);
 
 }  // namespace postchain::depth_of_field

@@ -88,18 +88,18 @@ struct LumaBounds {
 
 // Between what two lumas every pixel of a frame lies, by the bounds of each channel (luma.comp has
 // the formulas). For `display` x_c/(1 + max(x)) is bounded with the maximum's own bounds.
-LumaBounds luma_bounds(const Parameters& parameters, const FrameFacts& facts,
+LumaBounds luma_bounds(const Parameters& parameters, const FrameBounds& bounds,
                        const std::array<double, 3>& weights) {
-    constexpr double kUnknown = FrameFacts::kUnknown;
+    constexpr double kUnknown = FrameBounds::kUnknown;
     constexpr double kLargest = 1e30;  // luma.comp holds everything to it
     const double exposure = std::exp2(parameters.exposure_ev);
     std::array<double, 3> low, high;
     for (size_t c = 0; c < 3; ++c) {
-        if (!std::isfinite(facts.min_color[c]) || !std::isfinite(facts.max_color[c]) ||
+        if (!std::isfinite(bounds.min_color[c]) || !std::isfinite(bounds.max_color[c]) ||
             weights[c] < 0)
             return {-kUnknown, kUnknown};
-        low[c] = std::clamp(facts.min_color[c], -kLargest, kLargest);
-        high[c] = std::clamp(facts.max_color[c], -kLargest, kLargest);
+        low[c] = std::clamp(bounds.min_color[c], -kLargest, kLargest);
+        high[c] = std::clamp(bounds.max_color[c], -kLargest, kLargest);
         if (parameters.luma == Luma::stored) continue;
         low[c] = std::clamp(low[c] * exposure, 0.0, kLargest);
         high[c] = std::clamp(high[c] * exposure, 0.0, kLargest);
@@ -161,7 +161,7 @@ class FxaaPass final : public Pass {
     // No setting of the parameters alone is the identity: thresholds of 1 still let full contrast
     // (0 beside the maximum) through, and subpix 0 still moves along edges.
     std::optional<LeftOut> identity(const PlanContext& context) const override {
-        const FrameFacts& facts = context.frame.facts;
+        const FrameBounds& bounds = context.frame.bounds;
         LeftOut left_out;
         left_out.rule = kRuleFacts;
         if (context.frame.width == 1 && context.frame.height == 1) {
@@ -169,13 +169,13 @@ class FxaaPass final : public Pass {
             return left_out;
         }
         if (!context.color_is_input) return std::nullopt;
-        if (facts.one_color) {
+        if (bounds.one_color) {
             left_out.reason = "all pixels have one color";
             return left_out;
         }
         // A hint lowers the thresholds, or blends whatever the luma.
         if (uses_hint(context)) return std::nullopt;
-        const LumaBounds luma = luma_bounds(parameters_, facts, weights_of(context.frame));
+        const LumaBounds luma = luma_bounds(parameters_, bounds, weights_of(context.frame));
         const double range = luma.highest - luma.lowest;
         const double threshold =
             std::max(parameters_.edge_threshold_min, parameters_.edge_threshold * luma.lowest);

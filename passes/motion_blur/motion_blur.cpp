@@ -75,17 +75,17 @@ class MotionBlur final : public Pass {
             left.reason = "shutter_frames is 0";
             return left;
         }
-        if (frame.facts.camera_cut && context.uses(kRuleCameraCut)) {
+        if (frame.bounds.camera_cut && context.uses(kRuleCameraCut)) {
             left.rule = kRuleCameraCut;
             left.reason = "motion leads across a cut";
             return left;
         }
-        if (context.color_is_input && frame.facts.one_color) {
+        if (context.color_is_input && frame.bounds.one_color) {
             left.rule = kRuleFacts;
             left.reason = "all pixels have one color";
             return left;
         }
-        const double largest = 0.5 * shutter * frame.facts.max_speed_px;
+        const double largest = 0.5 * shutter * frame.bounds.max_speed_px;
         if (!(largest <= parameters_.min_speed_px)) return std::nullopt;
         left.rule = kRuleFacts;
         left.reason =
@@ -225,12 +225,12 @@ class MotionBlur final : public Pass {
     Classes classes_of(const PlanContext& context) const {
         Classes classes;
         classes.still = context.uses(kRuleStillTiles);
-        const FrameFacts& facts = context.frame.facts;
+        const FrameBounds& bounds = context.frame.bounds;
         const bool look = context.uses(kRuleSkyTiles);
         classes.depth =
-            compares_depth() && !(look && facts.min_inverse_depth == facts.max_inverse_depth);
+            compares_depth() && !(look && bounds.min_inverse_depth == bounds.max_inverse_depth);
         // Where no pixel is sky there is nothing to look for.
-        classes.sky = look && classes.depth && facts.min_inverse_depth <= 0;
+        classes.sky = look && classes.depth && bounds.min_inverse_depth <= 0;
         // With fewer samples one of them weighs too much for the bound (docs/motion_blur.md).
         classes.uniform = context.uses(kRuleUniformTiles) && parameters_.samples >= 5;
         return classes;

@@ -127,7 +127,7 @@ class Bench {
         PlanOptions all;
         all.elide = false;
         FrameDescription unknown = frame.description;
-        unknown.facts = FrameFacts();
+        unknown.bounds = FrameBounds();
         const Plan plans[] = {require(make_plan(chain, frame.description, all)),
                               require(make_plan(chain, frame.description)),
                               require(make_plan(chain, unknown))};
@@ -157,7 +157,7 @@ class Bench {
         const BenchFrame frame = make_scene(scene, settings_.width, settings_.height);
         DevicePlanes planes(frame.planes);
         FrameDescription unknown = frame.description;
-        unknown.facts = FrameFacts();
+        unknown.bounds = FrameBounds();
         Plan plans[3];
         plans[0] = plans[1] = require(make_plan(make_chain(chain_name), unknown));
         while (plans[1].steps.back().work_list >= 0) plans[1].steps.pop_back();

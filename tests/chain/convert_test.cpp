@@ -76,15 +76,16 @@ TEST(Convert, LinearDepthKnowsSkyAndNonsense) {
     depth.data = {1e10f, kInf, -kInf, kNan, 0.0f, -1.0f, 1e-45f};
     planes[Role::inverse_depth] = depth;
     FrameDescription frame = frame_of(7, 1);
-    ASSERT_TRUE(convert_frame(planes, frame, {}).ok());
+    const auto health = convert_frame(planes, frame, {});
+    ASSERT_TRUE(health.ok());
     const auto& w = planes[Role::inverse_depth].data;
     EXPECT_FLOAT_EQ(w[0], 1e-10f);  // Blender's background
     for (int i : {1, 2, 3, 4, 5}) EXPECT_EQ(w[size_t(i)], 0.0f) << i;
     EXPECT_TRUE(std::isfinite(w[6]) && w[6] > 1e38f);
-    EXPECT_EQ(frame.facts.nonfinite_depth, 2u);  // +Inf is a usual sky, -Inf and NaN are not
-    EXPECT_EQ(frame.facts.negative_depth, 2u);
-    EXPECT_EQ(frame.facts.first_nonfinite, (std::array<int, 2>{2, 0}));
-    EXPECT_EQ(frame.facts.min_inverse_depth, 0);
+    EXPECT_EQ(health->nonfinite_depth, 2u);  // +Inf is a usual sky, -Inf and NaN are not
+    EXPECT_EQ(health->negative_depth, 2u);
+    EXPECT_EQ(health->first_nonfinite, (std::array<int, 2>{2, 0}));
+    EXPECT_EQ(frame.bounds.min_inverse_depth, 0);
 }
 
 TEST(Convert, NearPlaneOfZeroIsAnError) {
@@ -95,7 +96,7 @@ TEST(Convert, NearPlaneOfZeroIsAnError) {
         frame.camera.near_clip = 0;
         ConvertOptions options;
         options.depth = encoding;
-        const Status status = convert_frame(planes, frame, options);
+        const Status status = convert_frame(planes, frame, options).status();
         EXPECT_EQ(status.code(), StatusCode::chain);
         EXPECT_NE(status.message().find("camera.near_clip"), std::string::npos);
     }
@@ -111,14 +112,15 @@ TEST(Convert, MotionSignsUnitsBiasAndSentinel) {
     ConvertOptions options;
     options.motion.scale_x = -1;
     options.motion.sentinel = 9999;
-    ASSERT_TRUE(convert_frame(planes, frame, options).ok());
+    auto health = convert_frame(planes, frame, options);
+    ASSERT_TRUE(health.ok());
     const auto& v = planes[Role::motion].data;
     EXPECT_EQ(v[0], -3.0f);
     EXPECT_EQ(v[1], 2.0f);
     for (size_t i : {2u, 3u, 4u, 5u, 8u, 9u, 10u, 11u}) EXPECT_EQ(v[i], 0.0f) << i;
-    EXPECT_EQ(frame.facts.sentinel_motion, 2u);   // 9999 and -1e5
-    EXPECT_EQ(frame.facts.nonfinite_motion, 2u);  // NaN and Inf
-    EXPECT_DOUBLE_EQ(frame.facts.max_speed_px, std::sqrt(13.0));
+    EXPECT_EQ(health->sentinel_motion, 2u);   // 9999 and -1e5
+    EXPECT_EQ(health->nonfinite_motion, 2u);  // NaN and Inf
+    EXPECT_DOUBLE_EQ(frame.bounds.max_speed_px, std::sqrt(13.0));
 
     // The same vector as a fraction of a 4 x 2 image, biased to 0.5: 0.5 + 3/4/2, 0.5 - 2/2/2.
     planes[Role::motion] = ImageF(4, 2, 2, 0.5f);
@@ -126,19 +128,21 @@ TEST(Convert, MotionSignsUnitsBiasAndSentinel) {
     planes[Role::motion].at(0, 0, 1) = 0.5f - 0.5f;
     options = {};
     options.motion = {MotionUnit::fraction, 2, -2, 0.5, std::numeric_limits<double>::infinity()};
-    ASSERT_TRUE(convert_frame(planes, frame, options).ok());
+    health = convert_frame(planes, frame, options);
+    ASSERT_TRUE(health.ok());
     EXPECT_EQ(planes[Role::motion].at(0, 0, 0), 3.0f);
     EXPECT_EQ(planes[Role::motion].at(0, 0, 1), 2.0f);
     EXPECT_EQ(planes[Role::motion].at(1, 1, 0), 0.0f);
-    EXPECT_FALSE(frame.facts.motion_all_zero);
+    EXPECT_FALSE(health->motion_all_zero);
 }
 
-TEST(Convert, AllZeroVectorsAreAFact) {
+TEST(Convert, AllZeroVectorsAreNoted) {
     FramePlanes planes;
     planes[Role::motion] = ImageF(2, 2, 2);
     FrameDescription frame = frame_of(2, 2);
-    ASSERT_TRUE(convert_frame(planes, frame, {}).ok());
-    EXPECT_TRUE(frame.facts.motion_all_zero);
+    const auto health = convert_frame(planes, frame, {});
+    ASSERT_TRUE(health.ok());
+    EXPECT_TRUE(health->motion_all_zero);
 }
 
 TEST(Convert, NonFiniteColorByPolicy) {
@@ -152,14 +156,15 @@ TEST(Convert, NonFiniteColorByPolicy) {
         FrameDescription frame = frame_of(2, 2);
         ConvertOptions options;
         options.nonfinite_color = policy;
-        ASSERT_TRUE(convert_frame(planes, frame, options).ok());
+        const auto health = convert_frame(planes, frame, options);
+        ASSERT_TRUE(health.ok());
         const float large = policy == NonfiniteColor::clamp ? 65504.0f : 0.0f;
         EXPECT_EQ(planes[Role::color].at(1, 0, 1), 0.0f);
         EXPECT_EQ(planes[Role::color].at(0, 1, 2), large);
         EXPECT_EQ(planes[Role::color].at(1, 1, 0), -large);
         EXPECT_EQ(planes[Role::color].at(0, 0, 0), 0.25f);
-        EXPECT_EQ(frame.facts.nonfinite_color, 3u);
-        EXPECT_EQ(frame.facts.first_nonfinite, (std::array<int, 2>{1, 0}));
+        EXPECT_EQ(health->nonfinite_color, 3u);
+        EXPECT_EQ(health->first_nonfinite, (std::array<int, 2>{1, 0}));
     }
 }
 
@@ -174,27 +179,27 @@ TEST(Convert, UnpremultipliedColorIsMultiplied) {
     EXPECT_EQ(planes[Role::color].data, (std::vector<float>{0.125f, 0.25f, 0.5f, 0.25f}));
 }
 
-TEST(Convert, FactsOfColor) {
-    const auto facts_of = [](const ImageF& color) {
+TEST(Convert, BoundsOfColor) {
+    const auto bounds_of = [](const ImageF& color) {
         FramePlanes planes;
         planes[Role::color] = color;
         FrameDescription frame = frame_of(color.width, color.height);
         EXPECT_TRUE(convert_frame(planes, frame, {}).ok());
-        return frame.facts;
+        return frame.bounds;
     };
     ImageF color(3, 2, 4, 0.25f);
-    EXPECT_TRUE(facts_of(color).one_color);
-    EXPECT_TRUE(facts_of(color).color_is_half);
+    EXPECT_TRUE(bounds_of(color).one_color);
+    EXPECT_TRUE(bounds_of(color).color_is_half);
     color.at(2, 1, 1) = -7.5f;
     color.at(1, 1, 1) = 3;
-    EXPECT_FALSE(facts_of(color).one_color);
-    EXPECT_EQ(facts_of(color).min_color, (std::array<double, 4>{0.25, -7.5, 0.25, 0.25}));
-    EXPECT_EQ(facts_of(color).max_color, (std::array<double, 4>{0.25, 3, 0.25, 0.25}));
+    EXPECT_FALSE(bounds_of(color).one_color);
+    EXPECT_EQ(bounds_of(color).min_color, (std::array<double, 4>{0.25, -7.5, 0.25, 0.25}));
+    EXPECT_EQ(bounds_of(color).max_color, (std::array<double, 4>{0.25, 3, 0.25, 0.25}));
     // One color but for the sign of a zero is not one.
     ImageF zeros(3, 2, 4, 0.0f);
-    EXPECT_TRUE(facts_of(zeros).one_color);
+    EXPECT_TRUE(bounds_of(zeros).one_color);
     zeros.at(1, 0, 2) = -0.0f;
-    EXPECT_FALSE(facts_of(zeros).one_color);
+    EXPECT_FALSE(bounds_of(zeros).one_color);
     // Straight alpha that overflows everywhere is no color at all.
     {
         FramePlanes planes;
@@ -203,7 +208,7 @@ TEST(Convert, FactsOfColor) {
         ConvertOptions straight;
         straight.unpremultiplied = true;
         ASSERT_TRUE(convert_frame(planes, frame, straight).ok());
-        EXPECT_FALSE(frame.facts.one_color);
+        EXPECT_FALSE(frame.bounds.one_color);
     }
     // Largest half, the next float, a third, smallest subnormal half, half of that, one and a half.
     const std::pair<float, bool> values[] = {
@@ -213,24 +218,24 @@ TEST(Convert, FactsOfColor) {
     for (const auto& [value, half] : values) {
         ImageF one(2, 1, 4, 1.0f);
         one.at(1, 0, 3) = value;
-        EXPECT_EQ(facts_of(one).color_is_half, half) << value;
+        EXPECT_EQ(bounds_of(one).color_is_half, half) << value;
     }
 }
 
 TEST(Convert, NothingIsKnownOfAFrameThatNobodyLookedAt) {
-    const FrameFacts facts;
-    EXPECT_EQ(facts.max_speed_px, FrameFacts::kUnknown);
-    EXPECT_EQ(facts.max_inverse_depth, FrameFacts::kUnknown);
-    EXPECT_EQ(facts.min_inverse_depth, 0);
-    EXPECT_FALSE(facts.one_color);
+    const FrameBounds bounds;
+    EXPECT_EQ(bounds.max_speed_px, FrameBounds::kUnknown);
+    EXPECT_EQ(bounds.max_inverse_depth, FrameBounds::kUnknown);
+    EXPECT_EQ(bounds.min_inverse_depth, 0);
+    EXPECT_FALSE(bounds.one_color);
     // The caller's word on a cut stays.
     FramePlanes planes;
     planes[Role::color] = ImageF(2, 2, 4);
     FrameDescription frame = frame_of(2, 2);
-    frame.facts.camera_cut = true;
+    frame.bounds.camera_cut = true;
     ASSERT_TRUE(convert_frame(planes, frame, {}).ok());
-    EXPECT_TRUE(frame.facts.camera_cut);
-    EXPECT_EQ(frame.facts.max_speed_px, FrameFacts::kUnknown);  // there is no motion
+    EXPECT_TRUE(frame.bounds.camera_cut);
+    EXPECT_EQ(frame.bounds.max_speed_px, FrameBounds::kUnknown);  // there is no motion
 }
 
 TEST(Convert, PlanesOfOneFrameHaveOneSize) {
@@ -238,9 +243,9 @@ TEST(Convert, PlanesOfOneFrameHaveOneSize) {
     planes[Role::color] = ImageF(2, 2, 4);
     planes[Role::inverse_depth] = ImageF(3, 2, 1);
     FrameDescription frame;
-    EXPECT_EQ(convert_frame(planes, frame, {}).code(), StatusCode::input);
+    EXPECT_EQ(convert_frame(planes, frame, {}).status().code(), StatusCode::input);
     planes[Role::inverse_depth] = ImageF(2, 2, 3);
-    EXPECT_EQ(convert_frame(planes, frame, {}).code(), StatusCode::input);
+    EXPECT_EQ(convert_frame(planes, frame, {}).status().code(), StatusCode::input);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "chain/plan_print.h"
 #include "tests/support/gpu.h"
 #include "tests/support/images.h"
 

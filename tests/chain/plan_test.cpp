@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "chain/plan_print.h"
 #include "chain/planner.h"
 
 namespace postchain {

@@ -129,7 +129,7 @@ TEST_F(DescribeTest, InspectNamesWhatItFound) {
     ASSERT_EQ(lines.size(), 1u);
     EXPECT_EQ(lines[0]["match"]["profile"], "cycles");
     EXPECT_EQ(lines[0]["match"]["detected"], true);
-    EXPECT_EQ(lines[0]["facts"]["width"], 48);
+    EXPECT_EQ(lines[0]["frame"]["width"], 48);
     EXPECT_EQ(lines[0]["files"]["color"]["parts"][0]["attributes"]["comment"], "a shot");
     EXPECT_EQ(run({"inspect"}).code, 2);
     EXPECT_EQ(run({"inspect", at("none.exr")}).code, 4);

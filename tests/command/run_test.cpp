@@ -92,8 +92,8 @@ TEST_F(RunTest, SidecarHasTheKeysOfItsDocument) {
     EXPECT_EQ(json["profile"], "cycles");
     EXPECT_EQ(json["health"]["input_nonfinite_color"], 2);
     EXPECT_EQ(json["health"]["input_first_nonfinite"], Json::array({3, 2}));
-    EXPECT_NEAR(json["health"]["max_speed_px"].get<double>(), std::sqrt(45.0), 1e-4);
-    EXPECT_NEAR(json["health"]["max_inverse_depth"].get<double>(), 0.5, 1e-6);
+    EXPECT_NEAR(json["bounds"]["max_speed_px"].get<double>(), std::sqrt(45.0), 1e-4);
+    EXPECT_NEAR(json["bounds"]["max_inverse_depth"].get<double>(), 0.5, 1e-6);
     EXPECT_EQ(json["plan"]["passes"].size(), 3u);
     EXPECT_EQ(json["counters"]["dispatches"], json["plan"]["steps"].size());
     EXPECT_EQ(sidecar(2)["outcome"], "held");

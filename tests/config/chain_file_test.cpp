@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "config/chain_find.h"
 #include "fake_passes.h"
 
 namespace postchain {

@@ -10,6 +10,7 @@
 
 #include "config/camera_file.h"
 #include "config/chain_file.h"
+#include "config/describe.h"
 #include "config/schema.h"
 #include "fake_passes.h"
 

@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "config/embedded.h"
+#include "config/profile_match.h"
 #include "fake_passes.h"
 
 namespace postchain {

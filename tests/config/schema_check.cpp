@@ -1,4 +1,5 @@
 #include "schema_check.h"
+#include "config/scalar.h"
 
 #include <cmath>
 

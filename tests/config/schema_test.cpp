@@ -1,4 +1,6 @@
 #include "config/schema.h"
+#include "config/describe.h"
+#include "config/scalar.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

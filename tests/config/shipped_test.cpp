@@ -6,6 +6,7 @@
 
 #include "config/camera_file.h"
 #include "config/chain_file.h"
+#include "config/chain_find.h"
 #include "config/profile.h"
 #include "fake_passes.h"
 #include "passes/registry.h"

@@ -1,5 +1,6 @@
 // The strict reading of YAML and JSON: what yaml-cpp 0.7 would let pass.
 #include "config/text_tree.h"
+#include "config/scalar.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

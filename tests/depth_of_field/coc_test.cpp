@@ -275,7 +275,7 @@ TEST(coc_stage, equal_for_equal_depth_in_every_encoding) {
         frame.display_height = 360;
         ConvertOptions options;
         options.depth = encoding;
-        const Status status = convert_frame(planes, frame, options);
+        const Status status = convert_frame(planes, frame, options).status();
         ASSERT_TRUE(status.ok()) << status.message();
         PlanOptions whole;
         whole.elide = false;

@@ -130,8 +130,8 @@ TEST(auto_sigma, follows_a_focus_pull_without_a_jump) {
 TEST(auto_sigma, does_not_depend_on_the_depths) {
     FrameDescription frame = frame_640(2);
     for (const double w : {0.0, 0.5, 20.0}) {
-        frame.facts.min_inverse_depth = w;
-        frame.facts.max_inverse_depth = 2 * w;
+        frame.bounds.min_inverse_depth = w;
+        frame.bounds.max_inverse_depth = 2 * w;
         EXPECT_EQ(sigma_px(unset(), frame), 1.5625);
     }
 }

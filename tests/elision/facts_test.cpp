@@ -264,7 +264,7 @@ TEST(IdentityByFacts, FxaaOfOnePixel) {
                 planes[Role::hint] = constant_image(1, 1, {1, 1});
                 const Chain chain = chain_of("fxaa", {{"hint", std::string(kind)}});
                 FrameDescription frame = describe(planes);
-                frame.facts = FrameFacts();
+                frame.bounds = FrameBounds();
                 EXPECT_TRUE(expect_same_bits(chain, frame, planes, only({kRuleFacts}, precision))
                                 .plan.passes[0]
                                 .left_out);
@@ -355,7 +355,7 @@ TEST(OffByConfiguration, ABlurLeftOutTakesAnEarlierHintAway) {
 TEST(CameraCut, ReturnsTheInput) {
     const FramePlanes planes = planes_of(half_noise(41, 23, 4, 8), {30, -8});
     FrameDescription frame = describe(planes);
-    frame.facts.camera_cut = true;
+    frame.bounds.camera_cut = true;
     const Chain chain = chain_of("motion_blur");
     for (const Precision precision : kPrecisions) {
         Plan plan;
@@ -379,7 +379,7 @@ TEST(CameraCut, ReturnsTheInput) {
 TEST(CameraCut, OtherPassesRun) {
     FramePlanes planes = planes_of(half_noise(41, 23, 4, 8), {30, -8}, 3);
     FrameDescription frame = describe(planes);
-    frame.facts.camera_cut = true;
+    frame.bounds.camera_cut = true;
     Chain chain = chain_of("motion_blur"), rest;
     for (Chain* one : {&chain, &rest}) {
         append(*one, "fxaa", {{"hint", "checkerboard"s}});

@@ -222,7 +222,7 @@ TEST(FocusTiles, LargeAndNonFiniteColors) {
             for (size_t i = 1; i < color.data.size(); i += 97) color.data[i] = NAN;
             for (int x = 30; x < 60; ++x) planes[Role::inverse_depth].at(x, 40) = 0.03f;
             FrameDescription frame = describe(focused(90, 70, 5));
-            frame.facts = FrameFacts();
+            frame.bounds = FrameBounds();
             const Lean lean =
                 expect_same_bits(focus_chain(8, 2.0 * double(factor), factor, leak), frame, planes,
                                  only({depth_of_field::kRuleFocusTiles}, precision));

@@ -52,7 +52,7 @@ TEST(MergeOfLeanPlans, EqualsTheTwoRunsAlone) {
                     const FramePlanes planes = mixed_planes(150, 110, still, focused);
                     FrameDescription frame = describe(planes);
                     frame.camera.f_stop = 0.3;
-                    if (!facts) frame.facts = FrameFacts();
+                    if (!facts) frame.bounds = FrameBounds();
                     PlanOptions lean;
                     lean.precision = precision;
                     for (const bool swapped : {false, true}) {

@@ -60,7 +60,7 @@ struct Scene {
     // As in an engine: nothing is known.
     Lean check_unknown(const Blur& blur, const std::string& rule) const {
         FrameDescription frame = describe(planes);
-        frame.facts = FrameFacts();
+        frame.bounds = FrameBounds();
         return expect_same_bits(chain_of(blur), frame, planes, only({rule}));
     }
 };

@@ -167,7 +167,7 @@ RandomCase random_case(uint64_t seed) {
     result.frame.display_width = width + random.whole(0, 300);
     result.frame.camera.f_stop = random.logarithmic(0.1, 16);
     const bool unknown = random.chance(0.25);
-    if (unknown) result.frame.facts = FrameFacts();
+    if (unknown) result.frame.bounds = FrameBounds();
     for (int passes = shape.whole(1, 4); passes > 0; --passes)
         append_random(result.chain, result.frame, shape, random);
     result.lean.precision = random.chance(0.5) ? Precision::fp16 : Precision::fp32;

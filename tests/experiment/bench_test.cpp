@@ -10,6 +10,9 @@
 #include "tests/experiment/support.h"
 #include "tools/measure/experiment/ab.h"
 #include "tools/measure/experiment/bench_store.h"
+#include "tools/measure/experiment/choose.h"
+#include "tools/measure/experiment/sweep.h"
+#include "tools/measure/report/images.h"
 
 namespace postchain::experiment {
 

@@ -4,6 +4,7 @@
 
 #include "tools/measure/experiment/ab.h"
 #include "tools/measure/experiment/statistics.h"
+#include "tools/measure/experiment/verdict.h"
 
 namespace postchain::experiment {
 

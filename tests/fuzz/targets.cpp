@@ -1,4 +1,5 @@
 #include "targets.h"
+#include "config/profile_match.h"
 
 #include <sys/mman.h>
 #include <unistd.h>

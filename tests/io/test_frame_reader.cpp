@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "config/profile_match.h"
 #include "tests/io/exr_files.h"
 #include "tools/sequence/io/frame_reader.h"
 

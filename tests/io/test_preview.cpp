@@ -6,6 +6,7 @@
 
 #include "tests/io/exr_files.h"
 #include "tools/sequence/io/exr_writer.h"
+#include "tools/sequence/io/preview.h"
 
 namespace postchain::io {
 namespace {

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "chain/convert.h"
+#include "chain/plan_print.h"
 #include "tests/motion_blur/support.h"
 
 namespace postchain::test {
@@ -221,10 +222,11 @@ TEST(Exact, NonfiniteInputGivesFiniteOutputAndACount) {
     FrameDescription description = describe(frame.planes);
     ConvertOptions options;
     options.depth = DepthEncoding::inverse;
-    ASSERT_TRUE(convert_frame(frame.planes, description, options).ok());
-    EXPECT_EQ(description.facts.nonfinite_color, 3u);
-    EXPECT_EQ(description.facts.nonfinite_depth, 3u);
-    EXPECT_EQ(description.facts.nonfinite_motion + description.facts.sentinel_motion, 3u);
+    const auto health = convert_frame(frame.planes, description, options);
+    ASSERT_TRUE(health.ok());
+    EXPECT_EQ(health->nonfinite_color, 3u);
+    EXPECT_EQ(health->nonfinite_depth, 3u);
+    EXPECT_EQ(health->nonfinite_motion + health->sentinel_motion, 3u);
     const FramePlanes out = filter(blur(), description, frame.planes);
     for (float value : out.at(Role::color).data) ASSERT_TRUE(std::isfinite(value));
 }

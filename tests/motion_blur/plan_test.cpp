@@ -18,7 +18,7 @@ FrameDescription description(double max_speed_px) {
     frame.width = frame.display_width = 100;
     frame.height = frame.display_height = 50;
     frame.planes = {Role::color, Role::inverse_depth, Role::motion};
-    frame.facts.max_speed_px = max_speed_px;
+    frame.bounds.max_speed_px = max_speed_px;
     return frame;
 }
 
@@ -71,7 +71,7 @@ TEST(Plan, ClassesOfBlocks) {
         return steps;
     };
     FrameDescription sky = description(9), ground = sky;
-    ground.facts.min_inverse_depth = 0.01;
+    ground.bounds.min_inverse_depth = 0.01;
     const Chain chain = plain_blur();
     EXPECT_THAT(steps_of(chain, sky, {}), ElementsAre("tile_rows", "tile_max", "neighbor_max",
                                                       "classify", "keep", "gather_sky", "gather"));
@@ -113,7 +113,7 @@ TEST(Plan, FormatsFollowPrecisionAndStorage) {
         PlanOptions options;
         options.precision = precision;
         FrameDescription frame = description(9);
-        frame.facts.color_is_half = half_input;
+        frame.bounds.color_is_half = half_input;
         const Plan plan = plan_of(chain, frame, options);
         for (const auto& texture : plan.textures)
             if (texture.name == std::string("0.motion_blur.") + name) return texture.format;

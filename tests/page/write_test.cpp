@@ -10,6 +10,7 @@
 
 #include "tests/page/fixture.h"
 #include "tools/measure/report/page/page.h"
+#include "tools/measure/report/report_json.h"
 
 namespace postchain::report {
 namespace {

@@ -1,5 +1,4 @@
 // The runner in this process: overlap, stopping, what is thrown, foreign locales.
-#include "tools/sequence/run/runner.h"
 
 #include <gtest/gtest.h>
 
@@ -15,6 +14,9 @@
 #include "passes/motion_blur/motion_blur.h"
 #include "passes/registry.h"
 #include "tests/command/frames.h"
+#include "tools/sequence/run/fingerprint.h"
+#include "tools/sequence/run/run_sequence.h"
+#include "tools/sequence/run/runner.h"
 #include "tools/sequence/run/sidecar.h"
 
 namespace postchain::sequence {
@@ -226,7 +228,7 @@ TEST_F(RunnerTest, WorkTextTellsWorkApart) {
             {Role::color, settings_.input.color().format(frame)}};
         auto header = open_source_frame(settings_.source, files, frame);
         EXPECT_TRUE(header.ok());
-        return work_text(chain_, settings_, *header, files, frame);
+        return fingerprint_of(chain_, settings_, *header, files, frame);
     };
     const std::string base = text(1);
     EXPECT_EQ(text(1), base);

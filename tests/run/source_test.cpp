@@ -48,7 +48,7 @@ TEST(Source, EveryConventionGivesTheCanonicalPlanes) {
         } else {
             EXPECT_TRUE(name == "arnold" || name == "vray") << name;
         }
-        EXPECT_NEAR(frame->description.facts.max_speed_px, std::sqrt(45.0), 1e-5) << name;
+        EXPECT_NEAR(frame->description.bounds.max_speed_px, std::sqrt(45.0), 1e-5) << name;
     }
 }
 

@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "support.h"
+#include "tools/measure/scenes/wheels.h"
+#include "tools/measure/scenes/zoom.h"
 
 namespace postchain::scenes::test {
 namespace {

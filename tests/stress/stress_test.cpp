@@ -12,6 +12,7 @@
 #include <set>
 
 #include "config/chain_file.h"
+#include "config/chain_find.h"
 #include "tests/support/gpu.h"
 #include "tests/support/images.h"
 #include "tools/measure/stress/limits.h"
@@ -95,18 +96,18 @@ TEST(Stress, CellsHoldTheScalesTheyName) {
     };
     // Half-velocities: with a shutter of one frame the motion is twice as long.
     for (double v : {0.0, 1e-6, 0.499, 0.5, 0.501, 1.0, 40.0, 1e3, 1e6})
-        EXPECT_NEAR(find(concat("object ", v, " px, ground still")).frame.facts.max_speed_px, 2 * v,
-                    1e-6 * v);
+        EXPECT_NEAR(find(concat("object ", v, " px, ground still")).frame.bounds.max_speed_px,
+                    2 * v, 1e-6 * v);
     const FramePlanes& opposed = find("antiparallel 1 px").planes;
     EXPECT_FLOAT_EQ(opposed.at(Role::motion).at(40, 20, 0), 1.6f);
     EXPECT_FLOAT_EQ(opposed.at(Role::motion).at(0, 0, 0), -1.6f);
     EXPECT_FLOAT_EQ(opposed.at(Role::motion).at(0, 0, 1), -1.2f);
-    const FrameFacts& ratio = find("ratio 1e+30").frame.facts;
+    const FrameBounds& ratio = find("ratio 1e+30").frame.bounds;
     EXPECT_NEAR(ratio.max_inverse_depth / ratio.min_inverse_depth, 1e30, 1e24);
-    const FrameFacts& close = find("ratio 1+1e-07").frame.facts;
+    const FrameBounds& close = find("ratio 1+1e-07").frame.bounds;
     EXPECT_GT(close.max_inverse_depth, close.min_inverse_depth);
     EXPECT_LT(close.max_inverse_depth / close.min_inverse_depth, 1 + 2e-7);
-    const FrameFacts& sky = find("near plane before sky").frame.facts;
+    const FrameBounds& sky = find("near plane before sky").frame.bounds;
     EXPECT_EQ(sky.min_inverse_depth, 0);
     EXPECT_EQ(sky.max_inverse_depth, 10);
     EXPECT_EQ(find("f/0.1, focus at infinity").frame.camera.f_stop, 0.1);
@@ -177,7 +178,7 @@ TEST(Stress, ChecksSeeWhatTheyAreFor) {
         EXPECT_EQ(find_check(measured->checks, "constant").verdict, Verdict::ok);
         // Facts that lie: the lean run leaves the blur out, the full one does not.
         wrong = cell;
-        wrong.frame.facts.max_speed_px = 0;
+        wrong.frame.bounds.max_speed_px = 0;
         measured = measure(test::executor(), subject, wrong, Precision::fp32);
         ASSERT_TRUE(measured.ok());
         EXPECT_EQ(find_check(measured->checks, "lean").verdict, Verdict::failed);

@@ -70,8 +70,7 @@ FrameDescription describe(const FramePlanes& planes) {
     FramePlanes copy = planes;
     ConvertOptions options;
     options.depth = DepthEncoding::inverse;
-    const Status status = convert_frame(copy, frame, options);
-    if (!status.ok()) std::abort();
+    if (!convert_frame(copy, frame, options).ok()) std::abort();
     frame.display_width = frame.width;
     frame.display_height = frame.height;
     frame.frame_number = 1;

@@ -21,12 +21,12 @@ ImageF textured_image(int width, int height, int channels, uint32_t seed);
 // A small canonical frame: textured color with alpha 1, two depth layers (near square on far
 // ground), the square moving by `square_motion` and the ground by `ground_motion` pixels.
 struct TestFrame {
-    FrameDescription description;  // facts filled, camera of a 50 mm lens at f/2, focus on ground
+    FrameDescription description;  // bounds filled, camera of a 50 mm lens at f/2, focus on ground
     FramePlanes planes;            // color, inverse_depth, motion
 };
 TestFrame layered_frame(int width, int height, std::array<float, 2> square_motion,
                         std::array<float, 2> ground_motion, uint32_t seed = 1);
-// Size, planes and facts of hand-made canonical planes.
+// Size, planes and bounds of hand-made canonical planes.
 FrameDescription describe(const FramePlanes& planes);
 
 struct Difference {

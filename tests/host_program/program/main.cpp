@@ -32,7 +32,7 @@ int main() {
             planes[Role::motion].at(x, y, 0) = 20;  // pixels to the next frame
         }
     }
-    frame.facts.max_speed_px = 20;  // what a plan may leave out depends on it
+    frame.bounds.max_speed_px = 20;  // what a plan may leave out depends on it
 
     Chain chain;
     Pass* blur = chain.append(builtin_passes(), "motion_blur");

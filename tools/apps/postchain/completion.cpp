@@ -1,12 +1,14 @@
-// Man page and bash completion, made from the command's own options and the parameter tables.
+#include "tools/apps/postchain/completion.h"
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 
 #include "chain/plan.h"
 #include "chain/text.h"
+#include "config/chain_find.h"
 #include "config/schema.h"
 #include "passes/registry.h"
-#include "tools/apps/postchain/verbs.h"
+#include "tools/apps/postchain/options.h"
 #include "tools/measure/scenes/scene.h"
 
 namespace postchain {

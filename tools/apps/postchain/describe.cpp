@@ -1,17 +1,19 @@
-// postchain plan, info, schema, passes: what would run, where, and with which parameters.
+#include "tools/apps/postchain/describe.h"
+
 #include <OpenEXR/OpenEXRConfig.h>
 #include <OpenImageIO/oiioversion.h>
 #include <spdlog/version.h>
 
 #include <CLI/Version.hpp>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
+#include "chain/plan_print.h"
+#include "config/describe.h"
 #include "config/schema.h"
 #include "passes/registry.h"
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
-#include "tools/apps/postchain/verbs.h"
+#include "tools/sequence/io/json.h"
 #include "tools/sequence/run/frame_source.h"
 
 namespace postchain {
@@ -19,7 +21,7 @@ namespace postchain {
 int plan_verb(const Options& options, const std::string& format) {
     auto chain = load_chain_of(options);
     if (!chain.ok()) return fail(chain.status());
-    auto settings = input_settings_of(options);
+    auto settings = run_settings_of(options);
     if (!settings.ok()) return fail(settings.status());
     io::set_exr_threads(threads_of(options));
     auto list = io::find_frames(settings->input, settings->frames);
@@ -70,7 +72,7 @@ int plan_verb(const Options& options, const std::string& format) {
 }
 
 int info_verb(const Options& options) {
-    nlohmann::ordered_json info;
+    io::Json info;
     info["postchain"] = kVersion;
     info["libraries"] = {
         {"OpenEXR", OPENEXR_VERSION_STRING},
@@ -79,7 +81,7 @@ int info_verb(const Options& options) {
         {"spdlog", concat(SPDLOG_VER_MAJOR, ".", SPDLOG_VER_MINOR, ".", SPDLOG_VER_PATCH)},
         {"nlohmann-json", concat(NLOHMANN_JSON_VERSION_MAJOR, ".", NLOHMANN_JSON_VERSION_MINOR, ".",
                                  NLOHMANN_JSON_VERSION_PATCH)}};
-    info["devices"] = nlohmann::ordered_json::array();
+    info["devices"] = io::Json::array();
     for (const auto& device : gl::list_devices())
         info["devices"].push_back(
             {{"device", device.index}, {"name", device.name}, {"software", device.software}});
@@ -100,7 +102,7 @@ int info_verb(const Options& options) {
                         {"image_units", limits.image_units}}}};
     }
     if (options.json) {
-        std::printf("%s\n", info.dump().c_str());
+        std::printf("%s\n", io::json_text(info).c_str());
     } else {
         std::printf("postchain %s\n", kVersion);
         for (const auto& [name, version] : info["libraries"].items())

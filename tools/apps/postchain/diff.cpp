@@ -1,26 +1,21 @@
-// postchain diff: error metrics of B against the reference A, one image or a sequence.
-//
-//   file --profile--> color role --> Pair --tools/metrics--> values, error map
-//
-// HDR-FLIP's exposures come from the references alone; those of a sequence are read once before,
-// so that every frame is judged at the same exposures.
+#include "tools/apps/postchain/diff.h"
+
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
-#include "tools/apps/postchain/diff_work.h"
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/metrics/temporal.h"
+#include "tools/sequence/io/json.h"
 #include "tools/sequence/io/png.h"
 
 namespace postchain {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using io::Json;
 using Values = std::vector<std::pair<std::string, std::optional<double>>>;
 
 // Exposures of a sequence: from every reference.
@@ -63,7 +58,7 @@ std::string number_text(const std::optional<double>& value) {
 }
 
 void print_line(const Json& json) {
-    std::printf("%s\n", json.dump(-1, ' ', false, Json::error_handler_t::replace).c_str());
+    std::printf("%s\n", io::json_text(json).c_str());
     std::fflush(stdout);
 }
 
@@ -150,7 +145,7 @@ void add_diff(CLI::App& verb, Options& o, DiffOptions& diff) {
                        row.shown_max, ")");
     verb.add_option("A", diff.a, "reference: an image, or a sequence A.####.exr")->required();
     verb.add_option("B", diff.b, "what is held against it, of the same kind")->required();
-    verb.add_option("--frames", o.frames,
+    verb.add_option("--frames", o.job.frames,
                     "which frames of sequences: 1-10,20-40x2 (default: all "
                     "of A on disk)")
         ->type_name("RANGE");
@@ -175,7 +170,7 @@ void add_diff(CLI::App& verb, Options& o, DiffOptions& diff) {
     verb.add_option("--map-metric", diff.map_metric, "error of the map: " + maps)
         ->type_name("NAME")
         ->capture_default_str();
-    verb.add_option("--on-existing", o.on_existing, "when a map exists")
+    verb.add_option("--on-existing", diff.on_existing, "when a map exists")
         ->check(CLI::IsMember({"fail", "overwrite"}))
         ->capture_default_str();
     verb.add_option("--ppd", diff.pixels_per_degree, "pixels per degree of visual angle, for FLIP")
@@ -184,10 +179,10 @@ void add_diff(CLI::App& verb, Options& o, DiffOptions& diff) {
     verb.add_option("--tone-mapper", diff.tone_mapper, "of HDR-FLIP")
         ->check(CLI::IsMember(metrics::tone_mapper_names()))
         ->capture_default_str();
-    verb.add_option("--profile", o.profile, "names of the writer, for both (default: detected)")
+    verb.add_option("--profile", o.job.profile, "names of the writer, for both (default: detected)")
         ->type_name("NAME");
-    verb.add_option("--layer", o.layer, "layer to take where there are several")->type_name("NAME");
-    verb.add_option("--view", o.view, "view to take of a multi-view file")->type_name("NAME");
+    for (const char* key : {"layer", "view"})
+        add_setting(verb, *job_parameters().find(key), &o.job);
     verb.add_option("--threads", o.threads, "CPU threads (default: all cores)")
         ->check(CLI::Range(1, 1024));
     verb.add_flag("--json", o.json,

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "tools/apps/postchain/log.h"
+#include "tools/sequence/run/frame_task.h"
 
 namespace postchain {
 namespace {
@@ -67,15 +68,15 @@ Result<std::vector<DiffFrame>> frames_of(const Options& options, const DiffOptio
                                                 ": one is a sequence, the other a single image"));
     sequence = a->has_token();
     if (!sequence) {
-        if (!options.frames.empty())
+        if (!options.job.frames.empty())
             return Status(StatusCode::usage,
                           "--frames: A and B are single images; give patterns (A.####.exr)");
         return std::vector<DiffFrame>{{a->literal_frame(), a->text(), b->text()}};
     }
     const auto in_a = a->discover(), in_b = b->discover();
     std::vector<int> numbers;
-    if (!options.frames.empty()) {
-        auto range = io::FrameRange::parse(options.frames);
+    if (!options.job.frames.empty()) {
+        auto range = io::FrameRange::parse(options.job.frames);
         if (!range.ok()) return range.status().at("--frames");
         numbers = range->frames;
     } else {
@@ -140,15 +141,15 @@ Result<DiffWork> work_of(const Options& options, const DiffOptions& diff) {
     auto frames = frames_of(options, diff, work.sequence);
     if (!frames.ok()) return frames.status();
     work.frames = std::move(*frames);
-    if (!options.profile.empty()) {
-        auto profile = find_profile(options.profile);
+    if (!options.job.profile.empty()) {
+        auto profile = find_profile(options.job.profile);
         if (!profile.ok()) return profile.status().at("--profile");
         work.source.profile = std::move(*profile);
     }
-    work.source.layer = options.layer;
-    work.source.view = options.view;
+    work.source.layer = options.job.layer;
+    work.source.view = options.job.view;
     work.on_existing =
-        options.on_existing == "overwrite" ? io::OnExisting::overwrite : io::OnExisting::fail;
+        diff.on_existing == "overwrite" ? io::OnExisting::overwrite : io::OnExisting::fail;
 
     const bool many = work.frames.size() > 1;
     for (const auto& row : metrics::metric_rows())

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/apps/postchain/verbs.h"
+#include "tools/apps/postchain/options.h"
 #include "tools/measure/metrics/compare.h"
 #include "tools/measure/metrics/limit.h"
 #include "tools/sequence/io/exr_writer.h"
@@ -15,6 +15,17 @@ namespace postchain {
 
 // The one metric that takes more than a pair: mean |change of the error| from frame to frame.
 inline constexpr const char* kTde = "tde";
+
+struct DiffOptions {
+    std::string a, b;  // A is the reference
+    std::vector<std::string> metrics;
+    std::vector<std::string> maps;
+    std::string map_metric = "hdr_flip";
+    std::string on_existing = "fail";
+    std::vector<std::string> fail_above;
+    double pixels_per_degree = 0;
+    std::string tone_mapper = "aces";
+};
 
 struct DiffFrame {
     int number = 0;

@@ -16,27 +16,11 @@ inline constexpr int kExitHealth = 7;
 inline constexpr int kExitThreshold = 8;  // an error metric exceeds --fail-above
 inline constexpr int kExitSignal = 128;   // + the signal's number
 
-inline int exit_code(const Status& status) {
-    switch (status.code()) {
-        case StatusCode::ok:
-            return kExitOk;
-        case StatusCode::usage:
-            return kExitUsage;
-        case StatusCode::chain:
-            return kExitChain;
-        case StatusCode::input:
-            return kExitInput;
-        case StatusCode::output:
-            return kExitOutput;
-        case StatusCode::gl:
-            return kExitGl;
-        case StatusCode::health:
-            return kExitHealth;
-        case StatusCode::canceled:
-        case StatusCode::internal:
-            return kExitSomeFailed;
-    }
-    return kExitSomeFailed;
-}
+int exit_code(const Status& status);
+
+// Prints the status as an error, unless it has been said already, and returns its exit code.
+int fail(const Status& status);
+// The same failure for fail() to be silent about: its diagnostics are on stderr.
+Status already_said(const Status& status);
 
 }  // namespace postchain

@@ -1,28 +1,29 @@
-// postchain ab and bench: experiments with messages, progress and signals around them.
+#include "tools/apps/postchain/experiments.h"
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 
+#include "config/chain_find.h"
 #include "passes/registry.h"
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
-#include "tools/apps/postchain/verbs.h"
 #include "tools/measure/experiment/ab.h"
 #include "tools/measure/experiment/bench.h"
+#include "tools/measure/experiment/choose.h"
+#include "tools/measure/experiment/sweep.h"
 #include "tools/measure/experiment/truth.h"
 #include "tools/measure/report/limits.h"
 #include "tools/measure/report/lists.h"
 #include "tools/measure/report/page/page.h"
+#include "tools/measure/report/report_json.h"
+#include "tools/measure/report/report_text.h"
 #include "tools/measure/report/words.h"
 
 namespace postchain {
 namespace {
-
-constexpr int kPageFramesOfAb = 8;
-constexpr int kPageFramesOfBench = 1;
 
 std::string duration(double seconds) {
     const long s = long(seconds + 0.5);
@@ -45,26 +46,14 @@ experiment::ProgressCallback progress_printer() {
     };
 }
 
-void add_experiment(CLI::App& verb, Options& o, ExperimentOptions& e, int page_frames) {
-    e.pixels_per_degree = metrics::kPixelsPerDegree;
+void add_experiment(CLI::App& verb, Options& o, ExperimentOptions& e, const ParameterTable& table,
+                    void* settings) {
     verb.add_option("--set", o.sets, "change a value of the chain, as of run")
         ->type_name("KEY=VALUE")
         ->expected(1)
         ->take_all();
-    add_input(verb, o);
-    verb.add_option("-r,--truth", e.truth, "frames to measure against: both.####.exr")
-        ->type_name("TRUTH");
-    verb.add_option("-o,--output", o.output, "folder of the report; made when it is not there")
-        ->type_name("DIR")
-        ->required();
-    verb.add_flag("--overwrite", e.overwrite, "replace the report that lies there");
-    verb.add_option("--repeats", e.repeats, "repetitions of each timing")
-        ->check(CLI::Range(1, 10000))
-        ->capture_default_str();
-    verb.add_option(
-            "--page-frames", e.page_frames,
-            concat("frames whose pictures are kept, evenly spread (default: ", page_frames, ")"))
-        ->check(CLI::Range(1, 1000));
+    add_settings(verb, job_parameters(), sequence::kInputGroup, &o.job);
+    add_settings(verb, table, "", settings);
     verb.add_option("--assets", e.assets,
                     "folder for the page's pictures, which are inside the page otherwise")
         ->type_name("DIR");
@@ -73,36 +62,21 @@ void add_experiment(CLI::App& verb, Options& o, ExperimentOptions& e, int page_f
         ->type_name("METRIC=NUMBER")
         ->expected(1)
         ->take_all();
-    verb.add_option("--ppd", e.pixels_per_degree, "pixels per degree of visual angle, for FLIP")
-        ->check(CLI::Range(metrics::kMinPixelsPerDegree, metrics::kMaxPixelsPerDegree))
-        ->capture_default_str();
-    verb.add_option("--tone-mapper", e.tone_mapper, "of HDR-FLIP")
-        ->check(CLI::IsMember(metrics::tone_mapper_names()))
-        ->capture_default_str();
-    add_plan(verb, o);
+    add_settings(verb, job_parameters(), sequence::kPlanGroup, &o.job);
     add_device(verb, o);
     verb.add_flag("--json", o.json, "the report as one JSON object on stdout");
 }
 
-Result<experiment::ExperimentSettings> settings_of(const Options& o, const ExperimentOptions& e,
-                                                   int argc, char** argv, int page_frames) {
-    experiment::ExperimentSettings settings;
-    auto run = input_settings_of(o);
+// What the tables do not say: the run, and this process.
+Status complete(experiment::ExperimentSettings& settings, const Options& o, int argc, char** argv) {
+    auto run = run_settings_of(o);
     if (!run.ok()) return run.status();
     settings.run = std::move(*run);
-    settings.input = o.input;
-    settings.truth = e.truth;
-    settings.folder = o.output;
-    settings.overwrite = e.overwrite;
+    settings.input = o.job.input;
     settings.command.assign(argv, argv + argc);
     settings.threads = threads_of(o);
-    settings.repeats = e.repeats;
-    settings.page_frames = e.page_frames > 0 ? e.page_frames : page_frames;
-    settings.flip.pixels_per_degree = e.pixels_per_degree;
     settings.flip.threads = o.threads;
-    // The parser has checked the name.
-    settings.flip.tone_mapper = *metrics::find_tone_mapper(e.tone_mapper);
-    return settings;
+    return Status();
 }
 
 Result<std::vector<report::MetricLimit>> limits_of(const std::string& option,
@@ -177,7 +151,7 @@ std::string chain_name(const std::string& path) {
 void add_ab(CLI::App& verb, Options& o, ExperimentOptions& e) {
     verb.add_option("CHAIN_A", o.chain, "chain file, or the name of a shipped chain")->required();
     verb.add_option("CHAIN_B", e.chain_b, "the other one")->required();
-    add_experiment(verb, o, e, kPageFramesOfAb);
+    add_experiment(verb, o, e, experiment::ab_parameters(), &e.ab);
 }
 
 int ab_verb(const Options& options, const ExperimentOptions& e, int argc, char** argv) {
@@ -187,20 +161,21 @@ int ab_verb(const Options& options, const ExperimentOptions& e, int argc, char**
     of_b.chain = e.chain_b;
     auto b = load_chain_of(of_b);
     if (!b.ok()) return fail(b.status());
-    auto settings = settings_of(options, e, argc, argv, kPageFramesOfAb);
-    if (!settings.ok()) return fail(settings.status());
-    auto limits = limits_of("--fail-above", e.fail_above, report::Kind::ab, !e.truth.empty());
+    experiment::ExperimentSettings settings = e.ab;
+    if (Status status = complete(settings, options, argc, argv); !status.ok()) return fail(status);
+    auto limits =
+        limits_of("--fail-above", e.fail_above, report::Kind::ab, !settings.truth.empty());
     if (!limits.ok()) return fail(limits.status());
     const StopOnSignal stop;
     auto context = context_of(options);
     if (!context.ok()) return fail(context.status());
-    settings->renderer = renderer_text(**context);
-    settings->software = (*context)->software();
+    settings.renderer = renderer_text(**context);
+    settings.software = (*context)->software();
     Executor executor(**context);
     const experiment::NamedChain first{chain_name(options.chain), std::move(a->chain)};
     const experiment::NamedChain second{chain_name(e.chain_b), std::move(b->chain)};
     auto report =
-        experiment::run_ab(first, second, *settings, executor, progress_printer(), &stop.flag());
+        experiment::run_ab(first, second, settings, executor, progress_printer(), &stop.flag());
     log::progress("");
     if (stop.asked()) return stop.exit_code();
     if (!report.ok()) return fail(report.status());
@@ -215,31 +190,20 @@ void add_bench(CLI::App& verb, Options& o, ExperimentOptions& e) {
         ->type_name("KEY=V1,V2,...")
         ->expected(1)
         ->take_all();
-    verb.add_option("--max-variants", e.max_variants, "refuse a larger product of the sweeps")
-        ->check(CLI::Range(1, 100000))
-        ->capture_default_str();
     verb.add_option("--under", e.under,
                     "pick the cheapest variant whose mean is not above it and write its chain "
                     "file, may be repeated: flip=0.1")
         ->type_name("METRIC=NUMBER")
         ->expected(1)
         ->take_all();
-    verb.add_option("--split-frames", e.split_frames,
-                    "frames on which the error is split into precision, sampling and model")
-        ->check(CLI::Range(0, 1000))
-        ->capture_default_str();
-    verb.add_option("--truth-samples", e.truth_samples,
-                    "samples per pixel of the truth of a generated scene, without --truth")
-        ->check(CLI::Range(1, 1 << 20))
-        ->capture_default_str();
-    add_experiment(verb, o, e, kPageFramesOfBench);
+    add_experiment(verb, o, e, experiment::bench_parameters(), &e.bench);
 }
 
 namespace {
 
 // Without --truth: that of the generated scene, where the input is one.
-Status find_truth(const Options& options, const ExperimentOptions& e,
-                  experiment::BenchSettings& settings, const StopOnSignal& stop) {
+Status find_truth(const Options& options, experiment::BenchSettings& settings,
+                  const StopOnSignal& stop) {
     if (!settings.truth.empty()) return Status();
     auto survey = experiment::survey_input(settings.run, settings.flip.tone_mapper, false);
     if (!survey.ok()) return survey.status();
@@ -251,7 +215,7 @@ Status find_truth(const Options& options, const ExperimentOptions& e,
     auto context = context_options_of(options);
     if (!context.ok()) return context.status();
     auto pattern = experiment::generate_truth(
-        *scene.request, settings.folder + "/truth", e.truth_samples, *context,
+        *scene.request, settings.folder + "/truth", settings.truth_samples, *context,
         [&](int frame, double share) {
             log::progress(concat("truth of ", scene.request->name, ", frame ", frame, ", ",
                                  int(100 * share), " %"));
@@ -260,8 +224,8 @@ Status find_truth(const Options& options, const ExperimentOptions& e,
     log::progress("");
     if (!pattern.ok()) return pattern.status();
     settings.truth = *pattern;
-    settings.truth_is =
-        concat("generated: ", scene.request->name, ", ", e.truth_samples, " samples per pixel");
+    settings.truth_is = concat("generated: ", scene.request->name, ", ", settings.truth_samples,
+                               " samples per pixel");
     return Status();
 }
 
@@ -278,25 +242,22 @@ int bench_verb(const Options& options, const ExperimentOptions& e, int argc, cha
         if (!sweep.ok()) return fail(sweep.status());
         sweeps.push_back(std::move(*sweep));
     }
-    auto variants =
-        experiment::sweep_variants(*chain, builtin_passes(), options.sets, sweeps, e.max_variants);
+    auto variants = experiment::sweep_variants(*chain, builtin_passes(), options.sets, sweeps,
+                                               e.bench.max_variants);
     if (!variants.ok()) return fail(variants.status());
-    experiment::BenchSettings settings;
-    auto common = settings_of(options, e, argc, argv, kPageFramesOfBench);
-    if (!common.ok()) return fail(common.status());
-    static_cast<experiment::ExperimentSettings&>(settings) = std::move(*common);
+    experiment::BenchSettings settings = e.bench;
+    if (Status status = complete(settings, options, argc, argv); !status.ok()) return fail(status);
     settings.chain_name = chain_name(options.chain);
-    settings.split_frames = e.split_frames;
     auto limits = limits_of("--fail-above", e.fail_above, report::Kind::bench, true);
     if (!limits.ok()) return fail(limits.status());
     auto under = limits_of("--under", e.under, report::Kind::bench, true);
     if (!under.ok()) return fail(under.status());
-    if (Status status = experiment::prepare_folder(settings.folder, e.overwrite, true);
+    if (Status status = experiment::prepare_folder(settings.folder, settings.overwrite, true);
         !status.ok())
         return fail(status);
 
     const StopOnSignal stop;
-    if (Status status = find_truth(options, e, settings, stop); !status.ok())
+    if (Status status = find_truth(options, settings, stop); !status.ok())
         return stop.asked() ? stop.exit_code() : fail(status);
     auto context = context_of(options);
     if (!context.ok()) return fail(context.status());

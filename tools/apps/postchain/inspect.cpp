@@ -1,18 +1,19 @@
-// postchain inspect: what a file holds, how it was understood, and whether its vectors point the
-// way the profile says.
-#include <cstdio>
-#include <nlohmann/json.hpp>
+#include "tools/apps/postchain/inspect.h"
 
+#include <cstdio>
+
+#include "config/profile_match.h"
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
-#include "tools/apps/postchain/verbs.h"
+#include "tools/sequence/io/json.h"
 #include "tools/sequence/run/frame_source.h"
+#include "tools/sequence/run/sidecar.h"
 #include "tools/sequence/run/sign_check.h"
 
 namespace postchain {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using io::Json;
 
 Json describe_file(const io::ExrFile& file) {
     Json parts = Json::array();
@@ -46,26 +47,11 @@ Json describe_roles(const ProfileMatch& match) {
             {"missing", missing},       {"notes", match.notes}};
 }
 
-Json describe_facts(const FrameDescription& frame) {
-    const auto& facts = frame.facts;
+Json describe_frame(const FrameDescription& frame) {
     Json json = {{"width", frame.width},
                  {"height", frame.height},
                  {"display_width", frame.display_width},
                  {"display_height", frame.display_height},
-                 {"max_speed_px", facts.max_speed_px},
-                 {"min_inverse_depth", facts.min_inverse_depth},
-                 {"max_inverse_depth", facts.max_inverse_depth},
-                 {"min_color", facts.min_color},
-                 {"max_color", facts.max_color},
-                 {"one_color", facts.one_color},
-                 {"color_is_half", facts.color_is_half},
-                 {"camera_cut", facts.camera_cut},
-                 {"nonfinite_color", facts.nonfinite_color},
-                 {"nonfinite_depth", facts.nonfinite_depth},
-                 {"nonfinite_motion", facts.nonfinite_motion},
-                 {"sentinel_motion", facts.sentinel_motion},
-                 {"negative_depth", facts.negative_depth},
-                 {"motion_all_zero", facts.motion_all_zero},
                  {"luma_weights", frame.luma_weights}};
     Json camera = Json::object();
     for (const auto& row : camera_parameters().rows()) {
@@ -93,7 +79,7 @@ Json describe_signs(const sequence::SignCheck& check) {
 
 // Attributes and names may hold bytes that are no UTF-8.
 void print_line(const Json& json) {
-    std::printf("%s\n", json.dump(-1, ' ', false, Json::error_handler_t::replace).c_str());
+    std::printf("%s\n", io::json_text(json).c_str());
 }
 
 void print_file(const Json& file) {
@@ -114,11 +100,14 @@ void print_file(const Json& file) {
     }
 }
 
-void print_facts(const Json& facts) {
-    for (const auto& [key, value] : facts.items())
-        if (key != "camera") std::printf("%s: %s\n", key.c_str(), value.dump().c_str());
-    for (const auto& [key, value] : facts["camera"].items())
-        std::printf("camera.%s: %s\n", key.c_str(), value.dump().c_str());
+// "key: value" of each; what is itself an object as "key.key: value".
+void print_values(const Json& values, const std::string& prefix = "") {
+    for (const auto& [key, value] : values.items()) {
+        if (value.is_object())
+            print_values(value, prefix + key + ".");
+        else
+            std::printf("%s%s: %s\n", prefix.c_str(), key.c_str(), io::json_text(value).c_str());
+    }
 }
 
 void print_signs(const sequence::SignCheck& check, int next) {
@@ -160,9 +149,9 @@ void print_signs(const sequence::SignCheck& check, int next) {
 }  // namespace
 
 int inspect_verb(const Options& options) {
-    if (options.input.empty())
+    if (options.job.input.empty())
         return fail(Status(StatusCode::usage, "inspect: name a frame or pattern"));
-    auto settings = input_settings_of(options);
+    auto settings = run_settings_of(options);
     if (!settings.ok()) return fail(settings.status());
     io::set_exr_threads(threads_of(options));
     auto list = io::find_frames(settings->input, settings->frames);
@@ -200,10 +189,11 @@ int inspect_verb(const Options& options) {
         }
         for (const auto& warning : source->warnings) log::warning(warning);
         json["match"] = describe_roles(source->match);
-        json["facts"] = describe_facts(source->description);
+        json["frame"] = describe_frame(source->description);
+        sequence::add_findings(json, source->description.bounds, source->health);
         if (!options.json) {
             std::fputs((source->match.text() + "\n").c_str(), stdout);
-            print_facts(json["facts"]);
+            for (const char* key : {"frame", "bounds", "health"}) print_values(json[key]);
         }
         std::map<Role, std::string> next_files;
         for (const auto& [role, pattern] : settings->input.patterns) {

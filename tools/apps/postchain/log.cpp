@@ -5,9 +5,9 @@
 #include <unistd.h>
 
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
 #include "chain/status.h"
+#include "tools/sequence/io/json.h"
 
 namespace postchain::log {
 namespace {
@@ -45,9 +45,8 @@ void write_as_is(Level level, const std::string& text) {
     const auto index = static_cast<size_t>(level);
     progress("");
     if (g_json) {
-        const nlohmann::ordered_json line = {{"level", kNames[index]}, {"message", text}};
-        logger().log(levels[index], "{}",
-                     line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+        const io::Json line = {{"level", kNames[index]}, {"message", text}};
+        logger().log(levels[index], "{}", io::json_text(line));
         return;
     }
     logger().log(levels[index], "{}", text);

@@ -1,4 +1,4 @@
-// postchain: the command. Verbs and options here, their work in one file each.
+// postchain: the command. Its verbs, and one file for each.
 #include <fcntl.h>
 #include <unistd.h>
 #include <CLI/CLI.hpp>
@@ -9,27 +9,19 @@
 #include <exception>
 
 #include "config/reporter.h"
+#include "tools/apps/postchain/completion.h"
+#include "tools/apps/postchain/describe.h"
+#include "tools/apps/postchain/diff.h"
 #include "tools/apps/postchain/exit_code.h"
+#include "tools/apps/postchain/experiments.h"
+#include "tools/apps/postchain/inspect.h"
 #include "tools/apps/postchain/log.h"
-#include "tools/apps/postchain/verbs.h"
-#include "tools/measure/scenes/scene.h"
+#include "tools/apps/postchain/run.h"
+#include "tools/apps/postchain/scene.h"
+#include "tools/apps/postchain/stress.h"
 
 namespace postchain {
-
-int fail(const Status& status) {
-    if (!status.message().empty()) log::error(status.message());
-    return exit_code(status);
-}
-
 namespace {
-
-// "generated scene: wheels (...), poles (...)"
-std::string scene_names() {
-    std::string text;
-    for (const auto& scene : scenes::scenes())
-        text += (text.empty() ? "" : "; ") + scene.name + ": " + scene.help;
-    return text;
-}
 
 // --log-format json, of a command line that could not be read.
 bool asks_for_json(int argc, char** argv) {
@@ -64,6 +56,7 @@ int command(int argc, char** argv) {
     ExperimentOptions experiment;
     StressOptions stress;
     std::string plan_format = "text", passes_format = "text";
+    const ParameterTable& job = job_parameters();
 
     CLI::App app("Motion blur, FXAA and depth of field over rendered frames, in any order.",
                  "postchain");
@@ -76,15 +69,15 @@ int command(int argc, char** argv) {
 
     CLI::App* run = app.add_subcommand("run", "filter a sequence");
     add_chain(*run, options);
-    add_input(*run, options);
-    add_writing(*run, options);
-    add_plan(*run, options);
+    for (const char* group : {sequence::kInputGroup, sequence::kOutputGroup, sequence::kPlanGroup})
+        add_settings(*run, job, group, &options.job);
+    run->add_flag("--json", options.json, "one JSON object per frame on stdout");
     add_device(*run, options);
 
     CLI::App* plan = app.add_subcommand("plan", "what would run, what is left out and why");
     add_chain(*plan, options);
-    add_input(*plan, options);
-    add_plan(*plan, options);
+    for (const char* group : {sequence::kInputGroup, sequence::kPlanGroup})
+        add_settings(*plan, job, group, &options.job);
     auto* text = plan->add_flag_callback(
         "--text", [&] { plan_format = "text"; }, "text for people (default)");
     auto* json = plan->add_flag_callback(
@@ -96,10 +89,10 @@ int command(int argc, char** argv) {
 
     CLI::App* inspect =
         app.add_subcommand("inspect", "channels, profile, facts and sign self-check of a file");
-    add_input(*inspect, options);
+    add_settings(*inspect, job, sequence::kInputGroup, &options.job);
     inspect->add_flag("--json", options.json, "one JSON object per frame");
     inspect->get_option("--input")->required(false);
-    inspect->add_option("IN", options.input, "frame or pattern, as for --input");
+    inspect->add_option("IN", options.job.input, "frame or pattern, as for --input");
 
     CLI::App* diff_app =
         app.add_subcommand("diff", "error metrics of an image or sequence against a reference");
@@ -107,19 +100,7 @@ int command(int argc, char** argv) {
 
     CLI::App* scene_app =
         app.add_subcommand("scene", "render a generated sequence, with its truth if asked for");
-    scene_app->add_option("NAME", scene.name, scene_names())->required();
-    scene_app->add_option("-o,--output", scene.folder, "folder; made if it is not there")
-        ->type_name("DIR")
-        ->required();
-    scene_app->add_option("--size", scene.size, "width x height in pixels")->capture_default_str();
-    scene_app->add_option("--frames", scene.frames, "which frames")->capture_default_str();
-    scene_app
-        ->add_option("--truth-samples", scene.truth_samples,
-                     "samples over shutter and lens of mb, dof and both; 0 = none")
-        ->check(CLI::Range(0, 1 << 20))
-        ->capture_default_str();
-    scene_app->add_flag("--overwrite", scene.overwrite, "replace files that exist");
-    add_device(*scene_app, options);
+    add_scene(*scene_app, options, scene);
 
     CLI::App* ab = app.add_subcommand("ab", "two chains on one sequence: report with verdict");
     add_ab(*ab, options, experiment);

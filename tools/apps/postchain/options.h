@@ -1,4 +1,4 @@
-// The options that verbs share, and how they become settings.
+// The options that verbs share. Those of a job are made from its table.
 #pragma once
 
 #include <memory>
@@ -7,7 +7,7 @@
 
 #include "chain/gl/context.h"
 #include "config/chain_file.h"
-#include "tools/sequence/run/runner.h"
+#include "tools/sequence/run/job_settings.h"
 
 namespace CLI {
 class App;
@@ -17,30 +17,11 @@ namespace postchain {
 
 // As typed. One instance serves every verb: a process runs one verb.
 struct Options {
-    std::string chain;   // file or shipped name
-    std::string input;   // -i
-    std::string output;  // -o
-    std::string frames;
-    std::string cuts;
+    std::string chain;  // file or shipped name
     std::vector<std::string> sets;
-    std::string camera;
-    std::string profile;
-    std::string layer;
-    std::string view;
-    std::string precision = "fp32";
+    sequence::JobSettings job;
     std::string device = "auto";
-    std::string on_existing = "fail";
-    std::string missing = "error";
-    std::string on_error = "stop";
-    std::string overflow = "refuse";
-    std::string nonfinite = "zero";
-    std::string no_elide;  // empty, "all", or names of rules with commas
-    std::string elide;     // empty, or names of rules with commas
-    bool strict = false;
-    bool no_sidecar = false;
-    bool png = false;
     int threads = 0;
-    std::string dump_stages;
     bool verbose = false;
     bool quiet = false;
     std::string log_format = "text";
@@ -48,17 +29,22 @@ struct Options {
 };
 
 void add_logging(CLI::App& verb, Options& options);
-void add_chain(CLI::App& verb, Options& options);    // CHAIN, --set
-void add_input(CLI::App& verb, Options& options);    // -i, --frames, --camera, --profile, ...
-void add_plan(CLI::App& verb, Options& options);     // --precision, --no-elide, --elide
-void add_device(CLI::App& verb, Options& options);   // --device, --threads
-void add_writing(CLI::App& verb, Options& options);  // -o, --on-existing, --on-error, ...
+void add_chain(CLI::App& verb, Options& options);   // CHAIN, --set
+void add_device(CLI::App& verb, Options& options);  // --device, --threads
+
+// The table of Options::job, over the built-in passes.
+const ParameterTable& job_parameters();
+
+// One option for a row of a table: its name, type, choices, range, default and help. `settings` is
+// the table's struct and outlives the verb. A boolean that is true by default becomes --no-KEY.
+void add_setting(CLI::App& verb, const Parameter& row, void* settings);
+// Those of one group.
+void add_settings(CLI::App& verb, const ParameterTable& table, const std::string& group,
+                  void* settings);
 
 // Prints every diagnostic; when the file is invalid, the status has been said already.
 Result<ChainFile> load_chain_of(const Options& options);
-Result<PlanOptions> plan_options_of(const Options& options);
-// Everything but `output` and the writing policies.
-Result<sequence::RunSettings> input_settings_of(const Options& options);
+// Those of options.job, with what its camera file's reader has to say printed.
 Result<sequence::RunSettings> run_settings_of(const Options& options);
 // Applies --threads to OpenEXR and to the software renderer, and reads --device.
 Result<gl::ContextOptions> context_options_of(const Options& options);

@@ -1,4 +1,5 @@
-// postchain run: the runner with messages, progress and signals around it.
+#include "tools/apps/postchain/run.h"
+
 #include <cstdio>
 #include <filesystem>
 #include <set>
@@ -6,7 +7,8 @@
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
-#include "tools/apps/postchain/verbs.h"
+#include "tools/sequence/run/frame_task.h"
+#include "tools/sequence/run/run_sequence.h"
 #include "tools/sequence/run/sidecar.h"
 
 namespace postchain {

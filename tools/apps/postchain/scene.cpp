@@ -1,13 +1,13 @@
-// postchain scene: renders a generated sequence.
-#include "tools/measure/scenes/scene.h"
+#include "tools/apps/postchain/scene.h"
 
+#include <CLI/CLI.hpp>
 #include <charconv>
 #include <cstdio>
 
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
-#include "tools/apps/postchain/verbs.h"
+#include "tools/measure/scenes/scene.h"
 #include "tools/sequence/io/sequence.h"
 
 namespace postchain {
@@ -28,7 +28,30 @@ Result<std::array<int, 2>> parse_size(const std::string& text) {
         concat("--size: '", text, "' is not WIDTHxHEIGHT with sides of 1..", io::kMaxSide));
 }
 
+// "generated scene: wheels (...), poles (...)"
+std::string scene_names() {
+    std::string text;
+    for (const auto& scene : scenes::scenes())
+        text += (text.empty() ? "" : "; ") + scene.name + ": " + scene.help;
+    return text;
+}
+
 }  // namespace
+
+void add_scene(CLI::App& verb, Options& options, SceneOptions& scene) {
+    verb.add_option("NAME", scene.name, scene_names())->required();
+    verb.add_option("-o,--output", scene.folder, "folder; made if it is not there")
+        ->type_name("DIR")
+        ->required();
+    verb.add_option("--size", scene.size, "width x height in pixels")->capture_default_str();
+    verb.add_option("--frames", scene.frames, "which frames")->capture_default_str();
+    verb.add_option("--truth-samples", scene.truth_samples,
+                    "samples over shutter and lens of mb, dof and both; 0 = none")
+        ->check(CLI::Range(0, 1 << 20))
+        ->capture_default_str();
+    verb.add_flag("--overwrite", scene.overwrite, "replace files that exist");
+    add_device(verb, options);
+}
 
 int scene_verb(const Options& options, const SceneOptions& scene) {
     scenes::SceneRequest request;

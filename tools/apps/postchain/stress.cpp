@@ -1,29 +1,24 @@
-// postchain stress: the stability matrix of a chain, or of every pass and of both orders.
-//
-//   CHAIN, or each pass of the registry alone + shipped chains of both orders
-//     --tools/stress--> Matrix --> text or JSON on stdout
-//     -o DIR            --> DIR/stress.txt, DIR/stress.json, DIR/index.html
-#include "tools/measure/stress/matrix.h"
+#include "tools/apps/postchain/stress.h"
 
 #include <CLI/CLI.hpp>
-
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 
+#include "config/chain_find.h"
 #include "passes/registry.h"
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
-#include "tools/apps/postchain/verbs.h"
+#include "tools/measure/stress/matrix.h"
 #include "tools/measure/stress/page.h"
 #include "tools/sequence/io/atomic_file.h"
+#include "tools/sequence/io/json.h"
 
 namespace postchain {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using io::Json;
 
 // Motion blur before depth of field, and after it.
 constexpr const char* kBothOrders[] = {"paper", "dof_first"};
@@ -118,7 +113,7 @@ void add_stress(CLI::App& verb, Options& o, StressOptions& stress) {
     add_chain(verb, o);
     verb.get_option("CHAIN")->required(false)->description(
         "chain file, or the name of a shipped chain (default: every pass alone, and both orders)");
-    verb.add_option("-o,--output", o.output,
+    verb.add_option("-o,--output", stress.folder,
                     "folder for index.html, a page with pictures of what failed, stress.txt and "
                     "stress.json")
         ->type_name("DIR");
@@ -149,15 +144,15 @@ int stress_verb(const Options& options, const StressOptions& stress) {
     if (!matrix.ok()) return fail(matrix.status());
 
     const std::string text = stress::matrix_as_text(*matrix);
-    const std::string json = json_of(*matrix, renderer_text(**context)).dump() + "\n";
+    const std::string json = io::json_text(json_of(*matrix, renderer_text(**context))) + "\n";
     std::fputs(options.json ? json.c_str() : text.c_str(), stdout);
-    if (!options.output.empty()) {
+    if (!stress.folder.empty()) {
         auto pictures = stress::pictures_of(executor, *subjects, *matrix);
         if (!pictures.ok()) return fail(pictures.status());
         const std::string page = stress::matrix_as_page(
             *matrix, *pictures, {kVersion, renderer_text(**context), command_of(options, stress)});
         const Status status = write_files(
-            options.output, {{"stress.txt", &text}, {"stress.json", &json}, {"index.html", &page}});
+            stress.folder, {{"stress.txt", &text}, {"stress.json", &json}, {"index.html", &page}});
         if (!status.ok()) return fail(status);
     }
     return matrix->count(stress::Verdict::failed) ? kExitHealth : kExitOk;

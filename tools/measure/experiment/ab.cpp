@@ -8,9 +8,11 @@
 #include "tools/measure/experiment/statistics.h"
 #include "tools/measure/experiment/temporal_stability.h"
 #include "tools/measure/experiment/timing.h"
+#include "tools/measure/experiment/verdict.h"
 #include "tools/measure/metrics/temporal.h"
 #include "tools/measure/report/images.h"
 #include "tools/measure/report/lists.h"
+#include "tools/sequence/run/visit_sequence.h"
 
 namespace postchain::experiment {
 namespace {

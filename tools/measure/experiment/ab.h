@@ -8,10 +8,6 @@
 
 namespace postchain::experiment {
 
-inline constexpr uint64_t kBootstrapSeed = 20131101;
-inline constexpr int kBootstrapReplicates = 2000;
-inline constexpr int kBootstrapTilePx = 32;
-
 struct NamedChain {
     std::string name;  // "paper"
     Chain chain;
@@ -24,10 +20,5 @@ struct NamedChain {
 Result<report::Report> run_ab(const NamedChain& a, const NamedChain& b,
                               const ExperimentSettings& settings, Executor& executor,
                               const ProgressCallback& progress, const std::atomic<bool>* stop);
-
-// Fills report.comparison from the variants' series and the tiles. Exposed for tests.
-class TileBootstrap;
-report::Comparison compare_variants(const report::Report& report,
-                                    const std::map<std::string, TileBootstrap>& tiles);
 
 }  // namespace postchain::experiment

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <thread>
 
+#include "tools/sequence/run/run_settings.h"
+
 namespace postchain::experiment {
 namespace {
 

@@ -8,6 +8,7 @@
 
 #include "tools/measure/experiment/experiment.h"
 #include "tools/measure/experiment/truth.h"
+#include "tools/sequence/run/run_settings.h"
 
 namespace postchain::experiment {
 

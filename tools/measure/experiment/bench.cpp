@@ -4,10 +4,13 @@
 #include <set>
 
 #include "tools/measure/experiment/bench_frame.h"
+#include "tools/measure/experiment/choose.h"
 #include "tools/measure/experiment/temporal_stability.h"
 #include "tools/measure/experiment/timing.h"
 #include "tools/measure/report/images.h"
 #include "tools/measure/report/lists.h"
+#include "tools/sequence/run/fingerprint.h"
+#include "tools/sequence/run/visit_sequence.h"
 
 namespace postchain::experiment {
 namespace {
@@ -92,8 +95,8 @@ class BenchRun {
         auto header =
             sequence::open_source_frame(settings_.run.source, basis_.files.at(frame), frame);
         if (!header.ok()) return header.status();
-        std::string work = sequence::work_text(variants_[v].chain, settings_.run, *header,
-                                               basis_.files.at(frame), frame);
+        std::string work = sequence::fingerprint_of(variants_[v].chain, settings_.run, *header,
+                                                    basis_.files.at(frame), frame);
         if (basis_.truth) work += " truth " + basis_.truth->identity(frame);
         return work;
     }

@@ -6,6 +6,7 @@
 #include "chain/parameter.h"
 #include "tools/measure/report/json_parts.h"
 #include "tools/sequence/io/atomic_file.h"
+#include "tools/sequence/io/json.h"
 
 namespace postchain::experiment {
 namespace {
@@ -19,9 +20,7 @@ report::Json load(const std::string& path, const std::string& key) {
 }
 
 Status save(const std::string& path, const report::Json& json) {
-    return io::atomic_write_text(path,
-                                 json.dump(1, ' ', false, report::Json::error_handler_t::replace))
-        .status();
+    return io::atomic_write_text(path, io::json_text(json, 1)).status();
 }
 
 }  // namespace

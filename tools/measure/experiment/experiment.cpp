@@ -4,6 +4,7 @@
 #include <chrono>
 #include <filesystem>
 
+#include "tools/measure/experiment/choose.h"
 #include "tools/measure/experiment/temporal_stability.h"
 #include "tools/measure/metrics/sharpness.h"
 #include "tools/measure/report/words.h"
@@ -193,10 +194,6 @@ std::vector<report::Crop> crops_of(std::vector<std::pair<WorstTile, std::string>
                          concat(why, ": mean HDR-FLIP ", report::figure(tile.value, 3))});
     }
     return crops;
-}
-
-std::string under_file(const std::string& metric) {
-    return "under_" + metric + ".yaml";
 }
 
 Status prepare_folder(const std::string& folder, bool overwrite, bool resume) {

@@ -1,4 +1,4 @@
-// What ab and bench share: settings, progress, and the metrics of one picture.
+// What ab and bench share: progress, and the metrics of one picture.
 #pragma once
 
 #include <atomic>
@@ -8,28 +8,12 @@
 #include <string>
 
 #include "chain/gl/executor.h"
+#include "tools/measure/experiment/settings.h"
 #include "tools/measure/metrics/compare.h"
 #include "tools/measure/report/report.h"
-#include "tools/sequence/run/runner.h"
+#include "tools/sequence/run/run_settings.h"
 
 namespace postchain::experiment {
-
-struct ExperimentSettings {
-    sequence::RunSettings run;  // input, frames, source, plan options, missing, version
-    std::string input;          // as typed
-    std::string truth;          // as typed; empty: none given
-    std::string truth_is;       // what the report calls it; empty: as typed
-    std::string no_truth;       // why there is none; empty: none was given
-    std::string folder;         // of the report; made when it is not there
-    bool overwrite = false;     // an existing report may be replaced
-    std::vector<std::string> command;
-    int threads = 0;  // of this process, as the report says; 0 = one per core
-    std::string renderer;
-    bool software = false;
-    int repeats = 5;      // of each timing
-    int page_frames = 8;  // largest number of frames whose pictures are kept
-    metrics::FlipSettings flip;
-};
 
 struct ExperimentProgress {
     std::string what;  // "frame 12, motion_blur.samples=9: metrics"
@@ -109,9 +93,6 @@ inline constexpr size_t kCrops = 6;
 // The worst ones over all variants without overlap, at most `limit`.
 std::vector<report::Crop> crops_of(std::vector<std::pair<WorstTile, std::string>> tiles,
                                    size_t limit = kCrops);
-
-// Chain file of the variant that --under METRIC=... has picked: "under_flip.yaml".
-std::string under_file(const std::string& metric);
 
 // A file in every folder of a report, from the moment an experiment begins there.
 inline constexpr const char* kFolderMark = ".postchain-report";

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 
 #include "config/text_tree.h"
 #include "tools/measure/report/words.h"
 #include "tools/sequence/io/exr_writer.h"
+#include "tools/sequence/io/json.h"
+#include "tools/sequence/run/frame_task.h"
+#include "tools/sequence/run/run_settings.h"
 
 namespace postchain::experiment {
 namespace {
@@ -94,7 +96,7 @@ Status Truth::survey(const sequence::RunSettings& input, metrics::ToneMapper map
                 StatusCode::input,
                 concat(path, ": the truth is ", size_text(source->input.data_window), ", but ",
                        filtered->files.color_file().path(), " is ", size_text(of_input)));
-        if (const auto bad = source->description.facts.nonfinite_color)
+        if (const auto bad = source->health.nonfinite_color)
             return Status(StatusCode::input,
                           concat(path, ": the truth has ", report::counted(bad, "pixel"),
                                  " with NaN or Inf, the first at ", source->first_nonfinite_text(),
@@ -156,7 +158,7 @@ SceneOfInput find_scene(const sequence::RunSettings& input, const InputSurvey& s
         found.why_not = "no truth was given, and " + path + " is not there to name a scene";
         return found;
     }
-    const auto json = nlohmann::json::parse(*text, nullptr, false);
+    const auto json = io::Json::parse(*text, nullptr, false);
     const auto word = [&](const char* key) {
         const auto value = json.is_object() ? json.find(key) : json.end();
         return json.is_object() && value != json.end() && value->is_string()

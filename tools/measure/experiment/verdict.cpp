@@ -1,9 +1,8 @@
-// Differences between the variants of an ab report, and what may be said about them in words.
+#include "tools/measure/experiment/verdict.h"
+
 #include <algorithm>
 #include <cmath>
 
-#include "tools/measure/experiment/ab.h"
-#include "tools/measure/experiment/statistics.h"
 #include "tools/measure/report/words.h"
 
 namespace postchain::experiment {

@@ -67,15 +67,6 @@ bool take_stored_image(Report& report, StoredImage entry) {
     return true;
 }
 
-const StoredImage* Report::find(ImageKind of, int variant, int frame,
-                                const std::string& map) const {
-    for (const StoredImage& image : images)
-        if (image.kind == of && image.variant == variant && image.frame == frame &&
-            image.map == map)
-            return &image;
-    return nullptr;
-}
-
 Result<ImageF> load_image(const Report& report, const StoredImage& image) {
     auto file = io::ExrFile::open(report.folder + "/" + image.path);
     if (!file.ok()) return file.status();

@@ -20,4 +20,7 @@ Status store_image(Report& report, StoredImage entry, const ImageF& pixels);
 // Names a picture that an earlier run has written; false when it is missing or incomplete.
 bool take_stored_image(Report& report, StoredImage entry);
 
+// RGB (or the one channel) of a stored image. Errors (input): the file is gone or damaged.
+Result<ImageF> load_image(const Report& report, const StoredImage& image);
+
 }  // namespace postchain::report

@@ -1,14 +1,14 @@
 // Pieces of report.json that bench also keeps in DIR/results, and reads again when it goes on.
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "tools/measure/report/report.h"
+#include "tools/sequence/io/json.h"
 
 namespace postchain::report {
 
-using Json = nlohmann::ordered_json;
+using io::Json;
 
 Json json_of(const std::optional<double>& value);  // null for none, NaN, Inf
 Json json_of(const Timing& timing);

@@ -1,10 +1,9 @@
 // What an experiment found: plain data, written as JSON, CSV and Markdown, and as the page.
 //
 //   experiment (ab.h, bench.h) --> Report
-//   Report --write_report_json-----> report.json   (docs/report.md)
-//          --write_report_csv------> report.csv
-//          --write_report_markdown-> report.md
-//          --page/page.h-----------> index.html
+//   Report --report_json.h--> report.json   (docs/report.md)
+//          --report_text.h--> report.csv, report.md
+//          --page/page.h----> index.html
 //
 // Pixels are not in here: images lie as EXR files (float, lossless) under the report's folder and
 // are loaded one at a time, so that memory does not grow with frames and variants.
@@ -197,18 +196,5 @@ struct Report {
     const StoredImage* find(ImageKind of, int variant, int frame,
                             const std::string& map = {}) const;
 };
-
-// RGB (or the one channel) of a stored image. Errors (input): the file is gone or damaged.
-Result<ImageF> load_image(const Report& report, const StoredImage& image);
-
-std::string report_as_json(const Report& report);  // keys: docs/report.md
-std::string report_as_csv(const Report& report);   // a row per variant and frame, and the means
-std::string report_as_markdown(const Report& report);
-
-// The same as report.json, report.csv, report.md in report.folder, each whole or not at all.
-// Errors (output).
-Status write_report_json(const Report& report);
-Status write_report_csv(const Report& report);
-Status write_report_markdown(const Report& report);
 
 }  // namespace postchain::report

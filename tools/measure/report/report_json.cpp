@@ -1,6 +1,8 @@
-// report.json: keys are a contract, written down in docs/report.md.
+#include "tools/measure/report/report_json.h"
+
 #include "tools/measure/report/json_parts.h"
 #include "tools/sequence/io/atomic_file.h"
+#include "tools/sequence/io/json.h"
 
 namespace postchain::report {
 namespace {
@@ -82,52 +84,6 @@ Json image(const StoredImage& image) {
 
 }  // namespace
 
-const char* name_of(Kind kind) {
-    return kind == Kind::ab ? "ab" : "bench";
-}
-
-const char* name_of(Better better) {
-    switch (better) {
-        case Better::lower:
-            return "lower";
-        case Better::higher:
-            return "higher";
-        case Better::one:
-            return "one";
-    }
-    return "unknown";
-}
-
-const char* name_of(Finding finding) {
-    switch (finding) {
-        case Finding::too_few_frames:
-            return "too_few_frames";
-        case Finding::no_measurable_difference:
-            return "no_measurable_difference";
-        case Finding::a_better:
-            return "a_better";
-        case Finding::b_better:
-            return "b_better";
-    }
-    return "unknown";
-}
-
-const char* name_of(ImageKind kind) {
-    switch (kind) {
-        case ImageKind::input:
-            return "input";
-        case ImageKind::truth:
-            return "truth";
-        case ImageKind::color:
-            return "color";
-        case ImageKind::error:
-            return "error";
-        case ImageKind::converged:
-            return "converged";
-    }
-    return "unknown";
-}
-
 std::string report_as_json(const Report& report) {
     Json metrics = Json::array();
     for (const MetricInfo& metric : report.metrics)
@@ -181,7 +137,7 @@ std::string report_as_json(const Report& report) {
         {"crops", crops},
         {"notes", report.notes}};
     // A path may hold bytes that are not UTF-8; they must not end the report.
-    return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+    return io::json_text(json, 1) + "\n";
 }
 
 Status write_report_json(const Report& report) {

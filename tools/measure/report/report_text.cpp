@@ -1,11 +1,11 @@
-// report.csv and report.md: the twins of the page for papers and CI logs.
+#include "tools/measure/report/report_text.h"
+
 #include <set>
 
 #include "tools/measure/report/lists.h"
-#include "tools/measure/report/report.h"
 #include "tools/measure/report/words.h"
 #include "tools/sequence/io/atomic_file.h"
-#include "tools/sequence/run/runner.h"
+#include "tools/sequence/run/frame_task.h"
 
 namespace postchain::report {
 namespace {

@@ -1,9 +1,7 @@
-// Thin things before a fast pan, as figure 11 of the report: poles and wires of the world sweep by,
-// others ride on the camera and stay put or swing, over a city with lit windows, ground and sky.
+#include "tools/measure/scenes/poles.h"
+
 #include <cmath>
 #include <glm/gtc/constants.hpp>
-
-#include "tools/measure/scenes/scene.h"
 
 namespace postchain::scenes {
 namespace {

@@ -2,10 +2,18 @@
 
 #include <cerrno>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <system_error>
 
+#include "tools/measure/scenes/crossing.h"
+#include "tools/measure/scenes/poles.h"
+#include "tools/measure/scenes/still.h"
+#include "tools/measure/scenes/wheels.h"
+#include "tools/measure/scenes/zoom.h"
 #include "tools/sequence/io/exr_writer.h"
+#include "tools/sequence/io/json.h"
 #include "tools/sequence/io/sequence.h"
 
 namespace postchain::scenes {
@@ -70,33 +78,27 @@ Result<ScenePlanes> render_picture(SceneRenderer& renderer, const SceneRequest& 
     return planes;
 }
 
-std::string numbers(const std::vector<int>& values) {
-    std::string text;
-    for (int value : values) text += concat(text.empty() ? "" : ", ", value);
-    return text;
-}
-
 // 17 digits would be noise here: what is stated is what was asked for, in short.
-std::string number(double value) {
+double short_of(double value) {
     char text[32];
     std::snprintf(text, sizeof(text), "%.9g", value);
-    return text;
+    return std::strtod(text, nullptr);
 }
 
-std::string matrix(const Pose& pose) {
+io::Json matrix(const Pose& pose) {
     // Camera to world, right-handed as in Blender: a camera looks along its -z, so that z points
     // back in the world of the file and forward in ours. Columns right, up, back, position.
-    std::string text = "[";
+    io::Json rows = io::Json::array();
     for (int row = 0; row < 3; ++row) {
         const double sign = row == 2 ? -1 : 1;
-        const double values[] = {sign * pose.rotation[0][row], sign * pose.rotation[1][row],
-                                 -sign * pose.rotation[2][row], sign * pose.position[row]};
-        text += "[";
-        for (const double& value : values)
-            text += concat(&value == values ? "" : ", ", number(value + 0.0));  // no -0
-        text += "], ";
+        io::Json values = io::Json::array();
+        for (double value : {sign * pose.rotation[0][row], sign * pose.rotation[1][row],
+                             -sign * pose.rotation[2][row], sign * pose.position[row]})
+            values.push_back(short_of(value + 0.0));  // no -0
+        rows.push_back(std::move(values));
     }
-    return text + "[0, 0, 0, 1]]";
+    rows.push_back({0, 0, 0, 1});
+    return rows;
 }
 
 Status write_picture(const std::string& path, const ScenePlanes& planes, Picture picture,
@@ -208,40 +210,42 @@ Result<ScenePlanes> render_frame(SceneRenderer& renderer, const SceneRequest& re
 std::string camera_json(const SceneRequest& request, const SceneModel& model) {
     const int first = request.frames.empty() ? 0 : request.frames.front();
     const Camera camera = camera_at(model, first);
-    std::string overrides, matrices;
+    io::Json overrides, matrices = io::Json::object();
     for (int frame : request.frames) {
         const Camera own = camera_at(model, frame);
-        const char* comma = overrides.empty() ? "" : ",";
         if (own != camera)
-            overrides += concat(comma, "\n  \"", frame,
-                                "\": {\"focal_length_mm\": ", number(*own.focal_length_mm),
-                                ", \"focus_distance\": ", number(*own.focus_distance), "}");
-        matrices += concat(matrices.empty() ? "" : ",", "\n  \"", frame,
-                           "\": ", matrix(model.camera(frame).pose));
+            overrides[std::to_string(frame)] = {{"focal_length_mm", short_of(*own.focal_length_mm)},
+                                                {"focus_distance", short_of(*own.focus_distance)}};
+        matrices[std::to_string(frame)] = matrix(model.camera(frame).pose);
     }
     std::string help;
     for (const SceneInfo& scene : scenes())
         if (scene.name == request.name) help = scene.help;
-    const std::string frames =
-        overrides.empty() ? "[" + numbers(request.frames) + "]" : "{" + overrides + "\n }";
-    return concat(
-        "{\n \"scene\": \"", request.name, "\",\n \"description\": \"", help,
-        "\",\n \"resolution\": [", request.width, ", ", request.height,
-        "],\n \"focal_length_mm\": ", number(*camera.focal_length_mm),
-        ",\n \"sensor_width_mm\": ", number(*camera.sensor_width_mm),
-        ",\n \"sensor_fit\": \"horizontal\",\n \"f_stop\": ", number(*camera.f_stop),
-        ",\n \"aperture_blades\": 0,\n \"focus_distance\": ", number(*camera.focus_distance),
-        ",\n \"meters_per_unit\": 1,\n \"near_clip\": ", number(*camera.near_clip),
-        ",\n \"far_clip\": ", number(*camera.far_clip),
-        ",\n \"shutter_frames\": ", number(*camera.shutter_frames),
-        ",\n \"shutter_position\": \"center on frame\",\n \"fps\": 24,\n \"frames\": ", frames,
-        ",\n \"z\": \"planar depth along the camera axis, scene units\""
-        ",\n \"background_depth\": 10000000000.0"
-        ",\n \"coc_diameter_px\": \"f^2/N * |z-s|/(z*s) * width/sensor, all lengths in meters\""
-        ",\n \"vector_px\": \"X,Y = pos(prev)-pos(this); Z,W = pos(this)-pos(next); +x right, "
-        "+y UP; full inter-frame pixels\""
-        ",\n \"camera_matrix_world\": {",
-        matrices, "\n }\n}\n");
+    const io::Json json = {
+        {"scene", request.name},
+        {"description", help},
+        {"resolution", {request.width, request.height}},
+        {"focal_length_mm", short_of(*camera.focal_length_mm)},
+        {"sensor_width_mm", short_of(*camera.sensor_width_mm)},
+        {"sensor_fit", "horizontal"},
+        {"f_stop", short_of(*camera.f_stop)},
+        {"aperture_blades", 0},
+        {"focus_distance", short_of(*camera.focus_distance)},
+        {"meters_per_unit", 1},
+        {"near_clip", short_of(*camera.near_clip)},
+        {"far_clip", short_of(*camera.far_clip)},
+        {"shutter_frames", short_of(*camera.shutter_frames)},
+        {"shutter_position", "center on frame"},
+        {"fps", 24},
+        {"frames", overrides.is_null() ? io::Json(request.frames) : overrides},
+        {"z", "planar depth along the camera axis, scene units"},
+        {"background_depth", 1e10},
+        {"coc_diameter_px", "f^2/N * |z-s|/(z*s) * width/sensor, all lengths in meters"},
+        {"vector_px",
+         "X,Y = pos(prev)-pos(this); Z,W = pos(this)-pos(next); +x right, +y UP; full "
+         "inter-frame pixels"},
+        {"camera_matrix_world", matrices}};
+    return io::json_text(json, 1) + "\n";
 }
 
 Status write_scene(SceneRenderer& renderer, const SceneRequest& request,

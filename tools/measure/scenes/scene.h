@@ -77,11 +77,4 @@ using SceneCallback = std::function<bool(const SceneProgress&)>;
 Status write_scene(SceneRenderer& renderer, const SceneRequest& request,
                    const SceneCallback& callback = {});
 
-// The models (wheels.cpp, poles.cpp, ...).
-SceneModel make_wheels();
-SceneModel make_poles();
-SceneModel make_crossing();
-SceneModel make_zoom();
-SceneModel make_still();
-
 }  // namespace postchain::scenes

@@ -1,9 +1,7 @@
-// Nothing moves: every vector is exactly zero. Depths from 0.6 to 20 and a sky, for what only the
-// lens does, and for leaving out motion blur.
+#include "tools/measure/scenes/still.h"
+
 #include <cmath>
 #include <glm/gtc/constants.hpp>
-
-#include "tools/measure/scenes/scene.h"
 
 namespace postchain::scenes {
 

@@ -1,9 +1,7 @@
-// Figure 14 of Guertin and Nowrouzezahrai's report (2013) in our own geometry: a red wheel near, a
-// green one in focus, a blue one far, each with its own speed and direction, before a brick wall.
+#include "tools/measure/scenes/wheels.h"
+
 #include <cmath>
 #include <glm/gtc/constants.hpp>
-
-#include "tools/measure/scenes/scene.h"
 
 namespace postchain::scenes {
 namespace {

@@ -1,10 +1,7 @@
-// The camera drives down an alley and zooms in at the same time: motion away from a center, larger
-// the nearer a thing is. Focal length and focus distance change with every frame. The sky has no
-// depth and no vectors, though the zoom moves it: as in any render of this convention.
+#include "tools/measure/scenes/zoom.h"
+
 #include <cmath>
 #include <glm/gtc/constants.hpp>
-
-#include "tools/measure/scenes/scene.h"
 
 namespace postchain::scenes {
 namespace {

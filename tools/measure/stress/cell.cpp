@@ -69,9 +69,9 @@ FramePlanes planes_of(const Scene& scene) {
     return planes;
 }
 
-// Facts as the border finds them; a 50 mm lens at f/2 on a display of at least 640 px, so that
-// the object's circle of confusion is several pixels also in a small frame.
-void describe(Cell& cell, const ConvertOptions& options) {
+// Bounds and health as the border finds them; a 50 mm lens at f/2 on a display of at least 640 px,
+// so that the object's circle of confusion is several pixels also in a small frame.
+InputHealth describe(Cell& cell, const ConvertOptions& options) {
     cell.frame.display_width = std::max(640, cell.planes.at(Role::color).width);
     cell.frame.display_height = std::max(360, cell.planes.at(Role::color).height);
     cell.frame.frame_number = 1;
@@ -82,7 +82,9 @@ void describe(Cell& cell, const ConvertOptions& options) {
     cell.frame.camera.shutter_frames = kShutterFrames;
     // The planes are of one size and the encodings need no camera: this cannot fail, and if it did
     // the plan would, for want of a size.
-    if (!convert_frame(cell.planes, cell.frame, options).ok()) cell.frame.width = 0;
+    const auto health = convert_frame(cell.planes, cell.frame, options);
+    if (!health.ok()) cell.frame.width = 0;
+    return health.ok() ? *health : InputHealth();
 }
 
 Cell cell_of(std::string row, std::string name, FramePlanes planes, bool reduced) {
@@ -392,10 +394,7 @@ class Builder {
         }
         ConvertOptions options;
         options.nonfinite_color = policy;
-        describe(cell, options);
-        const FrameFacts& facts = cell.frame.facts;
-        cell.nonfinite_counted =
-            facts.nonfinite_color + facts.nonfinite_depth + facts.nonfinite_motion;
+        cell.nonfinite_counted = describe(cell, options).nonfinite();
         cells_.push_back(std::move(cell));
     }
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "chain/convert.h"
-#include "tools/measure/stress/measurement.h"
+#include "tools/measure/stress/equivariance.h"
 
 namespace postchain::stress {
 namespace {
@@ -25,10 +25,10 @@ Result<Cell> at_precision(const Cell& cell, Precision precision) {
     Cell stored = cell;
     if (precision == Precision::fp32) return stored;
     for (float& value : stored.planes.at(Role::color).data) value = as_half(value);
-    ConvertOptions options;  // for the facts of these colors
+    ConvertOptions options;  // for the bounds of these colors
     options.depth = DepthEncoding::inverse;
-    if (Status status = convert_frame(stored.planes, stored.frame, options); !status.ok())
-        return status;
+    if (auto found = convert_frame(stored.planes, stored.frame, options); !found.ok())
+        return found.status();
     return stored;
 }
 
@@ -107,22 +107,11 @@ Subject with_cells_camera(Subject subject) {
     return subject;
 }
 
-Bounds bounds_of(Precision precision, int tile) {
-    const bool half = precision == Precision::fp16;
-    Bounds bounds;
-    bounds.tolerance = half ? 2e-2 : 1e-3;
-    bounds.mean = half ? 5e-3 : 1e-4;
-    bounds.dot = half ? 5e-3 : 1e-4;
-    bounds.eps = half ? 1e-2 : 1e-4;
-    bounds.motion = 0.25 * tile;
-    return bounds;
-}
-
 Result<CellMeasures> measure(Executor& executor, const Subject& subject, const Cell& cell,
                              Precision precision, std::vector<Exhibit>* exhibits) {
     const auto stored = at_precision(cell, precision);
     if (!stored.ok()) return stored.status();
-    return Measurement(executor, subject, *stored, precision, exhibits).all();
+    return CellMeasurement(executor, subject, *stored, precision, exhibits).all();
 }
 
 }  // namespace postchain::stress

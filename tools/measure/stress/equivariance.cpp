@@ -1,13 +1,7 @@
-// Turns, moves and the dot: what the filters commute with, and what they keep.
-//
-//   turns  turned(filter(frame)) against filter(turned(frame)): mirror, flip, quarter turn
-//   moves  two windows on the frame continued, one moved by s px: what both show must be equal
-//          where s is a whole number of tiles and boxes (shift), and is measured where not (grid)
-//   dot    one bright pixel in black under the middle pixel's depth and motion everywhere
+#include "tools/measure/stress/equivariance.h"
+
 #include <algorithm>
 #include <cmath>
-
-#include "tools/measure/stress/measurement.h"
 
 namespace postchain::stress {
 namespace {
@@ -26,17 +20,17 @@ bool is_worse(double value, double worst) {
 
 }  // namespace
 
-bool Measurement::fits_tiles() const {
+bool CellMeasurement::fits_tiles() const {
     const int tile = tile_px(subject_.chain);
     return color().width % tile == 0 && color().height % tile == 0;
 }
 
-std::optional<Chain> Measurement::chain_with(Symmetry symmetry) const {
+std::optional<Chain> CellMeasurement::chain_with(Symmetry symmetry) const {
     return subject_.chain.that_promises(
         [&](const Promises& one) { return one.symmetries.count(symmetry) > 0; });
 }
 
-Status Measurement::turns() {
+Status CellMeasurement::turns() {
     if (!fits_tiles()) return Status();
     struct Row {
         Turn turn;
@@ -59,7 +53,7 @@ Status Measurement::turns() {
     return Status();
 }
 
-Status Measurement::shift() {
+Status CellMeasurement::shift() {
     const auto chain = chain_with(Symmetry::shift);
     if (!fits_tiles() || !chain) return Status();
     const double reach = chain->reach(cell_.frame).depends_px;
@@ -132,8 +126,9 @@ Status Measurement::shift() {
     return Status();
 }
 
-Result<std::array<double, 4>> Measurement::light_left(const Chain& chain, const FramePlanes& dot,
-                                                      float value, ImageF& out) {
+Result<std::array<double, 4>> CellMeasurement::light_left(const Chain& chain,
+                                                          const FramePlanes& dot, float value,
+                                                          ImageF& out) {
     auto filtered = filter_anew(chain, dot);
     if (!filtered.ok()) return filtered.status();
     out = std::move(*filtered);
@@ -142,7 +137,7 @@ Result<std::array<double, 4>> Measurement::light_left(const Chain& chain, const 
     return left;
 }
 
-Status Measurement::dot() {
+Status CellMeasurement::dot() {
     if (!fits_tiles()) return Status();
     // The passes that keep light; and all of them, if none wins some.
     Chain keeping, chain;

@@ -56,6 +56,17 @@ std::string place_of(const ImageF& image, size_t pixel) {
     return concat("at ", pixel % size_t(image.width), ",", pixel / size_t(image.width));
 }
 
+Bounds bounds_of(Precision precision, int tile) {
+    const bool half = precision == Precision::fp16;
+    Bounds bounds;
+    bounds.tolerance = half ? 2e-2 : 1e-3;
+    bounds.mean = half ? 5e-3 : 1e-4;
+    bounds.dot = half ? 5e-3 : 1e-4;
+    bounds.eps = half ? 1e-2 : 1e-4;
+    bounds.motion = 0.25 * tile;
+    return bounds;
+}
+
 Measurement::Measurement(Executor& executor, const Subject& subject, const Cell& cell,
                          Precision precision, std::vector<Exhibit>* exhibits)
     : executor_(executor),
@@ -98,7 +109,7 @@ Result<FrameDescription> Measurement::described(FramePlanes& planes) const {
     FrameDescription frame = cell_.frame;
     ConvertOptions options;
     options.depth = DepthEncoding::inverse;
-    if (Status status = convert_frame(planes, frame, options); !status.ok()) return status;
+    if (auto found = convert_frame(planes, frame, options); !found.ok()) return found.status();
     return frame;
 }
 

@@ -1,11 +1,9 @@
-// One cell under one chain at one precision: what measure() does, inside the room alone.
+// One cell under one chain at one precision: what measure() does, inside this folder alone.
 //
-//   check.cpp         the chain and its numbers, the precision, measure()
-//   measurement.cpp   running it, and the checks of one picture
-//   equivariance.cpp  turns, moves and the dot
+//   check.h         the chain and its numbers, the precision, measure()
+//   measurement.h   running it, and the checks of one picture
+//   equivariance.h  turns, moves and the dot
 #pragma once
-
-#include <array>
 
 #include "chain/planner.h"
 #include "tools/measure/stress/check.h"
@@ -39,13 +37,14 @@ class Measurement {
   public:
     Measurement(Executor& executor, const Subject& subject, const Cell& cell, Precision precision,
                 std::vector<Exhibit>* exhibits);
+    virtual ~Measurement() = default;
     Result<CellMeasures> all();
 
-  private:
+  protected:
     const ImageF& color() const { return cell_.planes.at(Role::color); }
     Result<ImageF> filter(const Chain& chain, const FrameDescription& frame,
                           const FramePlanes& planes, bool elide = false);
-    // The frame's facts as they are with these planes.
+    // The frame's bounds as they are with these planes.
     Result<FrameDescription> described(FramePlanes& planes) const;
     // The frame of these planes, filtered with nothing left out.
     Result<ImageF> filter_anew(const Chain& chain, FramePlanes planes);
@@ -73,15 +72,10 @@ class Measurement {
     Status reference();
     Status continuity();
 
-    bool fits_tiles() const;  // sides are multiples of r
-    // The chain under test, or by variants of its passes, where it has this symmetry.
-    std::optional<Chain> chain_with(Symmetry symmetry) const;
-    Status turns();
-    Status shift();
-    Status dot();
-    // The light that is left of the dot in each channel, relative to it; `out` gets the picture.
-    Result<std::array<double, 4>> light_left(const Chain& chain, const FramePlanes& dot,
-                                             float value, ImageF& out);
+    // Checks of more than one picture (equivariance.h).
+    virtual Status turns() = 0;
+    virtual Status shift() = 0;
+    virtual Status dot() = 0;
 
     Executor& executor_;
     const Subject& subject_;

@@ -1,9 +1,9 @@
-// Exhibits as small PNG pictures: colors on one scale of their own, errors in magma.
+#include "tools/measure/stress/pictures.h"
+
 #include <algorithm>
 #include <cmath>
 #include <set>
 
-#include "tools/measure/stress/page.h"
 #include "tools/sequence/io/png.h"
 
 namespace postchain::stress {

@@ -4,7 +4,6 @@
 #include <ImathBox.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
-#include <ImfIO.h>
 #include <ImfMultiPartInputFile.h>
 #include <ImfPixelType.h>
 
@@ -12,43 +11,11 @@
 #include <string>
 #include <vector>
 
-#include "tools/sequence/io/atomic_file.h"
 #include "tools/sequence/io/exr_header_scan.h"
 #include "tools/sequence/io/exr_reader.h"
+#include "tools/sequence/io/exr_stream.h"
 
 namespace postchain::io {
-
-// A file descriptor as OpenEXR wants it: buffered, every read checked.
-class FdIStream final : public Imf::IStream {
-  public:
-    FdIStream(int fd, uint64_t size, const std::string& path);
-    ~FdIStream() override;
-    bool read(char* to, int count) override;
-    uint64_t tellg() override { return position_; }
-    void seekg(uint64_t position) override { position_ = position; }
-
-  private:
-    int fd_;
-    uint64_t size_;
-    uint64_t position_ = 0;
-    uint64_t start_ = 0;  // file position of buffer_[0]
-    std::vector<char> buffer_;
-};
-
-// An AtomicFile as OpenEXR wants it. A failed write throws; `status` keeps what OpenEXR would
-// wrap in words of its own.
-class AtomicOStream final : public Imf::OStream {
-  public:
-    explicit AtomicOStream(AtomicFile& file) : Imf::OStream(file.path().c_str()), file_(file) {}
-    void write(const char* from, int count) override;
-    uint64_t tellp() override { return file_.position(); }
-    void seekp(uint64_t position) override;
-
-    Status status;
-
-  private:
-    AtomicFile& file_;
-};
 
 struct ExrFile::Impl {
     std::string path;

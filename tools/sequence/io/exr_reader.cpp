@@ -28,8 +28,6 @@ namespace postchain::io {
 
 namespace {
 
-constexpr size_t kStreamBuffer = size_t(256) << 10;
-
 Status input_error(const std::string& path, const std::string& what) {
     return Status(StatusCode::input, concat(path, ": ", what));
 }
@@ -102,99 +100,6 @@ PartPixels::Plane make_plane(const ExrChannel& channel, const Window& w) {
 }
 
 }  // namespace
-
-// --- what reader and writer share ---------------------------------------------------------------
-
-FdIStream::FdIStream(int fd, uint64_t size, const std::string& path)
-    : Imf::IStream(path.c_str()), fd_(fd), size_(size) {}
-
-FdIStream::~FdIStream() {
-    ::close(fd_);
-}
-
-bool FdIStream::read(char* to, int count) {
-    // OpenEXR 3.1 hands on the size of a tile that it copies without asking for its sign.
-    if (count < 0) throw std::runtime_error("a chunk of negative size");
-    size_t left = size_t(count);
-    while (left > 0) {
-        if (position_ >= start_ && position_ < start_ + buffer_.size()) {
-            const size_t offset = size_t(position_ - start_);
-            const size_t n = std::min(left, buffer_.size() - offset);
-            std::memcpy(to, buffer_.data() + offset, n);
-            to += n;
-            left -= n;
-            position_ += n;
-            continue;
-        }
-        const bool direct = left >= kStreamBuffer;
-        if (!direct) buffer_.resize(kStreamBuffer);
-        ssize_t n;
-        do {
-            n = ::pread(fd_, direct ? to : buffer_.data(), direct ? left : buffer_.size(),
-                        off_t(position_));
-        } while (n < 0 && errno == EINTR);
-        if (n <= 0) {
-            buffer_.clear();
-            throw std::runtime_error(n < 0 ? std::strerror(errno) : "the file ends too early");
-        }
-        if (direct) {
-            to += n;
-            left -= size_t(n);
-            position_ += uint64_t(n);
-        } else {
-            buffer_.resize(size_t(n));
-            start_ = position_;
-        }
-    }
-    return position_ < size_;
-}
-
-void AtomicOStream::write(const char* from, int count) {
-    if (Status s = file_.write(from, size_t(count)); !s.ok()) {
-        status = s;
-        throw std::runtime_error(s.message());
-    }
-}
-
-void AtomicOStream::seekp(uint64_t position) {
-    if (Status s = file_.seek(position); !s.ok()) {
-        status = s;
-        throw std::runtime_error(s.message());
-    }
-}
-
-Imf::PixelType imf_type(PixelType type) {
-    return type == PixelType::half      ? Imf::HALF
-           : type == PixelType::float32 ? Imf::FLOAT
-                                        : Imf::UINT;
-}
-
-Imf::FrameBuffer frame_buffer_of(const PartPixels& pixels) {
-    Imf::FrameBuffer buffer;
-    for (const PartPixels::Plane& plane : pixels.planes) {
-        const ExrChannel& c = plane.channel;
-        buffer.insert(c.name, Imf::Slice::Make(imf_type(c.type), plane.bytes.get(),
-                                               box_of(pixels.window), size_t(bytes_of(c.type)),
-                                               plane.row_bytes(), c.x_sampling, c.y_sampling));
-    }
-    return buffer;
-}
-
-Status status_of_exception(StatusCode code, const std::string& place, const std::string& fault) {
-    try {
-        throw;
-    } catch (const std::bad_alloc&) {
-        return Status(code, concat(place, ": not enough memory"));
-    } catch (const std::exception& e) {
-        std::string what = e.what();
-        std::replace(what.begin(), what.end(), '\n', ' ');
-        return Status(code, concat(place, ": ", fault, what));
-    } catch (...) {
-        return Status(code, concat(place, ": ", fault, "unknown failure inside OpenEXR"));
-    }
-}
-
-// --- plain data ---------------------------------------------------------------------------------
 
 void set_exr_threads(int count) {
     Imf::setGlobalThreadCount(std::max(count, 0));

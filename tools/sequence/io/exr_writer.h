@@ -1,4 +1,4 @@
-// Writing EXR: the input file with its color replaced, planes of our own, PNG previews.
+// Writing EXR: the input file with its color replaced, planes of our own.
 //
 //   InputFrame + color --write_filtered--> the input file, color channels replaced:
 //     color's part    every channel in its own type; what is not color comes from the bytes read
@@ -84,17 +84,5 @@ Result<WriteReport> write_planes_exr(const std::string& path, const PlanesFile& 
 Result<WriteReport> write_planes_exr(const std::string& path, const ImageF& image,
                                      const std::vector<std::string>& names,
                                      OnExisting on_existing = OnExisting::overwrite);
-
-// x/(1+x), then the power 1/2.2 (`display`); or only the power (`gamma`) for display-referred
-// linear values; or the values as they are (`none`). Then clamped to 0..1.
-enum class ToneCurve { display, gamma, none };
-struct PreviewOptions {
-    double exposure_stops = 0;
-    ToneCurve curve = ToneCurve::display;
-    OnExisting on_existing = OnExisting::overwrite;
-};
-// 8-bit RGB PNG of the first three channels (one channel: gray). Values are those over black.
-Status write_png_preview(const std::string& path, const ImageF& color,
-                         const PreviewOptions& options = {});
 
 }  // namespace postchain::io

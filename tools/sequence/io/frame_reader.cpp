@@ -4,6 +4,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "config/profile_match.h"
+
 namespace postchain::io {
 
 namespace {
@@ -70,7 +72,8 @@ FileChannels channels_of(const ExrFile& file) {
         PartChannels& p = channels.parts.emplace_back();
         p.name = part.name;
         p.view = part.view;
-        for (const ExrChannel& c : part.channels) p.channels.push_back(c.name);
+        if (!part.deep)
+            for (const ExrChannel& c : part.channels) p.channels.push_back(c.name);
         if (channels.views.empty()) channels.views = part.views;
     }
     return channels;

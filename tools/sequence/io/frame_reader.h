@@ -18,6 +18,7 @@
 #include "chain/role.h"
 #include "chain/status.h"
 #include "config/profile.h"
+#include "config/profile_match.h"
 #include "tools/sequence/io/exr_reader.h"
 
 namespace postchain::io {
@@ -40,7 +41,8 @@ struct OpenFrame {
 Result<OpenFrame> open_frame(const std::map<Role, std::string>& files, int frame_number,
                              const ReadLimits& limits = {});
 
-// What a profile needs to know of a file.
+// What a profile needs to know of a file. A deep part has no color that could be filtered: it
+// comes without channels, whose names would only mislead.
 FileChannels channels_of(const ExrFile& file);
 
 // A frame as read.

@@ -1,8 +1,9 @@
-// PNG previews: tone curve here, encoding in png.h, then one atomic file.
+#include "tools/sequence/io/preview.h"
+
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
-#include "tools/sequence/io/exr_writer.h"
 #include "tools/sequence/io/png.h"
 
 namespace postchain::io {
@@ -28,6 +29,10 @@ Status write_png_preview(const std::string& path, const ImageF& color,
     const auto png = encode_png(bytes);
     if (!png.ok()) return png.status().at(path);
     return atomic_write_text(path, *png, options.on_existing).status();
+}
+
+std::string preview_path(const std::string& output) {
+    return std::filesystem::path(output).replace_extension(".png").string();
 }
 
 }  // namespace postchain::io

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <chrono>
 
+#include "config/profile_match.h"
+
 namespace postchain::sequence {
 namespace {
 
@@ -12,23 +14,8 @@ double milliseconds_since(Clock::time_point start) {
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-FileChannels channels_of_file(const io::ExrFile& file) {
-    FileChannels channels;
-    for (const auto& part : file.parts()) {
-        PartChannels one;
-        one.name = part.name;
-        one.view = part.view;
-        // A deep part has no color that could be filtered; its names would only mislead.
-        if (!part.deep)
-            for (const auto& channel : part.channels) one.channels.push_back(channel.name);
-        if (channels.views.empty()) channels.views = part.views;
-        channels.parts.push_back(std::move(one));
-    }
-    return channels;
-}
-
 Result<ProfileMatch> match_file(const SourceSettings& settings, const io::ExrFile& file) {
-    const FileChannels channels = channels_of_file(file);
+    const FileChannels channels = io::channels_of(file);
     return settings.profile
                ? match_profile(*settings.profile, channels, settings.layer, settings.view)
                : detect_profile(builtin_profiles(), channels, settings.layer, settings.view);
@@ -40,7 +27,7 @@ std::optional<RoleChannels> plain_channels(const io::ExrFile& file, Role role) {
     static const std::vector<std::vector<std::string>> known = {
         {"Z"}, {"Y"}, {"R"}, {"R", "G"}, {"X", "Y"}, {"U", "V"}, {"u", "v"}};
     const size_t needed = size_t(channels_of(role));
-    const FileChannels channels = channels_of_file(file);
+    const FileChannels channels = io::channels_of(file);
     for (size_t part = 0; part < channels.parts.size(); ++part) {
         const auto& names = channels.parts[part].channels;
         if (names.size() == needed && needed == 1) return RoleChannels{int(part), names};
@@ -131,7 +118,7 @@ RoleSet planes_needed(const Chain& chain, const SourceSettings& settings, const 
     frame.display_height = part.display_window.height();
     frame.frame_number = header.files.frame_number;
     frame.camera = header.camera;
-    frame.facts.camera_cut = settings.cuts.count(frame.frame_number) > 0;
+    frame.bounds.camera_cut = settings.cuts.count(frame.frame_number) > 0;
     for (const auto& [role, where] : header.assignment) frame.planes.add(role);
     const auto plan = make_plan(chain, frame, options);
     return plan.ok() ? plan->reads : chain.required() | chain.optional();
@@ -156,36 +143,35 @@ Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeade
     frame.description = frame.input.description;
     frame.description.camera = header.camera;
     frame.description.not_converted = not_converted;
-    frame.description.facts.camera_cut = settings.cuts.count(frame.input.files.frame_number) > 0;
+    frame.description.bounds.camera_cut = settings.cuts.count(frame.input.files.frame_number) > 0;
     frame.planes = std::move(frame.input.planes);
     frame.conversion = frame.match.options;
     frame.conversion.nonfinite_color = settings.nonfinite_color;
     frame.conversion.origin_x = frame.input.data_window.min_x - frame.input.display_window.min_x;
     frame.conversion.origin_y = frame.input.data_window.min_y - frame.input.display_window.min_y;
-    if (Status status = convert_frame(frame.planes, frame.description, frame.conversion);
-        !status.ok())
-        return status.at(path);
+    auto health = convert_frame(frame.planes, frame.description, frame.conversion);
+    if (!health.ok()) return health.status().at(path);
+    frame.health = *health;
     frame.convert_ms = milliseconds_since(start);
 
-    const auto& facts = frame.description.facts;
     const auto warn = [&](const std::string& text) {
         frame.warnings.push_back(path + ": " + text);
     };
     const auto count = [&](uint64_t pixels, const char* what) {
         if (pixels) warn(concat(pixels, " pixels ", what));
     };
-    count(facts.nonfinite_color, "with non-finite color, replaced");
-    count(facts.nonfinite_depth, "with non-finite depth, taken as infinitely far");
-    count(facts.nonfinite_motion, "with non-finite motion, taken as still");
-    if (facts.first_nonfinite[0] >= 0) {
-        frame.first_nonfinite = {facts.first_nonfinite[0] + frame.input.data_window.min_x,
-                                 facts.first_nonfinite[1] + frame.input.data_window.min_y};
+    count(health->nonfinite_color, "with non-finite color, replaced");
+    count(health->nonfinite_depth, "with non-finite depth, taken as infinitely far");
+    count(health->nonfinite_motion, "with non-finite motion, taken as still");
+    if (auto& first = frame.health.first_nonfinite) {
+        (*first)[0] += frame.input.data_window.min_x;
+        (*first)[1] += frame.input.data_window.min_y;
         warn("the first non-finite pixel is " + frame.first_nonfinite_text());
     }
-    count(facts.negative_depth, "with depth <= 0, taken as infinitely far");
-    count(facts.sentinel_motion, "with the sentinel of 'no vector', taken as still");
-    if (present.has(Role::motion) && facts.motion_all_zero)
-        warn(facts.sentinel_motion > 0
+    count(health->negative_depth, "with depth <= 0, taken as infinitely far");
+    count(health->sentinel_motion, "with the sentinel of 'no vector', taken as still");
+    if (present.has(Role::motion) && health->motion_all_zero)
+        warn(health->sentinel_motion > 0
                  ? "every vector is zero or the sentinel: nothing will be blurred by motion"
                  : "every vector is zero: nothing will be blurred by motion (Cycles writes zero "
                    "vectors when its own motion blur is on; switch it off)");
@@ -197,8 +183,8 @@ Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeade
 }
 
 std::string SourceFrame::first_nonfinite_text() const {
-    if (!first_nonfinite) return "none";
-    return concat("(", (*first_nonfinite)[0], ", ", (*first_nonfinite)[1], ")");
+    const auto& first = health.first_nonfinite;
+    return first ? concat("(", (*first)[0], ", ", (*first)[1], ")") : "none";
 }
 
 Result<Plan> plan_source_frame(const Chain& chain, const SourceFrame& frame,

@@ -1,7 +1,7 @@
 // One frame of a sequence, from its files to the canonical frame.
 //
 //   files --open, match profile, camera--> FrameHeader     (headers only)
-//   FrameHeader --read, convert, facts--> SourceFrame      (pixels)
+//   FrameHeader --read, convert--> SourceFrame        (pixels)
 //
 // Everything that looks at a sequence goes through here: run, plan, inspect, diff and the reports.
 #pragma once
@@ -18,6 +18,7 @@
 #include "chain/planner.h"
 #include "config/camera_file.h"
 #include "config/profile.h"
+#include "config/profile_match.h"
 #include "tools/sequence/io/frame_reader.h"
 
 namespace postchain::sequence {
@@ -46,12 +47,12 @@ Result<FrameHeader> open_source_frame(const SourceSettings& settings,
 
 struct SourceFrame {
     io::InputFrame input;          // its planes have moved into `planes`
-    FrameDescription description;  // facts and camera included
+    FrameDescription description;  // bounds and camera included
     FramePlanes planes;            // canonical
+    InputHealth health;            // its first_nonfinite as in the file
     ProfileMatch match;
     ConvertOptions conversion;
     std::vector<std::string> warnings;
-    std::optional<std::array<int, 2>> first_nonfinite;  // x, y as in the file
     double read_ms = 0;
     double convert_ms = 0;
 

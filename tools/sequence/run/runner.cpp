@@ -2,43 +2,28 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
-#include <filesystem>
 #include <limits>
 #include <new>
 #include <semaphore>
 #include <system_error>
 #include <thread>
 
-#include "tools/sequence/io/atomic_file.h"
 #include "tools/sequence/run/channel.h"
-#include "tools/sequence/run/sidecar.h"
-#include "tools/sequence/run/task.h"
 
 namespace postchain::sequence {
 namespace {
 
-namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 double milliseconds_since(Clock::time_point start) {
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-// A frame on its way. Without `source` the report is final.
-struct Job {
-    size_t index = 0;  // into the tasks
-    FrameReport report;
-    std::optional<SourceFrame> source;
-    std::string work;
-    ImageF result;
-};
-
-// What `work` throws must not leave its thread: memory runs out in a library, mostly.
-template <class Work>
-Status guarded(const std::string& place, const Work& work) {
+// What `stage` throws must not leave its thread: memory runs out in a library, mostly.
+template <class Stage>
+Status guarded(const std::string& place, const Stage& stage) {
     try {
-        return work();
+        return stage();
     } catch (const std::bad_alloc&) {
         return Status(StatusCode::internal, place + ": not enough memory");
     } catch (const std::exception& error) {
@@ -46,31 +31,17 @@ Status guarded(const std::string& place, const Work& work) {
     }
 }
 
-uint64_t count_nonfinite(const ImageF& image) {
-    uint64_t count = 0;
-    for (size_t pixel = 0; pixel < image.pixels(); ++pixel) {
-        bool bad = false;
-        for (int c = 0; c < image.channels; ++c)
-            bad |= !std::isfinite(image.data[pixel * size_t(image.channels) + size_t(c)]);
-        count += bad;
-    }
-    return count;
-}
-
-// What is done with each frame: a chain's output is written, or a visitor has a look.
-struct Work {
-    const Chain* chain = nullptr;  // with executor and renderer; null: the visitor's
-    Executor* executor = nullptr;
-    std::string renderer;
-    RoleSet wanted;  // by the visitor
-    FrameVisitor visitor;
+// A frame and its place among the tasks.
+struct Numbered {
+    size_t index = 0;
+    FrameInFlight frame;
 };
 
-class Run {
+class Walk {
   public:
-    Run(const Work& work, const RunSettings& settings, const FrameObserver& observer,
-        const std::atomic<bool>* stop, std::vector<Task> tasks)
-        : work_(work),
+    Walk(FrameJob& job, const RunSettings& settings, const FrameObserver& observer,
+         const std::atomic<bool>* stop, std::vector<FrameTask> tasks)
+        : job_(job),
           settings_(settings),
           observer_(observer),
           stop_(stop),
@@ -91,12 +62,10 @@ class Run {
                 concat("no thread could be started (too little memory, or too many threads): ",
                        error.what()));
         }
-        while (auto job = to_filter_.pop()) {
-            if (job->source && !given_up(*job))
-                if (Status status = guarded(job->report.output, [&] { return filter(*job); });
-                    !status.ok())
-                    fail(*job, status);
-            if (!to_write_.push(std::move(*job))) break;
+        while (auto next = to_process_.pop()) {
+            if (next->frame.source && !given_up(next->index))
+                finish_stage(*next, [&] { return process(next->frame); });
+            if (!to_write_.push(std::move(*next))) break;
             report_finished();
         }
         to_write_.close();
@@ -104,7 +73,6 @@ class Run {
         writer.join();
         report_finished();
         summary_.elapsed_s = milliseconds_since(start_) * 1e-3;
-        if (work_.executor) summary_.counters = work_.executor->counters();
         summary_.frames_in_flight = in_flight_peak_;
         return summary_;
     }
@@ -113,183 +81,107 @@ class Run {
     // After a failure under ErrorPolicy::stop the frames before it are still finished: what is
     // written must not depend on how far ahead the reader was.
     bool given_up(size_t index) const { return index > first_failed_ || (stop_ && *stop_); }
-    bool given_up(const Job& job) const { return given_up(job.index); }
 
     // ------------------------------------------------------------------- reader thread
     void read_all() {
         for (size_t index = 0; index < tasks_.size(); ++index) {
-            const Task& task = tasks_[index];
-            room_.acquire();
+            const FrameTask& task = tasks_[index];
+            free_places_.acquire();
             if (given_up(index)) {
-                room_.release();
+                free_places_.release();
                 break;
             }
             const int alive = ++in_flight_;
             in_flight_peak_ = std::max(in_flight_peak_.load(), alive);
-            Job job;
-            job.index = index;
-            job.report.frame = task.frame;
-            job.report.output = task.output;
-            job.report.inputs = task.files;
-            job.report.renderer = work_.renderer;
-            if (Status status = guarded(task.output, [&] { return read(task, job); }); !status.ok())
-                fail(job, status);
-            if (!to_filter_.push(std::move(job))) break;
+            Numbered next;
+            next.index = index;
+            next.frame.report.frame = task.frame;
+            next.frame.report.output = task.output;
+            next.frame.report.inputs = task.files;
+            finish_stage(next, [&] { return read(task, next.frame); });
+            if (!to_process_.push(std::move(next))) break;
         }
-        to_filter_.close();
+        to_process_.close();
     }
 
-    Status read(const Task& task, Job& job) {
+    Status read(const FrameTask& task, FrameInFlight& frame) {
+        FrameReport& report = frame.report;
         if (task.files.empty()) {
-            job.report.outcome = Outcome::missing;
-            job.report.status = Status(
-                StatusCode::input, absent_files(task.frame, settings_) + ": frame is not on disk");
+            report.outcome = Outcome::missing;
+            report.status = Status(StatusCode::input,
+                                   absent_files(task.frame, settings_) + ": frame is not on disk");
             return Status();
         }
-        if (work_.chain && settings_.on_existing == io::OnExisting::fail)
-            if (Status status = check_none_exists({task}, settings_); !status.ok()) return status;
-        std::error_code error;
-        const bool exists = work_.chain && fs::exists(task.output, error);
         auto header = open_source_frame(settings_.source, task.files, task.source);
         if (!header.ok()) return header.status();
-        if (work_.chain)
-            job.work = work_text(*work_.chain, settings_, *header, task.files, task.source);
-        job.report.profile = header->match.profile;
-        if (exists && settings_.on_existing == io::OnExisting::skip &&
-            same_work_done(task, job.work, settings_)) {
-            job.report.outcome = Outcome::skipped;
+        report.profile = header->match.profile;
+        const auto wanted = job_.wanted(task, *header, report);
+        if (!wanted.ok()) return wanted.status();
+        if (!*wanted) {
+            report.outcome = Outcome::skipped;
             return Status();
         }
-        const RoleSet wanted =
-            work_.chain ? planes_needed(*work_.chain, settings_.source, *header, settings_.plan)
-                        : work_.wanted;
-        auto source = read_source_frame(settings_.source, std::move(*header), wanted,
-                                        work_.chain ? io::Keep::all : io::Keep::nothing);
+        auto source =
+            read_source_frame(settings_.source, std::move(*header), **wanted, job_.keep());
         if (!source.ok()) return source.status();
-        job.report.warnings = source->warnings;
-        job.report.work = job.work;
-        job.report.facts = source->description.facts;
-        job.report.first_nonfinite = source->first_nonfinite;
-        job.report.read_ms = source->read_ms;
-        job.report.convert_ms = source->convert_ms;
-        const auto& facts = source->description.facts;
-        const uint64_t bad = facts.nonfinite_color + facts.nonfinite_depth + facts.nonfinite_motion;
-        if (settings_.strict && bad > 0)
+        report.warnings = source->warnings;
+        report.bounds = source->description.bounds;
+        report.health = source->health;
+        report.read_ms = source->read_ms;
+        report.convert_ms = source->convert_ms;
+        if (settings_.strict && report.health.nonfinite() > 0)
             return Status(StatusCode::health,
-                          concat(task.files.at(Role::color), ": ", bad,
+                          concat(task.files.at(Role::color), ": ", report.health.nonfinite(),
                                  " non-finite pixels under --strict, the first at ",
                                  source->first_nonfinite_text(), "; nothing written"));
         source->description.frame_number = task.source;
-        if (work_.chain) {
-            auto plan = plan_source_frame(*work_.chain, *source, settings_.plan);
-            if (!plan.ok()) return plan.status();
-            job.report.plan = std::move(*plan);
-        }
-        job.report.outcome = task.source == task.frame ? Outcome::written : Outcome::held;
-        job.report.held_from = task.source;
-        job.source = std::move(*source);
+        if (Status status = job_.prepare(*source, report); !status.ok()) return status;
+        report.outcome = task.source == task.frame ? Outcome::written : Outcome::held;
+        report.held_from = task.source;
+        frame.source = std::move(*source);
         return Status();
     }
 
-    // --------------------------------------------------------------- caller's thread, GL
-    Status filter(Job& job) {
+    // ------------------------------------------------------------------- caller's thread
+    Status process(FrameInFlight& frame) {
         const auto start = Clock::now();
-        if (!work_.chain) {
-            const Status status = work_.visitor(*job.source, job.report);
-            job.report.filter_ms = milliseconds_since(start);
-            return status;
-        }
-        Executor& executor = *work_.executor;
-        executor.set_timing(true);
-        StageObserver dump;
-        if (!settings_.dump_folder.empty())
-            dump = [&](const Step&, const PlanTexture& texture, const ImageF& pixels) {
-                return dump_stage(job.report.frame, texture, pixels);
-            };
-        auto result = executor.filter(*job.report.plan, job.source->planes, dump);
-        if (!result.ok()) return result.status().at(job.report.inputs.at(Role::color));
-        job.result = std::move(result->at(Role::color));
-        job.source->planes.clear();
-        job.report.filter_ms = milliseconds_since(start);
-        job.report.pass_times = executor.pass_times();
-        job.report.work_done = executor.work_done();
-        job.report.timing_source = executor.timing_source();
-        job.report.counters = executor.counters();
-        return Status();
-    }
-
-    Status dump_stage(int frame, const PlanTexture& texture, const ImageF& pixels) {
-        static const std::vector<std::string> names = {"R", "G", "B", "A"};
-        char number[16];
-        std::snprintf(number, sizeof(number), ".%04d.exr", frame);
-        return io::write_planes_exr(settings_.dump_folder + "/" + texture.name + number, pixels,
-                                    {names.begin(), names.begin() + pixels.channels})
-            .status();
+        const Status status = job_.process(frame);
+        frame.report.filter_ms = milliseconds_since(start);
+        return status;
     }
 
     // ------------------------------------------------------------------- writer thread
     void write_all() {
-        while (auto job = to_write_.pop()) {
-            if (job->source && !given_up(*job)) {
-                const std::string& place = job->report.output;
-                if (Status status = guarded(place, [&] { return write(*job); }); !status.ok())
-                    fail(*job, status);
-            } else if (job->source) {
-                job->report.status = Status(StatusCode::canceled, "stopped before it was written");
-                job->report.outcome = Outcome::failed;
+        while (auto next = to_write_.pop()) {
+            FrameReport& report = next->frame.report;
+            if (next->frame.source && !given_up(next->index)) {
+                report.frames_in_flight = in_flight_peak_;
+                finish_stage(*next, [&] { return job_.write(next->frame); });
+            } else if (next->frame.source) {
+                report.status = Status(StatusCode::canceled, "stopped before it was written");
+                report.outcome = Outcome::failed;
             }
-            job->source.reset();
-            job->result = {};
+            FrameReport finished = std::move(report);
+            next.reset();
             --in_flight_;
-            room_.release();
-            finished_.push(std::move(job->report));
+            free_places_.release();
+            finished_.push(std::move(finished));
         }
         finished_.close();
     }
 
-    Status write(Job& job) {
-        if (!work_.chain) return Status();
-        const auto start = Clock::now();
-        FrameReport& report = job.report;
-        report.output_nonfinite = count_nonfinite(job.result);
-        if (report.output_nonfinite > 0 && settings_.strict)
-            return Status(StatusCode::health,
-                          concat(report.output, ": ", report.output_nonfinite,
-                                 " non-finite output pixels under --strict; not written"));
-        to_file_convention(job.result, job.source->conversion);
-        io::WriteOptions options;
-        options.on_existing = settings_.on_existing == io::OnExisting::fail
-                                  ? io::OnExisting::fail
-                                  : io::OnExisting::overwrite;
-        options.overflow = settings_.overflow;
-        options.attributes["postchain"] = job.work;
-        auto written = io::write_filtered(report.output, job.source->input, job.result, options);
-        if (!written.ok()) return written.status();
-        report.write = std::move(*written);
-        report.write_ms = milliseconds_since(start);
-        report.frames_in_flight = in_flight_peak_;
-        if (settings_.preview) {
-            io::PreviewOptions preview;
-            preview.on_existing = options.on_existing;
-            if (Status status =
-                    io::write_png_preview(preview_path(report.output), job.result, preview);
-                !status.ok())
-                return status;
-        }
-        if (!settings_.sidecar) return Status();
-        return io::atomic_write_text(report.output + ".json",
-                                     sidecar_json(report, settings_.version))
-            .status();
-    }
-
     // --------------------------------------------------------------------- any thread
-    void fail(Job& job, const Status& status) {
-        job.report.outcome = Outcome::failed;
-        job.report.status = status;
-        job.source.reset();
+    template <class Stage>
+    void finish_stage(Numbered& at, const Stage& stage) {
+        FrameReport& report = at.frame.report;
+        const Status status = guarded(report.output, stage);
+        if (status.ok()) return;
+        report.outcome = Outcome::failed;
+        report.status = status;
+        at.frame.source.reset();
         if (settings_.on_error == ErrorPolicy::keep_going) return;
         size_t first = first_failed_;
-        while (job.index < first && !first_failed_.compare_exchange_weak(first, job.index)) {
+        while (at.index < first && !first_failed_.compare_exchange_weak(first, at.index)) {
         }
     }
 
@@ -333,16 +225,16 @@ class Run {
         }
     }
 
-    const Work& work_;
+    FrameJob& job_;
     const RunSettings& settings_;
     const FrameObserver& observer_;
     const std::atomic<bool>* stop_;
-    const std::vector<Task> tasks_;
+    const std::vector<FrameTask> tasks_;
 
-    Channel<Job> to_filter_{1};
-    Channel<Job> to_write_{1};
+    Channel<Numbered> to_process_{1};
+    Channel<Numbered> to_write_{1};
     Channel<FrameReport> finished_{std::numeric_limits<size_t>::max()};
-    std::counting_semaphore<kFramesInFlight> room_{kFramesInFlight};
+    std::counting_semaphore<kFramesInFlight> free_places_{kFramesInFlight};
     static constexpr size_t kNone = std::numeric_limits<size_t>::max();
     std::atomic<size_t> first_failed_ = kNone;  // index of the task; kNone = go on
     std::atomic<int> in_flight_ = 0;
@@ -354,54 +246,10 @@ class Run {
 
 }  // namespace
 
-const char* name_of(Outcome outcome) {
-    switch (outcome) {
-        case Outcome::written:
-            return "written";
-        case Outcome::skipped:
-            return "skipped";
-        case Outcome::held:
-            return "held";
-        case Outcome::missing:
-            return "missing";
-        case Outcome::failed:
-            return "failed";
-    }
-    return "unknown";
-}
-
-Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& settings, Executor& executor,
-                                const std::string& renderer, const FrameObserver& observer,
-                                const std::atomic<bool>* stop) {
-    std::vector<int> gaps;
-    auto tasks = plan_tasks(settings, true, gaps);
-    if (!tasks.ok()) return tasks.status();
-    std::error_code error;
-    const std::string folder = settings.output.folder();
-    if (!fs::is_directory(folder, error))
-        return Status(
-            StatusCode::output,
-            folder + (fs::exists(folder, error) ? ": is not a folder"
-                                                : ": folder does not exist; make it first"));
-    if (!settings.dump_folder.empty() && !fs::is_directory(settings.dump_folder, error))
-        return Status(StatusCode::output,
-                      settings.dump_folder + ": folder of --dump-stages does not exist");
-    const Work work{&chain, &executor, renderer, {}, {}};
-    auto summary = Run(work, settings, observer, stop, std::move(*tasks)).walk();
-    if (summary.ok()) summary->gaps = std::move(gaps);
-    return summary;
-}
-
-Result<RunSummary> visit_sequence(const RunSettings& settings, RoleSet wanted,
-                                  const FrameVisitor& visitor, const FrameObserver& observer,
-                                  const std::atomic<bool>* stop) {
-    std::vector<int> gaps;
-    auto tasks = plan_tasks(settings, false, gaps);
-    if (!tasks.ok()) return tasks.status();
-    const Work work{nullptr, nullptr, {}, wanted, visitor};
-    auto summary = Run(work, settings, observer, stop, std::move(*tasks)).walk();
-    if (summary.ok()) summary->gaps = std::move(gaps);
-    return summary;
+Result<RunSummary> walk_sequence(FrameJob& job, const RunSettings& settings,
+                                 std::vector<FrameTask> tasks, const FrameObserver& observer,
+                                 const std::atomic<bool>* stop) {
+    return Walk(job, settings, observer, stop, std::move(tasks)).walk();
 }
 
 }  // namespace postchain::sequence

@@ -1,32 +1,12 @@
 #include "tools/sequence/run/sidecar.h"
 
-#include <nlohmann/json.hpp>
+#include "chain/plan_print.h"
+#include "tools/sequence/io/json.h"
 
 namespace postchain::sequence {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-Json health_json(const FrameReport& report) {
-    const auto& facts = report.facts;
-    Json health = {{"input_nonfinite_color", facts.nonfinite_color},
-                   {"input_nonfinite_depth", facts.nonfinite_depth},
-                   {"input_nonfinite_motion", facts.nonfinite_motion},
-                   {"input_sentinel_motion", facts.sentinel_motion},
-                   {"input_negative_depth", facts.negative_depth},
-                   {"max_speed_px", facts.max_speed_px},
-                   {"min_inverse_depth", facts.min_inverse_depth},
-                   {"max_inverse_depth", facts.max_inverse_depth},
-                   {"min_color", facts.min_color},
-                   {"max_color", facts.max_color},
-                   {"one_color", facts.one_color},
-                   {"color_is_half", facts.color_is_half},
-                   {"camera_cut", facts.camera_cut},
-                   {"output_nonfinite", report.output_nonfinite},
-                   {"output_half_overflow", report.write.overflow_pixels}};
-    if (report.first_nonfinite) health["input_first_nonfinite"] = *report.first_nonfinite;
-    return health;
-}
+using io::Json;
 
 Json times_json(const FrameReport& report) {
     Json passes = Json::array();
@@ -60,10 +40,28 @@ Json summary_json(const FrameReport& report) {
 
 }  // namespace
 
+void add_findings(Json& json, const FrameBounds& bounds, const InputHealth& health) {
+    json["bounds"] = {{"max_speed_px", bounds.max_speed_px},
+                      {"min_inverse_depth", bounds.min_inverse_depth},
+                      {"max_inverse_depth", bounds.max_inverse_depth},
+                      {"min_color", bounds.min_color},
+                      {"max_color", bounds.max_color},
+                      {"one_color", bounds.one_color},
+                      {"color_is_half", bounds.color_is_half},
+                      {"camera_cut", bounds.camera_cut}};
+    json["health"] = {{"input_nonfinite_color", health.nonfinite_color},
+                      {"input_nonfinite_depth", health.nonfinite_depth},
+                      {"input_nonfinite_motion", health.nonfinite_motion},
+                      {"input_sentinel_motion", health.sentinel_motion},
+                      {"input_negative_depth", health.negative_depth},
+                      {"input_motion_all_zero", health.motion_all_zero}};
+    if (health.first_nonfinite) json["health"]["input_first_nonfinite"] = *health.first_nonfinite;
+}
+
 std::string sidecar_json(const FrameReport& report, const std::string& version) {
     Json json = summary_json(report);
     json["output_bytes"] = report.write.bytes;
-    json["work"] = report.work;
+    json["work"] = report.fingerprint;
     json["profile"] = report.profile;
     if (report.plan) json["plan"] = Json::parse(plan_as_json(*report.plan));
     if (report.plan)
@@ -77,7 +75,9 @@ std::string sidecar_json(const FrameReport& report, const std::string& version) 
     for (const auto& done : report.work_done)
         json["blocks"].push_back({{"list", done.list}, {"blocks", done.blocks}, {"of", done.of}});
     json["times_ms"] = times_json(report);
-    json["health"] = health_json(report);
+    add_findings(json, report.bounds, report.health);
+    json["health"]["output_nonfinite"] = report.output_nonfinite;
+    json["health"]["output_half_overflow"] = report.write.overflow_pixels;
     json["counters"] = {{"texture_allocations", report.counters.texture_allocations},
                         {"textures_alive", report.counters.textures_alive},
                         {"texture_bytes_peak", report.counters.texture_bytes_peak},
@@ -87,7 +87,7 @@ std::string sidecar_json(const FrameReport& report, const std::string& version) 
     if (!report.write.notes.empty()) json["write_notes"] = report.write.notes;
     json["renderer"] = report.renderer;
     json["version"] = version;
-    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+    return io::json_text(json, 2) + "\n";
 }
 
 std::string report_line(const FrameReport& report, const RunProgress& progress) {
@@ -97,7 +97,7 @@ std::string report_line(const FrameReport& report, const RunProgress& progress) 
     json["elapsed_s"] = progress.elapsed_s;
     json["remaining_s"] = progress.remaining_s;
     json["times_ms"] = times_json(report);
-    return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+    return io::json_text(json);
 }
 
 }  // namespace postchain::sequence

@@ -3,13 +3,18 @@
 
 #include <string>
 
-#include "tools/sequence/run/runner.h"
+#include "tools/sequence/io/json.h"
+#include "tools/sequence/run/frame_report.h"
 
 namespace postchain::sequence {
 
+// Adds "bounds" and "health", as docs/sidecar.md describes them: what sidecar and `inspect` say of
+// the pixels that were read.
+void add_findings(io::Json& json, const FrameBounds& bounds, const InputHealth& health);
+
 // Keys: frame, outcome, inputs, output, held_from, warnings, output_bytes, work, profile, plan,
-// times_ms, health, counters, write_notes, renderer, version. docs/sidecar.md describes each. One
-// object, indented.
+// times_ms, bounds, health, counters, write_notes, renderer, version. docs/sidecar.md describes
+// each. One object, indented.
 std::string sidecar_json(const FrameReport& report, const std::string& version);
 
 // The same on one line, without the plan: for --json and --log-format json.

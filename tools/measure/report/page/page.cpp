@@ -1,12 +1,14 @@
 #include "tools/measure/report/page/page.h"
 
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "shaders/embedded.h"
+#include "tools/measure/report/images.h"
 #include "tools/measure/report/page/encode.h"
+#include "tools/measure/report/report_json.h"
 #include "tools/sequence/io/atomic_file.h"
+#include "tools/sequence/io/json.h"
 
 namespace postchain {
 const std::vector<EmbeddedFile>& embedded_page();
@@ -66,18 +68,18 @@ int bits_of(const StoredImage& image) {
 
 // What src/images.js finds pictures by.
 std::string manifest_of(const Report& report, const std::optional<fs::path>& assets) {
-    auto images = nlohmann::json::array();
+    auto images = io::Json::array();
     for (size_t i = 0; i < report.images.size(); ++i) {
         const auto& image = report.images[i];
-        nlohmann::json entry = {{"id", id_of(report, i)},   {"kind", name_of(image.kind)},
-                                {"variant", image.variant}, {"frame", image.frame},
-                                {"map", image.map},         {"width", image.width},
-                                {"height", image.height},   {"channels", image.channels},
-                                {"bits", bits_of(image)}};
+        io::Json entry = {{"id", id_of(report, i)},   {"kind", name_of(image.kind)},
+                          {"variant", image.variant}, {"frame", image.frame},
+                          {"map", image.map},         {"width", image.width},
+                          {"height", image.height},   {"channels", image.channels},
+                          {"bits", bits_of(image)}};
         if (assets) entry["asset"] = as_address(*assets / (id_of(report, i) + ".js"));
         images.push_back(entry);
     }
-    return nlohmann::json{{"images", images}}.dump();
+    return io::json_text({{"images", images}});
 }
 
 Result<std::string> encoded(const Report& report, const StoredImage& stored) {

@@ -1,16 +1,12 @@
-#include "tools/sequence/run/task.h"
+#include "tools/sequence/run/frame_task.h"
 
 #include <filesystem>
-#include <fstream>
-#include <nlohmann/json.hpp>
+
+#include "tools/sequence/io/preview.h"
 
 namespace postchain::sequence {
 
 namespace fs = std::filesystem;
-
-std::string preview_path(const std::string& output) {
-    return fs::path(output).replace_extension(".png").string();
-}
 
 std::string frames_text(const std::vector<int>& frames) {
     constexpr size_t kShown = 20;
@@ -31,11 +27,12 @@ std::string absent_files(int frame, const RunSettings& settings) {
     return list;
 }
 
-Status check_none_exists(const std::vector<Task>& tasks, const RunSettings& settings) {
+Status check_none_exists(const std::vector<FrameTask>& tasks, const RunSettings& settings) {
     size_t count = 0;
     std::string first;
-    for (const Task& task : tasks) {
-        for (const auto& path : {task.output, settings.preview ? preview_path(task.output) : ""}) {
+    for (const FrameTask& task : tasks) {
+        for (const auto& path :
+             {task.output, settings.preview ? io::preview_path(task.output) : ""}) {
             std::error_code error;
             if (path.empty() || !fs::exists(path, error)) continue;
             if (count++ == 0) first = path;
@@ -65,8 +62,8 @@ Status check_output_name(const RunSettings& settings) {
 
 }  // namespace
 
-Result<std::vector<Task>> plan_tasks(const RunSettings& settings, bool writes,
-                                     std::vector<int>& gaps) {
+Result<std::vector<FrameTask>> plan_tasks(const RunSettings& settings, bool writes,
+                                          std::vector<int>& gaps) {
     if (writes)
         if (Status status = check_output_name(settings); !status.ok()) return status;
     auto list = io::find_frames(settings.input, settings.frames);
@@ -84,9 +81,9 @@ Result<std::vector<Task>> plan_tasks(const RunSettings& settings, bool writes,
     if (!list->missing.empty() && settings.missing == MissingPolicy::hold)
         if (auto all = io::find_frames(settings.input, std::nullopt); all.ok())
             on_disk = std::move(all->files);
-    std::vector<Task> tasks;
+    std::vector<FrameTask> tasks;
     for (int frame : list->frames) {
-        Task task;
+        FrameTask task;
         task.frame = task.source = frame;
         if (writes) task.output = settings.output.format(frame);
         auto found = list->files.find(frame);
@@ -112,64 +109,6 @@ Result<std::vector<Task>> plan_tasks(const RunSettings& settings, bool writes,
         settings.on_error == ErrorPolicy::stop)
         if (Status status = check_none_exists(tasks, settings); !status.ok()) return status;
     return tasks;
-}
-
-namespace {
-
-// A file cut off by a few bytes may still have a header whose chunks all begin inside it.
-bool whole(io::ExrFile& file) {
-    for (size_t part = 0; part < file.parts().size(); ++part)
-        if (!file.parts()[part].deep && !file.read_part(int(part)).ok()) return false;
-    return true;
-}
-
-}  // namespace
-
-bool same_work_done(const Task& task, const std::string& work, const RunSettings& settings) {
-    std::error_code error;
-    if (settings.preview && !fs::exists(preview_path(task.output), error)) return false;
-    auto existing = io::ExrFile::open(task.output);
-    if (!existing.ok()) return false;
-    bool same = false;
-    for (const auto& part : existing->parts()) {
-        const auto found = part.attributes.find("postchain");
-        same |= found != part.attributes.end() && found->second == work;
-    }
-    if (!same || !settings.sidecar) return same && whole(*existing);
-    std::ifstream file(task.output + ".json");
-    const auto json = nlohmann::json::parse(file, nullptr, false);
-    return json.is_object() && json.value("work", nlohmann::json()) == work &&
-           json.value("output_bytes", nlohmann::json()) == existing->file_bytes();
-}
-
-std::string work_text(const Chain& chain, const RunSettings& settings, const FrameHeader& header,
-                      const std::map<Role, std::string>& files, int frame) {
-    std::string text = concat(chain.text(), camera_parameters().text(&header.camera), "\n",
-                              name_of(settings.plan.precision), " frame ", frame, "\n");
-    const auto& options = header.match.options;
-    for (const auto* motion : {&options.motion, &options.motion_back})
-        text += concat(int(motion->unit), " ", motion->scale_x, " ", motion->scale_y, " ",
-                       motion->bias, " ", motion->sentinel, "\n");
-    text += concat(int(options.depth), " ", options.unpremultiplied, " ",
-                   int(settings.source.nonfinite_color), " ", int(settings.overflow), "\n");
-    // Of the rules that are on by default only this one changes pixels.
-    const std::set<std::string> rules = settings.plan.rules(chain);
-    for (const auto& rule : settings.plan.rules_on)
-        if (rules.count(rule)) text += rule + "\n";
-    if (settings.source.cuts.count(frame) && rules.count(kRuleCameraCut)) text += "camera cut\n";
-    for (const auto& [role, where] : header.assignment) {
-        text += concat(postchain::name_of(role), " ", where.part);
-        for (const auto& channel : where.channels) text += " " + channel;
-        text += "\n";
-    }
-    for (const auto& [role, path] : files) {
-        std::error_code error;
-        const auto size = fs::file_size(path, error);
-        const auto time = fs::last_write_time(path, error).time_since_epoch().count();
-        text += concat(fs::path(path).filename().string(), " ", size, " ", time, "\n");
-    }
-    return concat("postchain ", settings.version, " chain ", hex_of(chain.hash()), " work ",
-                  hex_of(hash_text(text)));
 }
 
 }  // namespace postchain::sequence

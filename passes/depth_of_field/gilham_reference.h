@@ -1,0 +1,19 @@
+// Double-precision reference of `gilham`, written from docs/depth_of_field.md and sharing
+// nothing with the shaders but the sizes of gilham_sizes(). Plain sums divided by plain weights:
+// slow, and as close to the formulas as code gets.
+//
+// Colors that are not finite do not count in the box mean; a box of nothing else is 0; a pixel
+// without a finite color that is out of focus shows the blurred copy alone. Storage is not
+// modeled: every stage is a double.
+#pragma once
+
+#include "passes/depth_of_field/gilham.h"
+
+namespace postchain::depth_of_field {
+
+// Reads color, inverse_depth (and hint) of `frame`; replaces color (and hint); fills the stages
+// coc, small, small_depth or small_radius, blur_x, blur_y, color and hint.
+void gilham_reference(const Parameters& parameters, const PlanContext& context,
+                      ReferenceFrame& frame);
+
+}  // namespace postchain::depth_of_field

@@ -1,0 +1,122 @@
+// The table of a job's settings: what is written there becomes what a run is told.
+#include "tools/sequence/run/job_settings.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "passes/registry.h"
+
+namespace postchain::sequence {
+namespace {
+
+const ParameterTable& table() {
+    static const ParameterTable made = job_parameters(builtin_passes());
+    return made;
+}
+
+Result<RunSettings> settings_of(const std::vector<std::pair<std::string, ParameterValue>>& values) {
+    JobSettings job;
+    job.input = "in.####.exr";
+    for (const auto& [key, value] : values) {
+        const Status status = table().set(&job, key, value);
+        EXPECT_TRUE(status.ok()) << status.message();
+    }
+    Diagnostics notes;
+    return run_settings_of(job, builtin_passes(), notes);
+}
+
+TEST(JobSettings, EveryRowSaysWhatItIs) {
+    std::set<std::string> keys;
+    for (const Parameter& row : table().rows()) {
+        EXPECT_TRUE(keys.insert(row.key).second) << row.key;
+        EXPECT_FALSE(row.help.empty()) << row.key;
+        EXPECT_TRUE(row.group == kInputGroup || row.group == kPlanGroup ||
+                    row.group == kOutputGroup)
+            << row.key;
+        EXPECT_EQ(row.optional, !row.unset_means.empty()) << row.key;
+    }
+    EXPECT_GE(keys.size(), 20u);
+}
+
+TEST(JobSettings, DefaultsAreThoseOfARun) {
+    const auto settings = settings_of({});
+    ASSERT_TRUE(settings.ok()) << settings.status().message();
+    const RunSettings plain;
+    EXPECT_EQ(settings->on_existing, plain.on_existing);
+    EXPECT_EQ(settings->overflow, plain.overflow);
+    EXPECT_EQ(settings->missing, plain.missing);
+    EXPECT_EQ(settings->on_error, plain.on_error);
+    EXPECT_EQ(settings->strict, plain.strict);
+    EXPECT_EQ(settings->sidecar, plain.sidecar);
+    EXPECT_EQ(settings->preview, plain.preview);
+    EXPECT_EQ(settings->dump_folder, plain.dump_folder);
+    EXPECT_EQ(settings->source.nonfinite_color, plain.source.nonfinite_color);
+    EXPECT_EQ(settings->plan.precision, plain.plan.precision);
+    EXPECT_EQ(settings->plan.elide, plain.plan.elide);
+    EXPECT_TRUE(settings->plan.rules_off.empty() && settings->plan.rules_on.empty());
+    EXPECT_FALSE(settings->frames || settings->source.profile || settings->source.camera);
+}
+
+TEST(JobSettings, EachValueArrives) {
+    const std::string on("uniform_tiles"), off("sky_tiles");
+    const auto settings = settings_of({{"frames", "3-5"},
+                                       {"cuts", "4"},
+                                       {"profile", "cycles"},
+                                       {"layer", "two"},
+                                       {"view", "left"},
+                                       {"nonfinite", "clamp"},
+                                       {"precision", "fp16"},
+                                       {"no_elide", off},
+                                       {"elide", on},
+                                       {"output", "out/o.####.exr"},
+                                       {"on_existing", "overwrite"},
+                                       {"missing", "hold"},
+                                       {"on_error", "continue"},
+                                       {"overflow", "clamp"},
+                                       {"strict", true},
+                                       {"sidecar", false},
+                                       {"png", true},
+                                       {"dump_stages", "stages"}});
+    ASSERT_TRUE(settings.ok()) << settings.status().message();
+    EXPECT_EQ(settings->input.color().text(), "in.####.exr");
+    EXPECT_EQ(settings->frames->frames, (std::vector<int>{3, 4, 5}));
+    EXPECT_EQ(settings->source.cuts, std::set<int>{4});
+    EXPECT_EQ(settings->source.profile->name, "cycles");
+    EXPECT_EQ(settings->source.layer, "two");
+    EXPECT_EQ(settings->source.view, "left");
+    EXPECT_EQ(settings->source.nonfinite_color, NonfiniteColor::clamp);
+    EXPECT_EQ(settings->plan.precision, Precision::fp16);
+    EXPECT_EQ(settings->plan.rules_off, std::set<std::string>{off});
+    EXPECT_EQ(settings->plan.rules_on, std::set<std::string>{on});
+    EXPECT_EQ(settings->output.text(), "out/o.####.exr");
+    EXPECT_EQ(settings->on_existing, io::OnExisting::overwrite);
+    EXPECT_EQ(settings->missing, MissingPolicy::hold);
+    EXPECT_EQ(settings->on_error, ErrorPolicy::keep_going);
+    EXPECT_EQ(settings->overflow, io::HalfOverflow::clamp);
+    EXPECT_TRUE(settings->strict);
+    EXPECT_FALSE(settings->sidecar);
+    EXPECT_TRUE(settings->preview);
+    EXPECT_EQ(settings->dump_folder, "stages");
+}
+
+TEST(JobSettings, ErrorsNameTheSetting) {
+    const std::pair<const char*, const char*> wrong[] = {
+        {"frames", "2-1"},       {"cuts", "x"},        {"profile", "maya"},
+        {"no_elide", "no_rule"}, {"elide", "no_rule"}, {"output", "a.##.##.exr"}};
+    for (const auto& [key, value] : wrong) {
+        const auto settings = settings_of({{key, value}});
+        ASSERT_FALSE(settings.ok()) << key;
+        EXPECT_EQ(settings.status().code(), StatusCode::usage) << key;
+        EXPECT_TRUE(settings.status().message().starts_with(option_name(key)))
+            << settings.status().message();
+    }
+    EXPECT_FALSE(settings_of({{"no_elide", "all"}, {"elide", "uniform_tiles"}}).ok());
+    JobSettings job;
+    EXPECT_FALSE(table().set(&job, "layer", "").ok());
+    EXPECT_FALSE(table().set(&job, "output", ParameterValue()).ok());
+    EXPECT_FALSE(table().set(&job, "strict", "yes").ok());
+}
+
+}  // namespace
+}  // namespace postchain::sequence

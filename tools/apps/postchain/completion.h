@@ -1,0 +1,15 @@
+// Man page and bash completion, made from the command's own options and the parameter tables.
+#pragma once
+
+#include <string>
+
+namespace CLI {
+class App;
+}
+
+namespace postchain {
+
+std::string man_page(const CLI::App& app);
+std::string bash_completion(const CLI::App& app);
+
+}  // namespace postchain

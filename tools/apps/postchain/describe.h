@@ -1,0 +1,13 @@
+// postchain plan, info, schema, passes: what would run, where, and with which parameters.
+#pragma once
+
+#include "tools/apps/postchain/options.h"
+
+namespace postchain {
+
+int plan_verb(const Options& options, const std::string& format);
+int info_verb(const Options& options);
+int schema_verb();
+int passes_verb(const std::string& format);
+
+}  // namespace postchain

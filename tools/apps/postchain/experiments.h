@@ -1,0 +1,23 @@
+// postchain ab and bench: experiments with messages, progress and signals around them.
+#pragma once
+
+#include "tools/apps/postchain/options.h"
+#include "tools/measure/experiment/settings.h"
+
+namespace postchain {
+
+struct ExperimentOptions {
+    experiment::ExperimentSettings ab;
+    experiment::BenchSettings bench;
+    std::string chain_b;  // of ab; A is Options::chain
+    std::string assets;
+    std::vector<std::string> fail_above;
+    std::vector<std::string> sweeps;  // of bench
+    std::vector<std::string> under;   // of bench
+};
+void add_ab(CLI::App& verb, Options& options, ExperimentOptions& experiment);
+int ab_verb(const Options& options, const ExperimentOptions& experiment, int argc, char** argv);
+void add_bench(CLI::App& verb, Options& options, ExperimentOptions& experiment);
+int bench_verb(const Options& options, const ExperimentOptions& experiment, int argc, char** argv);
+
+}  // namespace postchain

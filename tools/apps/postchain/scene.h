@@ -1,0 +1,19 @@
+// postchain scene: renders a generated sequence.
+#pragma once
+
+#include "tools/apps/postchain/options.h"
+
+namespace postchain {
+
+struct SceneOptions {
+    std::string name;
+    std::string folder;
+    std::string size = "640x360";
+    std::string frames = "1-8";
+    int truth_samples = 0;
+    bool overwrite = false;
+};
+void add_scene(CLI::App& verb, Options& options, SceneOptions& scene);
+int scene_verb(const Options& options, const SceneOptions& scene);
+
+}  // namespace postchain

@@ -1,0 +1,19 @@
+// postchain stress: the stability matrix of a chain, or of every pass and of both orders.
+//
+//   CHAIN, or each pass of the registry alone + shipped chains of both orders
+//     --tools/stress--> Matrix --> text or JSON on stdout
+//     -o DIR            --> DIR/stress.txt, DIR/stress.json, DIR/index.html
+#pragma once
+
+#include "tools/apps/postchain/options.h"
+
+namespace postchain {
+
+struct StressOptions {
+    std::string only;
+    std::string folder;  // empty: none is written
+};
+void add_stress(CLI::App& verb, Options& options, StressOptions& stress);
+int stress_verb(const Options& options, const StressOptions& stress);
+
+}  // namespace postchain

@@ -1,0 +1,67 @@
+#include "tools/measure/experiment/settings.h"
+
+namespace postchain::experiment {
+namespace {
+
+const ParameterTable& flip_parameters() {
+    static const ParameterTable table =
+        ParameterTableBuilder<metrics::FlipSettings>()
+            .number("ppd", &metrics::FlipSettings::pixels_per_degree,
+                    {.min = metrics::kMinPixelsPerDegree,
+                     .max = metrics::kMaxPixelsPerDegree,
+                     .help = "pixels per degree of visual angle, for FLIP"})
+            .choice("tone_mapper", &metrics::FlipSettings::tone_mapper,
+                    metrics::tone_mapper_names(), {.help = "of HDR-FLIP"})
+            .table();
+    return table;
+}
+
+// Of ExperimentSettings, or of what is made from it and may have other defaults.
+template <class P>
+ParameterTableBuilder<P> common_rows() {
+    ParameterTableBuilder<P> builder;
+    builder
+        .text("truth", &P::truth,
+              {.unit = "TRUTH",
+               .help = "frames to measure against: both.####.exr",
+               .unset_means = "none"})
+        .text("output", &P::folder,
+              {.unit = "DIR",
+               .help = "folder of the report; made when it is not there",
+               .required = true})
+        .boolean("overwrite", &P::overwrite, {.help = "replace the report that lies there"})
+        .integer("repeats", &P::repeats,
+                 {.min = 1, .max = 10000, .help = "repetitions of each timing"})
+        .integer("page_frames", &P::page_frames,
+                 {.min = 1, .max = 1000, .help = "frames whose pictures are kept, evenly spread"})
+        .rows(static_cast<metrics::FlipSettings P::*>(&P::flip), flip_parameters());
+    return builder;
+}
+
+}  // namespace
+
+const ParameterTable& ab_parameters() {
+    static const ParameterTable table = common_rows<ExperimentSettings>().table();
+    return table;
+}
+
+const ParameterTable& bench_parameters() {
+    static const ParameterTable table =
+        common_rows<BenchSettings>()
+            .integer("max_variants", &BenchSettings::max_variants,
+                     {.min = 1, .max = 100000, .help = "refuse a larger product of the sweeps"})
+            .integer("split_frames", &BenchSettings::split_frames,
+                     {.min = 0,
+                      .max = 1000,
+                      .help = "frames on which the error is split into precision, sampling and "
+                              "model"})
+            .integer("truth_samples", &BenchSettings::truth_samples,
+                     {.min = 1,
+                      .max = 1 << 20,
+                      .help = "samples per pixel of the truth of a generated scene, without "
+                              "--truth"})
+            .table();
+    return table;
+}
+
+}  // namespace postchain::experiment

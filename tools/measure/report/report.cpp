@@ -1,0 +1,60 @@
+#include "tools/measure/report/report.h"
+
+namespace postchain::report {
+
+const char* name_of(Kind kind) {
+    return kind == Kind::ab ? "ab" : "bench";
+}
+
+const char* name_of(Better better) {
+    switch (better) {
+        case Better::lower:
+            return "lower";
+        case Better::higher:
+            return "higher";
+        case Better::one:
+            return "one";
+    }
+    return "unknown";
+}
+
+const char* name_of(Finding finding) {
+    switch (finding) {
+        case Finding::too_few_frames:
+            return "too_few_frames";
+        case Finding::no_measurable_difference:
+            return "no_measurable_difference";
+        case Finding::a_better:
+            return "a_better";
+        case Finding::b_better:
+            return "b_better";
+    }
+    return "unknown";
+}
+
+const char* name_of(ImageKind kind) {
+    switch (kind) {
+        case ImageKind::input:
+            return "input";
+        case ImageKind::truth:
+            return "truth";
+        case ImageKind::color:
+            return "color";
+        case ImageKind::error:
+            return "error";
+        case ImageKind::converged:
+            return "converged";
+    }
+    return "unknown";
+}
+
+const StoredImage* Report::find(ImageKind of, int variant, int frame,
+                                const std::string& map) const {
+    for (const StoredImage& image : images)
+        if (image.kind == of && image.variant == variant && image.frame == frame &&
+            image.map == map)
+            return &image;
+    return nullptr;
+}
+
+}  // namespace postchain::report

@@ -1,0 +1,27 @@
+// PNG previews: a tone curve, 8 bits, one atomic file.
+#pragma once
+
+#include <string>
+
+#include "chain/image.h"
+#include "chain/status.h"
+#include "tools/sequence/io/atomic_file.h"
+
+namespace postchain::io {
+
+// x/(1+x), then the power 1/2.2 (`display`); or only the power (`gamma`) for display-referred
+// linear values; or the values as they are (`none`). Then clamped to 0..1.
+enum class ToneCurve { display, gamma, none };
+struct PreviewOptions {
+    double exposure_stops = 0;
+    ToneCurve curve = ToneCurve::display;
+    OnExisting on_existing = OnExisting::overwrite;
+};
+// 8-bit RGB PNG of the first three channels (one channel: gray). Values are those over black.
+Status write_png_preview(const std::string& path, const ImageF& color,
+                         const PreviewOptions& options = {});
+
+// OUT.png beside OUT.exr.
+std::string preview_path(const std::string& output);
+
+}  // namespace postchain::io

@@ -1,0 +1,73 @@
+#include "tools/sequence/run/fingerprint.h"
+
+#include <filesystem>
+#include <fstream>
+
+#include "tools/sequence/io/json.h"
+#include "tools/sequence/io/preview.h"
+
+namespace postchain::sequence {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// A file cut off by a few bytes may still have a header whose chunks all begin inside it.
+bool whole(io::ExrFile& file) {
+    for (size_t part = 0; part < file.parts().size(); ++part)
+        if (!file.parts()[part].deep && !file.read_part(int(part)).ok()) return false;
+    return true;
+}
+
+}  // namespace
+
+bool is_done(const std::string& output, const std::string& fingerprint,
+             const RunSettings& settings) {
+    std::error_code error;
+    if (settings.preview && !fs::exists(io::preview_path(output), error)) return false;
+    auto existing = io::ExrFile::open(output);
+    if (!existing.ok()) return false;
+    bool same = false;
+    for (const auto& part : existing->parts()) {
+        const auto found = part.attributes.find("postchain");
+        same |= found != part.attributes.end() && found->second == fingerprint;
+    }
+    if (!same || !settings.sidecar) return same && whole(*existing);
+    std::ifstream file(output + ".json");
+    const auto json = io::Json::parse(file, nullptr, false);
+    return json.is_object() && json.value("work", io::Json()) == fingerprint &&
+           json.value("output_bytes", io::Json()) == existing->file_bytes();
+}
+
+std::string fingerprint_of(const Chain& chain, const RunSettings& settings,
+                           const FrameHeader& header, const std::map<Role, std::string>& files,
+                           int frame) {
+    std::string text = concat(chain.text(), camera_parameters().text(&header.camera), "\n",
+                              name_of(settings.plan.precision), " frame ", frame, "\n");
+    const auto& options = header.match.options;
+    for (const auto* motion : {&options.motion, &options.motion_back})
+        text += concat(int(motion->unit), " ", motion->scale_x, " ", motion->scale_y, " ",
+                       motion->bias, " ", motion->sentinel, "\n");
+    text += concat(int(options.depth), " ", options.unpremultiplied, " ",
+                   int(settings.source.nonfinite_color), " ", int(settings.overflow), "\n");
+    // Of the rules that are on by default only this one changes pixels.
+    const std::set<std::string> rules = settings.plan.rules(chain);
+    for (const auto& rule : settings.plan.rules_on)
+        if (rules.count(rule)) text += rule + "\n";
+    if (settings.source.cuts.count(frame) && rules.count(kRuleCameraCut)) text += "camera cut\n";
+    for (const auto& [role, where] : header.assignment) {
+        text += concat(postchain::name_of(role), " ", where.part);
+        for (const auto& channel : where.channels) text += " " + channel;
+        text += "\n";
+    }
+    for (const auto& [role, path] : files) {
+        std::error_code error;
+        const auto size = fs::file_size(path, error);
+        const auto time = fs::last_write_time(path, error).time_since_epoch().count();
+        text += concat(fs::path(path).filename().string(), " ", size, " ", time, "\n");
+    }
+    return concat("postchain ", settings.version, " chain ", hex_of(chain.hash()), " work ",
+                  hex_of(hash_text(text)));
+}
+
+}  // namespace postchain::sequence

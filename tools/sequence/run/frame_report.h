@@ -1,0 +1,64 @@
+// What is known of a frame when it has passed through a run, and of the run.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "chain/frame.h"
+#include "chain/gl/executor.h"
+#include "chain/plan.h"
+#include "tools/sequence/io/exr_writer.h"
+
+namespace postchain::sequence {
+
+enum class Outcome { written, skipped, held, missing, failed };
+const char* name_of(Outcome outcome);
+
+struct FrameReport {
+    int frame = 0;
+    Outcome outcome = Outcome::failed;
+    std::map<Role, std::string> inputs;
+    std::string output;
+    int held_from = 0;  // of Outcome::held: the frame whose picture stands in
+    Status status;      // of Outcome::failed and missing
+    std::vector<std::string> warnings;
+    std::string profile;
+    std::optional<Plan> plan;
+    std::string fingerprint;  // run/fingerprint.h
+    FrameBounds bounds;
+    InputHealth health;  // its first_nonfinite as in the file
+    uint64_t output_nonfinite = 0;
+    io::WriteReport write;
+    double read_ms = 0, convert_ms = 0, filter_ms = 0, write_ms = 0;
+    std::vector<PassTime> pass_times;
+    std::vector<WorkDone> work_done;
+    std::string timing_source;
+    std::string renderer;
+    ExecutorCounters counters;
+    int frames_in_flight = 0;  // largest seen so far in this run
+};
+
+struct RunProgress {
+    size_t done = 0;  // frames finished, in any way
+    size_t total = 0;
+    double elapsed_s = 0;
+    double remaining_s = 0;  // estimate; 0 when unknown
+};
+
+struct RunSummary {
+    size_t total = 0, written = 0, skipped = 0, held = 0, missing = 0, failed = 0;
+    Status first_failure;
+    std::vector<int> gaps;  // not asked for: holes in what was found on disk
+    double elapsed_s = 0;
+    ExecutorCounters counters;
+    int frames_in_flight = 0;
+};
+
+// Called on the caller's thread, in the order in which frames finish.
+using FrameObserver = std::function<void(const FrameReport&, const RunProgress&)>;
+
+}  // namespace postchain::sequence

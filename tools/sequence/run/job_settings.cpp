@@ -1,0 +1,206 @@
+#include "tools/sequence/run/job_settings.h"
+
+#include <set>
+#include <sstream>
+
+#include "config/profile.h"
+
+namespace postchain::sequence {
+namespace {
+
+// "off_by_configuration, identity_by_facts, ...": the rules that are on by default, or the others.
+std::string rule_names(const PassRegistry& registry, bool on_by_default) {
+    std::string names;
+    for (const auto& rule : elision_rules(registry))
+        if (rule.on_by_default == on_by_default) names += (names.empty() ? "" : ", ") + rule.name;
+    return names;
+}
+
+Result<std::set<std::string>> rules_of(const PassRegistry& registry, const std::string& key,
+                                       const std::string& text, bool on_by_default) {
+    std::set<std::string> rules;
+    std::istringstream words(text);
+    for (std::string word; std::getline(words, word, ',');) {
+        for (const auto& rule : elision_rules(registry))
+            if (rule.on_by_default == on_by_default && word == rule.name) rules.insert(word);
+        if (rules.count(word) == 0)
+            return Status(StatusCode::usage, option_name(key) + ": no rule '" + word +
+                                                 "'; known are " +
+                                                 rule_names(registry, on_by_default));
+    }
+    return rules;
+}
+
+Result<PlanOptions> plan_options_of(const JobSettings& job, const PassRegistry& registry) {
+    PlanOptions plan;
+    plan.precision = job.precision;
+    if (job.no_elide == "all") {
+        if (!job.elide.empty())
+            return Status(StatusCode::usage, "--elide contradicts --no-elide; give one of them");
+        plan.elide = false;
+        return plan;
+    }
+    auto off = rules_of(registry, "no_elide", job.no_elide, true);
+    if (!off.ok()) return off.status();
+    auto on = rules_of(registry, "elide", job.elide, false);
+    if (!on.ok()) return on.status();
+    plan.rules_off = std::move(*off);
+    plan.rules_on = std::move(*on);
+    return plan;
+}
+
+Result<SourceSettings> source_settings_of(const JobSettings& job, Diagnostics& notes) {
+    SourceSettings source;
+    source.layer = job.layer;
+    source.view = job.view;
+    source.nonfinite_color = job.nonfinite;
+    if (!job.cuts.empty()) {
+        auto cuts = io::FrameRange::parse(job.cuts);
+        if (!cuts.ok()) return cuts.status().at(option_name("cuts"));
+        source.cuts.insert(cuts->frames.begin(), cuts->frames.end());
+    }
+    if (!job.profile.empty()) {
+        auto profile = find_profile(job.profile);
+        if (!profile.ok()) return profile.status().at(option_name("profile"));
+        source.profile = std::move(*profile);
+    }
+    if (!job.camera.empty()) {
+        auto camera = load_camera(job.camera);
+        if (!camera.ok()) return camera.status();
+        notes = camera->diagnostics;
+        if (Status status = camera->status(); !status.ok()) return status;
+        source.camera = std::move(*camera);
+    }
+    return source;
+}
+
+}  // namespace
+
+ParameterTable job_parameters(const PassRegistry& registry) {
+    return ParameterTableBuilder<JobSettings>()
+        .text("input", &JobSettings::input,
+              {.unit = "IN",
+               .help = "frames: A.####.exr (also @@@@, %04d, $F4), or "
+                       "color=A.####.exr,depth=B.####.exr,motion=C.####.exr",
+               .group = kInputGroup,
+               .required = true})
+        .text("frames", &JobSettings::frames,
+              {.unit = "RANGE",
+               .help = "which frames: 1-10,20-40x2 (default: all on disk)",
+               .unset_means = "all on disk",
+               .group = kInputGroup})
+        .text("cuts", &JobSettings::cuts,
+              {.unit = "RANGE",
+               .help = "frames whose motion leads across a camera cut: no motion blur there",
+               .unset_means = "none",
+               .group = kInputGroup})
+        .text("camera", &JobSettings::camera,
+              {.unit = "FILE",
+               .help = "camera file (JSON)",
+               .unset_means = "what the frames' metadata says",
+               .group = kInputGroup})
+        .text("profile", &JobSettings::profile,
+              {.unit = "NAME",
+               .help = "names and units of the writer: cycles, nuke, arnold, vray, generic, or "
+                       "a profile file (default: detected)",
+               .unset_means = "detected",
+               .group = kInputGroup})
+        .text("layer", &JobSettings::layer,
+              {.unit = "NAME",
+               .help = "layer to take where there are several",
+               .unset_means = "the only one",
+               .group = kInputGroup})
+        .text("view", &JobSettings::view,
+              {.unit = "NAME",
+               .help = "view to take of a multi-view file",
+               .unset_means = "the default one",
+               .group = kInputGroup})
+        .choice("nonfinite", &JobSettings::nonfinite, {"zero", "clamp"},
+                {.help = "what Inf in color becomes: 0 or the largest half", .group = kInputGroup})
+        .choice("precision", &JobSettings::precision, {"fp16", "fp32"},
+                {.help = "storage of intermediate planes", .group = kPlanGroup})
+        .text("no_elide", &JobSettings::no_elide,
+              {.unit = "RULES",
+               .help = "run what a frame does not need too: all rules, or --no-elide=RULES "
+                       "with some of " +
+                       rule_names(registry, true),
+               .unset_means = "none",
+               .implied = "all",
+               .group = kPlanGroup})
+        .text("elide", &JobSettings::elide,
+              {.unit = "RULES",
+               .help = "leave out by rules too that are off unless asked for: " +
+                       rule_names(registry, false),
+               .unset_means = "none",
+               .group = kPlanGroup})
+        .text("output", &JobSettings::output,
+              {.unit = "OUT",
+               .help = "output frames: out.####.exr",
+               .group = kOutputGroup,
+               .required = true})
+        .choice("on_existing", &JobSettings::on_existing, {"fail", "skip", "overwrite"},
+                {.help = "when the output exists; skip: only one made by the same chain from "
+                         "the same input",
+                 .group = kOutputGroup})
+        .choice("missing", &JobSettings::missing, {"error", "skip", "hold"},
+                {.help = "when a requested frame is not on disk", .group = kOutputGroup})
+        .choice("on_error", &JobSettings::on_error, {"stop", "continue"},
+                {.help = "when a frame fails", .group = kOutputGroup})
+        .choice("overflow", &JobSettings::overflow, {"refuse", "clamp"},
+                {.help = "when color exceeds a half channel", .group = kOutputGroup})
+        .boolean(
+            "strict", &JobSettings::strict,
+            {.help = "non-finite values in input or output are an error", .group = kOutputGroup})
+        .boolean("sidecar", &JobSettings::sidecar,
+                 {.help = "OUT.json beside each output", .group = kOutputGroup})
+        .boolean("png", &JobSettings::png,
+                 {.help = "write OUT.png beside each output, for a look", .group = kOutputGroup})
+        .text("dump_stages", &JobSettings::dump_stages,
+              {.unit = "DIR",
+               .help = "write each intermediate plane as EXR",
+               .unset_means = "not written",
+               .group = kOutputGroup})
+        .table();
+}
+
+std::string option_name(const std::string& key) {
+    std::string name = "--" + key;
+    for (char& c : name)
+        if (c == '_') c = '-';
+    return name;
+}
+
+Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& registry,
+                                    Diagnostics& notes) {
+    RunSettings settings;
+    auto input = io::InputSpec::parse(job.input);
+    if (!input.ok()) return input.status().at(option_name("input"));
+    settings.input = std::move(*input);
+    if (!job.frames.empty()) {
+        auto range = io::FrameRange::parse(job.frames);
+        if (!range.ok()) return range.status().at(option_name("frames"));
+        settings.frames = std::move(*range);
+    }
+    auto source = source_settings_of(job, notes);
+    if (!source.ok()) return source.status();
+    settings.source = std::move(*source);
+    auto plan = plan_options_of(job, registry);
+    if (!plan.ok()) return plan.status();
+    settings.plan = std::move(*plan);
+    if (!job.output.empty()) {
+        auto output = io::PathPattern::parse(job.output);
+        if (!output.ok()) return output.status().at(option_name("output"));
+        settings.output = std::move(*output);
+    }
+    settings.on_existing = job.on_existing;
+    settings.missing = job.missing;
+    settings.on_error = job.on_error;
+    settings.overflow = job.overflow;
+    settings.strict = job.strict;
+    settings.sidecar = job.sidecar;
+    settings.preview = job.png;
+    settings.dump_folder = job.dump_stages;
+    return settings;
+}
+
+}  // namespace postchain::sequence

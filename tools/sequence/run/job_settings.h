@@ -1,0 +1,57 @@
+// The settings of a job as they are written, on a command line or elsewhere, and as one table:
+// key, type, choices, default, range and help of each come from job_parameters().
+//
+//   text --job_parameters()--> JobSettings --run_settings_of--> RunSettings
+#pragma once
+
+#include <string>
+
+#include "chain/parameter.h"
+#include "chain/pass.h"
+#include "config/diagnostic.h"
+#include "tools/sequence/run/run_settings.h"
+
+namespace postchain::sequence {
+
+// Texts are in the forms that docs/command.md describes; an empty one is not given.
+struct JobSettings {
+    std::string input;
+    std::string frames;
+    std::string cuts;
+    std::string camera;
+    std::string profile;
+    std::string layer;
+    std::string view;
+    NonfiniteColor nonfinite = NonfiniteColor::zero;
+
+    Precision precision = Precision::fp32;
+    std::string no_elide;  // "all", or names of rules with commas
+    std::string elide;     // names of rules with commas
+
+    std::string output;
+    io::OnExisting on_existing = io::OnExisting::fail;
+    MissingPolicy missing = MissingPolicy::error;
+    ErrorPolicy on_error = ErrorPolicy::stop;
+    io::HalfOverflow overflow = io::HalfOverflow::refuse;
+    bool strict = false;
+    bool sidecar = true;
+    bool png = false;
+    std::string dump_stages;
+};
+
+// Groups of the rows: what is read, what a plan does, what is written.
+inline constexpr const char* kInputGroup = "input";
+inline constexpr const char* kPlanGroup = "plan";
+inline constexpr const char* kOutputGroup = "output";
+// The names of the rules that may be given are those of the registry.
+ParameterTable job_parameters(const PassRegistry& registry);
+
+// How messages name a setting, and the command its option: "on_existing" -> "--on-existing".
+std::string option_name(const std::string& key);
+
+// Everything but the version. `notes` gets what the camera file's reader has to say, its errors
+// too. Errors: (usage) with the setting's name; those of find_profile() and load_camera().
+Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& registry,
+                                    Diagnostics& notes);
+
+}  // namespace postchain::sequence

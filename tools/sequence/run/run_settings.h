@@ -1,0 +1,38 @@
+// What a run is told, typed: made from text by run/job_settings.h, or by a program.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "chain/planner.h"
+#include "tools/sequence/io/exr_writer.h"
+#include "tools/sequence/io/sequence.h"
+#include "tools/sequence/run/frame_source.h"
+
+namespace postchain::sequence {
+
+enum class MissingPolicy {
+    error,  // nothing is run
+    skip,   // the others are run
+    hold,   // the nearest earlier frame (else the nearest later one) stands in
+};
+enum class ErrorPolicy { stop, keep_going };
+
+struct RunSettings {
+    io::InputSpec input;
+    std::optional<io::FrameRange> frames;  // none: all on disk
+    io::PathPattern output;
+    SourceSettings source;
+    PlanOptions plan;
+    io::OnExisting on_existing = io::OnExisting::fail;
+    io::HalfOverflow overflow = io::HalfOverflow::refuse;
+    MissingPolicy missing = MissingPolicy::error;
+    ErrorPolicy on_error = ErrorPolicy::stop;
+    bool strict = false;      // non-finite values are an error
+    bool sidecar = true;      // OUT.json beside each output
+    bool preview = false;     // OUT.png beside each output, display transform, 8 bits
+    std::string dump_folder;  // every stage as EXR; empty = none
+    std::string version;      // of the command, for metadata
+};
+
+}  // namespace postchain::sequence

@@ -1,0 +1,40 @@
+#include "tools/sequence/run/visit_sequence.h"
+
+#include "tools/sequence/run/runner.h"
+
+namespace postchain::sequence {
+namespace {
+
+class VisitJob final : public FrameJob {
+  public:
+    VisitJob(RoleSet wanted, const FrameVisitor& visitor) : wanted_(wanted), visitor_(visitor) {}
+
+    io::Keep keep() const override { return io::Keep::nothing; }
+    Result<std::optional<RoleSet>> wanted(const FrameTask&, const FrameHeader&,
+                                          FrameReport&) override {
+        return std::optional(wanted_);
+    }
+    Status prepare(const SourceFrame&, FrameReport&) override { return Status(); }
+    Status process(FrameInFlight& frame) override { return visitor_(*frame.source, frame.report); }
+    Status write(FrameInFlight&) override { return Status(); }
+
+  private:
+    RoleSet wanted_;
+    const FrameVisitor& visitor_;
+};
+
+}  // namespace
+
+Result<RunSummary> visit_sequence(const RunSettings& settings, RoleSet wanted,
+                                  const FrameVisitor& visitor, const FrameObserver& observer,
+                                  const std::atomic<bool>* stop) {
+    std::vector<int> gaps;
+    auto tasks = plan_tasks(settings, false, gaps);
+    if (!tasks.ok()) return tasks.status();
+    VisitJob job(wanted, visitor);
+    auto summary = walk_sequence(job, settings, std::move(*tasks), observer, stop);
+    if (summary.ok()) summary->gaps = std::move(gaps);
+    return summary;
+}
+
+}  // namespace postchain::sequence

@@ -40,6 +40,12 @@ Pass* Chain::append(const PassRegistry& registry, std::string_view type) {
     return links.back().pass.get();
 }
 
+std::vector<std::string> Chain::types() const {
+    std::vector<std::string> types;
+    for (const auto& link : links) types.push_back(link.type->name);
+    return types;
+}
+
 RoleSet Chain::required() const {
     RoleSet roles = {Role::color};
     for (const auto& link : links) roles = roles | link.pass->roles().required;

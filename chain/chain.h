@@ -30,6 +30,7 @@ struct Chain {
     Chain clone() const;
     // Appends a pass with default parameters; nullptr when the registry has no such type.
     Pass* append(const PassRegistry& registry, std::string_view type);
+    std::vector<std::string> types() const;  // of the passes, in order
     // Planes any pass requires or can use.
     RoleSet required() const;
     RoleSet optional() const;

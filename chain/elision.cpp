@@ -1,7 +1,12 @@
 #include "chain/elision.h"
 
-namespace postchain {
+#include <algorithm>
+#include <cmath>
 
+#include "chain/parameter.h"
+#include "chain/status.h"
+
+namespace postchain {
 const std::vector<ElisionRule>& chain_rules() {
     static const std::vector<ElisionRule> rules = {
         {kRuleConfiguration, true, "a pass that its parameters make the identity"},
@@ -13,6 +18,93 @@ const std::vector<ElisionRule>& chain_rules() {
         {kRuleMissingPlane, false, "a pass that requires a plane which the frame does not have"},
     };
     return rules;
+}
+
+const char* name_of(ElisionKind kind) {
+    switch (kind) {
+        case ElisionKind::pass:
+            return "pass";
+        case ElisionKind::plane:
+            return "plane";
+        case ElisionKind::step:
+            return "step";
+        case ElisionKind::output:
+            return "output";
+        case ElisionKind::blocks:
+            return "blocks";
+    }
+    return "unknown";
+}
+
+const char* name_of(Fact::Relation relation) {
+    switch (relation) {
+        case Fact::Relation::at_most:
+            return "<=";
+        case Fact::Relation::below:
+            return "<";
+        case Fact::Relation::at_least:
+            return ">=";
+    }
+    return "unknown";
+}
+
+std::string text_of(const Fact& fact) {
+    const std::string unit = fact.unit.empty() ? "" : " " + fact.unit;
+    std::string text = fact.name;
+    if (fact.value) text += concat(fact.limit ? " " : " is ", *fact.value, unit);
+    if (fact.limit) text += concat(" ", name_of(fact.relation), " ", *fact.limit, unit);
+    return text;
+}
+
+Saving& Saving::operator+=(const Saving& other) {
+    bytes += other.bytes;
+    dispatches += other.dispatches;
+    taps += other.taps;
+    return *this;
+}
+
+std::string item_text(const Elision& elision, const std::vector<std::string>& passes) {
+    if (elision.pass < 0) return "input." + elision.item;
+    const std::string& type = passes[size_t(elision.pass)];
+    std::string text = std::count(passes.begin(), passes.end(), type) > 1
+                           ? concat("passes[", elision.pass, "].", type)
+                           : type;
+    if (!elision.item.empty()) text += "." + elision.item;
+    return text;
+}
+
+void write_elision(JsonWriter& json, const Elision& elision, const std::string& what) {
+    const Fact& fact = elision.fact;
+    // JSON has no infinity.
+    const auto number = [](std::optional<double> value) {
+        return value && std::isfinite(*value) ? ParameterValue(*value)
+                                              : ParameterValue(std::monostate());
+    };
+    if (!what.empty()) json.field("what", what);
+    if (elision.pass < 0)
+        json.key("pass").value(ParameterValue(std::monostate()));
+    else
+        json.field("pass", elision.pass);
+    json.field("kind", name_of(elision.kind)).field("item", elision.item);
+    json.field("rule", elision.rule).field("reason", text_of(fact));
+    json.key("fact").begin_object();
+    json.field("name", fact.name).field("value", number(fact.value));
+    json.field("relation", name_of(fact.relation)).field("limit", number(fact.limit));
+    json.field("unit", fact.unit);
+    json.end_object();
+    json.field("bytes", elision.saving.bytes).field("dispatches", elision.saving.dispatches);
+    json.field("taps", elision.saving.taps);
+    if (elision.work_list < 0) return;
+    json.field("work_list", elision.work_list).field("outside", elision.outside);
+    json.field("taps_per_block", elision.taps_per_block);
+}
+
+std::string elision_as_json(const Elision& elision, const std::string& what) {
+    JsonWriter json(false);
+    json.begin_object();
+    write_elision(json, elision, what);
+    json.end_object();
+    return json.text();
 }
 
 }  // namespace postchain

@@ -1,5 +1,6 @@
 #include "chain/merge.h"
 
+#include <algorithm>
 #include <set>
 
 namespace postchain {
@@ -39,7 +40,6 @@ class Merger {
         merged_.plan = a;
         merged_.outputs[0] = a.outputs;
         for (const auto& pass : b.passes) merged_.plan.passes.push_back(pass);
-        for (const auto& left : b.left_out) merged_.plan.left_out.push_back(left);
         merged_.plan.reads = a.reads | b.reads;
     }
 
@@ -62,10 +62,11 @@ class Merger {
                 append(b_.steps[size_t(i)]);
         }
         for (const auto& [role, id] : b_.outputs) merged_.outputs[1][role] = map_[size_t(id)];
-        for (size_t i = a_.left_out.size(); i < merged_.plan.left_out.size(); ++i)
-            if (int& list = merged_.plan.left_out[i].work_list; list >= 0)
-                list = map_[size_t(list)];
-        find_lifetimes();
+        merge_elisions();
+        std::vector<TextureId> outputs;
+        for (const auto& of_one : merged_.outputs)
+            for (const auto& [role, id] : of_one) outputs.push_back(id);
+        find_lifetimes(merged_.plan, outputs);
         return std::move(merged_);
     }
 
@@ -153,21 +154,22 @@ class Merger {
         merged_.plan.steps.push_back(std::move(step));
     }
 
-    void find_lifetimes() {
-        Plan& plan = merged_.plan;
-        for (auto& texture : plan.textures) texture.first_step = texture.last_step = -1;
-        for (int i = 0; i < int(plan.steps.size()); ++i) {
-            for (const auto& binding : plan.steps[size_t(i)].bindings) {
-                auto& texture = plan.textures[size_t(binding.texture)];
-                if (texture.first_step < 0) texture.first_step = i;
-                texture.last_step = i;
-            }
+    // A plane that one of them reads is not elided.
+    void merge_elisions() {
+        merged_.elisions = {a_.elisions, b_.elisions};
+        for (Elision& elision : merged_.elisions[1])
+            if (elision.work_list >= 0) elision.work_list = map_[size_t(elision.work_list)];
+        std::vector<Elision>& all = merged_.plan.elisions;
+        std::erase_if(all, [&](const Elision& elision) {
+            const auto& others = b_.elisions;
+            return elision.pass < 0 &&
+                   std::find(others.begin(), others.end(), elision) == others.end();
+        });
+        for (Elision elision : merged_.elisions[1]) {
+            if (elision.pass < 0) continue;
+            elision.pass += int(a_.passes.size());
+            all.push_back(std::move(elision));
         }
-        // One past the last step: they are not released before they are read.
-        for (const auto& outputs : merged_.outputs)
-            for (const auto& [role, id] : outputs)
-                if (auto& texture = plan.textures[size_t(id)]; texture.first_step >= 0)
-                    texture.last_step = int(plan.steps.size());
     }
 
     const Plan& a_;

@@ -15,11 +15,14 @@
 namespace postchain {
 
 struct MergedPlan {
-    // passes: A's, then B's (Step::pass counts on); outputs are those of A. Textures of B alone
-    // have "b." before their names.
+    // passes: A's, then B's (Step::pass and Elision::pass count on); outputs are those of A.
+    // Textures of B alone have "b." before their names. Of the frame's own elisions those that
+    // both have.
     Plan plan;
     // Of A and of B; all live until the end.
     std::array<std::map<Role, TextureId>, 2> outputs;
+    // Of A and of B, passes counted as in their own plans, work lists as in the merged one.
+    std::array<std::vector<Elision>, 2> elisions;
     int shared_steps = 0;  // of B, that A's stand for
 };
 

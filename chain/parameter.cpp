@@ -127,7 +127,7 @@ const Parameter* ParameterTable::find(std::string_view key) const {
     return nullptr;
 }
 
-Status ParameterTable::set(void* parameters, std::string_view key,
+Status ParameterTable::set(ParameterRef parameters, std::string_view key,
                            const ParameterValue& value) const {
     const Parameter* row = find(key);
     if (!row) {
@@ -143,7 +143,7 @@ Status ParameterTable::set(void* parameters, std::string_view key,
     return Status();
 }
 
-Status ParameterTable::check(const void* parameters) const {
+Status ParameterTable::check(ConstParameterRef parameters) const {
     for (const auto& row : rows_) {
         if (row.excludes.empty() || row.get(parameters) == ParameterValue()) continue;
         const Parameter* other = find(row.excludes);
@@ -154,7 +154,7 @@ Status ParameterTable::check(const void* parameters) const {
     return Status();
 }
 
-std::string ParameterTable::text(const void* parameters) const {
+std::string ParameterTable::text(ConstParameterRef parameters) const {
     std::string text;
     for (const auto& row : rows_) {
         if (!text.empty()) text += ' ';

@@ -11,12 +11,15 @@
 // The default of a row is the value in the default-constructed struct.
 #pragma once
 
+#include <cassert>
 #include <cstdint>
 #include <functional>
 #include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
+#include <typeindex>
 #include <variant>
 #include <vector>
 
@@ -26,6 +29,34 @@ namespace postchain {
 
 enum class ParameterType { boolean, integer, number, choice, text };
 const char* name_of(ParameterType type);  // "boolean", "integer", "number", "choice", "text"
+
+// A parameter struct of any type, and that type: whoever takes it out as another one is stopped.
+template <class Pointer>
+class TypedRef {
+  public:
+    template <class P>
+    TypedRef(P* parameters) : pointer_(parameters), type_(typeid(P)) {
+        static_assert(!std::is_void_v<P>, "the type of the struct is what this is for");
+    }
+    template <class Other>
+    TypedRef(const TypedRef<Other>& other) : pointer_(other.pointer_), type_(other.type_) {}
+
+    // `P` is the type it was made of.
+    template <class P>
+    auto& as() const {
+        assert(type_ == typeid(P));
+        using To = std::conditional_t<std::is_const_v<std::remove_pointer_t<Pointer>>, const P, P>;
+        return *static_cast<To*>(pointer_);
+    }
+
+  private:
+    template <class Other>
+    friend class TypedRef;
+    Pointer pointer_;
+    std::type_index type_;
+};
+using ParameterRef = TypedRef<void*>;
+using ConstParameterRef = TypedRef<const void*>;
 
 // monostate = unset (only rows with `optional` accept it).
 using ParameterValue = std::variant<std::monostate, bool, int64_t, double, std::string>;
@@ -64,8 +95,8 @@ struct Parameter {
     double converged = 0;  // of Convergence::set: where the filter counts as converged
     ParameterValue default_value;
 
-    std::function<ParameterValue(const void*)> get;
-    std::function<void(void*, const ParameterValue&)> set;  // value has passed check()
+    std::function<ParameterValue(ConstParameterRef)> get;
+    std::function<void(ParameterRef, const ParameterValue&)> set;  // value has passed check()
 
     // "an odd integer in 1..1023", "one of guertin, single", "a number > 0"
     std::string domain() const;
@@ -83,11 +114,11 @@ class ParameterTable {
     const Parameter* find(std::string_view key) const;
     // Checks, then sets. StatusCode::chain with a message when the key is unknown (the nearest
     // known key is named) or the value is not of the row's domain.
-    Status set(void* parameters, std::string_view key, const ParameterValue& value) const;
+    Status set(ParameterRef parameters, std::string_view key, const ParameterValue& value) const;
     // Cross-row rule `excludes`.
-    Status check(const void* parameters) const;
+    Status check(ConstParameterRef parameters) const;
     // "key=value" of every row in table order, joined by a space: canonical, for hashes and print.
-    std::string text(const void* parameters) const;
+    std::string text(ConstParameterRef parameters) const;
 
   private:
     std::vector<Parameter> rows_;
@@ -138,13 +169,13 @@ class ParameterTableBuilder {
                                   RowOptions options) {
         Parameter row = start(ParameterType::number, std::move(key), std::move(options));
         row.optional = true;
-        row.get = [member](const void* p) -> ParameterValue {
-            const auto& value = static_cast<const P*>(p)->*member;
+        row.get = [member](ConstParameterRef p) -> ParameterValue {
+            const auto& value = p.as<P>().*member;
             if (!value) return std::monostate();
             return *value;
         };
-        row.set = [member](void* p, const ParameterValue& value) {
-            auto& slot = static_cast<P*>(p)->*member;
+        row.set = [member](ParameterRef p, const ParameterValue& value) {
+            auto& slot = p.as<P>().*member;
             if (std::holds_alternative<std::monostate>(value))
                 slot.reset();
             else
@@ -158,13 +189,13 @@ class ParameterTableBuilder {
                                   RowOptions options) {
         Parameter row = start(ParameterType::choice, std::move(key), std::move(options));
         row.choices = names;
-        row.get = [member, names](const void* p) -> ParameterValue {
-            return names[static_cast<size_t>(static_cast<const P*>(p)->*member)];
+        row.get = [member, names](ConstParameterRef p) -> ParameterValue {
+            return names[static_cast<size_t>(p.as<P>().*member)];
         };
-        row.set = [member, names](void* p, const ParameterValue& value) {
+        row.set = [member, names](ParameterRef p, const ParameterValue& value) {
             const auto& name = std::get<std::string>(value);
             for (size_t i = 0; i < names.size(); ++i)
-                if (names[i] == name) static_cast<P*>(p)->*member = static_cast<E>(i);
+                if (names[i] == name) p.as<P>().*member = static_cast<E>(i);
         };
         return finish(std::move(row));
     }
@@ -173,14 +204,14 @@ class ParameterTableBuilder {
         const bool required = options.required;
         Parameter row = start(ParameterType::text, std::move(key), std::move(options));
         row.optional = !required;
-        row.get = [member](const void* p) -> ParameterValue {
-            const std::string& value = static_cast<const P*>(p)->*member;
+        row.get = [member](ConstParameterRef p) -> ParameterValue {
+            const std::string& value = p.as<P>().*member;
             if (value.empty()) return std::monostate();
             return value;
         };
-        row.set = [member](void* p, const ParameterValue& value) {
+        row.set = [member](ParameterRef p, const ParameterValue& value) {
             const auto* word = std::get_if<std::string>(&value);
-            static_cast<P*>(p)->*member = word ? *word : std::string();
+            p.as<P>().*member = word ? *word : std::string();
         };
         return finish(std::move(row));
     }
@@ -188,11 +219,11 @@ class ParameterTableBuilder {
     template <class M>
     ParameterTableBuilder& rows(M P::*member, const ParameterTable& of_member) {
         for (Parameter row : of_member.rows()) {
-            row.get = [member, get = row.get](const void* p) {
-                return get(&(static_cast<const P*>(p)->*member));
+            row.get = [member, get = row.get](ConstParameterRef p) {
+                return get(&(p.as<P>().*member));
             };
-            row.set = [member, set = row.set](void* p, const ParameterValue& value) {
-                set(&(static_cast<P*>(p)->*member), value);
+            row.set = [member, set = row.set](ParameterRef p, const ParameterValue& value) {
+                set(&(p.as<P>().*member), value);
             };
             finish(std::move(row));
         }
@@ -230,15 +261,15 @@ class ParameterTableBuilder {
     ParameterTableBuilder& plain(ParameterType type, std::string key, T P::*member,
                                  RowOptions options) {
         Parameter row = start(type, std::move(key), std::move(options));
-        row.get = [member](const void* p) -> ParameterValue {
-            const T value = static_cast<const P*>(p)->*member;
+        row.get = [member](ConstParameterRef p) -> ParameterValue {
+            const T value = p.as<P>().*member;
             if constexpr (std::is_same_v<T, int>)
                 return static_cast<int64_t>(value);
             else
                 return value;
         };
-        row.set = [member](void* p, const ParameterValue& value) {
-            auto& slot = static_cast<P*>(p)->*member;
+        row.set = [member](ParameterRef p, const ParameterValue& value) {
+            auto& slot = p.as<P>().*member;
             if constexpr (std::is_same_v<T, bool>)
                 slot = std::get<bool>(value);
             else if constexpr (std::is_same_v<T, int>)

@@ -66,16 +66,16 @@ class PassPlanner {
     virtual void output(Role role, TextureId texture) = 0;
     // Why nothing reads what the step of this name writes (rule kRuleUnusedStep). The pass adds it
     // all the same; the planner removes it and computes what that saves.
-    virtual void unused(const std::string& step, const std::string& reason) = 0;
-    // Something else of the pass that is left out: `what` is the pass's own name for it.
-    virtual void left_out(LeftOut left) = 0;
+    virtual void unused(const std::string& step, Fact why) = 0;
+    // Something else of the pass that is elided; its pass is filled in here.
+    virtual void elide(Elision elision) = 0;
 };
 
-// What is left out of the blocks of a list, or, with `outside`, of those not in it. `taps_px`:
-// fetches saved at each pixel.
-LeftOut left_out_of_blocks(const std::string& what, const std::string& rule,
-                           const std::string& reason, TextureId list, int taps_px,
-                           bool outside = false);
+// Why a pass returns its color bit for bit.
+struct Identity {
+    std::string rule;  // ElisionRule::name
+    Fact fact;
+};
 
 // Planes of the double-precision reference, and the named stages it passed through. A stage
 // carries the name of the plan texture it must equal ("tile_max"), same size and channels.
@@ -94,18 +94,19 @@ class Pass {
     virtual Reach reach(const FrameDescription&) const { return {}; }
     // Errors that need the frame (camera values, sizes). The message starts with the parameter.
     virtual Status check(const FrameDescription& frame) const = 0;
-    // The pass itself knows when it returns its color bit for bit: rule and reason, else nothing.
-    // Only rule and reason are filled. context.wanted is an upper bound here: every plane that
-    // some later pass could read. Facts about color count only where context.color_is_input.
-    virtual std::optional<LeftOut> identity(const PlanContext& context) const = 0;
+    // The pass itself knows when it returns its color bit for bit, else nothing. context.wanted is
+    // an upper bound here: every plane that some later pass could read. Facts about color count
+    // only where context.color_is_input.
+    virtual std::optional<Identity> identity(const PlanContext& context) const = 0;
     // Describes all of the work, also for a frame on which identity() holds.
     virtual void plan(PassPlanner& planner) const = 0;
     // The same in double precision on the CPU, written from the paper and not from the GLSL:
     // reads frame.planes, replaces the planes it outputs, fills frame.stages. Same random values.
     virtual void reference(const PlanContext& context, ReferenceFrame& frame) const = 0;
 
-    virtual void* parameters() = 0;
-    const void* parameters() const { return const_cast<Pass*>(this)->parameters(); }
+    // The struct that PassType::parameters is the table of.
+    virtual ParameterRef parameters() = 0;
+    ConstParameterRef parameters() const { return const_cast<Pass*>(this)->parameters(); }
 };
 
 // A kind of pass.

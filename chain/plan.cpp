@@ -105,19 +105,43 @@ uint64_t Plan::peak_bytes() const {
     return peak;
 }
 
-std::optional<LeftOut> counted(const LeftOut& left, const Plan& plan,
-                               const std::vector<WorkDone>& done) {
-    if (left.work_list < 0) return left;
-    const std::string& name = plan.textures[size_t(left.work_list)].name;
+std::optional<Elision> found_in(const Elision& elision, const Plan& plan,
+                                const std::vector<WorkDone>& done) {
+    if (elision.work_list < 0) return elision;
+    const std::string& name = plan.textures[size_t(elision.work_list)].name;
     for (const auto& list : done) {
         if (list.list != name) continue;
-        const unsigned blocks = left.outside ? list.of - list.blocks : list.blocks;
+        const unsigned blocks = elision.outside ? list.of - list.blocks : list.blocks;
         if (blocks == 0) return std::nullopt;
-        LeftOut found = left;
-        found.taps = blocks * left.taps_per_block;
+        Elision found = elision;
+        found.saving.taps = blocks * elision.taps_per_block;
         return found;
     }
-    return left;
+    return elision;
+}
+
+std::string item_text(const Elision& elision, const Plan& plan) {
+    return item_text(elision, plan.types());
+}
+
+void find_lifetimes(Plan& plan, const std::vector<TextureId>& outputs) {
+    for (auto& texture : plan.textures) texture.first_step = texture.last_step = -1;
+    for (int i = 0; i < int(plan.steps.size()); ++i) {
+        for (const auto& binding : plan.steps[size_t(i)].bindings) {
+            auto& texture = plan.textures[size_t(binding.texture)];
+            if (texture.first_step < 0) texture.first_step = i;
+            texture.last_step = i;
+        }
+    }
+    for (const TextureId id : outputs)
+        if (auto& texture = plan.textures[size_t(id)]; texture.first_step >= 0)
+            texture.last_step = int(plan.steps.size());
+}
+
+std::vector<std::string> Plan::types() const {
+    std::vector<std::string> types;
+    for (const auto& pass : passes) types.push_back(pass.type);
+    return types;
 }
 
 uint64_t Plan::hash() const {

@@ -44,7 +44,7 @@ struct PlanTexture {
     bool imported = false;    // handed in by the caller, never in the pool
     Role role = Role::color;  // of an imported texture
     int first_step = -1;      // first and last step that touch it; -1 = none
-    int last_step = -1;
+    int last_step = -1;       // of an output: one past the plan's last step
 
     uint64_t bytes() const {
         return uint64_t(width) * uint64_t(height) * uint64_t(bytes_per_pixel(format)) +
@@ -82,6 +82,7 @@ struct Step {
     ProgramKey program;
     std::vector<Binding> bindings;
     std::vector<std::byte> block;           // std140 uniform block at binding 0; may be empty
+    std::string block_type;                 // its name in the shader: "MotionBlurBlock"
     std::array<int, 3> groups = {1, 1, 1};  // work groups; with work_list, the most there can be
     TextureId work_list = -1;  // launches one work group per block of this list instead
     uint64_t taps = 0;         // texture fetches per dispatch, for cost reports (0 = not counted)
@@ -93,36 +94,21 @@ struct Step {
                (binding.access == Access::list && binding.texture != work_list);
     }
 
+    // A struct of shaders/shared. The executor compares its name and size with the shader's block.
     template <class Block>
     void set_block(const Block& value) {
         static_assert(std::is_trivially_copyable_v<Block> && sizeof(Block) % 16 == 0,
                       "a std140 block is a multiple of 16 bytes");
+        block_type = Block::kName;
         block.resize(sizeof(Block));
         std::memcpy(block.data(), &value, sizeof(Block));
     }
 };
 
-// Why something does not run.
-struct LeftOut {
-    std::string what;    // "motion_blur", "motion_blur.tile_variance", "plane motion"
-    std::string rule;    // ElisionRule::name
-    std::string reason;  // "largest half-velocity 0.31 px <= 0.5 px"
-    uint64_t bytes = 0;  // texture bytes saved
-    int dispatches = 0;  // dispatches saved
-    uint64_t taps = 0;   // texture fetches saved
-
-    // Of what is found on the device: the list of the blocks it is left out of, or, with
-    // `outside`, of those that it is not. Savings are then unknown until the list is counted.
-    int work_list = -1;  // index into Plan::textures
-    bool outside = false;
-    uint64_t taps_per_block = 0;
-    bool operator==(const LeftOut&) const = default;
-};
-
 struct PlanPass {
     std::string type;  // "motion_blur"
     std::string text;  // its parameters, canonical
-    bool left_out = false;
+    bool elided = false;
     bool operator==(const PlanPass&) const = default;
 };
 
@@ -132,15 +118,16 @@ struct Plan {
     int height = 0;
     Precision precision = Precision::fp32;
     uint64_t chain_hash = 0;
-    std::vector<PlanPass> passes;  // of the chain, in order, left out or not
+    std::vector<PlanPass> passes;  // of the chain, in order, elided or not
     std::vector<PlanTexture> textures;
     std::vector<Step> steps;
-    std::vector<LeftOut> left_out;
+    std::vector<Elision> elisions;
     RoleSet reads;                      // imported planes that some step reads
     std::map<Role, TextureId> outputs;  // at least color
 
-    uint64_t transient_bytes() const;  // all textures the plan allocates, without reuse
-    uint64_t peak_bytes() const;       // largest sum alive at one step
+    std::vector<std::string> types() const;  // of the passes
+    uint64_t transient_bytes() const;        // all textures the plan allocates, without reuse
+    uint64_t peak_bytes() const;             // largest sum alive at one step
     uint64_t hash() const;
     bool operator==(const Plan&) const = default;
 };
@@ -152,9 +139,16 @@ struct WorkDone {
     unsigned of = 0;      // blocks in all
 };
 
-// An entry of plan.left_out when the plan has run: with the taps of the blocks that the device
+// An entry of plan.elisions when the plan has run: with the taps of the blocks that the device
 // found, and nothing where it found none. Others stay as they are.
-std::optional<LeftOut> counted(const LeftOut& left, const Plan& plan,
-                               const std::vector<WorkDone>& done);
+std::optional<Elision> found_in(const Elision& elision, const Plan& plan,
+                                const std::vector<WorkDone>& done);
+
+// item_text() of one of the plan's entries.
+std::string item_text(const Elision& elision, const Plan& plan);
+
+// Sets first and last step of every texture. `outputs`: those that are read when the last step is
+// done; their last step is one past it.
+void find_lifetimes(Plan& plan, const std::vector<TextureId>& outputs);
 
 }  // namespace postchain

@@ -18,13 +18,14 @@ std::string megabytes(uint64_t bytes) {
 }
 
 // " (saves 2 dispatches, 1.84 MB, 1296 taps)", of what there is.
-std::string savings(const LeftOut& left) {
+std::string savings(const Saving& saving) {
     std::string text;
     const auto add = [&](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
-    if (left.dispatches)
-        add(concat(left.dispatches, left.dispatches == 1 ? " dispatch" : " dispatches"));
-    if (left.bytes) add(left.bytes < 10000 ? concat(left.bytes, " bytes") : megabytes(left.bytes));
-    if (left.taps) add(concat(left.taps, " taps"));
+    if (saving.dispatches)
+        add(concat(saving.dispatches, saving.dispatches == 1 ? " dispatch" : " dispatches"));
+    if (saving.bytes)
+        add(saving.bytes < 10000 ? concat(saving.bytes, " bytes") : megabytes(saving.bytes));
+    if (saving.taps) add(concat(saving.taps, " taps"));
     return text.empty() ? text : " (saves " + text + ")";
 }
 
@@ -50,7 +51,7 @@ std::string plan_as_text(const Plan& plan) {
         << name_of(plan.precision) << "  chain " << hex_of(plan.chain_hash) << "\n";
     for (size_t i = 0; i < plan.passes.size(); ++i) {
         const auto& pass = plan.passes[i];
-        out << "pass " << i << " " << pass.type << (pass.left_out ? " (left out)" : "") << ": "
+        out << "pass " << i << " " << pass.type << (pass.elided ? " (left out)" : "") << ": "
             << pass.text << "\n";
         for (const auto& step : plan.steps) {
             if (step.pass != int(i)) continue;
@@ -61,18 +62,22 @@ std::string plan_as_text(const Plan& plan) {
                 << "    writes " << names(plan, step, true) << "\n";
         }
     }
-    for (const auto& left : plan.left_out) {
-        out << "left out " << left.what << " [" << left.rule << "]: " << left.reason;
-        out << (left.work_list >= 0 ? concat(" (saves ", left.taps_per_block,
-                                             " taps a block; the device finds them)")
-                                    : savings(left));
+    for (const auto& elision : plan.elisions) {
+        out << "left out " << item_text(elision, plan) << " [" << elision.rule
+            << "]: " << text_of(elision.fact);
+        out << (elision.work_list >= 0 ? concat(" (saves ", elision.taps_per_block,
+                                                " taps a block; the device finds them)")
+                                       : savings(elision.saving));
         out << "\n";
     }
     for (const auto& texture : plan.textures) {
         out << "texture " << texture.name << "  " << size_of(texture)
             << (texture.imported ? "  imported" : "");
-        if (texture.first_step >= 0)
-            out << "  steps " << texture.first_step << ".." << texture.last_step;
+        if (texture.first_step >= 0) {
+            out << "  steps " << texture.first_step << "..";
+            // An output outlives the last step.
+            if (texture.last_step < int(plan.steps.size())) out << texture.last_step;
+        }
         out << "\n";
     }
     for (const auto& [role, texture] : plan.outputs)
@@ -99,7 +104,7 @@ std::string plan_as_json(const Plan& plan) {
     json.field("chain_hash", hex_of(plan.chain_hash)).field("plan_hash", hex_of(plan.hash()));
     list("passes", plan.passes, [&](const PlanPass& pass) {
         json.field("pass", pass.type).field("parameters", pass.text);
-        json.field("left_out", pass.left_out);
+        json.field("left_out", pass.elided);
     });
     list("steps", plan.steps, [&](const Step& step) {
         json.field("pass", step.pass).field("step", step.name);
@@ -120,14 +125,8 @@ std::string plan_as_json(const Plan& plan) {
         json.field("imported", texture.imported).field("first_step", texture.first_step);
         json.field("last_step", texture.last_step);
     });
-    list("left_out", plan.left_out, [&](const LeftOut& left) {
-        json.field("what", left.what).field("rule", left.rule).field("reason", left.reason);
-        json.field("bytes", left.bytes).field("dispatches", left.dispatches);
-        json.field("taps", left.taps);
-        if (left.work_list < 0) return;
-        json.field("work_list", left.work_list).field("outside", left.outside);
-        json.field("taps_per_block", left.taps_per_block);
-    });
+    list("left_out", plan.elisions,
+         [&](const Elision& elision) { write_elision(json, elision, item_text(elision, plan)); });
     json.key("outputs").begin_object();
     for (const auto& [role, texture] : plan.outputs)
         json.field(name_of(role), plan.textures[size_t(texture)].name);
@@ -159,7 +158,7 @@ std::string plan_as_dot(const Plan& plan) {
         }
     }
     for (size_t i = 0; i < plan.passes.size(); ++i)
-        if (plan.passes[i].left_out)
+        if (plan.passes[i].elided)
             out << "  p" << i << " [shape=ellipse, style=dashed, label="
                 << quoted(plan.passes[i].type + "\nleft out") << "];\n";
     out << "}\n";

@@ -18,7 +18,7 @@ PlanTexture input_texture(Role role, const FrameDescription& frame) {
 }
 
 // Why nothing reads what a step writes, by "<index of the pass>.<step>".
-using Reasons = std::map<std::string, std::string>;
+using Reasons = std::map<std::string, Fact>;
 
 // Records one pass's work at the end of a plan.
 class Recorder final : public PassPlanner {
@@ -51,12 +51,12 @@ class Recorder final : public PassPlanner {
         plan_.steps.push_back(std::move(step));
     }
     void output(Role role, TextureId texture) override { current_[role] = texture; }
-    void unused(const std::string& step, const std::string& reason) override {
-        reasons_[concat(pass_, ".", step)] = reason;
+    void unused(const std::string& step, Fact why) override {
+        reasons_[concat(pass_, ".", step)] = std::move(why);
     }
-    void left_out(LeftOut left) override {
-        left.what = type_ + "." + left.what;
-        plan_.left_out.push_back(std::move(left));
+    void elide(Elision elision) override {
+        elision.pass = pass_;
+        plan_.elisions.push_back(std::move(elision));
     }
 
   private:
@@ -70,26 +70,25 @@ class Recorder final : public PassPlanner {
 
 struct Decision {
     PlanContext context;
-    std::optional<LeftOut> left_out;
+    std::optional<Identity> identity;  // the pass is elided
 };
 
 // What the rules say of one pass; an error when it must run and cannot.
-Result<std::optional<LeftOut>> judge(const ChainLink& link, const PlanContext& context) {
-    using Verdict = std::optional<LeftOut>;
+Result<std::optional<Identity>> judge(const ChainLink& link, const PlanContext& context) {
+    using Verdict = std::optional<Identity>;
     if (Status status = link.pass->check(context.frame); !status.ok()) return status;
-    Verdict left = link.pass->identity(context);
-    if (left && !context.uses(left->rule)) left.reset();
-    if (left) left->what = link.type->name;
+    Verdict identity = link.pass->identity(context);
+    if (identity && !context.uses(identity->rule)) identity.reset();
     const RoleSet missing = link.pass->roles().required - context.available;
     // A pass that is off needs no plane; but of a plane that is not there nothing is known.
-    if (missing.empty() || (left && left->rule != kRuleFacts)) return left;
+    if (missing.empty() || (identity && identity->rule != kRuleFacts)) return identity;
     const RoleSet has = context.available | context.frame.not_converted;
     const std::string text = "needs " + (missing - has).text() + "; the frame has " + has.text();
     if (!context.uses(kRuleMissingPlane)) return Status(StatusCode::input, text);
-    return Verdict(LeftOut{link.type->name, kRuleMissingPlane, text, 0, 0, 0});
+    return Verdict(Identity{kRuleMissingPlane, {text}});
 }
 
-// First to last: which passes are left out. Last to first: which planes each pass must produce.
+// First to last: which passes are elided. Last to first: which planes each pass must produce.
 Result<std::vector<Decision>> decide(const Chain& chain, const FrameDescription& frame,
                                      const PlanOptions& options) {
     std::vector<Decision> decisions;
@@ -105,15 +104,15 @@ Result<std::vector<Decision>> decide(const Chain& chain, const FrameDescription&
     for (size_t i = 0; i < chain.links.size(); ++i) {
         Decision decision{{frame, options.precision, available, readable[i], color_is_input, rules},
                           std::nullopt};
-        auto left = judge(chain.links[i], decision.context);
-        if (!left.ok())
-            return left.status().at(concat("passes[", i, "].", chain.links[i].type->name));
-        decision.left_out = std::move(*left);
-        // What a pass that is left out would have made is nothing: an earlier plane of that role
+        auto identity = judge(chain.links[i], decision.context);
+        if (!identity.ok())
+            return identity.status().at(concat("passes[", i, "].", chain.links[i].type->name));
+        decision.identity = std::move(*identity);
+        // What an elided pass would have made is nothing: an earlier plane of that role
         // must not stand in for it.
         const RoleSet made = chain.links[i].pass->roles().on_demand;
-        available = decision.left_out ? available - made : available | made;
-        if (!decision.left_out) color_is_input = false;
+        available = decision.identity ? available - made : available | made;
+        if (!decision.identity) color_is_input = false;
         decisions.push_back(std::move(decision));
     }
     RoleSet wanted = options.outputs;
@@ -123,7 +122,7 @@ Result<std::vector<Decision>> decide(const Chain& chain, const FrameDescription&
         Decision& decision = decisions[i];
         decision.context.wanted = rules.count(kRuleUnusedStep) ? wanted : all;
         const RoleUse use = chain.links[i].pass->roles();
-        if (decision.left_out) {
+        if (decision.identity) {
             wanted = wanted - use.on_demand;
             continue;
         }
@@ -136,7 +135,7 @@ Result<std::vector<Decision>> decide(const Chain& chain, const FrameDescription&
         decision.context.available = existing;
         const RoleSet made = chain.links[i].pass->roles().on_demand;
         existing =
-            decision.left_out ? existing - made : existing | (made & decision.context.wanted);
+            decision.identity ? existing - made : existing | (made & decision.context.wanted);
     }
     return decisions;
 }
@@ -147,7 +146,7 @@ void drop_unread_steps(Plan& plan, const Reasons& reasons, const std::set<std::s
     std::vector<char> needed(plan.textures.size(), 0);
     for (const auto& [role, id] : plan.outputs) needed[size_t(id)] = 1;
     std::vector<Step> kept;
-    std::vector<LeftOut> left_out;
+    std::vector<Elision> elisions;
     for (size_t i = plan.steps.size(); i-- > 0;) {
         Step& step = plan.steps[i];
         const auto reason = reasons.find(concat(step.pass, ".", step.name));
@@ -160,23 +159,27 @@ void drop_unread_steps(Plan& plan, const Reasons& reasons, const std::set<std::s
             kept.push_back(std::move(step));
             continue;
         }
-        LeftOut left;
-        left.what = plan.passes[size_t(step.pass)].type + "." + step.name;
-        left.rule = rule;
-        left.reason = reason == reasons.end() ? "no step reads what it writes" : reason->second;
-        left.dispatches = 1;
-        left.taps = step.taps;
+        Elision elision;
+        elision.pass = step.pass;
+        elision.kind = ElisionKind::step;
+        elision.item = step.name;
+        elision.rule = rule;
+        elision.fact =
+            reason == reasons.end() ? Fact{"no step reads what it writes"} : reason->second;
+        elision.saving.dispatches = 1;
+        elision.saving.taps = step.taps;
         for (const auto& binding : step.bindings)
-            if (step.writes(binding)) left.bytes += plan.textures[size_t(binding.texture)].bytes();
-        left_out.push_back(std::move(left));
+            if (step.writes(binding))
+                elision.saving.bytes += plan.textures[size_t(binding.texture)].bytes();
+        elisions.push_back(std::move(elision));
     }
     plan.steps.assign(std::make_move_iterator(kept.rbegin()), std::make_move_iterator(kept.rend()));
-    plan.left_out.insert(plan.left_out.end(), left_out.rbegin(), left_out.rend());
-    // A pass without a step left hands nothing on: it is left out as a whole.
+    plan.elisions.insert(plan.elisions.end(), elisions.rbegin(), elisions.rend());
+    // A pass without a step left hands nothing on: it is elided as a whole.
     for (size_t pass = 0; pass < plan.passes.size(); ++pass) {
         bool works = false;
         for (const auto& step : plan.steps) works = works || step.pass == int(pass);
-        plan.passes[pass].left_out = !works;
+        plan.passes[pass].elided = !works;
     }
 }
 
@@ -197,42 +200,32 @@ void drop_untouched_textures(Plan& plan) {
         for (auto& binding : step.bindings) binding.texture = renamed[size_t(binding.texture)];
         if (step.work_list >= 0) step.work_list = renamed[size_t(step.work_list)];
     }
-    for (auto& left : plan.left_out)
-        if (left.work_list >= 0) left.work_list = renamed[size_t(left.work_list)];
+    for (auto& elision : plan.elisions)
+        if (elision.work_list >= 0) elision.work_list = renamed[size_t(elision.work_list)];
     for (auto& [role, id] : plan.outputs) id = renamed[size_t(id)];
 }
 
-void find_lifetimes(Plan& plan) {
-    for (int i = 0; i < int(plan.steps.size()); ++i) {
-        for (const auto& binding : plan.steps[size_t(i)].bindings) {
-            auto& texture = plan.textures[size_t(binding.texture)];
-            if (texture.first_step < 0) texture.first_step = i;
-            texture.last_step = i;
-            if (texture.imported) plan.reads.add(texture.role);
-        }
-    }
-    for (const auto& [role, id] : plan.outputs) {
-        auto& texture = plan.textures[size_t(id)];
-        if (texture.first_step >= 0) texture.last_step = int(plan.steps.size()) - 1;
-    }
-}
-
-// Planes that the frame has and no step touches: not handed over, or not even converted.
+// Planes that the frame has and no step reads are not handed over, or not even converted.
 void drop_unread_planes(Plan& plan, const FrameDescription& frame, RoleSet outputs,
                         const std::set<std::string>& rules) {
-    for (Role role : kAllRoles) {
-        if (!frame.not_converted.has(role)) continue;
-        const PlanTexture texture = input_texture(role, frame);
-        plan.left_out.push_back({texture.name, kRuleUnusedPlane, "no step reads it: not converted",
-                                 texture.bytes(), 0, 0});
-    }
+    const auto elide = [&](const PlanTexture& plane, const char* why) {
+        Elision elision;
+        elision.kind = ElisionKind::plane;
+        elision.item = name_of(plane.role);
+        elision.rule = kRuleUnusedPlane;
+        elision.fact.name = why;
+        elision.saving.bytes = plane.bytes();
+        plan.elisions.push_back(std::move(elision));
+    };
+    for (Role role : kAllRoles)
+        if (frame.not_converted.has(role))
+            elide(input_texture(role, frame), "no step reads it: not converted");
     for (const auto& texture : plan.textures) {
-        if (!texture.imported || texture.first_step >= 0) continue;
-        if (rules.count(kRuleUnusedPlane) == 0)
+        if (!texture.imported) continue;
+        if (texture.first_step >= 0 || rules.count(kRuleUnusedPlane) == 0)
             plan.reads.add(texture.role);
         else if (!outputs.has(texture.role))
-            plan.left_out.push_back(
-                {texture.name, kRuleUnusedPlane, "no step reads it", texture.bytes(), 0, 0});
+            elide(texture, "no step reads it");
     }
 }
 
@@ -248,9 +241,9 @@ PlanOptions whole_passes_of(const Chain& chain, const PlanOptions& options) {
     return whole;
 }
 
-// What a pass that is left out would have cost.
-void add_savings(LeftOut& left, const Plan& plan, std::map<Role, TextureId> current,
-                 const PlanContext& context, const Pass& pass) {
+// What an elided pass would have cost: the last pass of `plan`.
+Saving saving_of(const Plan& plan, std::map<Role, TextureId> current, const PlanContext& context,
+                 const Pass& pass) {
     Plan whole;
     whole.passes = plan.passes;
     whole.textures = plan.textures;
@@ -261,14 +254,17 @@ void add_savings(LeftOut& left, const Plan& plan, std::map<Role, TextureId> curr
         whole.textures.push_back(input_texture(role, context.frame));
     }
     Reasons reasons;
-    Recorder recorder(whole, current, reasons, context, int(plan.passes.size()) - 1, left.what);
+    Recorder recorder(whole, current, reasons, context, int(plan.passes.size()) - 1,
+                      plan.passes.back().type);
     pass.plan(recorder);
     for (const auto& [role, id] : current) whole.outputs[role] = id;
     drop_unread_steps(whole, reasons, context.rules);
     drop_untouched_textures(whole);
-    left.dispatches = int(whole.steps.size());
-    left.bytes = whole.transient_bytes();
-    for (const auto& step : whole.steps) left.taps += step.taps;
+    Saving saving;
+    saving.dispatches = int(whole.steps.size());
+    saving.bytes = whole.transient_bytes();
+    for (const auto& step : whole.steps) saving.taps += step.taps;
+    return saving;
 }
 
 }  // namespace
@@ -314,17 +310,20 @@ Result<Plan> make_plan(const Chain& chain, const FrameDescription& given,
         const auto& [type, pass] = chain.links[i];
         const Decision& decision = (*decisions)[i];
         plan.passes.push_back(
-            {type->name, type->parameters->text(pass->parameters()), bool(decision.left_out)});
-        if (!decision.left_out) {
+            {type->name, type->parameters->text(pass->parameters()), bool(decision.identity)});
+        if (!decision.identity) {
             Recorder recorder(plan, current, reasons, decision.context, int(i), type->name);
             pass->plan(recorder);
             continue;
         }
-        LeftOut left = *decision.left_out;
+        Elision elision;
+        elision.pass = int(i);
+        elision.rule = decision.identity->rule;
+        elision.fact = decision.identity->fact;
         const RoleSet known = decision.context.available | frame.not_converted;
         if ((pass->roles().required - known).empty())
-            add_savings(left, plan, current, decision.context, *pass);
-        plan.left_out.push_back(std::move(left));
+            elision.saving = saving_of(plan, current, decision.context, *pass);
+        plan.elisions.push_back(std::move(elision));
         for (Role role : kAllRoles)
             if (pass->roles().on_demand.has(role)) current.erase(role);
     }
@@ -333,7 +332,9 @@ Result<Plan> make_plan(const Chain& chain, const FrameDescription& given,
     const std::set<std::string> rules = options.rules(chain);
     drop_unread_steps(plan, reasons, rules);
     drop_untouched_textures(plan);
-    find_lifetimes(plan);
+    std::vector<TextureId> outputs;
+    for (const auto& [role, id] : plan.outputs) outputs.push_back(id);
+    find_lifetimes(plan, outputs);
     drop_unread_planes(plan, frame, options.outputs, rules);
     return plan;
 }
@@ -347,7 +348,7 @@ Result<ReferenceFrame> run_reference(const Chain& chain, const FrameDescription&
     ReferenceFrame result;
     for (const auto& [role, plane] : planes) result.planes[role] = image_cast<double>(plane);
     for (size_t i = 0; i < chain.links.size(); ++i) {
-        if ((*decisions)[i].left_out) continue;
+        if ((*decisions)[i].identity) continue;
         ReferenceFrame one;
         one.planes = std::move(result.planes);
         chain.links[i].pass->reference((*decisions)[i].context, one);

@@ -28,7 +28,7 @@ struct PlanOptions {
 Result<Plan> make_plan(const Chain& chain, const FrameDescription& frame,
                        const PlanOptions& options = {});
 
-// Every pass's reference in the chain's order, left out by no rule but camera_cut and
+// Every pass's reference in the chain's order, elided by no rule but camera_cut and
 // missing_plane. Stages are named as the plan names its textures ("0.motion_blur.tile_max").
 Result<ReferenceFrame> run_reference(const Chain& chain, const FrameDescription& frame,
                                      const FramePlanes& planes, const PlanOptions& options = {});

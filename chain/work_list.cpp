@@ -21,4 +21,17 @@ void launch_by(Step& step, TextureId list) {
     if (list >= 0) step.bindings.push_back({0, list, Access::list});
 }
 
+void elide_blocks(PassPlanner& planner, const std::string& item, const std::string& rule, Fact why,
+                  TextureId list, int taps_px, bool outside) {
+    Elision elision;
+    elision.kind = ElisionKind::blocks;
+    elision.item = item;
+    elision.rule = rule;
+    elision.fact = std::move(why);
+    elision.work_list = list;
+    elision.outside = outside;
+    elision.taps_per_block = uint64_t(kBlockPx) * kBlockPx * uint64_t(taps_px);
+    planner.elide(std::move(elision));
+}
+
 }  // namespace postchain

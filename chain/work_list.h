@@ -30,4 +30,9 @@ TextureId add_work_list(PassPlanner& planner, Step& step, int unit, const std::s
 // storage buffer 0, and the launch. Its shader takes its pixel from next_pixel().
 void launch_by(Step& step, TextureId list);
 
+// What is elided in the blocks of a list, or, with `outside`, in those not in it: `item` is the
+// pass's own name for it, `taps_px` how many fetches that saves at each pixel.
+void elide_blocks(PassPlanner& planner, const std::string& item, const std::string& rule, Fact why,
+                  TextureId list, int taps_px, bool outside = false);
+
 }  // namespace postchain

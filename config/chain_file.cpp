@@ -112,7 +112,7 @@ class ChainParser {
 
     // A map of values into the struct that a table describes.
     void rows(const TextNode& node, const std::string& path, const ParameterTable& table,
-              void* parameters) {
+              ParameterRef parameters) {
         bool good = true;
         for (const auto& [key, value] : node.entries) {
             const std::string at = path + "." + key.text;
@@ -142,7 +142,7 @@ class ChainParser {
     Reporter reporter_;
 };
 
-std::string write_rows(const ParameterTable& table, const void* parameters,
+std::string write_rows(const ParameterTable& table, ConstParameterRef parameters,
                        const std::string& indent) {
     std::string text;
     for (const auto& row : table.rows()) {

@@ -96,7 +96,7 @@ class Overrider {
     }
 
     void unset(const Override& item, int link, const Parameter& row) {
-        void* parameters = chain_.links[size_t(link)].pass->parameters();
+        const ParameterRef parameters = chain_.links[size_t(link)].pass->parameters();
         if (!row.optional || row.get(parameters) == ParameterValue()) return;
         report(item, Severity::note, path_of(link) + "." + row.key,
                text_of(row.get(parameters)) + " of the chain file gives way");

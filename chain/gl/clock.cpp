@@ -2,11 +2,9 @@
 
 #include <epoxy/gl.h>
 
-#include "chain/gl/context.h"
-
 namespace postchain::gl {
 
-Clock::Clock(const Context& context) : software_(context.software()) {}
+Clock::Clock(const Device& device) : software_(device.software) {}
 
 Clock::~Clock() {
     for (const Set& set : sets_)

@@ -8,13 +8,13 @@
 #include <optional>
 #include <vector>
 
-namespace postchain::gl {
+#include "chain/gl/device.h"
 
-class Context;
+namespace postchain::gl {
 
 class Clock {
   public:
-    explicit Clock(const Context& context);
+    explicit Clock(const Device& device);
     ~Clock();
     const char* source() const { return software_ ? "wall clock around glFinish" : "GL_TIMESTAMP"; }
 

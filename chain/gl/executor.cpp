@@ -2,6 +2,8 @@
 
 #include <epoxy/gl.h>
 
+#include "chain/gl/debug.h"
+
 namespace postchain {
 namespace {
 
@@ -22,11 +24,28 @@ unsigned make_sampler(GLenum filter) {
     return sampler;
 }
 
+// One frame of the pool, however it ends: then what the last frames did not use is freed.
+class PoolFrame {
+  public:
+    PoolFrame(gl::TexturePool& pool, uint64_t kept) : pool_(pool), kept_(kept) {
+        pool_.begin_frame();
+    }
+    ~PoolFrame() { pool_.trim(kept_); }
+    PoolFrame(const PoolFrame&) = delete;
+    PoolFrame& operator=(const PoolFrame&) = delete;
+
+  private:
+    gl::TexturePool& pool_;
+    uint64_t kept_;
+};
+
 }  // namespace
 
-Executor::Executor(gl::Context& context)
-    : programs_(context.log()),
-      clock_(context),
+Executor::Executor(const gl::Device& device, const ExecutorOptions& options)
+    : options_(options),
+      pool_(device.log),
+      programs_(device.log),
+      clock_(device),
       sampler_nearest_(make_sampler(GL_NEAREST)),
       sampler_linear_(make_sampler(GL_LINEAR)) {
     glCreateBuffers(1, &block_buffer_);
@@ -38,11 +57,26 @@ Executor::~Executor() {
     glDeleteSamplers(1, &sampler_linear_);
 }
 
-Status Executor::dispatch(const Plan& plan, const Step& step, const std::vector<unsigned>& names) {
+// The step's program; its block must be the one that the step has filled.
+Result<gl::Program> Executor::program_of(const Plan& plan, const Step& step) {
     auto program = programs_.get(step.program);
+    if (!program.ok() ||
+        (program->block == step.block_type && program->block_bytes == step.block.size()))
+        return program;
+    const auto text = [](const std::string& type, size_t bytes) {
+        return type.empty() ? std::string("no block") : concat(type, " of ", bytes, " bytes");
+    };
+    return Status(StatusCode::internal,
+                  concat(plan.passes[size_t(step.pass)].type, ".", step.name, ": the step brings ",
+                         text(step.block_type, step.block.size()), ", ", step.program.file, " has ",
+                         text(program->block, program->block_bytes)));
+}
+
+Status Executor::dispatch(const Plan& plan, const Step& step, const std::vector<unsigned>& names) {
+    auto program = program_of(plan, step);
     if (!program.ok()) return program.status();
     const gl::DebugGroup group(plan.passes[size_t(step.pass)].type + "." + step.name);
-    glUseProgram(*program);
+    glUseProgram(program->name);
     if (!step.block.empty()) {
         // A fresh store each time: the driver keeps the old one for dispatches in flight.
         glNamedBufferData(block_buffer_, GLsizeiptr(step.block.size()), step.block.data(),
@@ -74,7 +108,7 @@ Status Executor::dispatch(const Plan& plan, const Step& step, const std::vector<
     }
     glMemoryBarrier(barriers);
     ++dispatches_;
-    return gl::check_error(plan.passes[size_t(step.pass)].type + "." + step.name);
+    return Status();
 }
 
 Status Executor::execute(const Plan& plan, std::vector<gl::Texture*>& textures,
@@ -122,9 +156,6 @@ Status Executor::execute(const Plan& plan, std::vector<gl::Texture*>& textures,
             const auto& texture = plan.textures[t];
             if (texture.imported || texture.last_step != i) continue;
             if (texture.format == Format::work_list) continue;  // small; filter() counts it
-            bool output = false;
-            for (const auto& [role, id] : plan.outputs) output = output || size_t(id) == t;
-            if (output) continue;
             pool_.release(textures[t]);
             textures[t] = nullptr;
         }
@@ -143,7 +174,6 @@ Result<std::vector<unsigned>> Executor::run_textures(const Plan& plan,
                                                      const StageObserver& observer) {
     for (gl::Texture* texture : held_) pool_.release(texture);
     held_.clear();
-    pool_.begin_frame();
     std::vector<gl::Texture*> textures(plan.textures.size(), nullptr);
     Status status = execute(plan, textures, inputs, observer);
     std::vector<unsigned> names(textures.size(), 0);
@@ -159,6 +189,7 @@ Result<std::vector<unsigned>> Executor::run_textures(const Plan& plan,
 Result<std::map<Role, unsigned>> Executor::run(const Plan& plan,
                                                const std::map<Role, unsigned>& inputs,
                                                const StageObserver& observer) {
+    const PoolFrame frame(pool_, options_.frames_kept);
     auto names = run_textures(plan, inputs, observer);
     if (!names.ok()) return names.status();
     std::map<Role, unsigned> outputs;
@@ -191,6 +222,8 @@ Result<std::vector<FramePlanes>> Executor::filter_outputs(const Plan& plan,
                                                           const FramePlanes& inputs,
                                                           const std::vector<Outputs>& outputs,
                                                           const StageObserver& observer) {
+    const PoolFrame frame(pool_, options_.frames_kept);
+    if (!plan.steps.empty()) gl::forget_errors();
     std::map<Role, unsigned> names;
     std::vector<gl::Texture*> uploaded;
     const auto release = [&] {
@@ -217,6 +250,7 @@ Result<std::vector<FramePlanes>> Executor::filter_outputs(const Plan& plan,
     }
     auto made = run_textures(plan, names, observer);
     Status status = made.status();
+    if (status.ok() && !plan.steps.empty()) status = gl::check_error("running the plan");
     std::vector<FramePlanes> results(outputs.size());
     for (size_t i = 0; i < outputs.size() && status.ok(); ++i) {
         for (const auto& [role, id] : outputs[i]) {
@@ -239,7 +273,6 @@ Result<std::vector<FramePlanes>> Executor::filter_outputs(const Plan& plan,
                 {texture.name, gl::count_work((*made)[t]), unsigned(texture.width)});
     }
     release();
-    pool_.trim(8);
     if (!status.ok()) return status;
     return results;
 }

@@ -1,5 +1,9 @@
 // The executor walks a plan with GL: textures from the pool, programs from the cache, one
-// dispatch per step. It knows no pass.
+// dispatch per step. It knows no pass, and works on the context that is current, whoever made it.
+//
+// Once a plan's programs and textures are there, run() neither reads GL's error flag nor anything
+// back. Where it allocates it reads the flag, before (what a host left pending goes to the log) and
+// after. filter() clears the flag when it begins and checks all it does.
 #pragma once
 
 #include <functional>
@@ -9,7 +13,7 @@
 
 #include "chain/frame.h"
 #include "chain/gl/clock.h"
-#include "chain/gl/context.h"
+#include "chain/gl/device.h"
 #include "chain/gl/program.h"
 #include "chain/gl/texture_pool.h"
 #include "chain/merge.h"
@@ -36,10 +40,17 @@ struct PassTime {
 using StageObserver =
     std::function<Status(const Step& step, const PlanTexture& texture, const ImageF& pixels)>;
 
+struct ExecutorOptions {
+    uint64_t frames_kept = 8;  // a texture that so many frames did not use is freed
+};
+
 class Executor {
   public:
-    explicit Executor(gl::Context& context);
+    // `device`: of the context that is current now and at every call.
+    explicit Executor(const gl::Device& device, const ExecutorOptions& options = {});
     ~Executor();
+    Executor(const Executor&) = delete;
+    Executor& operator=(const Executor&) = delete;
 
     // Uploads the planes the plan reads, runs it and reads the outputs back. A plan without steps
     // touches no GL: its outputs are the inputs.
@@ -78,8 +89,10 @@ class Executor {
                                                const StageObserver& observer);
     Status execute(const Plan& plan, std::vector<gl::Texture*>& textures,
                    const std::map<Role, unsigned>& inputs, const StageObserver& observer);
+    Result<gl::Program> program_of(const Plan& plan, const Step& step);
     Status dispatch(const Plan& plan, const Step& step, const std::vector<unsigned>& names);
 
+    ExecutorOptions options_;
     gl::TexturePool pool_;
     gl::ProgramCache programs_;
     gl::Clock clock_;

@@ -7,20 +7,16 @@
 #include <fstream>
 #include <sstream>
 
-#include "chain/gl/context.h"
+#include "chain/gl/debug.h"
 #include "chain/parameter.h"
 #include "shaders/embedded.h"
 
 namespace postchain::gl {
 namespace {
 
-const char* shader_folder() {
-    return std::getenv("POSTCHAIN_SHADER_DIR");
-}
-
-Result<std::string> read_source(const std::string& file) {
-    if (const char* folder = shader_folder()) {
-        const std::string path = std::string(folder) + "/" + file;
+Result<std::string> read_source(const std::string& file, const std::string& folder) {
+    if (!folder.empty()) {
+        const std::string path = folder + "/" + file;
         std::ifstream in(path, std::ios::binary);
         if (!in) return Status(StatusCode::gl, path + ": cannot be read");
         std::ostringstream text;
@@ -31,11 +27,11 @@ Result<std::string> read_source(const std::string& file) {
     return Status(StatusCode::gl, "shader file '" + file + "' is not embedded in this build");
 }
 
-Status append(const std::string& file, std::vector<std::string>& open,
+Status append(const std::string& file, const std::string& folder, std::vector<std::string>& open,
               std::vector<std::string>& files, std::string& out) {
     if (std::find(open.begin(), open.end(), file) != open.end())
         return Status(StatusCode::gl, "'" + file + "' includes itself");
-    auto source = read_source(file);
+    auto source = read_source(file, folder);
     if (!source.ok()) return source.status();
     auto known = std::find(files.begin(), files.end(), file);
     const size_t number = size_t(known - files.begin());
@@ -56,7 +52,7 @@ Status append(const std::string& file, std::vector<std::string>& open,
         const size_t begin = line.find('"'), end = line.rfind('"');
         if (begin == std::string::npos || end <= begin)
             return Status(StatusCode::gl, "#include takes a \"path\"").at(concat(file, ":", row));
-        Status status = append(line.substr(begin + 1, end - begin - 1), open, files, out);
+        Status status = append(line.substr(begin + 1, end - begin - 1), folder, open, files, out);
         if (!status.ok()) return status.at(concat(file, ":", row));
         out += concat("#line ", row + 1, " ", number, "\n");
     }
@@ -119,26 +115,49 @@ Result<GLuint> compile(const ProgramKey& key, const std::string& source,
                   "shader " + key.text() + " does not compile:" + named(log, files));
 }
 
+Program describe(GLuint name) {
+    Program program{.name = name, .block = {}};
+    GLint blocks = 0;
+    glGetProgramiv(name, GL_ACTIVE_UNIFORM_BLOCKS, &blocks);
+    for (GLuint i = 0; i < GLuint(blocks); ++i) {
+        GLint binding = 0, bytes = 0;
+        glGetActiveUniformBlockiv(name, i, GL_UNIFORM_BLOCK_BINDING, &binding);
+        if (binding != 0) continue;
+        char block[256] = {};
+        glGetActiveUniformBlockName(name, i, sizeof(block), nullptr, block);
+        glGetActiveUniformBlockiv(name, i, GL_UNIFORM_BLOCK_DATA_SIZE, &bytes);
+        program.block = block;
+        program.block_bytes = (size_t(bytes) + 15) / 16 * 16;
+    }
+    return program;
+}
+
 }  // namespace
 
-Result<std::string> resolve_includes(const std::string& file, std::vector<std::string>* files) {
+Result<std::string> resolve_includes(const std::string& file, const std::string& folder,
+                                     std::vector<std::string>* files) {
     std::vector<std::string> open, own;
     std::string out;
-    if (Status status = append(file, open, files ? *files : own, out); !status.ok()) return status;
+    Status status = append(file, folder, open, files ? *files : own, out);
+    if (!status.ok()) return status;
     return out;
 }
 
-ProgramCache::~ProgramCache() {
-    for (const auto& [text, entry] : entries_) glDeleteProgram(entry.program);
+ProgramCache::ProgramCache(LogCallback log) : log_(std::move(log)) {
+    if (const char* folder = std::getenv("POSTCHAIN_SHADER_DIR")) folder_ = folder;
 }
 
-Result<unsigned> ProgramCache::get(const ProgramKey& key) {
+ProgramCache::~ProgramCache() {
+    for (const auto& [text, entry] : entries_) glDeleteProgram(entry.program.name);
+}
+
+Result<Program> ProgramCache::get(const ProgramKey& key) {
     const std::string text = key.text();
     const auto known = entries_.find(text);
-    if (known != entries_.end() && !shader_folder()) return known->second.program;
+    if (known != entries_.end() && folder_.empty()) return known->second.program;
 
     std::vector<std::string> files;
-    auto source = resolve_includes(key.file, &files);
+    auto source = resolve_includes(key.file, folder_, &files);
     Result<GLuint> program = source.ok() ? Result<GLuint>(GLuint(0)) : source.status();
     uint64_t hash = 0;
     if (source.ok()) {
@@ -148,10 +167,9 @@ Result<unsigned> ProgramCache::get(const ProgramKey& key) {
         program = compile(key, with_defines(*source, key), files);
     }
     if (program.ok()) {
-        if (known != entries_.end()) glDeleteProgram(known->second.program);
-        entries_[text] = {*program, hash};
+        if (known != entries_.end()) glDeleteProgram(known->second.program.name);
         ++compiled_;
-        return *program;
+        return (entries_[text] = {describe(*program), hash}).program;
     }
     if (known == entries_.end()) return program.status();
     if (log_) log_(program.status().message() + "\n(the last good version stays in use)");

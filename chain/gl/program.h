@@ -1,39 +1,50 @@
 // Compute programs by ProgramKey, compiled once. Sources are embedded; with POSTCHAIN_SHADER_DIR
-// set they are read from that folder instead (development).
+// set when the cache is made they are read from that folder instead (development).
 #pragma once
 
-#include <functional>
 #include <map>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "chain/gl/device.h"
 #include "chain/plan.h"
 #include "chain/status.h"
 
 namespace postchain::gl {
 
 // The text of `file` (a path under shaders/) with every `#include "path"` replaced by that file
-// and #line directives kept. Errors name file and line: missing file, include circle.
-Result<std::string> resolve_includes(const std::string& file, std::vector<std::string>* files);
+// and #line directives kept. `folder`: where they are read from; empty: those that are embedded.
+// Errors name file and line: missing file, include circle.
+Result<std::string> resolve_includes(const std::string& file, const std::string& folder,
+                                     std::vector<std::string>* files = nullptr);
+
+struct Program {
+    unsigned name = 0;       // GL's
+    std::string block;       // type of the uniform block at binding 0; empty = it has none
+    size_t block_bytes = 0;  // std140, a multiple of 16
+    bool operator==(const Program&) const = default;
+};
 
 class ProgramCache {
   public:
-    explicit ProgramCache(std::function<void(const std::string&)> log = {})
-        : log_(std::move(log)) {}
+    explicit ProgramCache(LogCallback log = {});
     ~ProgramCache();
+    ProgramCache(const ProgramCache&) = delete;
+    ProgramCache& operator=(const ProgramCache&) = delete;
     // The program, compiled on first use. StatusCode::gl with the compiler's log, its file numbers
     // replaced by names. In development mode a changed file is compiled again; when that fails the
     // last good program stays and `log` is told once.
-    Result<unsigned> get(const ProgramKey& key);
+    Result<Program> get(const ProgramKey& key);
     size_t compiled() const { return compiled_; }
 
   private:
     struct Entry {
-        unsigned program = 0;
+        Program program;
         uint64_t source_hash = 0;
     };
-    std::function<void(const std::string&)> log_;
+    LogCallback log_;
+    std::string folder_;  // of the environment; empty = embedded sources
     std::map<std::string, Entry> entries_;
     size_t compiled_ = 0;
 };

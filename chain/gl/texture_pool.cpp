@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "chain/gl/context.h"
+#include "chain/gl/debug.h"
 
 namespace postchain::gl {
 namespace {
@@ -104,6 +104,8 @@ Result<Texture*> TexturePool::acquire(Format format, int width, int height) {
     texture->height = height;
     texture->in_use = true;
     texture->last_used = frame_;
+    if (Status pending = check_error("before " + doing); !pending.ok() && log_)
+        log_(pending.message());
     create(*texture);
     if (Status status = check_error(doing); !status.ok()) {
         destroy(*texture);

@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "chain/gl/device.h"
 #include "chain/image.h"
 #include "chain/plan.h"
 #include "chain/status.h"
@@ -26,13 +27,17 @@ struct Texture {
 
 class TexturePool {
   public:
+    explicit TexturePool(LogCallback log = {}) : log_(std::move(log)) {}
     ~TexturePool();
+    TexturePool(const TexturePool&) = delete;
+    TexturePool& operator=(const TexturePool&) = delete;
     // A texture of undefined content, or an empty work list. StatusCode::gl when memory or the size
-    // limit is exceeded.
+    // limit is exceeded. Where a texture has to be made, an error that was pending before goes to
+    // the log.
     Result<Texture*> acquire(Format format, int width, int height);
     void release(Texture* texture);
-    // Deletes free textures that the last `frames` calls of begin_frame() did not need.
     void begin_frame();
+    // Deletes the textures that are free and were not acquired in the last `frames` frames.
     void trim(uint64_t frames);
 
     uint64_t allocations() const { return allocations_; }
@@ -40,6 +45,7 @@ class TexturePool {
     uint64_t bytes_peak() const { return bytes_peak_; }
 
   private:
+    LogCallback log_;
     std::vector<std::unique_ptr<Texture>> textures_;
     uint64_t frame_ = 0;
     uint64_t allocations_ = 0;

@@ -179,35 +179,31 @@ class DepthOfField final : public Pass {
     }
 
     // The color is exact up to a radius of 0.5 px; a hint is so only where the radius is 0.
-    std::optional<LeftOut> identity(const PlanContext& context) const override {
+    std::optional<Identity> identity(const PlanContext& context) const override {
         const auto coc = circle_of_confusion(parameters_, context.frame);
         if (!coc.ok()) return std::nullopt;  // check() says why
         const bool hint = context.available.has(Role::hint) && context.wanted.has(Role::hint);
         const double exact_px = hint ? 0 : kSharpRadiusPx;
         if (const double largest = coc->largest_radius_px(); largest <= exact_px)
-            return LeftOut{{},
-                           kRuleConfiguration,
-                           concat("no depth has a circle of confusion of a radius above ", largest,
-                                  " px <= ", exact_px, " px"),
-                           0,
-                           0,
-                           0};
+            return Identity{kRuleConfiguration,
+                            {.name = "largest circle-of-confusion radius at any "
+                                     "depth",
+                             .value = largest,
+                             .limit = exact_px,
+                             .unit = "px"}};
         const FrameBounds& bounds = context.frame.bounds;
         // The blurred copy of a color that no half holds would be rounded.
         const bool copy_is_exact = context.precision == Precision::fp32 || bounds.color_is_half;
         if (context.color_is_input && bounds.one_color && copy_is_exact && !hint)
-            return LeftOut{{}, kRuleFacts, "all pixels have one color", 0, 0, 0};
+            return Identity{kRuleFacts, {"all pixels have one color"}};
         const double largest =
             coc->largest_radius_px(bounds.min_inverse_depth, bounds.max_inverse_depth);
-        if (largest <= exact_px)
-            return LeftOut{
-                {},
-                kRuleFacts,
-                concat("largest circle-of-confusion radius ", largest, " px <= ", exact_px, " px"),
-                0,
-                0,
-                0};
-        return std::nullopt;
+        if (!(largest <= exact_px)) return std::nullopt;
+        return Identity{kRuleFacts,
+                        {.name = "largest circle-of-confusion radius",
+                         .value = largest,
+                         .limit = exact_px,
+                         .unit = "px"}};
     }
 
     void plan(PassPlanner& planner) const override {
@@ -228,7 +224,7 @@ class DepthOfField final : public Pass {
         }
     }
 
-    void* parameters() override { return &parameters_; }
+    ParameterRef parameters() override { return &parameters_; }
 
   private:
     Parameters parameters_;

@@ -70,20 +70,23 @@ FocusBlocks add_focus_blocks(PassPlanner& planner, const shared::DepthOfFieldBlo
     blocks.blur_x = needed("needed_x", "blur_x_blocks", 1, {0, reach});
     blocks.small = needed("needed_small", "small_blocks", 1, {reach, 0});
 
-    const auto on_device = [&](const char* what, TextureId list, bool outside, int taps_px,
-                               const std::string& reason) {
-        planner.left_out(left_out_of_blocks(what, kRuleFocusTiles, reason, list, taps_px, outside));
+    const auto elide = [&](const char* item, TextureId list, bool outside, int taps_px, Fact why) {
+        elide_blocks(planner, item, kRuleFocusTiles, std::move(why), list, taps_px, outside);
     };
-    on_device("blurred image in sharp blocks", blocks.sharp, false, sizes.factor == 1 ? 1 : 4,
-              "no radius above 0.5 px");
-    on_device("color and radius in blurred blocks", blocks.blurred, false, 2,
-              concat("no radius below ", block.full_blur_px, " px"));
+    elide("blurred image in sharp blocks", blocks.sharp, false, sizes.factor == 1 ? 1 : 4,
+          {.name = "largest radius", .limit = 0.5, .unit = "px"});
+    elide("color and radius in blurred blocks", blocks.blurred, false, 2,
+          {.name = "smallest radius",
+           .limit = block.full_blur_px,
+           .unit = "px",
+           .relation = Fact::Relation::at_least});
     // Of a pixel of the downsampled image: what downsampling, and the Gaussian along x or y, fetch.
     const int down = sizes.factor * sizes.factor * (guided ? 2 : 1);
     const int along = (2 * sizes.taps + 1) * (guided ? 2 : 1);
-    on_device("downsample", blocks.small, true, down, "no block of the result reads them");
-    on_device("blur_x", blocks.blur_x, true, along, "no block of the result reads them");
-    on_device("blur_y", blocks.blur_y, true, along, "no block of the result reads them");
+    const Fact unread = {"no block of the result reads them"};
+    elide("downsample", blocks.small, true, down, unread);
+    elide("blur_x", blocks.blur_x, true, along, unread);
+    elide("blur_y", blocks.blur_y, true, along, unread);
     return blocks;
 }
 

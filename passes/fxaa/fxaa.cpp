@@ -160,19 +160,12 @@ class FxaaPass final : public Pass {
 
     // No setting of the parameters alone is the identity: thresholds of 1 still let full contrast
     // (0 beside the maximum) through, and subpix 0 still moves along edges.
-    std::optional<LeftOut> identity(const PlanContext& context) const override {
+    std::optional<Identity> identity(const PlanContext& context) const override {
         const FrameBounds& bounds = context.frame.bounds;
-        LeftOut left_out;
-        left_out.rule = kRuleFacts;
-        if (context.frame.width == 1 && context.frame.height == 1) {
-            left_out.reason = "a single pixel has no neighbor to blend with";
-            return left_out;
-        }
+        if (context.frame.width == 1 && context.frame.height == 1)
+            return Identity{kRuleFacts, {"a single pixel has no neighbor to blend with"}};
         if (!context.color_is_input) return std::nullopt;
-        if (bounds.one_color) {
-            left_out.reason = "all pixels have one color";
-            return left_out;
-        }
+        if (bounds.one_color) return Identity{kRuleFacts, {"all pixels have one color"}};
         // A hint lowers the thresholds, or blends whatever the luma.
         if (uses_hint(context)) return std::nullopt;
         const LumaBounds luma = luma_bounds(parameters_, bounds, weights_of(context.frame));
@@ -182,9 +175,11 @@ class FxaaPass final : public Pass {
         const double rounding =
             kLumaRounding * std::max(std::abs(luma.lowest), std::abs(luma.highest));
         if (!(range + rounding < threshold * (1 - kLumaRounding))) return std::nullopt;
-        left_out.reason =
-            concat("no two pixels differ by more than ", range, " in luma, threshold ", threshold);
-        return left_out;
+        return Identity{kRuleFacts,
+                        {.name = "largest difference of luma",
+                         .value = range,
+                         .limit = threshold,
+                         .relation = Fact::Relation::below}};
     }
 
     void plan(PassPlanner& planner) const override {
@@ -233,7 +228,7 @@ class FxaaPass final : public Pass {
         frame.stages["fxaa"] = color;
     }
 
-    void* parameters() override { return &parameters_; }
+    ParameterRef parameters() override { return &parameters_; }
 
   private:
     bool uses_hint(const PlanContext& context) const {

@@ -66,31 +66,22 @@ class MotionBlur final : public Pass {
 
     Status check(const FrameDescription&) const override { return Status(); }
 
-    std::optional<LeftOut> identity(const PlanContext& context) const override {
+    std::optional<Identity> identity(const PlanContext& context) const override {
         const FrameDescription& frame = context.frame;
         const double shutter = shutter_frames(parameters_, frame.camera);
-        LeftOut left;
-        if (shutter == 0) {
-            left.rule = kRuleConfiguration;
-            left.reason = "shutter_frames is 0";
-            return left;
-        }
-        if (frame.bounds.camera_cut && context.uses(kRuleCameraCut)) {
-            left.rule = kRuleCameraCut;
-            left.reason = "motion leads across a cut";
-            return left;
-        }
-        if (context.color_is_input && frame.bounds.one_color) {
-            left.rule = kRuleFacts;
-            left.reason = "all pixels have one color";
-            return left;
-        }
+        if (shutter == 0)
+            return Identity{kRuleConfiguration, {.name = "shutter_frames", .value = 0}};
+        if (frame.bounds.camera_cut && context.uses(kRuleCameraCut))
+            return Identity{kRuleCameraCut, {"motion leads across a cut"}};
+        if (context.color_is_input && frame.bounds.one_color)
+            return Identity{kRuleFacts, {"all pixels have one color"}};
         const double largest = 0.5 * shutter * frame.bounds.max_speed_px;
         if (!(largest <= parameters_.min_speed_px)) return std::nullopt;
-        left.rule = kRuleFacts;
-        left.reason =
-            concat("largest half-velocity ", largest, " px <= ", parameters_.min_speed_px, " px");
-        return left;
+        return Identity{kRuleFacts,
+                        {.name = "largest half-velocity",
+                         .value = largest,
+                         .limit = parameters_.min_speed_px,
+                         .unit = "px"}};
     }
 
     void plan(PassPlanner& planner) const override {
@@ -99,8 +90,12 @@ class MotionBlur final : public Pass {
         const shared::MotionBlurBlock block = make_block(context, stored);
         const Classes classes = classes_of(context);
         if (compares_depth() && !classes.depth)
-            planner.left_out({"depth", kRuleSkyTiles, "the frame has one depth", 0, 0,
-                              pixels_of(context) * uint64_t(parameters_.samples + 1)});
+            planner.elide(
+                {.kind = ElisionKind::plane,
+                 .item = "depth",
+                 .rule = kRuleSkyTiles,
+                 .fact = {"the frame has one depth"},
+                 .saving = {.taps = pixels_of(context) * uint64_t(parameters_.samples + 1)}});
 
         Planes planes;
         planes.half_velocity = planner.texture("half_velocity", velocity_format(stored),
@@ -115,8 +110,11 @@ class MotionBlur final : public Pass {
             planes.hint =
                 planner.texture("hint", Format::rg8, context.frame.width, context.frame.height);
         } else {
-            planner.left_out(
-                {"hint", kRuleUnusedStep, "no later pass reads it", 2 * pixels_of(context), 0, 0});
+            planner.elide({.kind = ElisionKind::output,
+                           .item = "hint",
+                           .rule = kRuleUnusedStep,
+                           .fact = {"no later pass reads it"},
+                           .saving = {.bytes = 2 * pixels_of(context)}});
         }
         if (classes.any())
             add_classed_gathers(planner, block, stored, classes, planes);
@@ -130,7 +128,7 @@ class MotionBlur final : public Pass {
         run_reference(parameters_, context, frame);
     }
 
-    void* parameters() override { return &parameters_; }
+    ParameterRef parameters() override { return &parameters_; }
 
   private:
     // Which classes of blocks are told apart (classify.comp).
@@ -291,7 +289,7 @@ class MotionBlur final : public Pass {
                       Planes& planes) const {
         if (!splits_by_variance())
             planner.unused("tile_variance",
-                           single() ? "mode is single: one direction" : "sample_split is even");
+                           {single() ? "mode is single: one direction" : "sample_split is even"});
         planes.tile_variance =
             planner.texture("tile_variance", Format::r32f, block.tiles.x, block.tiles.y);
         Step step = make_step("tile_variance", {}, block);
@@ -303,7 +301,7 @@ class MotionBlur final : public Pass {
 
     void add_noise(PassPlanner& planner, Planes& planes) const {
         if (parameters_.noise == Noise::none) return;
-        if (!jitters()) planner.unused("noise", "neither tiles nor taps are jittered");
+        if (!jitters()) planner.unused("noise", {"neither tiles nor taps are jittered"});
         planes.noise = planner.texture("noise", Format::rg32f, kNoiseSize, kNoiseSize);
         planner.step(noise_step(planner.context().frame.frame_number, planes.noise));
     }
@@ -336,15 +334,13 @@ class MotionBlur final : public Pass {
         const TextureId uniform_blocks = classes.uniform ? add_list("uniform_blocks", 3) : -1;
         planner.step(std::move(classify));
 
-        const auto on_device = [&](const char* what, const char* rule, TextureId list, int taps_px,
-                                   const std::string& reason) {
-            planner.left_out(left_out_of_blocks(what, rule, reason, list, taps_px));
-        };
         const int taps = parameters_.samples + 1;
         if (classes.still) {
-            on_device("gather in still blocks", kRuleStillTiles, still_blocks,
-                      (classes.depth ? 3 : 2) * taps,
-                      concat("no half-velocity above ", block.still_limit_px, " px reaches them"));
+            elide_blocks(planner, "gather in still blocks", kRuleStillTiles,
+                         {.name = "half-velocities that reach them",
+                          .limit = block.still_limit_px,
+                          .unit = "px"},
+                         still_blocks, (classes.depth ? 3 : 2) * taps);
             Step keep = make_step("keep", {{"HINT", flag(planes.hint >= 0)}}, block);
             keep.bindings = {{0, planner.input(Role::color)}, {0, planes.color, Access::write}};
             if (planes.hint >= 0) keep.bindings.push_back({1, planes.hint, Access::write});
@@ -353,14 +349,15 @@ class MotionBlur final : public Pass {
             planner.step(std::move(keep));
         }
         if (classes.sky) {
-            on_device("depth in sky blocks", kRuleSkyTiles, sky_blocks, taps,
-                      "one depth as far as taps reach");
+            elide_blocks(planner, "depth in sky blocks", kRuleSkyTiles,
+                         {"one depth as far as taps reach"}, sky_blocks, taps);
             add_gather(planner, block, stored, planes, {"gather_sky", sky_blocks, false, false});
         }
         if (classes.uniform) {
-            on_device("motion and depth in uniform blocks", kRuleUniformTiles, uniform_blocks,
-                      (classes.depth ? 2 : 1) * taps - 1,
-                      "one motion and one depth layer as far as taps reach; error <= 1e-3");
+            elide_blocks(planner, "motion and depth in uniform blocks", kRuleUniformTiles,
+                         {.name = "one motion and one depth layer as far as taps reach; error",
+                          .limit = 1e-3},
+                         uniform_blocks, (classes.depth ? 2 : 1) * taps - 1);
             add_gather(planner, block, stored, planes,
                        {"gather_uniform", uniform_blocks, false, true});
         }

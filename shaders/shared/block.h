@@ -7,7 +7,8 @@
 //       float pad0;
 //   BLOCK_END
 //
-// In GLSL the members are read as block.size; in C++ the struct is postchain::shared::GatherBlock.
+// In GLSL the members are read as block.size; in C++ the struct is postchain::shared::GatherBlock,
+// and kName its name in both.
 // Only int, uint, float, ivec2, vec2, ivec4, vec4 (std140 gives vec3 a layout C++ does not). Order
 // the members so that each vec4 starts at a multiple of 16 bytes and each vec2 at one of 8, end
 // on a multiple of 16, and assert size and offsets on the C++ side.
@@ -23,7 +24,9 @@ using glm::ivec4;
 using glm::vec2;
 using glm::vec4;
 }  // namespace postchain::shared
-#define BLOCK_BEGIN(Name) namespace postchain::shared { struct alignas(16) Name {
+#define BLOCK_BEGIN(Name)                            \
+    namespace postchain::shared { struct alignas(16) Name { \
+    static constexpr const char* kName = #Name;
 #define BLOCK_END }; }
 #else
 #define BLOCK_BEGIN(Name) layout(std140, binding = 0) uniform Name {

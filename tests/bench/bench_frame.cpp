@@ -134,13 +134,11 @@ void add_copy(Plan& plan, int width, int height) {
     step.bindings = {{0, source, Access::sample_nearest}, {0, target, Access::write}};
     step.groups = groups_for(width, height);
     step.taps = uint64_t(width) * uint64_t(height);
-    const int index = int(plan.steps.size());
-    if (plan.textures[size_t(source)].first_step < 0)
-        plan.textures[size_t(source)].first_step = index;
-    plan.textures[size_t(source)].last_step = index;
-    plan.textures[size_t(target)].first_step = plan.textures[size_t(target)].last_step = index;
     plan.passes.push_back({"copy", "", false});
     plan.steps.push_back(std::move(step));
+    std::vector<TextureId> outputs;
+    for (const auto& [role, id] : plan.outputs) outputs.push_back(id);
+    find_lifetimes(plan, outputs);
 }
 
 std::vector<PassTime> finished_times(const Executor& executor) {
@@ -162,10 +160,10 @@ double quantile(std::vector<double> values, double q) {
     return values[size_t(q * double(values.size() - 1) + 0.5)];
 }
 
-std::string device_text(const gl::Context& context) {
+std::string device_text(const gl::Device& device) {
     const char* threads = std::getenv("LP_NUM_THREADS");
     return concat(
-        "device: ", context.vendor(), ", ", context.renderer(), ", ", context.version(),
+        "device: ", device.vendor, ", ", device.renderer, ", ", device.version,
         "; threads: ", threads ? threads : std::to_string(std::thread::hardware_concurrency()));
 }
 

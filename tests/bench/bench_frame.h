@@ -81,6 +81,6 @@ double cpu_milliseconds();
 double quantile(std::vector<double> values, double q);
 
 // Renderer and number of threads, as a line for the head of a table.
-std::string device_text(const gl::Context& context);
+std::string device_text(const gl::Device& device);
 
 }  // namespace postchain::bench

@@ -11,6 +11,7 @@
 #include <cstdio>
 
 #include "chain/convert.h"
+#include "chain/egl/context.h"
 #include "chain/planner.h"
 #include "passes/registry.h"
 #include "tests/bench/bench_frame.h"
@@ -112,8 +113,8 @@ void print(const std::vector<double>& a, const std::vector<double>& b) {
 
 class Bench {
   public:
-    Bench(const Settings& settings, gl::Context& context)
-        : settings_(settings), software_(context.software()), executor_(context) {
+    Bench(const Settings& settings, const gl::Device& device)
+        : settings_(settings), software_(device.software), executor_(device) {
         executor_.set_timing(true);
     }
     const char* timing_source() const { return executor_.timing_source(); }
@@ -208,10 +209,10 @@ class Bench {
 
 int main(int argc, char** argv) {
     const Settings settings = parse_settings(argc, argv, 11);
-    const auto context = require(gl::Context::create());
-    Bench bench(settings, *context);
+    const auto context = require(egl::Context::create());
+    Bench bench(settings, context->device());
     std::printf("%s\nclock: %s; %dx%d; median and quartiles of %d runs by turns\n\n",
-                device_text(*context).c_str(), bench.timing_source(), settings.width,
+                device_text(context->device()).c_str(), bench.timing_source(), settings.width,
                 settings.height, settings.iterations);
     const auto head = [&](const char* name, const char* unit, const char* first,
                           const char* second) {

@@ -11,6 +11,7 @@
 
 #include <cstdio>
 
+#include "chain/egl/context.h"
 #include "chain/planner.h"
 #include "passes/registry.h"
 #include "tests/bench/bench_frame.h"
@@ -76,10 +77,10 @@ void repeat(Plan& plan, int times) {
 
 class Bench {
   public:
-    Bench(const Settings& settings, gl::Context& context)
+    Bench(const Settings& settings, const gl::Device& device)
         : settings_(settings),
-          software_(context.software()),
-          executor_(context),
+          software_(device.software),
+          executor_(device),
           frame_(make_frame("mixed", settings.width, settings.height)),
           planes_(frame_.planes) {
         executor_.set_timing(true);
@@ -156,9 +157,9 @@ int main(int argc, char** argv) {
         std::fprintf(stderr, "also: --size=WIDTHxHEIGHT --iterations=N --only=PART_OF_NAME\n");
         return 2;
     }
-    const auto context = require(gl::Context::create());
-    Bench bench(settings, *context);
-    std::printf("%s\n", device_text(*context).c_str());
+    const auto context = require(egl::Context::create());
+    Bench bench(settings, context->device());
+    std::printf("%s\n", device_text(context->device()).c_str());
     std::printf("clock: %s; %dx%d, fp32, %.0f %% of the pixels still; median of %d\n",
                 bench.timing_source(), settings.width, settings.height, 100 * bench.frame().still,
                 settings.iterations);

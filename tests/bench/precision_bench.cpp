@@ -15,6 +15,7 @@
 #include <cstring>
 #include <set>
 
+#include "chain/egl/context.h"
 #include "chain/planner.h"
 #include "passes/registry.h"
 #include "tests/bench/bench_frame.h"
@@ -171,10 +172,10 @@ struct Ratio {
 
 class Bench {
   public:
-    Bench(const Settings& settings, gl::Context& context)
+    Bench(const Settings& settings, const gl::Device& device)
         : settings_(settings),
-          software_(context.software()),
-          executor_(context),
+          software_(device.software),
+          executor_(device),
           frames_(make_frames(settings)),
           planes_(frames_[0].planes) {
         executor_.set_timing(true);
@@ -293,6 +294,7 @@ std::string conversion_text(Executor& executor) {
     }
     plan.textures[0].imported = true;
     plan.textures[1].format = Format::rgba16f;
+    plan.textures[1].last_step = 1;  // an output
     plan.steps.resize(1);
     plan.steps[0].program.file = "bench/copy.comp";
     plan.steps[0].bindings = {{0, 0, Access::sample_nearest}, {0, 1, Access::write}};
@@ -309,11 +311,11 @@ std::string conversion_text(Executor& executor) {
 
 int main(int argc, char** argv) {
     const Settings settings = parse_settings(argc, argv, 15);
-    const auto context = require(gl::Context::create());
-    Bench bench(settings, *context);
-    std::printf("%s\nclock: %s; %dx%d; median of %d pairs\n%s\n", device_text(*context).c_str(),
-                bench.timing_source(), settings.width, settings.height, settings.iterations,
-                conversion_text(bench.executor()).c_str());
+    const auto context = require(egl::Context::create());
+    Bench bench(settings, context->device());
+    std::printf("%s\nclock: %s; %dx%d; median of %d pairs\n%s\n",
+                device_text(context->device()).c_str(), bench.timing_source(), settings.width,
+                settings.height, settings.iterations, conversion_text(bench.executor()).c_str());
     std::printf(
         "MiB: saved of all textures. ms: the pass in fp32. time: variant / fp32, CPU: the same of "
         "all threads' CPU time.\nErrors against fp32: of linear color in scene mixed, then PSNR in "

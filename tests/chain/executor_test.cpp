@@ -34,6 +34,12 @@ void main() {
 }
 )";
 
+struct Block {
+    static constexpr const char* kName = "Block";
+    float scale;
+    std::array<float, 3> pad;
+};
+
 // Sorts blocks of 16 x 16 pixels by the color of their first pixel; then one step for each list.
 const char* kSort = R"(#version 450 core
 #include "common/work_list.glsl"
@@ -60,7 +66,7 @@ void main() {
 class Execute : public ::testing::Test {
   protected:
     static void SetUpTestSuite() {
-        test::executor();
+        test::executor();  // a GL context
         folder_ = fs::temp_directory_path() / ("postchain_executor_" + std::to_string(getpid()));
         fs::create_directories(folder_);
         std::ofstream(folder_ / "scale.comp") << kShader;
@@ -71,9 +77,11 @@ class Execute : public ::testing::Test {
             std::ofstream(folder_ / file.path) << file.text;
         }
         setenv("POSTCHAIN_SHADER_DIR", folder_.c_str(), 1);
+        executor_ = std::make_unique<Executor>(gl::describe_current());
+        unsetenv("POSTCHAIN_SHADER_DIR");  // read once, when the executor was made
     }
     static void TearDownTestSuite() {
-        unsetenv("POSTCHAIN_SHADER_DIR");
+        executor_.reset();
         fs::remove_all(folder_);
     }
     // color -> a -> b, each step scaling by 2.
@@ -85,14 +93,13 @@ class Execute : public ::testing::Test {
         plan.reads = {Role::color};
         plan.textures = {{"input.color", Format::rgba32f, width, height, true, Role::color, 0, 0},
                          {"0.scale.a", format, width, height, false, Role::color, 0, 1},
-                         {"0.scale.b", Format::rgba32f, width, height, false, Role::color, 1, 1}};
+                         {"0.scale.b", Format::rgba32f, width, height, false, Role::color, 1, 2}};
         for (int i = 0; i < 2; ++i) {
             Step step;
             step.name = i ? "b" : "a";
             step.program.file = "scale.comp";
             step.bindings = {{0, i, Access::sample_nearest}, {0, i + 1, Access::write}};
-            const std::array<float, 4> block = {2, 0, 0, 0};
-            step.set_block(block);
+            step.set_block(Block{2, {}});
             step.groups = groups_for(width, height);
             plan.steps.push_back(step);
         }
@@ -112,7 +119,7 @@ class Execute : public ::testing::Test {
             {"input.color", Format::rgba32f, width, height, true, Role::color, 0, 0},
             {"0.sort.dark", Format::work_list, most, 1, false, Role::color, 0, 1},
             {"0.sort.light", Format::work_list, most, 1, false, Role::color, 0, 2},
-            {"0.sort.result", Format::rgba32f, width, height, false, Role::color, 1, 2}};
+            {"0.sort.result", Format::rgba32f, width, height, false, Role::color, 1, 3}};
         Step sort;
         sort.name = "sort";
         sort.program.file = "sort.comp";
@@ -132,14 +139,16 @@ class Execute : public ::testing::Test {
         return plan;
     }
     static fs::path folder_;
+    static std::unique_ptr<Executor> executor_;
 };
 fs::path Execute::folder_;
+std::unique_ptr<Executor> Execute::executor_;
 
 TEST_F(Execute, TwoStepsByHand) {
     // (v * 2 + x) * 2 + x = 4 v + 3 x.
     FramePlanes in;
     in[Role::color] = test::noise_image(33, 5, 4, 7);
-    auto out = test::executor().filter(two_steps(33, 5), in);
+    auto out = executor_->filter(two_steps(33, 5), in);
     ASSERT_TRUE(out.ok()) << out.status().message();
     const auto& result = out->at(Role::color);
     EXPECT_FLOAT_EQ(result.at(0, 0, 0), 4 * in[Role::color].at(0, 0, 0));
@@ -148,7 +157,7 @@ TEST_F(Execute, TwoStepsByHand) {
 }
 
 TEST_F(Execute, SecondFrameOfASizeAllocatesNothing) {
-    Executor& executor = test::executor();
+    Executor& executor = *executor_;
     FramePlanes in;
     in[Role::color] = test::noise_image(40, 40, 4, 1);
     ASSERT_TRUE(executor.filter(two_steps(40, 40), in).ok());
@@ -160,7 +169,7 @@ TEST_F(Execute, SecondFrameOfASizeAllocatesNothing) {
 }
 
 TEST_F(Execute, UnusedSizesAreGivenBack) {
-    Executor& executor = test::executor();
+    Executor& executor = *executor_;
     for (int size = 50; size < 80; ++size) {
         FramePlanes in;
         in[Role::color] = test::noise_image(size, 3, 4, 1);
@@ -170,11 +179,71 @@ TEST_F(Execute, UnusedSizesAreGivenBack) {
     EXPECT_LE(executor.counters().textures_alive, 3u * 10u);
 }
 
+// A GL texture of the size, as a host would hand one in.
+class HostTexture {
+  public:
+    HostTexture(int width, int height) {
+        glCreateTextures(GL_TEXTURE_2D, 1, &name_);
+        glTextureStorage2D(name_, 1, GL_RGBA32F, width, height);
+    }
+    ~HostTexture() { glDeleteTextures(1, &name_); }
+    GLuint name() const { return name_; }
+
+  private:
+    GLuint name_ = 0;
+};
+
+// A window that is dragged: run() reads nothing back, and gives unused sizes back all the same.
+TEST_F(Execute, RunGivesUnusedSizesBackToo) {
+    setenv("POSTCHAIN_SHADER_DIR", folder_.c_str(), 1);
+    Executor executor(gl::describe_current(), {.frames_kept = 3});
+    unsetenv("POSTCHAIN_SHADER_DIR");
+    for (int size = 1; size <= 101; ++size) {
+        const HostTexture color(size, 3);
+        ASSERT_TRUE(executor.run(two_steps(size, 3), {{Role::color, color.name()}}).ok());
+        // Two textures a size, of the frame under way and the three before.
+        EXPECT_LE(executor.counters().textures_alive, 2u * 4u) << size;
+    }
+    EXPECT_EQ(executor.counters().texture_allocations, 2u * 101u);
+}
+
+// Neither where it allocates nor in the steady state.
+TEST_F(Execute, AnErrorThatAHostLeftPendingDoesNotFailARun) {
+    const HostTexture color(12, 3);
+    for (int again = 0; again < 2; ++again) {
+        glEnable(0xffff);  // GL_INVALID_ENUM
+        const auto out = executor_->run(two_steps(12, 3), {{Role::color, color.name()}});
+        EXPECT_TRUE(out.ok()) << out.status().message();
+        EXPECT_EQ(glGetError() == GL_INVALID_ENUM, again == 1) << "the flag is read or not";
+    }
+    glEnable(0xffff);
+    FramePlanes in;
+    in[Role::color] = test::noise_image(12, 3, 4, 7);
+    EXPECT_TRUE(executor_->filter(two_steps(12, 3), in).ok());
+}
+
+TEST_F(Execute, StepWhoseBlockIsNotTheShadersIsAnError) {
+    FramePlanes in;
+    in[Role::color] = test::noise_image(4, 4, 4, 7);
+    Plan plan = two_steps(4, 4);
+    plan.steps[1].block_type = "OtherBlock";
+    auto out = executor_->filter(plan, in);
+    EXPECT_EQ(out.status().code(), StatusCode::internal);
+    EXPECT_THAT(out.status().message(), HasSubstr("scale.b: the step brings OtherBlock of 16 bytes"
+                                                  ", scale.comp has Block of 16 bytes"));
+    plan = two_steps(4, 4);
+    plan.steps[0].block.resize(32);
+    EXPECT_FALSE(executor_->filter(plan, in).ok());
+    plan.steps[0].block.clear();
+    plan.steps[0].block_type.clear();
+    EXPECT_THAT(executor_->filter(plan, in).status().message(), HasSubstr("no block"));
+}
+
 TEST_F(Execute, ObserverSeesEveryStageAndCanEndTheRun) {
     FramePlanes in;
     in[Role::color] = test::noise_image(4, 4, 4, 3);
     std::vector<std::string> seen;
-    auto out = test::executor().filter(
+    auto out = executor_->filter(
         two_steps(4, 4), in, [&](const Step&, const PlanTexture& texture, const ImageF& pixels) {
             seen.push_back(texture.name);
             EXPECT_FLOAT_EQ(pixels.at(0, 0, 1),
@@ -183,10 +252,10 @@ TEST_F(Execute, ObserverSeesEveryStageAndCanEndTheRun) {
         });
     ASSERT_TRUE(out.ok());
     EXPECT_THAT(seen, ::testing::ElementsAre("0.scale.a", "0.scale.b"));
-    out = test::executor().filter(two_steps(4, 4), in,
-                                  [](const Step&, const PlanTexture&, const ImageF&) {
-                                      return Status(StatusCode::output, "disk full");
-                                  });
+    out =
+        executor_->filter(two_steps(4, 4), in, [](const Step&, const PlanTexture&, const ImageF&) {
+            return Status(StatusCode::output, "disk full");
+        });
     EXPECT_EQ(out.status().code(), StatusCode::output);
 }
 
@@ -198,7 +267,7 @@ TEST_F(Execute, WorkListsLaunchOneGroupForEachBlock) {
         in[Role::color] = test::noise_image(width, height, 4, 11);
         const ImageF& color = in[Role::color];
         for (int again = 0; again < 2; ++again) {
-            auto out = test::executor().filter(sorted(width, height), in);
+            auto out = executor_->filter(sorted(width, height), in);
             ASSERT_TRUE(out.ok()) << out.status().message();
             size_t dark = 0;
             for (int y = 0; y < height; ++y)
@@ -207,7 +276,7 @@ TEST_F(Execute, WorkListsLaunchOneGroupForEachBlock) {
                     ASSERT_EQ(out->at(Role::color).at(x, y), is_dark ? 1 : 2) << x << "," << y;
                     dark += is_dark && x % 16 == 0 && y % 16 == 0;
                 }
-            const auto done = test::executor().work_done();
+            const auto done = executor_->work_done();
             const auto blocks = groups_for(width, height);
             ASSERT_EQ(done.size(), 2u);
             EXPECT_EQ(done[0].list, "0.sort.dark");
@@ -222,7 +291,7 @@ TEST_F(Execute, ObserverSeesATextureOnceWhenItIsWhole) {
     FramePlanes in;
     in[Role::color] = test::noise_image(64, 64, 4, 11);
     int seen = 0;
-    auto out = test::executor().filter(
+    auto out = executor_->filter(
         sorted(64, 64), in, [&](const Step&, const PlanTexture& texture, const ImageF& pixels) {
             ++seen;
             EXPECT_EQ(texture.name, "0.sort.result");
@@ -238,16 +307,16 @@ TEST_F(Execute, TextureAboveTheLimitIsAnErrorThatNamesIt) {
     plan.textures[1].width = 1 << 20;
     FramePlanes in;
     in[Role::color] = test::noise_image(4, 4, 4, 3);
-    const auto out = test::executor().filter(plan, in);
+    const auto out = executor_->filter(plan, in);
     ASSERT_FALSE(out.ok());
     EXPECT_EQ(out.status().code(), StatusCode::gl);
     EXPECT_THAT(out.status().message(), HasSubstr("0.scale.a"));
     EXPECT_THAT(out.status().message(), HasSubstr("limit"));
-    EXPECT_TRUE(test::executor().filter(two_steps(4, 4), in).ok()) << "works again afterwards";
+    EXPECT_TRUE(executor_->filter(two_steps(4, 4), in).ok()) << "works again afterwards";
 }
 
 TEST_F(Execute, MissingInputIsAnError) {
-    const auto out = test::executor().filter(two_steps(4, 4), {});
+    const auto out = executor_->filter(two_steps(4, 4), {});
     EXPECT_EQ(out.status().code(), StatusCode::internal);
 }
 
@@ -260,19 +329,19 @@ TEST_F(Execute, PlanWithoutStepsReturnsEveryBit) {
     frame.planes = {Role::color};
     const auto plan = make_plan(Chain(), frame);
     ASSERT_TRUE(plan.ok());
-    const auto before = test::executor().counters();
-    auto out = test::executor().filter(*plan, in);
+    const auto before = executor_->counters();
+    auto out = executor_->filter(*plan, in);
     ASSERT_TRUE(out.ok());
     EXPECT_TRUE(test::equal_bits(out->at(Role::color), in[Role::color]));
-    EXPECT_EQ(test::executor().counters().dispatches, before.dispatches);
-    EXPECT_EQ(test::executor().counters().texture_allocations, before.texture_allocations);
+    EXPECT_EQ(executor_->counters().dispatches, before.dispatches);
+    EXPECT_EQ(executor_->counters().texture_allocations, before.texture_allocations);
 }
 
 TEST_F(Execute, HalfStorageRoundsToHalf) {
     // 1/3 in half: 0x3555 = 0.333251953125; the second step doubles it and adds x = 0.
     FramePlanes in;
     in[Role::color] = ImageF(1, 1, 4, 1.0f / 6);
-    auto out = test::executor().filter(two_steps(1, 1, Format::rgba16f), in);
+    auto out = executor_->filter(two_steps(1, 1, Format::rgba16f), in);
     ASSERT_TRUE(out.ok());
     EXPECT_EQ(out->at(Role::color).data[0], 2 * 0.333251953125f);
 }
@@ -280,7 +349,7 @@ TEST_F(Execute, HalfStorageRoundsToHalf) {
 TEST_F(Execute, TimesEveryPassAndNamesTheirSource) {
     FramePlanes in;
     in[Role::color] = test::noise_image(64, 64, 4, 5);
-    Executor& executor = test::executor();
+    Executor& executor = *executor_;
     executor.set_timing(true);
     ASSERT_TRUE(executor.filter(two_steps(64, 64), in).ok());
     executor.set_timing(false);

@@ -49,6 +49,30 @@ TEST(MergePlans, SharesAsLongAsWhatIsReadIsTheSame) {
     EXPECT_EQ(merged.plan.textures.size(), 6u);
 }
 
+// Whose an entry is says its pass; a plane is elided where neither plan reads it.
+TEST(MergePlans, ElisionsKeepTheirPass) {
+    Plan a = chain_plan("xyz"), b = chain_plan("xw");
+    const Elision motion{.kind = ElisionKind::plane, .item = "motion", .rule = kRuleUnusedPlane};
+    const Elision depth{
+        .kind = ElisionKind::plane, .item = "inverse_depth", .rule = kRuleUnusedPlane};
+    Elision blocks{.pass = 0, .kind = ElisionKind::blocks, .item = "gather", .rule = "still"};
+    blocks.work_list = 2;  // b's second texture, which is new in the merged plan
+    a.elisions = {motion, depth, {.pass = 0, .kind = ElisionKind::step, .item = "s"}};
+    b.elisions = {depth, blocks};
+    const MergedPlan merged = merge_plans(a, b);
+    ASSERT_EQ(merged.plan.elisions.size(), 3u);
+    EXPECT_EQ(merged.plan.elisions[0], depth);
+    EXPECT_EQ(merged.plan.elisions[1], a.elisions[2]);
+    const Elision& moved = merged.plan.elisions[2];
+    EXPECT_EQ(moved.pass, 1);
+    EXPECT_EQ(merged.plan.textures[size_t(moved.work_list)].name, "b.0.p.t1");
+    EXPECT_EQ(item_text(moved, merged.plan), "passes[1].p.gather");
+    EXPECT_EQ(merged.elisions[0], a.elisions);
+    ASSERT_EQ(merged.elisions[1].size(), 2u);
+    EXPECT_EQ(merged.elisions[1][1].pass, 0);
+    EXPECT_EQ(merged.elisions[1][1].work_list, moved.work_list);
+}
+
 TEST(MergePlans, EqualPlansRunOnce) {
     const MergedPlan merged = merge_plans(chain_plan("xyz"), chain_plan("xyz"));
     EXPECT_EQ(programs_of(merged.plan), "xyz");

@@ -29,9 +29,9 @@ class Copy : public Pass {
   public:
     RoleUse roles() const override { return {{Role::color}, {}, {}, {}}; }
     Status check(const FrameDescription&) const override { return Status(); }
-    std::optional<LeftOut> identity(const PlanContext&) const override {
+    std::optional<Identity> identity(const PlanContext&) const override {
         if (!parameters_.off) return std::nullopt;
-        return LeftOut{"", kRuleConfiguration, "off is true", 0, 0, 0};
+        return Identity{kRuleConfiguration, {.name = "off", .value = 1}};
     }
     void plan(PassPlanner& p) const override {
         const auto& frame = p.context().frame;
@@ -54,7 +54,7 @@ class Copy : public Pass {
         for (double& value : frame.planes.at(Role::color).data) value = 2 * value + 1;
         frame.stages["scratch"] = frame.planes.at(Role::color);
     }
-    void* parameters() override { return &parameters_; }
+    ParameterRef parameters() override { return &parameters_; }
 
   protected:
     virtual void add_inputs(PassPlanner&, Step&) const {}
@@ -108,7 +108,7 @@ class Spare : public Copy {
                          {0, spare, Access::write}};
         step.taps = 100;
         p.step(step);
-        p.unused("spare", "not asked for");
+        p.unused("spare", {"not asked for"});
         Copy::plan(p);
     }
     RoleUse roles() const override { return {{Role::color, Role::motion}, {}, {}, {}}; }
@@ -200,14 +200,12 @@ TEST(Planner, ReaderThatIsLeftOutWantsNoHint) {
     ASSERT_TRUE(table().set(chain.links[1].pass->parameters(), "off", true).ok());
     const Plan plan = plan_of(chain);
     EXPECT_THAT(steps_of(plan), ElementsAre("0.first", "0.second"));
-    ASSERT_FALSE(plan.left_out.empty());
-    EXPECT_EQ(plan.left_out[0].what, "reads");
-    EXPECT_EQ(plan.left_out[0].rule, kRuleConfiguration);
-    EXPECT_EQ(plan.left_out[0].reason, "off is true");
-    EXPECT_EQ(plan.left_out[0].dispatches, 2);
+    ASSERT_FALSE(plan.elisions.empty());
     // scratch 40*30*8 and out 40*30*16.
-    EXPECT_EQ(plan.left_out[0].bytes, 28800u);
-    EXPECT_EQ(plan.left_out[0].taps, 3u);
+    EXPECT_EQ(plan.elisions[0], (Elision{.pass = 1,
+                                         .rule = kRuleConfiguration,
+                                         .fact = {.name = "off", .value = 1},
+                                         .saving = {28800, 2, 3}}));
 }
 
 TEST(Planner, RulesCanBeSwitchedOffTogetherOrByName) {
@@ -246,8 +244,8 @@ TEST(Planner, PlanesNobodyReadsAreLeftOut) {
     const Plan plan = plan_of(chain_of({"copy"}));
     EXPECT_EQ(plan.reads, RoleSet{Role::color});
     std::vector<std::string> unread;
-    for (const auto& left : plan.left_out)
-        if (left.rule == std::string(kRuleUnusedPlane)) unread.push_back(left.what);
+    for (const auto& left : plan.elisions)
+        if (left.rule == std::string(kRuleUnusedPlane)) unread.push_back(item_text(left, plan));
     EXPECT_THAT(unread, ElementsAre("input.inverse_depth", "input.motion"));
 }
 
@@ -255,9 +253,13 @@ TEST(Planner, StepsThatNothingReadsAreLeftOutWithTheirSaving) {
     const Plan plan = plan_of(chain_of({"spare"}));
     EXPECT_THAT(steps_of(plan), ElementsAre("0.first", "0.second"));
     EXPECT_EQ(plan.reads, RoleSet{Role::color});
-    ASSERT_GE(plan.left_out.size(), 1u);
-    EXPECT_EQ(plan.left_out[0],
-              (LeftOut{"spare.spare", kRuleUnusedStep, "not asked for", 400, 1, 100}));
+    ASSERT_GE(plan.elisions.size(), 1u);
+    EXPECT_EQ(plan.elisions[0], (Elision{.pass = 0,
+                                         .kind = ElisionKind::step,
+                                         .item = "spare",
+                                         .rule = kRuleUnusedStep,
+                                         .fact = {"not asked for"},
+                                         .saving = {400, 1, 100}}));
     for (const auto& texture : plan.textures) EXPECT_NE(texture.name, "0.spare.spare");
     PlanOptions off;
     off.rules_off = {kRuleUnusedStep};
@@ -271,10 +273,10 @@ TEST(Planner, WhatNobodyReadsIsLeftOutFromTheEnd) {
     hint_alone.outputs = {Role::hint};
     const Plan plan = plan_of(chain_of({"makes", "copy"}), hint_alone);
     EXPECT_THAT(steps_of(plan), ElementsAre("0.hint"));
-    EXPECT_TRUE(plan.passes[1].left_out);
-    EXPECT_FALSE(plan.passes[0].left_out);
+    EXPECT_TRUE(plan.passes[1].elided);
+    EXPECT_FALSE(plan.passes[0].elided);
     size_t unread = 0;
-    for (const auto& left : plan.left_out) unread += left.rule == kRuleUnusedOutput;
+    for (const auto& left : plan.elisions) unread += left.rule == kRuleUnusedOutput;
     EXPECT_EQ(unread, 4u);
     hint_alone.rules_off = {kRuleUnusedOutput};
     EXPECT_EQ(plan_of(chain_of({"makes", "copy"}), hint_alone).steps.size(), 5u);
@@ -296,9 +298,10 @@ TEST(Planner, PassThatLacksAPlaneIsLeftOutWhenAskedFor) {
     const auto plan = make_plan(chain_of({"copy", "makes"}), f, asked);
     ASSERT_TRUE(plan.ok()) << plan.status().message();
     EXPECT_THAT(steps_of(*plan), ElementsAre("0.first", "0.second"));
-    EXPECT_EQ(plan->left_out[0],
-              (LeftOut{"makes", kRuleMissingPlane,
-                       "needs motion; the frame has color, inverse_depth", 0, 0, 0}));
+    EXPECT_EQ(plan->elisions[0],
+              (Elision{.pass = 1,
+                       .rule = kRuleMissingPlane,
+                       .fact = {"needs motion; the frame has color, inverse_depth"}}));
     asked.elide = false;
     EXPECT_FALSE(make_plan(chain_of({"copy", "makes"}), f, asked).ok());
     // A pass that is off does without.
@@ -306,7 +309,7 @@ TEST(Planner, PassThatLacksAPlaneIsLeftOutWhenAskedFor) {
     ASSERT_TRUE(table().set(chain.links[0].pass->parameters(), "off", true).ok());
     const auto off = make_plan(chain, f);
     ASSERT_TRUE(off.ok()) << off.status().message();
-    EXPECT_EQ(off->left_out[0].rule, kRuleConfiguration);
+    EXPECT_EQ(off->elisions[0].rule, kRuleConfiguration);
 }
 
 // What was not even decoded is listed, and what a pass that is off would have done with it is
@@ -319,10 +322,43 @@ TEST(Planner, PlanesThatWereNotDecodedAreLeftOut) {
     ASSERT_TRUE(table().set(chain.links[0].pass->parameters(), "off", true).ok());
     const auto plan = make_plan(chain, f);
     ASSERT_TRUE(plan.ok());
-    ASSERT_EQ(plan->left_out.size(), 2u);
-    EXPECT_EQ(plan->left_out[0].dispatches, 2);
-    EXPECT_EQ(plan->left_out[1], (LeftOut{"input.motion", kRuleUnusedPlane,
-                                          "no step reads it: not converted", 9600, 0, 0}));
+    ASSERT_EQ(plan->elisions.size(), 2u);
+    EXPECT_EQ(plan->elisions[0].saving.dispatches, 2);
+    EXPECT_EQ(plan->elisions[1], (Elision{.kind = ElisionKind::plane,
+                                          .item = "motion",
+                                          .rule = kRuleUnusedPlane,
+                                          .fact = {"no step reads it: not converted"},
+                                          .saving = {.bytes = 9600}}));
+}
+
+// Two passes of one type: each entry says of which.
+TEST(Planner, ElisionsNameTheirPass) {
+    Chain chain = chain_of({"spare", "copy", "spare"});
+    ASSERT_TRUE(table().set(chain.links[1].pass->parameters(), "off", true).ok());
+    const Plan plan = plan_of(chain);
+    std::vector<int> passes;
+    std::vector<std::string> items;
+    for (const auto& elision : plan.elisions) {
+        if (elision.kind == ElisionKind::plane) continue;
+        passes.push_back(elision.pass);
+        items.push_back(item_text(elision, plan));
+    }
+    EXPECT_THAT(passes, ElementsAre(1, 0, 2));
+    EXPECT_THAT(items, ElementsAre("copy", "passes[0].spare.spare", "passes[2].spare.spare"));
+    EXPECT_NE(plan.elisions[1], plan.elisions[2]);
+}
+
+TEST(Fact, IsASentence) {
+    EXPECT_EQ(text_of(Fact{"the frame has one depth"}), "the frame has one depth");
+    EXPECT_EQ(text_of(Fact{.name = "shutter_frames", .value = 0}), "shutter_frames is 0");
+    Fact fact{.name = "largest half-velocity", .value = 0.31, .limit = 0.5, .unit = "px"};
+    EXPECT_EQ(text_of(fact), "largest half-velocity 0.31 px <= 0.5 px");
+    fact.value.reset();
+    fact.relation = Fact::Relation::at_least;
+    EXPECT_EQ(text_of(fact), "largest half-velocity >= 0.5 px");
+    fact.relation = Fact::Relation::below;
+    fact.unit.clear();
+    EXPECT_EQ(text_of(fact), "largest half-velocity < 0.5");
 }
 
 TEST(Planner, PlanesAreHandedOverWhereTheRuleIsOff) {
@@ -357,25 +393,28 @@ TEST(Planner, RulesInUse) {
 
 TEST(Plan, WhatTheDeviceFoundIsCounted) {
     Plan plan;
+    plan.passes = {{"p", "", false}};
     plan.textures.resize(2);
     plan.textures[0].name = "0.p.still";
     plan.textures[1].name = "0.p.needed";
-    LeftOut still{"p.gather", "still_tiles", "still", 0, 0, 0}, copy = still, plain = still;
+    const Elision plain{.pass = 0, .item = "gather", .rule = "still", .fact = {"still"}};
+    Elision still = plain, unread = plain;
+    still.kind = unread.kind = ElisionKind::blocks;
     still.work_list = 0;
     still.taps_per_block = 10;
-    copy.work_list = 1;
-    copy.outside = true;
-    copy.taps_per_block = 7;
-    plan.left_out = {plain, still, copy};
+    unread.work_list = 1;
+    unread.outside = true;
+    unread.taps_per_block = 7;
+    plan.elisions = {plain, still, unread};
     const std::vector<WorkDone> some = {{"0.p.still", 3, 12}, {"0.p.needed", 8, 12}};
-    EXPECT_EQ(counted(plain, plan, some), plain);
-    ASSERT_TRUE(counted(still, plan, some) && counted(copy, plan, some));
-    EXPECT_EQ(counted(still, plan, some)->taps, 30u);
-    EXPECT_EQ(counted(copy, plan, some)->taps, 28u);
+    EXPECT_EQ(found_in(plain, plan, some), plain);
+    ASSERT_TRUE(found_in(still, plan, some) && found_in(unread, plan, some));
+    EXPECT_EQ(found_in(still, plan, some)->saving.taps, 30u);
+    EXPECT_EQ(found_in(unread, plan, some)->saving.taps, 28u);
     // Where no block was found nothing was left out.
     const std::vector<WorkDone> none = {{"0.p.still", 0, 12}, {"0.p.needed", 12, 12}};
-    EXPECT_FALSE(counted(still, plan, none));
-    EXPECT_FALSE(counted(copy, plan, none));
+    EXPECT_FALSE(found_in(still, plan, none));
+    EXPECT_FALSE(found_in(unread, plan, none));
     EXPECT_THAT(plan_as_text(plan), HasSubstr("(saves 10 taps a block; the device finds them)"));
 }
 
@@ -402,7 +441,7 @@ TEST(Planner, PrintsNameEverythingThatRunsAndIsLeftOut) {
         EXPECT_THAT(text, HasSubstr("0.makes.hint"));
         EXPECT_THAT(text, HasSubstr("copy"));
     }
-    EXPECT_THAT(plan_as_text(plan), HasSubstr("left out copy [off_by_configuration]: off is true"));
+    EXPECT_THAT(plan_as_text(plan), HasSubstr("left out copy [off_by_configuration]: off is 1"));
     EXPECT_THAT(plan_as_dot(plan), HasSubstr("copy\\nleft out"));
     EXPECT_EQ(plan_as_json(plan).find('\n'), std::string::npos);
 }

@@ -64,12 +64,12 @@ TEST_F(Programs, CompileErrorNamesTheIncludedFileAndItsLine) {
 
 TEST_F(Programs, MissingIncludeAndCircleNamePlace) {
     write("a.comp", "#version 450 core\n#include \"common/none.glsl\"\n");
-    auto source = gl::resolve_includes("a.comp", nullptr);
+    auto source = gl::resolve_includes("a.comp", folder_);
     ASSERT_FALSE(source.ok());
     EXPECT_THAT(source.status().message(), HasSubstr("a.comp:2"));
     EXPECT_THAT(source.status().message(), HasSubstr("none.glsl"));
     write("b.comp", "#include \"b.comp\"\n");
-    source = gl::resolve_includes("b.comp", nullptr);
+    source = gl::resolve_includes("b.comp", folder_);
     ASSERT_FALSE(source.ok());
     EXPECT_THAT(source.status().message(), HasSubstr("includes itself"));
 }
@@ -93,12 +93,35 @@ TEST_F(Programs, FailedReloadKeepsTheLastGoodProgram) {
     EXPECT_EQ(cache.compiled(), 2u) << "a good change is compiled";
 }
 
-TEST(EmbeddedPrograms, NeedNoFolder) {
+TEST_F(Programs, BlockOfTheProgram) {
+    const std::string block =
+        "layout(std140, binding = 0) uniform Sizes { ivec2 size; float edge; } block;\n";
+    const std::string value = "float value() { return 1.0; }\n";
+    write("a.comp", "#version 450 core\n" + block + value + kBody);
+    write("b.comp", "#version 450 core\n" + value + kBody);
+    gl::ProgramCache cache;
+    const auto with = cache.get({"a.comp", {}}), without = cache.get({"b.comp", {}});
+    ASSERT_TRUE(with.ok() && without.ok());
+    EXPECT_EQ(with->block, "Sizes");  // also where nothing reads it
+    EXPECT_EQ(with->block_bytes, 16u);
+    EXPECT_EQ(without->block, "");
+    EXPECT_EQ(without->block_bytes, 0u);
+}
+
+TEST_F(Programs, TheFolderIsReadFromTheEnvironmentOnce) {
+    write("a.comp", std::string("#version 450 core\nfloat value() { return 1.0; }\n") + kBody);
+    gl::ProgramCache from_folder;
     unsetenv("POSTCHAIN_SHADER_DIR");
-    const auto source = gl::resolve_includes("shared/block.h", nullptr);
+    gl::ProgramCache embedded;
+    EXPECT_TRUE(from_folder.get({"a.comp", {}}).ok());
+    EXPECT_FALSE(embedded.get({"a.comp", {}}).ok());
+}
+
+TEST(EmbeddedPrograms, NeedNoFolder) {
+    const auto source = gl::resolve_includes("shared/block.h", "");
     ASSERT_TRUE(source.ok());
     EXPECT_THAT(*source, HasSubstr("BLOCK_BEGIN"));
-    EXPECT_FALSE(gl::resolve_includes("nowhere.comp", nullptr).ok());
+    EXPECT_FALSE(gl::resolve_includes("nowhere.comp", "").ok());
 }
 
 }  // namespace

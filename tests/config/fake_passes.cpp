@@ -8,10 +8,10 @@ class FakePass : public Pass {
   public:
     RoleUse roles() const override { return {{Role::color}, {}, {}, {}}; }
     Status check(const FrameDescription&) const override { return {}; }
-    std::optional<LeftOut> identity(const PlanContext&) const override { return {}; }
+    std::optional<Identity> identity(const PlanContext&) const override { return {}; }
     void plan(PassPlanner&) const override {}
     void reference(const PlanContext&, ReferenceFrame&) const override {}
-    void* parameters() override { return &values_; }
+    ParameterRef parameters() override { return &values_; }
 
   private:
     P values_;
@@ -54,10 +54,10 @@ const PassRegistry& fake_passes() {
 }
 
 const Smear& smear(const Pass& pass) {
-    return *static_cast<const Smear*>(pass.parameters());
+    return pass.parameters().as<Smear>();
 }
 const Tint& tint(const Pass& pass) {
-    return *static_cast<const Tint*>(pass.parameters());
+    return pass.parameters().as<Tint>();
 }
 
 std::vector<std::string> texts(const Diagnostics& diagnostics) {

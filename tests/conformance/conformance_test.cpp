@@ -83,7 +83,7 @@ TEST_P(Conformance, EveryParameterAtItsEndsIsTheIdentityWhereItSaysSo) {
                                 .parameters->set(one.links[0].pass->parameters(), row.key, value)
                                 .ok());
                 const auto elided = make_plan(one, frame.description);
-                if (!elided.ok() || !elided->passes[0].left_out) continue;
+                if (!elided.ok() || !elided->passes[0].elided) continue;
                 EXPECT_TRUE(elided->steps.empty()) << what;
                 const auto out = test::filter(one, frame.description, frame.planes, everything());
                 EXPECT_TRUE(test::equal_bits(out.at(Role::color), frame.planes.at(Role::color)))
@@ -137,11 +137,11 @@ TEST_P(Conformance, PassThatIsLeftOutChangesNoBit) {
     const auto elided = test::filter(chain(), frame.description, frame.planes, {}, &plan);
     const auto full = test::filter(chain(), frame.description, frame.planes, everything());
     EXPECT_TRUE(test::equal_bits(elided.at(Role::color), full.at(Role::color)) ||
-                !plan.passes[0].left_out);
-    if (plan.passes[0].left_out) {
+                !plan.passes[0].elided);
+    if (plan.passes[0].elided) {
         EXPECT_TRUE(plan.steps.empty());
         EXPECT_EQ(plan.transient_bytes(), 0u);
-        EXPECT_FALSE(plan.left_out[0].reason.empty());
+        EXPECT_FALSE(plan.elisions[0].fact.name.empty());
     }
 }
 

@@ -237,7 +237,7 @@ class Boast final : public Pass {
     void reference(const PlanContext& context, ReferenceFrame& frame) const override {
         pass_->reference(context, frame);
     }
-    void* parameters() override { return pass_->parameters(); }
+    ParameterRef parameters() override { return pass_->parameters(); }
 
   private:
     std::unique_ptr<Pass> pass_;

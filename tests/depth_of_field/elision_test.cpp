@@ -27,17 +27,17 @@ Plan plan_of(const Chain& chain, const FramePlanes& planes, const PlanOptions& o
 // coc, four that sort blocks, downsample, two blurs, three composites.
 constexpr size_t kSteps = 11;
 
-void expect_left_out(const Plan& plan, const std::string& rule, const std::string& reason) {
+void expect_elided(const Plan& plan, const std::string& rule, const std::string& reason) {
     ASSERT_EQ(plan.passes.size(), 1u);
-    EXPECT_TRUE(plan.passes[0].left_out);
+    EXPECT_TRUE(plan.passes[0].elided);
     EXPECT_TRUE(plan.steps.empty());
     EXPECT_EQ(plan.transient_bytes(), 0u);
-    ASSERT_FALSE(plan.left_out.empty());
-    EXPECT_EQ(plan.left_out[0].what, "depth_of_field");
-    EXPECT_EQ(plan.left_out[0].rule, rule);
-    EXPECT_THAT(plan.left_out[0].reason, MatchesRegex(reason));
-    EXPECT_EQ(plan.left_out[0].dispatches, int(kSteps));  // what it would have cost
-    EXPECT_GT(plan.left_out[0].bytes, 0u);
+    ASSERT_FALSE(plan.elisions.empty());
+    EXPECT_EQ(plan.elisions[0].kind, ElisionKind::pass);
+    EXPECT_EQ(plan.elisions[0].rule, rule);
+    EXPECT_THAT(text_of(plan.elisions[0].fact), MatchesRegex(reason));
+    EXPECT_EQ(plan.elisions[0].saving.dispatches, int(kSteps));  // what it would have cost
+    EXPECT_GT(plan.elisions[0].saving.bytes, 0u);
 }
 
 // Both ways to the same bits: left out, and run all the same.
@@ -51,30 +51,30 @@ void expect_every_bit(const Chain& chain, const FramePlanes& planes) {
 }
 
 // R = 32 (1/4 - w) = 0.3125 px at w = 0.240234375.
-TEST(left_out, all_in_focus) {
+TEST(elision, all_in_focus) {
     const FramePlanes planes = focused_planes(0.240234375f);
     const Chain chain = chain_of("depth_of_field");
-    expect_left_out(plan_of(chain, planes), kRuleFacts,
-                    "largest circle-of-confusion radius 0\\.31[0-9]* px <= 0\\.5 px");
+    expect_elided(plan_of(chain, planes), kRuleFacts,
+                  "largest circle-of-confusion radius 0\\.31[0-9]* px <= 0\\.5 px");
     expect_every_bit(chain, planes);
     PlanOptions no_facts;
     no_facts.rules_off = {kRuleFacts};
     EXPECT_EQ(plan_of(chain, planes, no_facts).steps.size(), kSteps);
 }
 
-TEST(left_out, between_the_sharp_planes) {
+TEST(elision, between_the_sharp_planes) {
     const FramePlanes planes = focused_planes(0.1f);  // d = 10, between 1 and 40
     const Chain chain = chain_of("depth_of_field", {{"coc", "planes"s}});
-    expect_left_out(plan_of(chain, planes), kRuleFacts,
-                    "largest circle-of-confusion radius 0 px <= 0\\.5 px");
+    expect_elided(plan_of(chain, planes), kRuleFacts,
+                  "largest circle-of-confusion radius 0 px <= 0\\.5 px");
     expect_every_bit(chain, planes);
 }
 
-TEST(left_out, by_configuration) {
+TEST(elision, by_configuration) {
     const FramePlanes planes = deep_planes(33, 21);
-    const std::string reason = "no depth has a circle of confusion of a radius above .*";
+    const std::string reason = "largest circle-of-confusion radius at any depth .* px <= 0\\.5 px";
     const auto expect_exact = [&](const Chain& chain) {
-        expect_left_out(plan_of(chain, planes), kRuleConfiguration, reason);
+        expect_elided(plan_of(chain, planes), kRuleConfiguration, reason);
         expect_every_bit(chain, planes);
     };
     expect_exact(chain_of("depth_of_field", {{"max_radius_px", 0.5}}));
@@ -83,12 +83,12 @@ TEST(left_out, by_configuration) {
         chain_of("depth_of_field",
                  {{"coc", "planes"s}, {"max_near_fraction", 0.0007}, {"max_far_fraction", 0.0}}));
     Chain pinhole = chain_of("depth_of_field");
-    static_cast<depth_of_field::Parameters*>(pinhole.links[0].pass->parameters())->f_stop =
+    pinhole.links[0].pass->parameters().as<depth_of_field::Parameters>().f_stop =
         std::numeric_limits<double>::infinity();
     expect_exact(pinhole);
 }
 
-TEST(left_out, not_when_one_pixel_blurs) {
+TEST(elision, not_when_one_pixel_blurs) {
     FramePlanes planes = focused_planes(0.25f);
     EXPECT_FALSE(plan_of(chain_of("depth_of_field"), planes).steps.size());
     planes[Role::inverse_depth].at(7, 7) = 0.2f;  // R = 1.6
@@ -98,7 +98,7 @@ TEST(left_out, not_when_one_pixel_blurs) {
 // The decision is made in double precision and the GPU works in fp32. Inverse depths are walked
 // through the one with a radius of 0.5 px, from neighboring floats to 1e-4 away, for lenses and
 // planes without round numbers: whatever is left out is exact when run.
-TEST(left_out, never_wrongly_at_the_threshold) {
+TEST(elision, never_wrongly_at_the_threshold) {
     int left = 0, kept = 0;
     PlanOptions whole;
     whole.elide = false;
@@ -135,7 +135,7 @@ TEST(left_out, never_wrongly_at_the_threshold) {
 }
 
 // A hint passes through unchanged only where |R| is 0: the pass runs while a later one reads it.
-TEST(left_out, hint_is_carried_exactly) {
+TEST(elision, hint_is_carried_exactly) {
     FramePlanes planes = focused_planes(0.240234375f);  // |R| = 0.3125
     planes[Role::hint] = constant_image(33, 21, {1, 1});
     const Chain chain = chain_of("depth_of_field");

@@ -26,7 +26,7 @@ struct Count {
     int left = 0, kept = 0;
     void add(const Lean& lean, const std::string& rule) {
         ASSERT_EQ(lean.plan.passes.size(), 1u);
-        EXPECT_EQ(lean.plan.passes[0].left_out, lean.used(rule));
+        EXPECT_EQ(lean.plan.passes[0].elided, lean.used(rule));
         EXPECT_EQ(lean.plan.steps.empty(), lean.used(rule));
         (lean.used(rule) ? left : kept) += 1;
     }
@@ -198,7 +198,7 @@ void check_one_color(const OneColor& one, const Chain& chain) {
         odd = neighbor(odd, one.off_by);
         for (int x = 0; x < 20; ++x) planes[Role::inverse_depth].at(x, 6) = 0.4f;
         const Lean lean = by_facts(chain, planes, precision);
-        EXPECT_EQ(lean.plan.passes[0].left_out, one.left);
+        EXPECT_EQ(lean.plan.passes[0].elided, one.left);
     }
 }
 
@@ -230,7 +230,7 @@ TEST(IdentityByFacts, FxaaWithAHintOfOneColor) {
                 const Lean lean = by_facts(
                     chain_of("fxaa", {{"hint", std::string(kind)}, {"blend", std::string(blend)}}),
                     planes, Precision::fp32);
-                EXPECT_EQ(lean.plan.passes[0].left_out, one.left);
+                EXPECT_EQ(lean.plan.passes[0].elided, one.left);
             }
 }
 
@@ -267,7 +267,7 @@ TEST(IdentityByFacts, FxaaOfOnePixel) {
                 frame.bounds = FrameBounds();
                 EXPECT_TRUE(expect_same_bits(chain, frame, planes, only({kRuleFacts}, precision))
                                 .plan.passes[0]
-                                .left_out);
+                                .elided);
             }
 }
 
@@ -282,8 +282,8 @@ TEST(IdentityByFacts, NoHintIsAHintOfZero) {
                 const FramePlanes planes = planes_of(half_noise(50, 37, 4, 1), {0.4f, 0});
                 const Lean lean = expect_same_bits(chain, describe(planes), planes,
                                                    only({kRuleFacts}, precision));
-                EXPECT_TRUE(lean.plan.passes[0].left_out);
-                EXPECT_FALSE(lean.plan.passes[1].left_out);
+                EXPECT_TRUE(lean.plan.passes[0].elided);
+                EXPECT_FALSE(lean.plan.passes[1].elided);
             }
 }
 
@@ -328,7 +328,7 @@ TEST(OffByConfiguration, ReturnsEveryBit) {
                                           {"max_far_fraction", 0.1 / 41}}),
               planes);
     Chain pinhole = chain_of("depth_of_field");
-    static_cast<depth_of_field::Parameters*>(pinhole.links[0].pass->parameters())->f_stop =
+    pinhole.links[0].pass->parameters().as<depth_of_field::Parameters>().f_stop =
         std::numeric_limits<double>::infinity();
     check_off(pinhole, planes);
 }
@@ -361,15 +361,15 @@ TEST(CameraCut, ReturnsTheInput) {
         Plan plan;
         const FramePlanes cut =
             filter(chain, frame, planes, only({kRuleCameraCut}, precision), &plan);
-        EXPECT_TRUE(plan.passes[0].left_out);
-        ASSERT_FALSE(plan.left_out.empty());
-        EXPECT_EQ(plan.left_out[0].rule, kRuleCameraCut);
+        EXPECT_TRUE(plan.passes[0].elided);
+        ASSERT_FALSE(plan.elisions.empty());
+        EXPECT_EQ(plan.elisions[0].rule, kRuleCameraCut);
         EXPECT_EQ(first_difference(planes.at(Role::color), cut.at(Role::color)), "");
         // Without the rule it is blurred all the same.
         PlanOptions without;
         without.precision = precision;
         without.rules_off = {kRuleCameraCut};
-        EXPECT_FALSE(expect_same_bits(chain, frame, planes, without).plan.passes[0].left_out);
+        EXPECT_FALSE(expect_same_bits(chain, frame, planes, without).plan.passes[0].elided);
         EXPECT_NE(first_difference(planes.at(Role::color),
                                    filter(chain, frame, planes, without).at(Role::color)),
                   "");
@@ -415,7 +415,7 @@ TEST(MissingPlane, IsTheChainWithoutThatPass) {
                                  lean.at(Role::color)),
                 "");
             int left = 0;
-            for (const auto& one : plan.left_out) left += one.rule == kRuleMissingPlane;
+            for (const auto& one : plan.elisions) left += one.rule == kRuleMissingPlane;
             EXPECT_EQ(left, missing == Role::motion ? 1 : 2);
         }
     }

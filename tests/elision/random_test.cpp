@@ -8,8 +8,8 @@
 #include <cstdlib>
 #include <map>
 
-#include "passes/depth_of_field/depth_of_field.h"
-#include "passes/motion_blur/motion_blur.h"
+#include "chain/egl/context.h"
+#include "passes/registry.h"
 #include "tests/elision/random_case.h"
 #include "tests/elision/support.h"
 
@@ -28,10 +28,10 @@ std::optional<uint64_t> environment(const char* name) {
 class RandomChains : public ::testing::Test {
   protected:
     void SetUp() override {
-        auto made = gl::Context::create();
+        auto made = egl::Context::create();
         ASSERT_TRUE(made.ok()) << made.status().message();
         context_ = std::move(*made);
-        executor_ = std::make_unique<Executor>(*context_);
+        executor_ = std::make_unique<Executor>(context_->device());
     }
 
     FramePlanes run(const Plan& plan, const FramePlanes& planes) {
@@ -81,22 +81,21 @@ class RandomChains : public ::testing::Test {
         run(plan, other);
     }
 
+    // What a rule did: for blocks, only where the device found some.
     void count(const Plan& plan) {
-        for (const auto& left : plan.left_out)
-            if (left.reason.find("on the device") == std::string::npos) ++acted_[left.rule];
-        for (const auto& work : executor_->work_done()) {
-            const auto ends = [&](const char* name) { return work.list.ends_with(name); };
-            if (!work.blocks) continue;
-            if (ends(".still_blocks")) ++acted_[motion_blur::kRuleStillTiles];
-            if (ends(".sky_blocks")) ++acted_[motion_blur::kRuleSkyTiles];
-            if (ends(".sharp_blocks") || ends(".blurred_blocks"))
-                ++acted_[depth_of_field::kRuleFocusTiles];
+        for (const auto& elision : plan.elisions) {
+            const bool blocks = elision.kind == ElisionKind::blocks;
+            if (blocks) acted_on_blocks_[elision.item];  // 0 where it never found one
+            if (!found_in(elision, plan, executor_->work_done())) continue;
+            ++acted_[elision.rule];
+            if (blocks) ++acted_on_blocks_[elision.item];
         }
     }
 
-    std::unique_ptr<gl::Context> context_;
+    std::unique_ptr<egl::Context> context_;
     std::unique_ptr<Executor> executor_;
-    std::map<std::string, int> acted_;  // cases, by rule
+    std::map<std::string, int> acted_;            // entries of cases, by rule
+    std::map<std::string, int> acted_on_blocks_;  // by what was elided in blocks
     int run_ = 0, refused_ = 0;
 };
 
@@ -114,13 +113,14 @@ TEST_F(RandomChains, LeaveOutNoBit) {
         const std::chrono::duration<double> gone = std::chrono::steady_clock::now() - start;
         if (seconds ? gone.count() > double(*seconds) : seed - from >= kCases) break;
         if ((seed - from) % kExecutorLife == kExecutorLife - 1)
-            executor_ = std::make_unique<Executor>(*context_);
+            executor_ = std::make_unique<Executor>(context_->device());
         const int before = ::testing::Test::HasFailure();
         check(seed);
         failed += !before && HasFailure();
     }
     std::printf("%d cases, %d refused;", run_, refused_);
     for (const auto& [rule, cases] : acted_) std::printf(" %s %d", rule.c_str(), cases);
+    for (const auto& [item, cases] : acted_on_blocks_) std::printf(", %s %d", item.c_str(), cases);
     std::printf("\n");
     EXPECT_GT(run_, 4 * refused_);
     // Every rule had something to do.
@@ -128,6 +128,8 @@ TEST_F(RandomChains, LeaveOutNoBit) {
         if (!rule.on_by_default || rule.name == kRuleCameraCut) continue;  // these change bits
         EXPECT_GT(acted_[rule.name], 0) << rule.name;
     }
+    for (const auto& [item, cases] : acted_on_blocks_) EXPECT_GT(cases, 0) << item;
+    EXPECT_GE(acted_on_blocks_.size(), 7u);
 }
 
 }  // namespace

@@ -55,7 +55,7 @@ unsigned Lean::blocks(const std::string& name) const {
 }
 
 bool Lean::used(const std::string& rule) const {
-    for (const auto& left : plan.left_out)
+    for (const auto& left : plan.elisions)
         if (left.rule == rule) return true;
     return false;
 }

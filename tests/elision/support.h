@@ -25,7 +25,7 @@ struct Lean {
 
     // Blocks of the list "<anything>.<name>"; fails the test when the plan has none.
     unsigned blocks(const std::string& name) const;
-    // Is there an entry of this rule in plan.left_out?
+    // Is there an entry of this rule in plan.elisions?
     bool used(const std::string& rule) const;
 };
 

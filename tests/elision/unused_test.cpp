@@ -25,7 +25,7 @@ TEST(UnusedPlane, IsNotHandedOver) {
                                                only({kRuleUnusedPlane}, precision));
             EXPECT_EQ(lean.plan.reads, reads) << lean.plan.reads.text();
             int left = 0;
-            for (const auto& one : lean.plan.left_out) left += one.rule == kRuleUnusedPlane;
+            for (const auto& one : lean.plan.elisions) left += one.rule == kRuleUnusedPlane;
             RoleSet unread = frame.description.planes - reads;
             unread.remove(Role::color);  // is handed on
             int expected = 0;
@@ -58,8 +58,8 @@ TEST(UnusedStep, VarianceNoiseAndHint) {
     const TestFrame frame = moving();
     const auto left = [](const Lean& lean) {
         std::string text;
-        for (const auto& one : lean.plan.left_out)
-            if (one.rule == kRuleUnusedStep) text += one.what + " ";
+        for (const auto& one : lean.plan.elisions)
+            if (one.rule == kRuleUnusedStep) text += item_text(one, lean.plan) + " ";
         return text;
     };
     const auto check = [&](const Chain& chain, const std::string& expected) {
@@ -101,11 +101,11 @@ TEST(UnusedOutput, StepsByReferenceCounting) {
         PlanOptions options = only({kRuleUnusedOutput}, precision);
         options.outputs = {Role::hint};
         const Lean hint = expect_same_bits(chain, frame.description, frame.planes, options);
-        EXPECT_TRUE(hint.plan.passes[3].left_out);  // after the hint
-        EXPECT_FALSE(hint.plan.passes[2].left_out);
+        EXPECT_TRUE(hint.plan.passes[3].elided);  // after the hint
+        EXPECT_FALSE(hint.plan.passes[2].elided);
         int left = 0;
-        for (const auto& one : hint.plan.left_out)
-            left += one.rule == kRuleUnusedOutput ? one.dispatches : 0;
+        for (const auto& one : hint.plan.elisions)
+            left += one.rule == kRuleUnusedOutput ? one.saving.dispatches : 0;
         EXPECT_EQ(left, 2);  // luma and fxaa
         EXPECT_TRUE(hint.outputs.count(Role::hint));
 

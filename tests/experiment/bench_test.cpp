@@ -410,12 +410,18 @@ TEST(BenchResults, BrokenFilesAreNoResults) {
     ASSERT_TRUE(store.prepare().ok());
     FrameResult result;
     result.metrics["flip"] = 0.25;
-    result.left_out.push_back({"fxaa", "rule", "reason", 1, 2, 3});
+    result.elisions.push_back({.pass = 2,
+                               .kind = ElisionKind::step,
+                               .item = "luma",
+                               .rule = "rule",
+                               .fact = {"largest luma", 0.125, 0.5, "px", Fact::Relation::below},
+                               .saving = {1, 2, 3}});
+    result.elisions.push_back({.kind = ElisionKind::plane, .item = "motion", .fact = {"unread"}});
     ASSERT_TRUE(store.keep("abc", 7, "work", result).ok());
     auto back = store.frame("abc", 7, "work");
     ASSERT_TRUE(back);
     EXPECT_EQ(back->metrics, result.metrics);
-    EXPECT_EQ(back->left_out, result.left_out);
+    EXPECT_EQ(back->elisions, result.elisions);
     EXPECT_FALSE(back->split);
     EXPECT_FALSE(store.frame("abc", 7, "other work"));
     EXPECT_FALSE(store.frame("abc", 8, "work"));

@@ -25,7 +25,7 @@ Chain fxaa_chain(const SettingList& settings) {
 }
 
 fxaa::Parameters parameters_of(const SettingList& settings) {
-    return *static_cast<fxaa::Parameters*>(fxaa_chain(settings).links[0].pass->parameters());
+    return fxaa_chain(settings).links[0].pass->parameters().as<fxaa::Parameters>();
 }
 
 FramePlanes planes_of(const ImageF& color, const ImageF& hint) {

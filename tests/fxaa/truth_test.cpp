@@ -221,8 +221,8 @@ TEST(Truth, OnePixelIsLeftOutWithAReason) {
     const FramePlanes planes = planes_of(constant_image(1, 1, {0.2f, 0.9f, 3.0f, 0.5f}));
     auto plan = make_plan(fxaa_chain({}), describe(planes));
     ASSERT_TRUE(plan.ok());
-    ASSERT_EQ(plan->left_out.size(), 1u);
-    EXPECT_EQ(plan->left_out[0].rule, kRuleFacts);
+    ASSERT_EQ(plan->elisions.size(), 1u);
+    EXPECT_EQ(plan->elisions[0].rule, kRuleFacts);
     EXPECT_TRUE(plan->steps.empty());
     const FramePlanes wide = planes_of(gray_picture(2, 1, [](int x, int) { return x; }));
     auto kept = make_plan(fxaa_chain({}), describe(wide));

@@ -29,9 +29,9 @@ std::vector<std::string> names(const Plan& plan) {
     return result;
 }
 
-bool leaves_out(const Plan& plan, const std::string& what) {
-    for (const auto& left : plan.left_out)
-        if (left.what == "motion_blur." + what) return true;
+bool leaves_out(const Plan& plan, const std::string& item) {
+    for (const auto& elision : plan.elisions)
+        if (elision.pass == 0 && elision.item == item) return true;
     return false;
 }
 
@@ -136,24 +136,24 @@ TEST(Plan, FormatsFollowPrecisionAndStorage) {
 TEST(Plan, LeftOutByFactsOrConfiguration) {
     // Default shutter 0.5: half-velocity is a quarter of the speed.
     const Plan still = plan_of(blur(), description(2));
-    EXPECT_TRUE(still.passes[0].left_out);
+    EXPECT_TRUE(still.passes[0].elided);
     EXPECT_TRUE(still.steps.empty());
-    ASSERT_FALSE(still.left_out.empty());
-    EXPECT_EQ(still.left_out[0].what, "motion_blur");
-    EXPECT_EQ(still.left_out[0].rule, kRuleFacts);
-    EXPECT_EQ(still.left_out[0].reason, "largest half-velocity 0.5 px <= 0.5 px");
-    EXPECT_EQ(plan_of(blur(), description(1.24)).left_out[0].reason,
+    ASSERT_FALSE(still.elisions.empty());
+    EXPECT_EQ(still.elisions[0].kind, ElisionKind::pass);
+    EXPECT_EQ(still.elisions[0].rule, kRuleFacts);
+    EXPECT_EQ(text_of(still.elisions[0].fact), "largest half-velocity 0.5 px <= 0.5 px");
+    EXPECT_EQ(plan_of(blur(), description(1.24)).elisions[0].reason,
               "largest half-velocity 0.31 px <= 0.5 px");
-    EXPECT_FALSE(plan_of(blur(), description(2.001)).passes[0].left_out);
-    EXPECT_FALSE(plan_of(blur({{"min_speed_px", 0.0}}), description(0.001)).passes[0].left_out);
-    EXPECT_TRUE(plan_of(blur({{"min_speed_px", 0.0}}), description(0)).passes[0].left_out);
+    EXPECT_FALSE(plan_of(blur(), description(2.001)).passes[0].elided);
+    EXPECT_FALSE(plan_of(blur({{"min_speed_px", 0.0}}), description(0.001)).passes[0].elided);
+    EXPECT_TRUE(plan_of(blur({{"min_speed_px", 0.0}}), description(0)).passes[0].elided);
 
     const Plan closed = plan_of(blur({{"shutter_frames", 0.0}}), description(80));
-    EXPECT_TRUE(closed.passes[0].left_out);
-    EXPECT_EQ(closed.left_out[0].rule, kRuleConfiguration);
+    EXPECT_TRUE(closed.passes[0].elided);
+    EXPECT_EQ(closed.elisions[0].rule, kRuleConfiguration);
     PlanOptions no_elide;
     no_elide.elide = false;
-    EXPECT_FALSE(plan_of(blur(), description(0), no_elide).passes[0].left_out);
+    EXPECT_FALSE(plan_of(blur(), description(0), no_elide).passes[0].elided);
 }
 
 TEST(Plan, ShutterPrecedence) {
@@ -170,8 +170,8 @@ TEST(Plan, ShutterPrecedence) {
     // A camera with the shutter shut counts as well.
     FrameDescription frame = description(80);
     frame.camera.shutter_frames = 0;
-    EXPECT_TRUE(plan_of(blur(), frame).passes[0].left_out);
-    EXPECT_FALSE(plan_of(blur({{"shutter_frames", 0.5}}), frame).passes[0].left_out);
+    EXPECT_TRUE(plan_of(blur(), frame).passes[0].elided);
+    EXPECT_FALSE(plan_of(blur({{"shutter_frames", 0.5}}), frame).passes[0].elided);
 }
 
 TEST(Plan, RefusesWhatTheTableForbids) {

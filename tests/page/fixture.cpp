@@ -54,16 +54,27 @@ Variant make_variant(int index) {
     split.convergence = {"motion_blur.samples " + samples + " -> 401"};
     variant.split = split;
     variant.pareto = index < 2;
-    variant.left_out = {
-        {kFrames[0], {"plane motion_back", "unused_plane", "no step reads it", 512, 0, 0}}};
-    if (index == 0)
-        variant.left_out = {
-            variant.left_out[0],
-            {kFrames[0],
-             {"1.fxaa", "off_by_rule", "largest step 0.31 px <= 0.5 px", 2304, 1, 5184}},
-            {kFrames[1],
-             {"1.fxaa", "off_by_rule", "largest step 0.25 px <= 0.5 px", 2304, 1, 5184}},
-            {kFrames[1], {"still blocks", "on_device", "nothing moves there", 0, 0, 0}}};
+    variant.passes = {"motion_blur", "fxaa"};
+    variant.elisions = {{kFrames[0],
+                         {.kind = ElisionKind::plane,
+                          .item = "motion_back",
+                          .rule = "unused_plane",
+                          .fact = {"no step reads it"},
+                          .saving = {.bytes = 512}}}};
+    if (index != 0) return variant;
+    Elision step{.pass = 1,
+                 .rule = "off_by_rule",
+                 .fact = {.name = "largest step", .value = 0.31, .limit = 0.5, .unit = "px"},
+                 .saving = {2304, 1, 5184}};
+    variant.elisions.emplace_back(kFrames[0], step);
+    step.fact.value = 0.25;
+    variant.elisions.emplace_back(kFrames[1], step);
+    variant.elisions.push_back({kFrames[1],
+                                {.pass = 0,
+                                 .kind = ElisionKind::blocks,
+                                 .item = "still blocks",
+                                 .rule = "on_device",
+                                 .fact = {"nothing moves there"}}});
     return variant;
 }
 

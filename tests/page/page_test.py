@@ -313,12 +313,12 @@ class WithWebGl(Page, unittest.TestCase):
             "return [...document.querySelectorAll('[aria-label=\"Left out of the plans\"] tr')]"
             ".map((row) => [...row.children].map((cell) => cell.innerText));")
         self.assertEqual(rows[1:], [
-            ["all", "plane motion_back", "unused_plane", "no step reads it", "1001", "512\u2009B",
+            ["all", "input.motion_back", "unused_plane", "no step reads it", "1001", "512\u2009B",
              "0", "0"],
-            ["samples=5", "1.fxaa", "off_by_rule",
+            ["samples=5", "fxaa", "off_by_rule",
              "largest step 0.31 px <= 0.5 px (first frame; 1 more like it)", "1001, 1002",
              "4.61\u2009kB", "2", "10.4\u2009k"],
-            ["", "still blocks", "on_device", "nothing moves there", "1002", "\u2013", "\u2013",
+            ["", "motion_blur.still blocks", "on_device", "nothing moves there", "1002", "\u2013", "\u2013",
              "\u2013"]])
 
     def test_without_a_truth_it_says_so(self):

@@ -24,50 +24,60 @@ TEST(Lists, VariantsByTime) {
     EXPECT_EQ(timed[2], &report.variants[0]);
 }
 
-TEST(Lists, WhatWasLeftOutIsOneLinePerThingAndRule) {
-    Variant variant;
-    variant.left_out = {{10, {"motion_blur", "still", "0.31 px <= 0.5 px", 100, 2, 1000}},
-                        {10, {"fxaa", "off", "never", 0, 1, 0}},
-                        {11, {"motion_blur", "still", "0.25 px <= 0.5 px", 50, 2, 500}},
-                        {12, {"motion_blur", "still", "0.31 px <= 0.5 px", 1, 1, 1}},
-                        {12, {"motion_blur", "other", "0.31 px <= 0.5 px", 7, 0, 0}}};
-    const auto lines = left_out_lines(variant);
-    ASSERT_EQ(lines.size(), 3u);
-    EXPECT_EQ(lines[0].what, "motion_blur");
-    EXPECT_EQ(lines[0].rule, "still");
-    EXPECT_EQ(lines[0].reason, "0.31 px <= 0.5 px");
-    EXPECT_EQ(lines[0].reasons, 2);
-    EXPECT_EQ(lines[0].frames, (std::vector<int>{10, 11, 12}));
-    EXPECT_EQ(lines[0].bytes, 151u);
-    EXPECT_EQ(lines[0].dispatches, 5);
-    EXPECT_EQ(lines[0].taps, 1501u);
-    EXPECT_EQ(lines[1].what, "fxaa");
-    EXPECT_EQ(lines[1].reasons, 1);
-    EXPECT_EQ(lines[2].rule, "other");
-    EXPECT_TRUE(left_out_lines(Variant()).empty());
+Elision elision(int pass, const char* rule, Saving saving, double value = 0.31) {
+    return {.pass = pass,
+            .rule = rule,
+            .fact = {.name = "largest", .value = value, .limit = 0.5, .unit = "px"},
+            .saving = saving};
 }
 
-TEST(Lists, WhatAllVariantsLeftOutStandsOnce) {
+TEST(Lists, WhatWasElidedIsOneRowPerThingAndRule) {
+    Report report;
+    report.variants.resize(1);
+    Variant& variant = report.variants[0];
+    variant.name = "one";
+    variant.passes = {"motion_blur", "fxaa", "motion_blur"};
+    variant.elisions = {
+        {10, elision(0, "still", {100, 2, 1000})},     {10, elision(1, "off", {0, 1, 0})},
+        {11, elision(0, "still", {50, 2, 500}, 0.25)}, {11, elision(2, "still", {1, 0, 0})},
+        {12, elision(0, "still", {1, 1, 1})},          {12, elision(0, "other", {7, 0, 0})}};
+    const auto rows = elision_rows(report);
+    ASSERT_EQ(rows.size(), 4u);
+    EXPECT_EQ(rows[0].variant, "one");
+    EXPECT_EQ(rows[0].what, "passes[0].motion_blur");
+    EXPECT_EQ(rows[0].rule, "still");
+    EXPECT_THAT(rows[0].reasons,
+                testing::ElementsAre("largest 0.31 px <= 0.5 px", "largest 0.25 px <= 0.5 px"));
+    EXPECT_EQ(rows[0].frames, (std::vector<int>{10, 11, 12}));
+    EXPECT_EQ(rows[0].saving, (Saving{151, 5, 1501}));
+    EXPECT_EQ(rows[1].what, "fxaa");
+    EXPECT_EQ(rows[1].reasons.size(), 1u);
+    EXPECT_EQ(rows[2].what, "passes[2].motion_blur");
+    EXPECT_EQ(rows[3].rule, "other");
+}
+
+TEST(Lists, WhatAllVariantsElideStandsOnce) {
     Report report;
     report.variants.resize(3);
     report.variants[0].name = "first";
     report.variants[1].name = "second";
     report.variants[2].failure = "no plan";
-    const LeftOut same{"fxaa", "off", "never", 1, 1, 1};
-    report.variants[0].left_out = {{1, {"dof", "still", "a", 1, 0, 0}}, {1, same}};
-    report.variants[1].left_out = {{1, same}, {1, {"dof", "still", "a", 2, 0, 0}}};
-    const auto rows = left_out_rows(report);
+    report.variants[0].passes = report.variants[1].passes = {"fxaa", "dof"};
+    const Elision same = elision(0, "off", {1, 1, 1});
+    report.variants[0].elisions = {{1, elision(1, "still", {1, 0, 0})}, {1, same}};
+    report.variants[1].elisions = {{1, same}, {1, elision(1, "still", {2, 0, 0})}};
+    const auto rows = elision_rows(report);
     ASSERT_EQ(rows.size(), 3u);
-    EXPECT_EQ(rows[0].first, "all");
-    EXPECT_EQ(rows[0].second.what, "fxaa");
-    EXPECT_EQ(rows[1].first, "first");
-    EXPECT_EQ(rows[1].second.bytes, 1u);
-    EXPECT_EQ(rows[2].first, "second");
-    EXPECT_EQ(rows[2].second.bytes, 2u);
+    EXPECT_EQ(rows[0].variant, "all");
+    EXPECT_EQ(rows[0].what, "fxaa");
+    EXPECT_EQ(rows[1].variant, "first");
+    EXPECT_EQ(rows[1].saving.bytes, 1u);
+    EXPECT_EQ(rows[2].variant, "second");
+    EXPECT_EQ(rows[2].saving.bytes, 2u);
     // One variant alone is named.
     report.variants.resize(1);
-    EXPECT_EQ(left_out_rows(report)[1].first, "first");
-    EXPECT_TRUE(left_out_rows(Report()).empty());
+    EXPECT_EQ(elision_rows(report)[1].variant, "first");
+    EXPECT_TRUE(elision_rows(Report()).empty());
 }
 
 TEST(Lists, DoubtsAboutTimesAreOneSentence) {

@@ -54,7 +54,9 @@ Report filled() {
     variant.split->cross = 0.1;
     variant.split->others["smape"].model = 0.5;
     variant.split->notes = {"what a split has to say"};
-    variant.left_out.emplace_back(10, LeftOut{"fxaa", "rule", "reason", 1, 2, 3});
+    variant.passes = {"fxaa"};
+    variant.elisions.emplace_back(
+        10, Elision{.pass = 0, .rule = "rule", .fact = {"reason"}, .saving = {1, 2, 3}});
     report.variants[1].name = "bad";
     report.variants[1].failure = "frame 10: no\nsecond line";
     report.comparison.emplace();
@@ -231,7 +233,7 @@ TEST(ReportMarkdown, BenchPutsErrorBesideTime) {
                                 "| one, two | 1.5 | 0.25 | 0.125 |  | yes |\n"
                                 "| slow | 20 | 0.25 | 0.125 |  |  |\n"));
     report.variants.resize(1);
-    report.variants[0].left_out.clear();
+    report.variants[0].elisions.clear();
     EXPECT_THAT(report_as_markdown(report), HasSubstr("Nothing: every plan is whole."));
 }
 

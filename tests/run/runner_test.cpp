@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "chain/gl/context.h"
+#include "chain/egl/context.h"
 #include "config/chain_file.h"
 #include "passes/motion_blur/motion_blur.h"
 #include "passes/registry.h"
@@ -29,10 +29,10 @@ class RunnerTest : public testing::Test {
   protected:
     // One context for all: making one takes longer than filtering these frames.
     static void SetUpTestSuite() {
-        auto made = gl::Context::create();
+        auto made = egl::Context::create();
         ASSERT_TRUE(made.ok()) << made.status().message();
         context_ = made->release();
-        executor_ = new Executor(*context_);
+        executor_ = new Executor(context_->device());
     }
     static void TearDownTestSuite() {
         delete executor_;
@@ -74,10 +74,10 @@ class RunnerTest : public testing::Test {
     TempFolder folder_;
     Chain chain_;
     RunSettings settings_;
-    static gl::Context* context_;
+    static egl::Context* context_;
     static Executor* executor_;
 };
-gl::Context* RunnerTest::context_ = nullptr;
+egl::Context* RunnerTest::context_ = nullptr;
 Executor* RunnerTest::executor_ = nullptr;
 
 TEST_F(RunnerTest, ReportsEveryFrameInOrderAndStaysBounded) {

@@ -90,10 +90,10 @@ TEST(Source, WhatNobodyCanReadIsNotDecoded) {
     const auto plan = plan_source_frame(chain.chain, *frame, {});
     ASSERT_TRUE(plan.ok()) << plan.status().message();
     uint64_t bytes = 0;
-    for (const auto& left : plan->left_out) {
-        if (left.rule == kRuleUnusedPlane) bytes += left.bytes;
-        if (left.what == "motion_blur") {
-            EXPECT_GT(left.dispatches, 3);
+    for (const auto& elision : plan->elisions) {
+        if (elision.rule == kRuleUnusedPlane) bytes += elision.saving.bytes;
+        if (elision.kind == ElisionKind::pass && elision.pass == 0) {
+            EXPECT_GT(elision.saving.dispatches, 3);
         }
     }
     // Depth, motion, and motion back: 4, 8 and 8 bytes a pixel.

@@ -87,21 +87,28 @@ TEST(Reach, FollowsFromTheParameters) {
 // With the faulty pass's shader in reach.
 class Equivariance : public ::testing::Test {
   protected:
-    void SetUp() override { setenv("POSTCHAIN_SHADER_DIR", POSTCHAIN_FAULTY_SHADER_DIR, 1); }
-    void TearDown() override { unsetenv("POSTCHAIN_SHADER_DIR"); }
+    void SetUp() override {
+        test::executor();  // a GL context
+        setenv("POSTCHAIN_SHADER_DIR", POSTCHAIN_FAULTY_SHADER_DIR, 1);
+        executor_ = std::make_unique<Executor>(gl::describe_current());
+        unsetenv("POSTCHAIN_SHADER_DIR");  // read once, when the executor was made
+    }
+    void TearDown() override { executor_.reset(); }
 
-    static std::map<std::string, Measured> checks_of(Fault fault, Light light = Light::kept) {
+    std::map<std::string, Measured> checks_of(Fault fault, Light light = Light::kept) {
         const Subject subject{"faulty", chain_with(fault, light)};
         std::map<std::string, Measured> checks;
         for (const Cell& cell : make_cells(40, true)) {
             if (cell.name != "object 40 px, ground still") continue;
-            const auto measured = measure(test::executor(), subject, cell, Precision::fp32);
+            const auto measured = measure(*executor_, subject, cell, Precision::fp32);
             EXPECT_TRUE(measured.ok()) << measured.status().message();
             if (!measured.ok()) continue;
             for (const auto& one : measured->checks) checks[one.check] = one;
         }
         return checks;
     }
+
+    std::unique_ptr<Executor> executor_;
 };
 
 const std::vector<std::string> kWatched = {"repeat", "mirror", "flip", "turn",

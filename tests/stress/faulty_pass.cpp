@@ -28,7 +28,7 @@ class FaultyPass : public Pass {
     }
     Reach reach(const FrameDescription&) const override { return {1, 1}; }
     Status check(const FrameDescription&) const override { return Status(); }
-    std::optional<LeftOut> identity(const PlanContext&) const override { return {}; }
+    std::optional<Identity> identity(const PlanContext&) const override { return {}; }
     void plan(PassPlanner& planner) const override {
         const FrameDescription& frame = planner.context().frame;
         const TextureId result =
@@ -45,7 +45,7 @@ class FaultyPass : public Pass {
         planner.output(Role::color, result);
     }
     void reference(const PlanContext&, ReferenceFrame&) const override {}
-    void* parameters() override { return &unused_; }
+    ParameterRef parameters() override { return &unused_; }
 
   private:
     Fault fault_;

@@ -177,6 +177,31 @@ TEST(IncludeEdges, NoneGoesInACircle) {
         EXPECT_EQ(circle_through(folder, edges), "") << "a circle through " << folder;
 }
 
+// Planning knows no GL, and what runs plans makes no context: chain <- chain/gl <- chain/egl.
+TEST(IncludeEdges, ChainHasThreeLibraries) {
+    const std::vector<std::string> order = {"chain", "chain/gl", "chain/egl"};
+    const auto place = [&](const std::string& folder) {
+        return std::find(order.begin(), order.end(), folder) - order.begin();
+    };
+    size_t count = 0;
+    for (const auto& include : all_includes()) {
+        if (!is_in(include.from(), "chain")) continue;
+        EXPECT_LT(place(include.from()), 3) << include.place() << "in none of the three";
+        if (include.quoted && is_in(include.to(), "chain")) {
+            ++count;
+            EXPECT_LE(place(include.to()), place(include.from()))
+                << include.place() << include.target;
+        }
+        if (include.target == "epoxy/gl.h") {
+            EXPECT_GE(place(include.from()), 1) << include.place();
+        }
+        if (include.target == "epoxy/egl.h") {
+            EXPECT_EQ(place(include.from()), 2) << include.place();
+        }
+    }
+    EXPECT_GT(count, 50u);
+}
+
 // Metrics know pictures and nothing of chains, so that anything with pixels can be measured.
 TEST(IncludeEdges, MetricsKnowOnlyPicturesOfTheChain) {
     size_t count = 0;

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "chain/egl/context.h"
 #include "tests/passes/registry.h"
 
 namespace postchain::test {
@@ -30,8 +31,8 @@ const PassRegistry& every_pass() {
 }
 
 Executor& executor() {
-    static const std::unique_ptr<gl::Context> context = must(gl::Context::create());
-    static Executor made(*context);
+    static const std::unique_ptr<egl::Context> context = must(egl::Context::create());
+    static Executor made(context->device());
     return made;
 }
 

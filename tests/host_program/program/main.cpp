@@ -2,6 +2,7 @@
 #include <cstdio>
 
 #include "chain/chain.h"
+#include "chain/egl/context.h"
 #include "chain/gl/executor.h"
 #include "chain/planner.h"
 #include "passes/registry.h"
@@ -9,12 +10,12 @@
 using namespace postchain;
 
 int main() {
-    auto context = gl::Context::create();
+    auto context = egl::Context::create();
     if (!context.ok()) {
         std::fprintf(stderr, "%s\n", context.status().message().c_str());
         return 1;
     }
-    Executor executor(**context);
+    Executor executor((*context)->device());
 
     // A white square on black, a quarter of a unit in front of a far wall, moving to the right.
     FrameDescription frame;

@@ -40,12 +40,9 @@ class Vignette final : public Pass {
 
     Status check(const FrameDescription&) const override { return Status(); }
 
-    std::optional<LeftOut> identity(const PlanContext&) const override {
+    std::optional<Identity> identity(const PlanContext&) const override {
         if (parameters_.strength > 0) return std::nullopt;
-        LeftOut left;
-        left.rule = kRuleConfiguration;
-        left.reason = "strength is 0";
-        return left;
+        return Identity{kRuleConfiguration, {.name = "strength", .value = 0}};
     }
 
     void plan(PassPlanner& planner) const override {
@@ -81,7 +78,7 @@ class Vignette final : public Pass {
         frame.stages["color"] = color;
     }
 
-    void* parameters() override { return &parameters_; }
+    ParameterRef parameters() override { return &parameters_; }
 
   private:
     Parameters parameters_;

@@ -82,16 +82,17 @@ int info_verb(const Options& options) {
         {"nlohmann-json", concat(NLOHMANN_JSON_VERSION_MAJOR, ".", NLOHMANN_JSON_VERSION_MINOR, ".",
                                  NLOHMANN_JSON_VERSION_PATCH)}};
     info["devices"] = io::Json::array();
-    for (const auto& device : gl::list_devices())
+    for (const auto& device : egl::list_devices())
         info["devices"].push_back(
             {{"device", device.index}, {"name", device.name}, {"software", device.software}});
     auto context = context_of(options);
     if (context.ok()) {
-        const gl::Limits& limits = (*context)->limits();
-        info["gl"] = {{"vendor", (*context)->vendor()},
-                      {"renderer", (*context)->renderer()},
-                      {"version", (*context)->version()},
-                      {"software", (*context)->software()},
+        const gl::Device& device = (*context)->device();
+        const gl::Limits& limits = device.limits;
+        info["gl"] = {{"vendor", device.vendor},
+                      {"renderer", device.renderer},
+                      {"version", device.version},
+                      {"software", device.software},
                       {"limits",
                        {{"texture_px", limits.texture_px},
                         {"storage_block_bytes", limits.storage_block_bytes},
@@ -112,9 +113,9 @@ int info_verb(const Options& options) {
                         device["name"].get<std::string>().c_str(),
                         device["software"].get<bool>() ? " (software)" : "");
         if (context.ok()) {
-            std::printf("GL in use: %s, %s, %s%s\n", (*context)->vendor().c_str(),
-                        (*context)->renderer().c_str(), (*context)->version().c_str(),
-                        (*context)->software() ? " (software)" : "");
+            std::printf("GL in use: %s, %s, %s%s\n", (*context)->device().vendor.c_str(),
+                        (*context)->device().renderer.c_str(), (*context)->device().version.c_str(),
+                        (*context)->device().software ? " (software)" : "");
             for (const auto& [name, value] : info["gl"]["limits"].items())
                 std::printf("limit %s %s\n", name.c_str(), value.dump().c_str());
         }

@@ -47,7 +47,7 @@ experiment::ProgressCallback progress_printer() {
 }
 
 void add_experiment(CLI::App& verb, Options& o, ExperimentOptions& e, const ParameterTable& table,
-                    void* settings) {
+                    ParameterRef settings) {
     verb.add_option("--set", o.sets, "change a value of the chain, as of run")
         ->type_name("KEY=VALUE")
         ->expected(1)
@@ -169,9 +169,9 @@ int ab_verb(const Options& options, const ExperimentOptions& e, int argc, char**
     const StopOnSignal stop;
     auto context = context_of(options);
     if (!context.ok()) return fail(context.status());
-    settings.renderer = renderer_text(**context);
-    settings.software = (*context)->software();
-    Executor executor(**context);
+    settings.renderer = renderer_text((*context)->device());
+    settings.software = (*context)->device().software;
+    Executor executor((*context)->device());
     const experiment::NamedChain first{chain_name(options.chain), std::move(a->chain)};
     const experiment::NamedChain second{chain_name(e.chain_b), std::move(b->chain)};
     auto report =
@@ -261,9 +261,9 @@ int bench_verb(const Options& options, const ExperimentOptions& e, int argc, cha
         return stop.asked() ? stop.exit_code() : fail(status);
     auto context = context_of(options);
     if (!context.ok()) return fail(context.status());
-    settings.renderer = renderer_text(**context);
-    settings.software = (*context)->software();
-    Executor executor(**context);
+    settings.renderer = renderer_text((*context)->device());
+    settings.software = (*context)->device().software;
+    Executor executor((*context)->device());
     auto report =
         experiment::run_bench(*variants, settings, executor, progress_printer(), &stop.flag());
     log::progress("");

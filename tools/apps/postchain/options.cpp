@@ -62,7 +62,7 @@ const ParameterTable& job_parameters() {
     return table;
 }
 
-void add_setting(CLI::App& verb, const Parameter& row, void* settings) {
+void add_setting(CLI::App& verb, const Parameter& row, ParameterRef settings) {
     const std::string name = option_names(row.key);
     // The row outlives the verb, as its table does.
     const auto set = [&row, settings](const ParameterValue& value) { row.set(settings, value); };
@@ -106,7 +106,7 @@ void add_setting(CLI::App& verb, const Parameter& row, void* settings) {
 }
 
 void add_settings(CLI::App& verb, const ParameterTable& table, const std::string& group,
-                  void* settings) {
+                  ParameterRef settings) {
     for (const Parameter& row : table.rows())
         if (row.group == group) add_setting(verb, row, settings);
 }
@@ -140,10 +140,10 @@ int threads_of(const Options& options) {
     return std::max(1, int(std::thread::hardware_concurrency()));
 }
 
-Result<gl::ContextOptions> context_options_of(const Options& options) {
-    gl::ContextOptions context;
+Result<egl::ContextOptions> context_options_of(const Options& options) {
+    egl::ContextOptions context;
     if (options.device == "software") {
-        context.device = gl::ContextOptions::kSoftware;
+        context.device = egl::ContextOptions::kSoftware;
     } else if (options.device != "auto") {
         const char* end = options.device.data() + options.device.size();
         const auto parsed = std::from_chars(options.device.data(), end, context.device);
@@ -160,14 +160,14 @@ Result<gl::ContextOptions> context_options_of(const Options& options) {
     return context;
 }
 
-Result<std::unique_ptr<gl::Context>> context_of(const Options& options) {
+Result<std::unique_ptr<egl::Context>> context_of(const Options& options) {
     auto context = context_options_of(options);
     if (!context.ok()) return context.status();
-    return gl::Context::create(*context);
+    return egl::Context::create(*context);
 }
 
-std::string renderer_text(const gl::Context& context) {
-    return context.renderer() + ", " + context.version();
+std::string renderer_text(const gl::Device& device) {
+    return device.renderer + ", " + device.version;
 }
 
 }  // namespace postchain

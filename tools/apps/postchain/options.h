@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "chain/gl/context.h"
+#include "chain/egl/context.h"
 #include "config/chain_file.h"
 #include "tools/sequence/run/job_settings.h"
 
@@ -37,22 +37,22 @@ const ParameterTable& job_parameters();
 
 // One option for a row of a table: its name, type, choices, range, default and help. `settings` is
 // the table's struct and outlives the verb. A boolean that is true by default becomes --no-KEY.
-void add_setting(CLI::App& verb, const Parameter& row, void* settings);
+void add_setting(CLI::App& verb, const Parameter& row, ParameterRef settings);
 // Those of one group.
 void add_settings(CLI::App& verb, const ParameterTable& table, const std::string& group,
-                  void* settings);
+                  ParameterRef settings);
 
 // Prints every diagnostic; when the file is invalid, the status has been said already.
 Result<ChainFile> load_chain_of(const Options& options);
 // Those of options.job, with what its camera file's reader has to say printed.
 Result<sequence::RunSettings> run_settings_of(const Options& options);
 // Applies --threads to OpenEXR and to the software renderer, and reads --device.
-Result<gl::ContextOptions> context_options_of(const Options& options);
-Result<std::unique_ptr<gl::Context>> context_of(const Options& options);
+Result<egl::ContextOptions> context_options_of(const Options& options);
+Result<std::unique_ptr<egl::Context>> context_of(const Options& options);
 int threads_of(const Options& options);
 
 // "llvmpipe (LLVM 15.0.6, 256 bits), 4.5 (Core Profile) Mesa 22.3.6"
-std::string renderer_text(const gl::Context& context);
+std::string renderer_text(const gl::Device& device);
 
 inline constexpr const char* kVersion = POSTCHAIN_VERSION;
 

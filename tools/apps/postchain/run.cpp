@@ -33,10 +33,10 @@ std::string frame_line(const sequence::FrameReport& report) {
     text += ": " + report.output;
     if (report.plan) {
         text += std::string(" (") + times + ")";
-        // Whole passes; what is left out of one is "pass.step".
-        for (const auto& left : report.plan->left_out)
-            if (left.what.find('.') == std::string::npos)
-                text += "; left out " + left.what + ": " + left.reason;
+        for (const auto& elision : report.plan->elisions)
+            if (elision.kind == ElisionKind::pass)
+                text +=
+                    "; left out " + item_text(elision, *report.plan) + ": " + text_of(elision.fact);
     }
     return text;
 }
@@ -88,9 +88,9 @@ int run_verb(const Options& options) {
     const StopOnSignal stop;
     auto context = context_of(options);
     if (!context.ok()) return fail(context.status());
-    const std::string renderer = renderer_text(**context);
+    const std::string renderer = renderer_text((*context)->device());
     log::detail("renderer: " + renderer);
-    Executor executor(**context);
+    Executor executor((*context)->device());
     auto summary = sequence::run_sequence(
         chain->chain, *settings, executor, renderer,
         [&](const sequence::FrameReport& report, const sequence::RunProgress& progress) {

@@ -129,7 +129,7 @@ int stress_verb(const Options& options, const StressOptions& stress) {
     if (!subjects.ok()) return fail(subjects.status());
     auto context = context_of(options);
     if (!context.ok()) return fail(context.status());
-    Executor executor(**context);
+    Executor executor((*context)->device());
 
     const StopOnSignal stop;
     stress::MatrixOptions matrix_options;
@@ -144,13 +144,15 @@ int stress_verb(const Options& options, const StressOptions& stress) {
     if (!matrix.ok()) return fail(matrix.status());
 
     const std::string text = stress::matrix_as_text(*matrix);
-    const std::string json = io::json_text(json_of(*matrix, renderer_text(**context))) + "\n";
+    const std::string json =
+        io::json_text(json_of(*matrix, renderer_text((*context)->device()))) + "\n";
     std::fputs(options.json ? json.c_str() : text.c_str(), stdout);
     if (!stress.folder.empty()) {
         auto pictures = stress::pictures_of(executor, *subjects, *matrix);
         if (!pictures.ok()) return fail(pictures.status());
         const std::string page = stress::matrix_as_page(
-            *matrix, *pictures, {kVersion, renderer_text(**context), command_of(options, stress)});
+            *matrix, *pictures,
+            {kVersion, renderer_text((*context)->device()), command_of(options, stress)});
         const Status status = write_files(
             stress.folder, {{"stress.txt", &text}, {"stress.json", &json}, {"index.html", &page}});
         if (!status.ok()) return fail(status);

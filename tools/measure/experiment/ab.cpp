@@ -67,6 +67,7 @@ class AbRun {
             report::Variant variant;
             variant.name = chain->name;
             variant.chain_text = write_chain(chain->chain);
+            variant.passes = chain->chain.types();
             variant.chain_hash = chain->chain.hash();
             report_.variants.push_back(std::move(variant));
             for (const auto& seed : seeds_of(chain->chain))
@@ -116,10 +117,8 @@ class AbRun {
             }
             if (auto both = executor_.filter_both(merged, frame.planes); both.ok()) {
                 for (size_t v = 0; v < 2; ++v) results[v] = std::move((*both)[v].at(Role::color));
-                const auto& all = merged.plan.left_out;  // A's, then B's
-                for (size_t i = 0; i < all.size(); ++i)
-                    note_left_out(i < plans[0]->left_out.size() ? 0 : 1, number, all[i],
-                                  merged.plan);
+                for (size_t v = 0; v < 2; ++v)
+                    note_elisions(v, number, merged.elisions[v], merged.plan);
                 return results;
             }
             // One of them; each alone says which.
@@ -131,16 +130,17 @@ class AbRun {
                 results[v] = std::move(alone->at(Role::color));
             else
                 fail(v, number, alone.status());
-            for (const LeftOut& left : plans[v]->left_out)
-                note_left_out(v, number, left, *plans[v]);
+            note_elisions(v, number, plans[v]->elisions, *plans[v]);
         }
         return results;
     }
 
     // `plan` is what the executor ran last.
-    void note_left_out(size_t variant, int frame, const LeftOut& left, const Plan& plan) {
-        if (const auto found = counted(left, plan, executor_.work_done()))
-            report_.variants[variant].left_out.emplace_back(frame, *found);
+    void note_elisions(size_t variant, int frame, const std::vector<Elision>& elisions,
+                       const Plan& plan) {
+        for (const Elision& elision : elisions)
+            if (const auto found = found_in(elision, plan, executor_.work_done()))
+                report_.variants[variant].elisions.emplace_back(frame, *found);
     }
 
     Status visit(sequence::SourceFrame& frame) {

@@ -54,6 +54,7 @@ class BenchRun {
             variant.name = one.name;
             variant.sweep = one.sweep;
             variant.chain_text = write_chain(one.chain);
+            variant.passes = one.chain.types();
             variant.chain_hash = one.chain.hash();
             report_.variants.push_back(std::move(variant));
             wanted_ = wanted_ | one.chain.required() | one.chain.optional();
@@ -70,7 +71,7 @@ class BenchRun {
     // Everything a result depends on except chain and input files.
     std::string conditions() const {
         std::string text = concat(
-            "results 2\n", report_.version, "\n", report_.renderer, "\n", report_.threads, "\n",
+            "results 3\n", report_.version, "\n", report_.renderer, "\n", report_.threads, "\n",
             report_.precision, "\n", report_.tone_mapper, " ", settings_.flip.pixels_per_degree,
             " ", report_.exposure_start, " ", report_.exposure_stop, "\n", kConvergedSeeds, " ",
             settings_.repeats, "\n", report_.reference, "\n");
@@ -312,8 +313,8 @@ class BenchRun {
                 if (result == results_[v].end()) continue;
                 for (const auto& [name, value] : result->second.metrics)
                     set_value(variant, name, i, count, value);
-                for (const LeftOut& left : result->second.left_out)
-                    variant.left_out.emplace_back(report_.frames[i], left);
+                for (const Elision& elision : result->second.elisions)
+                    variant.elisions.emplace_back(report_.frames[i], elision);
                 if (result->second.split) splits.push_back(*result->second.split);
             }
             find_means(variant);

@@ -29,14 +29,15 @@ Result<BenchFrame> BenchFrame::open(const BenchSettings& settings, const Basis& 
 }
 
 Result<ImageF> BenchFrame::filtered(const Chain& chain, const sequence::SourceFrame& frame,
-                                    std::vector<LeftOut>* left_out) {
+                                    std::vector<Elision>* elisions) {
     auto plan = sequence::plan_source_frame(chain, frame, settings_->run.plan);
     if (!plan.ok()) return plan.status();
     auto result = executor_->filter(*plan, frame.planes);
     if (!result.ok()) return result.status();
-    for (const LeftOut& left : plan->left_out)
-        if (const auto found = counted(left, *plan, executor_->work_done()); found && left_out)
-            left_out->push_back(*found);
+    if (elisions)
+        for (const Elision& elision : plan->elisions)
+            if (const auto found = found_in(elision, *plan, executor_->work_done()))
+                elisions->push_back(*found);
     return std::move(result->at(Role::color));
 }
 
@@ -73,7 +74,7 @@ Status BenchFrame::measure_step(const Chain& chain, const metrics::Pair& pair,
 
 Result<Findings> BenchFrame::measure(const Chain& chain, bool split, bool stability) {
     Findings found;
-    auto color = filtered(chain, *frame_, &found.result.left_out);
+    auto color = filtered(chain, *frame_, &found.result.elisions);
     if (!color.ok()) return color.status();
     found.color = std::move(*color);
     if (!truth_ || split) {

@@ -42,7 +42,7 @@ class BenchFrame {
     BenchFrame(const BenchSettings& settings, const Basis& basis, Executor& executor)
         : settings_(&settings), basis_(&basis), executor_(&executor) {}
     Result<ImageF> filtered(const Chain& chain, const sequence::SourceFrame& frame,
-                            std::vector<LeftOut>* left_out);
+                            std::vector<Elision>* elisions);
     Result<const Converged*> converge_once(const Chain& chain);
     Status measure_step(const Chain& chain, const metrics::Pair& pair, FrameResult& result);
 

@@ -55,8 +55,11 @@ std::optional<FrameResult> BenchStore::frame(const std::string& name, int frame,
             result.split = report::split_from(json.at("split"));
             if (!result.split) return std::nullopt;
         }
-        for (const report::Json& left : json.at("left_out"))
-            if (auto one = report::left_out_from(left)) result.left_out.push_back(std::move(*one));
+        for (const report::Json& one : json.at("left_out")) {
+            auto elision = report::elision_from(one);
+            if (!elision) return std::nullopt;
+            result.elisions.push_back(std::move(*elision));
+        }
         return result;
     } catch (const nlohmann::json::exception&) {
         return std::nullopt;
@@ -73,7 +76,7 @@ std::optional<report::Timing> BenchStore::timing(const std::string& name,
 Status BenchStore::keep(const std::string& name, int frame, const std::string& work,
                         const FrameResult& result) const {
     report::Json left_out = report::Json::array();
-    for (const LeftOut& left : result.left_out) left_out.push_back(report::json_of(left));
+    for (const Elision& elision : result.elisions) left_out.push_back(report::json_of(elision));
     return save(path(concat(name, ".", frame)),
                 {{"key", key(work)},
                  {"metrics", result.metrics},

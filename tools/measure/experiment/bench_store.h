@@ -14,7 +14,7 @@ namespace postchain::experiment {
 struct FrameResult {
     std::map<std::string, double> metrics;
     std::optional<report::ErrorSplit> split;
-    std::vector<LeftOut> left_out;
+    std::vector<Elision> elisions;
 };
 
 class BenchStore {

@@ -77,7 +77,7 @@ Result<report::Timing> time_plan(Executor& executor, const Plan& plan, const Fra
     for (size_t i = 0; i < plan.passes.size(); ++i) {
         report::PassCost cost;
         cost.pass = concat(i, ".", plan.passes[i].type);
-        cost.left_out = plan.passes[i].left_out;
+        cost.elided = plan.passes[i].elided;
         if (!of_pass[i].empty()) cost.time = time_figure(std::move(of_pass[i]));
         timing.passes.push_back(std::move(cost));
     }

@@ -196,7 +196,7 @@ SceneOfInput find_scene(const sequence::RunSettings& input, const InputSurvey& s
 }
 
 Result<std::string> generate_truth(const scenes::SceneRequest& given, const std::string& parent,
-                                   int samples, const gl::ContextOptions& context,
+                                   int samples, const egl::ContextOptions& context,
                                    const std::function<bool(int, double)>& progress) {
     scenes::SceneRequest request = given;
     request.truth_samples = samples;

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "chain/gl/context.h"
+#include "chain/egl/context.h"
 #include "tools/measure/metrics/exposure.h"
 #include "tools/measure/metrics/pair.h"
 #include "tools/measure/scenes/scene.h"
@@ -64,7 +64,7 @@ SceneOfInput find_scene(const sequence::RunSettings& input, const InputSurvey& s
 // this request under `parent`; returns the pattern. Makes a GL context of its own and leaves none
 // current. Errors: those of the scenes and of writing.
 Result<std::string> generate_truth(const scenes::SceneRequest& request, const std::string& parent,
-                                   int samples, const gl::ContextOptions& context,
+                                   int samples, const egl::ContextOptions& context,
                                    const std::function<bool(int frame, double share)>& progress);
 
 }  // namespace postchain::experiment

@@ -43,6 +43,15 @@ std::optional<T> guarded(const Read& read) {
     }
 }
 
+// The enumerator that name_of() calls so; the last one where none is.
+template <class E>
+E enum_from(const Json& json, E last) {
+    const std::string name = json;
+    for (int i = 0; i < int(last); ++i)
+        if (name == postchain::name_of(E(i))) return E(i);
+    return last;
+}
+
 }  // namespace
 
 Json json_of(const std::optional<double>& value) {
@@ -55,7 +64,7 @@ Json json_of(const Timing& timing) {
     for (const PassCost& cost : timing.passes) {
         Json pass = figure_json(cost.time);
         pass["pass"] = cost.pass;
-        pass["left_out"] = cost.left_out;
+        pass["left_out"] = cost.elided;
         passes.push_back(std::move(pass));
     }
     return {{"frame", timing.frame},
@@ -80,10 +89,11 @@ Json json_of(const ErrorSplit& split) {
             {"notes", split.notes}};
 }
 
-Json json_of(const LeftOut& left) {
-    return {{"what", left.what},     {"rule", left.rule},
-            {"reason", left.reason}, {"dispatches", left.dispatches},
-            {"bytes", left.bytes},   {"taps", left.taps}};
+Json json_of(const Elision& elision, const std::string& what) {
+    Json json = Json::parse(elision_as_json(elision, what));
+    for (const char* of_one_plan : {"work_list", "outside", "taps_per_block"})
+        json.erase(of_one_plan);
+    return json;
 }
 
 std::optional<Timing> timing_from(const Json& json) {
@@ -116,10 +126,22 @@ std::optional<ErrorSplit> split_from(const Json& json) {
     });
 }
 
-std::optional<LeftOut> left_out_from(const Json& json) {
-    return guarded<LeftOut>([&] {
-        return LeftOut{json.at("what"),  json.at("rule"),       json.at("reason"),
-                       json.at("bytes"), json.at("dispatches"), json.at("taps")};
+std::optional<Elision> elision_from(const Json& json) {
+    return guarded<Elision>([&] {
+        Elision elision;
+        elision.pass = json.at("pass").is_null() ? -1 : json.at("pass").get<int>();
+        elision.kind = enum_from<ElisionKind>(json.at("kind"), ElisionKind::blocks);
+        elision.item = json.at("item");
+        elision.rule = json.at("rule");
+        const Json& fact = json.at("fact");
+        elision.fact.name = fact.at("name");
+        elision.fact.value = number_from(fact.at("value"));
+        elision.fact.limit = number_from(fact.at("limit"));
+        elision.fact.unit = fact.at("unit");
+        elision.fact.relation =
+            enum_from<Fact::Relation>(fact.at("relation"), Fact::Relation::at_least);
+        elision.saving = {json.at("bytes"), json.at("dispatches"), json.at("taps")};
+        return elision;
     });
 }
 

@@ -1,7 +1,7 @@
 #include "tools/measure/report/lists.h"
 
 #include <algorithm>
-#include <set>
+#include <utility>
 
 namespace postchain::report {
 
@@ -31,47 +31,49 @@ std::string doubt_about_times(const Report& report) {
                   doubtful == 1 ? "" : concat(" (of ", first->name, ")"));
 }
 
-std::vector<LeftOutLine> left_out_lines(const Variant& variant) {
-    std::vector<LeftOutLine> lines;
-    std::vector<std::set<std::string>> reasons;
-    for (const auto& [frame, left] : variant.left_out) {
-        const auto same =
-            std::find_if(lines.begin(), lines.end(), [&, &l = left](const auto& line) {
-                return line.what == l.what && line.rule == l.rule;
-            });
-        const auto at = size_t(same - lines.begin());
-        if (same == lines.end()) {
-            lines.push_back({left.what, left.rule, left.reason, 0, {}, 0, 0, 0});
-            reasons.emplace_back();
-        }
-        LeftOutLine& line = lines[at];
-        if (line.frames.empty() || line.frames.back() != frame) line.frames.push_back(frame);
-        reasons[at].insert(left.reason);
-        line.reasons = int(reasons[at].size());
-        line.bytes += left.bytes;
-        line.taps += left.taps;
-        line.dispatches += left.dispatches;
+namespace {
+
+// Of one variant, in the order of first appearance; without its name.
+std::vector<ElisionRow> rows_of(const Variant& variant) {
+    std::vector<ElisionRow> rows;
+    for (const auto& [frame, elision] : variant.elisions) {
+        const std::string what = item_text(elision, variant.passes);
+        auto row = std::find_if(rows.begin(), rows.end(), [&, &e = elision](const auto& one) {
+            return one.what == what && one.rule == e.rule;
+        });
+        if (row == rows.end()) row = rows.insert(row, {"", what, elision.rule, {}, {}, {}});
+        const std::string reason = text_of(elision.fact);
+        if (std::find(row->reasons.begin(), row->reasons.end(), reason) == row->reasons.end())
+            row->reasons.push_back(reason);
+        if (row->frames.empty() || row->frames.back() != frame) row->frames.push_back(frame);
+        row->saving += elision.saving;
     }
-    return lines;
+    return rows;
 }
 
-std::vector<std::pair<std::string, LeftOutLine>> left_out_rows(const Report& report) {
-    std::vector<std::pair<std::string, std::vector<LeftOutLine>>> all;
+}  // namespace
+
+std::vector<ElisionRow> elision_rows(const Report& report) {
+    std::vector<std::pair<std::string, std::vector<ElisionRow>>> all;
     for (const Variant& variant : report.variants)  // but for those that failed before a plan
-        if (variant.failure.empty() || !variant.left_out.empty())
-            all.emplace_back(variant.name, left_out_lines(variant));
-    const auto common = [&](const LeftOutLine& line) {
+        if (variant.failure.empty() || !variant.elisions.empty())
+            all.emplace_back(variant.name, rows_of(variant));
+    const auto common = [&](const ElisionRow& row) {
         return all.size() > 1 && std::all_of(all.begin(), all.end(), [&](const auto& one) {
-                   return std::find(one.second.begin(), one.second.end(), line) != one.second.end();
+                   return std::find(one.second.begin(), one.second.end(), row) != one.second.end();
                });
     };
-    std::vector<std::pair<std::string, LeftOutLine>> rows;
+    std::vector<ElisionRow> rows;
+    const auto add = [&](const std::string& variant, ElisionRow row) {
+        row.variant = variant;
+        rows.push_back(std::move(row));
+    };
     if (!all.empty())
-        for (const LeftOutLine& line : all.front().second)
-            if (common(line)) rows.emplace_back("all", line);
-    for (const auto& [name, lines] : all)
-        for (const LeftOutLine& line : lines)
-            if (!common(line)) rows.emplace_back(name, line);
+        for (const ElisionRow& row : all.front().second)
+            if (common(row)) add("all", row);
+    for (const auto& [name, its] : all)
+        for (const ElisionRow& row : its)
+            if (!common(row)) add(name, row);
     return rows;
 }
 

@@ -1,8 +1,7 @@
-// The lists that tables print: variants by time, and what was left out; doubts.
+// The lists that tables print: variants by time, and what was elided; doubts.
 #pragma once
 
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "tools/measure/report/report.h"
@@ -15,20 +14,20 @@ std::vector<const Variant*> by_time(const Report& report);
 // Which times are not to be trusted and why, in one sentence; empty: all are.
 std::string doubt_about_times(const Report& report);
 
-// What the plans of a variant left out over a sequence, one line for each thing and rule.
-struct LeftOutLine {
-    std::string what, rule;
-    std::string reason;  // of the first frame
-    int reasons = 0;     // different ones over the frames: figures in them change
+// What the plans of a variant elided over a sequence: one row for each thing and rule.
+struct ElisionRow {
+    std::string variant;  // its name, or "all"
+    std::string what;     // item_text()
+    std::string rule;
+    // In words, different ones over the frames: figures in them change. That of the first frame is
+    // the first.
+    std::vector<std::string> reasons;
     std::vector<int> frames;
-    uint64_t bytes = 0, taps = 0;  // sums over the frames
-    int dispatches = 0;
-    bool operator==(const LeftOutLine&) const = default;
+    Saving saving;  // sum over the frames
+    bool operator==(const ElisionRow&) const = default;
 };
-// In the order of first appearance.
-std::vector<LeftOutLine> left_out_lines(const Variant& variant);
-// Of all variants, with the variant's name; lines that are the same in all of them come first and
-// once, under "all".
-std::vector<std::pair<std::string, LeftOutLine>> left_out_rows(const Report& report);
+// In the order of first appearance; rows that are the same in all variants are first and once,
+// under "all". report.json carries them, and whoever prints what was left out prints these.
+std::vector<ElisionRow> elision_rows(const Report& report);
 
 }  // namespace postchain::report

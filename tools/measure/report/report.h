@@ -52,7 +52,7 @@ struct TimeFigure {
 };
 struct PassCost {
     std::string pass;  // "0.motion_blur"
-    bool left_out = false;
+    bool elided = false;
     TimeFigure time;
 };
 struct Timing {
@@ -90,7 +90,8 @@ struct Variant {
     std::map<std::string, Series> metrics;  // by MetricInfo::name
     std::optional<Timing> timing;
     std::optional<ErrorSplit> split;
-    std::vector<std::pair<int, LeftOut>> left_out;  // frame, what did not run
+    std::vector<std::string> passes;                // their types, as in the chain
+    std::vector<std::pair<int, Elision>> elisions;  // frame, what did not run
     std::string failure;                            // empty: none; else the others went on
     bool pareto = false;                            // no other is both faster and nearer
     bool resumed = false;                           // taken from an earlier, interrupted run

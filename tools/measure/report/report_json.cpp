@@ -1,6 +1,7 @@
 #include "tools/measure/report/report_json.h"
 
 #include "tools/measure/report/json_parts.h"
+#include "tools/measure/report/lists.h"
 #include "tools/sequence/io/atomic_file.h"
 #include "tools/sequence/io/json.h"
 
@@ -24,9 +25,9 @@ Json variant(const Variant& variant) {
     for (const auto& [name, series] : variant.metrics)
         metrics[name] = {{"mean", json_of(series.mean)}, {"frames", numbers(series.frames)}};
     Json left_out = Json::array();
-    for (const auto& [frame, left] : variant.left_out) {
+    for (const auto& [frame, elision] : variant.elisions) {
         Json one = {{"frame", frame}};
-        one.update(json_of(left));
+        one.update(json_of(elision, item_text(elision, variant.passes)));
         left_out.push_back(std::move(one));
     }
     return {{"name", variant.name},
@@ -40,6 +41,17 @@ Json variant(const Variant& variant) {
             {"failure", word(variant.failure)},
             {"pareto", variant.pareto},
             {"resumed", variant.resumed}};
+}
+
+Json elision_row(const ElisionRow& row) {
+    return {{"variant", row.variant},
+            {"what", row.what},
+            {"rule", row.rule},
+            {"reasons", row.reasons},
+            {"frames", row.frames},
+            {"bytes", row.saving.bytes},
+            {"dispatches", row.saving.dispatches},
+            {"taps", row.saving.taps}};
 }
 
 Json interval(const std::optional<Interval>& interval) {
@@ -92,6 +104,8 @@ std::string report_as_json(const Report& report) {
     Json constants = Json::object();
     for (const auto& [name, value] : report.constants) constants[name] = value;
     Json variants = Json::array(), images = Json::array(), crops = Json::array();
+    Json left_out = Json::array();
+    for (const ElisionRow& row : elision_rows(report)) left_out.push_back(elision_row(row));
     for (const Variant& one : report.variants) variants.push_back(variant(one));
     for (const StoredImage& one : report.images) images.push_back(image(one));
     for (const Crop& crop : report.crops)
@@ -130,6 +144,7 @@ std::string report_as_json(const Report& report) {
           {"precision", report.precision}}},
         {"seeds", report.seeds},
         {"variants", variants},
+        {"left_out", left_out},
         {"comparison", report.comparison ? comparison(*report.comparison) : Json(nullptr)},
         {"pareto_metric", word(report.pareto_metric)},
         {"under", report.under},

@@ -67,7 +67,7 @@ class Markdown {
         differences();
         times();
         splits();
-        left_out();
+        elisions();
         frames();
         chains();
         for (size_t i = 0; i < report_.notes.size(); ++i)
@@ -214,7 +214,7 @@ class Markdown {
             std::string passes;
             for (const PassCost& cost : t.passes)
                 passes += (passes.empty() ? "" : ", ") + cost.pass + " " +
-                          (cost.left_out ? "left out" : number(cost.time.median_ms, 4));
+                          (cost.elided ? "left out" : number(cost.time.median_ms, 4));
             row({variant.name + (variant.pareto ? " (Pareto)" : ""), number(t.total.median_ms, 4),
                  number(t.total.spread_ms, 3), std::to_string(t.total.n), passes,
                  t.trustworthy ? "yes" : "no: " + t.why_not});
@@ -249,23 +249,25 @@ class Markdown {
         if (!said.empty()) out_ += "\n";
     }
 
-    void left_out() {
+    void elisions() {
         out_ += "## Left out\n\n";
-        const auto rows = left_out_rows(report_);
+        const auto rows = elision_rows(report_);
         if (rows.empty()) {
             out_ += "Nothing: every plan is whole.\n\n";
             return;
         }
         header({"variant", "what", "rule", "reason", "frames", "bytes", "dispatches", "taps"});
-        for (const auto& [name, line] : rows) {
-            std::string reason = line.reason;
-            if (line.reasons > 1)
-                reason +=
-                    concat(" (frame ", line.frames[0], "; ", line.reasons - 1, " more like it)");
-            const bool known = line.bytes || line.dispatches || line.taps;
-            const auto saving = [known](uint64_t n) { return known ? std::to_string(n) : ""; };
-            row({name, line.what, line.rule, reason, sequence::frames_text(line.frames),
-                 saving(line.bytes), saving(uint64_t(line.dispatches)), saving(line.taps)});
+        for (const ElisionRow& one : rows) {
+            std::string reason = one.reasons.front();
+            if (one.reasons.size() > 1)
+                reason += concat(" (frame ", one.frames[0], "; ", one.reasons.size() - 1,
+                                 " more like it)");
+            const auto number = [&](uint64_t n) {
+                return one.saving.any() ? std::to_string(n) : "";
+            };
+            row({one.variant, one.what, one.rule, reason, sequence::frames_text(one.frames),
+                 number(one.saving.bytes), number(uint64_t(one.saving.dispatches)),
+                 number(one.saving.taps)});
         }
         out_ +=
             "\nSavings are sums over the frames named: bytes of textures, dispatches, texture "

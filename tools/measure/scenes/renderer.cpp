@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "chain/gl/debug.h"
 #include "chain/gl/program.h"
 #include "tools/measure/scenes/cull.h"
 #include "tools/measure/scenes/samples.h"
@@ -72,7 +73,7 @@ int groups(int side) {
 }  // namespace
 
 struct SceneRenderer::Impl {
-    std::unique_ptr<gl::Context> context;
+    std::unique_ptr<egl::Context> context;
     gl::ProgramCache programs;
     std::array<GLuint, kStorages> storage{};
     GLuint block = 0;
@@ -106,12 +107,12 @@ SceneRenderer::~SceneRenderer() {
     glDeleteBuffers(1, &impl_->block);
 }
 
-const gl::Context& SceneRenderer::context() const {
-    return *impl_->context;
+const gl::Device& SceneRenderer::device() const {
+    return impl_->context->device();
 }
 
-Result<std::unique_ptr<SceneRenderer>> SceneRenderer::create(const gl::ContextOptions& options) {
-    auto context = gl::Context::create(options);
+Result<std::unique_ptr<SceneRenderer>> SceneRenderer::create(const egl::ContextOptions& options) {
+    auto context = egl::Context::create(options);
     if (!context.ok()) return context.status();
     std::unique_ptr<SceneRenderer> renderer(new SceneRenderer);
     renderer->impl_->context = std::move(*context);
@@ -131,7 +132,7 @@ Result<ScenePlanes> SceneRenderer::render(const SceneModel& model, const RenderS
                       concat("samples of a scene are 1 to ", kMaxSamples, ", not ", samples));
     Impl& gl = *impl_;
     if (Status status = gl.context->make_current(); !status.ok()) return status;
-    auto program = gl.programs.get(program_for(model, settings.vectors));
+    const auto program = gl.programs.get(program_for(model, settings.vectors));
     if (!program.ok()) return program.status();
 
     const Instant now = instant_of(model, settings.time);
@@ -162,7 +163,7 @@ Result<ScenePlanes> SceneRenderer::render(const SceneModel& model, const RenderS
     gl.reserve(depths, settings.vectors ? pixels * sizeof(float) : sizeof(float));
     if (Status status = gl::check_error("allocating a scene"); !status.ok()) return status;
 
-    glUseProgram(*program);
+    glUseProgram(program->name);
     for (GLuint i = 0; i < kStorages; ++i)
         glBindBufferBase(GL_SHADER_STORAGE_BUFFER, i, gl.storage[i]);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, gl.block);

@@ -11,7 +11,7 @@
 #include <functional>
 #include <memory>
 
-#include "chain/gl/context.h"
+#include "chain/egl/context.h"
 #include "chain/image.h"
 #include "chain/status.h"
 #include "tools/measure/scenes/model.h"
@@ -41,14 +41,14 @@ using Progress = std::function<bool(double)>;
 class SceneRenderer {
   public:
     // Makes a GL context of its own and keeps it current. Errors: gl.
-    static Result<std::unique_ptr<SceneRenderer>> create(const gl::ContextOptions& options = {});
+    static Result<std::unique_ptr<SceneRenderer>> create(const egl::ContextOptions& options = {});
     ~SceneRenderer();
 
     // Errors (usage): sizes or samples out of range; (gl): memory; (canceled).
     Result<ScenePlanes> render(const SceneModel& model, const RenderSettings& settings,
                                const Progress& progress = {});
 
-    const gl::Context& context() const;
+    const gl::Device& device() const;
 
   private:
     SceneRenderer();

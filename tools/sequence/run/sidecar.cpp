@@ -65,13 +65,11 @@ std::string sidecar_json(const FrameReport& report, const std::string& version) 
     json["profile"] = report.profile;
     if (report.plan) json["plan"] = Json::parse(plan_as_json(*report.plan));
     if (report.plan)
-        for (const auto& left : report.plan->left_out)
-            if (const auto found = counted(left, *report.plan, report.work_done);
-                found && found->work_list >= 0)
-                json["left_out_on_device"].push_back({{"what", found->what},
-                                                      {"rule", found->rule},
-                                                      {"reason", found->reason},
-                                                      {"taps", found->taps}});
+        for (const auto& elision : report.plan->elisions)
+            if (const auto found = found_in(elision, *report.plan, report.work_done);
+                found && found->kind == ElisionKind::blocks)
+                json["left_out_on_device"].push_back(
+                    Json::parse(elision_as_json(*found, item_text(*found, *report.plan))));
     for (const auto& done : report.work_done)
         json["blocks"].push_back({{"list", done.list}, {"blocks", done.blocks}, {"of", done.of}});
     json["times_ms"] = times_json(report);

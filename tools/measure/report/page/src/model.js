@@ -40,6 +40,8 @@ export function model_of(report, store) {
         model.sources.push({ key: "input", kind: "input", variant: -1, name: "Input", digit: "I",
             frames: input_frames });
     // The names of variants are short here.
+    model.left_out = report.left_out.map((row) => ({ ...row, variant:
+        names[report.variants.findIndex((v) => v.name === row.variant)] ?? row.variant }));
     model.crops = report.crops.map((crop) => {
         const variant = report.variants.findIndex((v) => crop.why.startsWith(`${v.name}: `));
         return variant < 0 ? crop : { ...crop,

@@ -21,44 +21,21 @@ export function add_variants(page, more) {
     follow(page, rows);
 }
 
-// One line for each thing and rule, over all frames; as left_out_lines() of lists.cpp.
-function lines_of(variant) {
-    const lines = new Map();
-    for (const entry of variant.left_out) {
-        const key = `${entry.what}\n${entry.rule}`;
-        const line = lines.get(key) ?? { what: entry.what, rule: entry.rule, reasons: new Set(),
-            frames: new Set(), bytes: 0, dispatches: 0, taps: 0 };
-        line.reasons.add(entry.reason);
-        line.frames.add(entry.frame);
-        for (const part of ["bytes", "dispatches", "taps"]) line[part] += entry[part];
-        lines.set(key, line);
-    }
-    return [...lines.values()];
-}
-
-// What the plans did without, and what that saved.
+// What the plans did without, and what that saved: the rows of report.json.
 export function add_left_out({ model }, more) {
-    const all = model.variant_sources.filter((s) => !s.data.failure || s.data.left_out.length)
-        .map((s) => ({ name: s.name, lines: lines_of(s.data) }));
-    // Lines that are the same in all variants stand once, as in left_out_rows() of lists.cpp.
-    const text_of = ({ reasons, frames, ...rest }) =>
-        JSON.stringify([[...reasons], [...frames], rest]);
-    const common = (line) => all.length > 1 && all.every(({ lines }) =>
-        lines.some((other) => text_of(other) === text_of(line)));
-    const blocks = [{ name: "all", lines: (all[0]?.lines ?? []).filter(common) },
-        ...all.map(({ name, lines }) => ({ name, lines: lines.filter((l) => !common(l)) }))];
-    const rows = blocks.flatMap(({ name, lines }) => lines.map((line, i) => {
-        const known = line.bytes || line.dispatches || line.taps;
-        const [reason, ...others] = line.reasons;
-        return h("tr", {}, h("th", { scope: "row" }, i ? "" : name), h("td", {}, line.what),
-            h("td", {}, line.rule),
+    const rows = model.left_out.map((row, i) => {
+        const known = row.bytes || row.dispatches || row.taps;
+        const [reason, ...others] = row.reasons;
+        const again = i > 0 && model.left_out[i - 1].variant === row.variant;
+        return h("tr", {}, h("th", { scope: "row" }, again ? "" : row.variant),
+            h("td", {}, row.what), h("td", {}, row.rule),
             h("td", { title: others.join("\n") }, reason,
                 others.length ? ` (first frame; ${others.length} more like it)` : ""),
-            h("td", {}, [...line.frames].join(", ")),
-            h("td", { class: "num" }, known ? short(line.bytes, "B") : "\u2013"),
-            h("td", { class: "num" }, known ? short(line.dispatches) : "\u2013"),
-            h("td", { class: "num" }, known ? short(line.taps) : "\u2013"));
-    }));
+            h("td", {}, row.frames.join(", ")),
+            h("td", { class: "num" }, known ? short(row.bytes, "B") : "\u2013"),
+            h("td", { class: "num" }, known ? short(row.dispatches) : "\u2013"),
+            h("td", { class: "num" }, known ? short(row.taps) : "\u2013"));
+    });
     more.append(panel("Left out of the plans", rows.length
         ? "What a frame did not need, by which rule, for which reason, and what that saved over " +
             "the frames named; of blocks that the device found, fetches alone. A dash: nothing."

@@ -1,12 +1,11 @@
-#include "chain/gl/context.h"
+#include "chain/egl/context.h"
 
 #include <epoxy/egl.h>
 #include <epoxy/gl.h>
 
-#include <algorithm>
 #include <cstring>
 
-namespace postchain::gl {
+namespace postchain::egl {
 namespace {
 
 bool has_word(const char* words, const char* word) {
@@ -75,23 +74,7 @@ Result<EGLContext> open_context(EGLDisplay display, bool debug) {
 void APIENTRY on_message(GLenum, GLenum, GLuint, GLenum severity, GLsizei length,
                          const GLchar* text, const void* context) {
     if (severity == GL_DEBUG_SEVERITY_NOTIFICATION) return;  // our own debug groups
-    static_cast<const Context*>(context)->log()("GL: " + std::string(text, size_t(length)));
-}
-
-Limits read_limits() {
-    Limits limits;
-    const auto read = [](GLenum name, int& value) { glGetIntegerv(name, &value); };
-    read(GL_MAX_TEXTURE_SIZE, limits.texture_px);
-    glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &limits.storage_block_bytes);
-    read(GL_MAX_COMPUTE_SHARED_MEMORY_SIZE, limits.shared_memory_bytes);
-    read(GL_MAX_COMPUTE_WORK_GROUP_INVOCATIONS, limits.group_invocations);
-    read(GL_MAX_COMPUTE_TEXTURE_IMAGE_UNITS, limits.texture_units);
-    read(GL_MAX_COMPUTE_IMAGE_UNIFORMS, limits.image_units);
-    int down = 0;
-    glGetIntegeri_v(GL_MAX_COMPUTE_WORK_GROUP_COUNT, 0, &limits.groups);
-    glGetIntegeri_v(GL_MAX_COMPUTE_WORK_GROUP_COUNT, 1, &down);
-    limits.groups = std::min(limits.groups, down);
-    return limits;
+    static_cast<const Context*>(context)->device().log("GL: " + std::string(text, size_t(length)));
 }
 
 }  // namespace
@@ -136,18 +119,8 @@ Result<std::unique_ptr<Context>> Context::create(const ContextOptions& options) 
         made->display_ = display;
         made->context_ = *context;
         if (Status status = made->make_current(); !status.ok()) return status;
-        const auto text = [](GLenum name) {
-            const auto* bytes = reinterpret_cast<const char*>(glGetString(name));
-            return std::string(bytes ? bytes : "");
-        };
-        made->vendor_ = text(GL_VENDOR);
-        made->renderer_ = text(GL_RENDERER);
-        made->version_ = text(GL_VERSION);
-        for (const char* word : {"llvmpipe", "softpipe", "swrast"})
-            if (made->renderer_.find(word) != std::string::npos) made->software_ = true;
-        made->limits_ = read_limits();
-        made->log_ = options.log;
-        if (options.debug && made->log_) {
+        made->device_ = gl::describe_current(options.log);
+        if (options.debug && options.log) {
             glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
             glDebugMessageCallback(on_message, made.get());
         }
@@ -173,29 +146,4 @@ void Context::release_current() {
         eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
 }
 
-Status check_error(const std::string& doing) {
-    const GLenum error = glGetError();
-    if (error == GL_NO_ERROR) return Status();
-    while (glGetError() != GL_NO_ERROR) {
-    }
-    if (error == GL_OUT_OF_MEMORY) return Status(StatusCode::gl, doing + ": out of GL memory");
-    return Status(StatusCode::gl, concat(doing, ": GL error 0x", std::hex, error));
-}
-
-DebugGroup::DebugGroup(const std::string& label) {
-    glPushDebugGroup(GL_DEBUG_SOURCE_APPLICATION, 0, GLsizei(label.size()), label.data());
-}
-
-DebugGroup::~DebugGroup() {
-    glPopDebugGroup();
-}
-
-void label(unsigned kind, unsigned name, const std::string& label) {
-    glObjectLabel(kind, name, GLsizei(label.size()), label.data());
-}
-
-void label_program(unsigned program, const std::string& label) {
-    glObjectLabel(GL_PROGRAM, program, GLsizei(label.size()), label.data());
-}
-
-}  // namespace postchain::gl
+}  // namespace postchain::egl

@@ -1,0 +1,56 @@
+// An OpenGL 4.5 core context without a window, by EGL.
+//
+// A device of EGL_EXT_platform_device when there is a GPU (a device that is not
+// EGL_MESA_device_software: llvmpipe is listed there too), Mesa's surfaceless platform (llvmpipe)
+// otherwise. No display server is needed. Use: one thread, make_current() once.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "chain/gl/device.h"
+#include "chain/status.h"
+
+namespace postchain::egl {
+
+struct DeviceInfo {
+    int index = 0;     // for --device: the place in list_devices()
+    std::string name;  // EGL's words: extensions' driver name or device file
+    bool software = false;
+};
+
+// All EGL devices of this machine, in EGL's order. Never fails; empty without EGL.
+std::vector<DeviceInfo> list_devices();
+
+struct ContextOptions {
+    // -1: the first GPU, else software. kSoftware: software. n >= 0: EGL device n.
+    static constexpr int kAutomatic = -1;
+    static constexpr int kSoftware = -2;
+    int device = kAutomatic;
+    bool debug = false;   // KHR_debug messages go to `log`
+    gl::LogCallback log;  // what the library has to say besides errors; may be empty
+};
+
+class Context {
+  public:
+    // Makes a context and makes it current on this thread. StatusCode::gl with what was tried.
+    static Result<std::unique_ptr<Context>> create(const ContextOptions& options = {});
+    ~Context();
+    Context(const Context&) = delete;
+    Context& operator=(const Context&) = delete;
+
+    Status make_current();
+    void release_current();
+
+    // For Executor and whoever else uses the context.
+    const gl::Device& device() const { return device_; }
+
+  private:
+    Context() = default;
+    void* display_ = nullptr;
+    void* context_ = nullptr;
+    gl::Device device_;
+};
+
+}  // namespace postchain::egl

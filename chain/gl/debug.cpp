@@ -1,0 +1,37 @@
+#include "chain/gl/debug.h"
+
+#include <epoxy/gl.h>
+
+namespace postchain::gl {
+
+Status check_error(const std::string& doing) {
+    const GLenum error = glGetError();
+    if (error == GL_NO_ERROR) return Status();
+    forget_errors();
+    if (error == GL_OUT_OF_MEMORY) return Status(StatusCode::gl, doing + ": out of GL memory");
+    return Status(StatusCode::gl, concat(doing, ": GL error 0x", std::hex, error));
+}
+
+void forget_errors() {
+    // Without a current context the flag never clears.
+    for (int i = 0; i < 16 && glGetError() != GL_NO_ERROR; ++i) {
+    }
+}
+
+DebugGroup::DebugGroup(const std::string& label) {
+    glPushDebugGroup(GL_DEBUG_SOURCE_APPLICATION, 0, GLsizei(label.size()), label.data());
+}
+
+DebugGroup::~DebugGroup() {
+    glPopDebugGroup();
+}
+
+void label(unsigned kind, unsigned name, const std::string& label) {
+    glObjectLabel(kind, name, GLsizei(label.size()), label.data());
+}
+
+void label_program(unsigned program, const std::string& label) {
+    glObjectLabel(GL_PROGRAM, program, GLsizei(label.size()), label.data());
+}
+
+}  // namespace postchain::gl

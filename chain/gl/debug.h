@@ -1,0 +1,27 @@
+// GL's error flag, and what GL debuggers show.
+#pragma once
+
+#include <string>
+
+#include "chain/status.h"
+
+namespace postchain::gl {
+
+// The GL error flag as a Status, and cleared: out of memory is named as such. There is one flag for
+// everybody, and reading it may wait for the driver.
+Status check_error(const std::string& doing);
+void forget_errors();
+
+// Groups the GL calls of a scope in debuggers (KHR_debug).
+class DebugGroup {
+  public:
+    explicit DebugGroup(const std::string& label);
+    ~DebugGroup();
+    DebugGroup(const DebugGroup&) = delete;
+    DebugGroup& operator=(const DebugGroup&) = delete;
+};
+// `kind` is GL_TEXTURE or GL_BUFFER.
+void label(unsigned kind, unsigned name, const std::string& label);
+void label_program(unsigned program, const std::string& label);
+
+}  // namespace postchain::gl

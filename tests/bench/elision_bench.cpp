@@ -219,7 +219,7 @@ int main(int argc, char** argv) {
         std::printf("%-38s %9s", name, unit);
         for (const char* column : {first, second}) {
             std::printf("%17s", column);
-            if (context->software()) std::printf("%17s", "CPU time");
+            if (context->device().software) std::printf("%17s", "CPU time");
         }
     };
     head("elided / complete", "full ms", "facts known", "unknown");

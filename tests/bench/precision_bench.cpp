@@ -322,7 +322,7 @@ int main(int argc, char** argv) {
         "dB as displayed, ! = non-finite pixels.\nref: relMSE against the double reference, fp32 "
         "and variant.\n\n");
     std::printf("%-47s %-6s %6s %7s %5s %9s", "plane", "as", "MiB", "ms", "time", "quartiles");
-    if (context->software()) std::printf(" %5s %9s", "CPU", "quartiles");
+    if (context->device().software) std::printf(" %5s %9s", "CPU", "quartiles");
     std::printf(" %8s %8s %8s", "RMS", "max", "relMSE");
     for (const std::string& scene : scenes()) std::printf(" %6.6s", scene.c_str());
     std::printf("  %7s %7s\n", "ref", "ref");

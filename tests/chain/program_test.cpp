@@ -115,6 +115,9 @@ TEST_F(Programs, TheFolderIsReadFromTheEnvironmentOnce) {
     gl::ProgramCache embedded;
     EXPECT_TRUE(from_folder.get({"a.comp", {}}).ok());
     EXPECT_FALSE(embedded.get({"a.comp", {}}).ok());
+    write("a.comp", std::string("#version 450 core\nfloat value() { return 2.0; }\n") + kBody);
+    EXPECT_TRUE(from_folder.get({"a.comp", {}}).ok());
+    EXPECT_EQ(from_folder.compiled(), 2u) << "still the folder's";
 }
 
 TEST(EmbeddedPrograms, NeedNoFolder) {

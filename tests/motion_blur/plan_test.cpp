@@ -142,7 +142,7 @@ TEST(Plan, LeftOutByFactsOrConfiguration) {
     EXPECT_EQ(still.elisions[0].kind, ElisionKind::pass);
     EXPECT_EQ(still.elisions[0].rule, kRuleFacts);
     EXPECT_EQ(text_of(still.elisions[0].fact), "largest half-velocity 0.5 px <= 0.5 px");
-    EXPECT_EQ(plan_of(blur(), description(1.24)).elisions[0].reason,
+    EXPECT_EQ(text_of(plan_of(blur(), description(1.24)).elisions[0].fact),
               "largest half-velocity 0.31 px <= 0.5 px");
     EXPECT_FALSE(plan_of(blur(), description(2.001)).passes[0].elided);
     EXPECT_FALSE(plan_of(blur({{"min_speed_px", 0.0}}), description(0.001)).passes[0].elided);

@@ -17,8 +17,9 @@
 
 namespace postchain {
 
-// Lens, shutter and clip planes of one frame. A member without a value is unknown; whoever needs
-// it says so (or applies the stated default). Lengths in millimeters or scene units as named.
+// Lens, shutter and clip planes of one frame. A member without a value is unknown; code
+// that needs it reports an error or applies the stated default. Lengths in millimeters or scene
+// units as named.
 struct Camera {
     std::optional<double> focal_length_mm;
     std::optional<double> sensor_width_mm;
@@ -78,7 +79,7 @@ struct FrameDescription {
     int display_height = 0;
     int frame_number = 0;   // seeds come from it
     RoleSet planes;         // which planes the frame brings
-    RoleSet not_converted;  // others that its files have and that nobody needs
+    RoleSet not_converted;  // others that its files have and no pass needs
     Camera camera;
     FrameBounds bounds;
     // Luminance weights of the file's primaries (Rec. 709 unless its chromaticities say otherwise).

@@ -14,7 +14,7 @@ const ParameterTable& table() {
     static const ParameterTable rows =
         ParameterTableBuilder<Parameters>()
             .choice("method", &Parameters::method, {"gilham"},
-                    {.help = "gilham = down-sampled Gaussian copy, mixed in by the circle of "
+                    {.help = "gilham: a downsampled Gaussian blur, mixed in by the circle of "
                              "confusion"})
             .choice("coc", &Parameters::coc, {"lens", "planes", "range"},
                     {.help = "source of the circle of confusion: a thin lens, four planes, or one "
@@ -124,7 +124,7 @@ const ParameterTable& table() {
                       .max = 4,
                       .allowed = {1, 2, 4},
                       .unit = "px",
-                      .help = "edge of the box that one pixel of the blurred copy covers",
+                      .help = "edge of the box that one pixel of the downsampled image covers",
                       .convergence = Convergence::set,
                       .converged = 1})
             .number("blur_sigma_px", &Parameters::blur_sigma_px,
@@ -140,8 +140,8 @@ const ParameterTable& table() {
                     {.help = "neighbors kept out of the blur: none, those in front, or those "
                              "sharper than the pixel"})
             .boolean("hdr_weight", &Parameters::hdr_weight,
-                     {.help = "down-sample with weights 1/(1 + max(rgb)): steadier highlights, "
-                              "less of their energy"})
+                     {.help = "downsample with weights 1/(1 + max(rgb)): highlights flicker "
+                              "less and lose energy"})
             .table();
     return rows;
 }
@@ -192,7 +192,7 @@ class DepthOfField final : public Pass {
                              .limit = exact_px,
                              .unit = "px"}};
         const FrameBounds& bounds = context.frame.bounds;
-        // The blurred copy of a color that no half holds would be rounded.
+        // The downsampled image of a color that no half holds would be rounded.
         const bool copy_is_exact = context.precision == Precision::fp32 || bounds.color_is_half;
         if (context.color_is_input && bounds.one_color && copy_is_exact && !hint)
             return Identity{kRuleFacts, {"all pixels have one color"}};
@@ -243,9 +243,8 @@ const PassType& pass_type() {
         .help = "Blurs what is out of focus, by a signed circle of confusion from the depth plane.",
         .parameters = &table(),
         .create = [] { return std::make_unique<DepthOfField>(); },
-        .rules =
-            {{kRuleFocusTiles, true,
-              "the blurred copy where it does not show, color and radius where only it shows"}},
+        .rules = {{kRuleFocusTiles, true,
+                   "the blurred image where it is not visible, color and radius where only it is"}},
         .known_limits = {{"turn", "leak=coc", "/crossed/", 0.03, order},
                          {"turn", "leak=coc", "", 0.0024, order},
                          {"grid", "", "/radiance/firefly", 0.76, boxes},

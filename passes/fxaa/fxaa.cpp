@@ -58,8 +58,8 @@ const ParameterTable& parameter_table() {
             .number("edge_threshold_min", &Parameters::edge_threshold_min,
                     {.min = 0, .max = 1, .soft_max = 0.3, .help = "least local contrast, in luma"})
             .choice("luma", &Parameters::luma, {"stored", "display"},
-                    {.help = "luma of the stored values (display-referred input), or of exposed, "
-                             "tone-mapped, rooted ones (scene-linear input)"})
+                    {.help = "luma of the stored values (display-referred input), or after "
+                             "exposure, tone mapping and a square root (scene-linear input)"})
             .number("exposure_ev", &Parameters::exposure_ev,
                     {.min = -32,
                      .max = 32,

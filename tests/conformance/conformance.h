@@ -1,5 +1,5 @@
 // What every test of the conformance suite needs: the pass under test, frames, values of
-// parameters. Whoever derives from Conformance runs for each pass there is and names none. What
+// parameters. A fixture that derives from Conformance runs for each pass and names none. What
 // only some passes do is asked of their promises (chain/promises.h).
 #pragma once
 

@@ -129,7 +129,7 @@ TEST_P(Conformance, SameBitsOnEveryRun) {
 }
 
 TEST_P(Conformance, PassThatIsLeftOutChangesNoBit) {
-    // Still and in focus everywhere: whoever says it is the identity must be.
+    // Still and in focus everywhere: a pass that says it is the identity must be.
     TestFrame frame = test::layered_frame(64, 40, {0, 0}, {0, 0}, 9);
     frame.planes[Role::inverse_depth] = ImageF(64, 40, 1, 0.1f);
     frame.description = test::describe(frame.planes);

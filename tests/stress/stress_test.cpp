@@ -176,12 +176,12 @@ TEST(Stress, ChecksSeeWhatTheyAreFor) {
         EXPECT_EQ(find_check(measured->checks, "identity").verdict, Verdict::failed);
         EXPECT_GT(find_check(measured->checks, "identity").value, 0.1);
         EXPECT_EQ(find_check(measured->checks, "constant").verdict, Verdict::ok);
-        // Facts that lie: the lean run leaves the blur out, the full one does not.
+        // Facts that lie: the elided run skips the blur, the complete one does not.
         wrong = cell;
         wrong.frame.bounds.max_speed_px = 0;
         measured = measure(test::executor(), subject, wrong, Precision::fp32);
         ASSERT_TRUE(measured.ok());
-        EXPECT_EQ(find_check(measured->checks, "lean").verdict, Verdict::failed);
+        EXPECT_EQ(find_check(measured->checks, "elided").verdict, Verdict::failed);
         // NaN that no conversion has replaced, in every pixel.
         wrong = cell;
         for (float& value : wrong.planes[Role::color].data) value = NAN;
@@ -241,8 +241,8 @@ TEST(Stress, LimitsHoldOnlyWhereListedAndInsideTheirBound) {
         for (const auto& limit : type.known_limits) {
             ++limits;
             // Never of what must hold without exception.
-            for (const char* check : {"finite", "lean", "counted", "identity", "constant", "repeat",
-                                      "range", "shift", "dot"})
+            for (const char* check : {"finite", "elided", "counted", "identity", "constant",
+                                      "repeat", "range", "shift", "dot"})
                 EXPECT_NE(limit.check, check) << type.name;
         }
     }

@@ -144,7 +144,7 @@ void add_diff(CLI::App& verb, Options& o, DiffOptions& diff) {
         maps += concat(maps.empty() ? "" : ", ", row.name, " (", row.help, "; brightest at ",
                        row.shown_max, ")");
     verb.add_option("A", diff.a, "reference: an image, or a sequence A.####.exr")->required();
-    verb.add_option("B", diff.b, "what is held against it, of the same kind")->required();
+    verb.add_option("B", diff.b, "what is compared with it, of the same kind")->required();
     verb.add_option("--frames", o.job.frames,
                     "which frames of sequences: 1-10,20-40x2 (default: all "
                     "of A on disk)")

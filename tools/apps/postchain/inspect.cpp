@@ -150,7 +150,7 @@ void print_signs(const sequence::SignCheck& check, int next) {
 
 int inspect_verb(const Options& options) {
     if (options.job.input.empty())
-        return fail(Status(StatusCode::usage, "inspect: name a frame or pattern"));
+        return fail(Status(StatusCode::usage, "inspect: give a frame or pattern"));
     auto settings = run_settings_of(options);
     if (!settings.ok()) return fail(settings.status());
     io::set_exr_threads(threads_of(options));

@@ -99,7 +99,7 @@ int command(int argc, char** argv) {
     add_diff(*diff_app, options, diff);
 
     CLI::App* scene_app =
-        app.add_subcommand("scene", "render a generated sequence, with its truth if asked for");
+        app.add_subcommand("scene", "render a generated sequence, optionally with ground truth");
     add_scene(*scene_app, options, scene);
 
     CLI::App* ab = app.add_subcommand("ab", "two chains on one sequence: report with verdict");

@@ -29,7 +29,7 @@ ParameterTableBuilder<P> common_rows() {
               {.unit = "DIR",
                .help = "folder of the report; made when it is not there",
                .required = true})
-        .boolean("overwrite", &P::overwrite, {.help = "replace the report that lies there"})
+        .boolean("overwrite", &P::overwrite, {.help = "replace an existing report"})
         .integer("repeats", &P::repeats,
                  {.min = 1, .max = 10000, .help = "repetitions of each timing"})
         .integer("page_frames", &P::page_frames,

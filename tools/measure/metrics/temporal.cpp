@@ -76,7 +76,7 @@ Status GridError::add(const Picture& filtered_of_shifted, const Picture& filtere
     const ImageF& a = filtered_of_shifted.rgb;
     const ImageF& b = filtered.rgb;
     if (Status status = same_size(a, b); !status.ok()) return status;
-    // Both a's pixel and the one of b that it is held against keep away from the edges.
+    // The pixel of a and the pixel of b that it is compared with are both away from the edges.
     const int x0 = margin_ + std::max(dx, 0), x1 = a.width - margin_ + std::min(dx, 0);
     const int y0 = margin_ + std::max(dy, 0), y1 = a.height - margin_ + std::min(dy, 0);
     if (x0 >= x1 || y0 >= y1)

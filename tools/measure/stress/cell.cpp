@@ -181,8 +181,8 @@ class Builder {
             scene.ground = across(1);
             add("speed", "object " + px + ", ground 1 px across", scene);
         }
-        // Room for tiles that know the object and tiles that do not: only there can their grid
-        // show.
+        // Large enough for tiles with the object nearby and tiles without: only there can their
+        // grid show.
         for (double v : {1.0, double(tile_), 1e6}) {
             Scene scene = base_;
             scene.width = 6 * tile_;

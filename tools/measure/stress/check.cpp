@@ -54,7 +54,7 @@ const std::vector<CheckRow>& check_rows() {
          "largest value there."},
         {"constant", "Part of the pixels of a constant picture that changed a bit."},
         {"identity", "Part of the pixels that changed a bit where nothing should happen."},
-        {"lean",
+        {"elided",
          "Part of the pixels in which the run that leaves out what is not needed differs "
          "from the full one by a bit."},
         {"repeat", "Part of the pixels in which a second run differs from the first by a bit."},

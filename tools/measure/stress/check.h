@@ -6,7 +6,7 @@
 //   range        how far an output leaves its channel's input range, relative   the promise
 //   constant     part of the pixels of a constant picture that changed          0
 //   identity     part of the pixels that changed where nothing should happen    0
-//   lean         part of the pixels that differ when nothing is left out        0
+//   elided       part of the pixels that differ without elision                 0
 //   repeat       part of the pixels that differ when the same is run again      0
 //   mirror       mean error when filter and mirror change places                1e-4, fp16 5e-3
 //   flip         the same, top and bottom                                       the same

@@ -82,7 +82,7 @@ Result<CellMeasures> Measurement::all() {
     out_ = std::move(*out);
     measures_.bits = hash_of(out_);
     finite();
-    for (auto check : {&Measurement::range, &Measurement::constant, &Measurement::lean,
+    for (auto check : {&Measurement::range, &Measurement::constant, &Measurement::elided,
                        &Measurement::repeat, &Measurement::turns, &Measurement::shift,
                        &Measurement::dot, &Measurement::reference, &Measurement::continuity})
         if (Status status = (this->*check)(); !status.ok()) return status;
@@ -260,10 +260,10 @@ Status Measurement::constant() {
     return Status();
 }
 
-Status Measurement::lean() {
+Status Measurement::elided() {
     auto out = filter(subject_.chain, cell_.frame, cell_.planes, true);
     if (!out.ok()) return out.status();
-    add_equal("lean", color(), *out, out_, "result of the full run");
+    add_equal("elided", color(), *out, out_, "result of the complete run");
     return Status();
 }
 

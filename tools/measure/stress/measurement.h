@@ -66,7 +66,7 @@ class Measurement {
     void finite();
     Status range();
     Status constant();
-    Status lean();
+    Status elided();
     Status repeat();
     void identity();
     Status reference();

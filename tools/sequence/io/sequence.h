@@ -79,7 +79,7 @@ struct InputSpec {
 struct FrameList {
     std::vector<int> frames;   // requested, in order
     std::vector<int> missing;  // those for which some plane's file is not on disk
-    std::vector<int> gaps;     // not requested: holes in what was found on disk
+    std::vector<int> gaps;     // not requested: numbers missing on disk between those found
     std::map<int, std::map<Role, std::string>> files;  // of each frame that is not missing
 
     bool is_missing(int frame) const { return !files.contains(frame); }

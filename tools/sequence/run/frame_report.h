@@ -52,7 +52,7 @@ struct RunProgress {
 struct RunSummary {
     size_t total = 0, written = 0, skipped = 0, held = 0, missing = 0, failed = 0;
     Status first_failure;
-    std::vector<int> gaps;  // not asked for: holes in what was found on disk
+    std::vector<int> gaps;  // not asked for: numbers missing on disk between those found
     double elapsed_s = 0;
     ExecutorCounters counters;
     int frames_in_flight = 0;

@@ -18,8 +18,8 @@ struct FrameTask {
 };
 
 // The frames asked for, in their order, with the files that MissingPolicy gives each; `gaps` gets
-// the holes that nobody asked for. `writes`: outputs are to be made, so that their names matter.
-// Errors: those of run_sequence() that are found before anything is read.
+// the numbers missing on disk that were not asked for. `writes`: outputs are to be made, so that
+// their names matter. Errors: those of run_sequence() that are found before anything is read.
 Result<std::vector<FrameTask>> plan_tasks(const RunSettings& settings, bool writes,
                                           std::vector<int>& gaps);
 

@@ -121,7 +121,7 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                 {.help = "storage of intermediate planes", .group = kPlanGroup})
         .text("no_elide", &JobSettings::no_elide,
               {.unit = "RULES",
-               .help = "run what a frame does not need too: all rules, or --no-elide=RULES "
+               .help = "also run what a frame does not need: all rules, or --no-elide=RULES "
                        "with some of " +
                        rule_names(registry, true),
                .unset_means = "none",
@@ -129,8 +129,8 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                .group = kPlanGroup})
         .text("elide", &JobSettings::elide,
               {.unit = "RULES",
-               .help = "leave out by rules too that are off unless asked for: " +
-                       rule_names(registry, false),
+               .help =
+                   "also use these rules, which are off by default: " + rule_names(registry, false),
                .unset_means = "none",
                .group = kPlanGroup})
         .text("output", &JobSettings::output,

@@ -30,7 +30,7 @@ namespace postchain {
 enum class ParameterType { boolean, integer, number, choice, text };
 const char* name_of(ParameterType type);  // "boolean", "integer", "number", "choice", "text"
 
-// A parameter struct of any type, and that type: whoever takes it out as another one is stopped.
+// A parameter struct of any type, and that type: taking it out as another type is an error.
 template <class Pointer>
 class TypedRef {
   public:

@@ -35,7 +35,7 @@ struct PlanContext {
     const FrameDescription& frame;
     Precision precision = Precision::fp32;
     RoleSet available;            // planes that exist where this pass stands
-    RoleSet wanted;               // planes that somebody after this pass reads
+    RoleSet wanted;               // planes that a later pass reads or that are outputs
     bool color_is_input = false;  // color is the frame's own: the bounds of it hold
     std::set<std::string> rules;  // of leaving out, by name, that are in use
 

@@ -43,7 +43,7 @@ class Context {
     Status make_current();
     void release_current();
 
-    // For Executor and whoever else uses the context.
+    // For Executor and other code that uses the context.
     const gl::Device& device() const { return device_; }
 
   private:

@@ -1,5 +1,6 @@
 // The executor walks a plan with GL: textures from the pool, programs from the cache, one
-// dispatch per step. It knows no pass, and works on the context that is current, whoever made it.
+// dispatch per step. It knows no pass, and works on the context that is current, no matter who
+// created it.
 //
 // Once a plan's programs and textures are there, run() neither reads GL's error flag nor anything
 // back. Where it allocates it reads the flag, before (what a host left pending goes to the log) and

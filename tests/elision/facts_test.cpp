@@ -24,15 +24,15 @@ FramePlanes planes_of(const ImageF& color, std::array<float, 2> motion = {0, 0},
 // Counts which way the rule went.
 struct Count {
     int left = 0, kept = 0;
-    void add(const Lean& lean, const std::string& rule) {
-        ASSERT_EQ(lean.plan.passes.size(), 1u);
-        EXPECT_EQ(lean.plan.passes[0].elided, lean.used(rule));
-        EXPECT_EQ(lean.plan.steps.empty(), lean.used(rule));
-        (lean.used(rule) ? left : kept) += 1;
+    void add(const Elided& elided, const std::string& rule) {
+        ASSERT_EQ(elided.plan.passes.size(), 1u);
+        EXPECT_EQ(elided.plan.passes[0].elided, elided.used(rule));
+        EXPECT_EQ(elided.plan.steps.empty(), elided.used(rule));
+        (elided.used(rule) ? left : kept) += 1;
     }
 };
 
-Lean by_facts(const Chain& chain, const FramePlanes& planes, Precision precision) {
+Elided by_facts(const Chain& chain, const FramePlanes& planes, Precision precision) {
     return expect_same_bits(chain, describe(planes), planes, only({kRuleFacts}, precision));
 }
 
@@ -197,8 +197,8 @@ void check_one_color(const OneColor& one, const Chain& chain) {
         float& odd = planes[Role::color].at(17, 9, 1);
         odd = neighbor(odd, one.off_by);
         for (int x = 0; x < 20; ++x) planes[Role::inverse_depth].at(x, 6) = 0.4f;
-        const Lean lean = by_facts(chain, planes, precision);
-        EXPECT_EQ(lean.plan.passes[0].elided, one.left);
+        const Elided elided = by_facts(chain, planes, precision);
+        EXPECT_EQ(elided.plan.passes[0].elided, one.left);
     }
 }
 
@@ -227,14 +227,14 @@ TEST(IdentityByFacts, FxaaWithAHintOfOneColor) {
                 float& odd = planes[Role::color].at(17, 9, 1);
                 odd = neighbor(odd, one.off_by);
                 planes[Role::hint] = noise_image(35, 18, 2, 3, 0, 1.5f);
-                const Lean lean = by_facts(
+                const Elided elided = by_facts(
                     chain_of("fxaa", {{"hint", std::string(kind)}, {"blend", std::string(blend)}}),
                     planes, Precision::fp32);
-                EXPECT_EQ(lean.plan.passes[0].elided, one.left);
+                EXPECT_EQ(elided.plan.passes[0].elided, one.left);
             }
 }
 
-// Luma is held to 1e30: beyond it a bound reckoned without that would call an edge flat.
+// Luma is held to 1e30: beyond it a bound computed without that would call an edge flat.
 TEST(IdentityByFacts, FxaaStaysWhereLumaIsHeld) {
     struct Case {
         const char* luma;
@@ -271,7 +271,8 @@ TEST(IdentityByFacts, FxaaOfOnePixel) {
             }
 }
 
-// What the full run makes of a still frame's hint is 0, and FXAA with a hint of 0 is FXAA without.
+// What the complete run makes of a still frame's hint is 0, and FXAA with a hint of 0 is FXAA
+// without.
 TEST(IdentityByFacts, NoHintIsAHintOfZero) {
     for (const char* kind : {"checkerboard", "threshold"})
         for (const char* gate : {"tile", "pixel"})
@@ -280,15 +281,15 @@ TEST(IdentityByFacts, NoHintIsAHintOfZero) {
                 append(chain, "fxaa",
                        {{"hint", std::string(kind)}, {"hint_gate", std::string(gate)}});
                 const FramePlanes planes = planes_of(half_noise(50, 37, 4, 1), {0.4f, 0});
-                const Lean lean = expect_same_bits(chain, describe(planes), planes,
-                                                   only({kRuleFacts}, precision));
-                EXPECT_TRUE(lean.plan.passes[0].elided);
-                EXPECT_FALSE(lean.plan.passes[1].elided);
+                const Elided elided = expect_same_bits(chain, describe(planes), planes,
+                                                       only({kRuleFacts}, precision));
+                EXPECT_TRUE(elided.plan.passes[0].elided);
+                EXPECT_FALSE(elided.plan.passes[1].elided);
             }
 }
 
 // An earlier blur's hint (or the frame's own) must not reach FXAA past a blur that is left out:
-// in full that blur's hint, 0 everywhere, takes its place.
+// in the complete run that blur's hint, 0 everywhere, takes its place.
 TEST(IdentityByFacts, ABlurLeftOutTakesAnEarlierHintAway) {
     for (const bool own : {false, true}) {
         SCOPED_TRACE(own ? "hint of the frame" : "hint of an earlier blur");
@@ -307,11 +308,11 @@ TEST(IdentityByFacts, ABlurLeftOutTakesAnEarlierHintAway) {
 void check_off(const Chain& chain, const FramePlanes& planes) {
     for (const Precision precision : kPrecisions) {
         SCOPED_TRACE(chain.links[0].text());
-        const Lean lean = expect_same_bits(chain, describe(planes), planes,
-                                           only({kRuleConfiguration}, precision));
-        EXPECT_TRUE(lean.used(kRuleConfiguration));
-        EXPECT_TRUE(lean.plan.steps.empty());
-        EXPECT_EQ(first_difference(planes.at(Role::color), lean.outputs.at(Role::color)), "");
+        const Elided elided = expect_same_bits(chain, describe(planes), planes,
+                                               only({kRuleConfiguration}, precision));
+        EXPECT_TRUE(elided.used(kRuleConfiguration));
+        EXPECT_TRUE(elided.plan.steps.empty());
+        EXPECT_EQ(first_difference(planes.at(Role::color), elided.outputs.at(Role::color)), "");
     }
 }
 
@@ -408,11 +409,11 @@ TEST(MissingPlane, IsTheChainWithoutThatPass) {
         EXPECT_FALSE(make_plan(chain, frame, PlanOptions()).ok());
         for (const Precision precision : kPrecisions) {
             Plan plan;
-            const FramePlanes lean =
+            const FramePlanes elided =
                 filter(chain, frame, planes, only({kRuleMissingPlane}, precision), &plan);
             EXPECT_EQ(
                 first_difference(filter(rest, frame, planes, no_rule(precision)).at(Role::color),
-                                 lean.at(Role::color)),
+                                 elided.at(Role::color)),
                 "");
             int left = 0;
             for (const auto& one : plan.elisions) left += one.rule == kRuleMissingPlane;

@@ -1,5 +1,5 @@
-// focus_tiles: blocks of the depth of field sorted on the device, and of the blurred copy only what
-// somebody reads.
+// focus_tiles: blocks of the depth of field sorted on the device, and of the blurred image only
+// what is read.
 #include <cmath>
 
 #include "chain/work_list.h"
@@ -33,21 +33,21 @@ FramePlanes focused(int width, int height, uint32_t seed, float w = 0.1f) {
     return planes;
 }
 
-Lean check(const Chain& chain, const FramePlanes& planes, Precision precision,
-           RoleSet outputs = {Role::color}) {
+Elided check(const Chain& chain, const FramePlanes& planes, Precision precision,
+             RoleSet outputs = {Role::color}) {
     PlanOptions options = only({depth_of_field::kRuleFocusTiles}, precision);
     options.outputs = outputs;
-    const Lean lean = expect_same_bits(chain, describe(planes), planes, options);
-    EXPECT_TRUE(lean.used(depth_of_field::kRuleFocusTiles));
-    const auto groups = groups_for(lean.plan.width, lean.plan.height);
-    EXPECT_EQ(
-        lean.blocks("sharp_blocks") + lean.blocks("blurred_blocks") + lean.blocks("mixed_blocks"),
-        unsigned(groups[0] * groups[1]));
-    return lean;
+    const Elided elided = expect_same_bits(chain, describe(planes), planes, options);
+    EXPECT_TRUE(elided.used(depth_of_field::kRuleFocusTiles));
+    const auto groups = groups_for(elided.plan.width, elided.plan.height);
+    EXPECT_EQ(elided.blocks("sharp_blocks") + elided.blocks("blurred_blocks") +
+                  elided.blocks("mixed_blocks"),
+              unsigned(groups[0] * groups[1]));
+    return elided;
 }
 
-// What it needs of the copy is a matter of which blocks its taps reach: the one pixel out of focus
-// visits every place against the blocks of the copy.
+// What it needs of the downsampled image is a matter of which blocks its taps reach: the one pixel
+// out of focus visits every place against the blocks of the downsampled image.
 TEST(FocusTiles, OneBlurredPixelAtEveryOffset) {
     unsigned copied = 0, all = 0;
     for (const int64_t factor : kFactors) {
@@ -57,27 +57,27 @@ TEST(FocusTiles, OneBlurredPixelAtEveryOffset) {
             FramePlanes planes = focused(width, height, uint32_t(k));
             const int x = period + k, y = period + (7 * k) % period;
             planes[Role::inverse_depth].at(x, y) = k % 2 ? 0.02f : 0.07f;  // R 6, R 2.6
-            // Taps reach 1 to 48 pixels of the copy.
+            // Taps reach 1 to 48 pixels of the downsampled image.
             const double sigma =
                 double(factor) * std::array{0.3, 1.2, 4.9, 5.4, 16.0}[size_t(k) % 5];
             const char* leak = kLeaks[size_t(k / 2) % 3];
             const Precision precision = kPrecisions[size_t(k / 6) % 2];
             SCOPED_TRACE(concat("downsample ", factor, ", pixel ", x, ",", y, ", sigma ", sigma,
                                 " leak ", leak, " ", name_of(precision)));
-            const Lean lean = check(focus_chain(6, sigma, factor, leak), planes, precision);
-            EXPECT_EQ(lean.blocks("sharp_blocks"), unsigned(lean.work.at(0).of - 1));
-            EXPECT_GT(lean.blocks("blur_y_blocks"), 0u);
-            copied += lean.blocks("blur_y_blocks");
-            for (const auto& one : lean.work)
+            const Elided elided = check(focus_chain(6, sigma, factor, leak), planes, precision);
+            EXPECT_EQ(elided.blocks("sharp_blocks"), unsigned(elided.work.at(0).of - 1));
+            EXPECT_GT(elided.blocks("blur_y_blocks"), 0u);
+            copied += elided.blocks("blur_y_blocks");
+            for (const auto& one : elided.work)
                 if (one.list.ends_with("blur_y_blocks")) all += one.of;
         }
     }
     EXPECT_LT(copied, all / 2);
-    std::printf("blocks of the copy blurred %u of %u\n", copied, all);
+    std::printf("blocks of the downsampled image blurred %u of %u\n", copied, all);
 }
 
 // The whole picture at radii a few floats on either side of 0.5 px, where colors begin to change,
-// and of max(2 sigma, 1) px, from which the blurred copy alone shows.
+// and of max(2 sigma, 1) px, from which only the blurred image shows.
 TEST(FocusTiles, RadiiAroundTheLimits) {
     unsigned sharp = 0, blurred = 0, mixed = 0;
     for (const Precision precision : kPrecisions)
@@ -92,22 +92,23 @@ TEST(FocusTiles, RadiiAroundTheLimits) {
                     for (int x = 0; x < 35; x += 3)
                         planes[Role::inverse_depth].at(x, 7) = float(near);
                     SCOPED_TRACE(concat(name_of(precision), " sigma ", sigma, " radius ", radius));
-                    const Lean lean = check(focus_chain(16, sigma, 2, "coc"), planes, precision);
-                    sharp += lean.blocks("sharp_blocks");
-                    blurred += lean.blocks("blurred_blocks");
-                    mixed += lean.blocks("mixed_blocks");
+                    const Elided elided =
+                        check(focus_chain(16, sigma, 2, "coc"), planes, precision);
+                    sharp += elided.blocks("sharp_blocks");
+                    blurred += elided.blocks("blurred_blocks");
+                    mixed += elided.blocks("mixed_blocks");
                     if (radius < 0.4999) {
-                        EXPECT_EQ(lean.blocks("sharp_blocks"), 6u);
+                        EXPECT_EQ(elided.blocks("sharp_blocks"), 6u);
                     }
                     if (radius > 0.5001) {
-                        EXPECT_EQ(lean.blocks("sharp_blocks"), 0u);
+                        EXPECT_EQ(elided.blocks("sharp_blocks"), 0u);
                     }
                     const double full_px = std::max(2 * sigma, 1.0);
                     if (radius > 1.0012 * full_px) {
-                        EXPECT_EQ(lean.blocks("blurred_blocks"), 6u);
+                        EXPECT_EQ(elided.blocks("blurred_blocks"), 6u);
                     }
                     if (radius < 0.9999 * full_px) {
-                        EXPECT_EQ(lean.blocks("blurred_blocks"), 0u);
+                        EXPECT_EQ(elided.blocks("blurred_blocks"), 0u);
                     }
                 }
     EXPECT_GT(sharp, 50u);
@@ -128,13 +129,13 @@ TEST(FocusTiles, ClampedToFullBlur) {
                     SCOPED_TRACE(concat(name_of(precision), " sigma ", sigma, " ", part));
                     const Chain chain =
                         focus_chain(part * 2 * sigma, sigma, kFactors[k], kLeaks[k]);
-                    const Lean lean = check(chain, planes, precision);
-                    EXPECT_EQ(lean.blocks("sharp_blocks"), 0u);
-                    EXPECT_GE(lean.blocks("mixed_blocks"), 2u);
+                    const Elided elided = check(chain, planes, precision);
+                    EXPECT_EQ(elided.blocks("sharp_blocks"), 0u);
+                    EXPECT_GE(elided.blocks("mixed_blocks"), 2u);
                     if (part > 1) {
-                        EXPECT_EQ(lean.blocks("mixed_blocks"), 2u);
+                        EXPECT_EQ(elided.blocks("mixed_blocks"), 2u);
                     }
-                    blurred += lean.blocks("blurred_blocks");
+                    blurred += elided.blocks("blurred_blocks");
                 }
     EXPECT_GT(blurred, 150u);
 }
@@ -150,11 +151,11 @@ TEST(FocusTiles, HalfInFocusAtEveryColumn) {
                 for (int x = 40 + k; x < 101; ++x) planes[Role::inverse_depth].at(x, y) = 0.01f;
             const char* leak = kLeaks[i];
             SCOPED_TRACE(concat("edge at ", 40 + k, " downsample ", factor, " leak ", leak));
-            const Lean lean =
+            const Elided elided =
                 check(focus_chain(9, 2 + k % 3, factor, leak), planes, kPrecisions[k % 2]);
-            sharp += lean.blocks("sharp_blocks");
-            blurred += lean.blocks("blurred_blocks");
-            EXPECT_LE(lean.blocks("mixed_blocks"), 3u);
+            sharp += elided.blocks("sharp_blocks");
+            blurred += elided.blocks("blurred_blocks");
+            EXPECT_LE(elided.blocks("mixed_blocks"), 3u);
         }
     EXPECT_GT(sharp, 300u);
     EXPECT_GT(blurred, 300u);
@@ -171,16 +172,16 @@ TEST(FocusTiles, SmallAndOddSizes) {
                 const Precision precision = kPrecisions[height % 2];
                 SCOPED_TRACE(
                     concat(width, "x", height, " downsample ", kFactors[k], " scene ", scene));
-                const Lean lean =
+                const Elided elided =
                     check(focus_chain(9, 3, kFactors[k], kLeaks[k]), planes, precision);
-                const unsigned of = lean.work.at(0).of;
+                const unsigned of = elided.work.at(0).of;
                 const unsigned blurry = scene == 0 ? 0 : scene == 1 ? 1 : of;
-                EXPECT_EQ(lean.blocks("sharp_blocks"), of - blurry);
+                EXPECT_EQ(elided.blocks("sharp_blocks"), of - blurry);
                 if (scene == 0) {
-                    EXPECT_EQ(lean.blocks("small_blocks"), 0u);
+                    EXPECT_EQ(elided.blocks("small_blocks"), 0u);
                 }
                 if (scene == 2) {
-                    EXPECT_EQ(lean.blocks("blurred_blocks"), of);
+                    EXPECT_EQ(elided.blocks("blurred_blocks"), of);
                 }
             }
 }
@@ -200,15 +201,15 @@ TEST(FocusTiles, TheHintIsCarried) {
                                                                ? 0.02f
                                                                : 0.1f - 0.0003f * float(x % 16);
             const Chain chain = focus_chain(8, 1.5, factor, leak);
-            const Lean lean = check(chain, planes, precision, {Role::color, Role::hint});
-            EXPECT_TRUE(lean.outputs.count(Role::hint));
-            EXPECT_GT(lean.blocks("sharp_blocks"), 2u);
-            EXPECT_GT(lean.blocks("blurred_blocks"), 0u);
-            EXPECT_GT(lean.blocks("mixed_blocks"), 2u);
+            const Elided elided = check(chain, planes, precision, {Role::color, Role::hint});
+            EXPECT_TRUE(elided.outputs.count(Role::hint));
+            EXPECT_GT(elided.blocks("sharp_blocks"), 2u);
+            EXPECT_GT(elided.blocks("blurred_blocks"), 0u);
+            EXPECT_GT(elided.blocks("mixed_blocks"), 2u);
         }
 }
 
-// Values that no picture should have, but a frame may: nothing of the copy's unneeded blocks must
+// Values that no picture should have, but a frame may: nothing of the unneeded blocks must
 // reach the others, not even with weight 0.
 TEST(FocusTiles, LargeAndNonFiniteColors) {
     for (const Precision precision : kPrecisions)
@@ -223,10 +224,10 @@ TEST(FocusTiles, LargeAndNonFiniteColors) {
             for (int x = 30; x < 60; ++x) planes[Role::inverse_depth].at(x, 40) = 0.03f;
             FrameDescription frame = describe(focused(90, 70, 5));
             frame.bounds = FrameBounds();
-            const Lean lean =
+            const Elided elided =
                 expect_same_bits(focus_chain(8, 2.0 * double(factor), factor, leak), frame, planes,
                                  only({depth_of_field::kRuleFocusTiles}, precision));
-            EXPECT_GT(lean.blocks("sharp_blocks"), 10u);
+            EXPECT_GT(elided.blocks("sharp_blocks"), 10u);
         }
 }
 

@@ -43,7 +43,7 @@ FramePlanes mixed_planes(int width, int height, bool still, bool focused) {
     return planes;
 }
 
-TEST(MergeOfLeanPlans, EqualsTheTwoRunsAlone) {
+TEST(MergeOfElidedPlans, EqualsTheTwoRunsAlone) {
     int shared = 0;
     for (const Precision precision : {Precision::fp32, Precision::fp16})
         for (const bool facts : {true, false})
@@ -53,15 +53,15 @@ TEST(MergeOfLeanPlans, EqualsTheTwoRunsAlone) {
                     FrameDescription frame = describe(planes);
                     frame.camera.f_stop = 0.3;
                     if (!facts) frame.bounds = FrameBounds();
-                    PlanOptions lean;
-                    lean.precision = precision;
+                    PlanOptions elided;
+                    elided.precision = precision;
                     for (const bool swapped : {false, true}) {
                         SCOPED_TRACE(concat(name_of(precision), facts ? " facts" : "",
                                             still ? " still" : "", focused ? " focused" : "",
                                             swapped ? " swapped" : ""));
                         const Chain a = shipped(swapped), b = shipped(!swapped);
-                        const auto plan_a = make_plan(a, frame, lean),
-                                   plan_b = make_plan(b, frame, lean);
+                        const auto plan_a = make_plan(a, frame, elided),
+                                   plan_b = make_plan(b, frame, elided);
                         ASSERT_TRUE(plan_a.ok() && plan_b.ok());
                         const MergedPlan merged = merge_plans(*plan_a, *plan_b);
                         shared += merged.shared_steps;
@@ -89,7 +89,7 @@ TEST(MergeOfLeanPlans, EqualsTheTwoRunsAlone) {
 }
 
 // The same chain twice: lists are filled once, and launch both.
-TEST(MergeOfLeanPlans, SameChainTwice) {
+TEST(MergeOfElidedPlans, SameChainTwice) {
     const FramePlanes planes = mixed_planes(150, 110, false, false);
     FrameDescription frame = describe(planes);
     frame.camera.f_stop = 0.3;

@@ -52,13 +52,13 @@ struct Scene {
     }
     float& depth(int x, int y) { return planes[Role::inverse_depth].at(x, y); }
     // The hint too: it tells of every choice of a tile, also where no tap finds another color.
-    Lean check(const Blur& blur, const std::string& rule, Precision precision) const {
+    Elided check(const Blur& blur, const std::string& rule, Precision precision) const {
         PlanOptions options = only({rule}, precision);
         options.outputs.add(Role::hint);
         return expect_same_bits(chain_of(blur), describe(planes), planes, options);
     }
     // As in an engine: nothing is known.
-    Lean check_unknown(const Blur& blur, const std::string& rule) const {
+    Elided check_unknown(const Blur& blur, const std::string& rule) const {
         FrameDescription frame = describe(planes);
         frame.bounds = FrameBounds();
         return expect_same_bits(chain_of(blur), frame, planes, only({rule}));
@@ -88,11 +88,11 @@ TEST(StillTiles, SpeedsAroundTheLimit) {
                 const Scene scene(37, 21, 3, {speed * d[0], speed * d[1]});
                 Blur blur;
                 blur.storage = storage;
-                const Lean lean = scene.check(blur, motion_blur::kRuleStillTiles, precision);
-                ASSERT_TRUE(lean.used(motion_blur::kRuleStillTiles));
+                const Elided elided = scene.check(blur, motion_blur::kRuleStillTiles, precision);
+                ASSERT_TRUE(elided.used(motion_blur::kRuleStillTiles));
                 // 3 x 2 blocks, one speed: all or none.
-                const unsigned blocks = lean.blocks("still_blocks");
-                EXPECT_EQ(blocks + lean.blocks("full_blocks"), 6u);
+                const unsigned blocks = elided.blocks("still_blocks");
+                EXPECT_EQ(blocks + elided.blocks("full_blocks"), 6u);
                 EXPECT_EQ(blocks % 6, 0u);
                 if (speed < 0.4999f) {
                     EXPECT_EQ(blocks, 6u);
@@ -113,8 +113,8 @@ TEST(StillTiles, TheLeastMotionThereIs) {
         Blur blur;
         blur.min_speed_px = 0;
         const Scene scene(33, 17, 4, {speed, 0});
-        const Lean lean = scene.check(blur, motion_blur::kRuleStillTiles, Precision::fp32);
-        EXPECT_EQ(lean.blocks("still_blocks"), speed == 0 ? 6u : 0u);
+        const Elided elided = scene.check(blur, motion_blur::kRuleStillTiles, Precision::fp32);
+        EXPECT_EQ(elided.blocks("still_blocks"), speed == 0 ? 6u : 0u);
     }
 }
 
@@ -138,10 +138,10 @@ TEST(StillTiles, OneMoverAtEveryOffset) {
             const Precision precision = kPrecisions[size_t(k / 4) % 2];
             SCOPED_TRACE(concat("r ", r, ", mover at ", x, ",", y, ", slope ", blur.slope, " ",
                                 name_of(precision)));
-            const Lean lean = scene.check(blur, motion_blur::kRuleStillTiles, precision);
-            EXPECT_GT(lean.blocks("full_blocks"), 0u);
-            still += lean.blocks("still_blocks");
-            full += lean.blocks("full_blocks");
+            const Elided elided = scene.check(blur, motion_blur::kRuleStillTiles, precision);
+            EXPECT_GT(elided.blocks("full_blocks"), 0u);
+            still += elided.blocks("still_blocks");
+            full += elided.blocks("full_blocks");
         }
     }
     EXPECT_GT(still, full / 2);
@@ -160,14 +160,15 @@ TEST(StillTiles, SmallAndOddSizes) {
                     blur.slope = 0;
                     Scene scene(width, height, uint32_t(width + 7 * height));
                     if (moves) scene.move(width - 1, height / 2, float(r) / 2 + 0.25f, -0.5f);
-                    const Lean lean = scene.check(blur, motion_blur::kRuleStillTiles, precision);
+                    const Elided elided =
+                        scene.check(blur, motion_blur::kRuleStillTiles, precision);
                     const unsigned blocks =
                         unsigned(groups_for(width, height)[0] * groups_for(width, height)[1]);
-                    EXPECT_EQ(lean.blocks("still_blocks") + lean.blocks("full_blocks"), blocks);
+                    EXPECT_EQ(elided.blocks("still_blocks") + elided.blocks("full_blocks"), blocks);
                     if (!moves) {
-                        EXPECT_EQ(lean.blocks("still_blocks"), blocks);
+                        EXPECT_EQ(elided.blocks("still_blocks"), blocks);
                     }
-                    still += lean.blocks("still_blocks");
+                    still += elided.blocks("still_blocks");
                 }
     EXPECT_GT(still, 50u);
 }
@@ -184,16 +185,16 @@ TEST(StillTiles, TheHintToo) {
             for (const Precision precision : kPrecisions) {
                 PlanOptions options = only({motion_blur::kRuleStillTiles}, precision);
                 options.outputs.add(Role::hint);
-                const Lean lean =
+                const Elided elided =
                     expect_same_bits(chain, describe(scene.planes), scene.planes, options);
-                EXPECT_GT(lean.blocks("still_blocks"), 4u);
-                EXPECT_GT(lean.blocks("full_blocks"), 4u);
+                EXPECT_GT(elided.blocks("still_blocks"), 4u);
+                EXPECT_GT(elided.blocks("full_blocks"), 4u);
             }
         }
 }
 
 // Everything moves; one pixel of another depth stands at every offset against blocks and tiles. A
-// tap that reaches it from a sky block, whose depths nobody compares, would weigh it wrongly.
+// tap that reaches it from a sky block, whose depths are not compared, would weigh it wrongly.
 TEST(SkyTiles, OneDepthInTheSkyAtEveryOffset) {
     unsigned sky = 0, full = 0;
     for (const int r : {1, 2, 3, 5, 7, 9, 15, 16, 17, 20, 33, 64}) {
@@ -214,10 +215,10 @@ TEST(SkyTiles, OneDepthInTheSkyAtEveryOffset) {
             scene.planes[Role::color].at(x, y, 1) = 60;
             const Precision precision = kPrecisions[size_t(k / 3) % 2];
             SCOPED_TRACE(concat("r ", r, ", ground at ", x, ",", y, " ", name_of(precision)));
-            const Lean lean = scene.check(blur, motion_blur::kRuleSkyTiles, precision);
-            EXPECT_GT(lean.blocks("full_blocks"), 0u);
-            sky += lean.blocks("sky_blocks");
-            full += lean.blocks("full_blocks");
+            const Elided elided = scene.check(blur, motion_blur::kRuleSkyTiles, precision);
+            EXPECT_GT(elided.blocks("full_blocks"), 0u);
+            sky += elided.blocks("sky_blocks");
+            full += elided.blocks("full_blocks");
         }
     }
     EXPECT_GT(sky, full / 2);
@@ -230,16 +231,16 @@ TEST(SkyTiles, AFrameOfOneDepth) {
     Scene scene(48, 32, 5, {6, 1}, 0);
     for (const float w : {0.0f, 0.25f}) {
         for (float& value : scene.planes[Role::inverse_depth].data) value = w;
-        const Lean lean = scene.check({}, motion_blur::kRuleSkyTiles, Precision::fp32);
-        EXPECT_TRUE(lean.used(motion_blur::kRuleSkyTiles));
-        EXPECT_EQ(lean.plan.steps.back().program.defines.at("DEPTH"), "0");
-        for (const auto& step : lean.plan.steps) EXPECT_NE(step.name, "classify");
+        const Elided elided = scene.check({}, motion_blur::kRuleSkyTiles, Precision::fp32);
+        EXPECT_TRUE(elided.used(motion_blur::kRuleSkyTiles));
+        EXPECT_EQ(elided.plan.steps.back().program.defines.at("DEPTH"), "0");
+        for (const auto& step : elided.plan.steps) EXPECT_NE(step.name, "classify");
         EXPECT_EQ(scene.check_unknown({}, motion_blur::kRuleSkyTiles).blocks("sky_blocks"), 6u);
     }
     EXPECT_EQ(scene.check_unknown({}, motion_blur::kRuleSkyTiles).blocks("sky_blocks"), 6u);
     // Depths that differ in the last bit are two depths.
     scene.depth(40, 20) = neighbor(0.25f, 1);
-    const Lean two = scene.check_unknown({}, motion_blur::kRuleSkyTiles);
+    const Elided two = scene.check_unknown({}, motion_blur::kRuleSkyTiles);
     EXPECT_LT(two.blocks("sky_blocks"), 6u);
 }
 

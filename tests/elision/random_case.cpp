@@ -170,15 +170,15 @@ RandomCase random_case(uint64_t seed) {
     if (unknown) result.frame.bounds = FrameBounds();
     for (int passes = shape.whole(1, 4); passes > 0; --passes)
         append_random(result.chain, result.frame, shape, random);
-    result.lean.precision = random.chance(0.5) ? Precision::fp16 : Precision::fp32;
-    if (random.chance(0.15)) result.lean.outputs.add(Role::hint);
-    if (random.chance(0.05)) result.lean.outputs = {Role::hint};
+    result.elided.precision = random.chance(0.5) ? Precision::fp16 : Precision::fp32;
+    if (random.chance(0.15)) result.elided.outputs.add(Role::hint);
+    if (random.chance(0.05)) result.elided.outputs = {Role::hint};
     if (random.chance(0.25))
         for (const auto& rule : elision_rules(every_pass()))
-            if (random.chance(0.5)) result.lean.rules_off.insert(rule.name);
+            if (random.chance(0.5)) result.elided.rules_off.insert(rule.name);
     result.text = concat(width, "x", height, unknown ? ", no facts" : "",
                          result.planes.count(Role::hint) ? ", with a hint" : "", ", ",
-                         text_of(result.lean, result.chain), "\n", result.chain.text());
+                         text_of(result.elided, result.chain), "\n", result.chain.text());
     return result;
 }
 

@@ -17,8 +17,8 @@ struct RandomCase {
     Chain chain;
     FrameDescription frame;
     FramePlanes planes;
-    PlanOptions lean;  // some rules off in one case of four
-    std::string text;  // chain, frame, rules: for a failure's message
+    PlanOptions elided;  // some rules off in one case of four
+    std::string text;    // chain, frame, rules: for a failure's message
 };
 
 // The same for the same seed on every machine.

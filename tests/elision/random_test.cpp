@@ -41,11 +41,11 @@ class RandomChains : public ::testing::Test {
     }
 
     // A hint is there only where a blur that is not left out made it.
-    void compare(const FramePlanes& full, const FramePlanes& lean) {
-        EXPECT_EQ(lean.count(Role::color), full.count(Role::color));
-        for (const auto& [role, plane] : lean) {
-            ASSERT_TRUE(full.count(role)) << name_of(role);
-            EXPECT_EQ(first_difference(full.at(role), plane), "") << name_of(role);
+    void compare(const FramePlanes& complete, const FramePlanes& elided) {
+        EXPECT_EQ(elided.count(Role::color), complete.count(Role::color));
+        for (const auto& [role, plane] : elided) {
+            ASSERT_TRUE(complete.count(role)) << name_of(role);
+            EXPECT_EQ(first_difference(complete.at(role), plane), "") << name_of(role);
         }
     }
 
@@ -53,26 +53,27 @@ class RandomChains : public ::testing::Test {
         const RandomCase one = random_case(seed);
         SCOPED_TRACE(
             concat("seed ", seed, ", again with POSTCHAIN_ELISION_SEED=", seed, "\n", one.text));
-        PlanOptions all = no_rule(one.lean.precision);
-        all.outputs = one.lean.outputs;
-        const auto full = make_plan(one.chain, one.frame, all);
-        const auto lean = make_plan(one.chain, one.frame, one.lean);
-        if (!full.ok()) {  // a Gaussian too wide, a focus nearer than the focal length
-            EXPECT_FALSE(lean.ok());
+        PlanOptions all = no_rule(one.elided.precision);
+        all.outputs = one.elided.outputs;
+        const auto complete = make_plan(one.chain, one.frame, all);
+        const auto elided = make_plan(one.chain, one.frame, one.elided);
+        if (!complete.ok()) {  // a Gaussian too wide, a focus nearer than the focal length
+            EXPECT_FALSE(elided.ok());
             ++refused_;
             return;
         }
-        ASSERT_TRUE(lean.ok()) << lean.status().message();
-        const FramePlanes whole = run(*full, one.planes);
-        overwrite(*full, one);
-        const FramePlanes first = run(*lean, one.planes);
-        count(*lean);
+        ASSERT_TRUE(elided.ok()) << elided.status().message();
+        const FramePlanes whole = run(*complete, one.planes);
+        overwrite(*complete, one);
+        const FramePlanes first = run(*elided, one.planes);
+        count(*elided);
         compare(whole, first);
-        compare(whole, run(*lean, one.planes));  // lists are in another order
+        compare(whole, run(*elided, one.planes));  // lists are in another order
         ++run_;
     }
 
-    // Another frame through the same plan: what the lean run leaves out must not find right values.
+    // Another frame through the same plan: what the elided run leaves out must not find right
+    // values.
     void overwrite(const Plan& plan, const RandomCase& one) {
         FramePlanes other = one.planes;
         for (auto& [role, plane] : other)

@@ -47,53 +47,53 @@ ImageF half_noise(int width, int height, int channels, uint32_t seed, float low)
     return image;
 }
 
-unsigned Lean::blocks(const std::string& name) const {
+unsigned Elided::blocks(const std::string& name) const {
     for (const auto& one : work)
         if (one.list.ends_with("." + name)) return one.blocks;
     ADD_FAILURE() << "the plan has no list " << name;
     return 0;
 }
 
-bool Lean::used(const std::string& rule) const {
+bool Elided::used(const std::string& rule) const {
     for (const auto& left : plan.elisions)
         if (left.rule == rule) return true;
     return false;
 }
 
-std::string first_difference(const ImageF& full, const ImageF& lean) {
-    if (equal_bits(full, lean)) return "";
-    if (full.data.size() != lean.data.size()) return "the sizes differ";
-    size_t differ = 0, first = full.data.size();
-    for (size_t i = full.data.size(); i-- > 0;) {
-        if (std::bit_cast<uint32_t>(full.data[i]) == std::bit_cast<uint32_t>(lean.data[i]))
+std::string first_difference(const ImageF& complete, const ImageF& elided) {
+    if (equal_bits(complete, elided)) return "";
+    if (complete.data.size() != elided.data.size()) return "the sizes differ";
+    size_t differ = 0, first = complete.data.size();
+    for (size_t i = complete.data.size(); i-- > 0;) {
+        if (std::bit_cast<uint32_t>(complete.data[i]) == std::bit_cast<uint32_t>(elided.data[i]))
             continue;
         ++differ;
         first = i;
     }
-    const size_t pixel = first / size_t(full.channels);
-    return concat(differ, " of ", full.data.size(), " values differ, first at ",
-                  pixel % size_t(full.width), ",", pixel / size_t(full.width), " channel ",
-                  first % size_t(full.channels), " of ", full.width, "x", full.height, ": ",
-                  full.data[first], " in full, ", lean.data[first], " lean");
+    const size_t pixel = first / size_t(complete.channels);
+    return concat(differ, " of ", complete.data.size(), " values differ, first at ",
+                  pixel % size_t(complete.width), ",", pixel / size_t(complete.width), " channel ",
+                  first % size_t(complete.channels), " of ", complete.width, "x", complete.height,
+                  ": ", complete.data[first], " in complete, ", elided.data[first], " elided");
 }
 
-Lean expect_same_bits(const Chain& chain, const FrameDescription& frame, const FramePlanes& planes,
-                      const PlanOptions& options) {
-    PlanOptions full = no_rule(options.precision);
-    full.outputs = options.outputs;
-    const FramePlanes whole = filter(chain, frame, planes, full);
-    filter(chain, frame, other_frame(planes), full);
-    Lean lean;
-    lean.outputs = filter(chain, frame, planes, options, &lean.plan);
-    lean.work = executor().work_done();
-    EXPECT_EQ(whole.size(), lean.outputs.size());
-    for (const auto& [role, plane] : lean.outputs) {
+Elided expect_same_bits(const Chain& chain, const FrameDescription& frame,
+                        const FramePlanes& planes, const PlanOptions& options) {
+    PlanOptions complete = no_rule(options.precision);
+    complete.outputs = options.outputs;
+    const FramePlanes whole = filter(chain, frame, planes, complete);
+    filter(chain, frame, other_frame(planes), complete);
+    Elided elided;
+    elided.outputs = filter(chain, frame, planes, options, &elided.plan);
+    elided.work = executor().work_done();
+    EXPECT_EQ(whole.size(), elided.outputs.size());
+    for (const auto& [role, plane] : elided.outputs) {
         if (whole.count(role))
             EXPECT_EQ(first_difference(whole.at(role), plane), "") << name_of(role);
         else
-            ADD_FAILURE() << name_of(role) << " comes of the lean run alone";
+            ADD_FAILURE() << name_of(role) << " comes from the elided run alone";
     }
-    return lean;
+    return elided;
 }
 
 float neighbor(float value, int steps) {

@@ -1,4 +1,4 @@
-// Lean run against full run, to the bit: what every test of this room does.
+// Elided run against complete run, to the bit: what every test of this folder does.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ PlanOptions no_rule(Precision precision = Precision::fp32);
 // Noise in [low, low + 2) that a half holds, so that --precision fp16 stores color in halves.
 ImageF half_noise(int width, int height, int channels, uint32_t seed, float low = 0);
 
-struct Lean {
+struct Elided {
     Plan plan;
     FramePlanes outputs;
     std::vector<WorkDone> work;
@@ -30,13 +30,13 @@ struct Lean {
 };
 
 // Runs the chain without any rule and by `options`, and expects the same planes, bit for bit. In
-// between every texture is overwritten by another frame: a block that the lean run wrongly leaves
-// out must not find the right values of the full run.
-Lean expect_same_bits(const Chain& chain, const FrameDescription& frame, const FramePlanes& planes,
-                      const PlanOptions& options);
+// between every texture is overwritten by another frame: a block that the elided run wrongly leaves
+// out must not find the right values of the complete run.
+Elided expect_same_bits(const Chain& chain, const FrameDescription& frame,
+                        const FramePlanes& planes, const PlanOptions& options);
 
 // Where two pictures differ in the first bit; empty when nowhere.
-std::string first_difference(const ImageF& full, const ImageF& lean);
+std::string first_difference(const ImageF& complete, const ImageF& elided);
 
 // The numbers before and after, `steps` away.
 float neighbor(float value, int steps);

@@ -19,27 +19,29 @@ struct Deviation {
     size_t changed = 0;  // pixels
 };
 
-Deviation deviation(const ImageF& color, const ImageF& full, const ImageF& lean, int reach) {
+Deviation deviation(const ImageF& color, const ImageF& complete, const ImageF& elided, int reach) {
     Deviation result;
-    for (int y = 0; y < full.height; ++y)
-        for (int x = 0; x < full.width; ++x)
-            for (int c = 0; c < full.channels; ++c) {
-                const double off = std::abs(double(full.at(x, y, c)) - double(lean.at(x, y, c)));
+    for (int y = 0; y < complete.height; ++y)
+        for (int x = 0; x < complete.width; ++x)
+            for (int c = 0; c < complete.channels; ++c) {
+                const double off =
+                    std::abs(double(complete.at(x, y, c)) - double(elided.at(x, y, c)));
                 if (off == 0) continue;
                 ++result.changed;
                 float low = color.at(x, y, c), high = low;
-                for (int j = std::max(0, y - reach); j <= std::min(full.height - 1, y + reach); ++j)
-                    for (int i = std::max(0, x - reach); i <= std::min(full.width - 1, x + reach);
-                         ++i) {
+                for (int j = std::max(0, y - reach); j <= std::min(complete.height - 1, y + reach);
+                     ++j)
+                    for (int i = std::max(0, x - reach);
+                         i <= std::min(complete.width - 1, x + reach); ++i) {
                         low = std::min(low, color.at(i, j, c));
                         high = std::max(high, color.at(i, j, c));
                     }
                 const double part = off / std::max(double(high) - double(low), 1e-30);
                 if (part <= result.worst) continue;
                 result.worst = part;
-                result.text =
-                    concat("at ", x, ",", y, " channel ", c, ": ", full.at(x, y, c), " in full, ",
-                           lean.at(x, y, c), " lean, colors nearby ", low, " .. ", high);
+                result.text = concat("at ", x, ",", y, " channel ", c, ": ", complete.at(x, y, c),
+                                     " in complete, ", elided.at(x, y, c),
+                                     " elided, colors nearby ", low, " .. ", high);
             }
     return result;
 }
@@ -77,16 +79,16 @@ struct Total {
 void check(const Case& one, const FramePlanes& planes, Total& total, int seed) {
     const FrameDescription frame = describe(planes);
     const Chain chain = one.chain(seed);
-    const FramePlanes full = filter(chain, frame, planes, no_rule());
+    const FramePlanes complete = filter(chain, frame, planes, no_rule());
     Plan plan;
-    const FramePlanes lean =
+    const FramePlanes elided =
         filter(chain, frame, planes, only({motion_blur::kRuleUniformTiles}), &plan);
     for (const auto& done : executor().work_done()) {
         if (done.list.ends_with(".uniform_blocks")) total.uniform += done.blocks;
         total.blocks += done.blocks;
     }
-    const Deviation off = deviation(planes.at(Role::color), full.at(Role::color),
-                                    lean.at(Role::color), int(one.r) + 1);
+    const Deviation off = deviation(planes.at(Role::color), complete.at(Role::color),
+                                    elided.at(Role::color), int(one.r) + 1);
     total.worst = std::max(total.worst, off.worst);
     total.changed += off.changed;
     EXPECT_LE(off.worst, kBound) << off.text << "\n" << chain.text();

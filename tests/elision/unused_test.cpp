@@ -1,4 +1,4 @@
-// Rules that leave out what nobody reads: unused_plane, unused_step, unused_output.
+// Rules that skip what nothing reads: unused_plane, unused_step, unused_output.
 #include "tests/elision/support.h"
 
 namespace postchain::test {
@@ -21,11 +21,11 @@ TEST(UnusedPlane, IsNotHandedOver) {
     const TestFrame frame = moving();
     const auto check = [&](const Chain& chain, RoleSet reads) {
         for (const Precision precision : kPrecisions) {
-            const Lean lean = expect_same_bits(chain, frame.description, frame.planes,
-                                               only({kRuleUnusedPlane}, precision));
-            EXPECT_EQ(lean.plan.reads, reads) << lean.plan.reads.text();
+            const Elided elided = expect_same_bits(chain, frame.description, frame.planes,
+                                                   only({kRuleUnusedPlane}, precision));
+            EXPECT_EQ(elided.plan.reads, reads) << elided.plan.reads.text();
             int left = 0;
-            for (const auto& one : lean.plan.elisions) left += one.rule == kRuleUnusedPlane;
+            for (const auto& one : elided.plan.elisions) left += one.rule == kRuleUnusedPlane;
             RoleSet unread = frame.description.planes - reads;
             unread.remove(Role::color);  // is handed on
             int expected = 0;
@@ -35,7 +35,7 @@ TEST(UnusedPlane, IsNotHandedOver) {
             FramePlanes planes;
             for (const auto& [role, plane] : frame.planes)
                 if (reads.has(role) || role == Role::color) planes[role] = plane;
-            EXPECT_EQ(first_difference(lean.outputs.at(Role::color),
+            EXPECT_EQ(first_difference(elided.outputs.at(Role::color),
                                        filter(chain, frame.description, planes,
                                               only({kRuleUnusedPlane}, precision))
                                            .at(Role::color)),
@@ -56,22 +56,22 @@ TEST(UnusedPlane, IsNotHandedOver) {
 // Steps that the parameters make unused.
 TEST(UnusedStep, VarianceNoiseAndHint) {
     const TestFrame frame = moving();
-    const auto left = [](const Lean& lean) {
+    const auto left = [](const Elided& elided) {
         std::string text;
-        for (const auto& one : lean.plan.elisions)
-            if (one.rule == kRuleUnusedStep) text += item_text(one, lean.plan) + " ";
+        for (const auto& one : elided.plan.elisions)
+            if (one.rule == kRuleUnusedStep) text += item_text(one, elided.plan) + " ";
         return text;
     };
     const auto check = [&](const Chain& chain, const std::string& expected) {
         for (const Precision precision : kPrecisions) {
-            const Lean lean = expect_same_bits(chain, frame.description, frame.planes,
-                                               only({kRuleUnusedStep}, precision));
-            EXPECT_EQ(left(lean), expected);
-            const auto full = make_plan(chain, frame.description, no_rule(precision));
-            EXPECT_EQ(full->steps.size() - lean.plan.steps.size(),
+            const Elided elided = expect_same_bits(chain, frame.description, frame.planes,
+                                                   only({kRuleUnusedStep}, precision));
+            EXPECT_EQ(left(elided), expected);
+            const auto complete = make_plan(chain, frame.description, no_rule(precision));
+            EXPECT_EQ(complete->steps.size() - elided.plan.steps.size(),
                       (expected.find("variance") != expected.npos) +
                           (expected.find("noise") != expected.npos));
-            EXPECT_GT(full->transient_bytes(), lean.plan.transient_bytes());
+            EXPECT_GT(complete->transient_bytes(), elided.plan.transient_bytes());
         }
     };
     check(chain_of("motion_blur"), "motion_blur.hint motion_blur.tile_variance ");
@@ -100,7 +100,7 @@ TEST(UnusedOutput, StepsByReferenceCounting) {
     for (const Precision precision : kPrecisions) {
         PlanOptions options = only({kRuleUnusedOutput}, precision);
         options.outputs = {Role::hint};
-        const Lean hint = expect_same_bits(chain, frame.description, frame.planes, options);
+        const Elided hint = expect_same_bits(chain, frame.description, frame.planes, options);
         EXPECT_TRUE(hint.plan.passes[3].elided);  // after the hint
         EXPECT_FALSE(hint.plan.passes[2].elided);
         int left = 0;
@@ -110,14 +110,14 @@ TEST(UnusedOutput, StepsByReferenceCounting) {
         EXPECT_TRUE(hint.outputs.count(Role::hint));
 
         options.outputs = {Role::motion};
-        const Lean motion = expect_same_bits(chain, frame.description, frame.planes, options);
+        const Elided motion = expect_same_bits(chain, frame.description, frame.planes, options);
         EXPECT_TRUE(motion.plan.steps.empty());
         EXPECT_EQ(motion.plan.transient_bytes(), 0u);
         EXPECT_EQ(first_difference(frame.planes.at(Role::motion), motion.outputs.at(Role::motion)),
                   "");
 
         options.outputs = {Role::color, Role::hint, Role::inverse_depth};
-        const Lean all = expect_same_bits(chain, frame.description, frame.planes, options);
+        const Elided all = expect_same_bits(chain, frame.description, frame.planes, options);
         EXPECT_FALSE(all.used(kRuleUnusedOutput));
     }
 }

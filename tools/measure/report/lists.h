@@ -27,7 +27,7 @@ struct ElisionRow {
     bool operator==(const ElisionRow&) const = default;
 };
 // In the order of first appearance; rows that are the same in all variants are first and once,
-// under "all". report.json carries them, and whoever prints what was left out prints these.
+// under "all". report.json carries them, and everything that prints what was left out uses these.
 std::vector<ElisionRow> elision_rows(const Report& report);
 
 }  // namespace postchain::report

@@ -234,7 +234,7 @@ PlanOptions whole_passes_of(const Chain& chain, const PlanOptions& options) {
     const std::set<std::string> rules = options.rules(chain);
     PlanOptions whole = options;
     whole.elide = true;
-    for (const auto& name : rules) whole.rules_off.insert(name);
+    for (const auto& name : PlanOptions().rules(chain)) whole.rules_off.insert(name);
     whole.rules_on.clear();
     if (rules.count(kRuleCameraCut)) whole.rules_off.erase(kRuleCameraCut);
     if (rules.count(kRuleMissingPlane)) whole.rules_on.insert(kRuleMissingPlane);

@@ -53,10 +53,13 @@ void collect_keys(const Json& json, const std::string& prefix, std::set<std::str
         for (const auto& value : json) collect_keys(value, prefix + "[]", keys);
     } else if (json.is_object()) {
         for (const auto& [key, value] : json.items()) {
-            // Inputs are named after planes, outputs after planes too; the plan has its own test.
+            // Inputs are named after planes; the plan, but for what is left out, has its own test.
             const std::string path = prefix.empty() ? key : prefix + "." + key;
             keys.insert(path);
-            if (path != "plan" && path != "inputs") collect_keys(value, path, keys);
+            if (path == "plan")
+                collect_keys(value["left_out"], "plan.left_out", keys);
+            else if (path != "inputs")
+                collect_keys(value, path, keys);
         }
     }
 }

@@ -333,6 +333,12 @@ TEST_P(OnDevice, LeavesTheHostsStateAndBindsNothingThePlanDoesNotSay) {
                 }
             }
         }
+        // What earlier runs left bound may be deleted with their textures.
+        for (GLuint i = 0; i < 8; ++i) {
+            glBindTextureUnit(i, 0);
+            glBindImageTexture(i, 0, 0, GL_FALSE, 0, GL_READ_ONLY, GL_RGBA32F);
+            glBindBufferBase(GL_SHADER_STORAGE_BUFFER, i, 0);
+        }
         const Host host;
         const GlState state = host_state(), bound = bound_state();
         for (int run = 0; run < 2; ++run) {
@@ -366,7 +372,7 @@ TEST_P(OnDevice, SecondRunOnTheDeviceAllocatesAndCompilesNothing) {
     for (int run = 0; run < 3; ++run) ASSERT_TRUE(executor.run(*plan, inputs).ok());
     const auto after = executor.counters();
     EXPECT_EQ(after.texture_allocations, before.texture_allocations);
-    EXPECT_EQ(after.textures_alive, before.textures_alive);
+    EXPECT_LE(after.textures_alive, before.textures_alive);  // older sizes are given up
     EXPECT_EQ(after.texture_bytes_peak, before.texture_bytes_peak);
     EXPECT_EQ(after.programs, before.programs);
     EXPECT_EQ(after.dispatches, before.dispatches + 3 * plan->steps.size());

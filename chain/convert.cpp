@@ -212,7 +212,10 @@ void convert_motion(ImageF& motion, const MotionConvention& convention, bool for
         v[1] = y;
         largest = std::max(largest, double(x) * double(x) + double(y) * double(y));
     }
-    if (!forward) return;
+    if (!forward) {
+        findings.bounds.max_speed_back_px = std::sqrt(largest);
+        return;
+    }
     findings.bounds.max_speed_px = std::sqrt(largest);
     findings.health.motion_all_zero = largest == 0;
 }

@@ -45,8 +45,9 @@ inline constexpr double kDefaultMetersPerUnit = 1.0;
 // constructed nothing is known, as in an engine that reads nothing back: then no rule holds by it.
 struct FrameBounds {
     static constexpr double kUnknown = std::numeric_limits<double>::infinity();
-    double max_speed_px = kUnknown;  // largest |motion|, pixels per frame
-    double min_inverse_depth = 0;    // over all pixels, sky included
+    double max_speed_px = kUnknown;       // largest |motion|, pixels per frame
+    double max_speed_back_px = kUnknown;  // the same of motion_back
+    double min_inverse_depth = 0;         // over all pixels, sky included
     double max_inverse_depth = kUnknown;
     std::array<double, 4> min_color = {-kUnknown, -kUnknown, -kUnknown, -kUnknown};  // RGBA
     std::array<double, 4> max_color = {kUnknown, kUnknown, kUnknown, kUnknown};

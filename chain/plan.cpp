@@ -27,6 +27,8 @@ const char* name_of(Format format) {
             return "rg8";
         case Format::r8:
             return "r8";
+        case Format::rgba32ui:
+            return "rgba32ui";
         case Format::work_list:
             return "work_list";
     }
@@ -38,6 +40,7 @@ int channels_of(Format format) {
         case Format::rgba32f:
         case Format::rgba16f:
         case Format::rgba8:
+        case Format::rgba32ui:
             return 4;
         case Format::rg32f:
         case Format::rg16f:
@@ -58,6 +61,7 @@ int bytes_per_pixel(Format format) {
         case Format::rgba32f:
         case Format::rg32f:
         case Format::r32f:
+        case Format::rgba32ui:
             return 4 * channels_of(format);
         case Format::rgba16f:
         case Format::rg16f:

@@ -23,7 +23,19 @@ namespace postchain {
 
 // A work list is a buffer: the blocks of pixels that one step has to do, filled on the device by an
 // earlier step (shaders/common/work_list.glsl). Its width is how many it can hold, its height 1.
-enum class Format { rgba32f, rgba16f, rg32f, rg16f, r32f, r16f, rgba8, rg8, r8, work_list };
+enum class Format {
+    rgba32f,
+    rgba16f,
+    rg32f,
+    rg16f,
+    r32f,
+    r16f,
+    rgba8,
+    rg8,
+    r8,
+    rgba32ui,  // packed bits: usampler2D, uimage2D
+    work_list
+};
 const char* name_of(Format format);
 int bytes_per_pixel(Format format);  // of a work list: per block
 int channels_of(Format format);      // of a work list: 0

@@ -3,6 +3,8 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
+#include <bit>
+#include <cstdint>
 
 #include "chain/gl/debug.h"
 
@@ -33,6 +35,8 @@ GlFormat gl_format(Format format) {
             return {GL_RG8, GL_RG};
         case Format::r8:
             return {GL_R8, GL_RED};
+        case Format::rgba32ui:
+            return {GL_RGBA32UI, GL_RGBA_INTEGER};
         case Format::work_list:
             break;
     }
@@ -157,6 +161,7 @@ Result<ImageF> download(unsigned texture, Format format, int width, int height) 
     const size_t bytes = pixels.data.size() * sizeof(float);
     // glGetTextureImage takes an int of bytes; larger planes are read in bands.
     const int rows = std::max(1, int(size_t(1) << 30) / std::max(1, width * pixels.channels * 4));
+    const bool bits = format == Format::rgba32ui;
     glPixelStorei(GL_PACK_ALIGNMENT, 4);
     for (int y = 0; y < height; y += rows) {
         const int band = std::min(rows, height - y);
@@ -164,8 +169,10 @@ Result<ImageF> download(unsigned texture, Format format, int width, int height) 
         const size_t band_bytes =
             std::min(bytes, size_t(band) * size_t(width) * size_t(pixels.channels) * sizeof(float));
         glGetTextureSubImage(texture, 0, 0, y, 0, width, band, 1, gl_format(format).external,
-                             GL_FLOAT, GLsizei(band_bytes), target);
+                             bits ? GL_UNSIGNED_INT : GL_FLOAT, GLsizei(band_bytes), target);
     }
+    if (bits)
+        for (float& value : pixels.data) value = float(std::bit_cast<uint32_t>(value));
     if (Status status = check_error("reading a plane back"); !status.ok()) return status;
     return pixels;
 }

@@ -1,4 +1,4 @@
-// Plans the motion blur.
+// Plans the motion blur. mode: inverse_warp is passes/common/inverse_warp.h; the others:
 //
 //   motion         --tile_rows-----> half_velocity, row_max
 //   row_max        --tile_max------> tile_max
@@ -15,7 +15,11 @@
 // beside v does not fit a half.
 #include "passes/motion_blur/motion_blur.h"
 
+#include <algorithm>
+
 #include "chain/work_list.h"
+#include "passes/common/inverse_warp_reference.h"
+#include "passes/common/keep.h"
 #include "passes/motion_blur/noise.h"
 #include "passes/motion_blur/parameters.h"
 #include "passes/motion_blur/reference.h"
@@ -34,7 +38,8 @@ class MotionBlur final : public Pass {
     RoleUse roles() const override {
         RoleUse use;
         use.required = {Role::color, Role::motion};
-        if (compares_depth()) use.required.add(Role::inverse_depth);
+        if (warps() || compares_depth()) use.required.add(Role::inverse_depth);
+        if (warps()) use.optional.add(Role::motion_back);
         use.on_demand = {Role::hint};
         return use;
     }
@@ -43,12 +48,16 @@ class MotionBlur final : public Pass {
         Promises promises;
         promises.keeps_constants = true;
         promises.convex = 1e-6;
-        promises.lattice_px = parameters_.max_blur_px;
-        // Random numbers belong to places.
+        promises.lattice_px = warps() ? kBlockPx : parameters_.max_blur_px;
+        // Random numbers belong to places. Of surfaces that move equally differently the warp takes
+        // the first, so that it has a side.
         if (!jitters()) {
-            promises.symmetries = {Symmetry::mirror, Symmetry::flip, Symmetry::turn,
-                                   Symmetry::shift};
-            promises.light = Light::kept;
+            promises.symmetries = {Symmetry::shift};
+            if (!warps()) {
+                promises.symmetries = {Symmetry::mirror, Symmetry::flip, Symmetry::turn,
+                                       Symmetry::shift};
+                promises.light = Light::kept;
+            }
         }
         if (parameters_.min_speed_px >= kQuietSpeedPx) promises.driven_by = {Role::motion};
         return promises;
@@ -60,6 +69,7 @@ class MotionBlur final : public Pass {
     // r/127.
     Reach reach(const FrameDescription&) const override {
         const double edge = parameters_.max_blur_px;
+        if (warps()) return inverse_warp::shutter_reach(edge);
         const bool further = jitters_tiles(parameters_) || splits_by_variance();
         return {(further ? 2.5 : 2) * edge, 1.006 * edge + 0.5};
     }
@@ -75,7 +85,10 @@ class MotionBlur final : public Pass {
             return Identity{kRuleCameraCut, {"motion leads across a cut"}};
         if (context.color_is_input && frame.bounds.one_color)
             return Identity{kRuleFacts, {"all pixels have one color"}};
-        const double largest = 0.5 * shutter * frame.bounds.max_speed_px;
+        double fastest = frame.bounds.max_speed_px;
+        if (warps() && context.available.has(Role::motion_back))
+            fastest = std::max(fastest, frame.bounds.max_speed_back_px);
+        const double largest = 0.5 * shutter * fastest;
         if (!(largest <= parameters_.min_speed_px)) return std::nullopt;
         return Identity{kRuleFacts,
                         {.name = "largest half-velocity",
@@ -86,6 +99,15 @@ class MotionBlur final : public Pass {
 
     void plan(PassPlanner& planner) const override {
         const PlanContext& context = planner.context();
+        if (warps()) {
+            Planes planes;
+            add_noise(planner, planes);
+            const auto made = inverse_warp::plan_shutter(
+                planner, shutter_settings(parameters_, context.frame.camera), planes.noise);
+            planner.output(Role::color, made.color);
+            if (made.hint >= 0) planner.output(Role::hint, made.hint);
+            return;
+        }
         const VelocityStorage stored = storage(parameters_, context.precision);
         const shared::MotionBlurBlock block = make_block(context, stored);
         const Classes classes = classes_of(context);
@@ -125,7 +147,14 @@ class MotionBlur final : public Pass {
     }
 
     void reference(const PlanContext& context, ReferenceFrame& frame) const override {
-        run_reference(parameters_, context, frame);
+        if (!warps()) return run_reference(parameters_, context, frame);
+        const ImageD noise = jitters()
+                                 ? noise_table(parameters_.noise,
+                                               noise_shift(parameters_, context.frame.frame_number))
+                                 : ImageD();
+        inverse_warp::shutter_reference(context,
+                                        shutter_settings(parameters_, context.frame.camera),
+                                        jitters() ? &noise : nullptr, frame);
     }
 
     ParameterRef parameters() override { return &parameters_; }
@@ -152,7 +181,11 @@ class MotionBlur final : public Pass {
     };
 
     bool single() const { return parameters_.mode == Mode::single; }
-    bool jitters() const { return jitters_tiles(parameters_) || jitters_taps(parameters_); }
+    bool warps() const { return parameters_.mode == Mode::inverse_warp; }
+    bool jitters() const {
+        return warps() ? jitters_times(parameters_)
+                       : jitters_tiles(parameters_) || jitters_taps(parameters_);
+    }
     bool compares_depth() const { return parameters_.depth_softness > 0; }
     bool splits_by_variance() const {
         return parameters_.sample_split == SampleSplit::variance && !single();
@@ -300,7 +333,7 @@ class MotionBlur final : public Pass {
     }
 
     void add_noise(PassPlanner& planner, Planes& planes) const {
-        if (parameters_.noise == Noise::none) return;
+        if (parameters_.noise == Noise::none || (warps() && !jitters())) return;
         if (!jitters()) planner.unused("noise", {"neither tiles nor taps are jittered"});
         planes.noise = planner.texture("noise", Format::rg32f, kNoiseSize, kNoiseSize);
         planner.step(noise_step(planner.context().frame.frame_number, planes.noise));
@@ -341,12 +374,7 @@ class MotionBlur final : public Pass {
                           .limit = block.still_limit_px,
                           .unit = "px"},
                          still_blocks, (classes.depth ? 3 : 2) * taps);
-            Step keep = make_step("keep", {{"HINT", flag(planes.hint >= 0)}}, block);
-            keep.bindings = {{0, planner.input(Role::color)}, {0, planes.color, Access::write}};
-            if (planes.hint >= 0) keep.bindings.push_back({1, planes.hint, Access::write});
-            keep.groups = groups_for(frame.width, frame.height);
-            launch_by(keep, still_blocks);
-            planner.step(std::move(keep));
+            add_keep(planner, still_blocks, planes.color, planes.hint);
         }
         if (classes.sky) {
             elide_blocks(planner, "depth in sky blocks", kRuleSkyTiles,

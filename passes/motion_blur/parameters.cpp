@@ -1,5 +1,7 @@
 #include "passes/motion_blur/parameters.h"
 
+#include "passes/motion_blur/motion_blur.h"
+
 #include <limits>
 
 namespace postchain::motion_blur {
@@ -8,16 +10,17 @@ const ParameterTable& parameter_table() {
     using P = Parameters;
     static const ParameterTable table =
         ParameterTableBuilder<P>()
-            .choice("mode", &P::mode, {"guertin", "single"},
+            .choice("mode", &P::mode, {"guertin", "single", "inverse_warp"},
                     {.help = "guertin: the 2013 report's filter; single: every tap along the "
-                             "dominant direction, for comparison"})
+                             "dominant direction, for comparison; inverse_warp: for every instant "
+                             "the surface that stood at the pixel"})
             .integer("samples", &P::samples,
                      {.min = 1,
                       .max = 1023,
                       .soft_max = 33,
                       .odd = true,
                       .unit = "taps",
-                      .help = "taps of the gather per pixel",
+                      .help = "taps of the gather per pixel; inverse_warp: times, at most",
                       .convergence = Convergence::set,
                       .converged = 401})
             .integer("max_blur_px", &P::max_blur_px,
@@ -103,6 +106,26 @@ const ParameterTable& parameter_table() {
                      .soft_max = 3,
                      .unit = "px",
                      .help = "half-velocity up to which a tile is left as it is"})
+            .integer("starts", &P::starts,
+                     {.min = 1,
+                      .max = inverse_warp::kMaxStarts,
+                      .help = "inverse_warp: surfaces of the tiles around from which the search "
+                              "starts, beside the pixel's own"})
+            .number("path_px_per_time", &P::path_px_per_time,
+                    {.min = 0.1,
+                     .max = 1000,
+                     .soft_max = 8,
+                     .unit = "px",
+                     .help = "inverse_warp: pixels of the longest path in a tile for each time; at "
+                             "least 5 times are taken, at most samples",
+                     .convergence = Convergence::set,
+                     .converged = 0.1})
+            .number("time_jitter", &P::time_jitter,
+                    {.min = 0,
+                     .max = 1,
+                     .unit = "spacings",
+                     .help = "inverse_warp: how far a pixel's times are spread at random; 0 shows "
+                             "steps in long streaks, 1 noise"})
             .choice("velocity_storage", &P::velocity_storage, {"auto", "fp16", "fp32", "unorm8"},
                     {.help = "storage of half-velocities: auto follows the chain's precision, "
                              "unorm8 is the report's encoding, for comparison"})
@@ -134,8 +157,26 @@ double still_limit_px(const Parameters& parameters, VelocityStorage storage) {
     }
 }
 
+inverse_warp::ShutterSettings shutter_settings(const Parameters& parameters, const Camera& camera) {
+    inverse_warp::ShutterSettings settings;
+    settings.half_shutter = 0.5 * shutter_frames(parameters, camera);
+    settings.samples = parameters.samples;
+    settings.path_px_per_time = parameters.path_px_per_time;
+    settings.starts = parameters.starts;
+    settings.max_path_px = parameters.max_blur_px;
+    // A few roundings of 2^-24, so that what is still by the frame's bounds is still here too.
+    settings.still_limit_px = parameters.min_speed_px * (1 + 0x1p-18);
+    settings.time_jitter = parameters.time_jitter;
+    settings.still_rule = kRuleStillTiles;
+    return settings;
+}
+
 bool jitters_tiles(const Parameters& parameters) {
     return parameters.tile_jitter && parameters.noise != Noise::none;
+}
+
+bool jitters_times(const Parameters& parameters) {
+    return parameters.time_jitter > 0 && parameters.noise != Noise::none;
 }
 
 bool jitters_taps(const Parameters& parameters) {

@@ -5,10 +5,11 @@
 
 #include "chain/frame.h"
 #include "chain/parameter.h"
+#include "passes/common/inverse_warp.h"
 
 namespace postchain::motion_blur {
 
-enum class Mode { guertin, single };
+enum class Mode { guertin, single, inverse_warp };
 enum class SampleSplit { even, variance };
 enum class Noise { halton, ign, blue, none };
 enum class Border { skip, clamp };
@@ -34,6 +35,9 @@ struct Parameters {
     Border border = Border::skip;
     StaticDirection static_direction = StaticDirection::perpendicular;
     double min_speed_px = 0.5;
+    int starts = 4;
+    double path_px_per_time = 2;
+    double time_jitter = 0.5;
     VelocityStorage velocity_storage = VelocityStorage::automatic;
 };
 
@@ -51,8 +55,12 @@ VelocityStorage storage(const Parameters& parameters, Precision precision);
 // still by its stored vectors too.
 double still_limit_px(const Parameters& parameters, VelocityStorage storage);
 
-// Does the gather need random numbers at all?
+// Settings of mode: inverse_warp.
+inverse_warp::ShutterSettings shutter_settings(const Parameters& parameters, const Camera& camera);
+
+// Does the filter need random numbers at all?
 bool jitters_tiles(const Parameters& parameters);
 bool jitters_taps(const Parameters& parameters);
+bool jitters_times(const Parameters& parameters);
 
 }  // namespace postchain::motion_blur

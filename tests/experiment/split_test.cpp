@@ -124,6 +124,7 @@ TEST(ConvergedChain, SetsAndAveragesWhatTheTablesSay) {
     EXPECT_THAT(changes,
                 ::testing::UnorderedElementsAre("passes[0].motion_blur.samples 9 -> 401",
                                                 "passes[0].motion_blur.seed averaged",
+                                                "passes[0].motion_blur.path_px_per_time 2 -> 0.1",
                                                 "passes[1].depth_of_field.downsample 4 -> 1",
                                                 "passes[2].fxaa does not sample"));
     EXPECT_TRUE(samples(chain));

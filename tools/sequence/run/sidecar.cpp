@@ -42,6 +42,7 @@ Json summary_json(const FrameReport& report) {
 
 void add_findings(Json& json, const FrameBounds& bounds, const InputHealth& health) {
     json["bounds"] = {{"max_speed_px", bounds.max_speed_px},
+                      {"max_speed_back_px", bounds.max_speed_back_px},
                       {"min_inverse_depth", bounds.min_inverse_depth},
                       {"max_inverse_depth", bounds.max_inverse_depth},
                       {"min_color", bounds.min_color},

@@ -3,7 +3,6 @@
 //
 //   color -> color [, hint]   in the blocks of the list
 #include "common/work_list.glsl"
-#include "shared/motion_blur_block.h"
 
 layout(binding = 0) uniform sampler2D color;
 layout(binding = 0) writeonly uniform image2D kept;
@@ -13,7 +12,7 @@ layout(binding = 1) writeonly uniform image2D hint;
 
 void main() {
     ivec2 p;
-    if (!next_pixel(block.size, p)) return;
+    if (!next_pixel(textureSize(color, 0), p)) return;
     imageStore(kept, p, texelFetch(color, p, 0));
 #if HINT
     imageStore(hint, p, vec4(0.0));

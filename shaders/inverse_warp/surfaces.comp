@@ -1,0 +1,138 @@
+#version 450 core
+// Packs motion and depth of each pixel, and picks for each tile of kBlockPx x kBlockPx pixels the
+// three surfaces that move most differently: the one with the longest path, the one farthest from
+// it, the one farthest from both. One work group for a tile.
+//
+//   inverse_depth, motion [, motion_back] -> surfaces        size of the picture
+//                                         -> tile_surfaces   3 tiles.x by tiles.y
+//
+// BACK: motion_back is there; else it is taken to equal motion: straight paths at one speed.
+#include "common/finite.glsl"
+#include "common/work_group.glsl"
+
+#include "inverse_warp/surface.glsl"
+
+layout(binding = 0) uniform sampler2D inverse_depth;
+layout(binding = 1) uniform sampler2D motion;
+#if BACK
+layout(binding = 2) uniform sampler2D motion_back;
+#endif
+layout(binding = 0) writeonly uniform uimage2D surfaces;
+layout(binding = 1) writeonly uniform uimage2D tile_surfaces;
+
+const int kTilePixels = kBlockPx * kBlockPx;
+shared uvec4 tile[kTilePixels];
+shared float measure[kTilePixels];  // of each pixel; -1 outside the picture
+shared int row_best[kBlockPx];
+shared int best;
+
+float depth_at(ivec2 p) {
+    const float q = texelFetch(inverse_depth, p, 0).x;
+    return q > 0.0 ? min(q, 3.0e38) : 0.0;
+}
+
+// xy: motion, zw: motion_back
+vec4 motion_at(ivec2 p) {
+    const vec2 forward = texelFetch(motion, p, 0).xy;
+#if BACK
+    const vec4 both = vec4(forward, texelFetch(motion_back, p, 0).xy);
+#else
+    const vec4 both = vec4(forward, forward);
+#endif
+    return is_finite(both) ? clamp(both, vec4(-1e15), vec4(1e15)) : vec4(0.0);
+}
+
+// The motion of the pixel's own surface. A renderer's vectors are averaged over the pixel's
+// samples, its depth is not: where depth jumps, of the pixels of this surface next to it the one
+// whose motion differs most from the other surface's stands for it.
+vec4 own_motion(ivec2 p, float q, out bool edge) {
+    const ivec2 kAround[4] = ivec2[4](ivec2(-1, 0), ivec2(1, 0), ivec2(0, -1), ivec2(0, 1));
+    const vec4 own = motion_at(p);
+    vec4 around[4];
+    bool same[4];
+    vec4 other = vec4(0.0);
+    float count = 0.0;
+    for (int i = 0; i < 4; ++i) {
+        const ivec2 at = clamp(p + kAround[i], ivec2(0), block.size - 1);
+        around[i] = motion_at(at);
+        same[i] = one_depth(q, depth_at(at));
+        if (!same[i]) {
+            other += around[i];
+            count += 1.0;
+        }
+    }
+    edge = count > 0.0;
+    if (!edge) return own;
+    other /= count;
+    vec4 farthest = own;
+    float most = dot(own - other, own - other);
+    for (int i = 0; i < 4; ++i) {
+        const float apart_px = dot(around[i] - other, around[i] - other);
+        if (same[i] && apart_px > most) {
+            most = apart_px;
+            farthest = around[i];
+        }
+    }
+    return farthest;
+}
+
+Surface surface_at(ivec2 p) {
+    Surface s;
+    s.inverse_depth = depth_at(p);
+    const vec4 v = block.half_shutter * own_motion(p, s.inverse_depth, s.edge);
+    s.a = 0.5 * (v.xy + v.zw);
+    s.b = 0.5 * (v.xy - v.zw);
+    s.straight = smoothstep(0.64, 1.44, dot(s.b, s.b) / max(dot(s.a, s.a), 1e-6));
+    const float path = path_of(s);
+    if (path > block.max_path_px) {
+        s.a *= block.max_path_px / path;
+        s.b *= block.max_path_px / path;
+    }
+    return s;
+}
+
+// Index of the pixel with the largest measure, of equals the first in row order.
+int find_best() {
+    const uint x = gl_LocalInvocationID.x, y = gl_LocalInvocationID.y;
+    barrier();
+    if (x == 0u) {
+        int at = int(y) * kBlockPx;
+        for (int i = 1; i < kBlockPx; ++i)
+            if (measure[int(y) * kBlockPx + i] > measure[at]) at = int(y) * kBlockPx + i;
+        row_best[y] = at;
+    }
+    barrier();
+    if (x == 0u && y == 0u) {
+        int at = row_best[0];
+        for (int i = 1; i < kBlockPx; ++i)
+            if (measure[row_best[i]] > measure[at]) at = row_best[i];
+        best = at;
+    }
+    barrier();
+    return best;
+}
+
+void main() {
+    const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    const int index = int(gl_LocalInvocationIndex);
+    const bool inside = all(lessThan(p, block.size));
+    Surface own = surface_at(min(p, block.size - 1));
+    const uvec4 bits = pack_surface(own);
+    own = unpack_surface(bits);
+    tile[index] = bits;
+    if (inside) imageStore(surfaces, p, bits);
+
+    measure[index] = inside ? dot(own.a, own.a) + dot(own.b, own.b) : -1.0;
+    const int first = find_best();
+    const float from_first = apart(own, unpack_surface(tile[first]));
+    measure[index] = inside ? from_first : -1.0;
+    const int second = find_best();
+    measure[index] = inside ? min(from_first, apart(own, unpack_surface(tile[second]))) : -1.0;
+    const int third = find_best();
+    if (index == 0) {
+        const ivec2 at = ivec2(3 * gl_WorkGroupID.x, gl_WorkGroupID.y);
+        imageStore(tile_surfaces, at, tile[first]);
+        imageStore(tile_surfaces, at + ivec2(1, 0), tile[second]);
+        imageStore(tile_surfaces, at + ivec2(2, 0), tile[third]);
+    }
+}

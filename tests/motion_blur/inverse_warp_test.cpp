@@ -1,0 +1,218 @@
+// mode: inverse_warp against closed forms, against truths accumulated over times, and against its
+// reference.
+#include <cmath>
+
+#include "tests/motion_blur/support.h"
+
+namespace postchain::test {
+namespace {
+
+Chain warp(Values values = {}) {
+    values.insert(values.begin(), {"mode", "inverse_warp"});
+    return blur(values);
+}
+// So many times that sampling does not show.
+Chain converged_warp() {
+    return warp({{"samples", int64_t(401)}, {"path_px_per_time", 0.1}, {"noise", "none"}});
+}
+
+// Motion of both halves in pixels per frame; the shutter is open for half a frame.
+void set_motion(BlurFrame& frame, int x, int y, double forward_x, double forward_y, double back_x,
+                double back_y) {
+    ImageF& back = frame.planes[Role::motion_back];
+    if (back.empty()) back = ImageF(frame.width(), frame.height(), 2);
+    float* f = frame.motion().pixel(x, y);
+    float* b = back.pixel(x, y);
+    f[0] = float(forward_x), f[1] = float(forward_y);
+    b[0] = float(back_x), b[1] = float(back_y);
+}
+
+// A bar of `width` px at x0 at inverse depth 2, before black at 1.
+BlurFrame bar(int picture, int x0, int width, double forward, double back) {
+    BlurFrame frame(picture, 20);
+    for (int y = 0; y < 20; ++y) {
+        for (int x = 0; x < picture; ++x) {
+            const bool on = x >= x0 && x < x0 + width;
+            set_motion(frame, x, y, on ? forward : 0, 0, on ? back : 0, 0);
+            if (!on) continue;
+            frame.set_gray(x, y, 1);
+            frame.depth().at(x, y) = 2;
+        }
+    }
+    return frame;
+}
+
+// Share of the open shutter during which the bar covers the middle of pixel x; `at`: where the bar
+// begins at time t in frames.
+template <class Position>
+double coverage(int x, int width, Position at) {
+    constexpr int kTimes = 4000;
+    int covered = 0;
+    for (int i = 0; i < kTimes; ++i) {
+        const double begin = at((i + 0.5) / kTimes * 0.5 - 0.25);
+        covered += x + 0.5 >= begin && x + 0.5 < begin + width;
+    }
+    return double(covered) / kTimes;
+}
+
+TEST(InverseWarp, OpacityOfAMovingBarIsExact) {
+    for (const int width : {4, 13, 30}) {
+        const BlurFrame frame = bar(120, 45, width, 48, 48);
+        const ImageF out = blurred(converged_warp(), frame);
+        for (int x = 20; x < 100; ++x) {
+            const double expected = coverage(x, width, [](double t) { return 45 + 48 * t; });
+            // An edge is found to within half a pixel of a path of 24.
+            EXPECT_NEAR(out.at(x, 10, 0), expected, 0.06) << "width " << width << ", x " << x;
+        }
+    }
+}
+
+// What the 2013 filter cannot: thin bars that move by many times their width.
+TEST(InverseWarp, FenceKeepsItsWidthAndItsLight) {
+    for (const Chain& chain : {warp(), warp({{"samples", int64_t(9)}})}) {
+        const BlurFrame frame = bar(101, 50, 2, 26, 26);
+        const ImageF out = blurred(chain, frame);
+        double light = 0, moment = 0;
+        for (int y = 0; y < 20; ++y) {
+            for (int x = 0; x < 101; ++x) {
+                light += out.at(x, y, 0);
+                moment += out.at(x, y, 0) * (x - 50.5) * (x - 50.5);
+            }
+        }
+        // A box of 2 px moved evenly over 13 px.
+        const double width = std::sqrt((2.0 * 2 + 13.0 * 13) / 12);
+        EXPECT_NEAR(light / 20, 2, 0.1);
+        EXPECT_NEAR(std::sqrt(moment / light), width, 0.1 * width);
+    }
+}
+
+// Forward +40 px, backward -40: the bar was on the right before and is there again after. A
+// straight line to each; a parabola would hardly leave the place.
+TEST(InverseWarp, WhatBouncesStaysOnItsSide) {
+    const BlurFrame frame = bar(120, 45, 6, 40, -40);
+    const ImageF out = blurred(converged_warp(), frame);
+    for (int x = 20; x < 100; ++x) {
+        const double expected = coverage(x, 6, [](double t) { return 45 + 40 * std::abs(t); });
+        EXPECT_NEAR(out.at(x, 10, 0), expected, 0.08) << x;
+    }
+}
+
+// A picture that turns by half a radian a frame about its middle.
+struct Turning {
+    static constexpr int kSize = 96;
+    static constexpr double kTurn = 0.5;
+    static double pattern(double x, double y) {
+        return 0.5 + 0.25 * std::sin(0.21 * x) + 0.25 * std::cos(0.17 * y + 0.05 * x);
+    }
+    static std::array<double, 2> turned(double x, double y, double angle) {
+        return {std::cos(angle) * x - std::sin(angle) * y,
+                std::sin(angle) * x + std::cos(angle) * y};
+    }
+    static BlurFrame frame() {
+        BlurFrame frame(kSize, kSize);
+        for (int y = 0; y < kSize; ++y) {
+            for (int x = 0; x < kSize; ++x) {
+                const double px = x - 0.5 * kSize, py = y - 0.5 * kSize;
+                const auto next = turned(px, py, kTurn), last = turned(px, py, -kTurn);
+                set_motion(frame, x, y, next[0] - px, next[1] - py, px - last[0], py - last[1]);
+                frame.set_gray(x, y, float(pattern(px, py)));
+            }
+        }
+        return frame;
+    }
+    // Mean over the shutter; within a circle about the middle, where all of it is in the picture.
+    static double error(const ImageF& out) {
+        double sum = 0;
+        int count = 0;
+        for (int y = 0; y < kSize; ++y) {
+            for (int x = 0; x < kSize; ++x) {
+                const double px = x - 0.5 * kSize, py = y - 0.5 * kSize;
+                if (px * px + py * py > 40 * 40) continue;
+                double truth = 0;
+                for (int i = 0; i < 64; ++i) {
+                    const double t = (i + 0.5) / 64 * 0.5 - 0.25;
+                    const auto from = turned(px, py, -kTurn * t);
+                    truth += pattern(from[0], from[1]) / 64;
+                }
+                sum += std::pow(out.at(x, y, 0) - truth, 2);
+                ++count;
+            }
+        }
+        return std::sqrt(sum / count);
+    }
+};
+
+TEST(InverseWarp, PathThroughThreePositionsFollowsWhatTurns) {
+    const BlurFrame both = Turning::frame();
+    BlurFrame forward = both;
+    forward.planes.erase(Role::motion_back);
+    const double curved = Turning::error(blurred(converged_warp(), both));
+    const double straight = Turning::error(blurred(converged_warp(), forward));
+    EXPECT_LT(curved, 0.004);
+    EXPECT_LT(3 * curved, straight);
+}
+
+TEST(InverseWarp, SlowFramesReturnEveryBitUnlessOneHalfIsFast) {
+    BlurFrame frame = random_frame(60, 40, 0.3f, 1.5f, 5);
+    frame.planes[Role::motion_back] = frame.motion();
+    Plan plan;
+    filter(warp(), describe(frame.planes), frame.planes, {}, &plan);
+    EXPECT_TRUE(plan.passes[0].elided);
+    EXPECT_TRUE(equal_bits(blurred(warp(), frame), frame.color()));
+    for (float& v : frame.planes[Role::motion_back].data) v = 30;
+    filter(warp(), describe(frame.planes), frame.planes, {}, &plan);
+    EXPECT_FALSE(plan.passes[0].elided);
+    EXPECT_FALSE(equal_bits(blurred(warp(), frame), frame.color()));
+}
+
+TEST(InverseWarp, ConstantColorStaysWhateverThePlanesHold) {
+    BlurFrame frame = random_frame(70, 50, 30, 1.5f, 6);
+    frame.planes[Role::motion_back] = random_frame(70, 50, 30, 1.5f, 7).motion();
+    frame.color() = constant_image(70, 50, {0.1f, 7.3f, 1e-4f, 0.7f});
+    const float bad[] = {NAN, INFINITY, -INFINITY, 1e30f, -1e30f, -1};
+    for (size_t i = 0; i < 6; ++i) {
+        frame.motion().at(int(3 + 9 * i), 11, 0) = bad[i];
+        frame.planes[Role::motion_back].at(int(5 + 9 * i), 23, 1) = bad[i];
+        frame.depth().at(int(7 + 9 * i), 31) = bad[i];
+    }
+    EXPECT_TRUE(equal_bits(blurred(warp(), frame), frame.color()));
+}
+
+TEST(InverseWarp, AgreesWithItsReference) {
+    for (const bool back : {false, true}) {
+        for (const Values& values :
+             {Values{}, Values{{"samples", int64_t(7)}, {"starts", int64_t(1)}, {"noise", "ign"}},
+              Values{{"starts", int64_t(8)}, {"max_blur_px", int64_t(9)}, {"noise", "none"}}}) {
+            const TestFrame layers = layered_frame(131, 77, {33.5f, 9.25f}, {-14.75f, 3.5f}, 8);
+            BlurFrame frame(131, 77);
+            frame.planes = layers.planes;
+            if (back) {
+                frame.planes[Role::motion_back] = frame.motion();
+                for (float& v : frame.planes[Role::motion_back].data) v = 0.5f * v + 3;
+            }
+            const auto gpu = stages_of(warp(values), frame);
+            const auto expected = reference_stages_of(warp(values), frame);
+            const Difference difference = compare(gpu.at("color"), expected.at("color"), 1e-3);
+            // Residuals and depths at a limit, decided by rounding.
+            EXPECT_LE(difference.fraction, 0.01) << difference.text;
+            EXPECT_LE(compare(gpu.at("hint"), expected.at("hint"), 0).fraction, 0.002);
+        }
+    }
+}
+
+// The same frame with and without what the still blocks save.
+TEST(InverseWarp, StillBlocksChangeNoBit) {
+    BlurFrame frame = random_frame(150, 110, 0, 1.5f, 9);
+    for (int y = 30; y < 50; ++y)
+        for (int x = 40; x < 60; ++x) frame.set_half_velocity(x, y, 7, -3);
+    PlanOptions complete;
+    complete.rules_off = {"still_tiles"};
+    const FrameDescription description = describe(frame.planes);
+    const auto with = filter(warp(), description, frame.planes);
+    const auto without = filter(warp(), description, frame.planes, complete);
+    EXPECT_TRUE(equal_bits(with.at(Role::color), without.at(Role::color)));
+    EXPECT_FALSE(equal_bits(with.at(Role::color), frame.color()));
+}
+
+}  // namespace
+}  // namespace postchain::test

@@ -461,6 +461,24 @@ TEST(Reference, LacksAPassThatMayBeMissing) {
     EXPECT_FALSE(run_reference(chain_of({"copy", "makes"}), f, planes).ok());
 }
 
+// Whatever the rules say: a pass that is off is run as it is described.
+TEST(Reference, RunsWhatTheRulesElide) {
+    FramePlanes planes;
+    planes[Role::color] = ImageF(1, 1, 4, 3.0f);
+    FrameDescription f = frame();
+    f.width = f.height = 1;
+    f.planes = {Role::color};
+    Chain chain = chain_of({"copy"});
+    ASSERT_TRUE(table().set(chain.links[0].pass->parameters(), "off", true).ok());
+    for (const bool elide : {true, false}) {
+        PlanOptions options;
+        options.elide = elide;
+        const auto result = run_reference(chain, f, planes, options);
+        ASSERT_TRUE(result.ok()) << result.status().message();
+        EXPECT_EQ(result->planes.at(Role::color).data[0], 7.0) << elide;
+    }
+}
+
 TEST(Reference, RunsPassesInOrderAndNamesStagesAsThePlanDoes) {
     FramePlanes planes;
     planes[Role::color] = ImageF(1, 1, 4, 3.0f);

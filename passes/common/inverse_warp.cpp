@@ -65,18 +65,23 @@ ShutterPlanes plan_shutter(PassPlanner& planner, const ShutterSettings& settings
 
     const TextureId surfaces =
         planner.texture("surfaces", Format::rgba32ui, frame.width, frame.height);
-    const TextureId tile_surfaces =
-        planner.texture("tile_surfaces", Format::rgba32ui, 3 * block.tiles.x, block.tiles.y);
     Step pack = make_step("surfaces", block);
     pack.program.defines["BACK"] = flag(back);
     pack.bindings = {{0, planner.input(Role::inverse_depth)},
                      {1, planner.input(Role::motion)},
-                     {0, surfaces, Access::write},
-                     {1, tile_surfaces, Access::write}};
+                     {0, surfaces, Access::write}};
     if (back) pack.bindings.push_back({2, planner.input(Role::motion_back)});
     pack.groups = groups_for(frame.width, frame.height);
     pack.taps = pixels * (back ? 15 : 10);
     planner.step(std::move(pack));
+
+    const TextureId tile_surfaces =
+        planner.texture("tile_surfaces", Format::rgba32ui, 3 * block.tiles.x, block.tiles.y);
+    Step pick_surfaces = make_step("tile_surfaces", block);
+    pick_surfaces.bindings = {{0, surfaces}, {0, tile_surfaces, Access::write}};
+    pick_surfaces.groups = groups_for(block.tiles.x, block.tiles.y);
+    pick_surfaces.taps = 3 * pixels;
+    planner.step(std::move(pick_surfaces));
 
     const std::string count = std::to_string(settings.starts);
     const TextureId starts = planner.texture("starts", Format::rgba32ui,

@@ -1,7 +1,8 @@
 // The inverse warp: for every instant of the open shutter, which surface stood at this pixel?
 // Shared by the passes that blur by it. Method, measurements: docs/inverse_warp.md.
 //
-//   inverse_depth, motion [, motion_back] --surfaces-> surfaces, tile_surfaces
+//   inverse_depth, motion [, motion_back] --surfaces-> surfaces
+//   surfaces --tile_surfaces-> tile_surfaces
 //   tile_surfaces --starts--> starts; work lists: moving_blocks, still_blocks
 //   color, surfaces, starts [, noise] --shutter--> color [, hint]     moving_blocks
 //   color                             --keep-----> color [, hint]     still_blocks

@@ -1,10 +1,7 @@
 #version 450 core
-// Packs motion and depth of each pixel, and picks for each tile of kBlockPx x kBlockPx pixels the
-// three surfaces that move most differently: the one with the longest path, the one farthest from
-// it, the one farthest from both. One work group for a tile.
+// Packs motion and depth of each pixel.
 //
-//   inverse_depth, motion [, motion_back] -> surfaces        size of the picture
-//                                         -> tile_surfaces   3 tiles.x by tiles.y
+//   inverse_depth, motion [, motion_back] -> surfaces
 //
 // BACK: motion_back is there; else it is taken to equal motion: straight paths at one speed.
 #include "common/finite.glsl"
@@ -18,13 +15,6 @@ layout(binding = 1) uniform sampler2D motion;
 layout(binding = 2) uniform sampler2D motion_back;
 #endif
 layout(binding = 0) writeonly uniform uimage2D surfaces;
-layout(binding = 1) writeonly uniform uimage2D tile_surfaces;
-
-const int kTilePixels = kBlockPx * kBlockPx;
-shared uvec4 tile[kTilePixels];
-shared float measure[kTilePixels];  // of each pixel; -1 outside the picture
-shared int row_best[kBlockPx];
-shared int best;
 
 float depth_at(ivec2 p) {
     const float q = texelFetch(inverse_depth, p, 0).x;
@@ -91,48 +81,8 @@ Surface surface_at(ivec2 p) {
     return s;
 }
 
-// Index of the pixel with the largest measure, of equals the first in row order.
-int find_best() {
-    const uint x = gl_LocalInvocationID.x, y = gl_LocalInvocationID.y;
-    barrier();
-    if (x == 0u) {
-        int at = int(y) * kBlockPx;
-        for (int i = 1; i < kBlockPx; ++i)
-            if (measure[int(y) * kBlockPx + i] > measure[at]) at = int(y) * kBlockPx + i;
-        row_best[y] = at;
-    }
-    barrier();
-    if (x == 0u && y == 0u) {
-        int at = row_best[0];
-        for (int i = 1; i < kBlockPx; ++i)
-            if (measure[row_best[i]] > measure[at]) at = row_best[i];
-        best = at;
-    }
-    barrier();
-    return best;
-}
-
 void main() {
     const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    const int index = int(gl_LocalInvocationIndex);
-    const bool inside = all(lessThan(p, block.size));
-    Surface own = surface_at(min(p, block.size - 1));
-    const uvec4 bits = pack_surface(own);
-    own = unpack_surface(bits);
-    tile[index] = bits;
-    if (inside) imageStore(surfaces, p, bits);
-
-    measure[index] = inside ? dot(own.a, own.a) + dot(own.b, own.b) : -1.0;
-    const int first = find_best();
-    const float from_first = apart(own, unpack_surface(tile[first]));
-    measure[index] = inside ? from_first : -1.0;
-    const int second = find_best();
-    measure[index] = inside ? min(from_first, apart(own, unpack_surface(tile[second]))) : -1.0;
-    const int third = find_best();
-    if (index == 0) {
-        const ivec2 at = ivec2(3 * gl_WorkGroupID.x, gl_WorkGroupID.y);
-        imageStore(tile_surfaces, at, tile[first]);
-        imageStore(tile_surfaces, at + ivec2(1, 0), tile[second]);
-        imageStore(tile_surfaces, at + ivec2(2, 0), tile[third]);
-    }
+    if (any(greaterThanEqual(p, block.size))) return;
+    imageStore(surfaces, p, pack_surface(surface_at(p)));
 }

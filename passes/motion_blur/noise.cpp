@@ -3,6 +3,8 @@
 #include <cassert>
 #include <cmath>
 #include <vector>
+#include "chain/work_list.h"
+#include "shaders/shared/motion_blur_noise_block.h"
 
 namespace postchain::motion_blur {
 namespace {
@@ -160,6 +162,30 @@ ImageD noise_table(Noise noise, std::array<int, 2> shift) {
         }
     }
     return table;
+}
+
+TextureId add_noise(PassPlanner& planner, const Parameters& parameters, bool used) {
+    if (parameters.noise == Noise::none) return -1;
+    if (!used) planner.unused("noise", {"neither tiles nor taps are jittered"});
+    const TextureId noise = planner.texture("noise", Format::rg32f, kNoiseSize, kNoiseSize);
+    shared::MotionBlurNoiseBlock block{};
+    const auto shift = noise_shift(parameters, planner.context().frame.frame_number);
+    block.shift = {shift[0], shift[1]};
+    if (parameters.noise == Noise::blue) {
+        const auto& ranks = blue_noise_ranks();
+        for (int i = 0; i < int(ranks.size()) / 2; ++i) {
+            const uint32_t pair = ranks[size_t(2 * i)] | uint32_t(ranks[size_t(2 * i + 1)]) << 16;
+            block.ranks[i / 4][i % 4] = int(pair);
+        }
+    }
+    Step step;
+    step.name = "noise";
+    step.program = {"motion_blur/noise.comp", {{"NOISE", std::to_string(int(parameters.noise))}}};
+    step.set_block(block);
+    step.bindings = {{0, noise, Access::write}};
+    step.groups = groups_for(kNoiseSize, kNoiseSize);
+    planner.step(std::move(step));
+    return noise;
 }
 
 }  // namespace postchain::motion_blur

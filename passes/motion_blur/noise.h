@@ -19,6 +19,7 @@
 #include <cstdint>
 
 #include "chain/image.h"
+#include "chain/pass.h"
 #include "passes/motion_blur/parameters.h"
 
 namespace postchain::motion_blur {
@@ -32,6 +33,10 @@ std::array<int, 2> noise_shift(const Parameters& parameters, int frame_number);
 // Rank 0..4095 of each pixel of the blue noise pattern, row-major; made on first use (about 50 ms),
 // in integers, so that it is the same on every machine.
 const std::array<uint16_t, kBlueNoiseSize * kBlueNoiseSize>& blue_noise_ranks();
+
+// Adds the texture "noise" and the step that fills it; -1 for Noise::none. `used`: whether the
+// filter reads it with these parameters.
+TextureId add_noise(PassPlanner& planner, const Parameters& parameters, bool used);
 
 // The whole table: 128 x 128, two channels. `noise` is not Noise::none.
 ImageD noise_table(Noise noise, std::array<int, 2> shift);

@@ -171,6 +171,14 @@ inverse_warp::ShutterSettings shutter_settings(const Parameters& parameters, con
     return settings;
 }
 
+bool compares_depth(const Parameters& parameters) {
+    return parameters.depth_softness > 0;
+}
+
+bool splits_by_variance(const Parameters& parameters) {
+    return parameters.sample_split == SampleSplit::variance && parameters.mode != Mode::single;
+}
+
 bool jitters_tiles(const Parameters& parameters) {
     return parameters.tile_jitter && parameters.noise != Noise::none;
 }

@@ -1,13 +1,12 @@
 #include "passes/depth_of_field/depth_of_field.h"
 
-#include "passes/depth_of_field/circle_of_confusion.h"
+#include "passes/common/circle_of_confusion.h"
 #include "passes/depth_of_field/gilham.h"
 #include "passes/depth_of_field/gilham_reference.h"
 
 namespace postchain::depth_of_field {
 namespace {
 
-constexpr double kMaxDistance = 1e30;   // scene units; fp32 holds it and its inverse
 constexpr double kSharpRadiusPx = 0.5;  // up to here a pixel returns its color bit for bit
 
 const ParameterTable& table() {
@@ -16,109 +15,7 @@ const ParameterTable& table() {
             .choice("method", &Parameters::method, {"gilham"},
                     {.help = "gilham: a downsampled Gaussian blur, mixed in by the circle of "
                              "confusion"})
-            .choice("coc", &Parameters::coc, {"lens", "planes", "range"},
-                    {.help = "source of the circle of confusion: a thin lens, four planes, or one "
-                             "range around the focus"})
-            .number("focal_length_mm", &Parameters::focal_length_mm,
-                    {.min = 0,
-                     .max = 1e6,
-                     .min_excluded = true,
-                     .soft_min = 5,
-                     .soft_max = 200,
-                     .unit = "mm",
-                     .help = "coc: lens; focal length",
-                     .unset_means = "the camera's"})
-            .number("f_stop", &Parameters::f_stop,
-                    {.min = 0,
-                     .min_excluded = true,
-                     .soft_min = 0.05,
-                     .soft_max = 32,
-                     .help = "coc: lens; focal length over the diameter of the aperture",
-                     .unset_means = "the camera's"})
-            .number("focus_distance", &Parameters::focus_distance,
-                    {.min = 0,
-                     .max = kMaxDistance,
-                     .min_excluded = true,
-                     .soft_min = 0.5,
-                     .soft_max = 60,
-                     .unit = "scene units",
-                     .help = "coc: lens; distance of the plane in focus, beyond the focal length",
-                     .unset_means = "the camera's"})
-            .number("sensor_width_mm", &Parameters::sensor_width_mm,
-                    {.min = 0,
-                     .min_excluded = true,
-                     .soft_min = 10,
-                     .soft_max = 50,
-                     .unit = "mm",
-                     .help = "coc: lens; sensor width that the display width covers",
-                     .unset_means = "the camera's"})
-            .boolean("breathing", &Parameters::breathing,
-                     {.help = "coc: lens; refocus as a thin lens does: radii times s/(s - f)"})
-            .number("near_blurry", &Parameters::near_blurry,
-                    {.min = 0,
-                     .max = kMaxDistance,
-                     .soft_min = 0.01,
-                     .soft_max = 20,
-                     .unit = "scene units",
-                     .help = "coc: planes; at this distance and nearer the near blur is largest"})
-            .number("near_sharp", &Parameters::near_sharp,
-                    {.min = 0,
-                     .max = kMaxDistance,
-                     .soft_min = 0.01,
-                     .soft_max = 20,
-                     .unit = "scene units",
-                     .help = "coc: planes; the near blur begins nearer than this distance"})
-            .number("far_sharp", &Parameters::far_sharp,
-                    {.min = 0,
-                     .max = kMaxDistance,
-                     .soft_min = 0.01,
-                     .soft_max = 100,
-                     .unit = "scene units",
-                     .help = "coc: planes; the far blur begins beyond this distance"})
-            .number("far_blurry", &Parameters::far_blurry,
-                    {.min = 0,
-                     .max = kMaxDistance,
-                     .soft_min = 0.01,
-                     .soft_max = 100,
-                     .unit = "scene units",
-                     .help = "coc: planes; at this distance and beyond the far blur is largest"})
-            .number("max_near_fraction", &Parameters::max_near_fraction,
-                    {.min = 0,
-                     .max = 1,
-                     .soft_max = 0.2,
-                     .unit = "display widths",
-                     .help = "coc: planes; largest near radius"})
-            .number("max_far_fraction", &Parameters::max_far_fraction,
-                    {.min = 0,
-                     .max = 1,
-                     .soft_max = 0.2,
-                     .unit = "display widths",
-                     .help = "coc: planes; largest far radius"})
-            .number("focus", &Parameters::focus,
-                    {.min = 0,
-                     .max = kMaxDistance,
-                     .min_excluded = true,
-                     .soft_min = 0.5,
-                     .soft_max = 60,
-                     .unit = "scene units",
-                     .help = "coc: range; distance of the plane in focus",
-                     .unset_means = "focus_distance, the pass's or the camera's"})
-            .number("range", &Parameters::range,
-                    {.min = 0,
-                     .max = kMaxDistance,
-                     .min_excluded = true,
-                     .soft_min = 0.1,
-                     .soft_max = 50,
-                     .unit = "scene units",
-                     .help = "coc: range; distance from the focus at which the radius is "
-                             "max_radius_px"})
-            .number("max_radius_px", &Parameters::max_radius_px,
-                    {.min = 0,
-                     .max = 1000,
-                     .soft_max = 30,
-                     .unit = "px",
-                     .help = "largest radius of the circle of confusion",
-                     .unset_means = "3 % of the display width"})
+            .rows(&Parameters::lens, lens::parameter_table())
             .integer("downsample", &Parameters::downsample,
                      {.min = 1,
                       .max = 4,
@@ -163,7 +60,8 @@ class DepthOfField final : public Pass {
         promises.symmetries = {Symmetry::mirror, Symmetry::flip, Symmetry::turn, Symmetry::shift};
         promises.light = parameters_.hdr_weight ? Light::not_more : Light::kept;
         // In focus is what the camera says; planes and ranges are the pass's own.
-        if (parameters_.coc == CocSource::lens) promises.driven_by = {Role::inverse_depth};
+        if (parameters_.lens.coc == lens::CocSource::lens)
+            promises.driven_by = {Role::inverse_depth};
         return promises;
     }
 
@@ -173,14 +71,14 @@ class DepthOfField final : public Pass {
     }
 
     Status check(const FrameDescription& frame) const override {
-        if (const auto coc = circle_of_confusion(parameters_, frame); !coc.ok())
+        if (const auto coc = lens::circle_of_confusion(parameters_.lens, frame); !coc.ok())
             return coc.status();
         return check_gilham(parameters_, frame);
     }
 
     // The color is exact up to a radius of 0.5 px; a hint is so only where the radius is 0.
     std::optional<Identity> identity(const PlanContext& context) const override {
-        const auto coc = circle_of_confusion(parameters_, context.frame);
+        const auto coc = lens::circle_of_confusion(parameters_.lens, context.frame);
         if (!coc.ok()) return std::nullopt;  // check() says why
         const bool hint = context.available.has(Role::hint) && context.wanted.has(Role::hint);
         const double exact_px = hint ? 0 : kSharpRadiusPx;
@@ -207,7 +105,7 @@ class DepthOfField final : public Pass {
     }
 
     void plan(PassPlanner& planner) const override {
-        const auto coc = circle_of_confusion(parameters_, planner.context().frame);
+        const auto coc = lens::circle_of_confusion(parameters_.lens, planner.context().frame);
         assert(coc.ok());
         switch (parameters_.method) {
             case Method::gilham:

@@ -10,39 +10,17 @@
 #include <optional>
 
 #include "chain/pass.h"
+#include "passes/common/lens.h"
 
 namespace postchain::depth_of_field {
 
 enum class Method { gilham };
-enum class CocSource { lens, planes, range };  // circle_of_confusion.h
-enum class Leak { none, depth, coc };          // which neighbors the Gaussian may mix in
-
-inline constexpr double kDefaultMaxRadiusFraction = 0.03;  // of the display width
+enum class Leak { none, depth, coc };  // which neighbors the Gaussian may mix in
 
 struct Parameters {
     Method method = Method::gilham;
-    CocSource coc = CocSource::lens;
+    lens::Parameters lens;
 
-    // coc: lens. Unset = the camera's.
-    std::optional<double> focal_length_mm;
-    std::optional<double> f_stop;
-    std::optional<double> focus_distance;  // scene units
-    std::optional<double> sensor_width_mm;
-    bool breathing = false;  // refocus like a thin lens: radius times s/(s - f)
-
-    // coc: planes. Distances in scene units, radii as fractions of the display width.
-    double near_blurry = 0.25;
-    double near_sharp = 1;
-    double far_sharp = 40;
-    double far_blurry = 100;
-    double max_near_fraction = 0.015;
-    double max_far_fraction = 0.005;
-
-    // coc: range. Scene units.
-    std::optional<double> focus;  // unset = focus_distance, the pass's or the camera's
-    double range = 1;
-
-    std::optional<double> max_radius_px;  // unset = 3 % of the display width
     int downsample = 4;
     std::optional<double> blur_sigma_px;  // unset = from the lens, gilham.cpp
     Leak leak = Leak::coc;

@@ -35,8 +35,6 @@ namespace {
 using shared::DepthOfFieldBlock;
 using shared::DepthOfFieldBlurBlock;
 
-constexpr double kMaxFactor = 1e30;  // fp32 must hold it; |R| is clamped long before
-
 // The deviation of the blur of downsampling and upsampling alone, in box edges: a box has
 // a variance of 1/12, the triangle of the bilinear weights 1/6.
 constexpr double kDownsampleSigma = 0.5;
@@ -45,7 +43,7 @@ constexpr double kDownsampleSigma = 0.5;
 // radius of infinity, and a disc of radius R has a deviation of R/2 along each axis. The ramps of
 // planes and range end in large areas of their largest radius, whose deviation is half of it.
 double auto_sigma_px(const Parameters& parameters, const FrameDescription& frame) {
-    const auto coc = circle_of_confusion(parameters, frame);
+    const auto coc = lens::circle_of_confusion(parameters.lens, frame);
     assert(coc.ok());
     const double sigma = coc->lens ? coc->typical_radius_px() / 4 : coc->largest_radius_px() / 2;
     return std::max(sigma, kDownsampleSigma * parameters.downsample);
@@ -55,20 +53,12 @@ double blur_sigma_px(const Parameters& parameters, const FrameDescription& frame
     return parameters.blur_sigma_px ? *parameters.blur_sigma_px : auto_sigma_px(parameters, frame);
 }
 
-DepthOfFieldBlock block_of(const CircleOfConfusion& coc, const GilhamSizes& sizes,
+DepthOfFieldBlock block_of(const lens::CircleOfConfusion& coc, const GilhamSizes& sizes,
                            const FrameDescription& frame) {
     DepthOfFieldBlock block{};
     block.size = {frame.width, frame.height};
     block.low_size = {sizes.low_width, sizes.low_height};
-    block.gain_px = float(coc.gain_px);
-    block.focus_inverse = float(std::min(coc.focus_inverse, kMaxFactor));
-    block.near_sharp = float(coc.near_sharp);
-    block.near_inverse_span = float(std::min(1 / coc.near_span, kMaxFactor));
-    block.far_sharp = float(coc.far_sharp);
-    block.far_inverse_span = float(std::min(1 / coc.far_span, kMaxFactor));
-    block.near_radius_px = float(coc.near_radius_px);
-    block.far_radius_px = float(coc.far_radius_px);
-    block.max_radius_px = float(coc.max_radius_px);
+    lens::set_block(coc, block);
     block.full_blur_px = float(sizes.full_blur_px);
     return block;
 }
@@ -177,7 +167,8 @@ Status check_gilham(const Parameters& parameters, const FrameDescription& frame)
                          "; set a smaller blur_sigma_px or a larger downsample"));
 }
 
-void plan_gilham(const Parameters& parameters, const CircleOfConfusion& coc, PassPlanner& planner) {
+void plan_gilham(const Parameters& parameters, const lens::CircleOfConfusion& coc,
+                 PassPlanner& planner) {
     const PlanContext& context = planner.context();
     const FrameDescription& frame = context.frame;
     const GilhamSizes sizes = gilham_sizes(parameters, frame);

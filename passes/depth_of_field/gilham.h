@@ -2,7 +2,8 @@
 #pragma once
 
 #include "chain/pass.h"
-#include "passes/depth_of_field/circle_of_confusion.h"
+#include "passes/common/circle_of_confusion.h"
+#include "passes/depth_of_field/depth_of_field.h"
 
 namespace postchain::depth_of_field {
 
@@ -23,6 +24,7 @@ Reach gilham_reach(const Parameters& parameters, const FrameDescription& frame);
 
 // Errors: StatusCode::chain when the kernel has more taps than the shader's table holds.
 Status check_gilham(const Parameters& parameters, const FrameDescription& frame);
-void plan_gilham(const Parameters& parameters, const CircleOfConfusion& coc, PassPlanner& planner);
+void plan_gilham(const Parameters& parameters, const lens::CircleOfConfusion& coc,
+                 PassPlanner& planner);
 
 }  // namespace postchain::depth_of_field

@@ -11,12 +11,12 @@ bool all_finite(const double* c) {
 }
 
 // R by the formulas of docs/depth_of_field.md. Lengths in meters for the lens; d in scene units.
-double signed_radius(const Parameters& p, const FrameDescription& frame, double d) {
+double signed_radius(const lens::Parameters& p, const FrameDescription& frame, double d) {
     const double display_width = frame.display_width;
     const double max_radius = p.max_radius_px.value_or(0.03 * display_width);
     double radius = 0;
     switch (p.coc) {
-        case CocSource::lens: {
+        case lens::CocSource::lens: {
             const Camera& camera = frame.camera;
             const double unit = camera.meters_per_unit.value_or(1.0);
             const double f =
@@ -33,7 +33,7 @@ double signed_radius(const Parameters& p, const FrameDescription& frame, double 
             radius = diameter / 2;
             break;
         }
-        case CocSource::planes:
+        case lens::CocSource::planes:
             if (d < p.near_sharp)
                 radius = -p.max_near_fraction * display_width *
                          std::min((p.near_sharp - d) / (p.near_sharp - p.near_blurry), 1.0);
@@ -43,7 +43,7 @@ double signed_radius(const Parameters& p, const FrameDescription& frame, double 
                              : p.max_far_fraction * display_width *
                                    std::min((d - p.far_sharp) / (p.far_blurry - p.far_sharp), 1.0);
             break;
-        case CocSource::range: {
+        case lens::CocSource::range: {
             const auto& own = p.focus ? p.focus : p.focus_distance;
             const double focus = (own ? own : frame.camera.focus_distance).value_or(0);
             radius = max_radius * std::clamp((d - focus) / p.range, -1.0, 1.0);
@@ -130,7 +130,7 @@ void gilham_reference(const Parameters& parameters, const PlanContext& context,
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
             const double w = inverse_depth.at(x, y) > 0 ? inverse_depth.at(x, y) : 0;
-            coc.at(x, y) = signed_radius(parameters, context.frame, 1 / w);
+            coc.at(x, y) = signed_radius(parameters.lens, context.frame, 1 / w);
             absolute_radius.at(x, y) = std::abs(coc.at(x, y));
             depth_guide.at(x, y) = std::min(w, 1e37);
             const double* c = color.pixel(x, y);

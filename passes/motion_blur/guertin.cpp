@@ -17,8 +17,8 @@
 
 #include "chain/work_list.h"
 #include "passes/common/keep.h"
+#include "passes/common/noise.h"
 #include "passes/motion_blur/motion_blur.h"
-#include "passes/motion_blur/noise.h"
 #include "shaders/shared/motion_blur_block.h"
 
 namespace postchain::motion_blur {
@@ -50,7 +50,9 @@ class Guertin {
                                                context.frame.width, context.frame.height);
         add_tiles(planner, block, stored, classes, planes);
         add_variance(planner, block, planes);
-        planes.noise = add_noise(planner, parameters_, jitters());
+        if (!jitters() && parameters_.noise.noise != noise::Kind::none)
+            planner.unused("noise", {"neither tiles nor taps are jittered"});
+        planes.noise = noise::add_table(planner, parameters_.noise);
         planes.color = planner.texture("color", context.color_format(), context.frame.width,
                                        context.frame.height);
         if (planner.wanted(Role::hint)) {
@@ -122,7 +124,7 @@ class Guertin {
         block.tiles = {(frame.width + edge - 1) / edge, (frame.height + edge - 1) / edge};
         block.tile_px = edge;
         block.samples = parameters_.samples;
-        block.half_shutter = float(0.5 * shutter_frames(parameters_, frame.camera));
+        block.half_shutter = float(0.5 * shutter::open_frames(parameters_.shutter, frame.camera));
         block.still_limit_px = float(still_limit_px(parameters_, stored));
         block.jitter = float(parameters_.jitter);
         block.tile_jitter_slope = float(parameters_.tile_jitter_slope);

@@ -5,8 +5,8 @@
 
 #include "chain/work_list.h"
 #include "passes/common/inverse_warp_reference.h"
+#include "passes/common/noise.h"
 #include "passes/motion_blur/guertin.h"
-#include "passes/motion_blur/noise.h"
 #include "passes/motion_blur/parameters.h"
 #include "passes/motion_blur/reference.h"
 
@@ -58,7 +58,7 @@ class MotionBlur final : public Pass {
 
     std::optional<Identity> identity(const PlanContext& context) const override {
         const FrameDescription& frame = context.frame;
-        const double shutter = shutter_frames(parameters_, frame.camera);
+        const double shutter = shutter::open_frames(parameters_.shutter, frame.camera);
         if (shutter == 0)
             return Identity{kRuleConfiguration, {.name = "shutter_frames", .value = 0}};
         if (frame.bounds.camera_cut && context.uses(kRuleCameraCut))
@@ -79,7 +79,7 @@ class MotionBlur final : public Pass {
 
     void plan(PassPlanner& planner) const override {
         if (!warps()) return plan_guertin(parameters_, planner);
-        const TextureId noise = jitters() ? add_noise(planner, parameters_, true) : -1;
+        const TextureId noise = jitters() ? noise::add_table(planner, parameters_.noise) : -1;
         const auto made = inverse_warp::plan_shutter(
             planner, shutter_settings(parameters_, planner.context().frame.camera), noise);
         planner.output(Role::color, made.color);
@@ -88,10 +88,7 @@ class MotionBlur final : public Pass {
 
     void reference(const PlanContext& context, ReferenceFrame& frame) const override {
         if (!warps()) return run_reference(parameters_, context, frame);
-        const ImageD noise = jitters()
-                                 ? noise_table(parameters_.noise,
-                                               noise_shift(parameters_, context.frame.frame_number))
-                                 : ImageD();
+        const ImageD noise = noise::table(parameters_.noise, context.frame.frame_number);
         inverse_warp::shutter_reference(context,
                                         shutter_settings(parameters_, context.frame.camera),
                                         jitters() ? &noise : nullptr, frame);

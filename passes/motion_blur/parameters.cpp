@@ -2,8 +2,6 @@
 
 #include "passes/motion_blur/motion_blur.h"
 
-#include <limits>
-
 namespace postchain::motion_blur {
 
 const ParameterTable& parameter_table() {
@@ -29,22 +27,7 @@ const ParameterTable& parameter_table() {
                       .soft_max = 64,
                       .unit = "px",
                       .help = "edge of a tile and largest half-length of a streak"})
-            .number("shutter_frames", &P::shutter_frames,
-                    {.min = 0,
-                     .max = 10,
-                     .soft_max = 4,
-                     .unit = "frames",
-                     .help = "time the shutter is open, centered on the frame",
-                     .unset_means = "the camera's shutter_frames, else 0.5",
-                     .excludes = "shutter_angle_deg"})
-            .number("shutter_angle_deg", &P::shutter_angle_deg,
-                    {.min = 0,
-                     .max = 3600,
-                     .soft_max = 1440,
-                     .unit = "degrees",
-                     .help = "the same as an angle: 360 degrees are one frame",
-                     .unset_means = "shutter_frames decides",
-                     .excludes = "shutter_frames"})
+            .rows(&P::shutter, shutter::parameter_table())
             .number("jitter", &P::jitter,
                     {.min = 0,
                      .max = 1,
@@ -84,17 +67,7 @@ const ParameterTable& parameter_table() {
             .choice("sample_split", &P::sample_split, {"even", "variance"},
                     {.help = "which taps follow the pixel's own velocity: every second, or as "
                              "many as directions vary around the tile"})
-            .choice("noise", &P::noise, {"halton", "ign", "blue", "none"},
-                    {.help = "random numbers of both jitters: Halton over Morton order, "
-                             "interleaved gradient noise, blue noise, or no jitter"})
-            .integer("seed", &P::seed,
-                     {.min = 0,
-                      .max = double(std::numeric_limits<int>::max()),
-                      .soft_max = 1000,
-                      .help = "shifts the noise pattern",
-                      .convergence = Convergence::averaged})
-            .boolean("animate_noise", &P::animate_noise,
-                     {.help = "shift the noise pattern with the frame number too"})
+            .rows(&P::noise, noise::parameter_table())
             .choice("border", &P::border, {"skip", "clamp"},
                     {.help = "taps outside the picture: dropped, or moved to the border"})
             .choice("static_direction", &P::static_direction, {"perpendicular", "dominant"},
@@ -133,12 +106,6 @@ const ParameterTable& parameter_table() {
     return table;
 }
 
-double shutter_frames(const Parameters& parameters, const Camera& camera) {
-    if (parameters.shutter_frames) return *parameters.shutter_frames;
-    if (parameters.shutter_angle_deg) return *parameters.shutter_angle_deg / 360.0;
-    return camera.shutter_frames.value_or(kDefaultShutterFrames);
-}
-
 VelocityStorage storage(const Parameters& parameters, Precision precision) {
     if (parameters.velocity_storage != VelocityStorage::automatic)
         return parameters.velocity_storage;
@@ -159,7 +126,7 @@ double still_limit_px(const Parameters& parameters, VelocityStorage storage) {
 
 inverse_warp::ShutterSettings shutter_settings(const Parameters& parameters, const Camera& camera) {
     inverse_warp::ShutterSettings settings;
-    settings.half_shutter = 0.5 * shutter_frames(parameters, camera);
+    settings.half_shutter = 0.5 * shutter::open_frames(parameters.shutter, camera);
     settings.samples = parameters.samples;
     settings.path_px_per_time = parameters.path_px_per_time;
     settings.starts = parameters.starts;
@@ -180,15 +147,15 @@ bool splits_by_variance(const Parameters& parameters) {
 }
 
 bool jitters_tiles(const Parameters& parameters) {
-    return parameters.tile_jitter && parameters.noise != Noise::none;
+    return parameters.tile_jitter && parameters.noise.noise != noise::Kind::none;
 }
 
 bool jitters_times(const Parameters& parameters) {
-    return parameters.time_jitter > 0 && parameters.noise != Noise::none;
+    return parameters.time_jitter > 0 && parameters.noise.noise != noise::Kind::none;
 }
 
 bool jitters_taps(const Parameters& parameters) {
-    return parameters.jitter > 0 && parameters.noise != Noise::none;
+    return parameters.jitter > 0 && parameters.noise.noise != noise::Kind::none;
 }
 
 }  // namespace postchain::motion_blur

@@ -1,17 +1,16 @@
 // Parameters of the motion blur; meaning, unit and range of each are in its table.
 #pragma once
 
-#include <optional>
-
 #include "chain/frame.h"
 #include "chain/parameter.h"
 #include "passes/common/inverse_warp.h"
+#include "passes/common/noise.h"
+#include "passes/common/shutter.h"
 
 namespace postchain::motion_blur {
 
 enum class Mode { guertin, single, inverse_warp };
 enum class SampleSplit { even, variance };
-enum class Noise { halton, ign, blue, none };
 enum class Border { skip, clamp };
 enum class StaticDirection { perpendicular, dominant };
 enum class VelocityStorage { automatic, fp16, fp32, unorm8 };
@@ -20,8 +19,7 @@ struct Parameters {
     Mode mode = Mode::guertin;
     int samples = 25;
     int max_blur_px = 40;
-    std::optional<double> shutter_frames;
-    std::optional<double> shutter_angle_deg;
+    shutter::Parameters shutter;
     double jitter = 0.95;
     bool tile_jitter = true;
     double tile_jitter_slope = 1;
@@ -29,9 +27,7 @@ struct Parameters {
     double variance_threshold_px = 1.5;
     double depth_softness = 1;
     SampleSplit sample_split = SampleSplit::even;
-    Noise noise = Noise::halton;
-    int seed = 0;
-    bool animate_noise = false;
+    noise::Parameters noise;
     Border border = Border::skip;
     StaticDirection static_direction = StaticDirection::perpendicular;
     double min_speed_px = 0.5;
@@ -42,10 +38,6 @@ struct Parameters {
 };
 
 const ParameterTable& parameter_table();
-
-// Time the shutter is open, in frames: the pass's own value (frames, or degrees / 360), else the
-// camera's, else kDefaultShutterFrames.
-double shutter_frames(const Parameters& parameters, const Camera& camera);
 
 // How half-velocities are stored; never automatic.
 VelocityStorage storage(const Parameters& parameters, Precision precision);

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <vector>
 
-#include "passes/motion_blur/noise.h"
+#include "passes/common/noise.h"
 
 namespace postchain::motion_blur {
 namespace {
@@ -71,11 +71,11 @@ class Reference {
           height_(context.frame.height),
           columns_((width_ + edge_ - 1) / edge_),
           rows_((height_ + edge_ - 1) / edge_),
-          half_shutter_(0.5 * shutter_frames(parameters, context.frame.camera)),
+          half_shutter_(0.5 * shutter::open_frames(parameters.shutter, context.frame.camera)),
           still_limit_(still_limit_px(parameters, storage_)),
           hint_(context.wanted.has(Role::hint)) {
         if (jitters_tiles(p_) || jitters_taps(p_))
-            noise_ = noise_table(p_.noise, noise_shift(p_, context.frame.frame_number));
+            noise_ = noise::table(p_.noise, context.frame.frame_number);
     }
 
     void run() {
@@ -226,7 +226,7 @@ class Reference {
             const double ex = std::min(lx, edge_ - lx), ey = std::min(ly, edge_ - ly);
             const double e = std::min(ex, ey) / edge_;
             const double probability = std::max(0.0, 0.5 - p_.tile_jitter_slope * e);
-            if (noise_.at(x % kNoiseSize, y % kNoiseSize, 0) < probability) {
+            if (noise_.at(x % noise::kSize, y % noise::kSize, 0) < probability) {
                 int ni = i, nj = j;
                 if (ex <= ey)
                     ni += 2 * lx < edge_ ? -1 : 1;
@@ -284,7 +284,7 @@ class Reference {
         const bool by_variance = !variance_.empty();
         const double u = by_variance ? variance_at(x, y) : 0;
         const double j =
-            jitters_taps(p_) ? noise_.at(x % kNoiseSize, y % kNoiseSize, 1) * p_.jitter : 0;
+            jitters_taps(p_) ? noise_.at(x % noise::kSize, y % noise::kSize, 1) * p_.jitter : 0;
         const ImageD* depth =
             p_.depth_softness > 0 ? &frame_.planes.at(Role::inverse_depth) : nullptr;
 

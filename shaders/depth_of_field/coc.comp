@@ -1,12 +1,13 @@
 #version 450 core
-// Signed radius of the circle of confusion in pixels, from the inverse depth w.
-// Equations: passes/depth_of_field/circle_of_confusion.h. COC_LENS or COC_PLANES is defined.
+// Signed radius of the circle of confusion in pixels.
 //
 //   inverse_depth -> coc
 //                 -> row_range   RANGE: smallest and largest |R| of each run of kBlockPx pixels;
 //                                then one thread does a run
 #include "common/work_group.glsl"
 #include "shared/depth_of_field_block.h"
+
+#include "common/circle_of_confusion.glsl"
 
 layout(binding = 0) uniform sampler2D inverse_depth;
 layout(binding = 0) writeonly uniform image2D coc;
@@ -15,23 +16,7 @@ layout(binding = 1) writeonly uniform image2D row_range;
 #endif
 
 float radius_at(ivec2 p) {
-    float w = texelFetch(inverse_depth, p, 0).x;
-    // NaN and negative count as sky; an infinite w (d = 0) as the largest number, so that no
-    // product below is 0 times infinity.
-    w = w > 0.0 ? min(w, 3.0e38) : 0.0;
-#if defined(COC_LENS)
-    float radius = block.gain_px * (block.focus_inverse - w);
-#elif defined(COC_PLANES)
-    float near_part = 0.0;
-    float far_part = 1.0;  // of the sky
-    if (w > 0.0) {
-        float d = 1.0 / w;
-        near_part = clamp((block.near_sharp - d) * block.near_inverse_span, 0.0, 1.0);
-        far_part = clamp((d - block.far_sharp) * block.far_inverse_span, 0.0, 1.0);
-    }
-    float radius = block.far_radius_px * far_part - block.near_radius_px * near_part;
-#endif
-    return clamp(radius, -block.max_radius_px, block.max_radius_px);
+    return radius_px(texelFetch(inverse_depth, p, 0).x);
 }
 
 void main() {

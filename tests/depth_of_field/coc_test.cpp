@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "chain/convert.h"
-#include "passes/depth_of_field/circle_of_confusion.h"
+#include "passes/common/circle_of_confusion.h"
 #include "tests/depth_of_field/support.h"
 
 namespace postchain::test {
@@ -15,10 +15,10 @@ namespace {
 
 using namespace std::string_literals;
 
-using depth_of_field::circle_of_confusion;
-using depth_of_field::CircleOfConfusion;
-using depth_of_field::CocSource;
-using depth_of_field::Parameters;
+using lens::circle_of_confusion;
+using lens::CircleOfConfusion;
+using lens::CocSource;
+using lens::Parameters;
 using testing::AllOf;
 using testing::HasSubstr;
 

@@ -83,7 +83,7 @@ TEST(elision, by_configuration) {
         chain_of("depth_of_field",
                  {{"coc", "planes"s}, {"max_near_fraction", 0.0007}, {"max_far_fraction", 0.0}}));
     Chain pinhole = chain_of("depth_of_field");
-    pinhole.links[0].pass->parameters().as<depth_of_field::Parameters>().f_stop =
+    pinhole.links[0].pass->parameters().as<depth_of_field::Parameters>().lens.f_stop =
         std::numeric_limits<double>::infinity();
     expect_exact(pinhole);
 }

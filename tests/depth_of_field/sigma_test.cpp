@@ -16,9 +16,9 @@ namespace {
 
 using namespace std::string_literals;
 
-using depth_of_field::CocSource;
 using depth_of_field::gilham_sizes;
 using depth_of_field::Parameters;
+using lens::CocSource;
 
 FrameDescription frame_640(double focus, double f_stop = 2) {
     FrameDescription frame;
@@ -59,11 +59,11 @@ TEST(auto_sigma, lens_by_hand) {
     EXPECT_NEAR(sigma_px(unset(), frame_640(2, 1)), 3.125, 1e-12);
 
     Parameters parameters = unset();
-    parameters.breathing = true;  // times s/(s - f) = 2/1.95; 1 at infinity
+    parameters.lens.breathing = true;  // times s/(s - f) = 2/1.95; 1 at infinity
     EXPECT_NEAR(sigma_px(parameters, frame_640(2)), 1.5625 * 2 / 1.95, 1e-12);
     EXPECT_NEAR(sigma_px(parameters, frame_640(INFINITY)), 3.125, 1e-12);
     parameters = unset();
-    parameters.max_radius_px = 4;
+    parameters.lens.max_radius_px = 4;
     EXPECT_NEAR(sigma_px(parameters, frame_640(2)), 1, 1e-12);
     parameters = unset();
     parameters.blur_sigma_px = 0.25;  // a number given counts, whatever the box
@@ -89,8 +89,8 @@ TEST(auto_sigma, at_least_half_a_box) {
         for (const double f_stop : {200.0, 1e12, double(INFINITY)})
             EXPECT_EQ(sigma_px(unset(factor), frame_640(2, f_stop)), factor / 2.0);
         Parameters planes = unset(factor);
-        planes.coc = CocSource::planes;
-        planes.max_near_fraction = planes.max_far_fraction = 0;
+        planes.lens.coc = CocSource::planes;
+        planes.lens.max_near_fraction = planes.lens.max_far_fraction = 0;
         EXPECT_EQ(sigma_px(planes, frame_640(2)), factor / 2.0);
     }
     EXPECT_EQ(sigma_px(unset(4), frame_640(2)), 2);  // 1.5625 without the floor
@@ -103,16 +103,16 @@ TEST(auto_sigma, planes_and_range_by_hand) {
     FrameDescription frame = frame_640(2);
     frame.camera = {};
     Parameters parameters = unset();
-    parameters.coc = CocSource::planes;
+    parameters.lens.coc = CocSource::planes;
     EXPECT_NEAR(sigma_px(parameters, frame), 4.8, 1e-12);
-    parameters.max_near_fraction = 0;
+    parameters.lens.max_near_fraction = 0;
     EXPECT_NEAR(sigma_px(parameters, frame), 1.6, 1e-12);
-    parameters.max_near_fraction = 0.1;
-    parameters.max_radius_px = 6;
+    parameters.lens.max_near_fraction = 0.1;
+    parameters.lens.max_radius_px = 6;
     EXPECT_NEAR(sigma_px(parameters, frame), 3, 1e-12);
     parameters = unset();
-    parameters.coc = CocSource::range;
-    parameters.focus = 3;
+    parameters.lens.coc = CocSource::range;
+    parameters.lens.focus = 3;
     EXPECT_NEAR(sigma_px(parameters, frame), 9.6, 1e-12);
 }
 

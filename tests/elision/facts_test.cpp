@@ -329,7 +329,7 @@ TEST(OffByConfiguration, ReturnsEveryBit) {
                                           {"max_far_fraction", 0.1 / 41}}),
               planes);
     Chain pinhole = chain_of("depth_of_field");
-    pinhole.links[0].pass->parameters().as<depth_of_field::Parameters>().f_stop =
+    pinhole.links[0].pass->parameters().as<depth_of_field::Parameters>().lens.f_stop =
         std::numeric_limits<double>::infinity();
     check_off(pinhole, planes);
 }

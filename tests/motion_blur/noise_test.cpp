@@ -1,6 +1,6 @@
 // The tables of random numbers: values by hand, equal on GPU and CPU, evenly spread, independent.
 
-#include "passes/motion_blur/noise.h"
+#include "passes/common/noise.h"
 
 #include <cmath>
 #include <set>
@@ -10,8 +10,7 @@
 namespace postchain::test {
 namespace {
 
-using motion_blur::Noise;
-using motion_blur::noise_table;
+using noise::Kind;
 
 ImageF gpu_table(const std::string& noise, int64_t seed = 0) {
     BlurFrame frame(4, 4);
@@ -40,7 +39,7 @@ TEST(Noise, GradientNoiseByHand) {
 }
 
 TEST(Noise, BlueRanksAreAPermutation) {
-    const auto& ranks = motion_blur::blue_noise_ranks();
+    const auto& ranks = noise::blue_ranks();
     const std::set<int> seen(ranks.begin(), ranks.end());
     EXPECT_EQ(seen.size(), ranks.size());
     EXPECT_EQ(*seen.rbegin(), int(ranks.size()) - 1);
@@ -88,29 +87,29 @@ TEST(Noise, SpreadAndIndependent) {
 }
 
 TEST(Noise, GpuEqualsTable) {
-    const std::pair<const char*, Noise> kinds[] = {
-        {"halton", Noise::halton}, {"ign", Noise::ign}, {"blue", Noise::blue}};
-    for (const auto& [name, noise] : kinds) {
+    const std::pair<const char*, Kind> kinds[] = {
+        {"halton", Kind::halton}, {"ign", Kind::ign}, {"blue", Kind::blue}};
+    for (const auto& [name, kind] : kinds) {
         for (int seed : {0, 1, 12345}) {
-            motion_blur::Parameters parameters;
+            noise::Parameters parameters;
+            parameters.noise = kind;
             parameters.seed = seed;
-            const auto shift = motion_blur::noise_shift(parameters, 1);
-            const Difference d = compare(gpu_table(name, seed), noise_table(noise, shift), 2e-7);
+            const Difference d = compare(gpu_table(name, seed), noise::table(parameters, 1), 2e-7);
             EXPECT_EQ(d.fraction, 0) << name << " seed " << seed << ": " << d.text;
         }
     }
 }
 
 TEST(Noise, ShiftsWithSeedAndFrame) {
-    motion_blur::Parameters p;
-    EXPECT_EQ(motion_blur::noise_shift(p, 7), (std::array<int, 2>{0, 0}));
+    noise::Parameters p;
+    EXPECT_EQ(noise::shift_of(p, 7), (std::array<int, 2>{0, 0}));
     p.animate_noise = true;
-    EXPECT_NE(motion_blur::noise_shift(p, 7), motion_blur::noise_shift(p, 8));
-    EXPECT_EQ(motion_blur::noise_shift(p, 0), (std::array<int, 2>{0, 0}));
+    EXPECT_NE(noise::shift_of(p, 7), noise::shift_of(p, 8));
+    EXPECT_EQ(noise::shift_of(p, 0), (std::array<int, 2>{0, 0}));
     p.animate_noise = false;
     p.seed = 1;
-    EXPECT_NE(motion_blur::noise_shift(p, 7), (std::array<int, 2>{0, 0}));
-    EXPECT_EQ(motion_blur::noise_shift(p, 7), motion_blur::noise_shift(p, 8));
+    EXPECT_NE(noise::shift_of(p, 7), (std::array<int, 2>{0, 0}));
+    EXPECT_EQ(noise::shift_of(p, 7), noise::shift_of(p, 8));
 }
 
 }  // namespace

@@ -157,16 +157,16 @@ TEST(Plan, LeftOutByFactsOrConfiguration) {
 }
 
 TEST(Plan, ShutterPrecedence) {
-    motion_blur::Parameters p;
+    shutter::Parameters p;
     Camera camera;
-    EXPECT_EQ(motion_blur::shutter_frames(p, camera), 0.5);
+    EXPECT_EQ(shutter::open_frames(p, camera), 0.5);
     camera.shutter_frames = 0.25;
-    EXPECT_EQ(motion_blur::shutter_frames(p, camera), 0.25);
+    EXPECT_EQ(shutter::open_frames(p, camera), 0.25);
     p.shutter_angle_deg = 270;
-    EXPECT_EQ(motion_blur::shutter_frames(p, camera), 0.75);
+    EXPECT_EQ(shutter::open_frames(p, camera), 0.75);
     p.shutter_angle_deg.reset();
     p.shutter_frames = 1.5;
-    EXPECT_EQ(motion_blur::shutter_frames(p, camera), 1.5);
+    EXPECT_EQ(shutter::open_frames(p, camera), 1.5);
     // A camera with the shutter shut counts as well.
     FrameDescription frame = description(80);
     frame.camera.shutter_frames = 0;

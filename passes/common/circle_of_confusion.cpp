@@ -1,9 +1,9 @@
-#include "passes/depth_of_field/circle_of_confusion.h"
+#include "passes/common/circle_of_confusion.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace postchain::depth_of_field {
+namespace postchain::lens {
 namespace {
 
 // Relative error of the few fp32 operations between a depth and its radius: the inputs' rounding
@@ -177,4 +177,4 @@ Result<CircleOfConfusion> circle_of_confusion(const Parameters& parameters,
     return coc;
 }
 
-}  // namespace postchain::depth_of_field
+}  // namespace postchain::lens

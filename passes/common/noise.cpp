@@ -1,12 +1,13 @@
-#include "passes/motion_blur/noise.h"
+#include "passes/common/noise.h"
 
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <vector>
 #include "chain/work_list.h"
-#include "shaders/shared/motion_blur_noise_block.h"
+#include "shaders/shared/noise_block.h"
 
-namespace postchain::motion_blur {
+namespace postchain::noise {
 namespace {
 
 // A 32 bit mix (C. Wellons, "lowbias32"); 0 stays 0.
@@ -22,7 +23,7 @@ uint32_t mix_bits(uint32_t x) {
 // a pixel = sum over set pixels of a Gaussian of the toroidal distance, sigma 1.5 pixels.
 class VoidAndCluster {
   public:
-    std::array<uint16_t, kBlueNoiseSize * kBlueNoiseSize> ranks() {
+    std::array<uint16_t, kBlueSize * kBlueSize> ranks() {
         scatter();
         const std::vector<bool> start = set_;
         const std::vector<int64_t> energy = energy_;
@@ -44,7 +45,7 @@ class VoidAndCluster {
     }
 
   private:
-    static constexpr int kSize = kBlueNoiseSize;
+    static constexpr int kSize = kBlueSize;
     static constexpr int kPixels = kSize * kSize;
 
     // A tenth of the pixels at random, then clusters moved into voids until none moves.
@@ -125,35 +126,54 @@ double gradient_noise(uint32_t x, uint32_t y) {
 
 }  // namespace
 
-std::array<int, 2> noise_shift(const Parameters& parameters, int frame_number) {
+const ParameterTable& parameter_table() {
+    static const ParameterTable table =
+        ParameterTableBuilder<Parameters>()
+            .choice("noise", &Parameters::noise, {"halton", "ign", "blue", "none"},
+                    {.help = "random numbers: Halton over Morton order, "
+                             "interleaved gradient noise, blue noise, or none"})
+            .integer("seed", &Parameters::seed,
+                     {.min = 0,
+                      .max = double(std::numeric_limits<int>::max()),
+                      .soft_max = 1000,
+                      .help = "shifts the noise pattern",
+                      .convergence = Convergence::averaged})
+            .boolean("animate_noise", &Parameters::animate_noise,
+                     {.help = "shift the noise pattern with the frame number too"})
+            .table();
+    return table;
+}
+
+std::array<int, 2> shift_of(const Parameters& parameters, int frame_number) {
     uint32_t key = uint32_t(parameters.seed);
     if (parameters.animate_noise) key += uint32_t(frame_number) * 0x9e3779b9u;
     const uint32_t bits = mix_bits(key);
-    return {int(bits % kNoiseSize), int((bits >> 16) % kNoiseSize)};
+    return {int(bits % kSize), int((bits >> 16) % kSize)};
 }
 
-const std::array<uint16_t, kBlueNoiseSize * kBlueNoiseSize>& blue_noise_ranks() {
+const std::array<uint16_t, kBlueSize * kBlueSize>& blue_ranks() {
     static const auto ranks = VoidAndCluster().ranks();
     return ranks;
 }
 
-ImageD noise_table(Noise noise, std::array<int, 2> shift) {
-    assert(noise != Noise::none);
-    ImageD table(kNoiseSize, kNoiseSize, 2);
-    for (int py = 0; py < kNoiseSize; ++py) {
-        for (int px = 0; px < kNoiseSize; ++px) {
-            const auto x = uint32_t(px + shift[0]) % kNoiseSize;
-            const auto y = uint32_t(py + shift[1]) % kNoiseSize;
+ImageD table(const Parameters& parameters, int frame_number) {
+    if (parameters.noise == Kind::none) return {};
+    const auto shift = shift_of(parameters, frame_number);
+    ImageD table(kSize, kSize, 2);
+    for (int py = 0; py < kSize; ++py) {
+        for (int px = 0; px < kSize; ++px) {
+            const auto x = uint32_t(px + shift[0]) % kSize;
+            const auto y = uint32_t(py + shift[1]) % kSize;
             double tile = 0, tap = 0;
-            if (noise == Noise::halton) {
+            if (parameters.noise == Kind::halton) {
                 const uint32_t index = morton(x, y);
                 tile = radical_inverse(index, 2);
                 tap = radical_inverse(index, 3);
-            } else if (noise == Noise::ign) {
+            } else if (parameters.noise == Kind::ign) {
                 tile = gradient_noise(x, y);
                 tap = gradient_noise(y + 37, x + 11);
             } else {
-                const auto& ranks = blue_noise_ranks();
+                const auto& ranks = blue_ranks();
                 tile = (ranks[y % 64 * 64 + x % 64] + 0.5) / 4096;
                 tap = (ranks[(y + 41) % 64 * 64 + (x + 29) % 64] + 0.5) / 4096;
             }
@@ -164,15 +184,14 @@ ImageD noise_table(Noise noise, std::array<int, 2> shift) {
     return table;
 }
 
-TextureId add_noise(PassPlanner& planner, const Parameters& parameters, bool used) {
-    if (parameters.noise == Noise::none) return -1;
-    if (!used) planner.unused("noise", {"neither tiles nor taps are jittered"});
-    const TextureId noise = planner.texture("noise", Format::rg32f, kNoiseSize, kNoiseSize);
-    shared::MotionBlurNoiseBlock block{};
-    const auto shift = noise_shift(parameters, planner.context().frame.frame_number);
+TextureId add_table(PassPlanner& planner, const Parameters& parameters) {
+    if (parameters.noise == Kind::none) return -1;
+    const TextureId noise = planner.texture("noise", Format::rg32f, kSize, kSize);
+    shared::NoiseBlock block{};
+    const auto shift = shift_of(parameters, planner.context().frame.frame_number);
     block.shift = {shift[0], shift[1]};
-    if (parameters.noise == Noise::blue) {
-        const auto& ranks = blue_noise_ranks();
+    if (parameters.noise == Kind::blue) {
+        const auto& ranks = blue_ranks();
         for (int i = 0; i < int(ranks.size()) / 2; ++i) {
             const uint32_t pair = ranks[size_t(2 * i)] | uint32_t(ranks[size_t(2 * i + 1)]) << 16;
             block.ranks[i / 4][i % 4] = int(pair);
@@ -180,12 +199,12 @@ TextureId add_noise(PassPlanner& planner, const Parameters& parameters, bool use
     }
     Step step;
     step.name = "noise";
-    step.program = {"motion_blur/noise.comp", {{"NOISE", std::to_string(int(parameters.noise))}}};
+    step.program = {"common/noise.comp", {{"NOISE", std::to_string(int(parameters.noise))}}};
     step.set_block(block);
     step.bindings = {{0, noise, Access::write}};
-    step.groups = groups_for(kNoiseSize, kNoiseSize);
+    step.groups = groups_for(kSize, kSize);
     planner.step(std::move(step));
     return noise;
 }
 
-}  // namespace postchain::motion_blur
+}  // namespace postchain::noise

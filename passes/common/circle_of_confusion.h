@@ -1,5 +1,5 @@
 // The signed circle of confusion, in double precision: what the plan decides by and what the
-// uniform block of shaders/depth_of_field/coc.comp is filled from.
+// uniform blocks of shaders/common/circle_of_confusion.glsl are filled from.
 //
 // Described in docs/depth_of_field.md, "Circle of confusion". Radius R in pixels of the full
 // image, half the diameter c; R > 0 behind the focus plane, R < 0 in front of it. With w = 1/d:
@@ -15,11 +15,13 @@
 // magnitude over a range of depths is at one of the two ends.
 #pragma once
 
+#include <algorithm>
+
 #include "chain/frame.h"
 #include "chain/status.h"
-#include "passes/depth_of_field/depth_of_field.h"
+#include "passes/common/lens.h"
 
-namespace postchain::depth_of_field {
+namespace postchain::lens {
 
 struct CircleOfConfusion {
     bool lens = true;  // else planes
@@ -62,4 +64,20 @@ double max_radius_px(const Parameters& parameters, const FrameDescription& frame
 Result<CircleOfConfusion> circle_of_confusion(const Parameters& parameters,
                                               const FrameDescription& frame);
 
-}  // namespace postchain::depth_of_field
+// Fills the members of the circle of confusion of a uniform block. fp32 has no infinity to
+// multiply by: what is larger than kMaxFactor is that.
+template <class Block>
+void set_block(const CircleOfConfusion& coc, Block& block) {
+    constexpr double kMaxFactor = 1e30;
+    block.gain_px = float(coc.gain_px);
+    block.focus_inverse = float(std::min(coc.focus_inverse, kMaxFactor));
+    block.near_sharp = float(coc.near_sharp);
+    block.near_inverse_span = float(std::min(1 / coc.near_span, kMaxFactor));
+    block.far_sharp = float(coc.far_sharp);
+    block.far_inverse_span = float(std::min(1 / coc.far_span, kMaxFactor));
+    block.near_radius_px = float(coc.near_radius_px);
+    block.far_radius_px = float(coc.far_radius_px);
+    block.max_radius_px = float(coc.max_radius_px);
+}
+
+}  // namespace postchain::lens

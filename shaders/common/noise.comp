@@ -1,11 +1,11 @@
 #version 450 core
 // Table of random numbers, 128 x 128, repeated over the picture. NOISE 0: Halton over Morton order;
 // 1: interleaved gradient noise in 0.32 fixed point; 2: blue noise. What each is, and why:
-// passes/motion_blur/noise.h.
+// passes/common/noise.h.
 //
 //   -> noise   x: tile value in [0, 1), y: tap value in [-1, 1)
 #include "common/work_group.glsl"
-#include "shared/motion_blur_noise_block.h"
+#include "shared/noise_block.h"
 
 layout(binding = 0) writeonly uniform image2D noise;
 

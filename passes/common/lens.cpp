@@ -1,0 +1,116 @@
+#include "passes/common/lens.h"
+
+namespace postchain::lens {
+
+const ParameterTable& parameter_table() {
+    constexpr double kMaxDistance = 1e30;  // scene units; fp32 holds it and its inverse
+    static const ParameterTable rows =
+        ParameterTableBuilder<Parameters>()
+            .choice("coc", &Parameters::coc, {"lens", "planes", "range"},
+                    {.help = "source of the circle of confusion: a thin lens, four planes, or one "
+                             "range around the focus"})
+            .number("focal_length_mm", &Parameters::focal_length_mm,
+                    {.min = 0,
+                     .max = 1e6,
+                     .min_excluded = true,
+                     .soft_min = 5,
+                     .soft_max = 200,
+                     .unit = "mm",
+                     .help = "coc: lens; focal length",
+                     .unset_means = "the camera's"})
+            .number("f_stop", &Parameters::f_stop,
+                    {.min = 0,
+                     .min_excluded = true,
+                     .soft_min = 0.05,
+                     .soft_max = 32,
+                     .help = "coc: lens; focal length over the diameter of the aperture",
+                     .unset_means = "the camera's"})
+            .number("focus_distance", &Parameters::focus_distance,
+                    {.min = 0,
+                     .max = kMaxDistance,
+                     .min_excluded = true,
+                     .soft_min = 0.5,
+                     .soft_max = 60,
+                     .unit = "scene units",
+                     .help = "coc: lens; distance of the plane in focus, beyond the focal length",
+                     .unset_means = "the camera's"})
+            .number("sensor_width_mm", &Parameters::sensor_width_mm,
+                    {.min = 0,
+                     .min_excluded = true,
+                     .soft_min = 10,
+                     .soft_max = 50,
+                     .unit = "mm",
+                     .help = "coc: lens; sensor width that the display width covers",
+                     .unset_means = "the camera's"})
+            .boolean("breathing", &Parameters::breathing,
+                     {.help = "coc: lens; refocus as a thin lens does: radii times s/(s - f)"})
+            .number("near_blurry", &Parameters::near_blurry,
+                    {.min = 0,
+                     .max = kMaxDistance,
+                     .soft_min = 0.01,
+                     .soft_max = 20,
+                     .unit = "scene units",
+                     .help = "coc: planes; at this distance and nearer the near blur is largest"})
+            .number("near_sharp", &Parameters::near_sharp,
+                    {.min = 0,
+                     .max = kMaxDistance,
+                     .soft_min = 0.01,
+                     .soft_max = 20,
+                     .unit = "scene units",
+                     .help = "coc: planes; the near blur begins nearer than this distance"})
+            .number("far_sharp", &Parameters::far_sharp,
+                    {.min = 0,
+                     .max = kMaxDistance,
+                     .soft_min = 0.01,
+                     .soft_max = 100,
+                     .unit = "scene units",
+                     .help = "coc: planes; the far blur begins beyond this distance"})
+            .number("far_blurry", &Parameters::far_blurry,
+                    {.min = 0,
+                     .max = kMaxDistance,
+                     .soft_min = 0.01,
+                     .soft_max = 100,
+                     .unit = "scene units",
+                     .help = "coc: planes; at this distance and beyond the far blur is largest"})
+            .number("max_near_fraction", &Parameters::max_near_fraction,
+                    {.min = 0,
+                     .max = 1,
+                     .soft_max = 0.2,
+                     .unit = "display widths",
+                     .help = "coc: planes; largest near radius"})
+            .number("max_far_fraction", &Parameters::max_far_fraction,
+                    {.min = 0,
+                     .max = 1,
+                     .soft_max = 0.2,
+                     .unit = "display widths",
+                     .help = "coc: planes; largest far radius"})
+            .number("focus", &Parameters::focus,
+                    {.min = 0,
+                     .max = kMaxDistance,
+                     .min_excluded = true,
+                     .soft_min = 0.5,
+                     .soft_max = 60,
+                     .unit = "scene units",
+                     .help = "coc: range; distance of the plane in focus",
+                     .unset_means = "focus_distance, the pass's or the camera's"})
+            .number("range", &Parameters::range,
+                    {.min = 0,
+                     .max = kMaxDistance,
+                     .min_excluded = true,
+                     .soft_min = 0.1,
+                     .soft_max = 50,
+                     .unit = "scene units",
+                     .help = "coc: range; distance from the focus at which the radius is "
+                             "max_radius_px"})
+            .number("max_radius_px", &Parameters::max_radius_px,
+                    {.min = 0,
+                     .max = 1000,
+                     .soft_max = 30,
+                     .unit = "px",
+                     .help = "largest radius of the circle of confusion",
+                     .unset_means = "3 % of the display width"})
+            .table();
+    return rows;
+}
+
+}  // namespace postchain::lens

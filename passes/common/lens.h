@@ -1,0 +1,42 @@
+// The lens, as a pass is told of it: what makes the circle of confusion (circle_of_confusion.h).
+#pragma once
+
+#include <optional>
+
+#include "chain/parameter.h"
+
+namespace postchain::lens {
+
+enum class CocSource { lens, planes, range };
+
+inline constexpr double kDefaultMaxRadiusFraction = 0.03;  // of the display width
+
+struct Parameters {
+    CocSource coc = CocSource::lens;
+
+    // coc: lens. Unset = the camera's.
+    std::optional<double> focal_length_mm;
+    std::optional<double> f_stop;
+    std::optional<double> focus_distance;  // scene units
+    std::optional<double> sensor_width_mm;
+    bool breathing = false;  // refocus like a thin lens: radius times s/(s - f)
+
+    // coc: planes. Distances in scene units, radii as fractions of the display width.
+    double near_blurry = 0.25;
+    double near_sharp = 1;
+    double far_sharp = 40;
+    double far_blurry = 100;
+    double max_near_fraction = 0.015;
+    double max_far_fraction = 0.005;
+
+    // coc: range. Scene units.
+    std::optional<double> focus;  // unset = focus_distance, the pass's or the camera's
+    double range = 1;
+
+    std::optional<double> max_radius_px;  // unset = 3 % of the display width
+};
+
+// Its rows, for the table of a pass that has a lens.
+const ParameterTable& parameter_table();
+
+}  // namespace postchain::lens

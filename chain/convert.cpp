@@ -257,7 +257,7 @@ Result<InputHealth> convert_frame(FramePlanes& planes, FrameDescription& frame,
             case Role::motion_back:
                 convert_motion(plane, options.motion_back, false, findings);
                 break;
-            case Role::hint:
+            default:  // planes that no file has; those of a neighbor were converted with it
                 break;
         }
     }

@@ -58,7 +58,8 @@ struct ConvertOptions {
 };
 
 // Converts `planes` in place: color (4 channels), inverse_depth (1, still encoded depth), motion
-// and motion_back (2, still in the file's convention). Fills frame.width, height, planes, bounds.
+// and motion_back (2, still in the file's convention). Others, those of a neighbor among them, are
+// canonical already and stay as they are. Fills frame.width, height, planes, bounds.
 // frame.camera, display size, frame_number and bounds.camera_cut are read. Errors: chain (near = 0
 // with a buffer encoding, a camera value missing), input (sizes that differ, channel counts).
 Result<InputHealth> convert_frame(FramePlanes& planes, FrameDescription& frame,

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -41,8 +42,9 @@ const ParameterTable& camera_parameters();
 inline constexpr double kDefaultShutterFrames = 0.5;
 inline constexpr double kDefaultMetersPerUnit = 1.0;
 
-// What a plan may rest on: bounds over a frame's pixels, found while they are converted. As default
-// constructed nothing is known, as in an engine that reads nothing back: then no rule holds by it.
+// What a plan may rest on: bounds over a frame's pixels, found while they are converted. They say
+// nothing of its neighbors' planes. As default constructed nothing is known, as in an engine that
+// reads nothing back: then no rule holds by it.
 struct FrameBounds {
     static constexpr double kUnknown = std::numeric_limits<double>::infinity();
     double max_speed_px = kUnknown;       // largest |motion|, pixels per frame
@@ -79,8 +81,10 @@ struct FrameDescription {
     int display_width = 0;  // of the display window: W in every formula of the lens
     int display_height = 0;
     int frame_number = 0;   // seeds come from it
-    RoleSet planes;         // which planes the frame brings
+    RoleSet planes;         // which planes the frame brings, its neighbors' among them
     RoleSet not_converted;  // others that its files have and no pass needs
+    // Why a neighbor brings none: "frame 4 is not on disk".
+    std::map<Neighbor, std::string> missing_neighbors;
     Camera camera;
     FrameBounds bounds;
     // Luminance weights of the file's primaries (Rec. 709 unless its chromaticities say otherwise).
@@ -89,5 +93,31 @@ struct FrameDescription {
 
 // Planes of one frame on the CPU, all of one size; channels as channels_of(role) says.
 using FramePlanes = std::map<Role, ImageF>;
+
+// The same where frames share them: the planes of one are `before` and `after` to others.
+using SharedPlanes = std::map<Role, std::shared_ptr<const ImageF>>;
+
+// Either of them, to read; as long as the planes are there.
+class PlaneView {
+  public:
+    PlaneView() = default;
+    PlaneView(const FramePlanes& planes) {
+        for (const auto& [role, plane] : planes) planes_[role] = &plane;
+    }
+    PlaneView(const SharedPlanes& planes) {
+        for (const auto& [role, plane] : planes) planes_[role] = plane.get();
+    }
+    // Null where there is none.
+    const ImageF* find(Role role) const {
+        const auto found = planes_.find(role);
+        return found == planes_.end() ? nullptr : found->second;
+    }
+    const ImageF& at(Role role) const { return *planes_.at(role); }
+    auto begin() const { return planes_.begin(); }  // of pairs: role, pointer
+    auto end() const { return planes_.end(); }
+
+  private:
+    std::map<Role, const ImageF*> planes_;
+};
 
 }  // namespace postchain

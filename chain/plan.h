@@ -134,7 +134,9 @@ struct Plan {
     std::vector<PlanTexture> textures;
     std::vector<Step> steps;
     std::vector<Elision> elisions;
-    RoleSet reads;                      // imported planes that some step reads
+    RoleSet reads;  // imported planes that some step reads
+    // Those that a pass which runs could have used, and why they are not there.
+    std::map<Neighbor, std::string> missing_neighbors;
     std::map<Role, TextureId> outputs;  // at least color
 
     std::vector<std::string> types() const;  // of the passes

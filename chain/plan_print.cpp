@@ -70,6 +70,8 @@ std::string plan_as_text(const Plan& plan) {
                                        : savings(elision.saving));
         out << "\n";
     }
+    for (const auto& [neighbor, why] : plan.missing_neighbors)
+        out << "no frame " << name_of(neighbor) << ": " << why << "\n";
     for (const auto& texture : plan.textures) {
         out << "texture " << texture.name << "  " << size_of(texture)
             << (texture.imported ? "  imported" : "");
@@ -127,6 +129,12 @@ std::string plan_as_json(const Plan& plan) {
     });
     list("left_out", plan.elisions,
          [&](const Elision& elision) { write_elision(json, elision, item_text(elision, plan)); });
+    if (!plan.missing_neighbors.empty()) {
+        json.key("missing_neighbors").begin_object();
+        for (const auto& [neighbor, why] : plan.missing_neighbors)
+            json.field(name_of(neighbor), why);
+        json.end_object();
+    }
     json.key("outputs").begin_object();
     for (const auto& [role, texture] : plan.outputs)
         json.field(name_of(role), plan.textures[size_t(texture)].name);

@@ -336,17 +336,23 @@ Result<Plan> make_plan(const Chain& chain, const FrameDescription& given,
     for (const auto& [role, id] : plan.outputs) outputs.push_back(id);
     find_lifetimes(plan, outputs);
     drop_unread_planes(plan, frame, options.outputs, rules);
+    for (size_t i = 0; i < chain.links.size(); ++i) {
+        const RoleUse use = chain.links[i].pass->roles();
+        for (const auto& [neighbor, why] : frame.missing_neighbors)
+            if (!plan.passes[i].elided && !(use.required | use.optional).of(neighbor).empty())
+                plan.missing_neighbors[neighbor] = why;
+    }
     return plan;
 }
 
 Result<ReferenceFrame> run_reference(const Chain& chain, const FrameDescription& given,
-                                     const FramePlanes& planes, const PlanOptions& options) {
+                                     PlaneView planes, const PlanOptions& options) {
     FrameDescription frame = given;
     frame.camera = frame.camera.overlaid_by(chain.camera);
     auto decisions = decide(chain, frame, whole_passes_of(chain, options));
     if (!decisions.ok()) return decisions.status();
     ReferenceFrame result;
-    for (const auto& [role, plane] : planes) result.planes[role] = image_cast<double>(plane);
+    for (const auto& [role, plane] : planes) result.planes[role] = image_cast<double>(*plane);
     for (size_t i = 0; i < chain.links.size(); ++i) {
         if ((*decisions)[i].identity) continue;
         ReferenceFrame one;

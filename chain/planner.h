@@ -31,6 +31,6 @@ Result<Plan> make_plan(const Chain& chain, const FrameDescription& frame,
 // Every pass's reference in the chain's order, elided by no rule but camera_cut and
 // missing_plane. Stages are named as the plan names its textures ("0.motion_blur.tile_max").
 Result<ReferenceFrame> run_reference(const Chain& chain, const FrameDescription& frame,
-                                     const FramePlanes& planes, const PlanOptions& options = {});
+                                     PlaneView planes, const PlanOptions& options = {});
 
 }  // namespace postchain

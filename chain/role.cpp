@@ -14,19 +14,47 @@ const char* name_of(Role role) {
             return "motion_back";
         case Role::hint:
             return "hint";
+        case Role::color_before:
+            return "color_before";
+        case Role::inverse_depth_before:
+            return "inverse_depth_before";
+        case Role::motion_before:
+            return "motion_before";
+        case Role::motion_back_before:
+            return "motion_back_before";
+        case Role::color_after:
+            return "color_after";
+        case Role::inverse_depth_after:
+            return "inverse_depth_after";
+        case Role::motion_after:
+            return "motion_after";
+        case Role::motion_back_after:
+            return "motion_back_after";
     }
     return "unknown";
+}
+
+const char* name_of(Neighbor neighbor) {
+    return neighbor == Neighbor::before ? "before" : "after";
 }
 
 int channels_of(Role role) {
     switch (role) {
         case Role::color:
+        case Role::color_before:
+        case Role::color_after:
             return 4;
         case Role::inverse_depth:
+        case Role::inverse_depth_before:
+        case Role::inverse_depth_after:
             return 1;
         case Role::motion:
         case Role::motion_back:
         case Role::hint:
+        case Role::motion_before:
+        case Role::motion_back_before:
+        case Role::motion_after:
+        case Role::motion_back_after:
             return 2;
     }
     return 0;

@@ -13,13 +13,47 @@ enum class Role : uint8_t {
     motion,         // to the next frame, pixels of this image per frame, +x right, +y down
     motion_back,    // from the previous frame to this one, same axes
     hint,           // FXAA's hint: x = tile gate, y = pixel gate, each in 0..1 (docs/fxaa.md)
+    color_before,   // the first four of the previous frame, as that frame has them ...
+    inverse_depth_before,
+    motion_before,
+    motion_back_before,
+    color_after,  // ... and of the next one
+    inverse_depth_after,
+    motion_after,
+    motion_back_after,
 };
 
-inline constexpr std::array<Role, 5> kAllRoles = {Role::color, Role::inverse_depth, Role::motion,
-                                                  Role::motion_back, Role::hint};
+inline constexpr std::array<Role, 13> kAllRoles = {Role::color,
+                                                   Role::inverse_depth,
+                                                   Role::motion,
+                                                   Role::motion_back,
+                                                   Role::hint,
+                                                   Role::color_before,
+                                                   Role::inverse_depth_before,
+                                                   Role::motion_before,
+                                                   Role::motion_back_before,
+                                                   Role::color_after,
+                                                   Role::inverse_depth_after,
+                                                   Role::motion_after,
+                                                   Role::motion_back_after};
+
+// What the files of one frame can have.
+inline constexpr std::array<Role, 4> kFileRoles = {Role::color, Role::inverse_depth, Role::motion,
+                                                   Role::motion_back};
+
+// Another frame, seen from the one that is filtered.
+enum class Neighbor : uint8_t { before, after };
+inline constexpr std::array<Neighbor, 2> kNeighbors = {Neighbor::before, Neighbor::after};
+const char* name_of(Neighbor neighbor);
+
+// That frame's plane: (before, motion) -> motion_before. `role`: one of kFileRoles.
+constexpr Role role_of(Neighbor neighbor, Role role) {
+    const Role first = neighbor == Neighbor::before ? Role::color_before : Role::color_after;
+    return Role(uint8_t(first) + uint8_t(role));
+}
 
 const char* name_of(Role role);
-int channels_of(Role role);  // 4, 1, 2, 2, 2
+int channels_of(Role role);  // 4, 1, 2, 2, 2, and the same of a neighbor
 
 class RoleSet {
   public:
@@ -36,6 +70,15 @@ class RoleSet {
     constexpr RoleSet operator&(RoleSet o) const { return from(bits_ & o.bits_); }
     constexpr bool operator==(const RoleSet&) const = default;
     std::string text() const;  // "color, motion"
+
+    // The neighbor's planes in this set, under the names that they have in their own frame:
+    // {color, motion_before}.of(before) = {motion}.
+    constexpr RoleSet of(Neighbor neighbor) const {
+        RoleSet set;
+        for (Role role : kFileRoles)
+            if (has(role_of(neighbor, role))) set.add(role);
+        return set;
+    }
 
   private:
     static constexpr uint32_t bit(Role role) { return 1u << static_cast<uint32_t>(role); }

@@ -251,7 +251,7 @@ Result<ProfileMatch> match_profile(const Profile& profile, const FileChannels& f
             case Role::motion_back:
                 match.options.motion_back = found.source->motion;
                 break;
-            case Role::hint:
+            default:  // no file has it
                 break;
         }
     }

@@ -204,7 +204,7 @@ Result<std::map<Role, unsigned>> Executor::run(const Plan& plan,
     return outputs;
 }
 
-Result<FramePlanes> Executor::filter(const Plan& plan, const FramePlanes& inputs,
+Result<FramePlanes> Executor::filter(const Plan& plan, PlaneView inputs,
                                      const StageObserver& observer) {
     auto results = filter_outputs(plan, inputs, {plan.outputs}, observer);
     if (!results.ok()) return results.status();
@@ -212,14 +212,13 @@ Result<FramePlanes> Executor::filter(const Plan& plan, const FramePlanes& inputs
 }
 
 Result<std::array<FramePlanes, 2>> Executor::filter_both(const MergedPlan& merged,
-                                                         const FramePlanes& inputs) {
+                                                         PlaneView inputs) {
     auto results = filter_outputs(merged.plan, inputs, {merged.outputs[0], merged.outputs[1]}, {});
     if (!results.ok()) return results.status();
     return std::array<FramePlanes, 2>{std::move((*results)[0]), std::move((*results)[1])};
 }
 
-Result<std::vector<FramePlanes>> Executor::filter_outputs(const Plan& plan,
-                                                          const FramePlanes& inputs,
+Result<std::vector<FramePlanes>> Executor::filter_outputs(const Plan& plan, const PlaneView& inputs,
                                                           const std::vector<Outputs>& outputs,
                                                           const StageObserver& observer) {
     const PoolFrame frame(pool_, options_.frames_kept);
@@ -231,9 +230,9 @@ Result<std::vector<FramePlanes>> Executor::filter_outputs(const Plan& plan,
     };
     for (const auto& texture : plan.textures) {
         if (!texture.imported || !plan.reads.has(texture.role)) continue;
-        const auto plane = inputs.find(texture.role);
+        const ImageF* plane = inputs.find(texture.role);
         Status status;
-        if (plane == inputs.end()) {
+        if (!plane) {
             status = Status(StatusCode::internal, texture.name + " was not handed in");
         } else if (auto made = pool_.acquire(texture.format, texture.width, texture.height);
                    !made.ok()) {
@@ -241,7 +240,7 @@ Result<std::vector<FramePlanes>> Executor::filter_outputs(const Plan& plan,
         } else {
             uploaded.push_back(*made);
             names[texture.role] = (*made)->name;
-            status = gl::upload(**made, plane->second);
+            status = gl::upload(**made, *plane);
         }
         if (!status.ok()) {
             release();

@@ -55,12 +55,11 @@ class Executor {
 
     // Uploads the planes the plan reads, runs it and reads the outputs back. A plan without steps
     // touches no GL: its outputs are the inputs.
-    Result<FramePlanes> filter(const Plan& plan, const FramePlanes& inputs,
+    Result<FramePlanes> filter(const Plan& plan, PlaneView inputs,
                                const StageObserver& observer = {});
 
     // Both results of a merged plan, A's first.
-    Result<std::array<FramePlanes, 2>> filter_both(const MergedPlan& merged,
-                                                   const FramePlanes& inputs);
+    Result<std::array<FramePlanes, 2>> filter_both(const MergedPlan& merged, PlaneView inputs);
 
     // Runs on textures that are already on the device (imported role -> GL name); the result's
     // textures belong to the pool until the next call. Nothing is read back.
@@ -81,7 +80,7 @@ class Executor {
 
   private:
     using Outputs = std::map<Role, TextureId>;
-    Result<std::vector<FramePlanes>> filter_outputs(const Plan& plan, const FramePlanes& inputs,
+    Result<std::vector<FramePlanes>> filter_outputs(const Plan& plan, const PlaneView& inputs,
                                                     const std::vector<Outputs>& outputs,
                                                     const StageObserver& observer);
     // GL names of all textures; 0 for those that nothing needed or that went back to the pool.

@@ -122,6 +122,16 @@ class ReadsHint : public Copy {
     }
 };
 
+class ReadsBefore : public Copy {
+    RoleUse roles() const override {
+        return {{Role::color}, {Role::color_before, Role::motion_before}, {}, {}};
+    }
+    void add_inputs(PassPlanner& p, Step& step) const override {
+        if (p.has(Role::color_before))
+            step.bindings.push_back({1, p.input(Role::color_before), Access::sample_nearest});
+    }
+};
+
 template <class P>
 PassType type_of(const char* name) {
     return {name, name, "test", &table(), [] { return std::make_unique<P>(); }, {}};
@@ -130,7 +140,7 @@ PassType type_of(const char* name) {
 const PassRegistry& registry() {
     static const PassRegistry made({type_of<Copy>("copy"), type_of<MakesHint>("makes"),
                                     type_of<CarriesHint>("carries"), type_of<ReadsHint>("reads"),
-                                    type_of<Spare>("spare")});
+                                    type_of<Spare>("spare"), type_of<ReadsBefore>("before")});
     return made;
 }
 
@@ -206,6 +216,46 @@ TEST(Planner, ReaderThatIsLeftOutWantsNoHint) {
                                          .rule = kRuleConfiguration,
                                          .fact = {.name = "off", .value = 1},
                                          .saving = {28800, 2, 3}}));
+}
+
+TEST(Planner, ReadsThePlanesOfANeighborOnlyWhereAPassDoes) {
+    FrameDescription f = frame();
+    for (Role role : kFileRoles)
+        for (Neighbor neighbor : kNeighbors) f.planes.add(role_of(neighbor, role));
+    EXPECT_EQ(make_plan(chain_of({"copy", "before"}), f)->reads,
+              (RoleSet{Role::color, Role::color_before}));
+    EXPECT_EQ(make_plan(chain_of({"copy"}), f)->reads, RoleSet{Role::color});
+    EXPECT_EQ(plan_of(chain_of({"before"})).reads, RoleSet{Role::color});
+}
+
+TEST(Planner, SaysWhichNeighborIsMissingWhereAPassCouldUseIt) {
+    FrameDescription f = frame();
+    f.missing_neighbors = {{Neighbor::before, "frame 0 is not on disk"}, {Neighbor::after, "cut"}};
+    Chain chain = chain_of({"copy", "before"});
+    const Plan plan = *make_plan(chain, f);
+    EXPECT_EQ(plan.missing_neighbors,
+              (std::map<Neighbor, std::string>{{Neighbor::before, "frame 0 is not on disk"}}));
+    EXPECT_THAT(plan_as_text(plan), HasSubstr("no frame before: frame 0 is not on disk\n"));
+    EXPECT_THAT(plan_as_json(plan),
+                HasSubstr(R"("missing_neighbors":{"before":"frame 0 is not on disk"})"));
+    ASSERT_TRUE(table().set(chain.links[1].pass->parameters(), "off", true).ok());
+    EXPECT_TRUE(make_plan(chain, f)->missing_neighbors.empty());
+}
+
+TEST(Role, OfANeighborHasTheNameAndTheChannelsOfItsOwnFrame) {
+    RoleSet all;
+    for (Role role : kAllRoles) all.add(role);
+    for (Neighbor neighbor : kNeighbors) {
+        for (Role role : kFileRoles) {
+            const Role there = role_of(neighbor, role);
+            EXPECT_EQ(name_of(there), concat(name_of(role), "_", name_of(neighbor)));
+            EXPECT_EQ(channels_of(there), channels_of(role));
+            EXPECT_EQ((RoleSet{Role::hint, there}).of(neighbor), RoleSet{role});
+            all.remove(there);
+        }
+    }
+    for (Role role : kFileRoles) all.remove(role);
+    EXPECT_EQ(all, RoleSet{Role::hint});
 }
 
 TEST(Planner, RulesCanBeSwitchedOffTogetherOrByName) {

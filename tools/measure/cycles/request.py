@@ -1,0 +1,122 @@
+"""What to render: the options after "--", the kinds of pictures, names of files, camera.json.
+
+Imports nothing of Blender, so that tests run it in a plain interpreter.
+"""
+import argparse
+import json
+import os
+
+# name: (shutter open, lens open, depth and vectors). In the order in which they are rendered.
+KINDS = {
+    "gbuf": (False, False, True),   # one sample at the pixel's center
+    "sharp": (False, False, True),
+    "both": (True, True, False),
+    "mb": (True, False, False),
+    "dof": (False, True, False),
+}
+FPS = 24
+SHUTTER_FRAMES = 0.5
+BACKGROUND_DEPTH = 1e10
+
+
+def parse_frames(text):
+    """Frame numbers of "1-12" or "3,5-7": sorted, each once."""
+    frames = set()
+    for part in text.split(","):
+        first, dash, last = part.partition("-")
+        first = int(first)
+        last = int(last) if dash else first
+        if last < first:
+            raise ValueError(f"{part}: the last frame comes before the first")
+        frames.update(range(first, last + 1))
+    return sorted(frames)
+
+
+def parse_kinds(text):
+    """Names of KINDS from "sharp,both", in the order of KINDS."""
+    wanted = text.split(",")
+    for name in wanted:
+        if name not in KINDS:
+            raise ValueError(f"{name}: a kind is one of {', '.join(KINDS)}")
+    return [name for name in KINDS if name in wanted]
+
+
+def parse_size(text):
+    """Width and height of "640x360"."""
+    width, _, height = text.partition("x")
+    size = int(width), int(height)
+    if min(size) < 1:
+        raise ValueError(f"{text}: not a size")
+    return size
+
+
+def parse_options(arguments, description):
+    """The options of a scene's script: those that Blender leaves to it, after "--"."""
+    parser = argparse.ArgumentParser(prog="blender -b -P SCENE.py --", description=description)
+
+    def checked(parse):
+        def convert(text):
+            try:
+                return parse(text)
+            except ValueError as error:
+                raise argparse.ArgumentTypeError(str(error)) from error
+        return convert
+
+    parser.add_argument("out", metavar="OUT", help="folder, made when it is not there")
+    parser.add_argument("--frames", type=checked(parse_frames), default=parse_frames("1-12"),
+                        help="1-12 by default")
+    parser.add_argument("--kinds", type=checked(parse_kinds), default=list(KINDS),
+                        help="any of " + ",".join(KINDS))
+    parser.add_argument("--samples", type=int, default=256, help="of ground truth, at most")
+    parser.add_argument("--sharp-samples", type=int, default=96, help="of sharp, all of them")
+    parser.add_argument("--size", type=checked(parse_size), default=(640, 360),
+                        help="640x360 by default")
+    parser.add_argument("--threads", type=int, default=0, help="0: all cores")
+    parser.add_argument("--transparent", action="store_true",
+                        help="alpha, premultiplied, instead of the sky (dancers: and the stage)")
+    return parser.parse_args(arguments)
+
+
+def file_name(kind, frame):
+    """Name of a finished picture."""
+    return f"{kind}.{frame:04d}.exr"
+
+
+def pictures_to_render(options):
+    """(kind, frame) of every picture that is not finished yet, kind by kind."""
+    return [(kind, frame) for kind in options.kinds for frame in options.frames
+            if not os.path.exists(os.path.join(options.out, file_name(kind, frame)))]
+
+
+def seed_of(kind, frame):
+    """Seed of Cycles: another one for each picture, so that noise of two does not correlate."""
+    return frame * len(KINDS) + list(KINDS).index(kind)
+
+
+def camera_json(scene, description, size, lens, focus, matrices):
+    """Text of camera.json (docs/chain_file.md).
+
+    lens: focal_length_mm, sensor_width_mm, f_stop, aperture_blades, aperture_rotation_deg,
+    near_clip, far_clip. focus: frame -> meters. matrices: frame -> 4x4, camera to world.
+    """
+    frames = sorted(focus)
+    content = {
+        "scene": scene,
+        "description": description,
+        "resolution": list(size),
+        "sensor_fit": "horizontal",
+        **lens,
+        "focus_distance": focus[frames[0]],
+        "meters_per_unit": 1,
+        "shutter_frames": SHUTTER_FRAMES,
+        "shutter_position": "center on frame",
+        "fps": FPS,
+        "frames": {str(frame): {"focus_distance": focus[frame]} for frame in frames},
+        "z": "planar depth along the camera axis, scene units",
+        "background_depth": BACKGROUND_DEPTH,
+        "coc_diameter_px": "f^2/N * |z-s|/(z*s) * width/sensor, all lengths in meters",
+        "vector_px": "X,Y = pos(prev)-pos(this); Z,W = pos(this)-pos(next); +x right, +y UP; "
+                     "full inter-frame pixels",
+        "camera_matrix_world": {str(frame): matrices[frame] for frame in sorted(matrices)},
+    }
+    return json.dumps(content, indent=1) + "\n"

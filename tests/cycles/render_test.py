@@ -1,0 +1,88 @@
+"""Renders small frames of each Cycles scene and reads them with the command.
+
+usage: render_test.py POSTCHAIN BLENDER; ends with 77 (skipped) without Blender."""
+import json
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+SCRIPTS = pathlib.Path(__file__).resolve().parents[2] / "tools/measure/cycles"
+
+
+def render(scene, folder, *options):
+    done = subprocess.run(
+        [BLENDER, "-b", "--factory-startup", "--python-exit-code", "1", "-P",
+         SCRIPTS / f"{scene}.py", "--", folder, "--size", "96x54", "--samples", "4",
+         "--sharp-samples", "4", *options], capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise AssertionError(done.stdout + done.stderr)
+
+
+def inspect(folder, name, *options):
+    return subprocess.run([POSTCHAIN, "inspect", "-q", "--camera", f"{folder}/camera.json",
+                           f"{folder}/{name}", *options], capture_output=True, text=True,
+                          check=True).stdout
+
+
+def facts(folder, kind, frame=6):
+    return json.loads(inspect(folder, f"{kind}.{frame:04d}.exr", "--json"))["facts"]
+
+
+class Render(unittest.TestCase):
+    def setUp(self):
+        self.temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(self.temporary.cleanup)
+        self.folder = self.temporary.name
+
+    def files(self):
+        return {path.name: path.stat().st_mtime_ns for path in pathlib.Path(self.folder).iterdir()
+                if path.name != "camera.json"}
+
+    def check_motion(self):
+        """The vectors of frame 6 lead to frame 7 with the signs of the profile `cycles`."""
+        best = re.search(r"sign self-check.*\n +(.*)", inspect(self.folder, "gbuf.####.exr"))
+        self.assertIsNotNone(best)
+        self.assertRegex(best[1], r"^motion \(\+x, \+y\).*as converted")
+        self.assertGreater(facts(self.folder, "gbuf")["max_speed_px"], 4)
+
+    def test_corridor(self):
+        render("corridor", self.folder, "--frames", "6-7", "--kinds", "gbuf")
+        self.check_motion()
+        sky = facts(self.folder, "gbuf")["min_inverse_depth"]
+        self.assertAlmostEqual(sky, 1e-10, delta=1e-15)
+
+        render("corridor", self.folder, "--frames", "6", "--kinds", "sharp,mb,dof,both")
+        first = self.files()
+        self.assertEqual(set(first), {"gbuf.0006.exr", "gbuf.0007.exr", "sharp.0006.exr",
+                                      "mb.0006.exr", "dof.0006.exr", "both.0006.exr"})
+        camera = json.loads((pathlib.Path(self.folder) / "camera.json").read_text("utf8"))
+        self.assertEqual(list(camera["frames"]), ["6", "7"])  # those of the run before as well
+
+        pathlib.Path(self.folder, "mb.0006.exr").unlink()
+        render("corridor", self.folder, "--frames", "6-7", "--kinds", "gbuf,mb")
+        again = self.files()
+        self.assertEqual({name for name in again if again[name] != first.get(name)},
+                         {"mb.0006.exr", "mb.0007.exr"})
+
+    def test_dancers(self):
+        render("dancers", self.folder, "--frames", "6-7", "--kinds", "gbuf")
+        self.check_motion()
+        here, later = facts(self.folder, "gbuf"), facts(self.folder, "gbuf", 7)
+        self.assertEqual(here["min_color"][3], 1)
+        self.assertGreater(here["camera"]["focus_distance"], later["camera"]["focus_distance"])
+
+    def test_dancers_without_stage(self):
+        render("dancers", self.folder, "--frames", "6", "--kinds", "gbuf,both", "--transparent")
+        for kind in ("gbuf", "both"):
+            alpha = [facts(self.folder, kind)[bound][3] for bound in ("min_color", "max_color")]
+            self.assertEqual(alpha, [0, 1], kind)
+
+
+if len(sys.argv) < 3 or sys.argv[2].endswith("NOTFOUND"):
+    print("skipped: Blender was not found")
+    sys.exit(77)
+POSTCHAIN, BLENDER = sys.argv[1:3]
+unittest.main(argv=sys.argv[:1])

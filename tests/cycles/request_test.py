@@ -1,0 +1,67 @@
+"""What the scripts of the Cycles scenes are asked for: options, files, camera.json, syntax."""
+import ast
+import contextlib
+import io
+import json
+import pathlib
+import sys
+import tempfile
+import unittest
+
+SCRIPTS = pathlib.Path(__file__).resolve().parents[2] / "tools/measure/cycles"
+sys.path.insert(0, str(SCRIPTS))
+import request  # noqa: E402
+
+
+class Request(unittest.TestCase):
+    def test_every_script_is_python(self):
+        scripts = sorted(SCRIPTS.glob("*.py"))
+        self.assertGreaterEqual(len(scripts), 5)
+        for script in scripts:
+            ast.parse(script.read_text(encoding="utf8"), str(script))
+
+    def test_frames(self):
+        self.assertEqual(request.parse_frames("7"), [7])
+        self.assertEqual(request.parse_frames("9-11,2,10"), [2, 9, 10, 11])
+        for text in ("", "5-3", "a", "1-", "1,"):
+            with self.assertRaises(ValueError, msg=text):
+                request.parse_frames(text)
+
+    def test_kinds_come_in_the_order_of_rendering(self):
+        self.assertEqual(request.parse_kinds("dof,sharp,both"), ["sharp", "both", "dof"])
+        with self.assertRaises(ValueError):
+            request.parse_kinds("sharp,blurred")
+
+    def test_a_bad_option_ends_with_a_usage_error(self):
+        for arguments in ([], ["out", "--frames", "5-3"], ["out", "--size", "640"],
+                          ["out", "--kinds", "x"]):
+            with contextlib.redirect_stderr(io.StringIO()), self.assertRaises(SystemExit) as end:
+                request.parse_options(arguments, "a scene")
+            self.assertEqual(end.exception.code, 2, arguments)
+
+    def test_finished_pictures_are_not_rendered_again(self):
+        with tempfile.TemporaryDirectory() as folder:
+            options = request.parse_options(
+                [folder, "--frames", "1-3", "--kinds", "sharp,mb"], "a scene")
+            self.assertEqual(request.pictures_to_render(options)[:2], [("sharp", 1), ("sharp", 2)])
+            for name in ("sharp.0001.exr", "mb.0003.exr", "sharp.0002.exr.tmp"):
+                (pathlib.Path(folder) / name).touch()
+            self.assertEqual(request.pictures_to_render(options),
+                             [("sharp", 2), ("sharp", 3), ("mb", 1), ("mb", 2)])
+
+    def test_no_two_pictures_share_a_seed(self):
+        seeds = {request.seed_of(kind, frame) for kind in request.KINDS for frame in range(100)}
+        self.assertEqual(len(seeds), 100 * len(request.KINDS))
+
+    def test_camera_file(self):
+        lens = {"focal_length_mm": 50.0, "f_stop": 1.4}
+        camera = json.loads(request.camera_json("name", "what", (64, 36), lens, {2: 1.5, 1: 1.25},
+                                                {1: [[1]], 2: [[2]]}))
+        self.assertEqual(camera["resolution"], [64, 36])
+        self.assertEqual(camera["f_stop"], 1.4)
+        self.assertEqual(camera["focus_distance"], 1.25)
+        self.assertEqual(camera["frames"]["2"], {"focus_distance": 1.5})
+        self.assertEqual(list(camera["camera_matrix_world"]), ["1", "2"])
+
+
+unittest.main()

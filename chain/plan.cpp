@@ -29,6 +29,8 @@ const char* name_of(Format format) {
             return "r8";
         case Format::rgba32ui:
             return "rgba32ui";
+        case Format::r32ui:
+            return "r32ui";
         case Format::work_list:
             return "work_list";
     }
@@ -49,6 +51,7 @@ int channels_of(Format format) {
         case Format::r32f:
         case Format::r16f:
         case Format::r8:
+        case Format::r32ui:
             return 1;
         case Format::work_list:
             return 0;
@@ -62,6 +65,7 @@ int bytes_per_pixel(Format format) {
         case Format::rg32f:
         case Format::r32f:
         case Format::rgba32ui:
+        case Format::r32ui:
             return 4 * channels_of(format);
         case Format::rgba16f:
         case Format::rg16f:

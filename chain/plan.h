@@ -34,6 +34,7 @@ enum class Format {
     rg8,
     r8,
     rgba32ui,  // packed bits: usampler2D, uimage2D
+    r32ui,
     work_list
 };
 const char* name_of(Format format);

@@ -37,6 +37,8 @@ GlFormat gl_format(Format format) {
             return {GL_R8, GL_RED};
         case Format::rgba32ui:
             return {GL_RGBA32UI, GL_RGBA_INTEGER};
+        case Format::r32ui:
+            return {GL_R32UI, GL_RED_INTEGER};
         case Format::work_list:
             break;
     }
@@ -161,7 +163,7 @@ Result<ImageF> download(unsigned texture, Format format, int width, int height) 
     const size_t bytes = pixels.data.size() * sizeof(float);
     // glGetTextureImage takes an int of bytes; larger planes are read in bands.
     const int rows = std::max(1, int(size_t(1) << 30) / std::max(1, width * pixels.channels * 4));
-    const bool bits = format == Format::rgba32ui;
+    const bool bits = format == Format::rgba32ui || format == Format::r32ui;
     glPixelStorei(GL_PACK_ALIGNMENT, 4);
     for (int y = 0; y < height; y += rows) {
         const int band = std::min(rows, height - y);

@@ -5,6 +5,7 @@
 
 #include "chain/work_list.h"
 #include "passes/common/keep.h"
+#include "passes/common/lens_points.h"
 #include "shaders/shared/inverse_warp_block.h"
 
 namespace postchain::inverse_warp {
@@ -12,127 +13,284 @@ namespace {
 
 using shared::InverseWarpBlock;
 
-// Tiles on each side whose surfaces can reach a tile. A surface of a tile may differ by a tenth of
-// its path from what its tile has chosen (starts.comp).
-int ring_of(double max_path_px) {
-    return int(std::ceil(1.1 * max_path_px / kBlockPx)) + 1;
+// A highlight that few of a pixel's points meet: so many times as bright as the mean of its tile,
+// out of focus by so much. Chosen by measurement (docs/results/inverse_warp.md).
+constexpr double kBright = 2;
+constexpr double kSoftPx = 4;
+
+// Tiles on each side whose surfaces can reach a tile, for the longest path and radius there are. A
+// surface of a tile may differ by a tenth from what its tile has chosen (starts.comp).
+int ring_of(double longest_px) {
+    return int(std::ceil((1.1 * longest_px + 1) / kBlockPx)) + 1;
 }
 
-InverseWarpBlock block_of(const ShutterSettings& settings, const FrameDescription& frame) {
+double longest_px(const Settings& settings) {
+    return (settings.shutter ? settings.shutter->max_path_px : 0) +
+           (settings.lens ? settings.lens->coc.max_radius_px : 0);
+}
+
+// The same as far as the frame is known: tiles beyond are never reached.
+double longest_px(const Settings& settings, const FrameDescription& frame, bool back) {
+    const FrameBounds& bounds = frame.bounds;
+    double longest = 0;
+    if (settings.shutter) {
+        const double speed =
+            back ? std::max(bounds.max_speed_px, bounds.max_speed_back_px) : bounds.max_speed_px;
+        // Rounding of a and b: a few 2^-24 of them, and a step of 1/64 px.
+        longest = std::min(settings.shutter->half_open * speed * (1 + 1e-5) + 0.05,
+                           settings.shutter->max_path_px);
+    }
+    if (settings.lens)
+        longest += settings.lens->coc.largest_radius_px(bounds.min_inverse_depth,
+                                                        bounds.max_inverse_depth) +
+                   0.05;
+    return std::min(longest, longest_px(settings));
+}
+
+InverseWarpBlock block_of(const Settings& settings, const FrameDescription& frame, bool back) {
     const auto tiles = groups_for(frame.width, frame.height);
     InverseWarpBlock block{};
     block.size = {frame.width, frame.height};
     block.tiles = {tiles[0], tiles[1]};
-    block.ring = ring_of(settings.max_path_px);
+    block.ring = ring_of(longest_px(settings, frame, back));
     block.samples = settings.samples;
-    block.half_shutter = float(settings.half_shutter);
-    block.max_path_px = float(settings.max_path_px);
+    block.half_shutter = 1;
     block.still_limit_px = float(settings.still_limit_px);
-    block.time_jitter = float(settings.time_jitter);
-    block.path_px_per_time = float(settings.path_px_per_time);
+    if (settings.shutter) {
+        block.half_shutter = float(settings.shutter->half_open);
+        block.max_path_px = float(settings.shutter->max_path_px);
+        block.time_jitter = float(settings.shutter->time_jitter);
+        block.path_px_per_time = float(settings.shutter->path_px_per_time);
+    }
+    if (settings.lens) {
+        lens::set_block(settings.lens->coc, block);
+        block.bright = float(kBright);
+        block.soft_px = float(kSoftPx);
+    }
     return block;
-}
-
-Step make_step(const std::string& name, const InverseWarpBlock& block) {
-    Step step;
-    step.name = name;
-    step.program.file = "inverse_warp/" + name + ".comp";
-    step.set_block(block);
-    return step;
 }
 
 std::string flag(bool on) {
     return on ? "1" : "0";
 }
 
+class Planner {
+  public:
+    Planner(PassPlanner& planner, const Settings& settings)
+        : planner_(planner),
+          settings_(settings),
+          frame_(planner.context().frame),
+          back_(settings.shutter && planner.has(Role::motion_back)),
+          block_(block_of(settings, frame_, back_)),
+          pixels_(uint64_t(frame_.width) * uint64_t(frame_.height)) {}
+
+    void plan() {
+        add_surfaces();
+        const TextureId tile_surfaces = add_tile_surfaces();
+        add_starts(tile_surfaces);
+        add_hint();
+        result_ = picture("color", planner_.context().color_format());
+        if (shares()) add_tile_light();
+        if (still_blocks_ >= 0) {
+            elide_blocks(planner_, "search in still blocks", settings_.still_rule,
+                         {.name = "displacements that reach them",
+                          .limit = settings_.still_limit_px,
+                          .unit = "px"},
+                         still_blocks_, taps_px());
+            add_keep(
+                planner_, still_blocks_,
+                {.color = result_, .given_hint = given_hint_, .hint = hint_, .excess = excess_});
+        }
+        add_gather();
+        if (shares()) add_share();
+        planner_.output(Role::color, result_);
+        if (hint_ >= 0) planner_.output(Role::hint, hint_);
+    }
+
+  private:
+    bool shares() const { return settings_.lens && settings_.lens->share_highlights; }
+    TextureId picture(const std::string& name, Format format) {
+        return planner_.texture(name, format, frame_.width, frame_.height);
+    }
+    // Two positions and a color for each sample, where the first start is right.
+    int taps_px() const { return 3 * std::max(settings_.samples, INVERSE_WARP_LEAST_TIMES); }
+
+    Step make_step(const std::string& name) const {
+        Step step;
+        step.name = name;
+        step.program.file = "inverse_warp/" + name + ".comp";
+        step.set_block(block_);
+        return step;
+    }
+    // Of every step that reads surfaces.
+    Step make_surface_step(const std::string& name) const {
+        Step step = make_step(name);
+        step.program.defines = {{"SHUTTER", flag(settings_.shutter.has_value())},
+                                {"LENS", flag(settings_.lens.has_value())},
+                                {"MOTION", flag(settings_.shutter.has_value())}};
+        if (settings_.lens)
+            step.program.defines[settings_.lens->coc.lens ? "COC_LENS" : "COC_PLANES"] = "1";
+        return step;
+    }
+
+    void add_surfaces() {
+        const bool motion = settings_.shutter.has_value();
+        surfaces_ = picture("surfaces", motion ? Format::rgba32ui : Format::r32ui);
+        Step step = make_surface_step("surfaces");
+        step.program.defines["BACK"] = flag(back_);
+        step.bindings = {{0, planner_.input(Role::inverse_depth)}, {0, surfaces_, Access::write}};
+        if (motion) step.bindings.push_back({1, planner_.input(Role::motion)});
+        if (back_) step.bindings.push_back({2, planner_.input(Role::motion_back)});
+        step.groups = groups_for(frame_.width, frame_.height);
+        step.taps = pixels_ * (motion ? (back_ ? 15 : 10) : 5);
+        planner_.step(std::move(step));
+    }
+
+    TextureId add_tile_surfaces() {
+        const TextureId tile_surfaces =
+            planner_.texture("tile_surfaces", Format::rgba32ui, 3 * block_.tiles.x, block_.tiles.y);
+        Step step = make_surface_step("tile_surfaces");
+        step.bindings = {{0, surfaces_}, {0, tile_surfaces, Access::write}};
+        step.groups = groups_for(block_.tiles.x, block_.tiles.y);
+        step.taps = 3 * pixels_;
+        planner_.step(std::move(step));
+        return tile_surfaces;
+    }
+
+    void add_starts(TextureId tile_surfaces) {
+        const bool by_blocks =
+            !settings_.still_rule.empty() && planner_.context().uses(settings_.still_rule);
+        starts_ = planner_.texture("starts", Format::rgba32ui,
+                                   (settings_.starts + 1) * block_.tiles.x, block_.tiles.y);
+        Step step = make_surface_step("starts");
+        step.program.defines["STARTS"] = std::to_string(settings_.starts);
+        step.program.defines["LISTS"] = flag(by_blocks);
+        step.bindings = {{0, tile_surfaces}, {0, starts_, Access::write}};
+        step.groups = groups_for(block_.tiles.x, block_.tiles.y);
+        const uint64_t around = uint64_t(2 * block_.ring + 1) * uint64_t(2 * block_.ring + 1);
+        step.taps = uint64_t(block_.tiles.x) * uint64_t(block_.tiles.y) * 3 * around *
+                    uint64_t(settings_.starts);
+        if (by_blocks) {
+            moving_blocks_ =
+                add_work_list(planner_, step, 0, "moving_blocks", frame_.width, frame_.height);
+            still_blocks_ =
+                add_work_list(planner_, step, 1, "still_blocks", frame_.width, frame_.height);
+        }
+        planner_.step(std::move(step));
+    }
+
+    void add_hint() {
+        if (!settings_.shutter) {
+            if (!planner_.has(Role::hint) || !planner_.wanted(Role::hint)) return;
+            given_hint_ = planner_.input(Role::hint);
+            hint_ = picture("hint", planner_.describe(given_hint_).format);
+        } else if (planner_.wanted(Role::hint)) {
+            hint_ = picture("hint", Format::rg8);
+        } else {
+            planner_.elide({.kind = ElisionKind::output,
+                            .item = "hint",
+                            .rule = kRuleUnusedStep,
+                            .fact = {"no later pass reads it"},
+                            .saving = {.bytes = 2 * pixels_}});
+        }
+    }
+
+    void add_tile_light() {
+        tile_light_ = planner_.texture("tile_light", Format::r32f, block_.tiles.x, block_.tiles.y);
+        excess_ = picture("excess", planner_.context().color_format());
+        gathered_ = picture("gathered", planner_.context().color_format());
+        Step step = make_step("tile_light");
+        step.bindings = {{0, planner_.input(Role::color)}, {0, tile_light_, Access::write}};
+        step.groups = groups_for(block_.tiles.x, block_.tiles.y);
+        step.taps = pixels_;
+        planner_.step(std::move(step));
+    }
+
+    void add_gather() {
+        const TextureId noise = noise::add_table(planner_, settings_.noise);
+        Step step = make_surface_step("gather");
+        auto& defines = step.program.defines;
+        defines["STARTS"] = std::to_string(settings_.starts);
+        defines["NOISE"] = flag(noise >= 0);
+        defines["HIGHLIGHTS"] = flag(shares());
+        defines["HINT"] = flag(hint_ >= 0);
+        defines["BEFORE"] = defines["AFTER"] = "0";
+        step.bindings = {{0, planner_.input(Role::color), Access::sample_linear},
+                         {1, surfaces_},
+                         {2, starts_},
+                         {0, shares() ? gathered_ : result_, Access::write}};
+        if (noise >= 0) step.bindings.push_back({3, noise});
+        if (settings_.lens) {
+            const lens::Points points = lens::lens_points(settings_.samples);
+            step.bindings.push_back({4, lens::add_table(planner_, points)});
+            block_.lens_sets = points.sets;
+            step.set_block(block_);
+        }
+        if (shares()) {
+            step.bindings.push_back({5, tile_light_});
+            step.bindings.push_back({2, excess_, Access::write});
+        }
+        if (given_hint_ >= 0) step.bindings.push_back({6, given_hint_});
+        if (hint_ >= 0) step.bindings.push_back({1, hint_, Access::write});
+        step.groups = groups_for(frame_.width, frame_.height);
+        step.taps = pixels_ * uint64_t(taps_px());
+        launch_by(step, moving_blocks_);
+        planner_.step(std::move(step));
+    }
+
+    void add_share() {
+        Step step = make_step("share_highlights");
+        step.bindings = {{0, gathered_}, {1, excess_}, {0, result_, Access::write}};
+        step.groups = groups_for(frame_.width, frame_.height);
+        step.taps = 20 * pixels_;
+        launch_by(step, moving_blocks_);
+        planner_.step(std::move(step));
+    }
+
+    PassPlanner& planner_;
+    const Settings& settings_;
+    const FrameDescription& frame_;
+    const bool back_;
+    InverseWarpBlock block_;
+    const uint64_t pixels_;
+    TextureId surfaces_ = -1, starts_ = -1, moving_blocks_ = -1, still_blocks_ = -1;
+    TextureId tile_light_ = -1, excess_ = -1, gathered_ = -1;
+    TextureId given_hint_ = -1, hint_ = -1, result_ = -1;
+};
+
 }  // namespace
+
+RoleSet required_planes(bool shutter) {
+    RoleSet planes = {Role::color, Role::inverse_depth};
+    if (shutter) planes.add(Role::motion);
+    return planes;
+}
+
+RoleSet optional_planes(bool shutter) {
+    return shutter ? RoleSet{Role::motion_back} : RoleSet{};
+}
+
+Promises promises_of(const Settings& settings) {
+    Promises promises;
+    promises.keeps_constants = true;
+    promises.convex = 1e-6;
+    promises.lattice_px = kBlockPx;
+    // Random numbers belong to places. Of surfaces that are displaced equally differently a tile
+    // takes the first, so that it has a side.
+    if (settings.noise.noise == noise::Kind::none) promises.symmetries = {Symmetry::shift};
+    return promises;
+}
 
 // The tiles that can reach a pixel's tile end `ring` tiles from it, and a surface at their edge is
 // told from the pixel next to it. Every position of the search lies on a path that ends at the
-// pixel; colors are bilinear.
-Reach shutter_reach(double max_path_px) {
-    return {kBlockPx * (ring_of(max_path_px) + 1) + 2.0, max_path_px + 2};
+// pixel; colors are bilinear, and highlights go a pixel further.
+Reach reach_of(const Settings& settings) {
+    const double longest = longest_px(settings);
+    return {kBlockPx * (ring_of(longest) + 1) + 3.0, longest + 3};
 }
 
-ShutterPlanes plan_shutter(PassPlanner& planner, const ShutterSettings& settings, TextureId noise) {
-    const PlanContext& context = planner.context();
-    const FrameDescription& frame = context.frame;
-    const InverseWarpBlock block = block_of(settings, frame);
-    const uint64_t pixels = uint64_t(frame.width) * uint64_t(frame.height);
-    const uint64_t tiles = uint64_t(block.tiles.x) * uint64_t(block.tiles.y);
-    const bool back = planner.has(Role::motion_back);
-    const bool by_blocks = !settings.still_rule.empty() && context.uses(settings.still_rule);
-
-    const TextureId surfaces =
-        planner.texture("surfaces", Format::rgba32ui, frame.width, frame.height);
-    Step pack = make_step("surfaces", block);
-    pack.program.defines["BACK"] = flag(back);
-    pack.bindings = {{0, planner.input(Role::inverse_depth)},
-                     {1, planner.input(Role::motion)},
-                     {0, surfaces, Access::write}};
-    if (back) pack.bindings.push_back({2, planner.input(Role::motion_back)});
-    pack.groups = groups_for(frame.width, frame.height);
-    pack.taps = pixels * (back ? 15 : 10);
-    planner.step(std::move(pack));
-
-    const TextureId tile_surfaces =
-        planner.texture("tile_surfaces", Format::rgba32ui, 3 * block.tiles.x, block.tiles.y);
-    Step pick_surfaces = make_step("tile_surfaces", block);
-    pick_surfaces.bindings = {{0, surfaces}, {0, tile_surfaces, Access::write}};
-    pick_surfaces.groups = groups_for(block.tiles.x, block.tiles.y);
-    pick_surfaces.taps = 3 * pixels;
-    planner.step(std::move(pick_surfaces));
-
-    const std::string count = std::to_string(settings.starts);
-    const TextureId starts = planner.texture("starts", Format::rgba32ui,
-                                             (settings.starts + 1) * block.tiles.x, block.tiles.y);
-    Step pick = make_step("starts", block);
-    pick.program.defines = {{"STARTS", count}, {"LISTS", flag(by_blocks)}};
-    pick.bindings = {{0, tile_surfaces}, {0, starts, Access::write}};
-    pick.groups = groups_for(block.tiles.x, block.tiles.y);
-    const uint64_t around = uint64_t(2 * block.ring + 1) * uint64_t(2 * block.ring + 1);
-    pick.taps = tiles * 3 * around * uint64_t(std::max(settings.starts, 1));
-    TextureId moving = -1, still = -1;
-    if (by_blocks) {
-        moving = add_work_list(planner, pick, 0, "moving_blocks", frame.width, frame.height);
-        still = add_work_list(planner, pick, 1, "still_blocks", frame.width, frame.height);
-    }
-    planner.step(std::move(pick));
-
-    ShutterPlanes planes;
-    planes.color = planner.texture("color", context.color_format(), frame.width, frame.height);
-    if (planner.wanted(Role::hint))
-        planes.hint = planner.texture("hint", Format::rg8, frame.width, frame.height);
-    if (planes.hint < 0)
-        planner.elide({.kind = ElisionKind::output,
-                       .item = "hint",
-                       .rule = kRuleUnusedStep,
-                       .fact = {"no later pass reads it"},
-                       .saving = {.bytes = 2 * pixels}});
-    const auto write = [&](Step& step) {
-        step.bindings.push_back({0, planes.color, Access::write});
-        step.program.defines["HINT"] = flag(planes.hint >= 0);
-        if (planes.hint >= 0) step.bindings.push_back({1, planes.hint, Access::write});
-        step.groups = groups_for(frame.width, frame.height);
-    };
-    if (by_blocks) {
-        elide_blocks(
-            planner, "search in still blocks", settings.still_rule,
-            {.name = "paths that reach them", .limit = settings.still_limit_px, .unit = "px"},
-            still, 3 * std::max(settings.samples, kLeastTimes));
-        add_keep(planner, still, planes.color, planes.hint);
-    }
-    Step expose = make_step("shutter", block);
-    expose.program.defines = {{"STARTS", count}, {"JITTER", flag(noise >= 0)}};
-    expose.bindings = {
-        {0, planner.input(Role::color), Access::sample_linear}, {1, surfaces}, {2, starts}};
-    if (noise >= 0) expose.bindings.push_back({3, noise});
-    write(expose);
-    // Two positions and a color for each time, where the first start is right.
-    expose.taps = pixels * uint64_t(3 * std::max(settings.samples, kLeastTimes));
-    launch_by(expose, moving);
-    planner.step(std::move(expose));
-    return planes;
+void plan_warp(PassPlanner& planner, const Settings& settings) {
+    Planner(planner, settings).plan();
 }
 
 }  // namespace postchain::inverse_warp

@@ -5,9 +5,7 @@
 
 namespace postchain::inverse_warp {
 
-// Replaces color of frame.planes, adds hint where context.wanted has
-// it. `noise`: two channels of 128 x 128 pixels; null: no shift.
-void shutter_reference(const PlanContext& context, const ShutterSettings& settings,
-                       const ImageD* noise, ReferenceFrame& frame);
+// Replaces color of frame.planes, adds or replaces the hint where context.wanted has it.
+void warp_reference(const PlanContext& context, const Settings& settings, ReferenceFrame& frame);
 
 }  // namespace postchain::inverse_warp

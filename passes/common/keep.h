@@ -5,8 +5,15 @@
 
 namespace postchain {
 
-// Adds the step "keep" (shaders/common/keep.comp): the blocks of `list` take the pass's input color
-// to `kept`, bit for bit, and have no hint (-1: none is written).
-void add_keep(PassPlanner& planner, TextureId list, TextureId kept, TextureId hint);
+// What the blocks keep, and where it goes; -1 = not there.
+struct Kept {
+    TextureId color = -1;       // takes the pass's input color, bit for bit
+    TextureId given_hint = -1;  // goes to `hint`; without it the hint is 0
+    TextureId hint = -1;
+    TextureId excess = -1;  // becomes 0
+};
+
+// Adds the step "keep" (shaders/common/keep.comp) for the blocks of `list`.
+void add_keep(PassPlanner& planner, TextureId list, const Kept& kept);
 
 }  // namespace postchain

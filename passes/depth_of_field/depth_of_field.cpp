@@ -1,6 +1,8 @@
 #include "passes/depth_of_field/depth_of_field.h"
 
 #include "passes/common/circle_of_confusion.h"
+#include "passes/common/inverse_warp_reference.h"
+#include "passes/common/lens_points.h"
 #include "passes/depth_of_field/gilham.h"
 #include "passes/depth_of_field/gilham_reference.h"
 
@@ -12,9 +14,10 @@ constexpr double kSharpRadiusPx = 0.5;  // up to here a pixel returns its color 
 const ParameterTable& table() {
     static const ParameterTable rows =
         ParameterTableBuilder<Parameters>()
-            .choice("method", &Parameters::method, {"gilham"},
+            .choice("method", &Parameters::method, {"gilham", "inverse_warp"},
                     {.help = "gilham: a downsampled Gaussian blur, mixed in by the circle of "
-                             "confusion"})
+                             "confusion; inverse_warp: for every point of the lens the surface "
+                             "that it sees at the pixel"})
             .rows(&Parameters::lens, lens::parameter_table())
             .integer("downsample", &Parameters::downsample,
                      {.min = 1,
@@ -39,8 +42,37 @@ const ParameterTable& table() {
             .boolean("hdr_weight", &Parameters::hdr_weight,
                      {.help = "downsample with weights 1/(1 + max(rgb)): highlights flicker "
                               "less and lose energy"})
+            .integer("samples", &Parameters::samples,
+                     {.min = 1,
+                      .max = lens::kMaxPoints,
+                      .soft_max = 128,
+                      .unit = "points",
+                      .help = "inverse_warp: points of the lens for each pixel",
+                      .convergence = Convergence::set,
+                      .converged = 512})
+            .integer("starts", &Parameters::starts,
+                     {.min = 1,
+                      .max = inverse_warp::kMaxStarts,
+                      .help = "inverse_warp: surfaces of the tiles around from which the search "
+                              "starts, beside the pixel's own"})
+            .boolean("share_highlights", &Parameters::share_highlights,
+                     {.help = "inverse_warp: spread bright light out of focus over the pixels "
+                              "around: smoother discs from few points"})
+            .rows(&Parameters::noise, noise::parameter_table())
             .table();
     return rows;
+}
+
+inverse_warp::Settings warp_settings(const Parameters& parameters,
+                                     const lens::CircleOfConfusion& coc) {
+    inverse_warp::Settings settings;
+    settings.lens = {.coc = coc, .share_highlights = parameters.share_highlights};
+    settings.samples = parameters.samples;
+    settings.starts = parameters.starts;
+    settings.still_limit_px = kSharpRadiusPx;
+    settings.noise = parameters.noise;
+    settings.still_rule = kRuleFocusTiles;
+    return settings;
 }
 
 class DepthOfField final : public Pass {
@@ -54,11 +86,16 @@ class DepthOfField final : public Pass {
 
     Promises promises() const override {
         Promises promises;
-        promises.keeps_constants = true;
-        promises.convex = 1e-6;
-        promises.lattice_px = parameters_.downsample;
-        promises.symmetries = {Symmetry::mirror, Symmetry::flip, Symmetry::turn, Symmetry::shift};
-        promises.light = parameters_.hdr_weight ? Light::not_more : Light::kept;
+        if (warps()) {
+            promises = inverse_warp::promises_of(warp_settings(parameters_, {}));
+        } else {
+            promises.keeps_constants = true;
+            promises.convex = 1e-6;
+            promises.lattice_px = parameters_.downsample;
+            promises.symmetries = {Symmetry::mirror, Symmetry::flip, Symmetry::turn,
+                                   Symmetry::shift};
+            promises.light = parameters_.hdr_weight ? Light::not_more : Light::kept;
+        }
         // In focus is what the camera says; planes and ranges are the pass's own.
         if (parameters_.lens.coc == lens::CocSource::lens)
             promises.driven_by = {Role::inverse_depth};
@@ -67,21 +104,23 @@ class DepthOfField final : public Pass {
 
     Reach reach(const FrameDescription& frame) const override {
         if (!check(frame).ok()) return {};
-        return gilham_reach(parameters_, frame);
+        if (!warps()) return gilham_reach(parameters_, frame);
+        return inverse_warp::reach_of(
+            warp_settings(parameters_, *lens::circle_of_confusion(parameters_.lens, frame)));
     }
 
     Status check(const FrameDescription& frame) const override {
         if (const auto coc = lens::circle_of_confusion(parameters_.lens, frame); !coc.ok())
             return coc.status();
-        return check_gilham(parameters_, frame);
+        return warps() ? Status() : check_gilham(parameters_, frame);
     }
 
-    // The color is exact up to a radius of 0.5 px; a hint is so only where the radius is 0.
+    // The color is exact up to a radius of 0.5 px; gilham's hint is so only where the radius is 0.
     std::optional<Identity> identity(const PlanContext& context) const override {
         const auto coc = lens::circle_of_confusion(parameters_.lens, context.frame);
         if (!coc.ok()) return std::nullopt;  // check() says why
         const bool hint = context.available.has(Role::hint) && context.wanted.has(Role::hint);
-        const double exact_px = hint ? 0 : kSharpRadiusPx;
+        const double exact_px = hint && !warps() ? 0 : kSharpRadiusPx;
         if (const double largest = coc->largest_radius_px(); largest <= exact_px)
             return Identity{kRuleConfiguration,
                             {.name = "largest circle-of-confusion radius at any "
@@ -91,7 +130,8 @@ class DepthOfField final : public Pass {
                              .unit = "px"}};
         const FrameBounds& bounds = context.frame.bounds;
         // The downsampled image of a color that no half holds would be rounded.
-        const bool copy_is_exact = context.precision == Precision::fp32 || bounds.color_is_half;
+        const bool copy_is_exact =
+            warps() || context.precision == Precision::fp32 || bounds.color_is_half;
         if (context.color_is_input && bounds.one_color && copy_is_exact && !hint)
             return Identity{kRuleFacts, {"all pixels have one color"}};
         const double largest =
@@ -111,13 +151,21 @@ class DepthOfField final : public Pass {
             case Method::gilham:
                 plan_gilham(parameters_, *coc, planner);
                 break;
+            case Method::inverse_warp:
+                inverse_warp::plan_warp(planner, warp_settings(parameters_, *coc));
+                break;
         }
     }
 
     void reference(const PlanContext& context, ReferenceFrame& frame) const override {
+        const auto coc = lens::circle_of_confusion(parameters_.lens, context.frame);
+        assert(coc.ok());
         switch (parameters_.method) {
             case Method::gilham:
                 gilham_reference(parameters_, context, frame);
+                break;
+            case Method::inverse_warp:
+                inverse_warp::warp_reference(context, warp_settings(parameters_, *coc), frame);
                 break;
         }
     }
@@ -125,6 +173,8 @@ class DepthOfField final : public Pass {
     ParameterRef parameters() override { return &parameters_; }
 
   private:
+    bool warps() const { return parameters_.method == Method::inverse_warp; }
+
     Parameters parameters_;
 };
 

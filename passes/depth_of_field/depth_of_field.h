@@ -4,17 +4,18 @@
 // Real-Time Depth-of-Field Implemented with a Post-Processing only Technique, ShaderX5, 2006:
 // signed circle of confusion, downsampled image, separable Gaussian, interpolation with the sharp
 // image. Its kernel, tap counts and leak test are not public; ours are in gilham.cpp and
-// docs/depth_of_field.md.
+// docs/depth_of_field.md. The method `inverse_warp` is passes/common/inverse_warp.h.
 #pragma once
 
 #include <optional>
 
 #include "chain/pass.h"
 #include "passes/common/lens.h"
+#include "passes/common/noise.h"
 
 namespace postchain::depth_of_field {
 
-enum class Method { gilham };
+enum class Method { gilham, inverse_warp };
 enum class Leak { none, depth, coc };  // which neighbors the Gaussian may mix in
 
 struct Parameters {
@@ -25,6 +26,12 @@ struct Parameters {
     std::optional<double> blur_sigma_px;  // unset = from the lens, gilham.cpp
     Leak leak = Leak::coc;
     bool hdr_weight = false;
+
+    // method: inverse_warp
+    int samples = 32;
+    int starts = 4;
+    bool share_highlights = true;
+    noise::Parameters noise;
 };
 
 // Its own rule of leaving out, of blocks that the device finds.

@@ -252,7 +252,7 @@ class Guertin {
                           .limit = block.still_limit_px,
                           .unit = "px"},
                          still_blocks, (classes.depth ? 3 : 2) * taps);
-            add_keep(planner, still_blocks, planes.color, planes.hint);
+            add_keep(planner, still_blocks, {.color = planes.color, .hint = planes.hint});
         }
         if (classes.sky) {
             elide_blocks(planner, "depth in sky blocks", kRuleSkyTiles,

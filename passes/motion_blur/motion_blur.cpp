@@ -3,9 +3,7 @@
 
 #include <algorithm>
 
-#include "chain/work_list.h"
 #include "passes/common/inverse_warp_reference.h"
-#include "passes/common/noise.h"
 #include "passes/motion_blur/guertin.h"
 #include "passes/motion_blur/parameters.h"
 #include "passes/motion_blur/reference.h"
@@ -17,27 +15,32 @@ class MotionBlur final : public Pass {
   public:
     RoleUse roles() const override {
         RoleUse use;
-        use.required = {Role::color, Role::motion};
-        if (warps() || compares_depth(parameters_)) use.required.add(Role::inverse_depth);
-        if (warps()) use.optional.add(Role::motion_back);
         use.on_demand = {Role::hint};
+        if (warps()) {
+            use.required = inverse_warp::required_planes(true);
+            use.optional = inverse_warp::optional_planes(true);
+            return use;
+        }
+        use.required = {Role::color, Role::motion};
+        if (compares_depth(parameters_)) use.required.add(Role::inverse_depth);
         return use;
     }
 
     Promises promises() const override {
         Promises promises;
-        promises.keeps_constants = true;
-        promises.convex = 1e-6;
-        promises.lattice_px = warps() ? kBlockPx : parameters_.max_blur_px;
-        // Random numbers belong to places. Of surfaces that move equally differently the warp takes
-        // the first, so that it has a side.
-        if (!jitters()) {
-            promises.symmetries = {Symmetry::shift};
-            if (!warps()) {
+        if (warps()) {
+            promises = inverse_warp::promises_of(warp_settings(parameters_, {}));
+        } else {
+            promises.keeps_constants = true;
+            promises.convex = 1e-6;
+            promises.lattice_px = parameters_.max_blur_px;
+            promises.light = Light::kept;
+            // Random numbers belong to places.
+            if (jitters_tiles(parameters_) || jitters_taps(parameters_))
+                promises.light = Light::any;
+            else
                 promises.symmetries = {Symmetry::mirror, Symmetry::flip, Symmetry::turn,
                                        Symmetry::shift};
-                promises.light = Light::kept;
-            }
         }
         if (parameters_.min_speed_px >= kQuietSpeedPx) promises.driven_by = {Role::motion};
         return promises;
@@ -48,8 +51,8 @@ class MotionBlur final : public Pass {
     // more. Taps lie at most r away, and a vector stored in 8 bits may be longer by sqrt(2)/2
     // r/127.
     Reach reach(const FrameDescription&) const override {
+        if (warps()) return inverse_warp::reach_of(warp_settings(parameters_, {}));
         const double edge = parameters_.max_blur_px;
-        if (warps()) return inverse_warp::shutter_reach(edge);
         const bool further = jitters_tiles(parameters_) || splits_by_variance(parameters_);
         return {(further ? 2.5 : 2) * edge, 1.006 * edge + 0.5};
     }
@@ -79,29 +82,20 @@ class MotionBlur final : public Pass {
 
     void plan(PassPlanner& planner) const override {
         if (!warps()) return plan_guertin(parameters_, planner);
-        const TextureId noise = jitters() ? noise::add_table(planner, parameters_.noise) : -1;
-        const auto made = inverse_warp::plan_shutter(
-            planner, shutter_settings(parameters_, planner.context().frame.camera), noise);
-        planner.output(Role::color, made.color);
-        if (made.hint >= 0) planner.output(Role::hint, made.hint);
+        inverse_warp::plan_warp(planner,
+                                warp_settings(parameters_, planner.context().frame.camera));
     }
 
     void reference(const PlanContext& context, ReferenceFrame& frame) const override {
         if (!warps()) return run_reference(parameters_, context, frame);
-        const ImageD noise = noise::table(parameters_.noise, context.frame.frame_number);
-        inverse_warp::shutter_reference(context,
-                                        shutter_settings(parameters_, context.frame.camera),
-                                        jitters() ? &noise : nullptr, frame);
+        inverse_warp::warp_reference(context, warp_settings(parameters_, context.frame.camera),
+                                     frame);
     }
 
     ParameterRef parameters() override { return &parameters_; }
 
   private:
     bool warps() const { return parameters_.mode == Mode::inverse_warp; }
-    bool jitters() const {
-        return warps() ? jitters_times(parameters_)
-                       : jitters_tiles(parameters_) || jitters_taps(parameters_);
-    }
 
     Parameters parameters_;
 };

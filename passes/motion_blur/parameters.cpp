@@ -124,16 +124,18 @@ double still_limit_px(const Parameters& parameters, VelocityStorage storage) {
     }
 }
 
-inverse_warp::ShutterSettings shutter_settings(const Parameters& parameters, const Camera& camera) {
-    inverse_warp::ShutterSettings settings;
-    settings.half_shutter = 0.5 * shutter::open_frames(parameters.shutter, camera);
+inverse_warp::Settings warp_settings(const Parameters& parameters, const Camera& camera) {
+    inverse_warp::Settings settings;
+    settings.shutter = {.half_open = 0.5 * shutter::open_frames(parameters.shutter, camera),
+                        .max_path_px = double(parameters.max_blur_px),
+                        .path_px_per_time = parameters.path_px_per_time,
+                        .time_jitter = parameters.time_jitter};
     settings.samples = parameters.samples;
-    settings.path_px_per_time = parameters.path_px_per_time;
     settings.starts = parameters.starts;
-    settings.max_path_px = parameters.max_blur_px;
     // A few roundings of 2^-24, so that what is still by the frame's bounds is still here too.
     settings.still_limit_px = parameters.min_speed_px * (1 + 0x1p-18);
-    settings.time_jitter = parameters.time_jitter;
+    settings.noise = parameters.noise;
+    if (parameters.time_jitter == 0) settings.noise.noise = noise::Kind::none;
     settings.still_rule = kRuleStillTiles;
     return settings;
 }
@@ -148,10 +150,6 @@ bool splits_by_variance(const Parameters& parameters) {
 
 bool jitters_tiles(const Parameters& parameters) {
     return parameters.tile_jitter && parameters.noise.noise != noise::Kind::none;
-}
-
-bool jitters_times(const Parameters& parameters) {
-    return parameters.time_jitter > 0 && parameters.noise.noise != noise::Kind::none;
 }
 
 bool jitters_taps(const Parameters& parameters) {

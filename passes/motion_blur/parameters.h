@@ -48,7 +48,7 @@ VelocityStorage storage(const Parameters& parameters, Precision precision);
 double still_limit_px(const Parameters& parameters, VelocityStorage storage);
 
 // Settings of mode: inverse_warp.
-inverse_warp::ShutterSettings shutter_settings(const Parameters& parameters, const Camera& camera);
+inverse_warp::Settings warp_settings(const Parameters& parameters, const Camera& camera);
 
 // Does the report's filter compare depths, split its taps by the tiles' variance?
 bool compares_depth(const Parameters& parameters);
@@ -57,6 +57,5 @@ bool splits_by_variance(const Parameters& parameters);
 // Does the filter need random numbers at all?
 bool jitters_tiles(const Parameters& parameters);
 bool jitters_taps(const Parameters& parameters);
-bool jitters_times(const Parameters& parameters);
 
 }  // namespace postchain::motion_blur

@@ -1,20 +1,33 @@
 #version 450 core
-// Blocks that nothing moves into keep their color, bit for bit, and have no hint.
+// Blocks that nothing moves into keep their color, bit for bit.
 //
-//   color -> color [, hint]   in the blocks of the list
+//   color [, hint] -> color [, hint] [, excess]   in the blocks of the list
+//
+// HINT: 1: there is none, it is 0; 2: it is kept too    EXCESS: 0 is written to it
 #include "common/work_list.glsl"
 
 layout(binding = 0) uniform sampler2D color;
 layout(binding = 0) writeonly uniform image2D kept;
+#if HINT == 2
+layout(binding = 1) uniform sampler2D given_hint;
+#endif
 #if HINT
 layout(binding = 1) writeonly uniform image2D hint;
+#endif
+#if EXCESS
+layout(binding = 2) writeonly uniform image2D excess;
 #endif
 
 void main() {
     ivec2 p;
     if (!next_pixel(textureSize(color, 0), p)) return;
     imageStore(kept, p, texelFetch(color, p, 0));
-#if HINT
+#if HINT == 2
+    imageStore(hint, p, texelFetch(given_hint, p, 0));
+#elif HINT
     imageStore(hint, p, vec4(0.0));
+#endif
+#if EXCESS
+    imageStore(excess, p, vec4(0.0));
 #endif
 }

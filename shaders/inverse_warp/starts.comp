@@ -20,10 +20,16 @@ layout(std430, binding = 1) buffer StillBlocks { WORK_LIST } still_blocks;
 
 const float kAlikePx = 1.0;  // surfaces less apart than this are one start
 
-// Do paths from the tile at this offset (in tiles) meet this tile? They run along +-a, and aside by
-// what b bends.
+// Can a surface of the tile at this offset (in tiles) be displaced into this tile? Paths run along
+// +-a, and aside by what b bends. A tenth more for what differs within its tile.
 bool meets(Surface s, ivec2 offset) {
-    const vec2 reach = abs(s.a) + abs(s.b) + 0.1 * length(s.a) + 1.0;
+    vec2 reach = vec2(1.0);
+#if SHUTTER
+    reach += abs(s.a) + abs(s.b) + 0.1 * length(s.a);
+#endif
+#if LENS
+    reach += 1.1 * abs(s.radius);
+#endif
     const vec2 gap = vec2(max(abs(offset) - 1, ivec2(0)) * kBlockPx);
     return all(greaterThanEqual(reach, gap));
 }
@@ -34,7 +40,7 @@ void main() {
     uvec4 chosen[STARTS];
     int count = 0;
     float longest = 0.0;
-    // Each time the surface that moves most differently from those chosen before.
+    // Each time the surface that is displaced most differently from those chosen before.
     for (int i = 0; i < STARTS; ++i) {
         float most = kAlikePx * kAlikePx;
         uvec4 next = uvec4(0u);
@@ -50,8 +56,8 @@ void main() {
                     if (!meets(s, ivec2(x, y))) continue;
                     float least = 3.0e38;
                     if (i == 0) {
-                        longest = max(longest, path_of(s));
-                        least = dot(s.a, s.a) + dot(s.b, s.b) + 2.0 * kAlikePx * kAlikePx;
+                        longest = max(longest, longest_of(s));
+                        least = displaced(s) + 2.0 * kAlikePx * kAlikePx;
                     }
                     for (int j = 0; j < i; ++j)
                         least = min(least, apart(s, unpack_surface(chosen[j])));

@@ -1,16 +1,19 @@
 #version 450 core
 // Packs motion and depth of each pixel.
 //
-//   inverse_depth, motion [, motion_back] -> surfaces
+//   inverse_depth [, motion [, motion_back]] -> surfaces
 //
-// BACK: motion_back is there; else it is taken to equal motion: straight paths at one speed.
+// MOTION: motion is there
+// BACK: motion_back too; else it is taken to equal motion: straight paths at one speed
 #include "common/finite.glsl"
 #include "common/work_group.glsl"
 
 #include "inverse_warp/surface.glsl"
 
 layout(binding = 0) uniform sampler2D inverse_depth;
+#if MOTION
 layout(binding = 1) uniform sampler2D motion;
+#endif
 #if BACK
 layout(binding = 2) uniform sampler2D motion_back;
 #endif
@@ -21,6 +24,9 @@ float depth_at(ivec2 p) {
     return q > 0.0 ? min(q, 3.0e38) : 0.0;
 }
 
+const ivec2 kAround[4] = ivec2[4](ivec2(-1, 0), ivec2(1, 0), ivec2(0, -1), ivec2(0, 1));
+
+#if MOTION
 // xy: motion, zw: motion_back
 vec4 motion_at(ivec2 p) {
     const vec2 forward = texelFetch(motion, p, 0).xy;
@@ -36,7 +42,6 @@ vec4 motion_at(ivec2 p) {
 // samples, its depth is not: where depth jumps, of the pixels of this surface next to it the one
 // whose motion differs most from the other surface's stands for it.
 vec4 own_motion(ivec2 p, float q, out bool edge) {
-    const ivec2 kAround[4] = ivec2[4](ivec2(-1, 0), ivec2(1, 0), ivec2(0, -1), ivec2(0, 1));
     const vec4 own = motion_at(p);
     vec4 around[4];
     bool same[4];
@@ -65,10 +70,20 @@ vec4 own_motion(ivec2 p, float q, out bool edge) {
     }
     return farthest;
 }
+#else
+// Does depth jump to a pixel next to this one?
+bool is_edge(ivec2 p, float q) {
+    bool edge = false;
+    for (int i = 0; i < 4; ++i)
+        edge = edge || !one_depth(q, depth_at(clamp(p + kAround[i], ivec2(0), block.size - 1)));
+    return edge;
+}
+#endif
 
 Surface surface_at(ivec2 p) {
     Surface s;
     s.inverse_depth = depth_at(p);
+#if MOTION
     const vec4 v = block.half_shutter * own_motion(p, s.inverse_depth, s.edge);
     s.a = 0.5 * (v.xy + v.zw);
     s.b = 0.5 * (v.xy - v.zw);
@@ -78,6 +93,9 @@ Surface surface_at(ivec2 p) {
         s.a *= block.max_path_px / path;
         s.b *= block.max_path_px / path;
     }
+#else
+    s.edge = is_edge(p, s.inverse_depth);
+#endif
     return s;
 }
 

@@ -1,7 +1,7 @@
 #version 450 core
-// For each tile of kBlockPx x kBlockPx pixels the three surfaces that move most differently: the one
-// with the longest path, the one farthest from it, the one farthest from both; of equals the first
-// in row order. One thread for a tile: on a software renderer a group with shared memory took ten
+// For each tile of kBlockPx x kBlockPx pixels the three surfaces that are displaced most differently:
+// the one displaced most, the one farthest from it, the one farthest from both; of equals the first in
+// row order. One thread for a tile: on a software renderer a group with shared memory took ten
 // times as long.
 //
 //   surfaces -> tile_surfaces   3 tiles.x by tiles.y
@@ -25,7 +25,7 @@ void main() {
             for (int x = first.x; x < end.x; ++x) {
                 const uvec4 bits = texelFetch(surfaces, ivec2(x, y), 0);
                 const Surface s = unpack_surface(bits);
-                float least = dot(s.a, s.a) + dot(s.b, s.b);
+                float least = displaced(s);
                 if (k > 0) least = apart(s, chosen[0]);
                 if (k > 1) least = min(least, apart(s, chosen[1]));
                 if (least > most) {

@@ -8,20 +8,37 @@ BLOCK_BEGIN(InverseWarpBlock)
     ivec2 size;            // of the picture
     ivec2 tiles;           // ceil(size / kBlockPx)
     int ring;              // tiles on each side whose surfaces can reach a tile
-    int samples;           // times per pixel at most
-    float half_shutter;    // half the open time, frames
+    int samples;           // per pixel; of the shutter alone: at most
+    float half_shutter;    // half the open time, frames; 1 where only the lens is open
     float max_path_px;     // longest path on one side of the frame
-    float still_limit_px;  // paths up to this leave the color as it is
+    float still_limit_px;  // displacements up to this leave the color as it is
     float time_jitter;     // largest shift of a pixel's times, in spacings
-    float path_px_per_time;  // a pixel has a time for so many pixels of path
+    float path_px_per_time;  // of the shutter alone: a pixel has a time for so many pixels of path
+    int lens_sets;         // of points of the lens
+    // circle of confusion: passes/common/circle_of_confusion.h
+    float gain_px;
+    float focus_inverse;
+    float near_sharp;
+    float near_inverse_span;
+    float far_sharp;
+    float far_inverse_span;
+    float near_radius_px;
+    float far_radius_px;
+    float max_radius_px;
+    float bright;          // a highlight is so many times as bright as the mean of its tile
+    float soft_px;         // and out of focus by so much
     float pad0;
 BLOCK_END
 
+// Times of a pixel at least, however short its path.
+#define INVERSE_WARP_LEAST_TIMES 5
+
 #ifdef __cplusplus
 #include <cstddef>
-static_assert(sizeof(postchain::shared::InverseWarpBlock) == 48);
+static_assert(sizeof(postchain::shared::InverseWarpBlock) == 96);
 static_assert(offsetof(postchain::shared::InverseWarpBlock, ring) == 16);
 static_assert(offsetof(postchain::shared::InverseWarpBlock, still_limit_px) == 32);
+static_assert(offsetof(postchain::shared::InverseWarpBlock, gain_px) == 48);
 #endif
 
 #endif

@@ -1,0 +1,63 @@
+#include "passes/common/lens_points.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "chain/work_list.h"
+#include "shaders/shared/lens_points_block.h"
+
+namespace postchain::lens {
+namespace {
+
+constexpr int kMostSets = 64;  // more show no difference
+constexpr double kSteps = 32767;
+
+int16_t packed(double x) {
+    return int16_t(std::lround(std::clamp(x, -1.0, 1.0) * kSteps));
+}
+
+}  // namespace
+
+std::array<double, 2> Points::at(int point, int set) const {
+    const auto& p = packed[size_t(set * count + point)];
+    return {p[0] / kSteps, p[1] / kSteps};
+}
+
+Points lens_points(int count) {
+    Points points;
+    points.count = count;
+    points.sets = std::min(kMostSets, LENS_POINTS_MAX / count);
+    for (int set = 0; set < points.sets; ++set) {
+        for (int i = 0; i < count; ++i) {
+            const double radius = std::sqrt((i + 0.5) / count);
+            const double turns = i / std::numbers::phi + double(set) / points.sets;
+            const double angle = 2 * std::numbers::pi * turns;
+            points.packed.push_back(
+                {packed(radius * std::cos(angle)), packed(radius * std::sin(angle))});
+        }
+    }
+    return points;
+}
+
+TextureId add_table(PassPlanner& planner, const Points& points) {
+    const TextureId table =
+        planner.texture("lens_points", Format::rg32f, points.count, points.sets);
+    shared::LensPointsBlock block{};
+    block.points = points.count;
+    block.sets = points.sets;
+    for (size_t i = 0; i < points.packed.size(); ++i) {
+        const auto& [x, y] = points.packed[i];
+        block.packed_points[i / 4][int(i % 4)] = int(uint16_t(x) | uint32_t(uint16_t(y)) << 16);
+    }
+    Step step;
+    step.name = "lens_points";
+    step.program = {"common/lens_points.comp", {}};
+    step.set_block(block);
+    step.bindings = {{0, table, Access::write}};
+    step.groups = groups_for(points.count, points.sets);
+    planner.step(std::move(step));
+    return table;
+}
+
+}  // namespace postchain::lens

@@ -1,0 +1,30 @@
+// Points of the lens: where light passes through it, for filters that take samples.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "chain/pass.h"
+
+namespace postchain::lens {
+
+// Sets of points, each spread evenly over the unit disc on its own and all of them together.
+struct Points {
+    int count = 0;  // of a set
+    int sets = 0;
+    std::vector<std::array<int16_t, 2>> packed;  // set after set; x, y in steps of 1/32767
+
+    std::array<double, 2> at(int point, int set) const;
+};
+
+// The largest count that a table holds.
+inline constexpr int kMaxPoints = 1023;
+
+// `count` in 1..kMaxPoints. Of each set the points go outward, on a Fermat spiral of the golden
+// angle (H. Vogel, A better way to construct the sunflower head, 1979); the sets turn it.
+Points lens_points(int count);
+
+// Adds the texture "lens_points", count by sets, x and y in [-1, 1], and the step that fills it.
+TextureId add_table(PassPlanner& planner, const Points& points);
+
+}  // namespace postchain::lens

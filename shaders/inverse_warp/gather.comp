@@ -1,0 +1,348 @@
+#version 450 core
+// The gather: the mean over times and points of the lens of what stood at this pixel. For each of
+// them the surface is searched by fixed-point iteration (Yang et al., Image-Based Bidirectional
+// Scene Reprojection, 2011; Bowles et al., Iterative Image Warping, 2012): X <- p - D(X), from the
+// pixel itself and from the tile's starts, nearest first. Of the positions X for which X + D(X) is p
+// the nearest surface counts; where there is none, what a neighboring frame saw there, or the
+// background nearest to p on the way to the farthest surface met.
+//
+//   color, surfaces, starts [, lens_points] [, noise] [, hint] -> color [, excess] [, hint]
+//   color, surfaces of the frames before and after
+//
+// SHUTTER, LENS: which of the two are open    STARTS: starts of a tile at most
+// BEFORE, AFTER: that frame is searched       NOISE: noise is read
+// HIGHLIGHTS: which part of it is bright light out of focus goes to `excess`, for
+//             share_highlights.comp
+// HINT: written; of the lens alone: read too  LIST: only the blocks of a work list
+#include "common/finite.glsl"
+#include "common/work_list.glsl"
+
+#include "inverse_warp/surface.glsl"
+
+#define NEIGHBORS (BEFORE || AFTER)
+
+layout(binding = 0) uniform sampler2D color;  // linear
+layout(binding = 1) uniform usampler2D surfaces;
+layout(binding = 2) uniform usampler2D starts;
+#if NOISE
+layout(binding = 3) uniform sampler2D noise;
+#endif
+#if LENS
+layout(binding = 4) uniform sampler2D lens_points;
+#endif
+#if HIGHLIGHTS
+layout(binding = 5) uniform sampler2D tile_light;
+layout(binding = 2) writeonly uniform image2D excess;
+#endif
+#if HINT && !SHUTTER
+layout(binding = 6) uniform sampler2D given_hint;
+#endif
+#if BEFORE
+layout(binding = 7) uniform sampler2D color_before;  // linear
+layout(binding = 8) uniform usampler2D surfaces_before;
+#endif
+#if AFTER
+layout(binding = 9) uniform sampler2D color_after;  // linear
+layout(binding = 10) uniform usampler2D surfaces_after;
+#endif
+layout(binding = 0) writeonly uniform image2D blurred;
+#if HINT
+layout(binding = 1) writeonly uniform image2D hint;
+#endif
+
+const float kAcceptPx = 0.75;   // |X + D(X) - p| along each axis
+const float kAcceptNeighborPx = 1.0;
+const float kNearer = 1.02;     // inverse depths within this ratio: the smaller residual counts
+const int kSteps = 2;           // of the iteration from each start
+const int kOwnSteps = LENS == 1 && SHUTTER == 0 ? 1 : 2;  // from the pixel itself
+const int kHalvings = LENS == 1 ? 0 : 2;
+const float kSharpening = 2.0;  // of bilinear weights about their middle: half the added blur
+
+// Color of the surface that is seen at `at`, pixels.
+vec4 color_at(sampler2D plane, vec2 at) {
+    const vec2 base = floor(at);
+    const vec2 f = clamp(kSharpening * (at - base - 0.5) + 0.5, 0.0, 1.0);
+    return textureLod(plane, (base + f + 0.5) / vec2(block.size), 0.0);
+}
+
+vec2 inside_of(vec2 at) {
+    return clamp(at, vec2(0.0), vec2(block.size - 1));
+}
+
+int samples_of(float longest) {
+#if LENS
+    return block.samples;
+#else
+    return clamp(int(ceil(2.0 * longest / block.path_px_per_time)), INVERSE_WARP_LEAST_TIMES,
+                 max(block.samples, INVERSE_WARP_LEAST_TIMES));
+#endif
+}
+
+// Sample k of n. random: x in [0, 1), y in [-1, 1)
+Sample sample_at(int k, int n, vec2 random) {
+    Sample at;
+#if SHUTTER && LENS
+    const float place = float(bitfieldReverse(uint(k)) >> 8) / 16777216.0;
+    at.u = 2.0 * fract(place + 0.5 / float(n) + 0.5 + 0.5 * random.y) - 1.0;
+#elif SHUTTER
+    at.u = 2.0 * (float(k) + 0.5 + 0.5 * block.time_jitter * random.y) / float(n) - 1.0;
+#else
+    at.u = 0.0;
+#endif
+    at.bend = min(block.half_shutter, 1.0) * at.u * at.u;
+#if LENS
+    const int set = min(int(random.x * float(block.lens_sets)), block.lens_sets - 1);
+    at.lens = texelFetch(lens_points, ivec2(k, set), 0).xy;
+#else
+    at.lens = vec2(0.0);
+#endif
+    return at;
+}
+
+#if HIGHLIGHTS
+// Of light that is out of focus, the part above `bright`, and 1.
+vec4 highlight(vec4 seen, float inverse_depth, float bright) {
+    if (abs(radius_px(inverse_depth)) < block.soft_px) return vec4(0.0);
+    const float high = max(seen.r, max(seen.g, seen.b));
+    const bool is_bright = high > bright && is_finite(seen);
+    return vec4(is_bright ? (1.0 - bright / high) * seen.rgb : vec3(0.0), 1.0);
+}
+#endif
+
+#if NEIGHBORS
+// The same displacement with the motion of a frame, whatever is blurred: a neighbor is a frame away.
+vec2 displacement_from_neighbor(Surface s, Sample at) {
+#if LENS
+    return moved(s, at) + s.radius * at.lens;
+#else
+    return moved(s, at);
+#endif
+}
+#endif
+
+void main() {
+    ivec2 pixel;
+    if (!next_pixel(block.size, pixel)) return;
+    const ivec2 tile = pixel / kBlockPx;
+    const int row = (STARTS + 1) * tile.x;
+    const vec4 color_p = texelFetch(color, pixel, 0);
+    const uvec4 summary = texelFetch(starts, ivec2(row + STARTS, tile.y), 0);
+    const float longest = uintBitsToFloat(summary.x);
+#if HINT && !SHUTTER
+    const vec2 hint_p = texelFetch(given_hint, pixel, 0).xy;
+#endif
+    if (longest <= block.still_limit_px) {
+        imageStore(blurred, pixel, color_p);
+#if HIGHLIGHTS
+        imageStore(excess, pixel, vec4(0.0));
+#endif
+#if HINT && SHUTTER
+        imageStore(hint, pixel, vec4(0.0));
+#elif HINT
+        imageStore(hint, pixel, vec4(hint_p, 0.0, 0.0));
+#endif
+        return;
+    }
+    Surface start[STARTS];
+    const int count = int(summary.y);
+    for (int i = 0; i < STARTS; ++i)
+        start[i] = unpack_surface(texelFetch(starts, ivec2(row + i, tile.y), 0));
+
+    const int samples = samples_of(longest);
+#if NOISE
+    const vec2 random = texelFetch(noise, pixel & 127, 0).xy;
+#else
+    const vec2 random = vec2(0.0);
+#endif
+    const vec2 p = vec2(pixel);
+    // Where the search begins: what the pixel shows, or, of the shutter alone, what the time before
+    // has found there.
+    Surface own = unpack_surface(texelFetch(surfaces, pixel, 0));
+#if HINT && !SHUTTER
+    const float own_radius = abs(own.radius);
+#endif
+#if HIGHLIGHTS
+    const float bright = block.bright * texelFetch(tile_light, tile, 0).x;
+    vec4 soft = vec4(0.0);  // light above `bright`, and how many samples are out of focus
+#endif
+    vec4 sum = vec4(0.0);
+    float moment = 0.0;
+#if NEIGHBORS
+    Surface background = own;  // the farthest met
+#endif
+    int first = 0;
+    do {  // 32 samples at a time, a bit each for those that found nothing
+        const int end = min(first + 32, samples);
+#if NEIGHBORS
+        uint missed = 0u;
+        vec4 filled = vec4(0.0);
+#endif
+        int k = first;
+        do {
+            const Sample at = sample_at(k, samples, random);
+            float nearest = -1.0, residual = kAcceptPx, farthest = 3.4e38;
+            vec2 found_at = p, far_at = p;
+            vec2 d = displacement(own, at);
+            int next = 0, step_count = 0;
+            bool more;
+            do {
+                // Beyond the picture its last pixels go on.
+                const vec2 x = floor(p - d + 0.5);
+                const vec2 inside = inside_of(x);
+                const Surface s = unpack_surface(texelFetch(surfaces, ivec2(inside), 0));
+                d = displacement(s, at);
+                const vec2 to = p - d;
+                const vec2 off = abs(x - to);
+                const float error = max(off.x, off.y);
+#if NEIGHBORS
+                // What lies beyond the picture a neighbor may have seen.
+                const bool accepted = error <= kAcceptPx && x == inside;
+#else
+                const bool accepted = error <= kAcceptPx;
+#endif
+                const float q = s.inverse_depth;
+                if (accepted &&
+                    (q > nearest * kNearer || (q * kNearer >= nearest && error < residual))) {
+                    nearest = q;
+                    residual = error;
+                    found_at = s.edge ? inside : inside_of(to);
+                }
+                if (q < farthest) {
+                    farthest = q;
+                    far_at = inside;
+                }
+#if NEIGHBORS
+                if (q < background.inverse_depth) background = s;
+#endif
+#if !LENS
+                if (accepted && next == 0) own = s;
+#endif
+                ++step_count;
+                more = true;
+                if (accepted || step_count >= (next == 0 ? kOwnSteps : kSteps)) {
+                    // From the next start, unless what was found hides all that is left.
+                    step_count = 0;
+                    more = next < count;
+                    for (int i = 0; i < STARTS; ++i) {
+                        if (i != next || !more) continue;
+                        d = displacement(start[i], at);
+                        more = start[i].inverse_depth > nearest * kNearer;
+                    }
+                    ++next;
+                }
+            } while (more);
+            // The way to the background, halved.
+            vec2 from = p;
+            for (int i = 0; i < kHalvings; ++i) {
+                const vec2 middle = floor(0.5 * (from + far_at) + 0.5);
+                const uvec4 bits = texelFetch(surfaces, ivec2(middle), 0);
+                const bool is_far = inverse_depth_of(bits.DEPTH_BITS) <= kOneDepth * farthest;
+                far_at = is_far ? middle : far_at;
+                from = is_far ? from : middle;
+            }
+            const bool found = nearest >= 0.0;
+            const vec2 seen_at = found ? found_at : far_at;
+            const vec4 seen = color_at(color, seen_at);
+            moment += dot(seen_at - p, seen_at - p);
+#if NEIGHBORS
+            if (!found) {
+                missed |= 1u << (k - first);
+                filled += seen - color_p;
+            } else
+#endif
+            {
+                sum += seen - color_p;
+#if HIGHLIGHTS
+                soft += highlight(seen, found ? nearest : farthest, bright);
+#endif
+            }
+            ++k;
+        } while (k < end);
+#if NEIGHBORS
+        // What is hidden in this frame is mostly seen in the one before or after.
+        const float frame = 1.0 / block.half_shutter;
+        const float missed_count = float(bitCount(missed));
+        float found_count = 0.0;
+        while (missed != 0u) {
+            k = first + findLSB(missed);
+            missed &= missed - 1u;
+            const Sample now = sample_at(k, samples, random);
+            vec4 seen = vec4(0.0);
+            float nearest = -1.0;
+            // In both frames, the nearer in time first, from the background; where that finds
+            // nothing, from the starts.
+            int search = 0;
+            bool more;
+            do {
+#if BEFORE && AFTER
+                const bool after = ((search & 1) == 0) == (now.u >= 0.0);
+                const int index = search >> 1;
+#else
+                const bool after = AFTER == 1;
+                const int index = search;
+#endif
+                Sample at = now;
+                at.u = after ? now.u - frame : now.u + frame;
+                at.bend = min(block.half_shutter, 1.0) * at.u * at.u;
+                Surface begin = background;
+                for (int i = 0; i < STARTS; ++i)
+                    if (i + 1 == index) begin = start[i];
+                // Straight: a parabola about this frame is none about that one.
+                begin.b = vec2(0.0);
+                vec2 d = displacement_from_neighbor(begin, at);
+                for (int i = 0; i < kSteps; ++i) {
+                    const vec2 x = inside_of(floor(p - d + 0.5));
+                    uvec4 bits;
+#if BEFORE && AFTER
+                    if (after) bits = texelFetch(surfaces_after, ivec2(x), 0);
+                    else bits = texelFetch(surfaces_before, ivec2(x), 0);
+#elif AFTER
+                    bits = texelFetch(surfaces_after, ivec2(x), 0);
+#else
+                    bits = texelFetch(surfaces_before, ivec2(x), 0);
+#endif
+                    const Surface s = unpack_surface(bits);
+                    d = displacement_from_neighbor(s, at);
+                    const vec2 off = abs(x - p + d);
+                    if (max(off.x, off.y) > kAcceptNeighborPx ||
+                        s.inverse_depth <= nearest * kNearer)
+                        continue;
+                    nearest = s.inverse_depth;
+                    const vec2 where = s.edge ? x : inside_of(p - d);
+#if BEFORE && AFTER
+                    if (after) seen = color_at(color_after, where);
+                    else seen = color_at(color_before, where);
+#elif AFTER
+                    seen = color_at(color_after, where);
+#else
+                    seen = color_at(color_before, where);
+#endif
+                }
+                ++search;
+                const int frames = BEFORE + AFTER;
+                more = search < frames || (nearest < 0.0 && search < frames * (1 + count));
+            } while (more);
+            if (nearest >= 0.0) {
+                sum += seen - color_p;
+                found_count += 1.0;
+#if HIGHLIGHTS
+                soft += highlight(seen, nearest, bright);
+#endif
+            }
+        }
+        // The mean of the fills stands for what no frame has seen.
+        if (missed_count > 0.0) sum += filled * ((missed_count - found_count) / missed_count);
+#endif
+        first = end;
+    } while (first < samples);
+    imageStore(blurred, pixel, color_p + sum / float(samples));
+#if HIGHLIGHTS
+    imageStore(excess, pixel, soft / float(samples));
+#endif
+#if HINT && SHUTTER
+    // Half-length of the even streak with the same second moment about p.
+    imageStore(hint, pixel, vec4(1.0, 3.0 * moment > 0.25 * float(samples) ? 1.0 : 0.0, 0.0, 0.0));
+#elif HINT
+    imageStore(hint, pixel, vec4(hint_p * clamp(1.0 - own_radius, 0.0, 1.0), 0.0, 0.0));
+#endif
+}

@@ -1,0 +1,160 @@
+// method: inverse_warp against closed forms and against its reference.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "passes/common/lens_points.h"
+#include "tests/depth_of_field/support.h"
+
+namespace postchain::test {
+namespace {
+
+const std::pair<std::string, ParameterValue> kMethod = {"method", "inverse_warp"};
+
+// A dot of light in the middle, everything at one depth of radius 32 (1/4 - w).
+FramePlanes dot(float inverse_depth, float light) {
+    ImageF color = constant_image(97, 97, {0, 0, 0, 1});
+    color.at(48, 48) = light;
+    return flat_planes(std::move(color), inverse_depth);
+}
+
+// A dot out of focus is a disc of the circle of confusion's radius, evenly lit.
+TEST(InverseWarpLens, DotBecomesAnEvenDisc) {
+    const double radius = 32 * (1 - 0.25);  // near: w = 1
+    const ImageF out =
+        dof(dot(1, 1), {kMethod, {"samples", int64_t(1023)}, {"max_radius_px", 30.0}});
+    const double inside = 1 / (M_PI * radius * radius);
+    double light = 0, moment = 0;
+    for (int y = 0; y < 97; ++y) {
+        for (int x = 0; x < 97; ++x) {
+            const double r = std::hypot(x - 48, y - 48);
+            light += out.at(x, y);
+            moment += out.at(x, y) * r * r;
+            if (r > radius + 3) EXPECT_LE(out.at(x, y), 1e-6) << x << ", " << y;
+        }
+    }
+    EXPECT_NEAR(light, 1, 0.02);
+    EXPECT_NEAR(moment / light, radius * radius / 2, 0.02 * radius * radius);
+    // Rings of equal area have equal light.
+    for (int ring = 0; ring < 4; ++ring) {
+        double sum = 0;
+        int count = 0;
+        for (int y = 0; y < 97; ++y)
+            for (int x = 0; x < 97; ++x) {
+                const double part = (std::pow(x - 48, 2) + std::pow(y - 48, 2)) / (radius * radius);
+                if (part < 0.25 * ring || part >= 0.25 * (ring + 1)) continue;
+                sum += out.at(x, y);
+                ++count;
+            }
+        // The disc's rim lies between pixels.
+        EXPECT_NEAR(sum / count, inside, (ring < 3 ? 0.1 : 0.15) * inside) << ring;
+    }
+}
+
+// From few points too no light is lost, and shared light speckles less.
+TEST(InverseWarpLens, FewPointsKeepTheLight) {
+    constexpr int kSeeds = 16;
+    const double radius = 19.2;
+    const double mean = 100 / (M_PI * radius * radius);
+    double speckle[2] = {0, 0};
+    for (const bool share : {false, true}) {
+        double light = 0;
+        for (int seed = 0; seed < kSeeds; ++seed) {
+            const ImageF out = dof(dot(1, 100), {kMethod,
+                                                 {"samples", int64_t(24)},
+                                                 {"share_highlights", share},
+                                                 {"seed", int64_t(seed)}});
+            light += sum_of(out) / kSeeds;
+            for (int y = 0; y < 97; ++y)
+                for (int x = 0; x < 97; ++x)
+                    if (std::hypot(x - 48, y - 48) < radius - 2)
+                        speckle[share] += std::pow(out.at(x, y) - mean, 2);
+        }
+        // About 24 pixels meet the dot: a fifth of deviation, a twentieth of the mean over seeds.
+        EXPECT_NEAR(light / 100, 1, 0.15) << share;
+    }
+    EXPECT_LT(speckle[true], 0.3 * speckle[false]);
+}
+
+// What is in focus in front of what is not keeps every bit away from its edge.
+TEST(InverseWarpLens, FocusedForegroundDoesNotTakeFromTheBackground) {
+    ImageF color = noise_image(128, 64, 4, 5);
+    ImageF depth(128, 64, 1);
+    for (int y = 0; y < 64; ++y)
+        for (int x = 0; x < 128; ++x) depth.at(x, y) = x < 64 ? 0.25f : 0;  // in focus; sky, 8 px
+    for (int y = 0; y < 64; ++y)
+        for (int x = 0; x < 64; ++x)
+            for (int c = 0; c < 3; ++c) color.at(x, y, c) = 50;
+    const ImageF out = dof(planes_of(color, depth), {kMethod});
+    for (int y = 0; y < 64; ++y) {
+        for (int x = 0; x < 64; ++x) EXPECT_EQ(out.at(x, y), 50) << x;
+        for (int x = 66; x < 128; ++x) EXPECT_LE(out.at(x, y), 1) << x;
+    }
+}
+
+// Near the edge of a near thing out of focus the lens sees past it: an edge becomes the share of
+// the disc on its side.
+TEST(InverseWarpLens, NearEdgeFadesAsADiscCutByALine) {
+    ImageF color = constant_image(160, 64, {0, 0, 0, 1});
+    ImageF depth(160, 64, 1);
+    for (int y = 0; y < 64; ++y)
+        for (int x = 0; x < 160; ++x) {
+            const bool near = x < 80;
+            depth.at(x, y) = near ? 0.75f : 0.25f;  // 16 px; in focus
+            if (near)
+                for (int c = 0; c < 3; ++c) color.at(x, y, c) = 1;
+        }
+    const ImageF out = dof(planes_of(color, depth), {kMethod, {"samples", int64_t(512)}});
+    for (int x = 60; x < 100; ++x) {
+        const double d = std::clamp((x + 0.5 - 80) / 16, -1.0, 1.0);
+        const double covered = (std::acos(d) - d * std::sqrt(1 - d * d)) / M_PI;
+        // An edge is found to the pixel.
+        EXPECT_NEAR(out.at(x, 32), covered, 0.05) << x;
+    }
+}
+
+TEST(InverseWarpLens, AgreesWithItsReference) {
+    const FramePlanes planes = deep_planes(131, 77);
+    for (const Settings& settings :
+         {Settings{kMethod},
+          Settings{kMethod, {"samples", int64_t(7)}, {"starts", int64_t(1)}, {"noise", "blue"}},
+          Settings{kMethod,
+                   {"share_highlights", false},
+                   {"noise", "none"},
+                   {"coc", "range"},
+                   {"focus", 4.0},
+                   {"range", 2.0}}}) {
+        const Stages gpu = dof_stages(planes, settings);
+        const ReferenceFrame expected = dof_reference(planes, settings);
+        for (const char* name : {"gathered", "excess", "color"}) {
+            const auto found = gpu.stages.find(stage(name));
+            if (found == gpu.stages.end()) continue;
+            const Difference difference =
+                compare(found->second, expected.stages.at(stage(name)), 1e-3);
+            // Residuals and depths at a limit, decided by rounding.
+            EXPECT_LE(difference.fraction, 0.01) << name << ": " << difference.text;
+        }
+    }
+}
+
+TEST(LensPoints, EverySetIsEvenOverTheDisc) {
+    for (const int count : {1, 7, 32, 1023}) {
+        const lens::Points points = lens::lens_points(count);
+        EXPECT_EQ(points.packed.size(), size_t(points.count) * size_t(points.sets));
+        EXPECT_GE(points.sets, 1);
+        for (int set = 0; set < points.sets; ++set) {
+            double x = 0, y = 0, squared = 0;
+            for (int i = 0; i < count; ++i) {
+                const auto p = points.at(i, set);
+                EXPECT_LE(std::hypot(p[0], p[1]), 1.0001);
+                x += p[0] / count, y += p[1] / count;
+                squared += (p[0] * p[0] + p[1] * p[1]) / count;
+            }
+            EXPECT_NEAR(squared, 0.5, 1e-3);
+            if (count >= 32) EXPECT_LT(std::hypot(x, y), 0.05);
+        }
+    }
+}
+
+}  // namespace
+}  // namespace postchain::test

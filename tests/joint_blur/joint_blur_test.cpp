@@ -1,0 +1,125 @@
+// The joint blur against closed forms and against its reference.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/support/gpu.h"
+#include "tests/support/images.h"
+
+namespace postchain::test {
+namespace {
+
+// R = 32 (1/4 - w) px, shutter half a frame.
+FrameDescription description_of(const FramePlanes& planes) {
+    FrameDescription frame = describe(planes);
+    frame.camera.focal_length_mm = 36;
+    frame.camera.sensor_width_mm = 36;
+    frame.camera.f_stop = 0.36;
+    frame.camera.focus_distance = 4;
+    frame.camera.shutter_frames = 0.5;
+    frame.display_width = 640;
+    return frame;
+}
+
+PlanOptions whole() {
+    PlanOptions options;
+    options.elide = false;
+    options.outputs = {Role::color, Role::hint};
+    return options;
+}
+
+// Black, at one inverse depth, with one motion both ways.
+FramePlanes moving_plane(int width, int height, float inverse_depth, float x_px, float y_px) {
+    FramePlanes planes;
+    planes[Role::color] = constant_image(width, height, {0, 0, 0, 1});
+    planes[Role::inverse_depth] = ImageF(width, height, 1, inverse_depth);
+    planes[Role::motion] = constant_image(width, height, {x_px, y_px});
+    return planes;
+}
+
+// A dot becomes a disc of radius R moved along its path: variances add.
+TEST(JointBlur, DotBecomesADiscMovedAlongItsPath) {
+    FramePlanes planes = moving_plane(129, 97, 0.75f, 48, 0);  // R = -16 px, a path of 24 px
+    for (int c = 0; c < 3; ++c) planes[Role::color].at(64, 48, c) = 1;
+    const Chain chain = chain_of("joint_blur", {{"samples", int64_t(1023)}});
+    const ImageF out = filter(chain, description_of(planes), planes, whole()).at(Role::color);
+    double light = 0, xx = 0, yy = 0;
+    for (int y = 0; y < 97; ++y)
+        for (int x = 0; x < 129; ++x) {
+            light += out.at(x, y);
+            xx += out.at(x, y) * (x - 64) * (x - 64);
+            yy += out.at(x, y) * (y - 48) * (y - 48);
+        }
+    EXPECT_NEAR(light, 1, 0.03);
+    EXPECT_NEAR(yy / light, 16 * 16 / 4.0, 3);
+    EXPECT_NEAR(xx / light, 16 * 16 / 4.0 + 24 * 24 / 12.0, 4);
+}
+
+// In focus and moving, or still and out of focus: as the pass for the one alone.
+TEST(JointBlur, OneOfThemAloneIsThatPass) {
+    FramePlanes planes = moving_plane(160, 96, 0.75f, 0, 0);
+    planes[Role::color] = noise_image(160, 96, 4, 5);
+    const FrameDescription frame = description_of(planes);
+    const auto error = [&](const Chain& chain, const Chain& other) {
+        const ImageF a = filter(chain, frame, planes, whole()).at(Role::color);
+        const ImageF b = filter(other, frame, planes, whole()).at(Role::color);
+        double sum = 0;
+        for (size_t i = 0; i < a.data.size(); ++i) sum += std::pow(a.data[i] - b.data[i], 2);
+        return std::sqrt(sum / double(a.data.size()));
+    };
+    EXPECT_LT(
+        error(chain_of("joint_blur", {{"samples", int64_t(64)}}),
+              chain_of("depth_of_field", {{"method", "inverse_warp"}, {"samples", int64_t(64)}})),
+        1e-4);
+    planes[Role::inverse_depth] = ImageF(160, 96, 1, 0.25f);
+    planes[Role::motion] = constant_image(160, 96, {24, 8});
+    EXPECT_LT(error(chain_of("joint_blur", {{"samples", int64_t(512)}}),
+                    chain_of("motion_blur", {{"mode", "inverse_warp"},
+                                             {"samples", int64_t(511)},
+                                             {"path_px_per_time", 0.1}})),
+              0.01);
+}
+
+TEST(JointBlur, AgreesWithItsReference) {
+    TestFrame layers = layered_frame(131, 77, {33.5f, 9.25f}, {-14.75f, 3.5f}, 8);
+    FramePlanes& planes = layers.planes;
+    planes[Role::motion_back] = planes[Role::motion];
+    for (float& v : planes[Role::motion_back].data) v = 0.5f * v + 3;
+    const FrameDescription frame = description_of(planes);
+    for (const Chain& chain :
+         {chain_of("joint_blur", {}),
+          chain_of("joint_blur", {{"samples", int64_t(9)}, {"starts", int64_t(1)}}),
+          chain_of("joint_blur", {{"samples", int64_t(40)},
+                                  {"noise", "none"},
+                                  {"share_highlights", false},
+                                  {"max_blur_px", int64_t(9)}})}) {
+        const auto gpu = filter(chain, frame, planes, whole());
+        const auto expected = reference(chain, frame, planes, whole());
+        const Difference difference =
+            compare(gpu.at(Role::color), expected.planes.at(Role::color), 1e-3);
+        // Residuals and depths at a limit, decided by rounding.
+        EXPECT_LE(difference.fraction, 0.02) << difference.text;
+        EXPECT_LE(compare(gpu.at(Role::hint), expected.planes.at(Role::hint), 0).fraction, 0.002);
+    }
+}
+
+TEST(JointBlur, BlocksThatNothingIsBlurredIntoChangeNoBit) {
+    FramePlanes planes = moving_plane(190, 140, 0.25f, 0, 0);
+    planes[Role::color] = noise_image(190, 140, 4, 9);
+    for (int y = 30; y < 50; ++y)
+        for (int x = 40; x < 60; ++x) {
+            planes[Role::inverse_depth].at(x, y) = 0.6f;
+            planes[Role::motion].at(x, y) = 20;
+        }
+    const FrameDescription frame = description_of(planes);
+    const Chain chain = chain_of("joint_blur", {});
+    PlanOptions complete;
+    complete.rules_off = {"unblurred_tiles"};
+    const ImageF with = filter(chain, frame, planes).at(Role::color);
+    EXPECT_TRUE(equal_bits(with, filter(chain, frame, planes, complete).at(Role::color)));
+    EXPECT_FALSE(equal_bits(with, planes[Role::color]));
+    for (int x = 150; x < 190; ++x) EXPECT_EQ(with.at(x, 130), planes[Role::color].at(x, 130)) << x;
+}
+
+}  // namespace
+}  // namespace postchain::test

@@ -42,21 +42,34 @@ const std::vector<Preset>& preset_table() {
 const ParameterTable& parameter_table() {
     static const ParameterTable table =
         ParameterTableBuilder<Parameters>()
-            .integer("preset", &Parameters::preset,
-                     {.min = 10,
-                      .max = 39,
-                      .allowed = presets(),
-                      .help = "steps along an edge: 10-15 dithered, 20-29 less so, 39 longest"})
+            .choice("mode", &Parameters::mode, {"search", "directional"},
+                    {.help = "FXAA 3.11's search for the ends of an edge, or a Gaussian along the "
+                             "edge"})
+            .integer(
+                "preset", &Parameters::preset,
+                {.min = 10,
+                 .max = 39,
+                 .allowed = presets(),
+                 .help = "of mode: search: steps along an edge, 10-15 dithered, 20-29 less so, "
+                         "39 longest"})
             .number(
                 "subpix", &Parameters::subpix,
-                {.min = 0, .max = 1, .help = "strength of the sub-pixel offset; 0 = edges only"})
+                {.min = 0,
+                 .max = 1,
+                 .help = "of mode: search and the checkerboard: strength of the sub-pixel offset; "
+                         "0 = edges only"})
             .number("edge_threshold", &Parameters::edge_threshold,
                     {.min = 0,
                      .max = 1,
                      .soft_max = 0.5,
-                     .help = "least local contrast, as a part of the local maximum of luma"})
+                     .help = "least local contrast, as a part of the local maximum of luma",
+                     .unset_means = "0.166; in mode: directional 0.063"})
             .number("edge_threshold_min", &Parameters::edge_threshold_min,
-                    {.min = 0, .max = 1, .soft_max = 0.3, .help = "least local contrast, in luma"})
+                    {.min = 0,
+                     .max = 1,
+                     .soft_max = 0.3,
+                     .help = "least local contrast, in luma",
+                     .unset_means = "0.0833; in mode: directional 0.0312"})
             .choice("luma", &Parameters::luma, {"stored", "display"},
                     {.help = "luma of the stored values (display-referred input), or after "
                              "exposure, tone mapping and a square root (scene-linear input)"})
@@ -130,8 +143,8 @@ class FxaaPass final : public Pass {
     Promises promises() const override {
         Promises promises;
         promises.keeps_constants = true;
-        // Tone-mapped, the mean of two texels is darker than both where their largest channels
-        // differ; but no light is won.
+        // Tone-mapped, the mean of two texels of `search` is darker than both where their largest
+        // channels differ; but no light is won.
         if (parameters_.blend == Blend::stored)
             promises.convex = 1e-6;
         else
@@ -143,7 +156,7 @@ class FxaaPass final : public Pass {
             promises.symmetries.insert(Symmetry::flip);
             promises.symmetries.insert(Symmetry::turn);
         }
-        if (parameters_.edge_threshold_min >= 2 * kQuietContrast) {
+        if (thresholds(parameters_).least >= 2 * kQuietContrast) {
             promises.driven_by = {Role::color};
             if (parameters_.hint != Hint::none) promises.driven_by.add(Role::hint);
         }
@@ -151,7 +164,9 @@ class FxaaPass final : public Pass {
     }
 
     // The walk along an edge; the texels gathered at its end, and the other side of the edge.
+    // Directional: lumas up to two pixels away.
     Reach reach(const FrameDescription&) const override {
+        if (parameters_.mode == Mode::directional) return {2, 1};
         const std::vector<double> steps = preset_steps(parameters_.preset);
         return {std::accumulate(steps.begin(), steps.end(), 0.0) + 3, 1};
     }
@@ -170,8 +185,8 @@ class FxaaPass final : public Pass {
         if (uses_hint(context)) return std::nullopt;
         const LumaBounds luma = luma_bounds(parameters_, bounds, weights_of(context.frame));
         const double range = luma.highest - luma.lowest;
-        const double threshold =
-            std::max(parameters_.edge_threshold_min, parameters_.edge_threshold * luma.lowest);
+        const Thresholds least = thresholds(parameters_);
+        const double threshold = std::max(least.least, least.relative * luma.lowest);
         const double rounding =
             kLumaRounding * std::max(std::abs(luma.lowest), std::abs(luma.highest));
         if (!(range + rounding < threshold * (1 - kLumaRounding))) return std::nullopt;
@@ -205,6 +220,7 @@ class FxaaPass final : public Pass {
         step.name = "fxaa";
         step.program.file = "fxaa/fxaa.comp";
         step.program.defines.clear();
+        step.program.defines["DIRECTIONAL"] = std::to_string(parameters_.mode == Mode::directional);
         step.program.defines["BLEND_TONEMAPPED"] =
             std::to_string(parameters_.blend == Blend::tonemapped);
         step.program.defines["HINT"] =
@@ -245,8 +261,8 @@ class FxaaPass final : public Pass {
         block.size = {frame.width, frame.height};
         block.exposure = static_cast<float>(std::exp2(parameters_.exposure_ev));
         block.subpix = static_cast<float>(parameters_.subpix);
-        block.edge_threshold = static_cast<float>(parameters_.edge_threshold);
-        block.edge_threshold_min = static_cast<float>(parameters_.edge_threshold_min);
+        block.edge_threshold = static_cast<float>(thresholds(parameters_).relative);
+        block.edge_threshold_min = static_cast<float>(thresholds(parameters_).least);
         block.hint_gate = parameters_.hint_gate == HintGate::pixel ? 1 : 0;
         const std::array<double, 3> weights = weights_of(frame);
         for (int i = 0; i < 3; ++i)
@@ -264,6 +280,12 @@ class FxaaPass final : public Pass {
 };
 
 }  // namespace
+
+Thresholds thresholds(const Parameters& parameters) {
+    const bool search = parameters.mode == Mode::search;
+    return {parameters.edge_threshold.value_or(search ? 0.166 : 0.063),
+            parameters.edge_threshold_min.value_or(search ? 0.0833 : 0.0312)};
+}
 
 std::vector<int64_t> presets() {
     std::vector<int64_t> numbers;
@@ -283,11 +305,16 @@ const PassType& pass_type() {
     static const PassType type = {
         .name = "fxaa",
         .title = "FXAA",
-        .help = "Smooths jagged edges of the finished picture (FXAA 3.11, quality path).",
+        .help =
+            "Smooths jagged edges of the finished picture: FXAA 3.11, quality path, or a filter "
+            "along edges.",
         .parameters = &parameter_table(),
         .create = [] { return std::make_unique<FxaaPass>(); },
         .variants = {{"without the checkerboard", {{"hint", "none"}}},
-                     {"blend: stored", {{"blend", "stored"}}}},
+                     {"blend: stored", {{"blend", "stored"}}},
+                     {"mode: directional", {{"mode", "directional"}, {"hint", "none"}}},
+                     {"mode: directional, blend: stored",
+                      {{"mode", "directional"}, {"blend", "stored"}}}},
         .known_limits = {
             {"flip", "", "/radiance/both signs, 1e10/", 0.004, ties},
             {"flip", "", "/crossed/*both signs, 65504", 0.012, ties},

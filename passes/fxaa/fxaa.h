@@ -1,16 +1,21 @@
 // FXAA: anti-aliasing after the fact, for scene-linear and display-referred pictures.
 //
-// Source: T. Lottes, FXAA 3.11, quality path. The hint is of B. Guertin,
-// M. McGuire, D. Nowrouzezahrai, NVR-2013-003. What it computes, what the hint does and the
-// deviations: docs/fxaa.md.
+// Source of mode: search: T. Lottes, FXAA 3.11, quality path; mode: directional is ours. The hint
+// is of B. Guertin, M. McGuire, D. Nowrouzezahrai, NVR-2013-003. What they compute, what the hint
+// does and the deviations: docs/fxaa.md.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "chain/pass.h"
 
 namespace postchain::fxaa {
 
+enum class Mode {
+    search,       // FXAA 3.11: finds both ends of an edge, moves along the nearer one's offset
+    directional,  // a Gaussian, long along the edge and narrow across it
+};
 // Where the luma that decides comes from.
 enum class Luma {
     stored,   // 0.299, 0.587, 0.114 of the stored values
@@ -24,16 +29,26 @@ enum class Hint { none, checkerboard, threshold };
 enum class HintGate { tile, pixel };  // channel x or y of the hint plane
 
 struct Parameters {
-    int preset = 12;
-    double subpix = 0.75;
-    double edge_threshold = 0.166;
-    double edge_threshold_min = 0.0833;
+    Mode mode = Mode::search;
+    int preset = 12;                       // of mode: search
+    double subpix = 0.75;                  // of mode: search and of the checkerboard
+    std::optional<double> edge_threshold;  // unset = Thresholds of the mode
+    std::optional<double> edge_threshold_min;
     Luma luma = Luma::display;
     double exposure_ev = 0;
     Blend blend = Blend::tonemapped;
     Hint hint = Hint::threshold;
     HintGate hint_gate = HintGate::pixel;
 };
+
+// Least contrast that is filtered: the larger of `least` and `relative` times the largest luma.
+struct Thresholds {
+    double relative;
+    double least;
+};
+// As set; unset FXAA 3.11's default (0.166, 0.0833) for mode: search, and for mode: directional its
+// lowest, "overkill" and "visible limit" (0.063, 0.0312).
+Thresholds thresholds(const Parameters& parameters);
 
 // Presets in rising order, and the steps of one along an edge: increments in pixels, the last one
 // made without a fetch. Empty for a number that is no preset.

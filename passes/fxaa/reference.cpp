@@ -1,6 +1,6 @@
-// The double-precision reference of FXAA, see reference.h. Written from the seven
-// stages of docs/fxaa.md: the walk really samples a bilinear plane at real positions, the
-// tone-mapped blend really maps and inverts.
+// The double-precision reference of FXAA, see reference.h. Written from docs/fxaa.md: the walk
+// really samples a bilinear plane at real positions, the tone-mapped blend really maps and inverts,
+// the Gaussian along the edge really has an angle.
 #include "passes/fxaa/reference.h"
 
 #include <algorithm>
@@ -70,17 +70,26 @@ struct Move {
     double weight = 0;
 };
 
+// The local range of luma, or 0 where it is below the thresholds.
+double contrast(const Parameters& parameters, const ImageD& luma, int x, int y,
+                double threshold_scale) {
+    double highest = texel(luma, x, y), lowest = highest;
+    for (const auto& [dx, dy] : {std::pair{0, -1}, {0, 1}, {-1, 0}, {1, 0}}) {
+        highest = std::max(highest, texel(luma, x + dx, y + dy));
+        lowest = std::min(lowest, texel(luma, x + dx, y + dy));
+    }
+    const Thresholds least = thresholds(parameters);
+    const double range = highest - lowest;
+    return range < threshold_scale * std::max(least.least, highest * least.relative) ? 0 : range;
+}
+
 Move move_of(const Parameters& parameters, const ImageD& luma, int x, int y,
              double threshold_scale) {
+    const double range = contrast(parameters, luma, x, y, threshold_scale);
+    if (range == 0) return {};
     auto at = [&](int dx, int dy) { return texel(luma, x + dx, y + dy); };
     const double center = at(0, 0);
     const double north = at(0, -1), south = at(0, 1), west = at(-1, 0), east = at(1, 0);
-
-    const double highest = std::max({center, north, south, west, east});
-    const double range = highest - std::min({center, north, south, west, east});
-    if (range == 0 || range < threshold_scale * std::max(parameters.edge_threshold_min,
-                                                         highest * parameters.edge_threshold))
-        return {};
 
     // Second differences, across the rows and across the columns.
     auto bend = [](double a, double middle, double b) { return std::abs(a + b - 2 * middle); };
@@ -136,6 +145,51 @@ Move move_of(const Parameters& parameters, const ImageD& luma, int x, int y,
     return move;
 }
 
+// mode: directional.
+Pixel directional(const Parameters& parameters, const ImageD& color, const ImageD& luma, int x,
+                  int y, double threshold_scale) {
+    const Pixel center = pixel_at(color, x, y);
+    if (!finite(center) || contrast(parameters, luma, x, y, threshold_scale) == 0) return center;
+
+    double xx = 0, xy = 0, yy = 0;  // structure tensor
+    for (const auto& [i, j] : {std::pair{0, 0}, {0, -1}, {0, 1}, {-1, 0}, {1, 0}}) {
+        const double gx = texel(luma, x + i + 1, y + j) - texel(luma, x + i - 1, y + j);
+        const double gy = texel(luma, x + i, y + j + 1) - texel(luma, x + i, y + j - 1);
+        xx += gx * gx;
+        xy += gx * gy;
+        yy += gy * gy;
+    }
+    const double trace = xx + yy;
+    const double coherence = trace > 0 ? std::hypot(xx - yy, 2 * xy) / trace : 0;
+    const double normal = std::atan2(2 * xy, xx - yy) / 2;
+    const double across = 0.5 + (0.46 - 0.5) * coherence;
+    const double along = 0.5 + (0.8 - 0.5) * coherence;
+
+    Pixel sum{};
+    double total = 0, total_alpha = 0;
+    for (int j = -1; j <= 1; ++j) {
+        for (int i = -1; i <= 1; ++i) {
+            const Pixel one = pixel_at(color, x + i, y + j);
+            if (!finite(one)) continue;
+            const double u = (i * std::cos(normal) + j * std::sin(normal)) / across;
+            const double v = (j * std::cos(normal) - i * std::sin(normal)) / along;
+            const double weight = std::exp(-(u * u + v * v) / 2);
+            double share = weight;
+            if (parameters.blend == Blend::tonemapped)
+                share /= std::sqrt(
+                    1 +
+                    std::min(positive_maximum(one) * std::exp2(parameters.exposure_ev), kLargest));
+            for (size_t c = 0; c < 3; ++c) sum[c] += share * one[c];
+            sum[3] += weight * one[3];
+            total += share;
+            total_alpha += weight;
+        }
+    }
+    for (size_t c = 0; c < 3; ++c) sum[c] /= total;
+    sum[3] /= total_alpha;
+    return sum;
+}
+
 }  // namespace
 
 ImageD reference_luma(const Parameters& parameters, const ImageD& color,
@@ -180,9 +234,14 @@ ImageD reference_fxaa(const Parameters& parameters, const ImageD& color, const I
 
             const Pixel center = pixel_at(color, x, y);
             const double scale = parameters.hint == Hint::threshold ? 1 - h : 1;
-            const Move move = move_of(parameters, luma, x, y, scale);
-            Pixel pixel =
-                blend(parameters, center, pixel_at(color, x + move.dx, y + move.dy), move.weight);
+            Pixel pixel;
+            if (parameters.mode == Mode::directional) {
+                pixel = directional(parameters, color, luma, x, y, scale);
+            } else {
+                const Move move = move_of(parameters, luma, x, y, scale);
+                pixel = blend(parameters, center, pixel_at(color, x + move.dx, y + move.dy),
+                              move.weight);
+            }
             if (checkerboard && h > 0) {
                 const Pixel taps =
                     blend(parameters, center, pixel_at(color, x, y - 1), checkerboard_weight);

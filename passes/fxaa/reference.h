@@ -1,5 +1,5 @@
-// Both stages of FXAA in double precision, from the paper's stages (docs/fxaa.md) and
-// independently of the GLSL. Planes are row 0 at the top; edges clamp.
+// Both stages of FXAA in double precision, from docs/fxaa.md and independently of
+// the GLSL. Planes are row 0 at the top; edges clamp.
 #pragma once
 
 #include <array>

@@ -38,6 +38,7 @@ std::vector<Case> cases() {
                            {{"mode", std::string(mode)}, {"samples", int64_t(samples)}}});
     for (const int preset : {10, 12, 29, 39})
         all.push_back({concat("fxaa/", preset), "fxaa", {{"preset", int64_t(preset)}}});
+    all.push_back({"fxaa/directional", "fxaa", {{"mode", std::string("directional")}}});
     for (const char* leak : {"none", "depth", "coc"})
         for (const int downsample : {1, 2, 4})
             all.push_back({concat("depth_of_field/", leak, "/", downsample),

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "tests/fxaa/support.h"
 
@@ -159,6 +160,74 @@ TEST(Filter, TonemappedBlendByHand) {
     EXPECT_NEAR(mixed.at(8, 3, 3), 0.97479424, 1e-6);
 }
 
+// White above black, across the whole width: every gradient that the tensor sees is vertical, so
+// the coherence is 1 and the weight of the rows above and below exp(-0.5/0.46^2) = 0.0941417 of the
+// middle row's; along the edge all is equal.
+TEST(Directional, EndlessEdgeByHand) {
+    const ImageF out = run(stored_settings({{"mode", std::string("directional")}}), step_picture());
+    EXPECT_NEAR(out.at(8, 3), 1.0941417 / 1.1882834, 1e-6);
+    EXPECT_NEAR(out.at(8, 4), 0.0941417 / 1.1882834, 1e-6);
+    EXPECT_EQ(out.at(8, 2), 1.0f);
+    EXPECT_EQ(out.at(8, 5), 0.0f);
+    const ImageF column = gray_picture(8, 16, [](int x, int) { return x < 4 ? 1 : 0; });
+    EXPECT_NEAR(run(stored_settings({{"mode", std::string("directional")}}), column).at(3, 8),
+                1.0941417 / 1.1882834, 1e-6);
+}
+
+// A dot of 1 in black. At M all gradients vanish; at N and S they are (0, 1) and (0, -1), at W and
+// E (1, 0) and (-1, 0): no direction, the deviation is 0.5. a = exp(-0.5/0.25) = 0.1353353 beside,
+// a^2 = 0.0183156 at the corners.
+TEST(Directional, DotByHand) {
+    const ImageF out = run(stored_settings({{"mode", std::string("directional")}}),
+                           gray_picture(9, 9, [](int x, int y) { return x == 4 && y == 4; }));
+    const double a = 0.1353353;
+    EXPECT_NEAR(out.at(4, 4), 1 / (1 + 4 * a + 4 * a * a), 1e-6);
+    EXPECT_EQ(out.at(3, 3), 0.0f);  // the diagonal neighbors see no range
+}
+
+// 3 above the border, 0 below: 3 counts 1/sqrt(1 + 3) = 1/2. Alpha is not tone-mapped.
+TEST(Directional, TonemappedByHand) {
+    ImageF bright = gray_picture(16, 8, [](int, int y) { return y < 4 ? 3 : 0; });
+    for (int y = 0; y < 8; ++y)
+        for (int x = 0; x < 16; ++x) bright.at(x, y, 3) = y < 4 ? 1.0f : 0.5f;
+    const ImageF out =
+        run({{"mode", std::string("directional")}, {"hint", std::string("none")}}, bright);
+    EXPECT_NEAR(out.at(8, 3), 3 * 0.5 * 1.0941417 / (0.5 * 1.0941417 + 0.0941417), 1e-5);
+    EXPECT_NEAR(out.at(8, 4), 3 * 0.5 * 0.0941417 / (0.5 * 0.0941417 + 1.0941417), 1e-6);
+    EXPECT_NEAR(out.at(8, 3, 3), (1.0941417 + 0.5 * 0.0941417) / 1.1882834, 1e-6);
+}
+
+TEST(Directional, ThresholdsFollowTheMode) {
+    // A range of 0.06 is below 0.0833 and above max(0.0312, 0.063 * 0.8 = 0.0504).
+    const ImageF faint = gray_picture(16, 8, [](int, int y) { return y < 4 ? 0.8 : 0.74; });
+    EXPECT_EQ(run(stored_settings(), faint).at(8, 3), 0.8f);
+    EXPECT_NE(run(stored_settings({{"mode", std::string("directional")}}), faint).at(8, 3), 0.8f);
+    EXPECT_EQ(
+        run(stored_settings({{"mode", std::string("directional")}, {"edge_threshold", 0.1}}), faint)
+            .at(8, 3),
+        0.8f);
+}
+
+// Edges sampled once a pixel, against the mean over the pixel: the search is made for long edges
+// near the rows and columns, the Gaussian is nearer from a slope of 0.6 on.
+TEST(Directional, SlantedEdgesAgainstTheLongestSearch) {
+    for (const double slope : {0.3, 0.6, 0.8, 1.0}) {
+        const ImageF aliased = slanted_edge(96, 96, slope, 7.3, 0.1, 0.9, 1);
+        const ImageF exact = slanted_edge(96, 96, slope, 7.3, 0.1, 0.9, 16);
+        const double none = rms_difference(aliased, exact, 24);
+        const double longest =
+            rms_difference(run(stored_settings({{"preset", int64_t(39)}}), aliased), exact, 24);
+        const double directional = rms_difference(
+            run(stored_settings({{"mode", std::string("directional")}}), aliased), exact, 24);
+        std::printf("slope %.1f: rms error %.4f, preset 39 %.4f, directional %.4f\n", slope, none,
+                    longest, directional);
+        EXPECT_LT(directional, 0.75 * none) << slope;
+        if (slope >= 0.6) {
+            EXPECT_LT(directional, longest) << slope;
+        }
+    }
+}
+
 TEST(Filter, NegativeColorsAreBlendedAsStored) {
     // -1 above -3, stored luma: the geometry of the endless edge. m = max(0, ...) = 0, T is the
     // identity: -1 - 2 * 0.05041152.
@@ -265,8 +334,9 @@ bool tied(const ImageD& luma, int x, int y, const Parameters& p, double threshol
     const double highest = std::max({m, n, s, w, e});
     const double range = highest - std::min({m, n, s, w, e});
     const double threshold =
-        threshold_scale * std::max(p.edge_threshold_min, p.edge_threshold * highest);
+        threshold_scale * std::max(thresholds(p).least, thresholds(p).relative * highest);
     auto near = [](double u, double v) { return std::abs(u - v) < 2e-6; };
+    if (p.mode == fxaa::Mode::directional) return near(range, threshold);
     return near(rows, columns) || near(std::abs(a - m), std::abs(b - m)) || near(range, threshold);
 }
 
@@ -316,6 +386,25 @@ TEST(Reference, EveryPreset) {
     const ImageF picture = busy_picture(96, 61);
     for (const int64_t preset : fxaa::presets())
         expect_near_reference({{"preset", preset}}, picture, {});
+}
+
+TEST(Reference, DirectionalWithEveryLumaBlendAndHint) {
+    const ImageF picture = busy_picture(96, 61);
+    const ImageF hint = banded_hint(96, 61);
+    for (const char* luma : {"stored", "display"})
+        for (const char* blend : {"stored", "tonemapped"})
+            for (const char* kind : {"none", "checkerboard", "threshold"})
+                expect_near_reference({{"mode", std::string("directional")},
+                                       {"luma", std::string(luma)},
+                                       {"blend", std::string(blend)},
+                                       {"hint", std::string(kind)}},
+                                      picture, hint, 0);
+    for (const double ev : {-32.0, -3.0, 4.0, 32.0})
+        expect_near_reference({{"mode", std::string("directional")}, {"exposure_ev", ev}}, picture,
+                              {}, 0);
+    for (const auto& [width, height] : {std::pair{1, 1}, {1, 7}, {7, 1}, {2, 2}, {3, 5}, {17, 31}})
+        expect_near_reference({{"mode", std::string("directional")}}, busy_picture(width, height),
+                              banded_hint(width, height), 0);
 }
 
 TEST(Reference, EveryLumaBlendHintAndGate) {

@@ -107,13 +107,14 @@ TEST(Truth, MirroredInputMirrorsTheOutput) {
             expect_mirrored(stored_settings({{"preset", preset}}), smooth, {}, left_right);
         }
         expect_mirrored({}, image, constant_hint(91, 67, 1, 1), left_right);
+        expect_mirrored({{"mode", std::string("directional")}}, image, {}, left_right);
     }
     // The checkerboard always looks up, so it mirrors in x only.
     expect_mirrored({{"hint", std::string("checkerboard")}}, image, constant_hint(91, 67, 1, 1),
                     true);
 }
 
-TEST(Truth, NonFiniteTexelsNeitherSpreadNorVanish) {
+void expect_non_finite_texels_stay(const char* mode) {
     const float inf = INFINITY;
     for (const char* blend : {"stored", "tonemapped"}) {
         for (const char* hint : kHints) {
@@ -126,7 +127,9 @@ TEST(Truth, NonFiniteTexelsNeitherSpreadNorVanish) {
                     }
                     ++count;
                 }
-                const ImageF out = run({{"hint", std::string(hint)}, {"blend", std::string(blend)}},
+                const ImageF out = run({{"mode", std::string(mode)},
+                                        {"hint", std::string(hint)},
+                                        {"blend", std::string(blend)}},
                                        image, constant_hint(32, 24, gate, gate));
                 int other = 0;
                 for (int y = 0; y < 24; ++y) {
@@ -134,7 +137,8 @@ TEST(Truth, NonFiniteTexelsNeitherSpreadNorVanish) {
                         bool before = true, after = true, same = true;
                         for (int c = 0; c < 4; ++c) {
                             before &= std::isfinite(image.at(x, y, c));
-                            after &= std::isfinite(out.at(x, y, c));
+                            // The finite texels are within 0..1.
+                            after &= std::abs(out.at(x, y, c)) <= 1.001f;
                             same &= std::isnan(image.at(x, y, c))
                                         ? std::isnan(out.at(x, y, c))
                                         : image.at(x, y, c) == out.at(x, y, c);
@@ -152,6 +156,11 @@ TEST(Truth, NonFiniteTexelsNeitherSpreadNorVanish) {
     }
 }
 
+TEST(Truth, NonFiniteTexelsNeitherSpreadNorVanish) {
+    expect_non_finite_texels_stay("search");
+    expect_non_finite_texels_stay("directional");
+}
+
 TEST(Truth, NonFiniteHintsAreNone) {
     const ImageF image = color_noise(16, 16, 5, 0.0f, 1.0f);
     const ImageF plain = run({{"hint", std::string("none")}}, image);
@@ -164,9 +173,9 @@ TEST(Truth, NonFiniteHintsAreNone) {
     }
 }
 
-TEST(Truth, FiniteInputsOfAnySizeStayFiniteAndInRange) {
-    // Each channel lies between the smallest and the largest of the 3x3 neighborhood and 0: the
-    // mixed pair is in there, and the tone-mapped blend darkens towards 0 only.
+// Each channel lies between the smallest and the largest of the 3x3 neighborhood and 0, but for
+// `rounding` of them.
+void expect_finite_and_in_range(const char* mode, float rounding) {
     ImageF image = color_noise(48, 40, 8, -1.0f, 1.0f);
     const float sizes[] = {1e-38f, 1e-3f, 1, 65504, 1e30f, 3.4e38f};
     for (int y = 0; y < 40; ++y)
@@ -174,8 +183,9 @@ TEST(Truth, FiniteInputsOfAnySizeStayFiniteAndInRange) {
             for (int c = 0; c < 4; ++c) image.at(x, y, c) *= sizes[(x * 5 + y * 3 + c) % 6];
     for (const char* blend : {"stored", "tonemapped"}) {
         for (const double ev : {-32.0, 0.0, 32.0}) {
-            const ImageF out = run({{"blend", std::string(blend)}, {"exposure_ev", ev}}, image,
-                                   constant_hint(48, 40, 1, 1));
+            const ImageF out = run(
+                {{"mode", std::string(mode)}, {"blend", std::string(blend)}, {"exposure_ev", ev}},
+                image, constant_hint(48, 40, 1, 1));
             ASSERT_TRUE(finite(out)) << blend << " " << ev;
             for (int y = 0; y < 40; ++y) {
                 for (int x = 0; x < 48; ++x) {
@@ -189,13 +199,19 @@ TEST(Truth, FiniteInputsOfAnySizeStayFiniteAndInRange) {
                                 high = std::max(high, v);
                             }
                         }
-                        EXPECT_GE(out.at(x, y, c), low);
-                        EXPECT_LE(out.at(x, y, c), high);
+                        EXPECT_GE(out.at(x, y, c), low + rounding * low);
+                        EXPECT_LE(out.at(x, y, c), high + rounding * high);
                     }
                 }
             }
         }
     }
+}
+
+TEST(Truth, FiniteInputsOfAnySizeStayFiniteAndInRange) {
+    // The mixed pair is in there, and the tone-mapped blend darkens towards 0 only.
+    expect_finite_and_in_range("search", 0);
+    expect_finite_and_in_range("directional", 1e-6f);
 }
 
 TEST(Truth, OnePixelAndOneLine) {
@@ -338,8 +354,9 @@ TEST(Parameter, TableRefusesWhatIsOutOfRange) {
     EXPECT_FALSE(table.set(&parameters, "hint", std::string("checker")).ok());
     EXPECT_EQ(parameters.preset, 12);
     EXPECT_EQ(parameters.subpix, 0.75);
-    EXPECT_EQ(parameters.edge_threshold, 0.166);
-    EXPECT_EQ(parameters.edge_threshold_min, 0.0833);
+    EXPECT_EQ(thresholds(parameters).relative, 0.166);
+    EXPECT_EQ(thresholds(parameters).least, 0.0833);
+    EXPECT_EQ(parameters.mode, fxaa::Mode::search);
     EXPECT_EQ(parameters.exposure_ev, 0.0);
     EXPECT_EQ(parameters.luma, fxaa::Luma::display);
     EXPECT_EQ(parameters.blend, fxaa::Blend::tonemapped);

@@ -1,0 +1,104 @@
+// mode: directional, a Gaussian over 3x3 pixels, long along the edge and narrow across it.
+//
+// Direction and coherence: structure tensor (Förstner and Gülch 1987) of the lumas' central
+// differences at M, N, S, E, W. Nothing is classified: but for the threshold the filter is
+// continuous in the lumas.
+//
+// Needs block, luma_plane, luma_at(), color_at(), is_finite(), BLEND_TONEMAPPED.
+
+// Standard deviations, pixels. Where the tensor has no direction both are kRound.
+const float kAcross = 0.46;
+const float kAlong = 0.8;
+const float kRound = 0.5;
+
+// Lumas of the pixels p, p + (1, 0), p + (0, 1), p + (1, 1), in the order w, z, x, y.
+vec4 four_lumas(ivec2 p) {
+    return textureGather(luma_plane, (vec2(p) + 1.0) / vec2(block.size));
+}
+
+const float kLargestFloat = 3.4028235e38;
+
+// Adds a texel to the sum of rgb and alpha and to the sums of their weights; one that is not finite
+// does not count. BLEND_TONEMAPPED: the weight of a color is divided by sqrt(1 + m), m = max(0, r,
+// g, b) of the exposed color.
+void add(inout vec4 sum, inout vec2 weights, vec4 texel, float weight) {
+    const bool counts = is_finite(texel);
+    vec2 share = vec2(counts ? weight : 0.0);
+#if BLEND_TONEMAPPED
+    const float largest = max(max(texel.r, texel.g), max(texel.b, 0.0)) * block.exposure;
+    share.x *= inversesqrt(1.0 + min(counts ? largest : 0.0, kLargestExposed));
+#endif
+    sum += share.xxxy * (counts ? texel : vec4(0.0));
+    weights += share;
+}
+
+// The mean around M with both thresholds scaled; M itself, bit for bit, below them.
+vec4 filtered(ivec2 p, vec4 center, float threshold_scale) {
+    // Four squares around M hold the twelve lumas of the diamond.
+    const float m = luma_at(p.x, p.y);
+    const vec4 upper = four_lumas(p + ivec2(0, -2));
+    const vec4 right = four_lumas(p + ivec2(1, 0));
+    const vec4 lower = four_lumas(p + ivec2(-1, 1));
+    const vec4 left = four_lumas(p + ivec2(-2, -1));
+    const float n = upper.x, ne = upper.y, nn = upper.w;
+    const float e = right.w, se = right.x, ee = right.z;
+    const float s = lower.z, sw = lower.w, ss = lower.y;
+    const float w = left.y, nw = left.z, ww = left.x;
+
+    const float highest = max(max(n, w), max(e, max(s, m)));
+    const float lowest = min(min(n, w), min(e, min(s, m)));
+    precise float range = highest - lowest;
+    precise float threshold = max(block.edge_threshold_min * threshold_scale,
+                                  highest * (block.edge_threshold * threshold_scale));
+    if (range < threshold || range == 0.0 || !is_finite(center)) return center;
+
+    vec2 at_m = vec2(e - w, s - n);
+    vec2 at_n = vec2(ne - nw, m - nn);
+    vec2 at_s = vec2(se - sw, ss - m);
+    vec2 at_w = vec2(m - ww, sw - nw);
+    vec2 at_e = vec2(ee - m, se - ne);
+    // Scaled so that no square leaves the range of floats.
+    const vec2 most = max(max(abs(at_m), max(abs(at_n), abs(at_s))), max(abs(at_w), abs(at_e)));
+    const float scale = max(most.x, most.y) > 0.0 ? 1.0 / max(most.x, most.y) : 0.0;
+    at_m *= scale;
+    at_n *= scale;
+    at_s *= scale;
+    at_w *= scale;
+    at_e *= scale;
+    const vec2 squares = at_m * at_m + at_n * at_n + at_s * at_s + at_w * at_w + at_e * at_e;
+    const float product =
+        at_m.x * at_m.y + at_n.x * at_n.y + at_s.x * at_s.y + at_w.x * at_w.y + at_e.x * at_e.y;
+
+    // Coherence, and (cos, sin) of twice the angle of the direction across the edge.
+    const float trace = squares.x + squares.y;
+    const vec2 twice =
+        trace > 0.0 ? vec2(squares.x - squares.y, 2.0 * product) / trace : vec2(0.0);
+    const float coherence = min(length(twice), 1.0);
+    const vec2 axis = coherence > 0.0 ? twice / coherence : vec2(0.0);
+    const float across = mix(kRound, kAcross, coherence);
+    const float along = mix(kRound, kAlong, coherence);
+    const float k_across = 0.5 / (across * across);
+    const float k_along = 0.5 / (along * along);
+
+    // The weight of a neighbor at d is exp(-k_across (d . normal)^2 - k_along (d . tangent)^2).
+    const float mean_k = 0.5 * (k_across + k_along);
+    const vec2 change = 0.5 * (k_across - k_along) * axis;
+    const float weight_x = exp(-(mean_k + change.x));
+    const float weight_y = exp(-(mean_k - change.x));
+    const float weight_falling = exp(-2.0 * (mean_k + change.y));  // (1, 1) and (-1, -1)
+    const float weight_rising = exp(-2.0 * (mean_k - change.y));   // (1, -1) and (-1, 1)
+
+    // A tenth of each weight: no sum of nine leaves the range of floats.
+    vec4 sum = vec4(0.0);
+    vec2 weights = vec2(0.0);
+    add(sum, weights, center, 0.1);
+    add(sum, weights, color_at(p + ivec2(-1, 0)), 0.1 * weight_x);
+    add(sum, weights, color_at(p + ivec2(1, 0)), 0.1 * weight_x);
+    add(sum, weights, color_at(p + ivec2(0, -1)), 0.1 * weight_y);
+    add(sum, weights, color_at(p + ivec2(0, 1)), 0.1 * weight_y);
+    add(sum, weights, color_at(p + ivec2(-1, -1)), 0.1 * weight_falling);
+    add(sum, weights, color_at(p + ivec2(1, 1)), 0.1 * weight_falling);
+    add(sum, weights, color_at(p + ivec2(1, -1)), 0.1 * weight_rising);
+    add(sum, weights, color_at(p + ivec2(-1, 1)), 0.1 * weight_rising);
+    return clamp(sum / weights.xxxy, -kLargestFloat, kLargestFloat);
+}

@@ -207,6 +207,32 @@ TEST_F(Execute, RunGivesUnusedSizesBackToo) {
     EXPECT_EQ(executor.counters().texture_allocations, 2u * 101u);
 }
 
+// An engine has the frame before at hand, and never the one after.
+TEST_F(Execute, RunTakesThePlanesOfAPreviousFrame) {
+    const Chain chain = test::chain_of("echo");
+    FrameDescription frame;
+    frame.width = frame.display_width = 20;
+    frame.height = frame.display_height = 10;
+    frame.planes = {Role::color, Role::color_before};
+    const auto plan = make_plan(chain, frame);
+    ASSERT_TRUE(plan.ok());
+    EXPECT_EQ(plan->reads, frame.planes);
+    const HostTexture color(20, 10), before(20, 10);
+    const float now[4] = {1, 0.5f, 0, 1}, then[4] = {0, 0.5f, 4, 1};
+    glClearTexImage(color.name(), 0, GL_RGBA, GL_FLOAT, now);
+    glClearTexImage(before.name(), 0, GL_RGBA, GL_FLOAT, then);
+    Executor& executor = test::executor();
+    const auto out =
+        executor.run(*plan, {{Role::color, color.name()}, {Role::color_before, before.name()}});
+    ASSERT_TRUE(out.ok()) << out.status().message();
+    const auto pixels = gl::download(out->at(Role::color), Format::rgba32f, 20, 10);
+    ASSERT_TRUE(pixels.ok());
+    EXPECT_EQ(pixels->at(19, 9, 0), 1.5f);
+    EXPECT_EQ(pixels->at(19, 9, 1), 0.625f);
+    EXPECT_EQ(pixels->at(19, 9, 2), -1.0f);
+    EXPECT_FALSE(executor.run(*plan, {{Role::color, color.name()}}).ok());
+}
+
 // Neither where it allocates nor in the steady state.
 TEST_F(Execute, AnErrorThatAHostLeftPendingDoesNotFailARun) {
     const HostTexture color(12, 3);

@@ -226,6 +226,13 @@ TEST(Planner, ReadsThePlanesOfANeighborOnlyWhereAPassDoes) {
               (RoleSet{Role::color, Role::color_before}));
     EXPECT_EQ(make_plan(chain_of({"copy"}), f)->reads, RoleSet{Role::color});
     EXPECT_EQ(plan_of(chain_of({"before"})).reads, RoleSet{Role::color});
+    // As precise as the frame's own, whatever the bounds of the frame's color say.
+    f.bounds.color_is_half = true;
+    const Plan half = *make_plan(chain_of({"before"}), f, {.precision = Precision::fp16});
+    for (const auto& texture : half.textures)
+        if (texture.imported)
+            EXPECT_EQ(texture.format, plane_format(channels_of(texture.role), Precision::fp32))
+                << texture.name;
 }
 
 TEST(Planner, SaysWhichNeighborIsMissingWhereAPassCouldUseIt) {

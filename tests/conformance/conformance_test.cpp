@@ -48,24 +48,34 @@ TEST_P(Conformance, EveryParameterAtItsEndsGivesFiniteColorsOrAClearError) {
 }
 
 TEST_P(Conformance, EveryParameterAtItsEndsAgreesWithItsReference) {
-    const TestFrame frame = moving_frame(37, 23);
+    const TestFrame alone = moving_frame(37, 23);
+    TestFrame neighbored = alone;
+    test::add_neighbors(neighbored);
     int compared = 0;
     for (const auto& row : GetParam().parameters->rows()) {
         for (const auto& value : ends_of(row)) {
             Chain one = chain();
             ASSERT_TRUE(
                 GetParam().parameters->set(one.links[0].pass->parameters(), row.key, value).ok());
-            if (!make_plan(one, frame.description, everything()).ok()) continue;
-            const auto out = test::filter(one, frame.description, frame.planes, everything());
-            const auto expected =
-                test::reference(one, frame.description, frame.planes, everything());
-            // A lens of 1e8 px multiplies the rounding of 1/focus - 1/depth by that.
-            const auto difference =
-                test::compare(out.at(Role::color), expected.planes.at(Role::color), 2e-3);
-            // A tap that rounds the other way: 2 % are 17 pixels.
-            EXPECT_LE(difference.fraction, 0.02)
-                << row.key << "=" << text_of(value) << ": " << difference.text;
-            ++compared;
+            const RoleSet usable = one.required() | one.optional();
+            const bool reads_neighbors =
+                !usable.of(Neighbor::before).empty() || !usable.of(Neighbor::after).empty();
+            for (const bool with_neighbors : {false, true}) {
+                if (with_neighbors && !reads_neighbors) continue;
+                const TestFrame& frame = with_neighbors ? neighbored : alone;
+                if (!make_plan(one, frame.description, everything()).ok()) continue;
+                const auto out = test::filter(one, frame.description, frame.planes, everything());
+                const auto expected =
+                    test::reference(one, frame.description, frame.planes, everything());
+                // A lens of 1e8 px multiplies the rounding of 1/focus - 1/depth by that.
+                const auto difference =
+                    test::compare(out.at(Role::color), expected.planes.at(Role::color), 2e-3);
+                // A tap that rounds the other way: 2 % are 17 pixels.
+                EXPECT_LE(difference.fraction, 0.02)
+                    << row.key << "=" << text_of(value) << (with_neighbors ? " with neighbors" : "")
+                    << ": " << difference.text;
+                ++compared;
+            }
         }
     }
     EXPECT_GT(compared, int(GetParam().parameters->rows().size()));

@@ -51,16 +51,17 @@ class Stability : public ::testing::Test {
     void SetUp() override {
         const auto made = test::layered_frame(64, 40, {6, 2}, {-3, 1}, 7);
         frame_.description = made.description;
-        frame_.planes = made.planes;
+        planes_ = made.planes;
+        frame_.planes = sequence::shared(made.planes);
     }
     ImageF color_of(const Chain& chain, const FramePlanes& planes) {
         return test::filter(chain, frame_.description, planes).at(Role::color);
     }
     Result<TemporalStability> measure(const Chain& chain) {
-        return temporal_stability(chain, frame_, color_of(chain, frame_.planes), {},
-                                  test::executor());
+        return temporal_stability(chain, frame_, color_of(chain, planes_), {}, test::executor());
     }
     sequence::SourceFrame frame_;
+    FramePlanes planes_;  // those of frame_
 };
 
 // Content moved right and down by k, the edge standing in for what is not there.
@@ -77,11 +78,11 @@ ImageF moved(const ImageF& image, int k) {
 // three tiles.
 TEST_F(Stability, GridIsTheMeanOverTheShifts) {
     const Chain chain = test::parse(test::kChainText);
-    const ImageF plain = color_of(chain, frame_.planes);
+    const ImageF plain = color_of(chain, planes_);
     double expected = 0;
     for (const int k : {1, 3, 5, 7}) {
         FramePlanes planes;
-        for (const auto& [role, plane] : frame_.planes) planes[role] = moved(plane, k);
+        for (const auto& [role, plane] : planes_) planes[role] = moved(plane, k);
         const ImageF there = color_of(chain, planes);
         double sum = 0;
         int count = 0;
@@ -103,9 +104,8 @@ TEST_F(Stability, GridIsTheMeanOverTheShifts) {
 TEST_F(Stability, FlickerIsTheScatterOverFourSeeds) {
     std::vector<ImageF> pictures;
     for (const char* seed : {"0", "1", "2", "3"})
-        pictures.push_back(
-            color_of(test::parse(test::kChainText, {std::string("motion_blur.seed=") + seed}),
-                     frame_.planes));
+        pictures.push_back(color_of(
+            test::parse(test::kChainText, {std::string("motion_blur.seed=") + seed}), planes_));
     double sum = 0;
     for (int y = 0; y < 40; ++y) {
         for (int x = 0; x < 64; ++x) {

@@ -226,9 +226,11 @@ TEST_F(RunnerTest, WorkTextTellsWorkApart) {
     const auto text = [&](int frame) {
         const std::map<Role, std::string> files = {
             {Role::color, settings_.input.color().format(frame)}};
-        auto header = open_source_frame(settings_.source, files, frame);
-        EXPECT_TRUE(header.ok());
-        return fingerprint_of(chain_, settings_, *header, files, frame);
+        SequenceReader reader(settings_.source, settings_.input,
+                              [](const FrameHeader&) { return RoleSet(); });
+        const auto inputs = reader.open(frame, files);
+        EXPECT_TRUE(inputs.ok());
+        return fingerprint_of(chain_, settings_, *inputs);
     };
     const std::string base = text(1);
     EXPECT_EQ(text(1), base);

@@ -36,13 +36,13 @@ TEST(Source, EveryConventionGivesTheCanonicalPlanes) {
         const auto frame = source_of(folder.path("f.exr"));
         ASSERT_TRUE(frame.ok()) << frame.status().message();
         EXPECT_EQ(frame->match.profile, name);
-        EXPECT_EQ(frame->planes.at(Role::color).data, planes.color.data) << name;
-        EXPECT_LE(test::largest_difference(frame->planes.at(Role::motion), planes.motion), 1e-6);
-        const auto& w = frame->planes.at(Role::inverse_depth);
+        EXPECT_EQ(frame->planes.at(Role::color)->data, planes.color.data) << name;
+        EXPECT_LE(test::largest_difference(*frame->planes.at(Role::motion), planes.motion), 1e-6);
+        const auto& w = *frame->planes.at(Role::inverse_depth);
         for (size_t i = 0; i < w.pixels(); ++i)
             ASSERT_NEAR(w.data[i], 1 / planes.depth.data[i], 1e-6) << name;
         if (frame->planes.count(Role::motion_back)) {
-            EXPECT_LE(test::largest_difference(frame->planes.at(Role::motion_back), planes.back),
+            EXPECT_LE(test::largest_difference(*frame->planes.at(Role::motion_back), planes.back),
                       1e-6)
                 << name;
         } else {

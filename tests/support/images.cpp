@@ -65,6 +65,19 @@ TestFrame layered_frame(int width, int height, std::array<float, 2> square_motio
     return frame;
 }
 
+void add_neighbors(TestFrame& frame) {
+    const int width = frame.description.width, height = frame.description.height;
+    for (Neighbor neighbor : kNeighbors) {
+        TestFrame other = layered_frame(width, height, {9.0f, 4.0f}, {-7.0f, 2.0f},
+                                        neighbor == Neighbor::before ? 101 : 102);
+        other.planes[Role::motion_back] = other.planes.at(Role::motion);
+        for (auto& [role, plane] : other.planes) {
+            frame.description.planes.add(role_of(neighbor, role));
+            frame.planes[role_of(neighbor, role)] = std::move(plane);
+        }
+    }
+}
+
 FrameDescription describe(const FramePlanes& planes) {
     FrameDescription frame;
     FramePlanes copy = planes;

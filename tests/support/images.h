@@ -26,6 +26,8 @@ struct TestFrame {
 };
 TestFrame layered_frame(int width, int height, std::array<float, 2> square_motion,
                         std::array<float, 2> ground_motion, uint32_t seed = 1);
+// Adds the planes of both neighbors: two other frames of the kind.
+void add_neighbors(TestFrame& frame);
 // Size, planes and bounds of hand-made canonical planes.
 FrameDescription describe(const FramePlanes& planes);
 

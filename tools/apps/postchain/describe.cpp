@@ -14,7 +14,7 @@
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/sequence/io/json.h"
-#include "tools/sequence/run/frame_source.h"
+#include "tools/sequence/run/sequence_reader.h"
 
 namespace postchain {
 
@@ -28,6 +28,10 @@ int plan_verb(const Options& options, const std::string& format) {
     if (!list.ok()) return fail(list.status());
     int code = kExitOk;
     std::string said;  // of the frame before, without its path
+    sequence::SequenceReader reader(
+        settings->source, settings->input, [&](const sequence::FrameHeader& header) {
+            return sequence::planes_needed(chain->chain, settings->source, header, settings->plan);
+        });
     for (int frame : list->frames) {
         const auto files = list->files.find(frame);
         Status status;
@@ -35,15 +39,9 @@ int plan_verb(const Options& options, const std::string& format) {
             status = Status(StatusCode::input,
                             settings->input.color().format(frame) + ": frame is not on disk");
         } else {
-            auto header = sequence::open_source_frame(settings->source, files->second, frame);
-            const RoleSet wanted = header.ok()
-                                       ? sequence::planes_needed(chain->chain, settings->source,
-                                                                 *header, settings->plan)
-                                       : RoleSet();
-            auto source = header.ok()
-                              ? sequence::read_source_frame(settings->source, std::move(*header),
-                                                            wanted, io::Keep::nothing)
-                              : Result<sequence::SourceFrame>(header.status());
+            auto inputs = reader.open(frame, files->second);
+            auto source =
+                inputs.ok() ? reader.read(*inputs) : Result<sequence::SourceFrame>(inputs.status());
             status = source.status();
             if (source.ok()) {
                 for (const auto& warning : source->warnings) log::warning(warning);

@@ -209,7 +209,7 @@ int inspect_verb(const Options& options) {
                             : Result<sequence::SourceFrame>(next_header.status());
             if (next.ok()) {
                 const auto check =
-                    sequence::check_signs(source->planes, next->planes.at(Role::color));
+                    sequence::check_signs(source->planes, *next->planes.at(Role::color));
                 json["sign_check"] = describe_signs(check);
                 if (!options.json) print_signs(check, frame + 1);
             } else {

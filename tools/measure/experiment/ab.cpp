@@ -146,10 +146,11 @@ class AbRun {
     Status visit(sequence::SourceFrame& frame) {
         const int number = frame.description.frame_number;
         progress_->at(concat("frame ", number));
+        for (const auto& text : notes_on_neighbors(frame)) note(text);
         const auto found = std::find(report_.frames.begin(), report_.frames.end(), number);
         const auto index = size_t(found - report_.frames.begin());
         const bool kept = contains(report_.page_frames, number);
-        auto input = metrics::picture_of(frame.planes.at(Role::color));
+        auto input = metrics::picture_of(*frame.planes.at(Role::color));
         if (!input.ok()) return input.status();
         auto results = filter(frame);
         std::optional<metrics::Picture> reference;

@@ -4,6 +4,7 @@
 #include <thread>
 
 #include "tools/sequence/run/run_settings.h"
+#include "tools/sequence/run/sequence_reader.h"
 
 namespace postchain::experiment {
 namespace {
@@ -63,12 +64,21 @@ Result<Basis> open_basis(report::Kind kind, const ExperimentSettings& settings,
 
 Result<sequence::SourceFrame> read_frame(const Basis& basis, const sequence::RunSettings& run,
                                          int frame, RoleSet wanted) {
-    auto header = sequence::open_source_frame(run.source, basis.files.at(frame), frame);
-    if (!header.ok()) return header.status();
-    auto source =
-        sequence::read_source_frame(run.source, std::move(*header), wanted, io::Keep::nothing);
+    sequence::SequenceReader reader(run.source, run.input,
+                                    [&](const sequence::FrameHeader&) { return wanted; });
+    const auto inputs = reader.open(frame, basis.files.at(frame));
+    if (!inputs.ok()) return inputs.status();
+    auto source = reader.read(*inputs);
     if (source.ok()) source->description.frame_number = frame;
     return source;
+}
+
+std::vector<std::string> notes_on_neighbors(const sequence::SourceFrame& frame) {
+    std::vector<std::string> notes;
+    for (const auto& [neighbor, why] : frame.description.missing_neighbors)
+        notes.push_back(concat("frame ", frame.description.frame_number,
+                               " is filtered without the frame ", name_of(neighbor), ": ", why));
+    return notes;
 }
 
 }  // namespace postchain::experiment

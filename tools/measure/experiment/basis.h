@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "tools/measure/experiment/experiment.h"
 #include "tools/measure/experiment/truth.h"
@@ -24,8 +25,12 @@ struct Basis {
 Result<Basis> open_basis(report::Kind kind, const ExperimentSettings& settings,
                          report::Report& report);
 
-// The input's frame with color and those of `wanted` that it has. Errors (input).
+// The input's frame with color and those of `wanted` that it and its neighbors have. Errors
+// (input).
 Result<sequence::SourceFrame> read_frame(const Basis& basis, const sequence::RunSettings& run,
                                          int frame, RoleSet wanted);
+
+// "frame 1 is filtered without the frame before: ...", for the report's notes.
+std::vector<std::string> notes_on_neighbors(const sequence::SourceFrame& frame);
 
 }  // namespace postchain::experiment

@@ -93,11 +93,15 @@ class BenchRun {
         return text + " after " + *before;
     }
     Result<std::string> files_of(size_t v, int frame) {
-        auto header =
-            sequence::open_source_frame(settings_.run.source, basis_.files.at(frame), frame);
-        if (!header.ok()) return header.status();
-        std::string work = sequence::fingerprint_of(variants_[v].chain, settings_.run, *header,
-                                                    basis_.files.at(frame), frame);
+        const Chain& chain = variants_[v].chain;
+        sequence::SequenceReader reader(
+            settings_.run.source, settings_.run.input, [&](const sequence::FrameHeader& header) {
+                return sequence::planes_needed(chain, settings_.run.source, header,
+                                               settings_.run.plan);
+            });
+        const auto inputs = reader.open(frame, basis_.files.at(frame));
+        if (!inputs.ok()) return inputs.status();
+        std::string work = sequence::fingerprint_of(chain, settings_.run, *inputs);
         if (basis_.truth) work += " truth " + basis_.truth->identity(frame);
         return work;
     }
@@ -185,15 +189,17 @@ class BenchRun {
             run, wanted_,
             [&](sequence::SourceFrame& frame, sequence::FrameReport&) { return visit(frame); },
             [&](const sequence::FrameReport& frame, const sequence::RunProgress&) {
-                for (const auto& warning : frame.warnings)
-                    if (std::find(report_.notes.begin(), report_.notes.end(), warning) ==
-                        report_.notes.end())
-                        report_.notes.push_back(warning);
+                for (const auto& warning : frame.warnings) note(warning);
             },
             stop_);
         if (!summary.ok()) return summary.status();
         if (stopped()) return Status(StatusCode::canceled, "stopped; the same command continues");
         return summary->first_failure;
+    }
+
+    void note(const std::string& text) {
+        auto& notes = report_.notes;
+        if (std::find(notes.begin(), notes.end(), text) == notes.end()) notes.push_back(text);
     }
 
     bool stopped() const { return stop_ && *stop_; }
@@ -203,6 +209,7 @@ class BenchRun {
                                       follows(source.description.frame_number));
         if (!frame.ok()) return frame.status();
         const int number = frame->number();
+        for (const auto& text : notes_on_neighbors(source)) note(text);
         if (kept(number)) {
             Status status = report::store_image(
                 report_, entry(report::ImageKind::input, -1, number, "input"), frame->input().rgb);

@@ -93,9 +93,8 @@ bool samples(const Chain& chain) {
                        [](const auto& link) { return samples(link); });
 }
 
-Result<Converged> converge(const Chain& chain, const FrameDescription& frame,
-                           const FramePlanes& planes, const PlanOptions& options,
-                           Executor& executor, int seeds) {
+Result<Converged> converge(const Chain& chain, const FrameDescription& frame, PlaneView planes,
+                           const PlanOptions& options, Executor& executor, int seeds) {
     Converged converged;
     const Chain many = converged_chain(chain, &converged.changes);
     converged.sampled = samples(chain);

@@ -38,9 +38,9 @@ struct Converged {
     std::vector<std::string> changes;
 };
 // Errors: those of planning and of the executor.
-Result<Converged> converge(const Chain& chain, const FrameDescription& frame,
-                           const FramePlanes& planes, const PlanOptions& options,
-                           Executor& executor, int seeds = kConvergedSeeds);
+Result<Converged> converge(const Chain& chain, const FrameDescription& frame, PlaneView planes,
+                           const PlanOptions& options, Executor& executor,
+                           int seeds = kConvergedSeeds);
 
 // Where the chain does not sample the sampling error is 0 by definition, and C = R.
 // `gpu`, `reference` (>= 3 channels), `converged` and `truth` are of one size; no truth: no model

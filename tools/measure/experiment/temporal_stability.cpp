@@ -8,8 +8,7 @@
 namespace postchain::experiment {
 namespace {
 
-Result<metrics::Picture> filtered_with(const Plan& plan, const FramePlanes& planes,
-                                       Executor& executor) {
+Result<metrics::Picture> filtered_with(const Plan& plan, PlaneView planes, Executor& executor) {
     auto result = executor.filter(plan, planes);
     if (!result.ok()) return result.status();
     return metrics::picture_of(result->at(Role::color));
@@ -70,7 +69,7 @@ Result<TemporalStability> temporal_stability(const Chain& chain, const sequence:
     for (const int shift : shifts) {
         FramePlanes moved;
         for (const auto& [role, plane] : frame.planes)
-            moved[role] = metrics::shifted(plane, shift, shift);
+            moved[role] = metrics::shifted(*plane, shift, shift);
         auto there = filtered_with(*plan, moved, executor);
         if (!there.ok()) return there.status();
         if (Status status = grid.add(*there, *picture, shift, shift); !status.ok()) return status;

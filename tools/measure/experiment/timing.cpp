@@ -51,7 +51,7 @@ double BusyMeter::others_share() const {
     return others_s() / std::max(1e-3, seconds_since(start_) * cores);
 }
 
-Result<report::Timing> time_plan(Executor& executor, const Plan& plan, const FramePlanes& planes,
+Result<report::Timing> time_plan(Executor& executor, const Plan& plan, PlaneView planes,
                                  int repeats) {
     report::Timing timing;
     timing.frame = plan.frame_number;

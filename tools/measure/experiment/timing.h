@@ -27,7 +27,7 @@ class BusyMeter {
 
 // Runs the plan on `planes` repeats + kWarmUps times. Nothing else of this process may run
 // meanwhile. Transfers are not counted. Errors: gl.
-Result<report::Timing> time_plan(Executor& executor, const Plan& plan, const FramePlanes& planes,
+Result<report::Timing> time_plan(Executor& executor, const Plan& plan, PlaneView planes,
                                  int repeats);
 
 }  // namespace postchain::experiment

@@ -69,7 +69,7 @@ Result<sequence::SourceFrame> Truth::read(int frame) const {
 Result<metrics::Picture> Truth::load(int frame) const {
     auto source = read(frame);
     if (!source.ok()) return source.status();
-    return metrics::picture_of(source->planes.at(Role::color));
+    return metrics::picture_of(*source->planes.at(Role::color));
 }
 
 std::string Truth::identity(int frame) const {
@@ -101,7 +101,7 @@ Status Truth::survey(const sequence::RunSettings& input, metrics::ToneMapper map
                           concat(path, ": the truth has ", report::counted(bad, "pixel"),
                                  " with NaN or Inf, the first at ", source->first_nonfinite_text(),
                                  "; nothing can be measured"));
-        auto picture = metrics::picture_of(source->planes.at(Role::color));
+        auto picture = metrics::picture_of(*source->planes.at(Role::color));
         if (!picture.ok()) return picture.status().at(path);
         if (black(*picture))
             return Status(StatusCode::input, path + ": the truth is black; is it the right file?");
@@ -140,7 +140,7 @@ Result<InputSurvey> survey_input(const sequence::RunSettings& input, metrics::To
         auto source =
             sequence::read_source_frame(input.source, std::move(*header), {}, io::Keep::nothing);
         if (!source.ok()) return source.status();
-        auto picture = metrics::picture_of(source->planes.at(Role::color));
+        auto picture = metrics::picture_of(*source->planes.at(Role::color));
         if (!picture.ok()) return picture.status().at(path);
         survey.exposures =
             metrics::joined(survey.exposures, metrics::exposure_range(*picture, mapper));

@@ -19,6 +19,29 @@ bool whole(io::ExrFile& file) {
     return true;
 }
 
+// What the canonical planes of one frame follow from, besides SourceSettings.
+std::string text_of(const OpenedFrame& frame) {
+    const FrameHeader& header = frame.header;
+    std::string text = camera_parameters().text(&header.camera) + "\n";
+    const auto& options = header.match.options;
+    for (const auto* motion : {&options.motion, &options.motion_back})
+        text += concat(int(motion->unit), " ", motion->scale_x, " ", motion->scale_y, " ",
+                       motion->bias, " ", motion->sentinel, "\n");
+    text += concat(int(options.depth), " ", options.unpremultiplied, "\n");
+    for (const auto& [role, where] : header.assignment) {
+        text += concat(postchain::name_of(role), " ", where.part);
+        for (const auto& channel : where.channels) text += " " + channel;
+        text += "\n";
+    }
+    for (const auto& [role, path] : frame.files) {
+        std::error_code error;
+        const auto size = fs::file_size(path, error);
+        const auto time = fs::last_write_time(path, error).time_since_epoch().count();
+        text += concat(fs::path(path).filename().string(), " ", size, " ", time, "\n");
+    }
+    return text;
+}
+
 }  // namespace
 
 bool is_done(const std::string& output, const std::string& fingerprint,
@@ -40,32 +63,18 @@ bool is_done(const std::string& output, const std::string& fingerprint,
 }
 
 std::string fingerprint_of(const Chain& chain, const RunSettings& settings,
-                           const FrameHeader& header, const std::map<Role, std::string>& files,
-                           int frame) {
-    std::string text = concat(chain.text(), camera_parameters().text(&header.camera), "\n",
-                              name_of(settings.plan.precision), " frame ", frame, "\n");
-    const auto& options = header.match.options;
-    for (const auto* motion : {&options.motion, &options.motion_back})
-        text += concat(int(motion->unit), " ", motion->scale_x, " ", motion->scale_y, " ",
-                       motion->bias, " ", motion->sentinel, "\n");
-    text += concat(int(options.depth), " ", options.unpremultiplied, " ",
-                   int(settings.source.nonfinite_color), " ", int(settings.overflow), "\n");
+                           const FrameInputs& inputs) {
+    const int frame = inputs.frame->number;
+    std::string text = concat(chain.text(), name_of(settings.plan.precision), " frame ", frame,
+                              "\n", text_of(*inputs.frame), int(settings.source.nonfinite_color),
+                              " ", int(settings.overflow), "\n");
     // Of the rules that are on by default only this one changes pixels.
     const std::set<std::string> rules = settings.plan.rules(chain);
     for (const auto& rule : settings.plan.rules_on)
         if (rules.count(rule)) text += rule + "\n";
     if (settings.source.cuts.count(frame) && rules.count(kRuleCameraCut)) text += "camera cut\n";
-    for (const auto& [role, where] : header.assignment) {
-        text += concat(postchain::name_of(role), " ", where.part);
-        for (const auto& channel : where.channels) text += " " + channel;
-        text += "\n";
-    }
-    for (const auto& [role, path] : files) {
-        std::error_code error;
-        const auto size = fs::file_size(path, error);
-        const auto time = fs::last_write_time(path, error).time_since_epoch().count();
-        text += concat(fs::path(path).filename().string(), " ", size, " ", time, "\n");
-    }
+    for (const auto& [neighbor, other] : inputs.neighbors)
+        text += concat(postchain::name_of(neighbor), " ", text_of(*other));
     return concat("postchain ", settings.version, " chain ", hex_of(chain.hash()), " work ",
                   hex_of(hash_text(text)));
 }

@@ -9,6 +9,7 @@
 #include "tools/sequence/run/frame_report.h"
 #include "tools/sequence/run/frame_source.h"
 #include "tools/sequence/run/frame_task.h"
+#include "tools/sequence/run/sequence_reader.h"
 
 namespace postchain::sequence {
 
@@ -28,9 +29,12 @@ class FrameJob {
     // How much of each file is read.
     virtual io::Keep keep() const = 0;
 
-    // Reader thread. The planes to read besides color; nothing: the frame is done already.
-    virtual Result<std::optional<RoleSet>> wanted(const FrameTask& task, const FrameHeader& header,
-                                                  FrameReport& report) = 0;
+    // Reader thread. The planes to read besides color, of a frame and of its neighbors, which
+    // follow from its header alone.
+    virtual RoleSet planes(const FrameHeader& header) const = 0;
+    // Reader thread, before pixels are read. False: the frame is done already.
+    virtual Result<bool> begin(const FrameTask& task, const FrameInputs& inputs,
+                               FrameReport& report) = 0;
     // Reader thread, when the frame is read.
     virtual Status prepare(const SourceFrame& source, FrameReport& report) = 0;
     // The thread of walk_sequence().

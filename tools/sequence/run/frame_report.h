@@ -56,6 +56,7 @@ struct RunSummary {
     double elapsed_s = 0;
     ExecutorCounters counters;
     int frames_in_flight = 0;
+    size_t frames_decoded = 0;  // neighbors that were not asked for among them
 };
 
 // Called on the caller's thread, in the order in which frames finish.

@@ -118,10 +118,39 @@ RoleSet planes_needed(const Chain& chain, const SourceSettings& settings, const 
     frame.display_height = part.display_window.height();
     frame.frame_number = header.files.frame_number;
     frame.camera = header.camera;
-    frame.bounds.camera_cut = settings.cuts.count(frame.frame_number) > 0;
-    for (const auto& [role, where] : header.assignment) frame.planes.add(role);
-    const auto plan = make_plan(chain, frame, options);
-    return plan.ok() ? plan->reads : chain.required() | chain.optional();
+    const bool cut = settings.cuts.count(frame.frame_number) > 0;
+    RoleSet own;
+    for (const auto& [role, where] : header.assignment) own.add(role);
+    const RoleSet usable = chain.required() | chain.optional();
+    bool planned = false;
+    const auto read_with = [&](const std::vector<Neighbor>& neighbors, bool camera_cut) {
+        frame.planes = own;
+        for (Neighbor neighbor : neighbors)
+            for (Role role : kFileRoles)
+                if (const Role there = role_of(neighbor, role); own.has(role) && usable.has(there))
+                    frame.planes.add(there);
+        frame.bounds.camera_cut = camera_cut;
+        const auto plan = make_plan(chain, frame, options);
+        if (!plan.ok()) return RoleSet();
+        planned = true;
+        return plan->reads;
+    };
+    RoleSet all = read_with({}, cut);
+    if (!usable.of(Neighbor::before).empty() || !usable.of(Neighbor::after).empty()) {
+        all = all | read_with({Neighbor::before}, cut) | read_with({Neighbor::after}, cut) |
+              read_with({Neighbor::before, Neighbor::after}, cut);
+        // A cut on the one side does not keep the frame on the other from reading this one.
+        const RoleSet whole = read_with({Neighbor::before, Neighbor::after}, false);
+        for (Neighbor neighbor : kNeighbors) all = all | whole.of(neighbor);
+    }
+    return planned ? all : usable;
+}
+
+SharedPlanes shared(FramePlanes planes) {
+    SharedPlanes shared;
+    for (auto& [role, plane] : planes)
+        shared[role] = std::make_shared<const ImageF>(std::move(plane));
+    return shared;
 }
 
 Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeader header,
@@ -144,13 +173,14 @@ Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeade
     frame.description.camera = header.camera;
     frame.description.not_converted = not_converted;
     frame.description.bounds.camera_cut = settings.cuts.count(frame.input.files.frame_number) > 0;
-    frame.planes = std::move(frame.input.planes);
+    FramePlanes planes = std::move(frame.input.planes);
     frame.conversion = frame.match.options;
     frame.conversion.nonfinite_color = settings.nonfinite_color;
     frame.conversion.origin_x = frame.input.data_window.min_x - frame.input.display_window.min_x;
     frame.conversion.origin_y = frame.input.data_window.min_y - frame.input.display_window.min_y;
-    auto health = convert_frame(frame.planes, frame.description, frame.conversion);
+    auto health = convert_frame(planes, frame.description, frame.conversion);
     if (!health.ok()) return health.status().at(path);
+    frame.planes = shared(std::move(planes));
     frame.health = *health;
     frame.convert_ms = milliseconds_since(start);
 
@@ -167,6 +197,10 @@ Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeade
         (*first)[0] += frame.input.data_window.min_x;
         (*first)[1] += frame.input.data_window.min_y;
         warn("the first non-finite pixel is " + frame.first_nonfinite_text());
+        frame.strict_fault =
+            Status(StatusCode::health, concat(path, ": ", health->nonfinite(),
+                                              " non-finite pixels under --strict, the first at ",
+                                              frame.first_nonfinite_text(), "; nothing written"));
     }
     count(health->negative_depth, "with depth <= 0, taken as infinitely far");
     count(health->sentinel_motion, "with the sentinel of 'no vector', taken as still");

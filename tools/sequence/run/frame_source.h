@@ -48,19 +48,21 @@ Result<FrameHeader> open_source_frame(const SourceSettings& settings,
 struct SourceFrame {
     io::InputFrame input;          // its planes have moved into `planes`
     FrameDescription description;  // bounds and camera included
-    FramePlanes planes;            // canonical
+    SharedPlanes planes;           // canonical; those of neighbors: run/sequence_reader.h
     InputHealth health;            // its first_nonfinite as in the file
     ProfileMatch match;
     ConvertOptions conversion;
     std::vector<std::string> warnings;
+    Status strict_fault;  // what --strict says of the pixels that were read, neighbors' included
     double read_ms = 0;
     double convert_ms = 0;
 
     std::string first_nonfinite_text() const;  // "(12, -3)"
 };
 
-// The planes to read for this chain: those that a plan reads of which no fact is known yet. All
-// that a chain could use where it cannot be planned; plan_source_frame() then says why.
+// The planes to read for this chain: those that a plan reads of which no fact is known yet, of
+// its neighbors too, as if they were there; and those that its neighbors would read of it. All that
+// a chain could use where it cannot be planned; plan_source_frame() then says why.
 RoleSet planes_needed(const Chain& chain, const SourceSettings& settings, const FrameHeader& header,
                       const PlanOptions& options);
 
@@ -72,6 +74,8 @@ Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeade
 // channel names that were looked for and those that the file has.
 Result<Plan> plan_source_frame(const Chain& chain, const SourceFrame& frame,
                                const PlanOptions& options);
+
+SharedPlanes shared(FramePlanes planes);
 
 // Color as the file wants it back: undoes ConvertOptions::unpremultiplied.
 void to_file_convention(ImageF& color, const ConvertOptions& conversion);

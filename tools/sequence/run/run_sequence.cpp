@@ -35,17 +35,19 @@ class FilterJob final : public FrameJob {
 
     io::Keep keep() const override { return io::Keep::all; }
 
-    Result<std::optional<RoleSet>> wanted(const FrameTask& task, const FrameHeader& header,
-                                          FrameReport& report) override {
+    RoleSet planes(const FrameHeader& header) const override {
+        return planes_needed(chain_, settings_.source, header, settings_.plan);
+    }
+
+    Result<bool> begin(const FrameTask& task, const FrameInputs& inputs,
+                       FrameReport& report) override {
         if (settings_.on_existing == io::OnExisting::fail)
             if (Status status = check_none_exists({task}, settings_); !status.ok()) return status;
         report.renderer = renderer_;
-        report.fingerprint = fingerprint_of(chain_, settings_, header, task.files, task.source);
+        report.fingerprint = fingerprint_of(chain_, settings_, inputs);
         std::error_code error;
-        if (settings_.on_existing == io::OnExisting::skip && fs::exists(task.output, error) &&
-            is_done(task.output, report.fingerprint, settings_))
-            return std::optional<RoleSet>();
-        return std::optional(planes_needed(chain_, settings_.source, header, settings_.plan));
+        return settings_.on_existing != io::OnExisting::skip || !fs::exists(task.output, error) ||
+               !is_done(task.output, report.fingerprint, settings_);
     }
 
     Status prepare(const SourceFrame& source, FrameReport& report) override {

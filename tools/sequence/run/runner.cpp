@@ -5,6 +5,7 @@
 #include <limits>
 #include <new>
 #include <semaphore>
+#include <set>
 #include <system_error>
 #include <thread>
 
@@ -45,7 +46,10 @@ class Walk {
           settings_(settings),
           observer_(observer),
           stop_(stop),
-          tasks_(std::move(tasks)) {}
+          tasks_(std::move(tasks)),
+          reader_(
+              settings.source, settings.input,
+              [&job](const FrameHeader& header) { return job.planes(header); }, written_back()) {}
 
     Result<RunSummary> walk() {
         start_ = Clock::now();
@@ -74,10 +78,19 @@ class Walk {
         report_finished();
         summary_.elapsed_s = milliseconds_since(start_) * 1e-3;
         summary_.frames_in_flight = in_flight_peak_;
+        summary_.frames_decoded = reader_.decoded();
         return summary_;
     }
 
   private:
+    // Frames whose files are read whole.
+    std::set<int> written_back() const {
+        std::set<int> frames;
+        if (job_.keep() == io::Keep::all)
+            for (const FrameTask& task : tasks_) frames.insert(task.source);
+        return frames;
+    }
+
     // After a failure under ErrorPolicy::stop the frames before it are still finished: what is
     // written must not depend on how far ahead the reader was.
     bool given_up(size_t index) const { return index > first_failed_ || (stop_ && *stop_); }
@@ -112,28 +125,27 @@ class Walk {
                                    absent_files(task.frame, settings_) + ": frame is not on disk");
             return Status();
         }
-        auto header = open_source_frame(settings_.source, task.files, task.source);
-        if (!header.ok()) return header.status();
-        report.profile = header->match.profile;
-        const auto wanted = job_.wanted(task, *header, report);
-        if (!wanted.ok()) return wanted.status();
-        if (!*wanted) {
+        auto inputs = reader_.open(task.source, task.files);
+        if (!inputs.ok()) return inputs.status();
+        report.profile = inputs->frame->header.match.profile;
+        const auto begun = job_.begin(task, *inputs, report);
+        if (!begun.ok()) return begun.status();
+        if (!*begun) {
             report.outcome = Outcome::skipped;
             return Status();
         }
-        auto source =
-            read_source_frame(settings_.source, std::move(*header), **wanted, job_.keep());
+        auto source = reader_.read(*inputs);
         if (!source.ok()) return source.status();
+        for (const auto& [neighbor, other] : inputs->neighbors)
+            for (const auto& [role, path] : other->files)
+                if (!source->description.missing_neighbors.count(neighbor))
+                    report.inputs[role_of(neighbor, role)] = path;
         report.warnings = source->warnings;
         report.bounds = source->description.bounds;
         report.health = source->health;
         report.read_ms = source->read_ms;
         report.convert_ms = source->convert_ms;
-        if (settings_.strict && report.health.nonfinite() > 0)
-            return Status(StatusCode::health,
-                          concat(task.files.at(Role::color), ": ", report.health.nonfinite(),
-                                 " non-finite pixels under --strict, the first at ",
-                                 source->first_nonfinite_text(), "; nothing written"));
+        if (settings_.strict && !source->strict_fault.ok()) return source->strict_fault;
         source->description.frame_number = task.source;
         if (Status status = job_.prepare(*source, report); !status.ok()) return status;
         report.outcome = task.source == task.frame ? Outcome::written : Outcome::held;
@@ -230,6 +242,7 @@ class Walk {
     const FrameObserver& observer_;
     const std::atomic<bool>* stop_;
     const std::vector<FrameTask> tasks_;
+    SequenceReader reader_;  // of the reader thread
 
     Channel<Numbered> to_process_{1};
     Channel<Numbered> to_write_{1};

@@ -1,11 +1,12 @@
 // The runner: the one place that walks a sequence.
 //
 //   reader thread                  this thread (GL)        writer thread
-//   open, wanted, read, prepare -> process              -> write               per frame
+//   open, begin, read, prepare  -> process              -> write               per frame
 //
 // What stands between the arrows is a FrameJob's. Neighboring frames overlap; at most
 // kFramesInFlight are alive, so memory does not grow with the length of the sequence, and the
-// pixels never depend on the overlap.
+// pixels never depend on the overlap. The planes of neighbors are shared with them
+// (run/sequence_reader.h).
 #pragma once
 
 #include <atomic>

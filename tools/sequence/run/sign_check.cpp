@@ -63,20 +63,20 @@ SignVerdict SignCheck::verdict() const {
     return margin() < 1 / kSignMargin ? SignVerdict::contradicted : SignVerdict::undecided;
 }
 
-SignCheck check_signs(const FramePlanes& planes, const ImageF& next) {
+SignCheck check_signs(PlaneView planes, const ImageF& next) {
     SignCheck check;
-    const auto color = planes.find(Role::color);
-    const auto motion = planes.find(Role::motion);
-    if (color == planes.end() || motion == planes.end() || next.channels < 3 ||
-        next.width != color->second.width || next.height != color->second.height)
+    const ImageF* color = planes.find(Role::color);
+    const ImageF* motion = planes.find(Role::motion);
+    if (!color || !motion || next.channels < 3 || next.width != color->width ||
+        next.height != color->height)
         return check;
-    const ImageF& now = color->second;
+    const ImageF& now = *color;
     // The same pixels for every candidate: those that stay inside under each sign.
     std::vector<std::array<int, 2>> pixels;
     for (int y = 0; y < now.height; ++y) {
         for (int x = 0; x < now.width; ++x) {
-            const double vx = std::abs(motion->second.at(x, y, 0));
-            const double vy = std::abs(motion->second.at(x, y, 1));
+            const double vx = std::abs(motion->at(x, y, 0));
+            const double vy = std::abs(motion->at(x, y, 1));
             if (vx * vx + vy * vy < 1) continue;
             if (x - vx < 0 || x + vx > now.width - 1 || y - vy < 0 || y + vy > now.height - 1)
                 continue;
@@ -94,22 +94,22 @@ SignCheck check_signs(const FramePlanes& planes, const ImageF& next) {
     };
     std::vector<double> converted;  // error of the conversion as it stands, per pixel
     for (const auto& [x, y] : pixels)
-        converted.push_back(error_of(x, y, motion->second.at(x, y, 0), motion->second.at(x, y, 1)));
+        converted.push_back(error_of(x, y, motion->at(x, y, 0), motion->at(x, y, 1)));
     for (Role role : {Role::motion, Role::motion_back}) {
-        const auto plane = planes.find(role);
-        if (plane == planes.end()) continue;
+        const ImageF* plane = planes.find(role);
+        if (!plane) continue;
         for (int sign_x : {1, -1}) {
             for (int sign_y : {1, -1}) {
                 SignCandidate candidate{role, sign_x, sign_y};
                 double apart = 0, converted_apart = 0;
                 for (size_t i = 0; i < pixels.size(); ++i) {
                     const auto [x, y] = pixels[i];
-                    const double vx = sign_x * double(plane->second.at(x, y, 0));
-                    const double vy = sign_y * double(plane->second.at(x, y, 1));
+                    const double vx = sign_x * double(plane->at(x, y, 0));
+                    const double vy = sign_y * double(plane->at(x, y, 1));
                     const double error = error_of(x, y, vx, vy);
                     candidate.error += error;
-                    const double dx = vx - double(motion->second.at(x, y, 0));
-                    const double dy = vy - double(motion->second.at(x, y, 1));
+                    const double dx = vx - double(motion->at(x, y, 0));
+                    const double dy = vy - double(motion->at(x, y, 1));
                     if (dx * dx + dy * dy < kApart * kApart) continue;
                     ++candidate.pixels_apart;
                     apart += error;

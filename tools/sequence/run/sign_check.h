@@ -47,6 +47,6 @@ struct SignCheck {
 
 // `planes` canonical (color, motion, motion_back if there is one), `next` the color of the next
 // frame, of the same size. Empty candidates when nothing moves or sizes differ.
-SignCheck check_signs(const FramePlanes& planes, const ImageF& next);
+SignCheck check_signs(PlaneView planes, const ImageF& next);
 
 }  // namespace postchain::sequence

@@ -10,10 +10,8 @@ class VisitJob final : public FrameJob {
     VisitJob(RoleSet wanted, const FrameVisitor& visitor) : wanted_(wanted), visitor_(visitor) {}
 
     io::Keep keep() const override { return io::Keep::nothing; }
-    Result<std::optional<RoleSet>> wanted(const FrameTask&, const FrameHeader&,
-                                          FrameReport&) override {
-        return std::optional(wanted_);
-    }
+    RoleSet planes(const FrameHeader&) const override { return wanted_; }
+    Result<bool> begin(const FrameTask&, const FrameInputs&, FrameReport&) override { return true; }
     Status prepare(const SourceFrame&, FrameReport&) override { return Status(); }
     Status process(FrameInFlight& frame) override { return visitor_(*frame.source, frame.report); }
     Status write(FrameInFlight&) override { return Status(); }

@@ -13,8 +13,9 @@ namespace postchain::sequence {
 // Called on the caller's thread with each frame in order. A failure is that frame's.
 using FrameVisitor = std::function<Status(SourceFrame& frame, FrameReport& report)>;
 
-// Reads color and those of `wanted` that there are. Whatever settings say about output is not
-// looked at. A frame that the visitor took well counts as written. Errors: as of run_sequence().
+// Reads color and those of `wanted` that there are, of neighbors too. Whatever settings say about
+// output is not looked at. A frame that the visitor took well counts as written. Errors: as of
+// run_sequence().
 Result<RunSummary> visit_sequence(const RunSettings& settings, RoleSet wanted,
                                   const FrameVisitor& visitor, const FrameObserver& observer,
                                   const std::atomic<bool>* stop);

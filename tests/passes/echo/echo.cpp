@@ -1,0 +1,136 @@
+#include "tests/passes/echo/echo.h"
+
+#include "chain/work_list.h"
+
+namespace postchain::echo {
+namespace {
+
+enum class Neighbors { none, before, both };
+
+struct Parameters {
+    Neighbors neighbors = Neighbors::both;
+    bool vectors = false;
+    bool cuts = false;
+};
+
+const ParameterTable& table() {
+    static const ParameterTable rows =
+        ParameterTableBuilder<Parameters>()
+            .choice("neighbors", &Parameters::neighbors, {"none", "before", "both"},
+                    {.help = "frames from which this one is set off"})
+            .boolean("vectors", &Parameters::vectors, {.help = "add their depth and vectors too"})
+            .boolean("cuts", &Parameters::cuts, {.help = "off where a cut follows"})
+            .table();
+    return rows;
+}
+
+// "COLOR_BEFORE"
+std::string macro_of(std::string name) {
+    for (char& c : name) c = c == '_' ? c : char(c - 'a' + 'A');
+    return name;
+}
+
+class Echo final : public Pass {
+  public:
+    RoleUse roles() const override {
+        RoleUse use;
+        use.required = {Role::color};
+        for (Neighbor neighbor : kNeighbors) {
+            if (!uses(neighbor)) continue;
+            for (Role role : kFileRoles)
+                if (role == Role::color || parameters_.vectors)
+                    use.optional.add(role_of(neighbor, role));
+        }
+        return use;
+    }
+
+    Promises promises() const override {
+        Promises promises;
+        promises.lattice_px = 1;
+        promises.symmetries = {Symmetry::shift};
+        return promises;
+    }
+
+    Reach reach(const FrameDescription&) const override { return {0, 0}; }
+
+    Status check(const FrameDescription&) const override { return Status(); }
+
+    std::optional<Identity> identity(const PlanContext& context) const override {
+        if (parameters_.cuts && context.frame.bounds.camera_cut)
+            return Identity{kRuleCameraCut, {.name = "a cut follows"}};
+        if (parameters_.neighbors != Neighbors::none) return std::nullopt;
+        return Identity{kRuleConfiguration, {.name = "neighbors is none"}};
+    }
+
+    void plan(PassPlanner& planner) const override {
+        const PlanContext& context = planner.context();
+        const int width = context.frame.width, height = context.frame.height;
+        // Brighter than the frame's own color: a half that holds that may not hold this.
+        const TextureId mixed = planner.texture("color", Format::rgba32f, width, height);
+        Step step;
+        step.name = "echo";
+        step.program = {"echo/echo.comp", {}};
+        step.bindings = {{0, planner.input(Role::color)}, {0, mixed, Access::write}};
+        int unit = 1;
+        for (Neighbor neighbor : kNeighbors) {
+            if (uses(neighbor)) step.program.defines[macro_of(name_of(neighbor))] = "1";
+            for (Role role : kFileRoles) {
+                const Role there = role_of(neighbor, role);
+                if (roles().optional.has(there) && planner.has(there)) {
+                    step.program.defines[macro_of(name_of(there))] = "1";
+                    step.bindings.push_back({unit, planner.input(there)});
+                }
+                ++unit;
+            }
+        }
+        step.groups = groups_for(width, height);
+        planner.step(std::move(step));
+        planner.output(Role::color, mixed);
+    }
+
+    void reference(const PlanContext&, ReferenceFrame& frame) const override {
+        const ImageD own = frame.planes.at(Role::color);
+        ImageD& color = frame.planes.at(Role::color);
+        for (Neighbor neighbor : kNeighbors) {
+            for (size_t i = 0; i < own.data.size() && uses(neighbor); ++i)
+                color.data[i] += 0.25 * own.data[i];
+            for (Role role : kFileRoles) {
+                const auto found = frame.planes.find(role_of(neighbor, role));
+                if (found == frame.planes.end() || !roles().optional.has(found->first)) continue;
+                const ImageD& plane = found->second;
+                for (int y = 0; y < own.height; ++y) {
+                    for (int x = 0; x < own.width; ++x) {
+                        for (int c = 0; c < 4 && role == Role::color; ++c)
+                            color.at(x, y, c) -= 0.25 * plane.at(x, y, c);
+                        if (role == Role::inverse_depth) color.at(x, y, 0) += plane.at(x, y);
+                        if (role == Role::motion) color.at(x, y, 1) += plane.at(x, y, 0);
+                        if (role == Role::motion_back) color.at(x, y, 2) += plane.at(x, y, 1);
+                    }
+                }
+            }
+        }
+        frame.stages["color"] = color;
+    }
+
+    ParameterRef parameters() override { return &parameters_; }
+
+  private:
+    bool uses(Neighbor neighbor) const {
+        return parameters_.neighbors == Neighbors::both ||
+               (parameters_.neighbors == Neighbors::before && neighbor == Neighbor::before);
+    }
+    Parameters parameters_;
+};
+
+}  // namespace
+
+const PassType& pass_type() {
+    static const PassType type{.name = "echo",
+                               .title = "Echo",
+                               .help = "Sets a frame off from those before and after.",
+                               .parameters = &table(),
+                               .create = [] { return std::make_unique<Echo>(); }};
+    return type;
+}
+
+}  // namespace postchain::echo

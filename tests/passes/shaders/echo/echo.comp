@@ -1,0 +1,55 @@
+#version 450 core
+// c + 1/4 (c - before) + 1/4 (c - after), a frame that is not there is black; of each neighbor 1/d
+// is added to red, x of its motion to green, y of its motion back to blue.
+//
+//   color, and the planes of the neighbors for which a macro is set -> color
+#include "common/work_group.glsl"
+
+layout(binding = 0) uniform sampler2D color;
+layout(binding = 0) writeonly uniform image2D mixed;
+layout(binding = 1) uniform sampler2D color_before;
+layout(binding = 2) uniform sampler2D inverse_depth_before;
+layout(binding = 3) uniform sampler2D motion_before;
+layout(binding = 4) uniform sampler2D motion_back_before;
+layout(binding = 5) uniform sampler2D color_after;
+layout(binding = 6) uniform sampler2D inverse_depth_after;
+layout(binding = 7) uniform sampler2D motion_after;
+layout(binding = 8) uniform sampler2D motion_back_after;
+
+void main() {
+    const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(p, imageSize(mixed)))) return;
+    const vec4 c = texelFetch(color, p, 0);
+    vec4 sum = c;
+#ifdef BEFORE
+    sum += 0.25 * c;
+#endif
+#ifdef COLOR_BEFORE
+    sum -= 0.25 * texelFetch(color_before, p, 0);
+#endif
+#ifdef INVERSE_DEPTH_BEFORE
+    sum.r += texelFetch(inverse_depth_before, p, 0).x;
+#endif
+#ifdef MOTION_BEFORE
+    sum.g += texelFetch(motion_before, p, 0).x;
+#endif
+#ifdef MOTION_BACK_BEFORE
+    sum.b += texelFetch(motion_back_before, p, 0).y;
+#endif
+#ifdef AFTER
+    sum += 0.25 * c;
+#endif
+#ifdef COLOR_AFTER
+    sum -= 0.25 * texelFetch(color_after, p, 0);
+#endif
+#ifdef INVERSE_DEPTH_AFTER
+    sum.r += texelFetch(inverse_depth_after, p, 0).x;
+#endif
+#ifdef MOTION_AFTER
+    sum.g += texelFetch(motion_after, p, 0).x;
+#endif
+#ifdef MOTION_BACK_AFTER
+    sum.b += texelFetch(motion_back_after, p, 0).y;
+#endif
+    imageStore(mixed, p, sum);
+}

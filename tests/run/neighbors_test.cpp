@@ -1,0 +1,358 @@
+// The frames before and after as planes: which there are, that they are read once and that a part
+// of a sequence gives what the whole gives. The pass that reads them is tests/passes/echo.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "tests/command/frames.h"
+#include "tests/support/gpu.h"
+#include "tools/sequence/run/run_sequence.h"
+#include "tools/sequence/run/runner.h"
+#include "tools/sequence/run/visit_sequence.h"
+
+namespace postchain::sequence {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using test::FrameFile;
+using test::TempFolder;
+using ::testing::HasSubstr;
+
+constexpr int kWidth = 48, kHeight = 32;
+
+// What the pass makes of frame n with those neighbors, from the planes as they were written.
+// `sides`: 2 for `neighbors: both`.
+ImageF echo_of(int n, bool before, bool after, bool vectors = true, int sides = 2) {
+    ImageF sum = test::make_planes(kWidth, kHeight, n).color;
+    for (float& value : sum.data) value *= 1 + 0.25f * float(sides);
+    for (int other : {before ? n - 1 : n, after ? n + 1 : n}) {
+        if (other == n) continue;
+        const test::Planes planes = test::make_planes(kWidth, kHeight, other);
+        for (size_t i = 0; i < sum.pixels(); ++i) {
+            for (size_t c = 0; c < 4; ++c)
+                sum.data[4 * i + c] -= 0.25f * planes.color.data[4 * i + c];
+            if (!vectors) continue;
+            sum.data[4 * i] += 1 / planes.depth.data[i];
+            sum.data[4 * i + 1] += planes.motion.data[2 * i];
+            sum.data[4 * i + 2] += planes.back.data[2 * i + 1];
+        }
+    }
+    return sum;
+}
+
+class NeighborsTest : public testing::Test {
+  protected:
+    void SetUp() override {
+        fs::create_directory(at("out"));
+        input("in.####.exr");
+        settings_.output = *io::PathPattern::parse(at("out/o.####.exr"));
+        settings_.version = "test";
+        settings_.on_existing = io::OnExisting::overwrite;
+        settings_.on_error = ErrorPolicy::keep_going;
+        chain("both", true);
+    }
+
+    std::string at(const std::string& name) const { return folder_.path(name); }
+    std::string in(int frame) const { return settings_.input.color().format(frame); }
+    std::string out(int frame) const { return settings_.output.format(frame); }
+    void input(const std::string& text) {
+        auto spec = io::InputSpec::parse(at(text));
+        ASSERT_TRUE(spec.ok());
+        settings_.input = *spec;
+    }
+    void frames(const char* text) { settings_.frames = *io::FrameRange::parse(text); }
+    void chain(const char* neighbors, bool vectors) {
+        chain_ =
+            test::chain_of("echo", {{"neighbors", std::string(neighbors)}, {"vectors", vectors}});
+    }
+    void write(const std::vector<int>& numbers, const FrameFile& file = {}) {
+        test::write_sequence(at(""), numbers, kWidth, kHeight, file);
+    }
+    RunSummary go() {
+        reports_.clear();
+        auto summary = run_sequence(
+            chain_, settings_, test::executor(), "renderer",
+            [&](const FrameReport& report, const RunProgress&) { reports_[report.frame] = report; },
+            nullptr);
+        EXPECT_TRUE(summary.ok()) << summary.status().message();
+        return summary.ok() ? *summary : RunSummary();
+    }
+    json sidecar(int frame) const {
+        std::ifstream file(out(frame) + ".json");
+        return json::parse(file, nullptr, false);
+    }
+    // Runs, and expects of frame n these neighbors, else this reason.
+    void expect(int n, const std::string& no_before, const std::string& no_after) {
+        ASSERT_EQ(reports_.at(n).outcome, Outcome::written) << reports_.at(n).status.message();
+        const json missing = sidecar(n)["plan"].value("missing_neighbors", json::object());
+        EXPECT_THAT(missing.value("before", ""), HasSubstr(no_before)) << n;
+        EXPECT_THAT(missing.value("after", ""), HasSubstr(no_after)) << n;
+        EXPECT_EQ(missing.size(), size_t(!no_before.empty()) + size_t(!no_after.empty())) << n;
+        const ImageF expected = echo_of(n, no_before.empty(), no_after.empty());
+        EXPECT_LE(test::largest_difference(test::read_color(out(n)), expected), 2e-6) << n;
+        EXPECT_EQ(reports_.at(n).inputs.count(Role::color_before), size_t(no_before.empty()));
+        EXPECT_EQ(reports_.at(n).inputs.count(Role::color_after), size_t(no_after.empty()));
+    }
+
+    TempFolder folder_;
+    Chain chain_;
+    RunSettings settings_;
+    std::map<int, FrameReport> reports_;
+};
+
+constexpr const char* kFirst = "is the first on disk";
+constexpr const char* kLast = "is the last on disk";
+
+TEST_F(NeighborsTest, EveryPlaneOfBothReachesThePass) {
+    write({1, 2, 3, 4});
+    go();
+    expect(1, kFirst, "");
+    expect(2, "", "");
+    expect(3, "", "");
+    expect(4, "", kLast);
+    EXPECT_EQ(sidecar(3)["inputs"]["color_before"], in(2));
+    EXPECT_EQ(sidecar(3)["inputs"]["color_after"], in(4));
+    EXPECT_TRUE(reports_.at(1).warnings.empty());
+}
+
+TEST_F(NeighborsTest, AChainTakesThoseItAsksFor) {
+    write({1, 2, 3});
+    chain("before", false);
+    frames("2");
+    EXPECT_EQ(go().frames_decoded, 2u);
+    EXPECT_LE(test::largest_difference(test::read_color(out(2)), echo_of(2, true, false, false, 1)),
+              2e-6);
+    // Nothing is known of planes that were not converted: nothing asked for them.
+    EXPECT_TRUE(sidecar(2)["bounds"]["max_speed_px"].is_null());
+    EXPECT_TRUE(sidecar(2)["bounds"]["max_inverse_depth"].is_null());
+    chain("none", true);
+    EXPECT_EQ(go().frames_decoded, 1u);
+    EXPECT_EQ(sidecar(2)["inputs"].size(), 1u);
+    EXPECT_FALSE(sidecar(2)["plan"].contains("missing_neighbors"));
+}
+
+TEST_F(NeighborsTest, APartGivesTheBitsOfTheWhole) {
+    std::vector<int> numbers;
+    for (int n = 1; n <= 10; ++n) numbers.push_back(n);
+    write(numbers);
+    settings_.source.cuts = {7};
+    EXPECT_EQ(go().frames_decoded, 10u);
+    std::map<int, ImageF> whole;
+    std::map<int, json> plans;
+    for (int n : numbers) {
+        whole[n] = test::read_color(out(n));
+        plans[n] = sidecar(n)["plan"];
+    }
+    for (const char* part : {"5-8", "1", "10", "9,2-4,3", "2-10x2", "10,9,8,7"}) {
+        frames(part);
+        go();
+        for (const auto& [n, report] : reports_) {
+            EXPECT_EQ(test::read_color(out(n)).data, whole.at(n).data) << part << " " << n;
+            EXPECT_EQ(sidecar(n)["plan"], plans.at(n)) << part << " " << n;
+        }
+    }
+    settings_.source.cuts.clear();
+    frames("5-8");
+    EXPECT_EQ(go().frames_decoded, 6u);
+    frames("2-10x4");  // 2, 6, 10: each with its own neighbors
+    EXPECT_EQ(go().frames_decoded, 8u);
+}
+
+TEST_F(NeighborsTest, PlanesAreSharedAndMemoryIsFlat) {
+    std::vector<int> numbers;
+    for (int n = 1; n <= 40; ++n) numbers.push_back(n);
+    write(numbers);
+    std::vector<std::weak_ptr<const ImageF>> planes;
+    std::shared_ptr<const ImageF> last_after, last_color;
+    long most = 0;
+    const auto summary = visit_sequence(
+        settings_, chain_.required() | chain_.optional(),
+        [&](SourceFrame& frame, FrameReport&) {
+            const int n = frame.description.frame_number;
+            EXPECT_EQ(frame.planes.size(), n == 1 || n == 40 ? 8u : 12u);
+            planes.push_back(frame.planes.at(Role::color));
+            if (n > 1) {
+                EXPECT_EQ(frame.planes.at(Role::color), last_after) << n;
+                EXPECT_EQ(frame.planes.at(Role::color_before), last_color) << n;
+            }
+            if (n < 40) last_after = frame.planes.at(Role::color_after);
+            last_color = frame.planes.at(Role::color);
+            long alive = 0;
+            for (const auto& plane : planes) alive += !plane.expired();
+            most = std::max(most, alive);
+            return Status();
+        },
+        {}, nullptr);
+    ASSERT_TRUE(summary.ok());
+    EXPECT_EQ(summary->written, 40u);
+    EXPECT_EQ(summary->frames_decoded, 40u);
+    EXPECT_LE(most, kFramesInFlight + 1);
+}
+
+TEST_F(NeighborsTest, ThereIsNoneAcrossAGap) {
+    write({1, 2, 4, 5});
+    go();
+    expect(2, "", "frame 3 is not on disk, and frame 4 is not the next one");
+    expect(4, "frame 3 is not on disk, and frame 2 is not the previous one", "");
+}
+
+// Vectors are per frame of the renderer, whatever the step of the files.
+TEST_F(NeighborsTest, ThereIsNoneInASequenceOfEverySecondFrame) {
+    write({2, 4, 6});
+    go();
+    expect(4, "frame 3 is not on disk, and frame 2 is not the previous one",
+           "frame 5 is not on disk, and frame 6 is not the next one");
+}
+
+TEST_F(NeighborsTest, ThereIsNoneBesideOneFile) {
+    write({1, 2, 3});
+    input("in.0002.exr");
+    go();
+    expect(2, "the input is one file", "the input is one file");
+}
+
+TEST_F(NeighborsTest, ThereIsNoneAcrossACut) {
+    write({1, 2, 3, 4});
+    settings_.source.cuts = {2};
+    go();
+    expect(2, "", "a cut follows frame 2");
+    expect(3, "a cut follows frame 2", "");
+}
+
+TEST_F(NeighborsTest, OneOfAnotherSizeOrPlaceIsNone) {
+    write({1, 2, 3, 4});
+    const auto with = [&](const FrameFile& file, int width = kWidth) {
+        test::write_frame(in(3), test::make_planes(width, kHeight, 3), file);
+        go();
+    };
+    with({}, kWidth + 2);
+    expect(2, "", "frame 3 has data window");
+    expect(4, "frame 3 has data window", kLast);
+    FrameFile moved;
+    moved.origin_x = 1;
+    moved.display = io::Window{0, 0, kWidth - 1, kHeight - 1};
+    with(moved);
+    expect(2, "", "frame 3 has data window (1, 0)");
+    FrameFile framed;
+    framed.display = io::Window{0, 0, kWidth, kHeight};
+    with(framed);
+    expect(2, "", concat("display window (0, 0)-(", kWidth, ", ", kHeight, "), this one"));
+}
+
+TEST_F(NeighborsTest, OneThatLacksAPlaneIsNone) {
+    write({1, 2, 3, 4});
+    FrameFile file;
+    file.motion = false;
+    write({3}, file);
+    go();
+    expect(2, "", "frame 3 brings no motion, motion_back");
+    // A frame takes of its neighbors what it has itself.
+    ASSERT_EQ(reports_.at(3).outcome, Outcome::written);
+    EXPECT_TRUE(reports_.at(3).plan->missing_neighbors.empty());
+    EXPECT_FALSE(reports_.at(3).plan->reads.has(Role::motion_before));
+    EXPECT_TRUE(reports_.at(3).plan->reads.has(Role::inverse_depth_before));
+}
+
+TEST_F(NeighborsTest, OneThatCannotBeReadIsNoneAndIsWarnedOf) {
+    write({1, 2, 3, 4});
+    for (const uintmax_t bytes : {uintmax_t(100), fs::file_size(in(3)) - 200}) {
+        write({3});
+        fs::resize_file(in(3), bytes);
+        go();
+        expect(2, "", "in.0003.exr");
+        expect(4, "in.0003.exr", kLast);
+        ASSERT_EQ(reports_.at(2).warnings.size(), 1u) << bytes;
+        EXPECT_THAT(reports_.at(2).warnings[0], HasSubstr("filtered without the frame after: "));
+        EXPECT_EQ(reports_.at(3).outcome, Outcome::failed);
+        // The part that finds it damaged by itself gives the same.
+        const ImageF two = test::read_color(out(2));
+        frames("2");
+        go();
+        EXPECT_EQ(test::read_color(out(2)).data, two.data);
+        settings_.frames.reset();
+    }
+}
+
+// What stands in for a missing frame is the picture of another one, neighbors and all.
+TEST_F(NeighborsTest, AHeldFrameIsThePictureOfItsSource) {
+    write({1, 2, 4});
+    settings_.missing = MissingPolicy::hold;
+    frames("1-4");
+    go();
+    EXPECT_EQ(reports_.at(3).outcome, Outcome::held);
+    EXPECT_EQ(test::read_color(out(3)).data, test::read_color(out(2)).data);
+    expect(2, "", "frame 3 is not on disk");
+    expect(4, "frame 3 is not on disk", kLast);
+}
+
+TEST_F(NeighborsTest, AWrongPixelOfANeighborIsAnErrorUnderStrict) {
+    write({1, 2, 3, 4, 5});
+    test::Planes planes = test::make_planes(kWidth, kHeight, 3);
+    planes.color.at(5, 7, 1) = std::numeric_limits<float>::quiet_NaN();
+    test::write_frame(in(3), planes);
+    go();
+    for (int n = 1; n <= 5; ++n) EXPECT_EQ(reports_.at(n).outcome, Outcome::written) << n;
+    settings_.strict = true;
+    go();
+    for (int n = 1; n <= 5; ++n) {
+        const bool reads_it = n >= 2 && n <= 4;
+        EXPECT_EQ(reports_.at(n).outcome, reads_it ? Outcome::failed : Outcome::written) << n;
+        if (reads_it) {
+            EXPECT_EQ(reports_.at(n).status.code(), StatusCode::health);
+            EXPECT_THAT(reports_.at(n).status.message(), HasSubstr("in.0003.exr: 1 non-finite"));
+        }
+    }
+}
+
+TEST_F(NeighborsTest, AFrameIsDoneOnlyWithTheSameNeighbors) {
+    write({1, 2, 3, 4, 5});
+    settings_.on_existing = io::OnExisting::skip;
+    const auto redone = [&] {
+        go();
+        std::string text;
+        for (const auto& [n, report] : reports_)
+            if (report.outcome == Outcome::written) text += std::to_string(n);
+        return text;
+    };
+    const auto touch = [&](int n) {
+        fs::last_write_time(in(n), fs::last_write_time(in(n)) + std::chrono::hours(1));
+    };
+    EXPECT_EQ(redone(), "12345");
+    EXPECT_EQ(redone(), "");
+    touch(3);
+    EXPECT_EQ(redone(), "234");
+    write({6});
+    EXPECT_EQ(redone(), "56");
+    settings_.source.cuts = {2};
+    EXPECT_EQ(redone(), "23");
+    chain("none", true);
+    EXPECT_EQ(redone(), "123456");
+    touch(3);
+    EXPECT_EQ(redone(), "3");
+}
+
+// Motion blur is elided where the motion leads across a cut: such a frame reads no neighbor, but
+// the frame before reads it, in any order.
+TEST_F(NeighborsTest, ACutBehindAFrameDoesNotHideItFromTheOneBefore) {
+    write({1, 2, 3, 4});
+    settings_.source.cuts = {3};
+    chain_ = test::chain_of("echo", {{"vectors", true}, {"cuts", true}});
+    EXPECT_EQ(go().frames_decoded, 4u);
+    expect(2, "", "");
+    EXPECT_TRUE(reports_.at(3).plan->steps.empty());
+    EXPECT_EQ(reports_.at(3).inputs.size(), 1u);
+    frames("3,2");
+    go();
+    expect(2, "", "");
+    frames("3");
+    EXPECT_EQ(go().frames_decoded, 1u);
+}
+
+}  // namespace
+}  // namespace postchain::sequence

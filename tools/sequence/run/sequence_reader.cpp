@@ -1,0 +1,174 @@
+#include "tools/sequence/run/sequence_reader.h"
+
+#include <iterator>
+#include <utility>
+
+namespace postchain::sequence {
+namespace {
+
+const io::ExrPart& color_part(const OpenedFrame& frame) {
+    const auto part = size_t(frame.header.assignment.at(Role::color).part);
+    return frame.header.files.color_file().parts()[part];
+}
+
+std::string windows_text(const io::ExrPart& part) {
+    return concat("data window ", part.data_window.text(), ", display window ",
+                  part.display_window.text());
+}
+
+std::string first_line(const std::string& text) {
+    return text.substr(0, text.find('\n'));
+}
+
+int number_of(Neighbor neighbor, int number) {
+    return neighbor == Neighbor::before ? number - 1 : number + 1;
+}
+
+}  // namespace
+
+struct SequenceReader::Entry : OpenedFrame {
+    bool is_decoded = false;
+    Status status;  // of decoding
+    SharedPlanes pixels;
+    Status strict_fault;
+    std::optional<SourceFrame> source;  // until it is handed out
+};
+
+SequenceReader::SequenceReader(const SourceSettings& settings, io::InputSpec input,
+                               PlanesOf planes_of, std::set<int> whole)
+    : settings_(settings),
+      input_(std::move(input)),
+      planes_of_(std::move(planes_of)),
+      whole_(std::move(whole)) {}
+
+SequenceReader::~SequenceReader() = default;
+
+Result<FrameInputs> SequenceReader::open(int number, const std::map<Role, std::string>& files) {
+    std::erase_if(window_, [&](const auto& entry) {
+        return entry.first < number - 1 || entry.first > number + 1;
+    });
+    auto entry = enter(number, files);
+    if (!entry.ok()) return entry.status();
+    FrameInputs inputs;
+    inputs.frame = *entry;
+    for (Neighbor neighbor : kNeighbors)
+        if (!inputs.frame->planes.of(neighbor).empty()) find_neighbor(neighbor, inputs);
+    return inputs;
+}
+
+Result<std::shared_ptr<SequenceReader::Entry>> SequenceReader::enter(
+    int number, const std::map<Role, std::string>& files) {
+    if (const auto found = window_.find(number); found != window_.end()) return found->second;
+    auto header = open_source_frame(settings_, files, number);
+    if (!header.ok()) return header.status();
+    auto entry = std::make_shared<Entry>();
+    entry->number = number;
+    entry->files = files;
+    const RoleSet wanted = planes_of_(*header);
+    entry->planes.add(Role::color);
+    for (const auto& [role, where] : header->assignment) {
+        if (wanted.has(role)) entry->planes.add(role);
+        for (Neighbor neighbor : kNeighbors) {
+            if (!wanted.of(neighbor).has(role)) continue;
+            entry->planes.add(role);
+            entry->planes.add(role_of(neighbor, role));
+        }
+    }
+    entry->header = std::move(*header);
+    window_[number] = entry;
+    return entry;
+}
+
+void SequenceReader::find_neighbor(Neighbor neighbor, FrameInputs& inputs) {
+    const OpenedFrame& frame = *inputs.frame;
+    const int number = number_of(neighbor, frame.number);
+    std::string& why = inputs.missing[neighbor];
+    why = absence(frame.number, neighbor);
+    if (!why.empty()) return;
+    auto other = enter(number, on_disk_->at(number));
+    if (!other.ok()) {
+        why = first_line(other.status().message());
+        inputs.warnings.push_back(
+            concat("filtered without the frame ", name_of(neighbor), ": ", why));
+        return;
+    }
+    const io::ExrPart &own = color_part(frame), &its = color_part(**other);
+    const RoleSet lacking = frame.planes.of(neighbor) - (*other)->planes;
+    if (own.data_window != its.data_window || own.display_window != its.display_window)
+        why =
+            concat("frame ", number, " has ", windows_text(its), ", this one ", windows_text(own));
+    else if (!lacking.empty())
+        why = concat("frame ", number, " brings no ", lacking.text());
+    if (!why.empty()) return;
+    inputs.missing.erase(neighbor);
+    inputs.neighbors[neighbor] = *other;
+}
+
+// Why there is no such frame; empty where there is one.
+std::string SequenceReader::absence(int number, Neighbor neighbor) {
+    if (!input_.color().has_token()) return "the input is one file";
+    if (!on_disk_) {
+        auto list = io::find_frames(input_, std::nullopt);
+        on_disk_ = list.ok() ? std::move(list->files) : decltype(list->files)();
+    }
+    const bool before = neighbor == Neighbor::before;
+    const int wanted = number_of(neighbor, number);
+    const auto beyond = before ? on_disk_->lower_bound(number) : on_disk_->upper_bound(number);
+    if (beyond == (before ? on_disk_->begin() : on_disk_->end()))
+        return concat("frame ", number, " is the ", before ? "first" : "last", " on disk");
+    const int nearest = before ? std::prev(beyond)->first : beyond->first;
+    if (nearest != wanted)
+        return concat("frame ", wanted, " is not on disk, and frame ", nearest, " is not the ",
+                      before ? "previous" : "next", " one");
+    const int cut = before ? wanted : number;
+    if (settings_.cuts.count(cut)) return concat("a cut follows frame ", cut);
+    return "";
+}
+
+Status SequenceReader::decode(Entry& entry) {
+    if (entry.is_decoded) return entry.status;
+    entry.is_decoded = true;
+    ++decoded_;
+    auto source = read_source_frame(settings_, entry.header, entry.planes,
+                                    whole_.count(entry.number) ? io::Keep::all : io::Keep::nothing);
+    entry.status = source.status();
+    if (!source.ok()) return entry.status;
+    entry.pixels = source->planes;
+    entry.strict_fault = source->strict_fault;
+    entry.source = std::move(*source);
+    return Status();
+}
+
+Result<SourceFrame> SequenceReader::read(const FrameInputs& inputs) {
+    Entry& entry = *window_.at(inputs.frame->number);
+    // A frame that is held stands in for others too: it is read for each of them.
+    if (entry.status.ok() && !entry.source) entry.is_decoded = false;
+    if (Status status = decode(entry); !status.ok()) return status;
+    SourceFrame frame = std::move(*entry.source);
+    entry.source.reset();
+    frame.description.missing_neighbors = inputs.missing;
+    frame.warnings.insert(frame.warnings.end(), inputs.warnings.begin(), inputs.warnings.end());
+    for (const auto& [neighbor, opened] : inputs.neighbors) {
+        Entry& other = *window_.at(opened->number);
+        if (Status status = decode(other); !status.ok()) {
+            const std::string why = first_line(status.message());
+            frame.description.missing_neighbors[neighbor] = why;
+            frame.warnings.push_back(
+                concat("filtered without the frame ", name_of(neighbor), ": ", why));
+            continue;
+        }
+        for (Role role : kFileRoles) {
+            if (!entry.planes.of(neighbor).has(role)) continue;
+            frame.planes[role_of(neighbor, role)] = other.pixels.at(role);
+            frame.description.planes.add(role_of(neighbor, role));
+        }
+        if (frame.strict_fault.ok()) frame.strict_fault = other.strict_fault;
+    }
+    if (inputs.neighbors.empty()) {
+        entry.pixels.clear();
+        entry.is_decoded = false;
+    }
+    return frame;
+}
+
+}  // namespace postchain::sequence

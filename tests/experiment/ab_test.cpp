@@ -93,6 +93,32 @@ TEST_F(Ab, PicturesAreThoseOfTheChainsAlone) {
     }
 }
 
+// Those of frames that were not asked for too.
+TEST_F(Ab, AChainGetsThePlanesOfTheFramesBeforeAndAfter) {
+    auto two = settings();
+    two.run.frames = io::FrameRange{{2, 3}};
+    auto report = run_ab({"both", test::chain_of("echo")},
+                         {"before", test::chain_of("echo", {{"neighbors", std::string("before")}})},
+                         two, test::executor(), {}, nullptr);
+    ASSERT_TRUE(report.ok()) << report.status().message();
+    const StoredImage* stored = report->find(ImageKind::color, 0, 2);
+    ASSERT_TRUE(stored);
+    auto pixels = load_image(*report, *stored);
+    ASSERT_TRUE(pixels.ok()) << pixels.status().message();
+    std::vector<ImageF> colors;
+    for (uint32_t frame : {1, 2, 3})
+        colors.push_back(
+            test::layered_frame(64, 40, {6, 2}, {-3, 1}, frame).planes.at(Role::color));
+    for (int x = 0; x < 64; ++x)
+        EXPECT_NEAR(pixels->at(x, 11, 1),
+                    1.5f * colors[1].at(x, 11, 1) - 0.25f * colors[0].at(x, 11, 1) -
+                        0.25f * colors[2].at(x, 11, 1),
+                    2e-3);
+    EXPECT_THAT(report->notes,
+                ::testing::Contains("frame 3 is filtered without the frame after: frame 3 is the "
+                                    "last on disk"));
+}
+
 TEST_F(Ab, OnlyChosenFramesKeepPictures) {
     auto few = settings();
     few.page_frames = 2;

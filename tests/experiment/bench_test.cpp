@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "tests/experiment/support.h"
+#include "tests/support/images.h"
 #include "tools/measure/experiment/ab.h"
 #include "tools/measure/experiment/bench_store.h"
 #include "tools/measure/experiment/choose.h"
@@ -177,6 +178,41 @@ class Bench : public ::testing::Test {
     }
     test::TempFolder folder_;
 };
+
+// Those of a frame that is not measured too; a result is as old as they are.
+TEST_F(Bench, AChainGetsThePlanesOfTheFrameAfter) {
+    const auto variants = [] {
+        std::vector<BenchVariant> one;
+        one.push_back({"echo", {}, test::chain_of("echo")});
+        return one;
+    };
+    BenchSettings first = settings();
+    first.run.frames = io::FrameRange{{1}};
+    auto report = run(variants(), first);
+    ASSERT_TRUE(report.ok()) << report.status().message();
+    const auto color = [](uint32_t frame) {
+        return test::layered_frame(64, 40, {6, 2}, {-3, 1}, frame).planes.at(Role::color);
+    };
+    const ImageF now = color(1), next = color(2);
+    double mse = 0;
+    for (size_t i = 0; i < now.pixels(); ++i) {
+        for (size_t c = 0; c < 3; ++c) {
+            const double off =
+                0.5 * double(now.data[4 * i + c]) - 0.25 * double(next.data[4 * i + c]) - 0.125;
+            mse += off * off / (3.0 * double(now.pixels()));
+        }
+    }
+    EXPECT_NEAR(*report->variants[0].metrics.at("mse").frames[0], mse, 1e-5);
+    EXPECT_LT(*report->variants[0].split->mse.precision, 1e-9);  // the reference had them too
+    EXPECT_THAT(report->notes,
+                ::testing::Contains(
+                    "frame 1 is filtered without the frame before: frame 1 is the first on disk"));
+    EXPECT_TRUE(run(variants(), first)->variants[0].resumed);
+    const std::string after = folder_.path("in.0002.exr");
+    std::filesystem::last_write_time(
+        after, std::filesystem::last_write_time(after) + std::chrono::hours(1));
+    EXPECT_FALSE(run(variants(), first)->variants[0].resumed);
+}
 
 TEST_F(Bench, EveryVariantHasMetricsTimesAndThreeParts) {
     auto variants = sweep({"motion_blur.samples=5,31"});

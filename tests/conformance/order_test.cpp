@@ -1,4 +1,4 @@
-// Every order and subset of the passes, and repeats: run on the GPU and against the chain of
+// Every order of up to four of the passes, and repeats: run on the GPU and against the chain of
 // references.
 #include <gtest/gtest.h>
 
@@ -10,6 +10,9 @@
 namespace postchain {
 namespace {
 
+// Six passes have 1440 orders of five and of six, which take minutes.
+constexpr size_t kMostPasses = 4;
+
 std::vector<std::vector<std::string>> all_sequences() {
     std::vector<std::string> names;
     for (const auto& type : test::every_pass().types()) names.push_back(type.name);
@@ -19,6 +22,7 @@ std::vector<std::vector<std::string>> all_sequences() {
         std::vector<std::string> chosen;
         for (size_t i = 0; i < names.size(); ++i)
             if (subset & 1u << i) chosen.push_back(names[i]);
+        if (chosen.size() > kMostPasses) continue;
         do sequences.push_back(chosen);
         while (std::next_permutation(chosen.begin(), chosen.end()));
     }
@@ -42,16 +46,17 @@ test::TestFrame busy_frame() {
 
 TEST(Orders, AreAllThere) {
     const size_t passes = test::every_pass().types().size();
-    // k of n passes in any order, n (n - 1) ... (n - k + 1), for every k; n repeats, and a third.
+    // k of n passes in any order, n (n - 1) ... (n - k + 1), for k up to kMostPasses; n repeats,
+    // and a third.
     size_t expected = 0, orders = 1;
-    for (size_t k = 0; k <= passes; ++k) {
+    for (size_t k = 0; k <= std::min(passes, kMostPasses); ++k) {
         expected += orders;
         orders *= passes - k;
     }
     EXPECT_EQ(all_sequences().size(), expected + passes + 1);
 }
 
-TEST(Orders, EveryOrderAndSubsetAgreesWithTheReferencesInThatOrder) {
+TEST(Orders, EveryOrderAgreesWithTheReferencesInThatOrder) {
     const auto frame = busy_frame();
     std::map<std::string, ImageF> results;
     for (const auto& sequence : all_sequences()) {

@@ -160,9 +160,9 @@ Status convert_depth(ImageF& depth, const FrameDescription& frame, const Convert
         } else if (distance) {
             double d = value;
             if (options.depth == DepthEncoding::ray_distance) {
-                const double x = options.origin_x + double(pixel % size_t(depth.width)) + 0.5 -
+                const double x = frame.origin_x + double(pixel % size_t(depth.width)) + 0.5 -
                                  0.5 * frame.display_width;
-                const double y = options.origin_y + double(pixel / size_t(depth.width)) + 0.5 -
+                const double y = frame.origin_y + double(pixel / size_t(depth.width)) + 0.5 -
                                  0.5 * frame.display_height;
                 d *= f_px / std::sqrt(x * x + y * y + f_px * f_px);
             }

@@ -52,16 +52,14 @@ struct ConvertOptions {
     MotionConvention motion_back;
     bool unpremultiplied = false;  // color must be multiplied by its alpha
     NonfiniteColor nonfinite_color = NonfiniteColor::zero;
-    // Position of the planes' first pixel in the display window, for ray_distance.
-    int origin_x = 0;
-    int origin_y = 0;
 };
 
 // Converts `planes` in place: color (4 channels), inverse_depth (1, still encoded depth), motion
 // and motion_back (2, still in the file's convention). Others, those of a neighbor among them, are
 // canonical already and stay as they are. Fills frame.width, height, planes, bounds.
-// frame.camera, display size, frame_number and bounds.camera_cut are read. Errors: chain (near = 0
-// with a buffer encoding, a camera value missing), input (sizes that differ, channel counts).
+// frame.camera, display size, origin, frame_number and bounds.camera_cut are read. Errors: chain
+// (near = 0 with a buffer encoding, a camera value missing), input (sizes that differ, channel
+// counts).
 Result<InputHealth> convert_frame(FramePlanes& planes, FrameDescription& frame,
                                   const ConvertOptions& options);
 

@@ -8,7 +8,7 @@ const char* name_of(Precision precision) {
 
 Camera Camera::overlaid_by(const Camera& over) const {
     Camera result = *this;
-    const auto lay = [](std::optional<double>& under, const std::optional<double>& value) {
+    const auto lay = [](auto& under, const auto& value) {
         if (value) under = value;
     };
     lay(result.focal_length_mm, over.focal_length_mm);
@@ -19,6 +19,11 @@ Camera Camera::overlaid_by(const Camera& over) const {
     lay(result.far_clip, over.far_clip);
     lay(result.shutter_frames, over.shutter_frames);
     lay(result.meters_per_unit, over.meters_per_unit);
+    lay(result.aperture_blades, over.aperture_blades);
+    lay(result.aperture_rotation_deg, over.aperture_rotation_deg);
+    lay(result.aperture_curvature, over.aperture_curvature);
+    lay(result.aperture_ratio, over.aperture_ratio);
+    lay(result.cats_eye, over.cats_eye);
     return result;
 }
 
@@ -73,6 +78,38 @@ const ParameterTable& camera_parameters() {
                  .unit = "m",
                  .help = "length of one scene unit; depth and focus distance are in scene units",
                  .unset_means = "from --camera, else 1"})
+            .integer("aperture_blades", &Camera::aperture_blades,
+                     {.min = 0,
+                      .max = 16,
+                      .help = "blades of the aperture; below 3: a disc",
+                      .unset_means = "from --camera, else a disc"})
+            .number(
+                "aperture_rotation_deg", &Camera::aperture_rotation_deg,
+                {.min = -360,
+                 .max = 360,
+                 .unit = "degrees",
+                 .help = "turns the blades counterclockwise; at 0 the first corner is 180/blades "
+                         "above the right, as in Cycles",
+                 .unset_means = "from --camera, else 0"})
+            .number(
+                "aperture_curvature", &Camera::aperture_curvature,
+                {.min = 0,
+                 .max = 1,
+                 .help = "of the blades, in inverse radii of the aperture: 0 straight, 1 a disc",
+                 .unset_means = "from --camera, else 0"})
+            .number("aperture_ratio", &Camera::aperture_ratio,
+                    {.min = 0.1,
+                     .max = 10,
+                     .help = "height over width of the aperture; above 1: the tall discs of an "
+                             "anamorphic lens, as in Cycles",
+                     .unset_means = "from --camera, else 1"})
+            .number("cats_eye", &Camera::cats_eye,
+                    {.min = 0,
+                     .max = 1,
+                     .unit = "radii",
+                     .help = "how far the circle of the lens barrel, which cuts the aperture, is "
+                             "moved in the corners of the picture; 0: not cut",
+                     .unset_means = "from --camera, else 0"})
             .table();
     return table;
 }

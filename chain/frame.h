@@ -30,6 +30,13 @@ struct Camera {
     std::optional<double> far_clip;        // scene units
     std::optional<double> shutter_frames;  // open time in frames, centered on the frame
     std::optional<double> meters_per_unit;
+    // The aperture, as it is seen in a highlight behind the focus; before it, turned by half a
+    // turn. Unset: a disc.
+    std::optional<int> aperture_blades;           // below 3: a disc
+    std::optional<double> aperture_rotation_deg;  // counterclockwise
+    std::optional<double> aperture_curvature;     // of the blades: 0 straight .. 1 a disc
+    std::optional<double> aperture_ratio;         // height over width
+    std::optional<double> cats_eye;  // how far the lens barrel cuts into it in the corners, 0 .. 1
 
     // This camera with every value that `over` has put in place of its own.
     Camera overlaid_by(const Camera& over) const;
@@ -80,6 +87,8 @@ struct FrameDescription {
     int height = 0;
     int display_width = 0;  // of the display window: W in every formula of the lens
     int display_height = 0;
+    int origin_x = 0;  // of the planes' first pixel in the display window
+    int origin_y = 0;
     int frame_number = 0;   // seeds come from it
     RoleSet planes;         // which planes the frame brings, its neighbors' among them
     RoleSet not_converted;  // others that its files have and no pass needs

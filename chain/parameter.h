@@ -164,24 +164,14 @@ class ParameterTableBuilder {
     ParameterTableBuilder& number(std::string key, double P::*member, RowOptions options) {
         return plain(ParameterType::number, std::move(key), member, std::move(options));
     }
-    // A number that may be unset.
+    // Numbers that may be unset.
+    ParameterTableBuilder& integer(std::string key, std::optional<int> P::*member,
+                                   RowOptions options) {
+        return optional(ParameterType::integer, std::move(key), member, std::move(options));
+    }
     ParameterTableBuilder& number(std::string key, std::optional<double> P::*member,
                                   RowOptions options) {
-        Parameter row = start(ParameterType::number, std::move(key), std::move(options));
-        row.optional = true;
-        row.get = [member](ConstParameterRef p) -> ParameterValue {
-            const auto& value = p.as<P>().*member;
-            if (!value) return std::monostate();
-            return *value;
-        };
-        row.set = [member](ParameterRef p, const ParameterValue& value) {
-            auto& slot = p.as<P>().*member;
-            if (std::holds_alternative<std::monostate>(value))
-                slot.reset();
-            else
-                slot = as_double(value);
-        };
-        return finish(std::move(row));
+        return optional(ParameterType::number, std::move(key), member, std::move(options));
     }
     // An enum class whose enumerators are 0, 1, 2, ... in the order of `names`.
     template <class E>
@@ -272,6 +262,30 @@ class ParameterTableBuilder {
             auto& slot = p.as<P>().*member;
             if constexpr (std::is_same_v<T, bool>)
                 slot = std::get<bool>(value);
+            else if constexpr (std::is_same_v<T, int>)
+                slot = int(std::get<int64_t>(value));
+            else
+                slot = as_double(value);
+        };
+        return finish(std::move(row));
+    }
+    template <class T>
+    ParameterTableBuilder& optional(ParameterType type, std::string key,
+                                    std::optional<T> P::*member, RowOptions options) {
+        Parameter row = start(type, std::move(key), std::move(options));
+        row.optional = true;
+        row.get = [member](ConstParameterRef p) -> ParameterValue {
+            const auto& value = p.as<P>().*member;
+            if (!value) return std::monostate();
+            if constexpr (std::is_same_v<T, int>)
+                return static_cast<int64_t>(*value);
+            else
+                return *value;
+        };
+        row.set = [member](ParameterRef p, const ParameterValue& value) {
+            auto& slot = p.as<P>().*member;
+            if (std::holds_alternative<std::monostate>(value))
+                slot.reset();
             else if constexpr (std::is_same_v<T, int>)
                 slot = int(std::get<int64_t>(value));
             else

@@ -66,6 +66,11 @@ InverseWarpBlock block_of(const Settings& settings, const FrameDescription& fram
         lens::set_block(settings.lens->coc, block);
         block.bright = float(kBright);
         block.soft_px = float(kSoftPx);
+        const double barrel = lens::barrel_per_px(settings.lens->aperture, frame);
+        block.barrel_per_px = float(barrel);
+        block.barrel_scale = float(1 - barrel * settings.lens->coc.radius_px(0));
+        block.middle_x = float(0.5 * (frame.display_width - 1) - frame.origin_x);
+        block.middle_y = float(0.5 * (frame.display_height - 1) - frame.origin_y);
     }
     return block;
 }
@@ -215,13 +220,15 @@ class Planner {
         defines["HIGHLIGHTS"] = flag(shares());
         defines["HINT"] = flag(hint_ >= 0);
         defines["BEFORE"] = defines["AFTER"] = "0";
+        defines["BARREL"] = flag(settings_.lens && settings_.lens->aperture.cats_eye > 0);
         step.bindings = {{0, planner_.input(Role::color), Access::sample_linear},
                          {1, surfaces_},
                          {2, starts_},
                          {0, shares() ? gathered_ : result_, Access::write}};
         if (noise >= 0) step.bindings.push_back({3, noise});
         if (settings_.lens) {
-            const lens::Points points = lens::lens_points(settings_.samples);
+            const lens::Points points =
+                lens::lens_points(settings_.lens->aperture, settings_.samples);
             step.bindings.push_back({4, lens::add_table(planner_, points)});
             block_.lens_sets = points.sets;
             step.set_block(block_);
@@ -274,10 +281,13 @@ Promises promises_of(const Settings& settings) {
     Promises promises;
     promises.keeps_constants = true;
     promises.convex = 1e-6;
-    promises.lattice_px = kBlockPx;
+    // Where the barrel cuts depends on the place in the picture.
+    const bool barrel = settings.lens && settings.lens->aperture.cats_eye > 0;
+    promises.lattice_px = barrel ? 0 : kBlockPx;
     // Random numbers belong to places. Of surfaces that are displaced equally differently a tile
     // takes the first, so that it has a side.
-    if (settings.noise.noise == noise::Kind::none) promises.symmetries = {Symmetry::shift};
+    if (settings.noise.noise == noise::Kind::none && !barrel)
+        promises.symmetries = {Symmetry::shift};
     return promises;
 }
 

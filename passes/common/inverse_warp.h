@@ -17,6 +17,7 @@
 #include <optional>
 
 #include "chain/pass.h"
+#include "passes/common/aperture.h"
 #include "passes/common/circle_of_confusion.h"
 #include "passes/common/noise.h"
 
@@ -34,6 +35,7 @@ struct Shutter {
 
 struct Lens {
     lens::CircleOfConfusion coc;
+    lens::Aperture aperture;
     bool share_highlights = true;  // spread bright light out of focus over the pixels around
 };
 

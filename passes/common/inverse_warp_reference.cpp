@@ -115,6 +115,7 @@ class Warp {
   public:
     Warp(const PlanContext& context, const Settings& settings, ReferenceFrame& frame)
         : s_(settings),
+          description_(context.frame),
           frame_(frame),
           width_(context.frame.width),
           height_(context.frame.height),
@@ -129,7 +130,7 @@ class Warp {
             if (context.available.has(Role::motion_back))
                 back_ = &frame.planes.at(Role::motion_back);
         }
-        if (settings.lens) points_ = lens::lens_points(settings.samples);
+        if (settings.lens) points_ = lens::lens_points(settings.lens->aperture, settings.samples);
     }
 
     void run() {
@@ -334,6 +335,18 @@ class Warp {
         return sample;
     }
 
+    // A ray through this point of the lens comes from the place where the pixel sees infinity. The
+    // barrel's circle is moved against it, by cats_eye where it is a corner of the picture.
+    bool passes_barrel(Vec p, Vec point) const {
+        if (!s_.lens || s_.lens->aperture.cats_eye == 0) return true;
+        const Vec display = {double(description_.display_width),
+                             double(description_.display_height)};
+        const Vec origin = {double(description_.origin_x), double(description_.origin_y)};
+        const Vec from = p - s_.lens->coc.radius_px(0) * point;
+        const Vec place = from + origin + Vec{0.5, 0.5} - 0.5 * display;
+        return length(point + s_.lens->aperture.cats_eye / (0.5 * length(display)) * place) <= 1;
+    }
+
     // `light`: of the pixel's tile; < 0: highlights are not told apart.
     void expose(int x, int y, double light, double* out, double* excess) {
         const Tile& t = tile(x / kBlockPx, y / kBlockPx);
@@ -348,9 +361,14 @@ class Warp {
         Surface begin = surfaces_[index(x, y)];
         double sum[4] = {0, 0, 0, 0};
         const Vec p = {double(x), double(y)};
-        for (int k = 0; k < n; ++k) {
+        std::vector<Sample> samples;
+        for (int k = 0; k < n; ++k)
+            if (const Sample one = sample(x, y, k, n); passes_barrel(p, one.lens))
+                samples.push_back(one);
+        n = int(samples.size());
+        for (const Sample& sample : samples) {
             double q = 0;
-            const Vec at = seen_at(p, sample(x, y, k, n), t, begin, q);
+            const Vec at = seen_at(p, sample, t, begin, q);
             double seen[4];
             for (int c = 0; c < 4; ++c) seen[c] = color_at(at, c);
             moments_.back() += dot(at - p, at - p) / n;
@@ -362,6 +380,7 @@ class Warp {
             if (high > kBright * light && finite(seen))
                 for (int c = 0; c < 3; ++c) excess[c] += (1 - kBright * light / high) * seen[c] / n;
         }
+        if (n == 0) return;
         for (int c = 0; c < 4; ++c) out[c] = own[c] + sum[c] / n;
     }
 
@@ -471,6 +490,7 @@ class Warp {
     }
 
     const Settings& s_;
+    const FrameDescription& description_;
     ReferenceFrame& frame_;
     int width_, height_, columns_, rows_;
     double half_open_;

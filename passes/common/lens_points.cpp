@@ -24,7 +24,8 @@ std::array<double, 2> Points::at(int point, int set) const {
     return {p[0] / kSteps, p[1] / kSteps};
 }
 
-Points lens_points(int count) {
+Points lens_points(const Aperture& aperture, int count) {
+    const Outline outline(aperture);
     Points points;
     points.count = count;
     points.sets = std::min(kMostSets, LENS_POINTS_MAX / count);
@@ -32,9 +33,8 @@ Points lens_points(int count) {
         for (int i = 0; i < count; ++i) {
             const double radius = std::sqrt((i + 0.5) / count);
             const double turns = i / std::numbers::phi + double(set) / points.sets;
-            const double angle = 2 * std::numbers::pi * turns;
-            points.packed.push_back(
-                {packed(radius * std::cos(angle)), packed(radius * std::sin(angle))});
+            const auto [x, y] = outline.at(turns);
+            points.packed.push_back({packed(radius * x), packed(radius * y)});
         }
     }
     return points;

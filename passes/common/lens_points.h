@@ -5,10 +5,11 @@
 #include <vector>
 
 #include "chain/pass.h"
+#include "passes/common/aperture.h"
 
 namespace postchain::lens {
 
-// Sets of points, each spread evenly over the unit disc on its own and all of them together.
+// Sets of points, each spread evenly over the aperture on its own and all of them together.
 struct Points {
     int count = 0;  // of a set
     int sets = 0;
@@ -21,8 +22,9 @@ struct Points {
 inline constexpr int kMaxPoints = 1023;
 
 // `count` in 1..kMaxPoints. Of each set the points go outward, on a Fermat spiral of the golden
-// angle (H. Vogel, A better way to construct the sunflower head, 1979); the sets turn it.
-Points lens_points(int count);
+// angle (H. Vogel, A better way to construct the sunflower head, 1979), drawn into the outline of
+// the aperture so that equal areas stay equal; the sets turn it. The barrel cuts none of them.
+Points lens_points(const Aperture& aperture, int count);
 
 // Adds the texture "lens_points", count by sets, x and y in [-1, 1], and the step that fills it.
 TextureId add_table(PassPlanner& planner, const Points& points);

@@ -17,7 +17,7 @@ const ParameterTable& table() {
             .choice("method", &Parameters::method, {"gilham", "inverse_warp"},
                     {.help = "gilham: a downsampled Gaussian blur, mixed in by the circle of "
                              "confusion; inverse_warp: for every point of the lens the surface "
-                             "that it sees at the pixel"})
+                             "that it sees at the pixel, in the shape of its aperture"})
             .rows(&Parameters::lens, lens::parameter_table())
             .integer("downsample", &Parameters::downsample,
                      {.min = 1,
@@ -58,15 +58,18 @@ const ParameterTable& table() {
             .boolean("share_highlights", &Parameters::share_highlights,
                      {.help = "inverse_warp: spread bright light out of focus over the pixels "
                               "around: smoother discs from few points"})
+            .rows(&Parameters::aperture, lens::aperture_parameter_table())
             .rows(&Parameters::noise, noise::parameter_table())
             .table();
     return rows;
 }
 
-inverse_warp::Settings warp_settings(const Parameters& parameters,
+inverse_warp::Settings warp_settings(const Parameters& parameters, const Camera& camera,
                                      const lens::CircleOfConfusion& coc) {
     inverse_warp::Settings settings;
-    settings.lens = {.coc = coc, .share_highlights = parameters.share_highlights};
+    settings.lens = {.coc = coc,
+                     .aperture = lens::aperture_of(parameters.aperture, camera),
+                     .share_highlights = parameters.share_highlights};
     settings.samples = parameters.samples;
     settings.starts = parameters.starts;
     settings.still_limit_px = kSharpRadiusPx;
@@ -87,7 +90,7 @@ class DepthOfField final : public Pass {
     Promises promises() const override {
         Promises promises;
         if (warps()) {
-            promises = inverse_warp::promises_of(warp_settings(parameters_, {}));
+            promises = inverse_warp::promises_of(warp_settings(parameters_, {}, {}));
         } else {
             promises.keeps_constants = true;
             promises.convex = 1e-6;
@@ -105,8 +108,8 @@ class DepthOfField final : public Pass {
     Reach reach(const FrameDescription& frame) const override {
         if (!check(frame).ok()) return {};
         if (!warps()) return gilham_reach(parameters_, frame);
-        return inverse_warp::reach_of(
-            warp_settings(parameters_, *lens::circle_of_confusion(parameters_.lens, frame)));
+        return inverse_warp::reach_of(warp_settings(
+            parameters_, frame.camera, *lens::circle_of_confusion(parameters_.lens, frame)));
     }
 
     Status check(const FrameDescription& frame) const override {
@@ -152,7 +155,8 @@ class DepthOfField final : public Pass {
                 plan_gilham(parameters_, *coc, planner);
                 break;
             case Method::inverse_warp:
-                inverse_warp::plan_warp(planner, warp_settings(parameters_, *coc));
+                inverse_warp::plan_warp(
+                    planner, warp_settings(parameters_, planner.context().frame.camera, *coc));
                 break;
         }
     }
@@ -165,7 +169,8 @@ class DepthOfField final : public Pass {
                 gilham_reference(parameters_, context, frame);
                 break;
             case Method::inverse_warp:
-                inverse_warp::warp_reference(context, warp_settings(parameters_, *coc), frame);
+                inverse_warp::warp_reference(
+                    context, warp_settings(parameters_, context.frame.camera, *coc), frame);
                 break;
         }
     }

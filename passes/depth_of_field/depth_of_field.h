@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "chain/pass.h"
+#include "passes/common/aperture.h"
 #include "passes/common/lens.h"
 #include "passes/common/noise.h"
 
@@ -31,6 +32,7 @@ struct Parameters {
     int samples = 32;
     int starts = 4;
     bool share_highlights = true;
+    lens::ApertureParameters aperture;
     noise::Parameters noise;
 };
 

@@ -20,6 +20,7 @@ struct Parameters {
     shutter::Parameters shutter;
     lens::Parameters lens;
     bool share_highlights = true;
+    lens::ApertureParameters aperture;
     noise::Parameters noise;
 };
 
@@ -51,6 +52,7 @@ const ParameterTable& table() {
             .boolean("share_highlights", &P::share_highlights,
                      {.help = "spread bright light out of focus over the pixels around: smoother "
                               "discs from few points"})
+            .rows(&P::aperture, lens::aperture_parameter_table())
             .rows(&P::noise, noise::parameter_table())
             .table();
     return rows;
@@ -126,7 +128,9 @@ class JointBlur final : public Pass {
         inverse_warp::Settings settings;
         settings.shutter = {.half_open = 0.5 * shutter::open_frames(parameters_.shutter, camera),
                             .max_path_px = double(parameters_.max_blur_px)};
-        settings.lens = {.coc = coc, .share_highlights = parameters_.share_highlights};
+        settings.lens = {.coc = coc,
+                         .aperture = lens::aperture_of(parameters_.aperture, camera),
+                         .share_highlights = parameters_.share_highlights};
         settings.samples = parameters_.samples;
         settings.starts = parameters_.starts;
         // A few roundings of 2^-24, so that what is unblurred by the frame's bounds is so here too.

@@ -11,6 +11,7 @@
 //
 // SHUTTER, LENS: which of the two are open    STARTS: starts of a tile at most
 // BEFORE, AFTER: that frame is searched       NOISE: noise is read
+// BARREL: the lens barrel cuts the aperture away from the picture's middle
 // HIGHLIGHTS: which part of it is bright light out of focus goes to `excess`, for
 //             share_highlights.comp
 // HINT: written; of the lens alone: read too  LIST: only the blocks of a work list
@@ -170,6 +171,12 @@ void main() {
 #if NEIGHBORS
     Surface background = own;  // the farthest met
 #endif
+#if BARREL
+    const vec2 barrel = block.barrel_per_px * (p - vec2(block.middle_x, block.middle_y));
+    int counted = 0;
+#else
+    const int counted = samples;
+#endif
     int first = 0;
     do {  // 32 samples at a time, a bit each for those that found nothing
         const int end = min(first + 32, samples);
@@ -180,6 +187,14 @@ void main() {
         int k = first;
         do {
             const Sample at = sample_at(k, samples, random);
+#if BARREL
+            const vec2 passed = block.barrel_scale * at.lens + barrel;
+            if (dot(passed, passed) > 1.0) {
+                ++k;
+                continue;
+            }
+            ++counted;
+#endif
             float nearest = -1.0, residual = kAcceptPx, farthest = 3.4e38;
             vec2 found_at = p, far_at = p;
             vec2 d = displacement(own, at);
@@ -335,13 +350,14 @@ void main() {
 #endif
         first = end;
     } while (first < samples);
-    imageStore(blurred, pixel, color_p + sum / float(samples));
+    const float mean_of = float(max(counted, 1));
+    imageStore(blurred, pixel, color_p + sum / mean_of);
 #if HIGHLIGHTS
-    imageStore(excess, pixel, soft / float(samples));
+    imageStore(excess, pixel, soft / mean_of);
 #endif
 #if HINT && SHUTTER
     // Half-length of the even streak with the same second moment about p.
-    imageStore(hint, pixel, vec4(1.0, 3.0 * moment > 0.25 * float(samples) ? 1.0 : 0.0, 0.0, 0.0));
+    imageStore(hint, pixel, vec4(1.0, 3.0 * moment > 0.25 * mean_of ? 1.0 : 0.0, 0.0, 0.0));
 #elif HINT
     imageStore(hint, pixel, vec4(hint_p * clamp(1.0 - own_radius, 0.0, 1.0), 0.0, 0.0));
 #endif

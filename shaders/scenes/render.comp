@@ -105,6 +105,30 @@ vec2 on_disc(vec2 u) {
     return radius * vec2(cos(angle), sin(angle));
 }
 
+#if !DISC
+// Does light pass the aperture at a point of the unit disc, on its way from where a pinhole sees
+// this place, pixels from the middle, y up? Blades are arcs of the given curvature through corners on
+// the unit circle; the barrel is a circle that from the side is seen moved.
+bool passes_aperture(vec2 lens, vec2 place) {
+    vec2 beside = lens + block.barrel_per_px * place;
+    if (dot(beside, beside) > 1.0) return false;
+    float ratio = block.aperture_ratio;
+    vec2 at = lens / vec2(min(1.0 / ratio, 1.0), min(ratio, 1.0));
+    if (dot(at, at) > 1.0) return false;
+    if (block.aperture_blades < 3) return true;
+    // Turned so that the middle of its blade lies to the right.
+    float blade = 6.28318530718 / float(block.aperture_blades);
+    float angle = atan(at.y, at.x) - block.aperture_rotation;
+    angle -= blade * floor(angle / blade + 0.5);
+    at = length(at) * vec2(cos(angle), sin(angle));
+    vec2 corner = vec2(cos(0.5 * blade), sin(0.5 * blade));
+    // The arc bulges beyond the chord by its height over it, of a circle of radius 1/curvature.
+    float bent = block.aperture_curvature;
+    float bulge = sqrt(1.0 - bent * bent * at.y * at.y) - sqrt(1.0 - bent * bent * corner.y * corner.y);
+    return at.x <= corner.x + (bent > 0.0 ? bulge / bent : 0.0);
+}
+#endif
+
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (pixel.x >= block.size.x || pixel.y >= block.size.y) return;
@@ -134,7 +158,19 @@ void main() {
         float focal_px = pose[rows + 3].x;
         vec2 film = vec2(pixel) + u.zw - 0.5 * vec2(block.size);
         // In camera coordinates, x right, y up, z forward: through the point in focus.
-        vec2 lens = block.lens_radius * on_disc(u.xy);
+        vec2 lens = on_disc(u.xy);
+#if !DISC
+        // Points that are stopped are drawn again.
+        float lens_px = block.lens_radius * focal_px / block.focus_distance;
+        uint again = hash(uint(index) ^ hash(block.seed ^ hash(uint(block.first_sample + s))));
+        for (int i = 0; i < 64 && !passes_aperture(lens, vec2(film.x, -film.y) - lens_px * lens); ++i) {
+            again = hash(again + 1u);
+            float x = unit(again);
+            again = hash(again + 1u);
+            lens = on_disc(vec2(x, unit(again)));
+        }
+#endif
+        lens *= block.lens_radius;
         vec3 focus = vec3(film.x, -film.y, focal_px) * (block.focus_distance / focal_px);
         vec3 seen = normalize(focus - vec3(lens, 0.0));
         vec3 direction = vec3(dot(c0.xyz, seen), dot(c1.xyz, seen), dot(c2.xyz, seen));

@@ -27,6 +27,10 @@ BLOCK_BEGIN(InverseWarpBlock)
     float max_radius_px;
     float bright;          // a highlight is so many times as bright as the mean of its tile
     float soft_px;         // and out of focus by so much
+    float barrel_per_px;   // how far the barrel's circle is moved, radii per pixel from the middle
+    float barrel_scale;    // of points of the lens: 1 - barrel_per_px times the radius at infinity
+    float middle_x;        // of the picture, in pixels of the planes
+    float middle_y;
     float pad0;
 BLOCK_END
 
@@ -35,7 +39,7 @@ BLOCK_END
 
 #ifdef __cplusplus
 #include <cstddef>
-static_assert(sizeof(postchain::shared::InverseWarpBlock) == 96);
+static_assert(sizeof(postchain::shared::InverseWarpBlock) == 112);
 static_assert(offsetof(postchain::shared::InverseWarpBlock, ring) == 16);
 static_assert(offsetof(postchain::shared::InverseWarpBlock, still_limit_px) == 32);
 static_assert(offsetof(postchain::shared::InverseWarpBlock, gain_px) == 48);

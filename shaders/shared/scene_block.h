@@ -25,7 +25,11 @@ BLOCK_BEGIN(SceneBlock)
     vec4 light_up;         // unit vector across both; w = offset of the first row, in cells
     vec2 light_cells;      // cells per scene unit, x and y
     int light_lists;       // where the lists of the cells begin
-    int pad0;
+    int aperture_blades;       // below 3: a disc
+    float aperture_rotation;   // radians, counterclockwise
+    float aperture_curvature;  // of the blades, 0..1
+    float aperture_ratio;      // height over width
+    float barrel_per_px;       // how far the barrel's circle is moved, radii per pixel from the middle
 BLOCK_END
 
 #ifdef __cplusplus
@@ -41,7 +45,7 @@ struct SceneObject {
     vec4 flags;    // x shape, y alpha, z w unused
 };
 #ifdef __cplusplus
-static_assert(sizeof(SceneBlock) == 160, "std140 layout of SceneBlock");
+static_assert(sizeof(SceneBlock) == 176, "std140 layout of SceneBlock");
 static_assert(offsetof(SceneBlock, light) == 48, "std140 layout of SceneBlock");
 static_assert(sizeof(SceneObject) == 96, "std430 layout of SceneObject");
 }  // namespace postchain::shared

@@ -102,8 +102,7 @@ TEST(CameraFile, WarnsOfAMisspeltKey) {
 }
 
 TEST(CameraFile, TakesOtherProgramsKeysForWhatTheyAre) {
-    for (const char* key :
-         {"shutter_position", "aperture_blades", "scene", "z", "fov", "near_plane"})
+    for (const char* key : {"shutter_position", "lens", "scene", "z", "fov", "near_plane"})
         EXPECT_THAT(messages_of(concat("{\"", key, "\": 1, \"f_stop\": 2}")),
                     ElementsAre(concat("camera.json:1:2: note: ignored keys: ", key)));
 }
@@ -112,7 +111,8 @@ TEST(CameraFile, WarnsOfAFileWithoutAnyCameraValue) {
     const std::string warning =
         "camera.json:1:1: warning: no camera value in this file; known are focal_length_mm, "
         "sensor_width_mm, f_stop, focus_distance, near_clip, far_clip, shutter_frames, "
-        "meters_per_unit";
+        "meters_per_unit, aperture_blades, aperture_rotation_deg, aperture_curvature, "
+        "aperture_ratio, cats_eye";
     EXPECT_THAT(messages_of("{}"), ElementsAre(warning));
     EXPECT_THAT(messages_of("{\"fps\": 24, \"scene\": 1}"),
                 ElementsAre(warning, "camera.json:1:13: note: ignored keys: scene"));

@@ -139,7 +139,7 @@ TEST(InverseWarpLens, AgreesWithItsReference) {
 
 TEST(LensPoints, EverySetIsEvenOverTheDisc) {
     for (const int count : {1, 7, 32, 1023}) {
-        const lens::Points points = lens::lens_points(count);
+        const lens::Points points = lens::lens_points({}, count);
         EXPECT_EQ(points.packed.size(), size_t(points.count) * size_t(points.sets));
         EXPECT_GE(points.sets, 1);
         for (int set = 0; set < points.sets; ++set) {

@@ -222,14 +222,18 @@ TEST(parameter, every_row_is_tested_here) {
     std::vector<std::string> keys;
     for (const Parameter& row : depth_of_field::pass_type().parameters->rows())
         keys.push_back(row.key);
-    EXPECT_EQ(keys,
-              (std::vector<std::string>{
-                  "method", "coc", "focal_length_mm", "f_stop", "focus_distance", "sensor_width_mm",
-                  "breathing", "near_blurry", "near_sharp", "far_sharp", "far_blurry",
-                  "max_near_fraction", "max_far_fraction", "focus", "range", "max_radius_px",
-                  "downsample", "blur_sigma_px", "leak", "hdr_weight",
-                  // inverse_warp_test.cpp
-                  "samples", "starts", "share_highlights", "noise", "seed", "animate_noise"}));
+    EXPECT_EQ(keys, (std::vector<std::string>{
+                        "method", "coc", "focal_length_mm", "f_stop", "focus_distance",
+                        "sensor_width_mm", "breathing", "near_blurry", "near_sharp", "far_sharp",
+                        "far_blurry", "max_near_fraction", "max_far_fraction", "focus", "range",
+                        "max_radius_px", "downsample", "blur_sigma_px", "leak", "hdr_weight",
+                        // inverse_warp_test.cpp
+                        "samples", "starts", "share_highlights",
+                        // aperture_test.cpp
+                        "aperture_blades", "aperture_rotation_deg", "aperture_curvature",
+                        "aperture_ratio", "cats_eye",
+                        // inverse_warp_test.cpp
+                        "noise", "seed", "animate_noise"}));
 }
 
 }  // namespace

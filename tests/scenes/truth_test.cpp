@@ -53,6 +53,71 @@ TEST(CircleOfConfusion, OfAHighlightInTheTruthIsTheFormula) {
     }
 }
 
+// A point of light behind the focus, through an aperture: mean and second moments of its disc, in
+// radii, when it is x, y pixels from the middle of a picture of 288 x 288.
+Moments through(const SceneModel& shape, double x, double y) {
+    constexpr int kWide = 4 * kSide;
+    SceneModel model = shape;
+    model.f_stop = 0.32;
+    const double z = 4, px = z / (4 * kF);
+    model.objects = {
+        unlit(rectangle(3 * px, 3 * px, still(at({x * px, -y * px, z})), {}), {30, 30, 30})};
+    RenderSettings settings = settings_of(512, 0, true);
+    settings.width = settings.height = kWide;
+    Moments m = moments_of(render(model, settings).color);
+    EXPECT_NEAR(m.sum / (30 * 36), 1, 0.04) << "energy";
+    const double radius = 0.5 * circle_of_confusion_px(50, model.f_stop, 36, 2, z, kWide);
+    for (double* variance : {&m.xx, &m.yy})
+        *variance = (*variance - 3 - 1.0 / 12) / (radius * radius);
+    m.x = (m.x - kWide / 2 - x) / radius;
+    m.y = (m.y - kWide / 2 - y) / radius;
+    return m;
+}
+
+TEST(ApertureOfTheTruth, HasTheMomentsOfItsShape) {
+    SceneModel model = empty_model(2, 1);
+    model.aperture_blades = 3;
+    Moments m = through(model, 0, 0);
+    EXPECT_NEAR(m.xx, (2 + std::cos(2 * M_PI / 3)) / 12, 0.004);
+    EXPECT_NEAR(m.yy, (2 + std::cos(2 * M_PI / 3)) / 12, 0.004);
+    model.aperture_curvature = 1;
+    EXPECT_NEAR(through(model, 0, 0).xx, 0.25, 0.008);
+    model.aperture_blades = 0;
+    model.aperture_ratio = 2;
+    m = through(model, 0, 0);
+    EXPECT_NEAR(m.xx, 1.0 / 16, 0.003);
+    EXPECT_NEAR(m.yy, 1.0 / 4, 0.008);
+}
+
+// Behind the focus what the barrel leaves is moved to the picture's middle: by half of cats_eye in
+// a corner, which is 144 sqrt(2) pixels away.
+TEST(ApertureOfTheTruth, IsCutAwayFromTheMiddle) {
+    SceneModel model = empty_model(2, 1);
+    model.cats_eye = 0.8;
+    const Moments m = through(model, 72, 72);
+    EXPECT_NEAR(m.x, -0.5 * 0.4 * std::sqrt(0.5), 0.02);
+    EXPECT_NEAR(m.y, -0.5 * 0.4 * std::sqrt(0.5), 0.02);
+    const Moments middle = through(model, 0, 0);
+    EXPECT_NEAR(middle.x, 0, 0.01);
+    EXPECT_NEAR(middle.xx, 0.25, 0.008);
+}
+
+// A corner to the right behind the focus: light is unevenly spread, its third moment there.
+TEST(ApertureOfTheTruth, IsUprightBehindTheFocus) {
+    SceneModel model = empty_model(2, 0.08);
+    model.aperture_blades = 3;
+    model.aperture_rotation_deg = -60;
+    for (const double z : {4.0, 1.4}) {
+        model.objects = {
+            unlit(rectangle(0.01 * z, 0.01 * z, still(at({0, 0, z})), {}), {90, 90, 90})};
+        const ImageF color = render(model, settings_of(512, 0, true)).color;
+        double third = 0;
+        for (int y = 0; y < kSide; ++y)
+            for (int x = 0; x < kSide; ++x) third += color.at(x, y) * std::pow(x + 0.5 - 36, 3);
+        EXPECT_GT(z > 2 ? third : -third, 0) << z;
+    }
+}
+
 TEST(CircleOfConfusion, IsZeroInFocus) {
     // The whole lens sees the point in one place: the picture is that of the pinhole, but for the
     // noise of the pixel's samples.

@@ -50,6 +50,7 @@ void add_scene(CLI::App& verb, Options& options, SceneOptions& scene) {
         ->check(CLI::Range(0, 1 << 20))
         ->capture_default_str();
     verb.add_flag("--overwrite", scene.overwrite, "replace files that exist");
+    add_settings(verb, camera_parameters(), "", &scene.camera);
     add_device(verb, options);
 }
 
@@ -58,6 +59,7 @@ int scene_verb(const Options& options, const SceneOptions& scene) {
     request.name = scene.name;
     request.folder = scene.folder;
     request.truth_samples = scene.truth_samples;
+    request.camera = scene.camera;
     request.on_existing = scene.overwrite ? io::OnExisting::overwrite : io::OnExisting::fail;
     auto size = parse_size(scene.size);
     if (!size.ok()) return fail(size.status());

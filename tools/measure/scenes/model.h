@@ -83,6 +83,12 @@ struct SceneModel {
     double near_clip = 0.05;
     double far_clip = 60;
     double shutter_frames = kDefaultShutterFrames;
+    // The aperture: chain/frame.h.
+    int aperture_blades = 0;
+    double aperture_rotation_deg = 0;
+    double aperture_curvature = 0;
+    double aperture_ratio = 1;
+    double cats_eye = 0;
 
     glm::dvec3 light{-0.4, 0.6, -0.7};  // towards it; need not be a unit vector
     double light_strength = 1.9;

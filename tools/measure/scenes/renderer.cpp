@@ -52,7 +52,11 @@ std::vector<shared::SceneObject> records_of(const SceneModel& model) {
     return records;
 }
 
-ProgramKey program_for(const SceneModel& model, bool vectors) {
+bool has_disc(const SceneModel& model) {
+    return model.aperture_blades < 3 && model.aperture_ratio == 1 && model.cats_eye == 0;
+}
+
+ProgramKey program_for(const SceneModel& model, bool vectors, bool lens) {
     int shapes = 0, casters = 0, patterns = 0;
     for (const Object& object : model.objects) {
         shapes |= 1 << int(object.shape);
@@ -63,6 +67,7 @@ ProgramKey program_for(const SceneModel& model, bool vectors) {
             {{"SHAPES", concat(shapes)},
              {"CASTERS", concat(casters)},
              {"PATTERNS", concat(patterns)},
+             {"DISC", lens && !has_disc(model) ? "0" : "1"},
              {"VECTORS", vectors ? "1" : "0"}}};
 }
 
@@ -132,7 +137,7 @@ Result<ScenePlanes> SceneRenderer::render(const SceneModel& model, const RenderS
                       concat("samples of a scene are 1 to ", kMaxSamples, ", not ", samples));
     Impl& gl = *impl_;
     if (Status status = gl.context->make_current(); !status.ok()) return status;
-    const auto program = gl.programs.get(program_for(model, settings.vectors));
+    const auto program = gl.programs.get(program_for(model, settings.vectors, settings.lens));
     if (!program.ok()) return program.status();
 
     const Instant now = instant_of(model, settings.time);
@@ -149,6 +154,11 @@ Result<ScenePlanes> SceneRenderer::render(const SceneModel& model, const RenderS
     block.rotate_samples = noisy ? 1 : 0;
     block.lens_radius = float(picture.lens_radius);
     block.focus_distance = float(picture.focus_distance);
+    block.aperture_blades = model.aperture_blades;
+    block.aperture_rotation = float(glm::radians(model.aperture_rotation_deg));
+    block.aperture_curvature = float(model.aperture_curvature);
+    block.aperture_ratio = float(model.aperture_ratio);
+    block.barrel_per_px = float(model.cats_eye / (0.5 * std::hypot(width, height)));
     block.light = glm::vec4(glm::normalize(model.light), model.light_strength);
     block.zenith = glm::vec4(model.zenith, model.background_opaque ? 1 : 0);
     block.horizon = glm::vec4(model.horizon, model.clouds);

@@ -29,6 +29,11 @@ Status check_camera(const Camera& camera) {
         return Status(StatusCode::usage, concat("camera.", key, ": ", *value, " is not ",
                                                 low_allowed ? "at least " : "above ", low));
     };
+    // The values of the aperture have a range on both sides.
+    for (const Parameter& row : camera_parameters().rows())
+        if (row.key.starts_with("aperture_") || row.key == "cats_eye")
+            if (Status status = row.check(row.get(&camera)); !status.ok())
+                return Status(StatusCode::usage, concat("camera.", status.message()));
     for (Status status : {check("focal_length_mm", camera.focal_length_mm, 0, false),
                           check("sensor_width_mm", camera.sensor_width_mm, 0, false),
                           check("f_stop", camera.f_stop, 0, false),
@@ -176,6 +181,12 @@ Result<SceneModel> model_for(const SceneRequest& request) {
     model.near_clip = camera.near_clip.value_or(model.near_clip);
     model.far_clip = camera.far_clip.value_or(model.far_clip);
     model.shutter_frames = camera.shutter_frames.value_or(model.shutter_frames);
+    model.aperture_blades = camera.aperture_blades.value_or(model.aperture_blades);
+    model.aperture_rotation_deg =
+        camera.aperture_rotation_deg.value_or(model.aperture_rotation_deg);
+    model.aperture_curvature = camera.aperture_curvature.value_or(model.aperture_curvature);
+    model.aperture_ratio = camera.aperture_ratio.value_or(model.aperture_ratio);
+    model.cats_eye = camera.cats_eye.value_or(model.cats_eye);
     if (camera.focal_length_mm || camera.focus_distance)
         model.camera = [path = model.camera, camera](double time) {
             CameraPose pose = path(time);
@@ -197,6 +208,11 @@ Camera camera_at(const SceneModel& model, double frame) {
     camera.far_clip = model.far_clip;
     camera.shutter_frames = model.shutter_frames;
     camera.meters_per_unit = 1;
+    camera.aperture_blades = model.aperture_blades;
+    camera.aperture_rotation_deg = model.aperture_rotation_deg;
+    camera.aperture_curvature = model.aperture_curvature;
+    camera.aperture_ratio = model.aperture_ratio;
+    camera.cats_eye = model.cats_eye;
     return camera;
 }
 
@@ -229,7 +245,11 @@ std::string camera_json(const SceneRequest& request, const SceneModel& model) {
         {"sensor_width_mm", short_of(*camera.sensor_width_mm)},
         {"sensor_fit", "horizontal"},
         {"f_stop", short_of(*camera.f_stop)},
-        {"aperture_blades", 0},
+        {"aperture_blades", *camera.aperture_blades},
+        {"aperture_rotation_deg", short_of(*camera.aperture_rotation_deg)},
+        {"aperture_curvature", short_of(*camera.aperture_curvature)},
+        {"aperture_ratio", short_of(*camera.aperture_ratio)},
+        {"cats_eye", short_of(*camera.cats_eye)},
         {"focus_distance", short_of(*camera.focus_distance)},
         {"meters_per_unit", 1},
         {"near_clip", short_of(*camera.near_clip)},

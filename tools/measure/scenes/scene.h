@@ -33,8 +33,8 @@ struct SceneRequest {
     std::vector<int> frames = {1};
     int truth_samples = 0;   // per pixel of each truth; 0 = no truth
     int sharp_samples = 16;  // per pixel of `sharp`
-    // f_stop, sensor_width_mm, near_clip, far_clip and shutter_frames replace the scene's;
-    // focal_length_mm and focus_distance too, in every frame. The scenes are in meters: a
+    // f_stop, aperture, sensor_width_mm, near_clip, far_clip and shutter_frames replace the
+    // scene's; focal_length_mm and focus_distance too, in every frame. The scenes are in meters: a
     // meters_per_unit other than 1 is a usage error.
     Camera camera;
     io::OnExisting on_existing = io::OnExisting::overwrite;

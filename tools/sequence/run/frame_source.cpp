@@ -116,6 +116,8 @@ RoleSet planes_needed(const Chain& chain, const SourceSettings& settings, const 
     frame.height = part.data_window.height();
     frame.display_width = part.display_window.width();
     frame.display_height = part.display_window.height();
+    frame.origin_x = part.data_window.min_x - part.display_window.min_x;
+    frame.origin_y = part.data_window.min_y - part.display_window.min_y;
     frame.frame_number = header.files.frame_number;
     frame.camera = header.camera;
     const bool cut = settings.cuts.count(frame.frame_number) > 0;
@@ -176,8 +178,8 @@ Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeade
     FramePlanes planes = std::move(frame.input.planes);
     frame.conversion = frame.match.options;
     frame.conversion.nonfinite_color = settings.nonfinite_color;
-    frame.conversion.origin_x = frame.input.data_window.min_x - frame.input.display_window.min_x;
-    frame.conversion.origin_y = frame.input.data_window.min_y - frame.input.display_window.min_y;
+    frame.description.origin_x = frame.input.data_window.min_x - frame.input.display_window.min_x;
+    frame.description.origin_y = frame.input.data_window.min_y - frame.input.display_window.min_y;
     auto health = convert_frame(planes, frame.description, frame.conversion);
     if (!health.ok()) return health.status().at(path);
     frame.planes = shared(std::move(planes));

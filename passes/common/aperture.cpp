@@ -1,0 +1,128 @@
+#include "passes/common/aperture.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace postchain::lens {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr int kSteps = 256;  // of half a blade
+
+bool is_disc(const Aperture& aperture) {
+    return aperture.blades < 3 || aperture.curvature == 1;
+}
+
+}  // namespace
+
+const ParameterTable& aperture_parameter_table() {
+    using P = ApertureParameters;
+    const char* camera = "the camera's, else 0";
+    static const ParameterTable rows =
+        ParameterTableBuilder<P>()
+            .integer("aperture_blades", &P::aperture_blades,
+                     {.min = 0,
+                      .max = 16,
+                      .help = "blades of the aperture; below 3: a disc",
+                      .unset_means = camera})
+            .number("aperture_rotation_deg", &P::aperture_rotation_deg,
+                    {.min = -360,
+                     .max = 360,
+                     .unit = "degrees",
+                     .help = "turns the blades counterclockwise, as they are seen in "
+                             "what is behind the focus",
+                     .unset_means = camera})
+            .number("aperture_curvature", &P::aperture_curvature,
+                    {.min = 0,
+                     .max = 1,
+                     .help = "of the blades, in inverse radii of the aperture: 0 "
+                             "straight, 1 a disc",
+                     .unset_means = camera})
+            .number("aperture_ratio", &P::aperture_ratio,
+                    {.min = 0.1,
+                     .max = 10,
+                     .soft_min = 0.5,
+                     .soft_max = 2,
+                     .help = "height over width of the aperture; above 1: the tall "
+                             "discs of an anamorphic lens",
+                     .unset_means = "the camera's, else 1"})
+            .number("cats_eye", &P::cats_eye,
+                    {.min = 0,
+                     .max = 1,
+                     .unit = "radii",
+                     .help = "how far the circle of the lens barrel, which cuts the "
+                             "aperture, is moved in the corners of the picture; 0: not cut",
+                     .unset_means = camera})
+            .table();
+    return rows;
+}
+
+std::array<double, 2> Aperture::half_size() const {
+    return {std::min(1 / ratio, 1.0), std::min(ratio, 1.0)};
+}
+
+Aperture aperture_of(const ApertureParameters& own, const Camera& camera) {
+    const auto value = [](const auto& first, const auto& second, auto otherwise) {
+        return first ? *first : second.value_or(otherwise);
+    };
+    Aperture aperture;
+    aperture.blades = value(own.aperture_blades, camera.aperture_blades, 0);
+    aperture.rotation_deg = value(own.aperture_rotation_deg, camera.aperture_rotation_deg, 0.0);
+    aperture.curvature = value(own.aperture_curvature, camera.aperture_curvature, 0.0);
+    aperture.ratio = value(own.aperture_ratio, camera.aperture_ratio, 1.0);
+    aperture.cats_eye = value(own.cats_eye, camera.cats_eye, 0.0);
+    return aperture;
+}
+
+double barrel_per_px(const Aperture& aperture, const FrameDescription& frame) {
+    const double corner_px = 0.5 * std::hypot(frame.display_width, frame.display_height);
+    return aperture.cats_eye / std::max(corner_px, 1.0);
+}
+
+// r e(angle) on the circle of radius 1/c through the corners e(+-pi/n). With b the distance of its
+// middle from ours, times c and against the blade: c r^2 + 2 b cos(angle) r = 2 b cos(pi/n) + c.
+double blade_radius(int blades, double curvature, double angle) {
+    const double c = curvature;
+    const double cosine = std::cos(kPi / blades), sine = std::sin(kPi / blades);
+    const double b = std::sqrt(1 - c * c * sine * sine) - c * cosine;
+    const double right = 2 * b * cosine + c;
+    const double across = b * std::cos(angle);
+    return right / (across + std::sqrt(across * across + c * right));
+}
+
+Outline::Outline(const Aperture& aperture) : aperture_(aperture) {
+    if (is_disc(aperture)) return;
+    const double step = kPi / aperture.blades / kSteps;
+    double sum = 0;
+    swept_ = {0};
+    for (int i = 0; i < kSteps; ++i) {
+        const double radius = blade_radius(aperture.blades, aperture.curvature, (i + 0.5) * step);
+        sum += radius * radius;
+        swept_.push_back(sum);
+    }
+    for (double& swept : swept_) swept /= sum;
+}
+
+std::array<double, 2> Outline::at(double turn) const {
+    const auto half_size = aperture_.half_size();
+    if (is_disc(aperture_)) {
+        const double angle = 2 * kPi * turn;
+        return {half_size[0] * std::cos(angle), half_size[1] * std::sin(angle)};
+    }
+    const int blades = aperture_.blades;
+    const double place = (turn - std::floor(turn)) * blades;
+    const double blade = std::floor(place);
+    // Of this blade: its middle is at 0, its corners at -1 and 1.
+    const double side = 2 * (place - blade) - 1;
+    const auto above = std::upper_bound(swept_.begin(), swept_.end() - 1, std::abs(side));
+    const double low = *(above - 1), high = *above;
+    const double steps = double(above - swept_.begin() - 1) + (std::abs(side) - low) / (high - low);
+    const double from_middle = std::copysign(steps * kPi / blades / kSteps, side);
+    const double radius = blade_radius(blades, aperture_.curvature, from_middle);
+    const double angle =
+        aperture_.rotation_deg * kPi / 180 + 2 * kPi * blade / blades + from_middle;
+    return {half_size[0] * radius * std::cos(angle), -half_size[1] * radius * std::sin(angle)};
+}
+
+}  // namespace postchain::lens

@@ -1,0 +1,64 @@
+// The aperture: the shape of the lens, and with it of highlights out of focus.
+//
+// Points of it are in radii of the circle of confusion, x to the right and y down, as they are seen
+// in a highlight behind the focus; one before it shows them turned by half a turn. The corners of
+// the blades are on the unit circle, as in Cycles. Described in docs/depth_of_field.md, "Aperture".
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "chain/frame.h"
+#include "chain/parameter.h"
+
+namespace postchain::lens {
+
+// As a pass is told of it. Unset = the camera's.
+struct ApertureParameters {
+    std::optional<int> aperture_blades;
+    std::optional<double> aperture_rotation_deg;
+    std::optional<double> aperture_curvature;
+    std::optional<double> aperture_ratio;
+    std::optional<double> cats_eye;
+};
+
+// Its rows, for the table of a pass whose filter has the shape of the lens.
+const ParameterTable& aperture_parameter_table();
+
+struct Aperture {
+    int blades = 0;           // below 3: a disc
+    double rotation_deg = 0;  // counterclockwise
+    double curvature = 0;     // of the blades: 0 straight .. 1 a disc
+    double ratio = 1;         // height over width; the longer of them has the whole radius
+    double cats_eye = 0;      // how far the barrel's circle is moved in the corners, radii
+
+    // Half-width and half-height of the ellipse around it, the larger 1.
+    std::array<double, 2> half_size() const;
+};
+
+Aperture aperture_of(const ApertureParameters& parameters, const Camera& camera);
+
+// The barrel's front, a unit circle, is seen moved by this much of a ray's place in the picture,
+// radii per pixel from the middle. The place of a ray is that of its direction: through a point l
+// of the lens a pixel p sees, at infinity, what is at p - R l, R the radius there.
+double barrel_per_px(const Aperture& aperture, const FrameDescription& frame);
+
+// The boundary of an aperture, for points that are even over its area.
+class Outline {
+  public:
+    explicit Outline(const Aperture& aperture);
+
+    // After `turn` of a whole turn by area: equal steps sweep equal areas.
+    std::array<double, 2> at(double turn) const;
+
+  private:
+    Aperture aperture_;
+    std::vector<double> swept_;  // share of half a blade's area up to equal steps of the angle
+};
+
+// Distance of a blade's edge from the middle, at `angle` from the middle of the blade, radians
+// within pi/blades. An arc of the given curvature through the two corners.
+double blade_radius(int blades, double curvature, double angle);
+
+}  // namespace postchain::lens

@@ -1,0 +1,215 @@
+// The shape of the lens: closed forms of its points, and of a dot of light that it draws.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "passes/common/lens_points.h"
+#include "tests/depth_of_field/support.h"
+
+namespace postchain::test {
+namespace {
+
+using lens::Aperture;
+
+struct Moments {
+    double light = 0, x = 0, y = 0, xx = 0, yy = 0;  // sum, mean, variances
+};
+
+Moments moments_of(const lens::Points& points) {
+    Moments m;
+    m.light = double(points.packed.size());
+    for (int set = 0; set < points.sets; ++set)
+        for (int i = 0; i < points.count; ++i) {
+            const auto [x, y] = points.at(i, set);
+            m.x += x / m.light, m.y += y / m.light;
+            m.xx += x * x / m.light, m.yy += y * y / m.light;
+        }
+    return m;
+}
+
+// A regular polygon with its corners on the unit circle: mean of x^2 is (2 + cos(2 pi/n))/12.
+TEST(Aperture, PointsFillAPolygonEvenly) {
+    for (const int blades : {3, 4, 5, 6, 9, 16})
+        for (const int count : {32, 1023}) {
+            const Moments m =
+                moments_of(lens::lens_points({.blades = blades, .rotation_deg = 23}, count));
+            const double expected = (2 + std::cos(2 * M_PI / blades)) / 12;
+            EXPECT_NEAR(m.xx, expected, 0.005) << blades;
+            EXPECT_NEAR(m.yy, expected, 0.005) << blades;
+            EXPECT_NEAR(std::hypot(m.x, m.y), 0, 0.005) << blades;
+        }
+}
+
+TEST(Aperture, AnamorphicPointsFillAnEllipse) {
+    const Moments tall = moments_of(lens::lens_points({.ratio = 2}, 64));
+    EXPECT_NEAR(tall.xx, 1.0 / 16, 1e-3);
+    EXPECT_NEAR(tall.yy, 1.0 / 4, 1e-3);
+    const Moments wide = moments_of(lens::lens_points({.ratio = 0.8}, 64));
+    EXPECT_NEAR(wide.xx, 1.0 / 4, 1e-3);
+    EXPECT_NEAR(wide.yy, 0.64 / 4, 1e-3);
+}
+
+// Equal steps of the outline sweep equal areas, whose sum is the polygon's and that of the segments
+// that curved blades add: (a - sin a)/(2 c^2) each, sin(a/2) = c sin(pi/n).
+TEST(Aperture, OutlineSweepsEqualAreas) {
+    for (const int blades : {3, 5, 8})
+        for (const double curvature : {0.0, 0.3, 0.9}) {
+            const lens::Outline outline({.blades = blades, .curvature = curvature});
+            double area = blades / 2.0 * std::sin(2 * M_PI / blades);
+            if (curvature > 0) {
+                const double a = 2 * std::asin(curvature * std::sin(M_PI / blades));
+                area += blades * (a - std::sin(a)) / (2 * curvature * curvature);
+            }
+            constexpr int kSectors = 15, kSteps = 400;
+            for (int sector = 0; sector < kSectors; ++sector) {
+                double swept = 0;
+                for (int i = 0; i < kSteps; ++i) {
+                    const double turn = (sector + double(i) / kSteps) / kSectors;
+                    const auto p = outline.at(turn), q = outline.at(turn + 1.0 / kSteps / kSectors);
+                    swept -= 0.5 * (p[0] * q[1] - p[1] * q[0]);  // y down
+                }
+                EXPECT_NEAR(swept, area / kSectors, 1e-4 * area) << blades << " " << curvature;
+            }
+        }
+}
+
+// As in Cycles: the first corner is at 180/n + rotation, counterclockwise from the right.
+TEST(Aperture, CornersStandWhereCyclesPutsThem) {
+    const lens::Outline outline({.blades = 5, .rotation_deg = 10});
+    for (int i = 0; i < 5; ++i) {
+        const auto [x, y] = outline.at(i / 5.0 + 1e-9);
+        const double angle = (10 - 36 + 72 * i) * M_PI / 180;
+        EXPECT_NEAR(x, std::cos(angle), 1e-4);
+        EXPECT_NEAR(y, -std::sin(angle), 1e-4);
+    }
+}
+
+TEST(Aperture, FullyCurvedBladesAreADisc) {
+    EXPECT_EQ(lens::lens_points({.blades = 5, .curvature = 1}, 40).packed,
+              lens::lens_points({}, 40).packed);
+    for (const double angle : {0.0, 0.2, 0.6})
+        EXPECT_NEAR(lens::blade_radius(5, 1 - 1e-9, angle), 1, 1e-6);
+}
+
+TEST(Aperture, OwnValuesStandBeforeTheCameras) {
+    Camera camera;
+    camera.aperture_blades = 5;
+    camera.aperture_ratio = 1.5;
+    const Aperture aperture = lens::aperture_of({.aperture_blades = 7}, camera);
+    EXPECT_EQ(aperture.blades, 7);
+    EXPECT_EQ(aperture.ratio, 1.5);
+    EXPECT_EQ(aperture.cats_eye, 0);
+}
+
+// A dot at (48, 48) of 97 x 97 pixels that are `x`, `y` from the corner of a display 6400 x 3600.
+ImageF dot(float inverse_depth, Settings settings, int x = 0, int y = 0) {
+    ImageF color = constant_image(97, 97, {0, 0, 0, 1});
+    color.at(48, 48) = 1;
+    const FramePlanes planes = flat_planes(std::move(color), inverse_depth);
+    FrameDescription frame = describe_round(planes);
+    frame.display_width = 6400;
+    frame.display_height = 3600;
+    frame.camera.sensor_width_mm = 360;
+    frame.origin_x = x;
+    frame.origin_y = y;
+    Chain chain =
+        chain_of("depth_of_field",
+                 {{"method", "inverse_warp"}, {"samples", int64_t(1023)}, {"max_radius_px", 30.0}});
+    for (const auto& [key, value] : settings) {
+        const ChainLink& link = chain.links.front();
+        EXPECT_TRUE(link.type->parameters->set(link.pass->parameters(), key, value).ok());
+    }
+    PlanOptions whole;
+    whole.elide = false;
+    return filter(chain, frame, planes, whole).at(Role::color);
+}
+
+Moments moments_of(const ImageF& image) {
+    Moments m;
+    m.light = sum_of(image);
+    for (int y = 0; y < image.height; ++y)
+        for (int x = 0; x < image.width; ++x) {
+            const double part = image.at(x, y) / m.light;
+            m.x += part * (x - 48), m.y += part * (y - 48);
+            m.xx += part * (x - 48) * (x - 48), m.yy += part * (y - 48) * (y - 48);
+        }
+    return m;
+}
+
+// R = 32 (1/4 - 1) = -24 px.
+constexpr double kNearPx = 24;
+
+TEST(Aperture, DotIsDrawnInItsShape) {
+    const Moments m = moments_of(dot(1, {{"aperture_ratio", 2.0}}));
+    EXPECT_NEAR(m.light, 1, 0.02);
+    EXPECT_NEAR(m.xx, kNearPx * kNearPx / 16, 2);
+    EXPECT_NEAR(m.yy, kNearPx * kNearPx / 4, 6);
+}
+
+// A triangle with a corner to the right, at -60 + 180/3 degrees, reaches twice as far that way; in
+// front of the focus it is turned by half a turn.
+TEST(Aperture, BehindTheFocusUprightBeforeItTurned) {
+    for (const bool near : {false, true}) {
+        // The sky has R = 8, the near plane -24.
+        const double radius = near ? kNearPx : 8;
+        const ImageF out =
+            dot(near ? 1 : 0, {{"aperture_blades", int64_t(3)}, {"aperture_rotation_deg", -60.0}});
+        double farthest[2] = {0, 0};  // to the left, to the right
+        for (int x = 0; x < 97; ++x)
+            if (out.at(x, 48) > 0) {
+                double& reach = farthest[x > 48];
+                reach = std::max(reach, std::abs(x - 48.0));
+            }
+        EXPECT_NEAR(farthest[near ? 0 : 1], radius, 2.5) << near;
+        EXPECT_NEAR(farthest[near ? 1 : 0], radius / 2, 1.5) << near;
+    }
+}
+
+// In a corner the barrel's circle is moved by the whole of cats_eye: two circles at that distance
+// share 2 acos(d/2) - d/2 sqrt(4 - d^2) of area, and no light is lost.
+TEST(Aperture, CatsEyeIsTwoCirclesInCommon) {
+    // The dot is in the corner.
+    const ImageF out = dot(1, {{"cats_eye", 0.8}}, 6400 - 48, 3600 - 48);
+    const Moments m = moments_of(out);
+    EXPECT_NEAR(m.light, 1, 0.05);
+    const double shared = 2 * std::acos(0.4) - 0.4 * std::sqrt(4 - 0.64);
+    int lit = 0;
+    for (int y = 0; y < 97; ++y)
+        for (int x = 0; x < 97; ++x) lit += out.at(x, y) > 0.5 / (shared * kNearPx * kNearPx);
+    EXPECT_NEAR(lit / (shared * kNearPx * kNearPx), 1, 0.04);
+    // Before the focus what is left is away from the middle, by half of what the barrel is moved.
+    const double moved = 0.5 * 0.8 * kNearPx;
+    EXPECT_NEAR(m.x, moved * 16 / std::hypot(16, 9), 1);
+    EXPECT_NEAR(m.y, moved * 9 / std::hypot(16, 9), 1);
+    // In the middle nothing is cut.
+    const Moments middle = moments_of(dot(1, {{"cats_eye", 0.8}}, 3200 - 48, 1800 - 48));
+    EXPECT_NEAR(middle.x, 0, 0.2);
+    EXPECT_NEAR(middle.xx, kNearPx * kNearPx / 4, 6);
+}
+
+TEST(Aperture, BarrelKeepsConstantColor) {
+    const FramePlanes planes = flat_planes(constant_image(70, 50, {0.3f, 7, 0, 1}), 0.9f);
+    const ImageF out =
+        dof(planes, {{"method", "inverse_warp"}, {"samples", int64_t(3)}, {"cats_eye", 1.0}});
+    EXPECT_TRUE(equal_bits(out, planes.at(Role::color)));
+}
+
+TEST(Aperture, AgreesWithItsReference) {
+    const FramePlanes planes = deep_planes(131, 77);
+    for (const Settings& settings : {Settings{{"method", "inverse_warp"},
+                                              {"aperture_blades", int64_t(5)},
+                                              {"aperture_curvature", 0.4}},
+                                     Settings{{"method", "inverse_warp"},
+                                              {"aperture_ratio", 1.6},
+                                              {"cats_eye", 0.9},
+                                              {"samples", int64_t(20)}}}) {
+        const auto gpu = dof_stages(planes, settings);
+        const ReferenceFrame expected = dof_reference(planes, settings);
+        const auto difference =
+            compare(gpu.stages.at(stage("color")), expected.stages.at(stage("color")), 1e-3);
+        EXPECT_LE(difference.fraction, 0.01) << difference.text;
+    }
+}
+
+}  // namespace
+}  // namespace postchain::test

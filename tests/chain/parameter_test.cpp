@@ -144,7 +144,7 @@ TEST(Camera, OverlayTakesOnlyWhatIsSet) {
     // Every row of the table must take part: a member that is forgotten is a value that is lost.
     for (const auto& row : camera_parameters().rows()) {
         Camera one;
-        row.set(&one, ParameterValue(3.0));
+        row.set(&one, ParameterValue(int64_t(3)));
         EXPECT_EQ(row.get(&one), row.get(&static_cast<const Camera&>(Camera().overlaid_by(one))))
             << row.key;
     }

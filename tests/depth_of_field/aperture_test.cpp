@@ -95,7 +95,9 @@ TEST(Aperture, OwnValuesStandBeforeTheCameras) {
     Camera camera;
     camera.aperture_blades = 5;
     camera.aperture_ratio = 1.5;
-    const Aperture aperture = lens::aperture_of({.aperture_blades = 7}, camera);
+    lens::ApertureParameters own;
+    own.aperture_blades = 7;
+    const Aperture aperture = lens::aperture_of(own, camera);
     EXPECT_EQ(aperture.blades, 7);
     EXPECT_EQ(aperture.ratio, 1.5);
     EXPECT_EQ(aperture.cats_eye, 0);

@@ -25,6 +25,8 @@ const ParameterTable& table() {
                       .allowed = {1, 2, 4},
                       .unit = "px",
                       .help = "edge of the box that one pixel of the downsampled image covers",
+                      .unset_means = "the largest that is at most the Gaussian's standard "
+                                     "deviation, else 1",
                       .convergence = Convergence::set,
                       .converged = 1})
             .number("blur_sigma_px", &Parameters::blur_sigma_px,
@@ -94,7 +96,8 @@ class DepthOfField final : public Pass {
         } else {
             promises.keeps_constants = true;
             promises.convex = 1e-6;
-            promises.lattice_px = parameters_.downsample;
+            // Unset it follows the camera: 1, 2 or 4.
+            promises.lattice_px = parameters_.downsample.value_or(4);
             promises.symmetries = {Symmetry::mirror, Symmetry::flip, Symmetry::turn,
                                    Symmetry::shift};
             promises.light = parameters_.hdr_weight ? Light::not_more : Light::kept;

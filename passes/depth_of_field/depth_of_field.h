@@ -23,7 +23,7 @@ struct Parameters {
     Method method = Method::gilham;
     lens::Parameters lens;
 
-    int downsample = 4;
+    std::optional<int> downsample;        // unset = from the Gaussian's width, gilham.cpp
     std::optional<double> blur_sigma_px;  // unset = from the lens, gilham.cpp
     Leak leak = Leak::coc;
     bool hdr_weight = false;

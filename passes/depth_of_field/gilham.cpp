@@ -42,15 +42,24 @@ constexpr double kDownsampleSigma = 0.5;
 // A quarter of the lens's typical radius: a background at twice the focus distance has half the
 // radius of infinity, and a disc of radius R has a deviation of R/2 along each axis. The ramps of
 // planes and range end in large areas of their largest radius, whose deviation is half of it.
-double auto_sigma_px(const Parameters& parameters, const FrameDescription& frame) {
+double lens_sigma_px(const Parameters& parameters, const FrameDescription& frame) {
     const auto coc = lens::circle_of_confusion(parameters.lens, frame);
     assert(coc.ok());
-    const double sigma = coc->lens ? coc->typical_radius_px() / 4 : coc->largest_radius_px() / 2;
-    return std::max(sigma, kDownsampleSigma * parameters.downsample);
+    return coc->lens ? coc->typical_radius_px() / 4 : coc->largest_radius_px() / 2;
 }
 
-double blur_sigma_px(const Parameters& parameters, const FrameDescription& frame) {
-    return parameters.blur_sigma_px ? *parameters.blur_sigma_px : auto_sigma_px(parameters, frame);
+struct Widths {
+    int factor;       // of the downsampling
+    double sigma_px;  // of the Gaussian
+};
+
+// Unset the box edge is at most the Gaussian's deviation: the box then adds at most a quarter to
+// its variance (kDownsampleSigma).
+Widths widths_of(const Parameters& parameters, const FrameDescription& frame) {
+    const double sigma =
+        parameters.blur_sigma_px ? *parameters.blur_sigma_px : lens_sigma_px(parameters, frame);
+    const int factor = parameters.downsample.value_or(sigma >= 4 ? 4 : sigma >= 2 ? 2 : 1);
+    return {factor, parameters.blur_sigma_px ? sigma : std::max(sigma, kDownsampleSigma * factor)};
 }
 
 DepthOfFieldBlock block_of(const lens::CircleOfConfusion& coc, const GilhamSizes& sizes,
@@ -140,10 +149,10 @@ void add_composite(PassPlanner& planner, const DepthOfFieldBlock& block, const G
 
 GilhamSizes gilham_sizes(const Parameters& parameters, const FrameDescription& frame) {
     GilhamSizes sizes;
-    sizes.factor = parameters.downsample;
+    const auto [factor, sigma] = widths_of(parameters, frame);
+    sizes.factor = factor;
     sizes.low_width = (frame.width + sizes.factor - 1) / sizes.factor;
     sizes.low_height = (frame.height + sizes.factor - 1) / sizes.factor;
-    const double sigma = blur_sigma_px(parameters, frame);
     sizes.low_sigma = sigma / sizes.factor;
     sizes.taps = int(std::ceil(3 * sizes.low_sigma));
     sizes.full_blur_px = std::max(2 * sigma, 1.0);
@@ -157,14 +166,14 @@ Reach gilham_reach(const Parameters& parameters, const FrameDescription& frame) 
 }
 
 Status check_gilham(const Parameters& parameters, const FrameDescription& frame) {
-    const double sigma = blur_sigma_px(parameters, frame);
-    const double taps = std::ceil(3 * sigma / parameters.downsample);
+    const auto [factor, sigma] = widths_of(parameters, frame);
+    const double taps = std::ceil(3 * sigma / factor);
     if (taps <= DEPTH_OF_FIELD_MAX_TAPS) return Status();
-    return Status(StatusCode::chain,
-                  concat("blur_sigma_px: ", sigma, " px", parameters.blur_sigma_px ? "" : " (auto)",
-                         " at downsample ", parameters.downsample, " needs ", taps,
-                         " taps on each side, more than ", DEPTH_OF_FIELD_MAX_TAPS,
-                         "; set a smaller blur_sigma_px or a larger downsample"));
+    return Status(
+        StatusCode::chain,
+        concat("blur_sigma_px: ", sigma, " px", parameters.blur_sigma_px ? "" : " (auto)",
+               " at downsample ", factor, " needs ", taps, " taps on each side, more than ",
+               DEPTH_OF_FIELD_MAX_TAPS, "; set a smaller blur_sigma_px or a larger downsample"));
 }
 
 void plan_gilham(const Parameters& parameters, const lens::CircleOfConfusion& coc,

@@ -160,7 +160,8 @@ TEST(blur_stages, leak_coc_by_hand) {
 // x = 4: 0.625 -> 5    x = 5: 0.875 -> 7   x = 6, 7: beyond the last center: 8
 TEST(composite_stage, bilinear_by_hand) {
     const FramePlanes planes = flat_planes(row({0, 0, 0, 0, 8, 8, 8, 8}), 0);
-    expect_row(dof(planes, {{"blur_sigma_px", 0.0}}), {0, 0, 1, 3, 5, 7, 8, 8});
+    expect_row(dof(planes, {{"blur_sigma_px", 0.0}, {"downsample", int64_t(4)}}),
+               {0, 0, 1, 3, 5, 7, 8, 8});
     // At 1/2 of the size the copy is 0 0 8 8: x = 3: 1.25 -> 2; x = 4: 1.75 -> 6.
     expect_row(dof(planes, {{"blur_sigma_px", 0.0}, {"downsample", int64_t(2)}}),
                {0, 0, 0, 2, 6, 8, 8, 8});
@@ -182,9 +183,9 @@ TEST(composite_stage, weight_by_hand) {
         FramePlanes planes =
             flat_planes(row({third, 0, third, third, 0, 0, 0, 0, 0, 0, 0, 0}), 0.25f);
         planes[Role::inverse_depth].at(1, 0) = float(0.25 - radius / 32);
-        EXPECT_NEAR(dof(planes, {{"blur_sigma_px", 2.0}, {"leak", "none"s}}).at(1, 0), weight * v,
-                    2e-6)
-            << radius;
+        const Settings settings = {
+            {"blur_sigma_px", 2.0}, {"downsample", int64_t(4)}, {"leak", "none"s}};
+        EXPECT_NEAR(dof(planes, settings).at(1, 0), weight * v, 2e-6) << radius;
     }
 }
 

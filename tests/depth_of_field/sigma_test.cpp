@@ -17,6 +17,7 @@ namespace {
 using namespace std::string_literals;
 
 using depth_of_field::gilham_sizes;
+using depth_of_field::GilhamSizes;
 using depth_of_field::Parameters;
 using lens::CocSource;
 
@@ -38,7 +39,31 @@ Parameters unset(int downsample = 1) {
 }
 
 double sigma_px(const Parameters& parameters, const FrameDescription& frame) {
-    return gilham_sizes(parameters, frame).low_sigma * parameters.downsample;
+    const GilhamSizes sizes = gilham_sizes(parameters, frame);
+    return sizes.low_sigma * sizes.factor;
+}
+
+// Unset: the largest of 1, 2, 4 that is at most the deviation. The radius at infinity is 12.5 px at
+// f/2 and scales with the aperture: sigma 3.125 -> 2, 6.25 -> 4, 1.5625 -> 1, 2 and 4 themselves
+// count; 0.39 -> 1, where the deviation is held at half a box edge.
+TEST(auto_downsample, lens_by_hand) {
+    const std::pair<double, int> cases[] = {{2, 2},     {1, 4},      {4, 1},     {3.125, 2},
+                                            {3.126, 1}, {1.5625, 4}, {1.563, 2}, {16, 1}};
+    for (const auto& [f_stop, factor] : cases)
+        EXPECT_EQ(gilham_sizes({}, frame_640(1, f_stop)).factor, factor) << f_stop;
+    EXPECT_NEAR(sigma_px({}, frame_640(1, 16)), 0.5, 1e-12);
+    EXPECT_NEAR(sigma_px({}, frame_640(1, 4)), 1.5625, 1e-12);
+}
+
+TEST(auto_downsample, follows_a_sigma_that_is_set_and_ends_where_it_is_set) {
+    Parameters parameters;
+    const std::pair<double, int> cases[] = {{0, 1}, {1.99, 1}, {2, 2}, {3.99, 2}, {4, 4}, {90, 4}};
+    for (const auto& [sigma, factor] : cases) {
+        parameters.blur_sigma_px = sigma;
+        EXPECT_EQ(gilham_sizes(parameters, frame_640(1)).factor, factor) << sigma;
+    }
+    parameters.downsample = 1;
+    EXPECT_EQ(gilham_sizes(parameters, frame_640(1)).factor, 1);
 }
 
 // s = 1: infinity 12.5, 20 f: 0: 12.5/4 = 3.125.

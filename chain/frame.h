@@ -49,6 +49,8 @@ const ParameterTable& camera_parameters();
 inline constexpr double kDefaultShutterFrames = 0.5;
 inline constexpr double kDefaultMetersPerUnit = 1.0;
 
+using Place = std::array<double, 2>;  // x, y in the display window, fractions from the top left
+
 // What a plan may rest on: bounds over a frame's pixels, found while they are converted. They say
 // nothing of its neighbors' planes. As default constructed nothing is known, as in an engine that
 // reads nothing back: then no rule holds by it.
@@ -58,6 +60,7 @@ struct FrameBounds {
     double max_speed_back_px = kUnknown;  // the same of motion_back
     double min_inverse_depth = 0;         // over all pixels, sky included
     double max_inverse_depth = kUnknown;
+    std::map<Place, double> inverse_depth_at;  // chain/depth_at.h, where a pass asks for it
     std::array<double, 4> min_color = {-kUnknown, -kUnknown, -kUnknown, -kUnknown};  // RGBA
     std::array<double, 4> max_color = {kUnknown, kUnknown, kUnknown, kUnknown};
     bool one_color = false;      // all pixels have the same color, and no channel is -0

@@ -21,6 +21,8 @@ const char* name_of(ParameterType type) {
             return "choice";
         case ParameterType::text:
             return "text";
+        case ParameterType::point:
+            return "point";
     }
     return "unknown";
 }
@@ -34,7 +36,8 @@ std::string text_of(double value) {
 }
 
 std::string kind_of(const ParameterValue& value) {
-    static const char* kinds[] = {"nothing", "a boolean", "an integer", "a number", "a word"};
+    static const char* kinds[] = {"nothing",  "a boolean", "an integer",
+                                  "a number", "a word",    "two numbers"};
     return kinds[value.index()];
 }
 
@@ -45,6 +48,8 @@ std::string text_of(const ParameterValue& value) {
     if (const auto* i = std::get_if<int64_t>(&value)) return std::to_string(*i);
     if (const auto* d = std::get_if<double>(&value)) return text_of(*d);
     if (const auto* s = std::get_if<std::string>(&value)) return *s;
+    if (const auto* p = std::get_if<std::array<double, 2>>(&value))
+        return "[" + text_of((*p)[0]) + "," + text_of((*p)[1]) + "]";
     return "unset";
 }
 
@@ -57,8 +62,9 @@ std::string Parameter::domain() const {
         for (int64_t value : allowed) words.push_back(std::to_string(value));
         return "one of " + joined(words);
     }
-    std::string text =
-        type == ParameterType::integer ? (odd ? "an odd integer" : "an integer") : "a number";
+    std::string text = type == ParameterType::point     ? "two numbers [x, y], each"
+                       : type == ParameterType::integer ? (odd ? "an odd integer" : "an integer")
+                                                        : "a number";
     const bool low = std::isfinite(min), high = std::isfinite(max);
     if (low && high && !min_excluded) return text + " in " + text_of(min) + ".." + text_of(max);
     if (low) text += (min_excluded ? " > " : " >= ") + text_of(min);
@@ -115,6 +121,14 @@ Status Parameter::check(const ParameterValue& value) const {
             if (!std::isfinite(number)) return wrong(text_of(number) + " is not finite");
             if (number < min || number > max || (min_excluded && number == min))
                 return wrong(text_of(number) + " is out of range");
+            return Status();
+        }
+        case ParameterType::point: {
+            const auto* point = std::get_if<std::array<double, 2>>(&value);
+            if (!point) return wrong(postchain::text_of(value) + " is " + kind_of(value));
+            for (double number : *point)
+                if (!(number >= min && number <= max))
+                    return wrong(text_of(number) + " is out of range");
             return Status();
         }
     }

@@ -11,6 +11,7 @@
 // The default of a row is the value in the default-constructed struct.
 #pragma once
 
+#include <array>
 #include <cassert>
 #include <cstdint>
 #include <functional>
@@ -27,8 +28,8 @@
 
 namespace postchain {
 
-enum class ParameterType { boolean, integer, number, choice, text };
-const char* name_of(ParameterType type);  // "boolean", "integer", "number", "choice", "text"
+enum class ParameterType { boolean, integer, number, choice, text, point };
+const char* name_of(ParameterType type);  // "boolean", "integer", ...
 
 // A parameter struct of any type, and that type: taking it out as another type is an error.
 template <class Pointer>
@@ -59,9 +60,11 @@ using ParameterRef = TypedRef<void*>;
 using ConstParameterRef = TypedRef<const void*>;
 
 // monostate = unset (only rows with `optional` accept it).
-using ParameterValue = std::variant<std::monostate, bool, int64_t, double, std::string>;
+using ParameterValue =
+    std::variant<std::monostate, bool, int64_t, double, std::string, std::array<double, 2>>;
 
-// Canonical text: "true", "25", "0.5" (shortest text that reads back as the same double), "unset".
+// Canonical text: "true", "25", "0.5" (shortest text that reads back as the same double),
+// "[0.5,0.25]", "unset".
 std::string text_of(const ParameterValue& value);
 
 // What a row has to do with sampling error: how far a filter of few samples is from the same filter
@@ -172,6 +175,11 @@ class ParameterTableBuilder {
     ParameterTableBuilder& number(std::string key, std::optional<double> P::*member,
                                   RowOptions options) {
         return optional(ParameterType::number, std::move(key), member, std::move(options));
+    }
+    // Two numbers x, y, each in min..max; may be unset.
+    ParameterTableBuilder& point(std::string key, std::optional<std::array<double, 2>> P::*member,
+                                 RowOptions options) {
+        return optional(ParameterType::point, std::move(key), member, std::move(options));
     }
     // An enum class whose enumerators are 0, 1, 2, ... in the order of `names`.
     template <class E>
@@ -288,8 +296,10 @@ class ParameterTableBuilder {
                 slot.reset();
             else if constexpr (std::is_same_v<T, int>)
                 slot = int(std::get<int64_t>(value));
-            else
+            else if constexpr (std::is_same_v<T, double>)
                 slot = as_double(value);
+            else
+                slot = std::get<T>(value);
         };
         return finish(std::move(row));
     }

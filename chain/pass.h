@@ -92,6 +92,8 @@ class Pass {
     // What holds of its results with these parameters, and on this frame.
     virtual Promises promises() const { return {}; }
     virtual Reach reach(const FrameDescription&) const { return {}; }
+    // Places whose depth it has to know: frame.bounds.inverse_depth_at.
+    virtual std::vector<Place> depth_places() const { return {}; }
     // Errors that need the frame (camera values, sizes). The message starts with the parameter.
     virtual Status check(const FrameDescription& frame) const = 0;
     // The pass itself knows when it returns its color bit for bit, else nothing. context.wanted is

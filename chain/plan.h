@@ -138,7 +138,8 @@ struct Plan {
     RoleSet reads;  // imported planes that some step reads
     // Those that a pass which runs could have used, and why they are not there.
     std::map<Neighbor, std::string> missing_neighbors;
-    std::map<Role, TextureId> outputs;  // at least color
+    std::map<Place, double> inverse_depth_at;  // what its passes were told, 1/scene units
+    std::map<Role, TextureId> outputs;         // at least color
 
     std::vector<std::string> types() const;  // of the passes
     uint64_t transient_bytes() const;        // all textures the plan allocates, without reuse

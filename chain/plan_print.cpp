@@ -72,6 +72,9 @@ std::string plan_as_text(const Plan& plan) {
     }
     for (const auto& [neighbor, why] : plan.missing_neighbors)
         out << "no frame " << name_of(neighbor) << ": " << why << "\n";
+    for (const auto& [place, w] : plan.inverse_depth_at)
+        out << "at " << text_of(ParameterValue(place)) << " is "
+            << (w > 0 ? concat(1 / w, " scene units away") : "the sky") << "\n";
     for (const auto& texture : plan.textures) {
         out << "texture " << texture.name << "  " << size_of(texture)
             << (texture.imported ? "  imported" : "");
@@ -127,6 +130,12 @@ std::string plan_as_json(const Plan& plan) {
         json.field("imported", texture.imported).field("first_step", texture.first_step);
         json.field("last_step", texture.last_step);
     });
+    if (!plan.inverse_depth_at.empty())
+        list("depth_at", plan.inverse_depth_at, [&](const auto& entry) {
+            const auto& [place, w] = entry;
+            json.field("place", ParameterValue(place));
+            json.field("distance", w > 0 ? ParameterValue(1 / w) : ParameterValue());
+        });
     list("left_out", plan.elisions,
          [&](const Elision& elision) { write_elision(json, elision, item_text(elision, plan)); });
     if (!plan.missing_neighbors.empty()) {

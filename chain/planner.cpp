@@ -298,6 +298,11 @@ Result<Plan> make_plan(const Chain& chain, const FrameDescription& given,
     plan.height = frame.height;
     plan.precision = options.precision;
     plan.chain_hash = chain.hash();
+    for (const auto& link : chain.links)
+        for (const Place& place : link.pass->depth_places())
+            if (const auto found = frame.bounds.inverse_depth_at.find(place);
+                found != frame.bounds.inverse_depth_at.end())
+                plan.inverse_depth_at.insert(*found);
     std::map<Role, TextureId> current;
     for (Role role : kAllRoles) {
         if (!frame.planes.has(role)) continue;

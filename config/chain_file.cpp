@@ -121,7 +121,7 @@ class ChainParser {
             if (!row) {
                 status = table.set(parameters, key.text, ParameterValue());
                 reporter_.error(key, at, status.message());
-            } else if (value.is_map() || value.is_list()) {
+            } else if (value.is_map() || (value.is_list() && row->type != ParameterType::point)) {
                 reporter_.error(value, at,
                                 value.describe() + "; " + row->key + " is " + row->domain());
                 good = false;

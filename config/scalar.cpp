@@ -76,6 +76,21 @@ bool is_grouped(std::string_view text) {
     return without.size() != text.size() && is_digit(text[0]) && decimal(without);
 }
 
+Result<ParameterValue> point_of(const std::vector<ParameterValue>& values) {
+    const Status refused(StatusCode::chain, "a list is two numbers, [x, y]");
+    if (values.size() != 2) return refused;
+    std::array<double, 2> point;
+    for (size_t i = 0; i < 2; ++i) {
+        if (const auto* whole = std::get_if<int64_t>(&values[i]))
+            point[i] = double(*whole);
+        else if (const auto* number = std::get_if<double>(&values[i]))
+            point[i] = *number;
+        else
+            return refused;
+    }
+    return ParameterValue(point);
+}
+
 }  // namespace
 
 Result<ParameterValue> value_of_plain_text(const std::string& text) {
@@ -85,6 +100,21 @@ Result<ParameterValue> value_of_plain_text(const std::string& text) {
     if (text == "true") return ParameterValue(true);
     if (text == "false") return ParameterValue(false);
     if (text.empty() || text == "null" || text == "~") return ParameterValue();
+    if (text.front() == '[' && text.back() == ']') {
+        std::vector<std::string> items = {""};
+        for (char c : std::string_view(text).substr(1, text.size() - 2))
+            if (c == ',')
+                items.emplace_back();
+            else if (c != ' ')
+                items.back() += c;
+        std::vector<ParameterValue> values;
+        for (const std::string& item : items) {
+            auto value = value_of_plain_text(item);
+            if (!value.ok()) return value;
+            values.push_back(std::move(*value));
+        }
+        return point_of(values);
+    }
 
     std::string_view body = text;
     const bool negative = body[0] == '-';
@@ -115,6 +145,17 @@ Result<ParameterValue> value_of_plain_text(const std::string& text) {
 
 Result<ParameterValue> value_of(const TextNode& node) {
     if (node.is_null()) return ParameterValue();
+    if (node.is_list()) {
+        std::vector<ParameterValue> values;
+        for (const TextNode& item : node.items) {
+            auto value = item.is_list()
+                             ? Status(StatusCode::chain, item.describe() + " is not a number")
+                             : value_of(item);
+            if (!value.ok()) return value;
+            values.push_back(std::move(*value));
+        }
+        return point_of(values);
+    }
     if (!node.is_scalar()) return Status(StatusCode::chain, node.describe() + " is not a value");
     if (node.quoted) return ParameterValue(node.text);
     return value_of_plain_text(node.text);

@@ -17,6 +17,7 @@ std::string description_of(const Parameter& row) {
 }
 
 const char* json_type(ParameterType type) {
+    if (type == ParameterType::point) return "array";
     const bool text = type == ParameterType::choice || type == ParameterType::text;
     return text ? "string" : name_of(type);
 }
@@ -36,9 +37,15 @@ void write_row(JsonWriter& json, const Parameter& row) {
         if (row.optional) json.value(ParameterValue());
         json.end_array();
     }
+    if (row.type == ParameterType::point) {
+        json.field("minItems", 2).field("maxItems", 2);
+        json.key("items").begin_object();
+        json.field("type", "number");
+    }
     if (std::isfinite(row.min))
         json.key(row.min_excluded ? "exclusiveMinimum" : "minimum").value(ParameterValue(row.min));
     if (std::isfinite(row.max)) json.field("maximum", ParameterValue(row.max));
+    if (row.type == ParameterType::point) json.end_object();
     if (row.odd) {
         json.key("not").begin_object();
         json.field("multipleOf", 2);

@@ -13,6 +13,8 @@ constexpr double kGpuRelativeError = 10.0 / 16777216.0;
 // fp32 must hold the gain; |R| reaches max_radius_px long before it matters.
 constexpr double kMaxGain = 1e30;
 
+constexpr double kFarthest = 1e30;  // scene units; fp32 holds it
+
 // One value of the lens: the pass's own or the camera's, > 0, or the reason why not.
 Result<double> lens_value(const char* key, const char* unit, const std::optional<double>& own,
                           const std::optional<double>& camera) {
@@ -27,6 +29,21 @@ Result<double> lens_value(const char* key, const char* unit, const std::optional
                       concat(key, ": ", *value, unit, " from ", own ? "this pass" : "the camera",
                              " is not > 0; set a positive value here or in the camera"));
     return *value;
+}
+
+// Scene units, infinite where the sky is in focus.
+Result<double> focus_distance(const char* key, const std::optional<double>& own,
+                              const Parameters& p, const FrameDescription& frame) {
+    if (own || !p.focus_at)
+        return lens_value(key, " scene units", own, frame.camera.focus_distance);
+    const auto& depths = frame.bounds.inverse_depth_at;
+    const auto found = depths.find(*p.focus_at);
+    if (found == depths.end())
+        return Status(StatusCode::chain,
+                      concat("focus_at: the depth at ", text_of(ParameterValue(*p.focus_at)),
+                             " is not known, because no depth was read on the CPU; set "
+                             "focus_distance instead"));
+    return 1 / found->second;
 }
 
 Status check_ascending(const char* low_key, double low, const char* high_key, double high,
@@ -46,8 +63,7 @@ Status resolve_lens(const Parameters& p, const FrameDescription& frame, CircleOf
     if (!focal.ok()) return focal.status();
     const auto f_stop = lens_value("f_stop", "", p.f_stop, camera.f_stop);
     if (!f_stop.ok()) return f_stop.status();
-    const auto focus =
-        lens_value("focus_distance", " scene units", p.focus_distance, camera.focus_distance);
+    const auto focus = focus_distance("focus_distance", p.focus_distance, p, frame);
     if (!focus.ok()) return focus.status();
     const auto sensor =
         lens_value("sensor_width_mm", " mm", p.sensor_width_mm, camera.sensor_width_mm);
@@ -93,8 +109,7 @@ Status resolve_planes(const Parameters& p, const FrameDescription& frame, Circle
 }
 
 Status resolve_range(const Parameters& p, const FrameDescription& frame, CircleOfConfusion& coc) {
-    const auto focus = lens_value("focus", " scene units", p.focus ? p.focus : p.focus_distance,
-                                  frame.camera.focus_distance);
+    const auto focus = focus_distance("focus", p.focus ? p.focus : p.focus_distance, p, frame);
     if (!focus.ok()) return focus.status();
     if (!(p.range > 0))
         return Status(StatusCode::chain,
@@ -103,6 +118,10 @@ Status resolve_range(const Parameters& p, const FrameDescription& frame, CircleO
     coc.near_sharp = coc.far_sharp = *focus;
     coc.near_span = coc.far_span = p.range;
     coc.near_radius_px = coc.far_radius_px = coc.max_radius_px;
+    if (std::isinf(*focus)) {  // nothing is behind the sky
+        coc.near_sharp = coc.far_sharp = kFarthest;
+        coc.far_radius_px = 0;
+    }
     return Status();
 }
 
@@ -155,6 +174,12 @@ double CircleOfConfusion::typical_radius_px() const {
 
 double max_radius_px(const Parameters& parameters, const FrameDescription& frame) {
     return parameters.max_radius_px.value_or(kDefaultMaxRadiusFraction * frame.display_width);
+}
+
+std::vector<Place> depth_places(const Parameters& parameters) {
+    const bool used = parameters.focus_at && parameters.coc != CocSource::planes &&
+                      !(parameters.coc == CocSource::range && parameters.focus);
+    return used ? std::vector<Place>{*parameters.focus_at} : std::vector<Place>{};
 }
 
 Result<CircleOfConfusion> circle_of_confusion(const Parameters& parameters,

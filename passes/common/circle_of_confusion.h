@@ -16,6 +16,7 @@
 #pragma once
 
 #include <algorithm>
+#include <vector>
 
 #include "chain/frame.h"
 #include "chain/status.h"
@@ -58,6 +59,9 @@ inline constexpr double kTypicalFocalLengths = 20;
 
 // max_radius_px or its default for this frame.
 double max_radius_px(const Parameters& parameters, const FrameDescription& frame);
+
+// Where the depth must be known: Pass::depth_places().
+std::vector<Place> depth_places(const Parameters& parameters);
 
 // All values known and checked. Errors: StatusCode::chain; the message starts with the parameter
 // and says what it is, where it came from and what to do.

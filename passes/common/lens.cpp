@@ -34,6 +34,14 @@ const ParameterTable& parameter_table() {
                      .unit = "scene units",
                      .help = "coc: lens; distance of the plane in focus, beyond the focal length",
                      .unset_means = "the camera's"})
+            .point("focus_at", &Parameters::focus_at,
+                   {.min = 0,
+                    .max = 1,
+                    .unit = "display sizes",
+                    .help = "coc: lens, range; in focus is what each frame shows at this place, "
+                            "from the top left",
+                    .unset_means = "focus_distance decides",
+                    .excludes = "focus_distance"})
             .number("sensor_width_mm", &Parameters::sensor_width_mm,
                     {.min = 0,
                      .min_excluded = true,

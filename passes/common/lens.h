@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "chain/frame.h"
 #include "chain/parameter.h"
 
 namespace postchain::lens {
@@ -18,6 +19,7 @@ struct Parameters {
     std::optional<double> focal_length_mm;
     std::optional<double> f_stop;
     std::optional<double> focus_distance;  // scene units
+    std::optional<Place> focus_at;         // in place of it: in focus is what lies there
     std::optional<double> sensor_width_mm;
     bool breathing = false;  // refocus like a thin lens: radius times s/(s - f)
 

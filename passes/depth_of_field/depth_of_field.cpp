@@ -115,6 +115,10 @@ class DepthOfField final : public Pass {
             parameters_, frame.camera, *lens::circle_of_confusion(parameters_.lens, frame)));
     }
 
+    std::vector<Place> depth_places() const override {
+        return lens::depth_places(parameters_.lens);
+    }
+
     Status check(const FrameDescription& frame) const override {
         if (const auto coc = lens::circle_of_confusion(parameters_.lens, frame); !coc.ok())
             return coc.status();

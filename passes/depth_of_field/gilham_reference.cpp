@@ -10,6 +10,14 @@ bool all_finite(const double* c) {
     return std::isfinite(c[0]) && std::isfinite(c[1]) && std::isfinite(c[2]) && std::isfinite(c[3]);
 }
 
+// Scene units; infinite where focus_at is a place in the sky.
+double focus_of(const lens::Parameters& p, const FrameDescription& frame) {
+    if (p.coc == lens::CocSource::range && p.focus) return *p.focus;
+    if (p.focus_distance) return *p.focus_distance;
+    if (p.focus_at) return 1 / frame.bounds.inverse_depth_at.at(*p.focus_at);
+    return frame.camera.focus_distance.value_or(0);
+}
+
 // R by the formulas of docs/depth_of_field.md. Lengths in meters for the lens; d in scene units.
 double signed_radius(const lens::Parameters& p, const FrameDescription& frame, double d) {
     const double display_width = frame.display_width;
@@ -22,14 +30,14 @@ double signed_radius(const lens::Parameters& p, const FrameDescription& frame, d
             const double f =
                 1e-3 * (p.focal_length_mm ? p.focal_length_mm : camera.focal_length_mm).value_or(0);
             const double stop = (p.f_stop ? p.f_stop : camera.f_stop).value_or(0);
-            const double s =
-                unit * (p.focus_distance ? p.focus_distance : camera.focus_distance).value_or(0);
+            const double s = unit * focus_of(p, frame);
             const double sensor =
                 1e-3 * (p.sensor_width_mm ? p.sensor_width_mm : camera.sensor_width_mm).value_or(0);
             const double depth = unit * d;  // infinite for the sky
             const double diameter =
-                p.breathing ? f * f / (stop * (s - f)) * display_width / sensor * (1 - s / depth)
-                            : f * display_width / sensor * (f / stop) * (1 / s - 1 / depth);
+                p.breathing
+                    ? f * f / (stop * (1 - f / s)) * display_width / sensor * (1 / s - 1 / depth)
+                    : f * display_width / sensor * (f / stop) * (1 / s - 1 / depth);
             radius = diameter / 2;
             break;
         }
@@ -44,9 +52,7 @@ double signed_radius(const lens::Parameters& p, const FrameDescription& frame, d
                                    std::min((d - p.far_sharp) / (p.far_blurry - p.far_sharp), 1.0);
             break;
         case lens::CocSource::range: {
-            const auto& own = p.focus ? p.focus : p.focus_distance;
-            const double focus = (own ? own : frame.camera.focus_distance).value_or(0);
-            radius = max_radius * std::clamp((d - focus) / p.range, -1.0, 1.0);
+            radius = max_radius * std::clamp((d - focus_of(p, frame)) / p.range, -1.0, 1.0);
             break;
         }
     }

@@ -75,6 +75,10 @@ class JointBlur final : public Pass {
         return inverse_warp::reach_of(settings(frame.camera, *coc));
     }
 
+    std::vector<Place> depth_places() const override {
+        return lens::depth_places(parameters_.lens);
+    }
+
     Status check(const FrameDescription& frame) const override {
         return lens::circle_of_confusion(parameters_.lens, frame).status();
     }

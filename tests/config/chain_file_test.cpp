@@ -120,6 +120,10 @@ TEST(ChainFile, NamesWrongTypes) {
     EXPECT_THAT(error("dither: yes"), HasSubstr("dither is true or false"));
     EXPECT_THAT(error("dither: 1"), HasSubstr("dither is true or false"));
     EXPECT_THAT(error("amount: much"), HasSubstr("amount is a number in 0..10"));
+    EXPECT_THAT(error("middle: 0.5"), HasSubstr("middle is two numbers [x, y], each in 0..1"));
+    EXPECT_THAT(error("middle: [0.5]"), HasSubstr("a list is two numbers, [x, y]"));
+    EXPECT_THAT(error("middle: [0.5, [1]]"), HasSubstr("a list is not a number"));
+    EXPECT_THAT(error("middle: [0.5, 1.5]"), HasSubstr("1.5 is out of range"));
     EXPECT_THAT(error("mode: 3"), HasSubstr("mode is one of wide, narrow"));
     EXPECT_THAT(error("mode: narow"), HasSubstr("did you mean 'narrow'?"));
 }
@@ -214,7 +218,8 @@ TEST(WriteChain, ReadsBackAsTheSameChain) {
     for (const std::string& text :
          {std::string(kYaml), std::string("postchain: 1\npasses: []\n"),
           chain_of("tint: {limit: null}"), chain_of("tint: {gain: 0.1, limit: 99.99999999999999}"),
-          chain_of("smear: {amount: 1e-300, shutter_frames: 0.5}")}) {
+          chain_of("smear: {amount: 1e-300, shutter_frames: 0.5}"),
+          chain_of("smear: {middle: [0, 0.30000000000000004]}")}) {
         const ChainFile file = parse(text);
         ASSERT_THAT(texts(file.diagnostics), IsEmpty());
         const std::string written = write_chain(file.chain);

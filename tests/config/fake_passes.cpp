@@ -28,6 +28,7 @@ const ParameterTable& smear_table() {
             .number("shutter_frames", &Smear::shutter_frames,
                     {.min = 0, .max = 4, .unit = "frames", .excludes = "shutter_angle_deg"})
             .number("shutter_angle_deg", &Smear::shutter_angle_deg, {.min = 0, .max = 1440})
+            .point("middle", &Smear::middle, {.min = 0, .max = 1})
             .table();
     return table;
 }

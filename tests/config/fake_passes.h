@@ -1,6 +1,7 @@
 // Two passes that do nothing but have parameters of every kind.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,6 +21,7 @@ struct Smear {
     bool dither = true;
     std::optional<double> shutter_frames;
     std::optional<double> shutter_angle_deg;
+    std::optional<std::array<double, 2>> middle;
 };
 
 struct Tint {
@@ -28,7 +30,8 @@ struct Tint {
 };
 
 // smear: mode wide|narrow, samples odd 1..255, amount 0..10, factor 1|2|4, dither,
-// shutter_frames 0..4 excludes shutter_angle_deg. tint: gain > 0, limit 0..100 or unset.
+// shutter_frames 0..4 excludes shutter_angle_deg, middle a point in 0..1. tint: gain > 0, limit
+// 0..100 or unset.
 const PassRegistry& fake_passes();
 
 const Smear& smear(const Pass& pass);

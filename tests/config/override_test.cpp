@@ -36,6 +36,19 @@ TEST(Override, SetsByIndexByNameAndTheCamera) {
     EXPECT_EQ(file.chain.camera.f_stop, 2.0);
 }
 
+TEST(Override, SetsAPoint) {
+    const auto middle = [](const std::string& text) {
+        const ChainFile file = parse(kChain, {text});
+        EXPECT_THAT(texts(file.diagnostics), IsEmpty());
+        return smear(*file.chain.links[0].pass).middle;
+    };
+    EXPECT_EQ(middle("smear.middle=[0.5,1]"), (std::array{0.5, 1.0}));
+    EXPECT_EQ(middle("smear.middle=[ 0, 0.25 ]"), (std::array{0.0, 0.25}));
+    EXPECT_EQ(middle("smear.middle=null"), std::nullopt);
+    for (const char* text : {"[0.5]", "[0.5,0.5,0.5]", "[a,b]", "[]", "0.5,0.5", "[0.5,2]", "0.5"})
+        EXPECT_EQ(parse(kChain, {concat("smear.middle=", text)}).diagnostics.size(), 1u) << text;
+}
+
 TEST(Override, EqualsTheSameValueInTheFile) {
     const ChainFile file = parse(kChain, {"passes[0].samples=33"});
     std::string text = kChain;

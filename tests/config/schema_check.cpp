@@ -83,7 +83,12 @@ bool holds(const std::string& word, const TextNode& node, const TextNode& value,
         }
         return true;
     }
-    if (node.is_list()) return true;
+    if (node.is_list()) {
+        const auto count = double(node.items.size());
+        if (word == "minItems") return count >= number_of(*value_of(value));
+        if (word == "maxItems") return count <= number_of(*value_of(value));
+        return true;
+    }
     const auto read = value_of(node);
     const double number = read.ok() ? number_of(*read) : std::nan("");
     if (std::isnan(number)) return true;  // keywords of numbers hold for all else
@@ -103,6 +108,8 @@ bool is_known(const std::string& word) {
                               "oneOf",
                               "$ref",
                               "items",
+                              "minItems",
+                              "maxItems",
                               "required",
                               "properties",
                               "additionalProperties",

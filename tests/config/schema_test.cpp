@@ -112,6 +112,8 @@ TEST(Schema, AgreesWithTheParserAtTheEndsOfEveryRange) {
                 if (std::isfinite(end))
                     for (double step : {-1.0, 0.0, 1.0})
                         values.push_back(text_of(ParameterValue(end + step)));
+            for (const char* list : {"[0, 1]", "[0.5, 1.5]", "[0.5]", "[0, 0, 0]", "[a, 1]"})
+                values.push_back(list);
             for (const auto& word : row.choices) values.push_back(word);
             for (int64_t number : row.allowed) values.push_back(std::to_string(number));
             for (const auto& value : values) {

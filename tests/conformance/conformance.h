@@ -49,6 +49,7 @@ class Conformance : public ::testing::TestWithParam<PassType> {
             for (const auto& word : row.choices) values.push_back(word);
             return values;
         }
+        if (row.type == ParameterType::point) return values;
         if (!row.allowed.empty()) return {row.allowed.front(), row.allowed.back()};
         const double low = std::isfinite(row.min) ? row.min : -1e6;
         const double high = std::isfinite(row.max) ? row.max : 1e6;

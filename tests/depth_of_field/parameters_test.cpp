@@ -226,6 +226,8 @@ TEST(parameter, every_row_is_tested_here) {
         keys.push_back(row.key);
     EXPECT_EQ(keys, (std::vector<std::string>{
                         "method", "coc", "focal_length_mm", "f_stop", "focus_distance",
+                        "focus_at",  // focus_at_test.cpp
+
                         "sensor_width_mm", "breathing", "near_blurry", "near_sharp", "far_sharp",
                         "far_blurry", "max_near_fraction", "max_far_fraction", "focus", "range",
                         "max_radius_px", "downsample", "blur_sigma_px", "leak", "hdr_weight",

@@ -55,6 +55,8 @@ ParameterValue value_of(const ParameterTable& table, const Parameter& row, Rando
         return row.min;
     if (row.optional && (is_excluded(table, row) || random.chance(0.4))) return std::monostate();
     if (random.chance(0.25)) return row.default_value;
+    if (row.type == ParameterType::point)
+        return std::array<double, 2>{random.real(row.min, row.max), random.real(row.min, row.max)};
     const double number = number_of(row, random);
     if (row.type == ParameterType::number) return number;
     const auto whole = int64_t(std::lround(number));

@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "chain/depth_at.h"
+#include "chain/plan_print.h"
 #include "config/chain_file.h"
 #include "passes/registry.h"
 #include "tests/command/frames.h"
@@ -98,6 +100,32 @@ TEST(Source, WhatNobodyCanReadIsNotDecoded) {
     }
     // Depth, motion, and motion back: 4, 8 and 8 bytes a pixel.
     EXPECT_EQ(bytes, 20u * 24 * 16);
+}
+
+// The depth at a place is read also where no step reads depth, and the plan says what it was.
+TEST(Source, FocusAtAPlaceIsFoundInEachFrame) {
+    TempFolder folder;
+    test::write_frame(folder.path("f.exr"), make_planes(24, 16));
+    SourceSettings settings;
+    settings.camera = parse_camera(
+        R"({"focal_length_mm": 50, "sensor_width_mm": 36, "f_stop": 1e9})", "camera.json");
+    const auto chain =
+        parse_chain("postchain: 1\npasses:\n  - depth_of_field: {focus_at: [0.25, 0.5]}\n",
+                    "chain.yaml", builtin_passes());
+    ASSERT_TRUE(chain.status().ok()) << chain.status().message();
+    auto header = open_source_frame(settings, {{Role::color, folder.path("f.exr")}}, 1);
+    const auto frame = source_of(folder.path("f.exr"), settings,
+                                 planes_needed(chain.chain, settings, *header, {}));
+    ASSERT_TRUE(frame.ok());
+    const auto plan = plan_source_frame(chain.chain, *frame, {});
+    ASSERT_TRUE(plan.ok()) << plan.status().message();
+    const double w =
+        inverse_depth_at(*frame->planes.at(Role::inverse_depth), frame->description, {0.25, 0.5});
+    ASSERT_EQ(plan->inverse_depth_at.size(), 1u);
+    EXPECT_EQ(plan->inverse_depth_at.begin()->second, w);
+    EXPECT_NE(plan_as_json(*plan).find(R"("depth_at":[{"place":[0.25,0.5],"distance":)"),
+              std::string::npos)
+        << plan_as_json(*plan);
 }
 
 TEST(Source, CameraFileOverMetadata) {

@@ -86,6 +86,11 @@ void add_setting(CLI::App& verb, const Parameter& row, ParameterRef settings) {
                 name, [set](double value) { set(value); }, row.help);
             option->check(CLI::Range(row.min, row.max));
             break;
+        case ParameterType::point:
+            option = verb.add_option_function<std::array<double, 2>>(
+                name, [set](const std::array<double, 2>& point) { set(point); }, row.help);
+            option->check(CLI::Range(row.min, row.max));
+            break;
         case ParameterType::choice:
             option = verb.add_option_function<std::string>(
                 name, [set](const std::string& word) { set(word); }, row.help);

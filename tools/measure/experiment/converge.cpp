@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "chain/depth_at.h"
+
 namespace postchain::experiment {
 namespace {
 
@@ -100,11 +102,13 @@ Result<Converged> converge(const Chain& chain, const FrameDescription& frame, Pl
     converged.sampled = samples(chain);
     PlanOptions exact = options;
     exact.precision = Precision::fp32;
+    FrameDescription known = frame;
+    find_depths(many, planes, known);
     const int count = has_seeds(many) ? std::max(1, seeds) : 1;
     ImageD mean, squares;  // Welford's running mean and sum of squares
     ImageF first;
     for (int i = 0; i < count; ++i) {
-        auto plan = make_plan(with_seed_offset(many, i), frame, exact);
+        auto plan = make_plan(with_seed_offset(many, i), known, exact);
         if (!plan.ok()) return plan.status();
         auto result = executor.filter(*plan, planes);
         if (!result.ok()) return result.status();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "chain/depth_at.h"
 #include "config/profile_match.h"
 
 namespace postchain::sequence {
@@ -120,6 +121,10 @@ RoleSet planes_needed(const Chain& chain, const SourceSettings& settings, const 
     frame.origin_y = part.data_window.min_y - part.display_window.min_y;
     frame.frame_number = header.files.frame_number;
     frame.camera = header.camera;
+    // Which planes are read is the same for any depth.
+    for (const auto& link : chain.links)
+        for (const Place& place : link.pass->depth_places())
+            frame.bounds.inverse_depth_at[place] = 0;
     const bool cut = settings.cuts.count(frame.frame_number) > 0;
     RoleSet own;
     for (const auto& [role, where] : header.assignment) own.add(role);
@@ -145,6 +150,8 @@ RoleSet planes_needed(const Chain& chain, const SourceSettings& settings, const 
         const RoleSet whole = read_with({Neighbor::before, Neighbor::after}, false);
         for (Neighbor neighbor : kNeighbors) all = all | whole.of(neighbor);
     }
+    // Where a place is asked for, the depth there is needed to plan.
+    if (!frame.bounds.inverse_depth_at.empty()) all.add(Role::inverse_depth);
     return planned ? all : usable;
 }
 
@@ -225,7 +232,9 @@ std::string SourceFrame::first_nonfinite_text() const {
 
 Result<Plan> plan_source_frame(const Chain& chain, const SourceFrame& frame,
                                const PlanOptions& options) {
-    auto plan = make_plan(chain, frame.description, options);
+    FrameDescription description = frame.description;
+    find_depths(chain, frame.planes, description);
+    auto plan = make_plan(chain, description, options);
     if (plan.ok()) return plan;
     const Status status = plan.status();
     std::string text = frame.input.files.color_file().path() + ": " + status.message();

@@ -64,9 +64,8 @@ ParameterValue value_of(const ParameterTable& table, const Parameter& row, Rando
 }
 
 // Numbers are drawn again while the pass says that it cannot run with them, most of the time.
-void append_random(Chain& chain, const FrameDescription& frame, Random& shape, Random& random) {
-    const auto& types = every_pass().types();
-    const PassType& type = types[size_t(shape.whole(0, int(types.size()) - 1))];
+void append_random(Chain& chain, const PassType& type, const FrameDescription& frame, Random& shape,
+                   Random& random) {
     Pass* pass = chain.append(every_pass(), type.name);
     const uint64_t shape_seed = shape.next();
     for (int draws = random.chance(0.05) ? 1 : 40; draws > 0; --draws) {
@@ -170,8 +169,13 @@ RandomCase random_case(uint64_t seed) {
     result.frame.camera.f_stop = random.logarithmic(0.1, 16);
     const bool unknown = random.chance(0.25);
     if (unknown) result.frame.bounds = FrameBounds();
-    for (int passes = shape.whole(1, 4); passes > 0; --passes)
-        append_random(result.chain, result.frame, shape, random);
+    // One shape after the other begins with each type of pass, so that none is missing.
+    const auto& types = every_pass().types();
+    auto type = size_t(seed / kCasesOfAShape);
+    for (int passes = shape.whole(1, 4); passes > 0; --passes) {
+        append_random(result.chain, types[type % types.size()], result.frame, shape, random);
+        type = size_t(shape.whole(0, int(types.size()) - 1));
+    }
     result.elided.precision = random.chance(0.5) ? Precision::fp16 : Precision::fp32;
     if (random.chance(0.15)) result.elided.outputs.add(Role::hint);
     if (random.chance(0.05)) result.elided.outputs = {Role::hint};

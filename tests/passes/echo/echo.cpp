@@ -65,8 +65,7 @@ class Echo final : public Pass {
     void plan(PassPlanner& planner) const override {
         const PlanContext& context = planner.context();
         const int width = context.frame.width, height = context.frame.height;
-        // Brighter than the frame's own color: a half that holds that may not hold this.
-        const TextureId mixed = planner.texture("color", Format::rgba32f, width, height);
+        const TextureId mixed = planner.texture("color", context.color_format(), width, height);
         Step step;
         step.name = "echo";
         step.program = {"echo/echo.comp", {}};

@@ -18,6 +18,8 @@ using shared::InverseWarpBlock;
 constexpr double kBright = 2;
 constexpr double kSoftPx = 4;
 
+constexpr double kLeastHalfOpen = 1.0 / 16;  // frames
+
 // Tiles on each side whose surfaces can reach a tile, for the longest path and radius there are. A
 // surface of a tile may differ by a tenth from what its tile has chosen (starts.comp).
 int ring_of(double longest_px) {
@@ -55,6 +57,7 @@ InverseWarpBlock block_of(const Settings& settings, const FrameDescription& fram
     block.ring = ring_of(longest_px(settings, frame, back));
     block.samples = settings.samples;
     block.half_shutter = 1;
+    block.max_path_px = 1e15f;
     block.still_limit_px = float(settings.still_limit_px);
     if (settings.shutter) {
         block.half_shutter = float(settings.shutter->half_open);
@@ -85,12 +88,16 @@ class Planner {
         : planner_(planner),
           settings_(settings),
           frame_(planner.context().frame),
-          back_(settings.shutter && planner.has(Role::motion_back)),
+          neighbors_(searched_neighbors(settings, planner.context().available)),
+          motion_(settings.shutter || !neighbors_.empty()),
+          back_(motion_ && planner.has(Role::motion_back)),
           block_(block_of(settings, frame_, back_)),
           pixels_(uint64_t(frame_.width) * uint64_t(frame_.height)) {}
 
     void plan() {
-        add_surfaces();
+        surfaces_ = add_surfaces({});
+        for (const Neighbor neighbor : neighbors_)
+            neighbor_surfaces_.push_back(add_surfaces(neighbor));
         const TextureId tile_surfaces = add_tile_surfaces();
         add_starts(tile_surfaces);
         add_hint();
@@ -132,23 +139,30 @@ class Planner {
         Step step = make_step(name);
         step.program.defines = {{"SHUTTER", flag(settings_.shutter.has_value())},
                                 {"LENS", flag(settings_.lens.has_value())},
-                                {"MOTION", flag(settings_.shutter.has_value())}};
+                                {"MOTION", flag(motion_)}};
         if (settings_.lens)
             step.program.defines[settings_.lens->coc.lens ? "COC_LENS" : "COC_PLANES"] = "1";
         return step;
     }
 
-    void add_surfaces() {
-        const bool motion = settings_.shutter.has_value();
-        surfaces_ = picture("surfaces", motion ? Format::rgba32ui : Format::r32ui);
+    // Of this frame or of a neighbor.
+    TextureId add_surfaces(std::optional<Neighbor> neighbor) {
+        const auto role = [&](Role of) { return neighbor ? role_of(*neighbor, of) : of; };
+        const std::string name =
+            neighbor ? concat("surfaces_", name_of(*neighbor)) : std::string("surfaces");
+        const TextureId surfaces = picture(name, motion_ ? Format::rgba32ui : Format::r32ui);
+        const bool back = motion_ && planner_.has(role(Role::motion_back));
         Step step = make_surface_step("surfaces");
-        step.program.defines["BACK"] = flag(back_);
-        step.bindings = {{0, planner_.input(Role::inverse_depth)}, {0, surfaces_, Access::write}};
-        if (motion) step.bindings.push_back({1, planner_.input(Role::motion)});
-        if (back_) step.bindings.push_back({2, planner_.input(Role::motion_back)});
+        step.name = name;
+        step.program.defines["BACK"] = flag(back);
+        step.bindings = {{0, planner_.input(role(Role::inverse_depth))},
+                         {0, surfaces, Access::write}};
+        if (motion_) step.bindings.push_back({1, planner_.input(role(Role::motion))});
+        if (back) step.bindings.push_back({2, planner_.input(role(Role::motion_back))});
         step.groups = groups_for(frame_.width, frame_.height);
-        step.taps = pixels_ * (motion ? (back_ ? 15 : 10) : 5);
+        step.taps = pixels_ * (motion_ ? (back ? 15 : 10) : 5);
         planner_.step(std::move(step));
+        return surfaces;
     }
 
     TextureId add_tile_surfaces() {
@@ -166,15 +180,15 @@ class Planner {
         const bool by_blocks =
             !settings_.still_rule.empty() && planner_.context().uses(settings_.still_rule);
         starts_ = planner_.texture("starts", Format::rgba32ui,
-                                   (settings_.starts + 1) * block_.tiles.x, block_.tiles.y);
+                                   (settings_.search.starts + 1) * block_.tiles.x, block_.tiles.y);
         Step step = make_surface_step("starts");
-        step.program.defines["STARTS"] = std::to_string(settings_.starts);
+        step.program.defines["STARTS"] = std::to_string(settings_.search.starts);
         step.program.defines["LISTS"] = flag(by_blocks);
         step.bindings = {{0, tile_surfaces}, {0, starts_, Access::write}};
         step.groups = groups_for(block_.tiles.x, block_.tiles.y);
         const uint64_t around = uint64_t(2 * block_.ring + 1) * uint64_t(2 * block_.ring + 1);
         step.taps = uint64_t(block_.tiles.x) * uint64_t(block_.tiles.y) * 3 * around *
-                    uint64_t(settings_.starts);
+                    uint64_t(settings_.search.starts);
         if (by_blocks) {
             moving_blocks_ =
                 add_work_list(planner_, step, 0, "moving_blocks", frame_.width, frame_.height);
@@ -215,7 +229,7 @@ class Planner {
         const TextureId noise = noise::add_table(planner_, settings_.noise);
         Step step = make_surface_step("gather");
         auto& defines = step.program.defines;
-        defines["STARTS"] = std::to_string(settings_.starts);
+        defines["STARTS"] = std::to_string(settings_.search.starts);
         defines["NOISE"] = flag(noise >= 0);
         defines["HIGHLIGHTS"] = flag(shares());
         defines["HINT"] = flag(hint_ >= 0);
@@ -226,6 +240,14 @@ class Planner {
                          {2, starts_},
                          {0, shares() ? gathered_ : result_, Access::write}};
         if (noise >= 0) step.bindings.push_back({3, noise});
+        for (size_t i = 0; i < neighbors_.size(); ++i) {
+            const bool before = neighbors_[i] == Neighbor::before;
+            defines[before ? "BEFORE" : "AFTER"] = "1";
+            step.bindings.push_back({before ? 7 : 9,
+                                     planner_.input(role_of(neighbors_[i], Role::color)),
+                                     Access::sample_linear});
+            step.bindings.push_back({before ? 8 : 10, neighbor_surfaces_[i]});
+        }
         if (settings_.lens) {
             const lens::Points points =
                 lens::lens_points(settings_.lens->aperture, settings_.samples);
@@ -257,9 +279,12 @@ class Planner {
     PassPlanner& planner_;
     const Settings& settings_;
     const FrameDescription& frame_;
+    const std::vector<Neighbor> neighbors_;
+    const bool motion_;  // surfaces hold it
     const bool back_;
     InverseWarpBlock block_;
     const uint64_t pixels_;
+    std::vector<TextureId> neighbor_surfaces_;
     TextureId surfaces_ = -1, starts_ = -1, moving_blocks_ = -1, still_blocks_ = -1;
     TextureId tile_light_ = -1, excess_ = -1, gathered_ = -1;
     TextureId given_hint_ = -1, hint_ = -1, result_ = -1;
@@ -267,14 +292,52 @@ class Planner {
 
 }  // namespace
 
+const ParameterTable& parameter_table() {
+    static const ParameterTable table =
+        ParameterTableBuilder<Parameters>()
+            .integer("starts", &Parameters::starts,
+                     {.min = 1,
+                      .max = kMaxStarts,
+                      .help = "inverse warp: surfaces of the tiles around from which the search "
+                              "starts, beside the pixel's own"})
+            .choice("neighbors", &Parameters::neighbors, {"none", "before", "both"},
+                    {.help = "inverse warp: frames that are asked for what is hidden in this one, "
+                             "where their planes are there: none, the one before (as an engine "
+                             "has), or both"})
+            .table();
+    return table;
+}
+
 RoleSet required_planes(bool shutter) {
     RoleSet planes = {Role::color, Role::inverse_depth};
     if (shutter) planes.add(Role::motion);
     return planes;
 }
 
-RoleSet optional_planes(bool shutter) {
-    return shutter ? RoleSet{Role::motion_back} : RoleSet{};
+RoleSet optional_planes(bool shutter, Neighbors neighbors) {
+    RoleSet planes;
+    if (shutter) planes.add(Role::motion_back);
+    if (neighbors == Neighbors::none) return planes;
+    planes = planes | RoleSet{Role::motion, Role::motion_back};
+    for (const Neighbor neighbor : kNeighbors)
+        if (neighbor == Neighbor::before || neighbors == Neighbors::both)
+            for (const Role role : kFileRoles) planes.add(role_of(neighbor, role));
+    return planes - required_planes(shutter);
+}
+
+std::vector<Neighbor> searched_neighbors(const Settings& settings, RoleSet available) {
+    std::vector<Neighbor> found;
+    if (settings.shutter && settings.shutter->half_open < kLeastHalfOpen) return found;
+    for (const Neighbor neighbor : kNeighbors) {
+        if (settings.search.neighbors == Neighbors::none) break;
+        if (settings.search.neighbors == Neighbors::before && neighbor != Neighbor::before)
+            continue;
+        bool all = available.has(Role::motion);
+        for (const Role role : {Role::color, Role::inverse_depth, Role::motion})
+            all = all && available.has(role_of(neighbor, role));
+        if (all) found.push_back(neighbor);
+    }
+    return found;
 }
 
 Promises promises_of(const Settings& settings) {
@@ -294,7 +357,9 @@ Promises promises_of(const Settings& settings) {
 // The tiles that can reach a pixel's tile end `ring` tiles from it, and a surface at their edge is
 // told from the pixel next to it. Every position of the search lies on a path that ends at the
 // pixel; colors are bilinear, and highlights go a pixel further.
-Reach reach_of(const Settings& settings) {
+Reach reach_of(const Settings& settings, const FrameDescription& frame) {
+    // A frame away paths are as long as the motion says.
+    if (!searched_neighbors(settings, frame.planes).empty()) return {};
     const double longest = longest_px(settings);
     return {kBlockPx * (ring_of(longest) + 1) + 3.0, longest + 3};
 }

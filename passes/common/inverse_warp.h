@@ -2,11 +2,14 @@
 // surface stood at this pixel? Shared by the passes that blur by it. Method, measurements:
 // docs/inverse_warp.md.
 //
-//   inverse_depth [, motion [, motion_back]] --surfaces-> surfaces
+//   inverse_depth [, motion [, motion_back]] --surfaces-> surfaces, and so for the frames before
+//   and
+//                                                          after
 //   surfaces --tile_surfaces-> tile_surfaces
 //   tile_surfaces --starts--> starts; work lists: moving_blocks, still_blocks
 //   color, surfaces, starts [, noise] [, lens_points] --gather-> color [, hint]     moving_blocks
 //   color [, hint]                                    --keep---> color [, hint]     still_blocks
+//   colors and surfaces of the frames before and after --gather-> what this frame does not show
 //
 // With highlights the gather makes `gathered` and `excess`, and share_highlights color of them.
 //
@@ -25,6 +28,9 @@ namespace postchain::inverse_warp {
 
 inline constexpr int kMaxStarts = 8;
 
+// Frames that are asked for what is hidden in this one.
+enum class Neighbors { none, before, both };
+
 struct Shutter {
     double half_open = 0.25;  // half the open time, frames; > 0
     double max_path_px = 40;  // longest path on one side of the frame
@@ -39,13 +45,20 @@ struct Lens {
     bool share_highlights = true;  // spread bright light out of focus over the pixels around
 };
 
+// What a pass that blurs by it lets its user choose of the search.
+struct Parameters {
+    int starts = 4;  // of a tile, beside the pixel's own; 1..kMaxStarts
+    Neighbors neighbors = Neighbors::both;
+};
+const ParameterTable& parameter_table();
+
 // At least one of shutter and lens.
 struct Settings {
     std::optional<Shutter> shutter;
     std::optional<Lens> lens;
-    int samples = 25;             // per pixel; of the shutter alone: at most; with a lens:
-                                  // 1..lens::kMaxPoints
-    int starts = 4;               // of a tile, beside the pixel's own; 1..kMaxStarts
+    int samples = 25;  // per pixel; of the shutter alone: at most; with a lens:
+                       // 1..lens::kMaxPoints
+    Parameters search;
     double still_limit_px = 0.5;  // a tile whose displacements are no longer keeps its color
     noise::Parameters noise;      // shifts the times of a pixel, turns its points of the lens
     std::string still_rule;       // rule under which still blocks are found on the device
@@ -53,11 +66,16 @@ struct Settings {
 
 // Planes that it reads, color among them.
 RoleSet required_planes(bool shutter);
-RoleSet optional_planes(bool shutter);
+RoleSet optional_planes(bool shutter, Neighbors neighbors);
 
 // What a pass promises that does nothing else.
 Promises promises_of(const Settings& settings);
-Reach reach_of(const Settings& settings);
+Reach reach_of(const Settings& settings, const FrameDescription& frame);
+
+// The neighbors of this frame that are searched: those whose color, inverse depth and motion are
+// there beside the frame's own motion. None where the shutter is open for less than an eighth of a
+// frame: a frame is then too far away for what surfaces hold of their paths.
+std::vector<Neighbor> searched_neighbors(const Settings& settings, RoleSet available);
 
 // Adds the steps and textures above and hands on color and, where it is wanted, the hint: of a
 // shutter a new one, of the lens alone the one it was given.

@@ -4,20 +4,26 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
-#include <cstdint>
 #include <vector>
 
 #include "chain/work_list.h"
+#include "passes/common/inverse_warp_reference_surfaces.h"
 #include "passes/common/lens_points.h"
 
 namespace postchain::inverse_warp {
 namespace {
 
+using reference::Planes;
+using reference::Sample;
+using reference::Surface;
+using reference::Vec;
+
 constexpr double kAcceptPx = 0.75;
+constexpr double kAcceptNeighborPx = 1;
 constexpr double kNearer = 1.02;
 constexpr double kOneDepth = 1.05;
+constexpr int kSamplesAtATime = 32;
 constexpr double kAlikePx = 1;
 constexpr int kSteps = 2;
 constexpr int kHalvings = 2;
@@ -26,89 +32,25 @@ constexpr int kLeastTimes = 5;
 constexpr double kBright = 2;
 constexpr double kSoftPx = 4;
 
-struct Vec {
-    double x = 0, y = 0;
-};
-Vec operator+(Vec a, Vec b) {
-    return {a.x + b.x, a.y + b.y};
-}
-Vec operator-(Vec a, Vec b) {
-    return {a.x - b.x, a.y - b.y};
-}
-Vec operator*(double s, Vec v) {
-    return {s * v.x, s * v.y};
-}
-double dot(Vec a, Vec b) {
-    return a.x * b.x + a.y * b.y;
-}
-double length(Vec v) {
+double norm(Vec v) {
     return std::sqrt(dot(v, v));
-}
-
-// Forward and backward motion of a pixel, px per frame.
-struct Motion {
-    Vec forward, back;
-};
-double apart(const Motion& a, const Motion& b) {
-    const Vec f = a.forward - b.forward, k = a.back - b.back;
-    return dot(f, f) + dot(k, k);
-}
-
-// One instant, u in [-1, 1], and one point of the lens.
-struct Sample {
-    double u = 0;
-    Vec lens;
-};
-
-// Without a shutter a and b are 0, without a lens the radius is.
-struct Surface {
-    Vec a, b;
-    double straight = 0;
-    double inverse_depth = 0;
-    double radius = 0;
-    bool edge = false;
-
-    double path() const { return std::max(length(a + b), length(a - b)); }
-    double squared() const { return dot(a, a) + dot(b, b) + radius * radius; }
-    // Displacement in pixels; h: half the open time.
-    Vec at(const Sample& sample, double h) const {
-        const double u = sample.u;
-        const double bend = straight * std::abs(u) + (1 - straight) * std::min(h, 1.0) * u * u;
-        return u * a + bend * b + radius * sample.lens;
-    }
-};
-double apart(const Surface& a, const Surface& b) {
-    const Vec da = a.a - b.a, db = a.b - b.b;
-    return dot(da, da) + dot(db, db) + (a.radius - b.radius) * (a.radius - b.radius);
 }
 
 bool finite(const double* rgba) {
     return std::all_of(rgba, rgba + 4, [](double x) { return std::isfinite(x); });
 }
 
-bool one_depth(double q, double r) {
-    return q <= kOneDepth * r && r <= kOneDepth * q;
-}
-
-// As the texture of surfaces holds it: a in 32 bits, b in steps of 1/64 px, the inverse depth
-// without its last 8 bits, w in 7 bits.
-Surface stored(Surface s) {
-    const auto single = [](double x) { return double(float(x)); };
-    const auto step = [](double x) {
-        return std::clamp(std::floor(float(x) * 64 + 0.5), -32767.0, 32767.0) / 64;
-    };
-    s.a = {single(s.a.x), single(s.a.y)};
-    s.b = {step(s.b.x), step(s.b.y)};
-    s.straight = std::floor(s.straight * 127 + 0.5) / 127;
-    const auto bits = std::bit_cast<uint32_t>(float(s.inverse_depth)) & 0xffffff00u;
-    s.inverse_depth = std::bit_cast<float>(bits);
-    return s;
-}
-
 struct Tile {
     std::array<Surface, 3> surfaces;
     std::vector<Surface> starts;
     double longest = 0;
+};
+
+// A frame before or after.
+struct OtherFrame {
+    double offset = 0;  // frames
+    const ImageD* color = nullptr;
+    std::vector<Surface> surfaces;
 };
 
 class Warp {
@@ -121,22 +63,29 @@ class Warp {
           height_(context.frame.height),
           columns_((width_ + kBlockPx - 1) / kBlockPx),
           rows_((height_ + kBlockPx - 1) / kBlockPx),
-          half_open_(settings.shutter ? settings.shutter->half_open : 1),
+          half_open_(reference::half_open_of(settings)),
           noise_(noise::table(settings.noise, context.frame.frame_number)),
-          depth_(frame.planes.at(Role::inverse_depth)),
           hint_wanted_(context.wanted.has(Role::hint)) {
-        if (settings.shutter) {
-            forward_ = &frame.planes.at(Role::motion);
-            if (context.available.has(Role::motion_back))
-                back_ = &frame.planes.at(Role::motion_back);
-        }
         if (settings.lens) points_ = lens::lens_points(settings.lens->aperture, settings.samples);
+        const auto neighbors = searched_neighbors(settings, context.available);
+        const bool motion = settings.shutter || !neighbors.empty();
+        const auto plane = [&](Role role, bool used) {
+            return used && context.available.has(role) ? &frame.planes.at(role) : nullptr;
+        };
+        surfaces_ =
+            reference::surfaces_of({&frame.planes.at(Role::inverse_depth),
+                                    plane(Role::motion, motion), plane(Role::motion_back, motion)},
+                                   settings);
+        for (const Neighbor neighbor : neighbors) {
+            const auto of = [&](Role role) { return plane(role_of(neighbor, role), true); };
+            others_.push_back({neighbor == Neighbor::before ? -1.0 : 1.0, of(Role::color),
+                               reference::surfaces_of({of(Role::inverse_depth), of(Role::motion),
+                                                       of(Role::motion_back)},
+                                                      settings)});
+        }
     }
 
     void run() {
-        surfaces_.resize(size_t(width_) * size_t(height_));
-        for (int y = 0; y < height_; ++y)
-            for (int x = 0; x < width_; ++x) surfaces_[index(x, y)] = surface(x, y);
         tiles_.resize(size_t(columns_ * rows_));
         for (int j = 0; j < rows_; ++j)
             for (int i = 0; i < columns_; ++i) pick_surfaces(i, j);
@@ -162,64 +111,19 @@ class Warp {
     size_t index(int x, int y) const { return size_t(y) * size_t(width_) + size_t(x); }
     Tile& tile(int i, int j) { return tiles_[size_t(j * columns_ + i)]; }
 
-    double depth(int x, int y) const {
-        const double q = depth_.at(x, y);
-        return q > 0 ? std::min(q, 3e38) : 0;
+    // The motion counts where there is a shutter.
+    double squared(const Surface& s) const {
+        return (s_.shutter ? dot(s.a, s.a) + dot(s.b, s.b) : 0) + s.radius * s.radius;
     }
-    Motion motion(int x, int y) const {
-        Motion m;
-        if (!forward_) return m;
-        m.forward = {forward_->at(x, y, 0), forward_->at(x, y, 1)};
-        m.back = back_ ? Vec{back_->at(x, y, 0), back_->at(x, y, 1)} : m.forward;
-        for (double* v : {&m.forward.x, &m.forward.y, &m.back.x, &m.back.y}) {
-            if (!std::isfinite(*v)) return {};
-            *v = std::clamp(*v, -1e15, 1e15);
-        }
-        return m;
+    double apart(const Surface& s, const Surface& t) const {
+        Surface difference;
+        difference.a = s.a - t.a;
+        difference.b = s.b - t.b;
+        difference.radius = s.radius - t.radius;
+        return squared(difference);
     }
-
-    Surface surface(int x, int y) const {
-        Surface s;
-        s.inverse_depth = depth(x, y);
-        const Motion own = motion(x, y);
-        // Left, right, up, down: as many as lie on another surface.
-        std::array<Motion, 4> around;
-        std::array<bool, 4> same;
-        Motion other;
-        int count = 0;
-        const std::array<std::array<int, 2>, 4> steps = {{{-1, 0}, {1, 0}, {0, -1}, {0, 1}}};
-        for (size_t i = 0; i < 4; ++i) {
-            const int nx = std::clamp(x + steps[i][0], 0, width_ - 1);
-            const int ny = std::clamp(y + steps[i][1], 0, height_ - 1);
-            around[i] = motion(nx, ny);
-            same[i] = one_depth(s.inverse_depth, depth(nx, ny));
-            if (same[i]) continue;
-            other.forward = other.forward + around[i].forward;
-            other.back = other.back + around[i].back;
-            ++count;
-        }
-        Motion chosen = own;
-        if (count > 0) {
-            s.edge = true;
-            other.forward = 1.0 / count * other.forward;
-            other.back = 1.0 / count * other.back;
-            for (size_t i = 0; i < 4; ++i)
-                if (same[i] && apart(around[i], other) > apart(chosen, other)) chosen = around[i];
-        }
-        s.a = 0.5 * half_open_ * (chosen.forward + chosen.back);
-        s.b = 0.5 * half_open_ * (chosen.forward - chosen.back);
-        // |b|/|a| from 0.8 to 1.2.
-        const double ratio = dot(s.b, s.b) / std::max(dot(s.a, s.a), 1e-6);
-        const double t = std::clamp((ratio - 0.64) / (1.44 - 0.64), 0.0, 1.0);
-        s.straight = t * t * (3 - 2 * t);
-        const double max_path = s_.shutter ? s_.shutter->max_path_px : 0;
-        if (const double path = s.path(); path > max_path) {
-            s.a = max_path / path * s.a;
-            s.b = max_path / path * s.b;
-        }
-        s = stored(s);
-        if (s_.lens) s.radius = s_.lens->coc.radius_px(s.inverse_depth);
-        return s;
+    double longest(const Surface& s) const {
+        return (s_.shutter ? s.path() : 0) + std::abs(s.radius);
     }
 
     // The three surfaces of a tile that are displaced most differently.
@@ -236,7 +140,7 @@ class Warp {
                     }
             return best;
         };
-        t.surfaces[0] = farthest([&](const Surface& s) { return s.squared(); });
+        t.surfaces[0] = farthest([&](const Surface& s) { return squared(s); });
         t.surfaces[1] = farthest([&](const Surface& s) { return apart(s, t.surfaces[0]); });
         t.surfaces[2] = farthest([&](const Surface& s) {
             return std::min(apart(s, t.surfaces[0]), apart(s, t.surfaces[1]));
@@ -249,11 +153,14 @@ class Warp {
         for (int y = 0; y < rows_; ++y)
             for (int x = 0; x < columns_; ++x)
                 for (const Surface& s : tile(x, y).surfaces) {
-                    const double aside = 0.1 * length(s.a) + 1.1 * std::abs(s.radius) + 1;
+                    const double aside = 1.1 * std::abs(s.radius) + 1;
                     const int gap_x = std::max(std::abs(x - i) - 1, 0) * kBlockPx;
                     const int gap_y = std::max(std::abs(y - j) - 1, 0) * kBlockPx;
-                    if (std::abs(s.a.x) + std::abs(s.b.x) + aside >= gap_x &&
-                        std::abs(s.a.y) + std::abs(s.b.y) + aside >= gap_y)
+                    const double along = s_.shutter ? 0.1 * std::sqrt(dot(s.a, s.a)) : 0;
+                    const auto reach = [&](double a, double b) {
+                        return aside + along + (s_.shutter ? std::abs(a) + std::abs(b) : 0);
+                    };
+                    if (reach(s.a.x, s.b.x) >= gap_x && reach(s.a.y, s.b.y) >= gap_y)
                         found.push_back(s);
                 }
         return found;
@@ -262,13 +169,12 @@ class Warp {
     void pick_starts(int i, int j) {
         Tile& t = tile(i, j);
         const std::vector<Surface> candidates = meeting(i, j);
-        for (const Surface& s : candidates)
-            t.longest = std::max(t.longest, s.path() + std::abs(s.radius));
-        for (int k = 0; k < s_.starts; ++k) {
+        for (const Surface& s : candidates) t.longest = std::max(t.longest, longest(s));
+        for (int k = 0; k < s_.search.starts; ++k) {
             double most = kAlikePx * kAlikePx;
             const Surface* next = nullptr;
             for (const Surface& s : candidates) {
-                double least = k == 0 ? s.squared() + 2 * kAlikePx * kAlikePx : 3e38;
+                double least = k == 0 ? squared(s) + 2 * kAlikePx * kAlikePx : 3e38;
                 for (const Surface& chosen : t.starts) least = std::min(least, apart(s, chosen));
                 if (least > most) {
                     most = least;
@@ -284,8 +190,7 @@ class Warp {
     }
 
     // Linear weights steepened about their middle.
-    double color_at(Vec at, int channel) const {
-        const ImageD& color = frame_.planes.at(Role::color);
+    double color_at(const ImageD& color, Vec at, int channel) const {
         const auto steep = [](double f) {
             return std::clamp(kSharpening * (f - 0.5) + 0.5, 0.0, 1.0);
         };
@@ -344,7 +249,7 @@ class Warp {
         const Vec origin = {double(description_.origin_x), double(description_.origin_y)};
         const Vec from = p - s_.lens->coc.radius_px(0) * point;
         const Vec place = from + origin + Vec{0.5, 0.5} - 0.5 * display;
-        return length(point + s_.lens->aperture.cats_eye / (0.5 * length(display)) * place) <= 1;
+        return norm(point + s_.lens->aperture.cats_eye / (0.5 * norm(display)) * place) <= 1;
     }
 
     // `light`: of the pixel's tile; < 0: highlights are not told apart.
@@ -358,30 +263,72 @@ class Warp {
         if (!s_.lens)
             n = int(std::clamp(std::ceil(2 * t.longest / s_.shutter->path_px_per_time),
                                double(kLeastTimes), double(std::max(n, kLeastTimes))));
-        Surface begin = surfaces_[index(x, y)];
-        double sum[4] = {0, 0, 0, 0};
+        Surface begin = surfaces_[index(x, y)], background = begin;
         const Vec p = {double(x), double(y)};
-        std::vector<Sample> samples;
-        for (int k = 0; k < n; ++k)
-            if (const Sample one = sample(x, y, k, n); passes_barrel(p, one.lens))
-                samples.push_back(one);
-        n = int(samples.size());
-        for (const Sample& sample : samples) {
-            double q = 0;
-            const Vec at = seen_at(p, sample, t, begin, q);
-            double seen[4];
-            for (int c = 0; c < 4; ++c) seen[c] = color_at(at, c);
-            moments_.back() += dot(at - p, at - p) / n;
-            const bool soft = light >= 0 && std::abs(s_.lens->coc.radius_px(q)) >= kSoftPx;
-            const double high = std::max({seen[0], seen[1], seen[2]});
-            for (int c = 0; c < 4; ++c) sum[c] += seen[c] - own[c];
-            if (!soft) continue;
-            excess[3] += 1.0 / n;
-            if (high > kBright * light && finite(seen))
-                for (int c = 0; c < 3; ++c) excess[c] += (1 - kBright * light / high) * seen[c] / n;
+        const ImageD& color = frame_.planes.at(Role::color);
+        Seen all;
+        std::copy(own, own + 4, all.own);
+        all.bright = kBright * light;
+        int counted = 0;
+        for (int first = 0; first < n; first += kSamplesAtATime) {
+            std::vector<Sample> missed;
+            Vec4 filled = {};
+            for (int k = first; k < std::min(first + kSamplesAtATime, n); ++k) {
+                const Sample now = sample(x, y, k, n);
+                if (!passes_barrel(p, now.lens)) continue;
+                ++counted;
+                double q = 0;
+                bool found = false;
+                const Vec at = seen_at(p, now, t, begin, background, q, found);
+                moments_.back() += dot(at - p, at - p);
+                Vec4 seen;
+                for (int c = 0; c < 4; ++c) seen[size_t(c)] = color_at(color, at, c);
+                if (found || others_.empty()) {
+                    add(all, seen, q);
+                } else {
+                    missed.push_back(now);
+                    for (size_t c = 0; c < 4; ++c) filled[c] += seen[c] - own[c];
+                }
+            }
+            double unseen = 0;
+            for (const Sample& now : missed) {
+                Vec4 seen;
+                const double q = seen_by_others(p, now, t, background, seen);
+                if (q >= 0)
+                    add(all, seen, q);
+                else
+                    ++unseen;
+            }
+            // The mean of the fills stands for what no frame has seen.
+            if (unseen > 0)
+                for (size_t c = 0; c < 4; ++c)
+                    all.sum[c] += filled[c] * unseen / double(missed.size());
         }
-        if (n == 0) return;
-        for (int c = 0; c < 4; ++c) out[c] = own[c] + sum[c] / n;
+        if (counted == 0) return;
+        moments_.back() /= counted;
+        for (size_t c = 0; c < 4; ++c) {
+            out[c] = own[c] + all.sum[c] / counted;
+            excess[c] = all.excess[c] / counted;
+        }
+    }
+
+    using Vec4 = std::array<double, 4>;
+
+    // What a pixel's samples have seen: sum of the differences to its own color, bright light out
+    // of focus, and how many were out of focus.
+    struct Seen {
+        double own[4];
+        double bright = 0;  // < 0: highlights are not told apart
+        Vec4 sum = {}, excess = {};
+    };
+
+    void add(Seen& all, const Vec4& seen, double q) const {
+        for (size_t c = 0; c < 4; ++c) all.sum[c] += seen[c] - all.own[c];
+        if (all.bright < 0 || std::abs(s_.lens->coc.radius_px(q)) < kSoftPx) return;
+        all.excess[3] += 1;
+        const double high = std::max({seen[0], seen[1], seen[2]});
+        if (high > all.bright && finite(seen.data()))
+            for (size_t c = 0; c < 3; ++c) all.excess[c] += (1 - all.bright / high) * seen[c];
     }
 
     // Each pixel gets its share of the light in excess around it, within the range of the pixels
@@ -440,43 +387,46 @@ class Warp {
     }
 
     // Where in this frame lies what this sample sees at p, and its inverse depth q. Of the shutter
-    // alone `begin` becomes what the search from it has found.
-    Vec seen_at(Vec p, const Sample& sample, const Tile& t, Surface& begin, double& q) const {
+    // alone `begin` becomes what the search from it has found. `background`: the farthest surface
+    // met.
+    Vec seen_at(Vec p, const Sample& now, const Tile& t, Surface& begin, Surface& background,
+                double& q, bool& is_found) const {
         double nearest = -1, residual = kAcceptPx, farthest = 3.4e38;
         Vec found, far;
         const auto search = [&](Vec d, int steps, Surface* accepted_surface) {
             for (int step = 0; step < steps; ++step) {
                 const double x = std::floor(p.x - d.x + 0.5), y = std::floor(p.y - d.y + 0.5);
-                const Vec inside = {std::clamp(x, 0.0, width_ - 1.0),
-                                    std::clamp(y, 0.0, height_ - 1.0)};
+                const Vec inside = clamped({x, y});
+                const bool beyond = inside.x != x || inside.y != y;
                 const Surface& s = surfaces_[index(int(inside.x), int(inside.y))];
-                d = s.at(sample, half_open_);
+                d = s.at(now, half_open_);
                 const Vec to = p - d;
                 const double error = std::max(std::abs(x - to.x), std::abs(y - to.y));
                 if (s.inverse_depth < farthest) {
                     farthest = s.inverse_depth;
                     far = inside;
                 }
-                if (error > kAcceptPx) continue;
+                if (s.inverse_depth < background.inverse_depth) background = s;
+                // What lies beyond the picture a neighbor may have seen.
+                if (error > kAcceptPx || (beyond && !others_.empty())) continue;
                 if (s.inverse_depth > nearest * kNearer ||
                     (s.inverse_depth * kNearer >= nearest && error < residual)) {
                     nearest = s.inverse_depth;
                     residual = error;
-                    found = s.edge ? inside
-                                   : Vec{std::clamp(to.x, 0.0, width_ - 1.0),
-                                         std::clamp(to.y, 0.0, height_ - 1.0)};
+                    found = s.edge ? inside : clamped(to);
                 }
                 if (accepted_surface) *accepted_surface = s;
                 return;
             }
         };
-        search(begin.at(sample, half_open_), s_.shutter ? kSteps : 1, s_.lens ? nullptr : &begin);
+        search(begin.at(now, half_open_), s_.shutter ? kSteps : 1, s_.lens ? nullptr : &begin);
         for (const Surface& start : t.starts) {
             if (start.inverse_depth <= nearest * kNearer) break;
-            search(start.at(sample, half_open_), kSteps, nullptr);
+            search(start.at(now, half_open_), kSteps, nullptr);
         }
-        q = nearest >= 0 ? nearest : farthest;
-        if (nearest >= 0) return found;
+        is_found = nearest >= 0;
+        q = is_found ? nearest : farthest;
+        if (is_found) return found;
         if (s_.lens) return far;
         // Hidden in this frame: the background nearest to p on the way to the farthest surface met.
         Vec from = p;
@@ -489,6 +439,43 @@ class Warp {
         return far;
     }
 
+    // What other frames saw there: its inverse depth, -1 where they saw nothing. In each frame, the
+    // nearer in time first, from the background; where that finds nothing, from the starts.
+    double seen_by_others(Vec p, const Sample& now, const Tile& t, const Surface& background,
+                          Vec4& seen) const {
+        std::vector<const OtherFrame*> frames;
+        for (const OtherFrame& other : others_) frames.push_back(&other);
+        if (frames.size() == 2 && now.u >= 0) std::swap(frames[0], frames[1]);
+        double nearest = -1;
+        const auto search = [&](const OtherFrame& other, Surface begin) {
+            Sample then = now;
+            then.u -= other.offset / half_open_;
+            begin.b = {};  // a parabola about this frame is none about that one
+            Vec d = begin.at(then, half_open_);
+            for (int step = 0; step < kSteps; ++step) {
+                const Vec x = clamped({std::floor(p.x - d.x + 0.5), std::floor(p.y - d.y + 0.5)});
+                const Surface& s = other.surfaces[index(int(x.x), int(x.y))];
+                d = s.at(then, half_open_);
+                const Vec off = x - p + d;
+                if (std::max(std::abs(off.x), std::abs(off.y)) > kAcceptNeighborPx ||
+                    s.inverse_depth <= nearest * kNearer)
+                    continue;
+                nearest = s.inverse_depth;
+                const Vec where = s.edge ? x : clamped(p - d);
+                for (int c = 0; c < 4; ++c) seen[size_t(c)] = color_at(*other.color, where, c);
+            }
+        };
+        for (const OtherFrame* other : frames) search(*other, background);
+        for (const Surface& start : t.starts)
+            for (const OtherFrame* other : frames)
+                if (nearest < 0) search(*other, start);
+        return nearest;
+    }
+
+    Vec clamped(Vec at) const {
+        return {std::clamp(at.x, 0.0, width_ - 1.0), std::clamp(at.y, 0.0, height_ - 1.0)};
+    }
+
     const Settings& s_;
     const FrameDescription& description_;
     ReferenceFrame& frame_;
@@ -496,11 +483,9 @@ class Warp {
     double half_open_;
     ImageD noise_;
     lens::Points points_;
-    const ImageD& depth_;
-    const ImageD* forward_ = nullptr;
-    const ImageD* back_ = nullptr;
     bool hint_wanted_;
     std::vector<Surface> surfaces_;
+    std::vector<OtherFrame> others_;
     std::vector<Tile> tiles_;
     std::vector<double> moments_;  // of each pixel: mean of the squared displacements, px^2
 };

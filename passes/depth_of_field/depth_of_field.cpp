@@ -52,11 +52,7 @@ const ParameterTable& table() {
                       .help = "inverse_warp: points of the lens for each pixel",
                       .convergence = Convergence::set,
                       .converged = 512})
-            .integer("starts", &Parameters::starts,
-                     {.min = 1,
-                      .max = inverse_warp::kMaxStarts,
-                      .help = "inverse_warp: surfaces of the tiles around from which the search "
-                              "starts, beside the pixel's own"})
+            .rows(&Parameters::search, inverse_warp::parameter_table())
             .boolean("share_highlights", &Parameters::share_highlights,
                      {.help = "inverse_warp: spread bright light out of focus over the pixels "
                               "around: smoother discs from few points"})
@@ -73,7 +69,7 @@ inverse_warp::Settings warp_settings(const Parameters& parameters, const Camera&
                      .aperture = lens::aperture_of(parameters.aperture, camera),
                      .share_highlights = parameters.share_highlights};
     settings.samples = parameters.samples;
-    settings.starts = parameters.starts;
+    settings.search = parameters.search;
     settings.still_limit_px = kSharpRadiusPx;
     settings.noise = parameters.noise;
     settings.still_rule = kRuleFocusTiles;
@@ -84,7 +80,9 @@ class DepthOfField final : public Pass {
   public:
     RoleUse roles() const override {
         return {.required = {Role::color, Role::inverse_depth},
-                .optional = {},
+                .optional = warps()
+                                ? inverse_warp::optional_planes(false, parameters_.search.neighbors)
+                                : RoleSet{},
                 .on_demand = {},
                 .carried = {Role::hint}};
     }
@@ -111,8 +109,10 @@ class DepthOfField final : public Pass {
     Reach reach(const FrameDescription& frame) const override {
         if (!check(frame).ok()) return {};
         if (!warps()) return gilham_reach(parameters_, frame);
-        return inverse_warp::reach_of(warp_settings(
-            parameters_, frame.camera, *lens::circle_of_confusion(parameters_.lens, frame)));
+        return inverse_warp::reach_of(
+            warp_settings(parameters_, frame.camera,
+                          *lens::circle_of_confusion(parameters_.lens, frame)),
+            frame);
     }
 
     std::vector<Place> depth_places() const override {

@@ -11,6 +11,7 @@
 
 #include "chain/pass.h"
 #include "passes/common/aperture.h"
+#include "passes/common/inverse_warp.h"
 #include "passes/common/lens.h"
 #include "passes/common/noise.h"
 
@@ -30,7 +31,7 @@ struct Parameters {
 
     // method: inverse_warp
     int samples = 32;
-    int starts = 4;
+    inverse_warp::Parameters search;
     bool share_highlights = true;
     lens::ApertureParameters aperture;
     noise::Parameters noise;

@@ -15,7 +15,7 @@ constexpr double kUnblurredPx = 0.5;  // up to here a pixel returns its color bi
 
 struct Parameters {
     int samples = 64;
-    int starts = 4;
+    inverse_warp::Parameters search;
     int max_blur_px = 40;
     shutter::Parameters shutter;
     lens::Parameters lens;
@@ -36,11 +36,7 @@ const ParameterTable& table() {
                       .help = "instants, each with a point of the lens, for each pixel",
                       .convergence = Convergence::set,
                       .converged = 512})
-            .integer("starts", &P::starts,
-                     {.min = 1,
-                      .max = inverse_warp::kMaxStarts,
-                      .help = "surfaces of the tiles around from which the search starts, beside "
-                              "the pixel's own"})
+            .rows(&P::search, inverse_warp::parameter_table())
             .integer("max_blur_px", &P::max_blur_px,
                      {.min = 1,
                       .max = 1024,
@@ -62,7 +58,7 @@ class JointBlur final : public Pass {
   public:
     RoleUse roles() const override {
         return {.required = inverse_warp::required_planes(true),
-                .optional = inverse_warp::optional_planes(true),
+                .optional = inverse_warp::optional_planes(true, parameters_.search.neighbors),
                 .on_demand = {Role::hint},
                 .carried = {}};
     }
@@ -72,7 +68,7 @@ class JointBlur final : public Pass {
     Reach reach(const FrameDescription& frame) const override {
         const auto coc = lens::circle_of_confusion(parameters_.lens, frame);
         if (!coc.ok()) return {};
-        return inverse_warp::reach_of(settings(frame.camera, *coc));
+        return inverse_warp::reach_of(settings(frame.camera, *coc), frame);
     }
 
     std::vector<Place> depth_places() const override {
@@ -136,7 +132,7 @@ class JointBlur final : public Pass {
                          .aperture = lens::aperture_of(parameters_.aperture, camera),
                          .share_highlights = parameters_.share_highlights};
         settings.samples = parameters_.samples;
-        settings.starts = parameters_.starts;
+        settings.search = parameters_.search;
         // A few roundings of 2^-24, so that what is unblurred by the frame's bounds is so here too.
         settings.still_limit_px = kUnblurredPx * (1 + 0x1p-18);
         settings.noise = parameters_.noise;

@@ -18,7 +18,7 @@ class MotionBlur final : public Pass {
         use.on_demand = {Role::hint};
         if (warps()) {
             use.required = inverse_warp::required_planes(true);
-            use.optional = inverse_warp::optional_planes(true);
+            use.optional = inverse_warp::optional_planes(true, parameters_.search.neighbors);
             return use;
         }
         use.required = {Role::color, Role::motion};
@@ -50,8 +50,8 @@ class MotionBlur final : public Pass {
     // tiles away; a tile chosen across the nearer border, or variances of four tiles, half a tile
     // more. Taps lie at most r away, and a vector stored in 8 bits may be longer by sqrt(2)/2
     // r/127.
-    Reach reach(const FrameDescription&) const override {
-        if (warps()) return inverse_warp::reach_of(warp_settings(parameters_, {}));
+    Reach reach(const FrameDescription& frame) const override {
+        if (warps()) return inverse_warp::reach_of(warp_settings(parameters_, frame.camera), frame);
         const double edge = parameters_.max_blur_px;
         const bool further = jitters_tiles(parameters_) || splits_by_variance(parameters_);
         return {(further ? 2.5 : 2) * edge, 1.006 * edge + 0.5};

@@ -79,11 +79,7 @@ const ParameterTable& parameter_table() {
                      .soft_max = 3,
                      .unit = "px",
                      .help = "half-velocity up to which a tile is left as it is"})
-            .integer("starts", &P::starts,
-                     {.min = 1,
-                      .max = inverse_warp::kMaxStarts,
-                      .help = "inverse_warp: surfaces of the tiles around from which the search "
-                              "starts, beside the pixel's own"})
+            .rows(&P::search, inverse_warp::parameter_table())
             .number("path_px_per_time", &P::path_px_per_time,
                     {.min = 0.1,
                      .max = 1000,
@@ -131,7 +127,7 @@ inverse_warp::Settings warp_settings(const Parameters& parameters, const Camera&
                         .path_px_per_time = parameters.path_px_per_time,
                         .time_jitter = parameters.time_jitter};
     settings.samples = parameters.samples;
-    settings.starts = parameters.starts;
+    settings.search = parameters.search;
     // A few roundings of 2^-24, so that what is still by the frame's bounds is still here too.
     settings.still_limit_px = parameters.min_speed_px * (1 + 0x1p-18);
     settings.noise = parameters.noise;

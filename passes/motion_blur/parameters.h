@@ -31,7 +31,7 @@ struct Parameters {
     Border border = Border::skip;
     StaticDirection static_direction = StaticDirection::perpendicular;
     double min_speed_px = 0.5;
-    int starts = 4;
+    inverse_warp::Parameters search;
     double path_px_per_time = 2;
     double time_jitter = 0.5;
     VelocityStorage velocity_storage = VelocityStorage::automatic;

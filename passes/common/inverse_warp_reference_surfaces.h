@@ -1,0 +1,63 @@
+// Surfaces of the inverse warp's double-precision reference: what is seen in each pixel of a frame,
+// how it moves and how far out of focus it is. Written from docs/inverse_warp.md.
+#pragma once
+
+#include <vector>
+
+#include "passes/common/inverse_warp.h"
+
+namespace postchain::inverse_warp::reference {
+
+struct Vec {
+    double x = 0, y = 0;
+};
+inline Vec operator+(Vec a, Vec b) {
+    return {a.x + b.x, a.y + b.y};
+}
+inline Vec operator-(Vec a, Vec b) {
+    return {a.x - b.x, a.y - b.y};
+}
+inline Vec operator*(double s, Vec v) {
+    return {s * v.x, s * v.y};
+}
+inline double dot(Vec a, Vec b) {
+    return a.x * b.x + a.y * b.y;
+}
+
+// One instant, u in [-1, 1], and one point of the lens.
+struct Sample {
+    double u = 0;
+    Vec lens;
+};
+
+// Pixels; a and b are 0 without motion, the radius is without a lens.
+struct Surface {
+    Vec a, b;
+    double straight = 0;
+    double inverse_depth = 0;
+    double radius = 0;
+    bool edge = false;
+
+    // Longest path on either side of the frame.
+    double path() const;
+    // Displacement; h: half the open time, frames.
+    Vec at(const Sample& sample, double h) const;
+};
+
+bool one_depth(double q, double r);
+
+// Planes of this frame or of a neighbor; null: there is none.
+struct Planes {
+    const ImageD* inverse_depth = nullptr;
+    const ImageD* motion = nullptr;
+    const ImageD* motion_back = nullptr;
+};
+
+// Row by row, as their texture stores them: a in 32 bits, b in steps of 1/64 px, the inverse depth
+// without its last 8 bits, w in 7 bits.
+std::vector<Surface> surfaces_of(const Planes& planes, const Settings& settings);
+
+// Half the open time, frames: 1 without a shutter.
+double half_open_of(const Settings& settings);
+
+}  // namespace postchain::inverse_warp::reference

@@ -1,0 +1,125 @@
+// mode: inverse_warp with the frames before and after: what this frame hides they show.
+#include <cmath>
+
+#include "tests/motion_blur/support.h"
+
+namespace postchain::test {
+namespace {
+
+constexpr int kWidth = 160, kHeight = 24, kBar = 20;
+constexpr double kSpeed = 48;  // px per frame
+
+// A bar before a pattern that slides the other way; where it begins at time t in frames.
+double bar_at(double t) {
+    return 70 + kSpeed * t;
+}
+double pattern(double x, double y) {
+    return 0.5 + 0.25 * std::sin(0.35 * x) + 0.25 * std::sin(0.2 * x + 0.9 * y);
+}
+double pattern_shift(double t) {
+    return -8 * t;
+}
+
+// The frame at time t.
+BlurFrame frame_at(double t) {
+    BlurFrame frame(kWidth, kHeight);
+    for (int y = 0; y < kHeight; ++y) {
+        for (int x = 0; x < kWidth; ++x) {
+            const bool on = x >= bar_at(t) && x < bar_at(t) + kBar;
+            frame.motion().at(x, y, 0) = float(on ? kSpeed : -8);
+            frame.depth().at(x, y) = on ? 2.0f : 1.0f;
+            frame.set_gray(x, y, on ? 2 : float(pattern(x - pattern_shift(t), y)));
+        }
+    }
+    return frame;
+}
+
+BlurFrame with_neighbors(std::initializer_list<Neighbor> neighbors) {
+    BlurFrame frame = frame_at(0);
+    for (const Neighbor neighbor : neighbors) {
+        const BlurFrame other = frame_at(neighbor == Neighbor::before ? -1 : 1);
+        for (const auto& [role, plane] : other.planes)
+            frame.planes[role_of(neighbor, role)] = plane;
+    }
+    return frame;
+}
+
+// RMS error of what the shutter, open for half a frame, sees beside the bar and behind it.
+double error_of(const ImageF& out) {
+    constexpr int kTimes = 400;
+    double sum = 0;
+    int count = 0;
+    for (int y = 0; y < kHeight; ++y) {
+        for (int x = 40; x < 120; ++x) {
+            double truth = 0;
+            for (int i = 0; i < kTimes; ++i) {
+                const double t = (i + 0.5) / kTimes * 0.5 - 0.25;
+                const bool on = x + 0.5 >= bar_at(t) && x + 0.5 < bar_at(t) + kBar;
+                truth += (on ? 2 : pattern(x - pattern_shift(t), y)) / kTimes;
+            }
+            sum += std::pow(out.at(x, y) - truth, 2);
+            ++count;
+        }
+    }
+    return std::sqrt(sum / count);
+}
+
+Chain warp(Values values = {}) {
+    values.insert(values.begin(), {{"mode", "inverse_warp"}, {"path_px_per_time", 0.5}});
+    return blur(values);
+}
+
+TEST(Neighbors, ShowWhatIsHidden) {
+    const double alone = error_of(blurred(warp(), with_neighbors({})));
+    const double before = error_of(blurred(warp(), with_neighbors({Neighbor::before})));
+    const double after = error_of(blurred(warp(), with_neighbors({Neighbor::after})));
+    const BlurFrame both = with_neighbors({Neighbor::before, Neighbor::after});
+    EXPECT_LT(before, 0.7 * alone);
+    EXPECT_LT(after, 0.7 * alone);
+    EXPECT_LT(error_of(blurred(warp(), both)), 0.7 * alone);
+    // As the parameter says.
+    EXPECT_EQ(error_of(blurred(warp({{"neighbors", "none"}}), both)), alone);
+    EXPECT_EQ(error_of(blurred(warp({{"neighbors", "before"}}), both)), before);
+}
+
+// A frame away is too far for paths of a shutter that hardly opens.
+TEST(Neighbors, AreNotAskedByAShortShutter) {
+    const BlurFrame both = with_neighbors({Neighbor::before, Neighbor::after});
+    const Chain chain = warp({{"shutter_frames", 0.1}});
+    EXPECT_FALSE(make_plan(chain, describe(both.planes))->reads.has(Role::color_before));
+    EXPECT_TRUE(make_plan(warp(), describe(both.planes))->reads.has(Role::color_before));
+}
+
+TEST(Neighbors, AgreeWithTheReference) {
+    for (const bool before : {false, true}) {
+        for (const bool after : {false, true}) {
+            const TestFrame layers = layered_frame(131, 77, {33.5f, 9.25f}, {-14.75f, 3.5f}, 8);
+            BlurFrame frame(131, 77);
+            frame.planes = layers.planes;
+            uint32_t seed = 30;
+            for (const Neighbor neighbor : kNeighbors) {
+                if (!(neighbor == Neighbor::before ? before : after)) continue;
+                const TestFrame other =
+                    layered_frame(131, 77, {30.5f, 8.25f}, {-12.75f, 2.5f}, ++seed);
+                for (const auto& [role, plane] : other.planes)
+                    frame.planes[role_of(neighbor, role)] = plane;
+                frame.planes[role_of(neighbor, Role::motion_back)] = other.planes.at(Role::motion);
+            }
+            const auto gpu = stages_of(warp(), frame);
+            const auto expected = reference_stages_of(warp(), frame);
+            const Difference difference = compare(gpu.at("color"), expected.at("color"), 1e-3);
+            // Residuals and depths at a limit, decided by rounding.
+            EXPECT_LE(difference.fraction, 0.01) << difference.text;
+        }
+    }
+}
+
+TEST(Neighbors, KeepConstantColors) {
+    BlurFrame frame = with_neighbors({Neighbor::before, Neighbor::after});
+    for (const Role role : {Role::color, Role::color_before, Role::color_after})
+        frame.planes[role] = constant_image(kWidth, kHeight, {0.1f, 7.3f, 1e-4f, 0.7f});
+    EXPECT_TRUE(equal_bits(blurred(warp(), frame), frame.color()));
+}
+
+}  // namespace
+}  // namespace postchain::test

@@ -88,6 +88,27 @@ Result<std::optional<Identity>> judge(const ChainLink& link, const PlanContext& 
     return Verdict(Identity{kRuleMissingPlane, {text}});
 }
 
+// A pass before this one that moves color farther than this (px) makes the planes of other frames
+// strangers to the color: they have not been through it. By the passes' bounds alone, so that rules
+// change nothing of it.
+constexpr double kSpreadWithNeighborsPx = 2;
+
+// The pass of the chain from which on color has moved too far; its size if there is none.
+size_t first_spreading_pass(const Chain& chain, const FrameDescription& frame) {
+    double spread_px = 0;
+    for (size_t i = 0; i < chain.links.size(); ++i) {
+        spread_px += chain.links[i].pass->reach(frame).spreads_px;
+        if (spread_px > kSpreadWithNeighborsPx) return i;
+    }
+    return chain.links.size();
+}
+
+RoleSet without_neighbors(RoleSet planes) {
+    for (const Neighbor neighbor : kNeighbors)
+        for (const Role role : kFileRoles) planes.remove(role_of(neighbor, role));
+    return planes;
+}
+
 // First to last: which passes are elided. Last to first: which planes each pass must produce.
 Result<std::vector<Decision>> decide(const Chain& chain, const FrameDescription& frame,
                                      const PlanOptions& options) {
@@ -101,7 +122,9 @@ Result<std::vector<Decision>> decide(const Chain& chain, const FrameDescription&
     }
     RoleSet available = frame.planes;
     bool color_is_input = true;
+    const size_t spreading = first_spreading_pass(chain, frame);
     for (size_t i = 0; i < chain.links.size(); ++i) {
+        if (i > spreading) available = without_neighbors(available);
         Decision decision{{frame, options.precision, available, readable[i], color_is_input, rules},
                           std::nullopt};
         auto identity = judge(chain.links[i], decision.context);
@@ -132,6 +155,7 @@ Result<std::vector<Decision>> decide(const Chain& chain, const FrameDescription&
     RoleSet existing = frame.planes;
     for (size_t i = 0; i < chain.links.size(); ++i) {
         Decision& decision = decisions[i];
+        if (i > spreading) existing = without_neighbors(existing);
         decision.context.available = existing;
         const RoleSet made = chain.links[i].pass->roles().on_demand;
         existing =
@@ -341,11 +365,20 @@ Result<Plan> make_plan(const Chain& chain, const FrameDescription& given,
     for (const auto& [role, id] : plan.outputs) outputs.push_back(id);
     find_lifetimes(plan, outputs);
     drop_unread_planes(plan, frame, options.outputs, rules);
+    const size_t spreading = first_spreading_pass(chain, frame);
     for (size_t i = 0; i < chain.links.size(); ++i) {
         const RoleUse use = chain.links[i].pass->roles();
-        for (const auto& [neighbor, why] : frame.missing_neighbors)
-            if (!plan.passes[i].elided && !(use.required | use.optional).of(neighbor).empty())
-                plan.missing_neighbors[neighbor] = why;
+        for (const Neighbor neighbor : kNeighbors) {
+            if (plan.passes[i].elided || (use.required | use.optional).of(neighbor).empty())
+                continue;
+            if (const auto why = frame.missing_neighbors.find(neighbor);
+                why != frame.missing_neighbors.end())
+                plan.missing_neighbors[neighbor] = why->second;
+            else if (i > spreading && !frame.planes.of(neighbor).empty())
+                plan.missing_neighbors[neighbor] = concat(
+                    chain.links[i].type->name, " stands after ", chain.links[spreading].type->name,
+                    ", which that frame's color has not been through");
+        }
     }
     return plan;
 }

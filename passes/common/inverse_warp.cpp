@@ -13,9 +13,11 @@ namespace {
 
 using shared::InverseWarpBlock;
 
-// A highlight that few of a pixel's points meet: so many times as bright as the mean of its tile,
-// out of focus by so much. Chosen by measurement (docs/results/inverse_warp.md).
+// A highlight that few of a pixel's samples meet: so many times as bright as the mean of its tile,
+// out of focus by so much. With the shutter open too the same light meets fewer. Chosen by
+// measurement (docs/results/inverse_warp.md).
 constexpr double kBright = 2;
+constexpr double kBrightWithShutter = 1;
 constexpr double kSoftPx = 4;
 
 constexpr double kLeastHalfOpen = 1.0 / 16;  // frames
@@ -67,7 +69,7 @@ InverseWarpBlock block_of(const Settings& settings, const FrameDescription& fram
     }
     if (settings.lens) {
         lens::set_block(settings.lens->coc, block);
-        block.bright = float(kBright);
+        block.bright = float(settings.shutter ? kBrightWithShutter : kBright);
         block.soft_px = float(kSoftPx);
         const double barrel = lens::barrel_per_px(settings.lens->aperture, frame);
         block.barrel_per_px = float(barrel);

@@ -29,7 +29,6 @@ constexpr int kSteps = 2;
 constexpr int kHalvings = 2;
 constexpr double kSharpening = 2;
 constexpr int kLeastTimes = 5;
-constexpr double kBright = 2;
 constexpr double kSoftPx = 4;
 
 double norm(Vec v) {
@@ -268,7 +267,7 @@ class Warp {
         const ImageD& color = frame_.planes.at(Role::color);
         Seen all;
         std::copy(own, own + 4, all.own);
-        all.bright = kBright * light;
+        all.bright = (s_.shutter ? 1 : 2) * light;
         int counted = 0;
         for (int first = 0; first < n; first += kSamplesAtATime) {
             std::vector<Sample> missed;

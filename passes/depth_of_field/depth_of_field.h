@@ -34,7 +34,7 @@ struct Parameters {
     inverse_warp::Parameters search;
     bool share_highlights = true;
     lens::ApertureParameters aperture;
-    noise::Parameters noise;
+    noise::Parameters noise = {.noise = noise::Kind::ign};
 };
 
 // Its own rule of leaving out, of blocks that the device finds.

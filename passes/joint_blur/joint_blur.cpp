@@ -21,7 +21,7 @@ struct Parameters {
     lens::Parameters lens;
     bool share_highlights = true;
     lens::ApertureParameters aperture;
-    noise::Parameters noise;
+    noise::Parameters noise = {.noise = noise::Kind::ign};
 };
 
 const ParameterTable& table() {

@@ -28,6 +28,7 @@ const ParameterTable& table() {
 class Copy : public Pass {
   public:
     RoleUse roles() const override { return {{Role::color}, {}, {}, {}}; }
+    Reach reach(const FrameDescription&) const override { return {0, 0}; }
     Status check(const FrameDescription&) const override { return Status(); }
     std::optional<Identity> identity(const PlanContext&) const override {
         if (!parameters_.off) return std::nullopt;
@@ -132,15 +133,20 @@ class ReadsBefore : public Copy {
     }
 };
 
+class Blur : public Copy {
+    Reach reach(const FrameDescription&) const override { return {20, 20}; }
+};
+
 template <class P>
 PassType type_of(const char* name) {
     return {name, name, "test", &table(), [] { return std::make_unique<P>(); }, {}};
 }
 
 const PassRegistry& registry() {
-    static const PassRegistry made({type_of<Copy>("copy"), type_of<MakesHint>("makes"),
-                                    type_of<CarriesHint>("carries"), type_of<ReadsHint>("reads"),
-                                    type_of<Spare>("spare"), type_of<ReadsBefore>("before")});
+    static const PassRegistry made({type_of<Copy>("copy"), type_of<Blur>("blur"),
+                                    type_of<MakesHint>("makes"), type_of<CarriesHint>("carries"),
+                                    type_of<ReadsHint>("reads"), type_of<Spare>("spare"),
+                                    type_of<ReadsBefore>("before")});
     return made;
 }
 
@@ -233,6 +239,23 @@ TEST(Planner, ReadsThePlanesOfANeighborOnlyWhereAPassDoes) {
         if (texture.imported)
             EXPECT_EQ(texture.format, plane_format(channels_of(texture.role), Precision::fp32))
                 << texture.name;
+}
+
+// Their color has not been through a pass that moves color.
+TEST(Planner, NeighborsAreGoneAfterAPassThatMovesColor) {
+    FrameDescription f = frame();
+    for (Role role : kFileRoles)
+        for (Neighbor neighbor : kNeighbors) f.planes.add(role_of(neighbor, role));
+    const Plan plan = *make_plan(chain_of({"before", "blur", "before"}), f);
+    EXPECT_EQ(plan.reads, (RoleSet{Role::color, Role::color_before}));
+    EXPECT_EQ(make_plan(chain_of({"blur", "before"}), f)->reads, RoleSet{Role::color});
+    EXPECT_EQ(make_plan(chain_of({"blur", "before"}), f)->missing_neighbors,
+              (std::map<Neighbor, std::string>{
+                  {Neighbor::before,
+                   "before stands after blur, which that frame's color has not been "
+                   "through"}}));
+    EXPECT_EQ(make_plan(chain_of({"before", "blur"}), f)->reads,
+              (RoleSet{Role::color, Role::color_before}));
 }
 
 TEST(Planner, SaysWhichNeighborIsMissingWhereAPassCouldUseIt) {

@@ -10,11 +10,11 @@ cmake --preset release -DBUILD_TESTING=OFF
 cmake --build --preset release -j "$(nproc)" --target postchain
 postchain=$PWD/build/tools/apps/postchain/postchain
 
-mkdir -p "$folder/wheels" "$folder/paper" "$folder/dof_first"
+mkdir -p "$folder/wheels" "$folder/balanced" "$folder/paper"
 echo "== rendering 4 frames of wheels and their truth"
 "$postchain" scene wheels -o "$folder/wheels" --frames 1-4 --size 640x360 --truth-samples 64 \
     --overwrite
-for chain in paper dof_first; do
+for chain in balanced paper; do
     echo "== filtering with $chain"
     "$postchain" run "$chain" -i "$folder/wheels/sharp.####.exr" \
         --camera "$folder/wheels/camera.json" -o "$folder/$chain/wheels.####.exr" \
@@ -27,14 +27,14 @@ for frame in "$folder"/wheels/sharp.*.exr; do
         --dup --addc 1 --div --powc 0.454545 -d uint8 -o "${frame%.exr}.png"
 done
 
-echo "== which order is nearer to the truth?"
-"$postchain" ab paper dof_first -i "$folder/wheels/sharp.####.exr" \
+echo "== which is nearer to the truth?"
+"$postchain" ab balanced paper -i "$folder/wheels/sharp.####.exr" \
     --camera "$folder/wheels/camera.json" -r "$folder/wheels/both.####.exr" \
     -o "$folder/report" --overwrite
 
 echo
 echo "rendered:                      $folder/wheels/sharp.0001.png ... sharp.0004.png"
-echo "motion blur, FXAA, then lens:  $folder/paper/wheels.0001.png ... wheels.0004.png"
-echo "lens, motion blur, then FXAA:  $folder/dof_first/wheels.0001.png ... wheels.0004.png"
-echo "report on the two orders:      $folder/report/index.html   (open it in a browser)"
+echo "filtered, inverse warp:        $folder/balanced/wheels.0001.png ... wheels.0004.png"
+echo "filtered, the 2013 report:     $folder/paper/wheels.0001.png ... wheels.0004.png"
+echo "report on the two:             $folder/report/index.html   (open it in a browser)"
 echo "the EXR files lie beside them, with a JSON file each that says what was run"

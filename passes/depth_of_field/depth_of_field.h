@@ -21,7 +21,7 @@ enum class Method { gilham, inverse_warp };
 enum class Leak { none, depth, coc };  // which neighbors the Gaussian may mix in
 
 struct Parameters {
-    Method method = Method::gilham;
+    Method method = Method::inverse_warp;
     lens::Parameters lens;
 
     std::optional<int> downsample;        // unset = from the Gaussian's width, gilham.cpp

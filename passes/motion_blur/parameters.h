@@ -16,7 +16,7 @@ enum class StaticDirection { perpendicular, dominant };
 enum class VelocityStorage { automatic, fp16, fp32, unorm8 };
 
 struct Parameters {
-    Mode mode = Mode::guertin;
+    Mode mode = Mode::inverse_warp;
     int samples = 25;
     int max_blur_px = 40;
     shutter::Parameters shutter;

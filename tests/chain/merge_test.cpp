@@ -164,7 +164,8 @@ TEST(MergePlans, ResultsAreThoseOfThePlansAloneBitForBit) {
     test::append(dof_first, "depth_of_field", lens);
     test::append(dof_first, "motion_blur", blur);
     test::append(dof_first, "fxaa");
-    test::append(more_taps, "motion_blur", {{"samples", int64_t(15)}, {"max_blur_px", int64_t(8)}});
+    test::append(more_taps, "motion_blur",
+                 {{"mode", "guertin"}, {"samples", int64_t(15)}, {"max_blur_px", int64_t(8)}});
     const Chain* const chains[] = {&paper, &dof_first, &more_taps, &nothing};
     for (const Chain* a : chains) {
         for (const Chain* b : chains) {
@@ -190,10 +191,10 @@ TEST(MergePlans, ResultsAreThoseOfThePlansAloneBitForBit) {
 TEST(MergePlans, BothOrdersShareTilesAndCircleOfConfusion) {
     const auto frame = test::layered_frame(67, 43, {9, 3}, {-4, 1});
     Chain first, second;
-    test::append(first, "motion_blur");
-    test::append(first, "depth_of_field", {{"f_stop", 0.05}});
-    test::append(second, "depth_of_field", {{"f_stop", 0.05}});
-    test::append(second, "motion_blur");
+    test::append(first, "motion_blur", {{"mode", "guertin"}});
+    test::append(first, "depth_of_field", {{"method", "gilham"}, {"f_stop", 0.05}});
+    test::append(second, "depth_of_field", {{"method", "gilham"}, {"f_stop", 0.05}});
+    test::append(second, "motion_blur", {{"mode", "guertin"}});
     auto a = make_plan(first, frame.description);
     auto b = make_plan(second, frame.description);
     ASSERT_TRUE(a.ok() && b.ok());

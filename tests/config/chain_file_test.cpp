@@ -260,7 +260,7 @@ TEST(FindChain, NamesWhatThereIs) {
     const auto missing = find_chain("papr");
     ASSERT_FALSE(missing.ok());
     EXPECT_EQ(missing.status().code(), StatusCode::chain);
-    EXPECT_THAT(missing.status().message(), HasSubstr("dof_first, offline, paper, realtime"));
+    EXPECT_THAT(missing.status().message(), HasSubstr("balanced, best, dof_first, fast, paper"));
     EXPECT_THAT(missing.status().message(), HasSubstr("did you mean 'paper'?"));
     EXPECT_FALSE(find_chain("/nowhere/paper.yaml").ok());
     EXPECT_FALSE(find_chain("").ok());

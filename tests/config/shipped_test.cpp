@@ -36,11 +36,10 @@ std::string value(const Chain& chain, size_t pass, const std::string& key) {
     return text_of(link.type->parameters->find(key)->get(link.pass->parameters()));
 }
 
-TEST(Shipped, AreFour) {
-    EXPECT_THAT(shipped_chains(), ElementsAre("dof_first", "offline", "paper", "realtime"));
+TEST(Shipped, AreFive) {
+    EXPECT_THAT(shipped_chains(), ElementsAre("balanced", "best", "dof_first", "fast", "paper"));
     for (const auto& name : shipped_chains()) {
         const ChainFile file = load(name);
-        EXPECT_EQ(file.chain.links.size(), 3u);
         // Lens and shutter are the frames' affair.
         EXPECT_EQ(file.chain.camera, Camera());
         const ChainFile again = parse_chain(write_chain(file.chain), "w", builtin_passes());
@@ -79,10 +78,15 @@ TEST(Shipped, DofFirstIsPaperInAnotherOrder) {
     EXPECT_EQ(other.links[0].text(), paper.links[2].text());
 }
 
-TEST(Shipped, OfflineTakesMoreSamplesThanRealtime) {
-    const Chain realtime = load("realtime").chain, offline = load("offline").chain;
-    EXPECT_LT(std::stoi(value(realtime, 0, "samples")), 25);
-    EXPECT_GT(std::stoi(value(offline, 0, "samples")), 100);
+TEST(Shipped, FastBalancedAndBestTakeMoreAndMoreSamples) {
+    const Chain fast = load("fast").chain, balanced = load("balanced").chain;
+    EXPECT_EQ(order(fast), order(balanced));
+    for (const size_t pass : {size_t(0), size_t(1)})
+        EXPECT_LT(std::stoi(value(fast, pass, "samples")),
+                  std::stoi(value(balanced, pass, "samples")));
+    const Chain best = load("best").chain;
+    EXPECT_THAT(order(best), ElementsAre("joint_blur", "fxaa"));
+    EXPECT_GT(std::stoi(value(best, 0, "samples")), std::stoi(value(balanced, 0, "samples")));
 }
 
 // Fenced blocks of one language in a document.

@@ -279,7 +279,8 @@ TEST(coc_stage, equal_for_equal_depth_in_every_encoding) {
         ASSERT_TRUE(status.ok()) << status.message();
         PlanOptions whole;
         whole.elide = false;
-        const ImageF coc = filter_with_stages(chain_of("depth_of_field"), frame, planes, whole)
+        const ImageF coc = filter_with_stages(chain_of("depth_of_field", {{"method", "gilham"}}),
+                                              frame, planes, whole)
                                .stages.at(stage("coc"));
         for (int x = 0; x < count; ++x)
             EXPECT_NEAR(coc.at(x, 0), expected[size_t(x)], 3e-5)
@@ -321,7 +322,7 @@ TEST(coc_errors, a_missing_lens_value_is_named_with_its_remedies) {
         }
     }
     // Sources without a lens need none of it.
-    EXPECT_TRUE(make_plan(chain_of("depth_of_field", {{"coc", "planes"s}}),
+    EXPECT_TRUE(make_plan(chain_of("depth_of_field", {{"method", "gilham"}, {"coc", "planes"s}}),
                           [] {
                               FrameDescription frame = describe_round(deep_planes(4, 4));
                               frame.camera = {};
@@ -378,10 +379,15 @@ TEST(coc_errors, kernel_too_wide) {
     const FramePlanes planes = deep_planes(4, 4);
     FrameDescription frame = describe_round(planes);
     frame.display_width = 16384;
-    EXPECT_TRUE(make_plan(chain_of("depth_of_field", {{"downsample", int64_t(1)}}), frame).ok());
+    EXPECT_TRUE(
+        make_plan(chain_of("depth_of_field", {{"method", "gilham"}, {"downsample", int64_t(1)}}),
+                  frame)
+            .ok());
     frame.display_width = 60000;
-    const auto plan = make_plan(
-        chain_of("depth_of_field", {{"downsample", int64_t(1)}, {"coc", "range"s}}), frame);
+    const auto plan =
+        make_plan(chain_of("depth_of_field",
+                           {{"method", "gilham"}, {"downsample", int64_t(1)}, {"coc", "range"s}}),
+                  frame);
     ASSERT_FALSE(plan.ok());
     EXPECT_THAT(plan.status().message(),
                 AllOf(HasSubstr("blur_sigma_px: 900 px (auto) at downsample 1 needs 2700 taps"),

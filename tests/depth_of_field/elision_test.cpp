@@ -53,7 +53,7 @@ void expect_every_bit(const Chain& chain, const FramePlanes& planes) {
 // R = 32 (1/4 - w) = 0.3125 px at w = 0.240234375.
 TEST(elision, all_in_focus) {
     const FramePlanes planes = focused_planes(0.240234375f);
-    const Chain chain = chain_of("depth_of_field");
+    const Chain chain = chain_of("depth_of_field", {{"method", "gilham"}});
     expect_elided(plan_of(chain, planes), kRuleFacts,
                   "largest circle-of-confusion radius 0\\.31[0-9]* px <= 0\\.5 px");
     expect_every_bit(chain, planes);
@@ -64,7 +64,7 @@ TEST(elision, all_in_focus) {
 
 TEST(elision, between_the_sharp_planes) {
     const FramePlanes planes = focused_planes(0.1f);  // d = 10, between 1 and 40
-    const Chain chain = chain_of("depth_of_field", {{"coc", "planes"s}});
+    const Chain chain = chain_of("depth_of_field", {{"method", "gilham"}, {"coc", "planes"s}});
     expect_elided(plan_of(chain, planes), kRuleFacts,
                   "largest circle-of-confusion radius 0 px <= 0\\.5 px");
     expect_every_bit(chain, planes);
@@ -77,12 +77,13 @@ TEST(elision, by_configuration) {
         expect_elided(plan_of(chain, planes), kRuleConfiguration, reason);
         expect_every_bit(chain, planes);
     };
-    expect_exact(chain_of("depth_of_field", {{"max_radius_px", 0.5}}));
-    expect_exact(chain_of("depth_of_field", {{"max_radius_px", 0.0}}));
-    expect_exact(
-        chain_of("depth_of_field",
-                 {{"coc", "planes"s}, {"max_near_fraction", 0.0007}, {"max_far_fraction", 0.0}}));
-    Chain pinhole = chain_of("depth_of_field");
+    expect_exact(chain_of("depth_of_field", {{"method", "gilham"}, {"max_radius_px", 0.5}}));
+    expect_exact(chain_of("depth_of_field", {{"method", "gilham"}, {"max_radius_px", 0.0}}));
+    expect_exact(chain_of("depth_of_field", {{"method", "gilham"},
+                                             {"coc", "planes"s},
+                                             {"max_near_fraction", 0.0007},
+                                             {"max_far_fraction", 0.0}}));
+    Chain pinhole = chain_of("depth_of_field", {{"method", "gilham"}});
     pinhole.links[0].pass->parameters().as<depth_of_field::Parameters>().lens.f_stop =
         std::numeric_limits<double>::infinity();
     expect_exact(pinhole);
@@ -90,9 +91,10 @@ TEST(elision, by_configuration) {
 
 TEST(elision, not_when_one_pixel_blurs) {
     FramePlanes planes = focused_planes(0.25f);
-    EXPECT_FALSE(plan_of(chain_of("depth_of_field"), planes).steps.size());
+    EXPECT_FALSE(plan_of(chain_of("depth_of_field", {{"method", "gilham"}}), planes).steps.size());
     planes[Role::inverse_depth].at(7, 7) = 0.2f;  // R = 1.6
-    EXPECT_EQ(plan_of(chain_of("depth_of_field"), planes).steps.size(), kSteps);
+    EXPECT_EQ(plan_of(chain_of("depth_of_field", {{"method", "gilham"}}), planes).steps.size(),
+              kSteps);
 }
 
 // The decision is made in double precision and the GPU works in fp32. Inverse depths are walked
@@ -109,7 +111,8 @@ TEST(elision, never_wrongly_at_the_threshold) {
             const double threshold = coc == "lens"s     ? 1 / s - 0.5 / 32
                                      : coc == "planes"s ? 1 / (s + 4 * 0.5 / 3.2)
                                                         : 1 / (s + 10 * 0.5 / 19.2);
-            const Chain chain = chain_of("depth_of_field", {{"coc", std::string(coc)},
+            const Chain chain = chain_of("depth_of_field", {{"method", "gilham"},
+                                                            {"coc", std::string(coc)},
                                                             {"focus_distance", s},
                                                             {"near_blurry", 0.2},
                                                             {"near_sharp", 0.3},
@@ -138,7 +141,7 @@ TEST(elision, never_wrongly_at_the_threshold) {
 TEST(elision, hint_is_carried_exactly) {
     FramePlanes planes = focused_planes(0.240234375f);  // |R| = 0.3125
     planes[Role::hint] = constant_image(33, 21, {1, 1});
-    const Chain chain = chain_of("depth_of_field");
+    const Chain chain = chain_of("depth_of_field", {{"method", "gilham"}});
     EXPECT_TRUE(plan_of(chain, planes).steps.empty());  // the hint is unused
     PlanOptions with_hint;
     with_hint.outputs = {Role::color, Role::hint};
@@ -147,7 +150,8 @@ TEST(elision, hint_is_carried_exactly) {
     EXPECT_NEAR(result.at(Role::hint).at(5, 5), 0.6875, 1e-6);
     EXPECT_TRUE(equal_bits(result.at(Role::color), planes.at(Role::color)));
 
-    const Chain in_focus = chain_of("depth_of_field", {{"coc", "planes"s}});  // R = 0 at d = 4.2
+    const Chain in_focus =
+        chain_of("depth_of_field", {{"method", "gilham"}, {"coc", "planes"s}});  // R = 0 at d = 4.2
     EXPECT_TRUE(plan_of(in_focus, planes, with_hint).steps.empty());
 }
 

@@ -198,8 +198,9 @@ TEST(composite_stage, hint_by_hand) {
     PlanOptions options;
     options.elide = false;
     options.outputs = {Role::color, Role::hint};
-    const ImageF hint =
-        filter(chain_of("depth_of_field"), describe_round(planes), planes, options).at(Role::hint);
+    const ImageF hint = filter(chain_of("depth_of_field", {{"method", "gilham"}}),
+                               describe_round(planes), planes, options)
+                            .at(Role::hint);
     const double expected[] = {1, 0.75, 0.5, 0.25, 0, 0};
     for (int x = 0; x < 6; ++x) {
         EXPECT_NEAR(hint.at(x, 0, 0), expected[x], kBound);

@@ -223,13 +223,15 @@ TEST(truths, hint_exists_only_where_somebody_reads_it) {
     FramePlanes planes = deep_planes(20, 16);
     planes[Role::hint] = constant_image(20, 16, {1, 1});
     const FrameDescription frame = describe_round(planes);
-    const auto unread = make_plan(chain_of("depth_of_field"), frame);
+    const auto unread = make_plan(chain_of("depth_of_field", {{"method", "gilham"}}), frame);
     ASSERT_TRUE(unread.ok());
     for (const PlanTexture& texture : unread->textures) EXPECT_NE(texture.name, stage("hint"));
     PlanOptions options;
     options.outputs = {Role::color, Role::hint};
-    const Stages stages = filter_with_stages(chain_of("depth_of_field"), frame, planes, options);
-    const ReferenceFrame expected = reference(chain_of("depth_of_field"), frame, planes, options);
+    const Stages stages = filter_with_stages(chain_of("depth_of_field", {{"method", "gilham"}}),
+                                             frame, planes, options);
+    const ReferenceFrame expected =
+        reference(chain_of("depth_of_field", {{"method", "gilham"}}), frame, planes, options);
     ASSERT_TRUE(stages.outputs.count(Role::hint));
     const Difference difference =
         compare(stages.outputs.at(Role::hint), expected.planes.at(Role::hint), 1e-5);

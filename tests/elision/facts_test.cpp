@@ -56,7 +56,8 @@ TEST(IdentityByFacts, MotionBlurAroundItsLeastSpeed) {
                         planes[Role::motion].at(16, 9, 0) = speed * d[0];
                         planes[Role::motion].at(16, 9, 1) = speed * d[1];
                         count.add(by_facts(chain_of("motion_blur",
-                                                    {{"min_speed_px", least},
+                                                    {{"mode", "guertin"},
+                                                     {"min_speed_px", least},
                                                      {"shutter_frames", shutter},
                                                      {"samples", int64_t(5)},
                                                      {"max_blur_px", int64_t(20)},
@@ -81,7 +82,8 @@ TEST(IdentityByFacts, DepthOfFieldAroundHalfAPixel) {
                     const double slope = coc == "planes"s ? 8.0 / 4 : 12.0 / 10;
                     const double d = s + 0.5 / slope * (1 + off);
                     const Chain chain =
-                        chain_of("depth_of_field", {{"coc", std::string(coc)},
+                        chain_of("depth_of_field", {{"method", "gilham"},
+                                                    {"coc", std::string(coc)},
                                                     {"focus", s},
                                                     {"range", 10.0},
                                                     {"max_radius_px", 12.0},
@@ -101,7 +103,7 @@ TEST(IdentityByFacts, DepthOfFieldAroundHalfAPixel) {
         SCOPED_TRACE(concat("lens, off by ", off));
         const double gain = 0.5 * (50.0 * 100 / 36) * (0.05 / 2);
         const double focus = 0.4;  // 0.5 px at w = 1/focus - 0.5/gain
-        Chain chain = chain_of("depth_of_field", {{"focus_distance", focus}});
+        Chain chain = chain_of("depth_of_field", {{"method", "gilham"}, {"focus_distance", focus}});
         FramePlanes planes = planes_of(wide, {0, 0}, float(1 / focus));
         planes[Role::inverse_depth].at(50, 2) = float(1 / focus - 0.5 / gain * (1 + off));
         for (const Precision precision : kPrecisions)
@@ -204,7 +206,8 @@ void check_one_color(const OneColor& one, const Chain& chain) {
 
 TEST(IdentityByFacts, MotionBlurOfOneColor) {
     for (const auto& one : one_colors())
-        check_one_color(one, chain_of("motion_blur", {{"samples", int64_t(9)}}));
+        check_one_color(one,
+                        chain_of("motion_blur", {{"mode", "guertin"}, {"samples", int64_t(9)}}));
 }
 
 TEST(IdentityByFacts, FxaaOfOneColor) {
@@ -277,7 +280,7 @@ TEST(IdentityByFacts, NoHintIsAHintOfZero) {
     for (const char* kind : {"checkerboard", "threshold"})
         for (const char* gate : {"tile", "pixel"})
             for (const Precision precision : kPrecisions) {
-                Chain chain = chain_of("motion_blur");
+                Chain chain = chain_of("motion_blur", {{"mode", "guertin"}});
                 append(chain, "fxaa",
                        {{"hint", std::string(kind)}, {"hint_gate", std::string(gate)}});
                 const FramePlanes planes = planes_of(half_noise(50, 37, 4, 1), {0.4f, 0});
@@ -294,8 +297,9 @@ TEST(IdentityByFacts, ABlurLeftOutTakesAnEarlierHintAway) {
     for (const bool own : {false, true}) {
         SCOPED_TRACE(own ? "hint of the frame" : "hint of an earlier blur");
         Chain chain;
-        if (!own) append(chain, "motion_blur", {{"samples", int64_t(5)}});
-        append(chain, "motion_blur", {{"samples", int64_t(5)}, {"min_speed_px", 50.0}});
+        if (!own) append(chain, "motion_blur", {{"mode", "guertin"}, {"samples", int64_t(5)}});
+        append(chain, "motion_blur",
+               {{"mode", "guertin"}, {"samples", int64_t(5)}, {"min_speed_px", 50.0}});
         append(chain, "fxaa", {{"hint", "checkerboard"s}});
         FramePlanes planes = planes_of(half_noise(50, 37, 4, 1), {12, 3});
         if (own) planes[Role::hint] = constant_image(50, 37, {1, 1});
@@ -319,16 +323,20 @@ void check_off(const Chain& chain, const FramePlanes& planes) {
 TEST(OffByConfiguration, ReturnsEveryBit) {
     FramePlanes planes = planes_of(half_noise(41, 23, 4, 8), {30, -8});
     for (int x = 0; x < 41; ++x) planes[Role::inverse_depth].at(x, x / 2) = x % 2 ? 0 : 3;
-    check_off(chain_of("motion_blur", {{"shutter_frames", 0.0}}), planes);
-    check_off(chain_of("motion_blur", {{"shutter_angle_deg", 0.0}, {"min_speed_px", 0.0}}), planes);
-    check_off(chain_of("depth_of_field", {{"max_radius_px", 0.5}}), planes);
-    check_off(chain_of("depth_of_field", {{"max_radius_px", 0.0}, {"downsample", int64_t(1)}}),
+    check_off(chain_of("motion_blur", {{"mode", "guertin"}, {"shutter_frames", 0.0}}), planes);
+    check_off(chain_of("motion_blur",
+                       {{"mode", "guertin"}, {"shutter_angle_deg", 0.0}, {"min_speed_px", 0.0}}),
               planes);
-    check_off(chain_of("depth_of_field", {{"coc", "planes"s},
+    check_off(chain_of("depth_of_field", {{"method", "gilham"}, {"max_radius_px", 0.5}}), planes);
+    check_off(chain_of("depth_of_field",
+                       {{"method", "gilham"}, {"max_radius_px", 0.0}, {"downsample", int64_t(1)}}),
+              planes);
+    check_off(chain_of("depth_of_field", {{"method", "gilham"},
+                                          {"coc", "planes"s},
                                           {"max_near_fraction", 0.5 / 41},
                                           {"max_far_fraction", 0.1 / 41}}),
               planes);
-    Chain pinhole = chain_of("depth_of_field");
+    Chain pinhole = chain_of("depth_of_field", {{"method", "gilham"}});
     pinhole.links[0].pass->parameters().as<depth_of_field::Parameters>().lens.f_stop =
         std::numeric_limits<double>::infinity();
     check_off(pinhole, planes);
@@ -336,16 +344,18 @@ TEST(OffByConfiguration, ReturnsEveryBit) {
 
 TEST(OffByConfiguration, NotJustAbove) {
     FramePlanes planes = planes_of(half_noise(41, 23, 4, 8), {30, -8}, 3);
-    for (const Chain& chain : {chain_of("motion_blur", {{"shutter_frames", 1e-9}}),
-                               chain_of("depth_of_field", {{"max_radius_px", 0.5 + 1e-9}}),
-                               chain_of("depth_of_field", {{"max_radius_px", 0.6}})})
+    for (const Chain& chain :
+         {chain_of("motion_blur", {{"mode", "guertin"}, {"shutter_frames", 1e-9}}),
+          chain_of("depth_of_field", {{"method", "gilham"}, {"max_radius_px", 0.5 + 1e-9}}),
+          chain_of("depth_of_field", {{"method", "gilham"}, {"max_radius_px", 0.6}})})
         EXPECT_FALSE(expect_same_bits(chain, describe(planes), planes, only({kRuleConfiguration}))
                          .used(kRuleConfiguration));
 }
 
 TEST(OffByConfiguration, ABlurLeftOutTakesAnEarlierHintAway) {
-    Chain chain = chain_of("motion_blur", {{"samples", int64_t(5)}});
-    append(chain, "motion_blur", {{"samples", int64_t(5)}, {"shutter_frames", 0.0}});
+    Chain chain = chain_of("motion_blur", {{"mode", "guertin"}, {"samples", int64_t(5)}});
+    append(chain, "motion_blur",
+           {{"mode", "guertin"}, {"samples", int64_t(5)}, {"shutter_frames", 0.0}});
     append(chain, "fxaa", {{"hint", "checkerboard"s}});
     const FramePlanes planes = planes_of(half_noise(50, 37, 4, 1), {32, 3});
     expect_same_bits(chain, describe(planes), planes, only({kRuleConfiguration}));
@@ -357,7 +367,7 @@ TEST(CameraCut, ReturnsTheInput) {
     const FramePlanes planes = planes_of(half_noise(41, 23, 4, 8), {30, -8});
     FrameDescription frame = describe(planes);
     frame.bounds.camera_cut = true;
-    const Chain chain = chain_of("motion_blur");
+    const Chain chain = chain_of("motion_blur", {{"mode", "guertin"}});
     for (const Precision precision : kPrecisions) {
         Plan plan;
         const FramePlanes cut =
@@ -381,7 +391,7 @@ TEST(CameraCut, OtherPassesRun) {
     FramePlanes planes = planes_of(half_noise(41, 23, 4, 8), {30, -8}, 3);
     FrameDescription frame = describe(planes);
     frame.bounds.camera_cut = true;
-    Chain chain = chain_of("motion_blur"), rest;
+    Chain chain = chain_of("motion_blur", {{"mode", "guertin"}}), rest;
     for (Chain* one : {&chain, &rest}) {
         append(*one, "fxaa", {{"hint", "checkerboard"s}});
         append(*one, "depth_of_field", {{"downsample", int64_t(1)}});

@@ -17,7 +17,8 @@ constexpr int64_t kFactors[] = {1, 2, 4};
 
 // Radius by distance: R = max_radius (d - 10) / 10 px, clamped; w = 1 / 10 is in focus.
 Chain focus_chain(double max_radius_px, double sigma_px, int64_t factor, const std::string& leak) {
-    return chain_of("depth_of_field", {{"coc", "range"s},
+    return chain_of("depth_of_field", {{"method", "gilham"},
+                                       {"coc", "range"s},
                                        {"focus", 10.0},
                                        {"range", 10.0},
                                        {"max_radius_px", max_radius_px},

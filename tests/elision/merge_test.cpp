@@ -12,15 +12,16 @@ using namespace std::string_literals;
 Chain shipped(bool dof_first) {
     Chain chain;
     const auto blur = [&] {
-        append(chain, "motion_blur", {{"samples", int64_t(25)}, {"max_blur_px", int64_t(40)}});
+        append(chain, "motion_blur",
+               {{"mode", "guertin"}, {"samples", int64_t(25)}, {"max_blur_px", int64_t(40)}});
     };
     const auto fxaa = [&] {
         append(chain, "fxaa", {{"hint", "checkerboard"s}, {"hint_gate", "tile"s}});
     };
-    if (dof_first) append(chain, "depth_of_field");
+    if (dof_first) append(chain, "depth_of_field", {{"method", "gilham"}});
     blur();
     fxaa();
-    if (!dof_first) append(chain, "depth_of_field");
+    if (!dof_first) append(chain, "depth_of_field", {{"method", "gilham"}});
     return chain;
 }
 

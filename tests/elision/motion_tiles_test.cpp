@@ -26,7 +26,8 @@ struct Blur {
 };
 
 Chain chain_of(const Blur& blur) {
-    return test::chain_of("motion_blur", {{"shutter_frames", 2.0},
+    return test::chain_of("motion_blur", {{"mode", "guertin"},
+                                          {"shutter_frames", 2.0},
                                           {"max_blur_px", blur.max_blur_px},
                                           {"samples", blur.samples},
                                           {"tile_jitter_slope", blur.slope},

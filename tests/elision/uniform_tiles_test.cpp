@@ -52,7 +52,8 @@ struct Case {
     std::string mode = "guertin", split = "even", border = "skip", still = "perpendicular";
     std::string storage = "auto";
     Chain chain(int seed) const {
-        return chain_of("motion_blur", {{"shutter_frames", 2.0},  // motion is half-velocity
+        return chain_of("motion_blur", {{"mode", "guertin"},
+                                        {"shutter_frames", 2.0},  // motion is half-velocity
                                         {"max_blur_px", r},
                                         {"samples", samples},
                                         {"center_weight", kappa},

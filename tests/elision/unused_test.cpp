@@ -47,9 +47,11 @@ TEST(UnusedPlane, IsNotHandedOver) {
                       frame.description.planes);
         }
     };
-    check(chain_of("motion_blur", {{"depth_softness", 0.0}}), {Role::color, Role::motion});
-    check(chain_of("motion_blur"), {Role::color, Role::motion, Role::inverse_depth});
-    check(chain_of("depth_of_field"), {Role::color, Role::inverse_depth});
+    check(chain_of("motion_blur", {{"mode", "guertin"}, {"depth_softness", 0.0}}),
+          {Role::color, Role::motion});
+    check(chain_of("motion_blur", {{"mode", "guertin"}}),
+          {Role::color, Role::motion, Role::inverse_depth});
+    check(chain_of("depth_of_field", {{"method", "gilham"}}), {Role::color, Role::inverse_depth});
     check(chain_of("fxaa"), {Role::color});
 }
 
@@ -74,28 +76,32 @@ TEST(UnusedStep, VarianceNoiseAndHint) {
             EXPECT_GT(complete->transient_bytes(), elided.plan.transient_bytes());
         }
     };
-    check(chain_of("motion_blur"), "motion_blur.hint motion_blur.tile_variance ");
-    check(chain_of("motion_blur", {{"sample_split", "variance"s}}), "motion_blur.hint ");
-    check(chain_of("motion_blur",
-                   {{"sample_split", "variance"s}, {"jitter", 0.0}, {"tile_jitter", false}}),
+    check(chain_of("motion_blur", {{"mode", "guertin"}}),
+          "motion_blur.hint motion_blur.tile_variance ");
+    check(chain_of("motion_blur", {{"mode", "guertin"}, {"sample_split", "variance"s}}),
+          "motion_blur.hint ");
+    check(chain_of("motion_blur", {{"mode", "guertin"},
+                                   {"sample_split", "variance"s},
+                                   {"jitter", 0.0},
+                                   {"tile_jitter", false}}),
           "motion_blur.hint motion_blur.noise ");
     check(chain_of("motion_blur", {{"mode", "single"s}, {"noise", "none"s}}),
           "motion_blur.hint motion_blur.tile_variance ");
-    Chain read = chain_of("motion_blur", {{"sample_split", "even"s}});
+    Chain read = chain_of("motion_blur", {{"mode", "guertin"}, {"sample_split", "even"s}});
     append(read, "fxaa", {{"hint", "threshold"s}});
     check(read, "motion_blur.tile_variance ");
-    Chain unread = chain_of("motion_blur");
+    Chain unread = chain_of("motion_blur", {{"mode", "guertin"}});
     append(unread, "fxaa", {{"hint", "none"s}});
-    append(unread, "depth_of_field");
+    append(unread, "depth_of_field", {{"method", "gilham"}});
     check(unread, "motion_blur.hint motion_blur.tile_variance ");
 }
 
 // Who asks for another plane than color needs no step that makes color alone.
 TEST(UnusedOutput, StepsByReferenceCounting) {
     const TestFrame frame = moving();
-    Chain chain = chain_of("motion_blur", {{"sample_split", "variance"s}});
+    Chain chain = chain_of("motion_blur", {{"mode", "guertin"}, {"sample_split", "variance"s}});
     append(chain, "fxaa");
-    append(chain, "motion_blur", {{"sample_split", "variance"s}});
+    append(chain, "motion_blur", {{"mode", "guertin"}, {"sample_split", "variance"s}});
     append(chain, "fxaa");
     for (const Precision precision : kPrecisions) {
         PlanOptions options = only({kRuleUnusedOutput}, precision);

@@ -319,8 +319,8 @@ TEST(Hint, TravelsWithAndWithoutAPassInBetween) {
     frame.description.camera.f_stop = 0.2;
     const auto chain_with = [&](bool between, const char* hint) {
         Chain chain;
-        append(chain, "motion_blur");
-        if (between) append(chain, "depth_of_field");
+        append(chain, "motion_blur", {{"mode", "guertin"}});
+        if (between) append(chain, "depth_of_field", {{"method", "gilham"}});
         append(chain, "fxaa", {{"hint", std::string(hint)}});
         return chain;
     };

@@ -58,7 +58,7 @@ BlurFrame random_frame(int width, int height, float longest, float ratio, uint32
 
 Chain blur(const Values& values) {
     Chain chain;
-    append(chain, "motion_blur");
+    append(chain, "motion_blur", {{"mode", "guertin"}});
     const ParameterTable& table = *builtin_passes().find("motion_blur")->parameters;
     for (const auto& [key, value] : values) {
         const Status status = table.set(chain.links[0].pass->parameters(), key, value);

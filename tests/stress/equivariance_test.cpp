@@ -71,9 +71,10 @@ TEST(Transform, DotHasTheMiddlesMotionAndOneBrightPixel) {
 TEST(Reach, FollowsFromTheParameters) {
     const auto cells = make_cells(40, true);
     const FrameDescription& frame = cells.front().frame;
-    Chain both = test::chain_of("motion_blur", {{"max_blur_px", int64_t(30)}});
+    Chain both = test::chain_of("motion_blur", {{"mode", "guertin"}, {"max_blur_px", int64_t(30)}});
     EXPECT_EQ(tile_px(both), 30);
-    test::append(both, "depth_of_field", {{"downsample", int64_t(4)}, {"blur_sigma_px", 5.0}});
+    test::append(both, "depth_of_field",
+                 {{"method", "gilham"}, {"downsample", int64_t(4)}, {"blur_sigma_px", 5.0}});
     EXPECT_EQ(both.promises().lattice_px, 60);  // lcm(30, 4)
     EXPECT_EQ(tile_px(both), 60);
     // 2.5 x 30 + 4 (ceil(3 x 5 / 4) + 2); 1.006 x 30 + 0.5 + 24.

@@ -165,7 +165,8 @@ TEST(Stress, CrossedCellsBringTheWorstTogether) {
 
 TEST(Stress, ChecksSeeWhatTheyAreFor) {
     const auto cells = make_cells(40, false);
-    const Subject subject = with_cells_camera({"motion_blur", test::chain_of("motion_blur")});
+    const Subject subject =
+        with_cells_camera({"motion_blur", test::chain_of("motion_blur", {{"mode", "guertin"}})});
     // A cell that calls itself still and is not.
     for (const auto& cell : cells) {
         if (cell.name != "object 40 px, ground still") continue;
@@ -201,7 +202,8 @@ TEST(Stress, ChecksSeeWhatTheyAreFor) {
 }
 
 TEST(Stress, CameraOfTheCellCountsAlone) {
-    Subject subject{"one", test::chain_of("motion_blur", {{"shutter_angle_deg", 90.0}})};
+    Subject subject{
+        "one", test::chain_of("motion_blur", {{"mode", "guertin"}, {"shutter_angle_deg", 90.0}})};
     test::append(subject.chain, "depth_of_field", {{"f_stop", 8.0}});
     subject.chain.camera.f_stop = 4;
     subject = with_cells_camera(std::move(subject));
@@ -210,9 +212,11 @@ TEST(Stress, CameraOfTheCellCountsAlone) {
     EXPECT_NE(text.find("shutter_angle_deg=unset"), std::string::npos) << text;
     EXPECT_EQ(text.find("f_stop=8"), std::string::npos) << text;
     EXPECT_EQ(tile_px(subject.chain), 40);
-    EXPECT_EQ(tile_px(test::chain_of("motion_blur", {{"max_blur_px", int64_t(64)}})), 64);
+    EXPECT_EQ(
+        tile_px(test::chain_of("motion_blur", {{"mode", "guertin"}, {"max_blur_px", int64_t(64)}})),
+        64);
     EXPECT_EQ(tile_px(test::chain_of("fxaa")), 40);
-    EXPECT_EQ(tile_px(test::chain_of("depth_of_field")), 40);
+    EXPECT_EQ(tile_px(test::chain_of("depth_of_field", {{"method", "gilham"}})), 40);
     EXPECT_EQ(tile_px(test::chain_of("vignette")), 40);
 }
 
@@ -234,7 +238,7 @@ TEST(Stress, LimitsHoldOnlyWhereListedAndInsideTheirBound) {
     EXPECT_EQ(verdict("radiance", "both signs, 1e10", 0.0149), Verdict::limit);
     EXPECT_EQ(verdict("radiance", "both signs, 1e10", 0.0151), Verdict::failed);
     EXPECT_EQ(verdict("radiance", "negative", 0.0149), Verdict::failed);
-    chain = test::chain_of("motion_blur");
+    chain = test::chain_of("motion_blur", {{"mode", "guertin"}});
     EXPECT_EQ(verdict("radiance", "both signs, 1e10", 0.0149), Verdict::failed);
     size_t limits = 0;
     for (const auto& type : test::every_pass().types()) {
@@ -260,13 +264,15 @@ TEST(Stress, LimitsOfSeveralPassesAreTheWidest) {
         apply_known_limits(chain, result);
         return result.measured[0].limit ? result.measured[0].limit->bound : 0;
     };
-    Chain chain = test::chain_of("depth_of_field");
+    Chain chain = test::chain_of("depth_of_field", {{"method", "gilham"}});
     EXPECT_EQ(limit_in(chain, "crossed"), 0.03);
     EXPECT_EQ(limit_in(chain, "radiance"), 0.0024);
     test::append(chain, "fxaa");
     EXPECT_EQ(limit_in(chain, "crossed"), 0.03);
     EXPECT_EQ(limit_in(chain, "radiance"), 0.032);
-    EXPECT_EQ(limit_in(test::chain_of("depth_of_field", {{"leak", "none"}}), "crossed"), 0);
+    EXPECT_EQ(limit_in(test::chain_of("depth_of_field", {{"method", "gilham"}, {"leak", "none"}}),
+                       "crossed"),
+              0);
 }
 
 // A limit that no cell needs would hide the next fault there: each is met by one at least.
@@ -432,8 +438,8 @@ TEST(StressCommand, WritesTableAndJsonOfTheCellsAskedFor) {
 TEST(StressCommand, BitsDoNotDependOnTheNumberOfThreads) {
     // 97x61: 28 work groups of which no number of threads has an equal share. The default run holds
     // every pass, paper and dof_first; the others are what else is shipped.
-    for (const char* arguments : {"--only '/size/97x61/'", "realtime --only '/size/97x61/fp16'",
-                                  "offline --only '/size/41x31/fp32'"}) {
+    for (const char* arguments : {"--only '/size/97x61/'", "fast --only '/size/97x61/fp16'",
+                                  "best --only '/size/41x31/fp32'"}) {
         std::set<std::string> outputs;
         for (const char* threads : {"1", "2", "8"}) {
             const auto outcome = command(std::string(arguments) + " --json --device software",
@@ -447,7 +453,7 @@ TEST(StressCommand, BitsDoNotDependOnTheNumberOfThreads) {
 }
 
 TEST(StressCommand, OneChainWithSettingsAndErrors) {
-    const auto one = command("realtime --set motion_blur.samples=5 --only 'realtime/size/41x31'");
+    const auto one = command("fast --set motion_blur.samples=5 --only 'fast/size/41x31'");
     EXPECT_EQ(one.code, 0) << one.out;
     EXPECT_NE(one.out.find("2 cells"), std::string::npos) << one.out;
     EXPECT_EQ(command("--only 'no such cell'").code, 2);

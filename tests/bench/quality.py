@@ -1,0 +1,134 @@
+#!/usr/bin/env python3
+"""Error of chains against path-traced ground truth, and time, as the tables of docs/quality.md.
+
+    tests/bench/quality.py POSTCHAIN DATA [--table motion|lens|both] [--frame 10] [--repeat 3]
+
+DATA holds a folder for each scene with sharp.####.exr, mb, dof and both (ground truth), camera.json
+and, for the peers, peer_*.####.exr. A cell is PSNR (dB, after x/(1+x) and gamma 2.2) / HDR-FLIP /
+SSIM; time is the least of the repeats of all passes' times, as a ratio to the table's first chain.
+"""
+import argparse
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+MOTION = [
+    ("`guertin`, 25 samples", "motion_blur: {mode: guertin}"),
+    ("Blender's Vector Blur, its factor tuned on the ground truth", "peer_vectorblur_best"),
+    ("9 times, 3 starts, frame alone",
+     "motion_blur: {mode: inverse_warp, samples: 9, starts: 3, neighbors: none}"),
+    ("defaults, frame alone", "motion_blur: {mode: inverse_warp, neighbors: none}"),
+    ("25 times everywhere, frame alone",
+     "motion_blur: {mode: inverse_warp, path_px_per_time: 0.5, neighbors: none}"),
+    ("defaults, the frame before", "motion_blur: {mode: inverse_warp, neighbors: before}"),
+    ("defaults", "motion_blur: {mode: inverse_warp}"),
+    ("25 times everywhere", "motion_blur: {mode: inverse_warp, path_px_per_time: 0.5}"),
+]
+LENS = [
+    ("`gilham`, `downsample: 4`", "depth_of_field: {method: gilham, downsample: 4}"),
+    ("`gilham`, `downsample: 1`", "depth_of_field: {method: gilham, downsample: 1}"),
+    ("Blender's Defocus", "peer_defocus"),
+    ("16 points, frame alone", "depth_of_field: {samples: 16, neighbors: none}"),
+    ("24 points, frame alone", "depth_of_field: {samples: 24, neighbors: none}"),
+    ("the same, highlights not shared",
+     "depth_of_field: {samples: 24, neighbors: none, share_highlights: false}"),
+    ("128 points, frame alone", "depth_of_field: {samples: 128, neighbors: none}"),
+    ("32 points, the default", "depth_of_field: {samples: 32}"),
+    ("128 points", "depth_of_field: {samples: 128}"),
+]
+BOTH = [
+    ("`paper`", "paper"),
+    ("`dof_first`", "dof_first"),
+    ("Blender's Defocus, then Vector Blur, tuned on the ground truth", "peer_both_best"),
+    ("`fast`", "fast"),
+    ("motion blur, then depth of field", "motion_blur: {} ; depth_of_field: {}"),
+    ("depth of field, then motion blur", "depth_of_field: {} ; motion_blur: {}"),
+    ("`balanced`: the same, then FXAA", "balanced"),
+    ("`joint_blur`, 32 samples, frame alone", "joint_blur: {samples: 32, neighbors: none}"),
+    ("`joint_blur`, 128 samples, frame alone", "joint_blur: {samples: 128, neighbors: none}"),
+    ("`joint_blur`, 32 samples", "joint_blur: {samples: 32}"),
+    ("`best`: 128 samples, then FXAA", "best"),
+]
+TABLES = {"motion": ("mb", MOTION), "lens": ("dof", LENS), "both": ("both", BOTH)}
+
+
+def run(*command):
+    done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
+    if done.returncode:
+        sys.exit(f"{' '.join(str(word) for word in command)}\n{done.stderr}")
+    return done.stdout
+
+
+def filtered(options, chain, scene, folder):
+    """Path of the filtered frame, and the least time of its passes in ms."""
+    path = folder / "chain.yaml"
+    if ":" in chain:
+        passes = "".join(f"  - {one.strip()}\n" for one in chain.split(" ; "))
+        path.write_text("postchain: 1\npasses:\n" + passes)
+        chain = path
+    least = None
+    for _ in range(options.repeat):
+        run(options.postchain, "run", chain, "-i", scene / "sharp.####.exr", "--camera",
+            scene / "camera.json", "--frames", options.frame, "-o", folder / "out.####.exr",
+            "--on-existing", "overwrite", "-q")
+        out = folder / f"out.{options.frame:04d}.exr"
+        times = json.loads(pathlib.Path(f"{out}.json").read_text())["times_ms"]["passes"]
+        total = sum(list(one.values())[-1] for one in times)
+        least = total if least is None else min(least, total)
+    return out, least
+
+
+def table(options, name, folder):
+    truth, rows = TABLES[name]
+    scenes = [scene for scene in sorted(options.data.iterdir())
+              if (scene / f"{truth}.{options.frame:04d}.exr").exists()
+              and (scene / "camera.json").exists() and scene.name not in options.skip]
+    names = [scene.name for scene in scenes]
+    print(f"| frame {options.frame}, `{truth}` | " + " | ".join(names) + " | mean | time |")
+    print("|---" * (len(names) + 3) + "|")
+    first = None
+    for label, chain in rows:
+        cells, total, missing = [], 0, False
+        for scene in scenes:
+            least = None
+            if chain.startswith("peer_"):
+                out = scene / f"{chain}.{options.frame:04d}.exr"
+                missing = missing or not out.exists()
+            else:
+                out, least = filtered(options, chain, scene, folder)
+                total += least
+            if missing:
+                break
+            found = json.loads(run(options.postchain, "diff",
+                                   scene / f"{truth}.{options.frame:04d}.exr", out, "--json"))
+            cells.append([found["psnr"], found["hdr_flip"], found["ssim"]])
+        if missing:
+            continue
+        cells.append([sum(values) / len(scenes) for values in zip(*cells)])
+        time = ""
+        if total:
+            first = first or total
+            time = f"{total / first:.1f}"
+        texts = [f"{p:.2f} / {f:.3f} / {s:.3f}".replace("/ 0.", "/ .") for p, f, s in cells]
+        print(f"| {label} | " + " | ".join(texts) + f" | {time} |", flush=True)
+    print()
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("postchain", type=pathlib.Path)
+    parser.add_argument("data", type=pathlib.Path)
+    parser.add_argument("--table", choices=list(TABLES), action="append")
+    parser.add_argument("--frame", type=int, default=10)
+    parser.add_argument("--repeat", type=int, default=3)
+    parser.add_argument("--skip", action="append", default=["wheels_720p"], help="a scene")
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        for name in options.table or TABLES:
+            table(options, name, pathlib.Path(folder))
+
+
+main()

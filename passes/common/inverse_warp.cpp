@@ -105,6 +105,7 @@ class Planner {
         add_hint();
         result_ = picture("color", planner_.context().color_format());
         if (shares()) add_tile_light();
+        add_tables();
         if (still_blocks_ >= 0) {
             elide_blocks(planner_, "search in still blocks", settings_.still_rule,
                          {.name = "displacements that reach them",
@@ -227,12 +228,21 @@ class Planner {
         planner_.step(std::move(step));
     }
 
+    // Before the steps that write the result: such steps then stand together in the plan, and two
+    // plans can share them (chain/merge.h).
+    void add_tables() {
+        noise_ = noise::add_table(planner_, settings_.noise);
+        if (!settings_.lens) return;
+        const lens::Points points = lens::lens_points(settings_.lens->aperture, settings_.samples);
+        lens_points_ = lens::add_table(planner_, points);
+        block_.lens_sets = points.sets;
+    }
+
     void add_gather() {
-        const TextureId noise = noise::add_table(planner_, settings_.noise);
         Step step = make_surface_step("gather");
         auto& defines = step.program.defines;
         defines["STARTS"] = std::to_string(settings_.search.starts);
-        defines["NOISE"] = flag(noise >= 0);
+        defines["NOISE"] = flag(noise_ >= 0);
         defines["HIGHLIGHTS"] = flag(shares());
         defines["HINT"] = flag(hint_ >= 0);
         defines["BEFORE"] = defines["AFTER"] = "0";
@@ -241,7 +251,7 @@ class Planner {
                          {1, surfaces_},
                          {2, starts_},
                          {0, shares() ? gathered_ : result_, Access::write}};
-        if (noise >= 0) step.bindings.push_back({3, noise});
+        if (noise_ >= 0) step.bindings.push_back({3, noise_});
         for (size_t i = 0; i < neighbors_.size(); ++i) {
             const bool before = neighbors_[i] == Neighbor::before;
             defines[before ? "BEFORE" : "AFTER"] = "1";
@@ -250,13 +260,7 @@ class Planner {
                                      Access::sample_linear});
             step.bindings.push_back({before ? 8 : 10, neighbor_surfaces_[i]});
         }
-        if (settings_.lens) {
-            const lens::Points points =
-                lens::lens_points(settings_.lens->aperture, settings_.samples);
-            step.bindings.push_back({4, lens::add_table(planner_, points)});
-            block_.lens_sets = points.sets;
-            step.set_block(block_);
-        }
+        if (lens_points_ >= 0) step.bindings.push_back({4, lens_points_});
         if (shares()) {
             step.bindings.push_back({5, tile_light_});
             step.bindings.push_back({2, excess_, Access::write});
@@ -288,6 +292,7 @@ class Planner {
     const uint64_t pixels_;
     std::vector<TextureId> neighbor_surfaces_;
     TextureId surfaces_ = -1, starts_ = -1, moving_blocks_ = -1, still_blocks_ = -1;
+    TextureId noise_ = -1, lens_points_ = -1;
     TextureId tile_light_ = -1, excess_ = -1, gathered_ = -1;
     TextureId given_hint_ = -1, hint_ = -1, result_ = -1;
 };

@@ -63,7 +63,7 @@ inline const char* kReversed =
     "  - motion_blur: {samples: 9}\n";
 inline const char* kFxaa = "postchain: 1\npasses: [fxaa]\n";
 inline const char* kMotionBlur =
-    "postchain: 1\npasses: [motion_blur: {samples: 5, shutter_frames: 0.5}]\n";
+    "postchain: 1\npasses: [motion_blur: {mode: guertin, samples: 5, shutter_frames: 0.5}]\n";
 
 double largest_difference(const ImageF& a, const ImageF& b);  // inf when sizes differ
 

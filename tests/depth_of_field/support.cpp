@@ -1,5 +1,7 @@
 #include "tests/depth_of_field/support.h"
 
+#include <gtest/gtest.h>
+
 namespace postchain::test {
 
 Camera round_camera() {
@@ -44,6 +46,17 @@ FramePlanes deep_planes(int width, int height, uint32_t seed) {
 }
 
 namespace {
+// The method gilham, unless the settings name another.
+Chain chain_with(const Settings& settings) {
+    Chain chain = chain_of("depth_of_field", {{"method", "gilham"}});
+    const ChainLink& link = chain.links[0];
+    for (const auto& [key, value] : settings) {
+        const Status status = link.type->parameters->set(link.pass->parameters(), key, value);
+        EXPECT_TRUE(status.ok()) << key << ": " << status.message();
+    }
+    return chain;
+}
+
 PlanOptions whole() {
     PlanOptions options;
     options.elide = false;
@@ -52,17 +65,15 @@ PlanOptions whole() {
 }  // namespace
 
 ImageF dof(const FramePlanes& planes, Settings settings) {
-    return filter(chain_of("depth_of_field", settings), describe_round(planes), planes, whole())
-        .at(Role::color);
+    return filter(chain_with(settings), describe_round(planes), planes, whole()).at(Role::color);
 }
 
 Stages dof_stages(const FramePlanes& planes, Settings settings) {
-    return filter_with_stages(chain_of("depth_of_field", settings), describe_round(planes), planes,
-                              whole());
+    return filter_with_stages(chain_with(settings), describe_round(planes), planes, whole());
 }
 
 ReferenceFrame dof_reference(const FramePlanes& planes, Settings settings) {
-    return reference(chain_of("depth_of_field", settings), describe_round(planes), planes, whole());
+    return reference(chain_with(settings), describe_round(planes), planes, whole());
 }
 
 std::string stage(const std::string& name) {

@@ -24,7 +24,8 @@ FramePlanes planes_of(ImageF color, ImageF inverse_depth);
 // Noise color over three layers of depth: sky above, the focus plane, a near block.
 FramePlanes deep_planes(int width, int height, uint32_t seed = 3);
 
-// The pass over a frame of describe_round(); nothing is left out.
+// The pass, method gilham unless the settings name another, over a frame of describe_round();
+// nothing is left out.
 ImageF dof(const FramePlanes& planes, Settings settings);
 Stages dof_stages(const FramePlanes& planes, Settings settings);
 ReferenceFrame dof_reference(const FramePlanes& planes, Settings settings);

@@ -15,13 +15,13 @@ namespace fs = std::filesystem;
 const char* const kChainText =
     "postchain: 1\n"
     "passes:\n"
-    "  - motion_blur: {samples: 5, max_blur_px: 8}\n"
+    "  - motion_blur: {mode: guertin, samples: 5, max_blur_px: 8}\n"
     "  - fxaa: {preset: 10, hint: none}\n";
 const char* const kOtherOrderText =
     "postchain: 1\n"
     "passes:\n"
     "  - fxaa: {preset: 10, hint: none}\n"
-    "  - motion_blur: {samples: 5, max_blur_px: 8}\n";
+    "  - motion_blur: {mode: guertin, samples: 5, max_blur_px: 8}\n";
 
 TempFolder::TempFolder() {
     static std::atomic<int> count = 0;

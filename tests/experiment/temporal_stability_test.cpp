@@ -37,9 +37,10 @@ TEST(GridTile, IsTheLargestLatticeOfAPass) {
     EXPECT_EQ(grid_tile_px(test::parse("postchain: 1\npasses: [fxaa]\n")), 1);
     EXPECT_EQ(grid_tile_px(test::parse("postchain: 1\npasses: []\n")), 1);
     EXPECT_EQ(grid_tile_px(test::parse(test::kChainText)), 8);
-    EXPECT_EQ(grid_tile_px(test::parse("postchain: 1\npasses: [depth_of_field]\n")), 4);
-    EXPECT_EQ(grid_tile_px(test::parse("postchain: 1\npasses: [depth_of_field, "
-                                       "motion_blur: {max_blur_px: 3}]\n")),
+    EXPECT_EQ(
+        grid_tile_px(test::parse("postchain: 1\npasses: [depth_of_field: {method: gilham}]\n")), 4);
+    EXPECT_EQ(grid_tile_px(test::parse("postchain: 1\npasses: [depth_of_field: {method: gilham}, "
+                                       "motion_blur: {mode: guertin, max_blur_px: 3}]\n")),
               4);
     Chain chain = test::parse(test::kChainText);
     test::append(chain, "vignette");

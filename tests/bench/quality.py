@@ -2,10 +2,12 @@
 """Error of chains against path-traced ground truth, and time, as the tables of docs/quality.md.
 
     tests/bench/quality.py POSTCHAIN DATA [--table motion|lens|both] [--frame 10] [--repeat 3]
+                           [--pictures FOLDER]
 
 DATA holds a folder for each scene with sharp.####.exr, mb, dof and both (ground truth), camera.json
 and, for the peers, peer_*.####.exr. A cell is PSNR (dB, after x/(1+x) and gamma 2.2) / HDR-FLIP /
 SSIM; time is the least of the repeats of all passes' times, as a ratio to the table's first chain.
+--pictures makes strips of full-size crops instead (needs oiiotool).
 """
 import argparse
 import json
@@ -49,7 +51,7 @@ BOTH = [
     ("`joint_blur`, 32 samples, frame alone", "joint_blur: {samples: 32, neighbors: none}"),
     ("`joint_blur`, 128 samples, frame alone", "joint_blur: {samples: 128, neighbors: none}"),
     ("`joint_blur`, 32 samples", "joint_blur: {samples: 32}"),
-    ("`best`: 128 samples, then FXAA", "best"),
+    ("`best`: 128 samples", "best"),
 ]
 TABLES = {"motion": ("mb", MOTION), "lens": ("dof", LENS), "both": ("both", BOTH)}
 
@@ -116,6 +118,24 @@ def table(options, name, folder):
     print()
 
 
+def pictures(options, folder):
+    """SCENE-quality.jpg: ground truth, best, balanced, paper and Blender's nodes side by side."""
+    for scene in sorted(options.data.iterdir()):
+        if scene.name in options.skip or not (scene / "peer_both_best.0010.exr").exists():
+            continue
+        command = ["oiiotool"]
+        for one in ["both", "best", "balanced", "paper", "peer_both_best"]:
+            out = scene / f"{one}.{options.frame:04d}.exr"
+            if not out.exists():
+                out = folder / f"{one}.exr"
+                filtered(options, one, scene, folder)[0].rename(out)
+            command += [out, "--ch", "0,1,2", "--chnames", "R,G,B", "--cut", options.crop,
+                        "--clamp:min=0,0,0", "--dup", "--addc", "1", "--div", "--powc", "0.454545"]
+        run(*command, "--mosaic:pad=4", "5x1", "-d", "uint8", "--nosoftwareattrib",
+            "--eraseattrib", ".*", "--compression", "jpeg:90", "-o",
+            options.pictures / f"{scene.name}-quality.jpg")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -125,8 +145,12 @@ def main():
     parser.add_argument("--frame", type=int, default=10)
     parser.add_argument("--repeat", type=int, default=3)
     parser.add_argument("--skip", action="append", default=["wheels_720p"], help="a scene")
+    parser.add_argument("--pictures", type=pathlib.Path, help="folder for strips")
+    parser.add_argument("--crop", default="280x240+180+60", help="of the strips")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
+        if options.pictures:
+            return pictures(options, pathlib.Path(folder))
         for name in options.table or TABLES:
             table(options, name, pathlib.Path(folder))
 

@@ -68,6 +68,12 @@ struct Settings {
 RoleSet required_planes(bool shutter);
 RoleSet optional_planes(bool shutter, Neighbors neighbors);
 
+// Why a small change of its planes can change its color by much more: of a known limit.
+inline constexpr const char* kDecides =
+    "the inverse warp decides: which of two surfaces at one depth counts, where a depth edge is, "
+    "how "
+    "many times a path gets; a small change of a plane can turn a decision";
+
 // What a pass promises that does nothing else.
 Promises promises_of(const Settings& settings);
 Reach reach_of(const Settings& settings, const FrameDescription& frame);

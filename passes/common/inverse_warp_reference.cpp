@@ -260,7 +260,7 @@ class Warp {
         if (t.longest <= s_.still_limit_px) return;
         int n = s_.samples;
         if (!s_.lens)
-            n = int(std::clamp(std::ceil(2 * t.longest / s_.shutter->path_px_per_time),
+            n = int(std::clamp(std::ceil(2 * t.longest / s_.shutter->path_px_per_time - 1e-3),
                                double(kLeastTimes), double(std::max(n, kLeastTimes))));
         Surface begin = surfaces_[index(x, y)], background = begin;
         const Vec p = {double(x), double(y)};

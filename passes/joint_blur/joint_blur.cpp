@@ -154,8 +154,10 @@ const PassType& pass_type() {
             "the surface that stood at the pixel.",
         .parameters = &table(),
         .create = [] { return std::make_unique<JointBlur>(); },
-        .rules = {
-            {kRuleUnblurredTiles, true, "the joint blur of blocks that nothing is blurred into"}}};
+        .rules = {{kRuleUnblurredTiles, true,
+                   "the joint blur of blocks that nothing is blurred into"}},
+        .known_limits = {{"motion", "", "", 100, inverse_warp::kDecides},
+                         {"depth", "", "", 470, inverse_warp::kDecides}}};
     return type;
 }
 

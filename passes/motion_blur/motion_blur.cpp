@@ -118,8 +118,11 @@ const PassType& pass_type() {
                   {kRuleUniformTiles, false,
                    "reading motion and depth of the samples in blocks around which both hardly "
                    "change"}},
-        .variants = {{"without jitter", {{"jitter", 0.0}, {"tile_jitter", false}}}},
+        .variants = {{"guertin without jitter",
+                      {{"mode", "guertin"}, {"jitter", 0.0}, {"tile_jitter", false}}}},
         .known_limits = {
+            {"motion", "mode=inverse_warp", "", 100, inverse_warp::kDecides},
+            {"depth", "mode=inverse_warp", "", 100, inverse_warp::kDecides},
             {"mirror", "", "/speed/*1 px", 0.047, no_side},
             {"flip", "", "/speed/*1 px", 0.049, no_side},
             {"motion", "", "/radiance/firefly*fp16", 26,

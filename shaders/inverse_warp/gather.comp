@@ -74,8 +74,9 @@ int samples_of(float longest) {
 #if LENS
     return block.samples;
 #else
-    return clamp(int(ceil(2.0 * longest / block.path_px_per_time)), INVERSE_WARP_LEAST_TIMES,
-                 max(block.samples, INVERSE_WARP_LEAST_TIMES));
+    // Less a little, so that rounding does not add a time to a path of whole pixels.
+    return clamp(int(ceil(2.0 * longest / block.path_px_per_time - 1e-3)),
+                 INVERSE_WARP_LEAST_TIMES, max(block.samples, INVERSE_WARP_LEAST_TIMES));
 #endif
 }
 

@@ -50,17 +50,17 @@ inline const char* kAllPasses =
     "camera: {focal_length_mm: 50, sensor_width_mm: 36, f_stop: 1.4, focus_distance: 2,"
     " meters_per_unit: 0.05, shutter_frames: 0.5}\n"
     "passes:\n"
-    "  - motion_blur: {samples: 9}\n"
+    "  - motion_blur: {mode: guertin, samples: 9}\n"
     "  - fxaa: {hint: threshold}\n"
-    "  - depth_of_field: {downsample: 2}\n";
+    "  - depth_of_field: {method: gilham, downsample: 2}\n";
 inline const char* kReversed =
     "postchain: 1\n"
     "camera: {focal_length_mm: 50, sensor_width_mm: 36, f_stop: 1.4, focus_distance: 2,"
     " meters_per_unit: 0.05, shutter_frames: 0.5}\n"
     "passes:\n"
-    "  - depth_of_field: {downsample: 2}\n"
+    "  - depth_of_field: {method: gilham, downsample: 2}\n"
     "  - fxaa\n"
-    "  - motion_blur: {samples: 9}\n";
+    "  - motion_blur: {mode: guertin, samples: 9}\n";
 inline const char* kFxaa = "postchain: 1\npasses: [fxaa]\n";
 inline const char* kMotionBlur =
     "postchain: 1\npasses: [motion_blur: {mode: guertin, samples: 5, shutter_frames: 0.5}]\n";

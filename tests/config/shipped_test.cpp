@@ -85,7 +85,7 @@ TEST(Shipped, FastBalancedAndBestTakeMoreAndMoreSamples) {
         EXPECT_LT(std::stoi(value(fast, pass, "samples")),
                   std::stoi(value(balanced, pass, "samples")));
     const Chain best = load("best").chain;
-    EXPECT_THAT(order(best), ElementsAre("joint_blur", "fxaa"));
+    EXPECT_THAT(order(best), ElementsAre("joint_blur"));
     EXPECT_GT(std::stoi(value(best, 0, "samples")), std::stoi(value(balanced, 0, "samples")));
 }
 

@@ -204,7 +204,7 @@ TEST(Stress, ChecksSeeWhatTheyAreFor) {
 TEST(Stress, CameraOfTheCellCountsAlone) {
     Subject subject{
         "one", test::chain_of("motion_blur", {{"mode", "guertin"}, {"shutter_angle_deg", 90.0}})};
-    test::append(subject.chain, "depth_of_field", {{"f_stop", 8.0}});
+    test::append(subject.chain, "depth_of_field", {{"method", "gilham"}, {"f_stop", 8.0}});
     subject.chain.camera.f_stop = 4;
     subject = with_cells_camera(std::move(subject));
     EXPECT_EQ(subject.chain.camera, Camera());
@@ -280,6 +280,11 @@ TEST(Stress, EveryKnownLimitIsMet) {
     std::vector<Subject> subjects;
     for (auto& subject : every_pass_and_both_orders())
         subjects.push_back(with_cells_camera(std::move(subject)));
+    subjects.push_back(with_cells_camera(
+        {"gilham",
+         test::chain_of("depth_of_field", {{"method", "gilham"}, {"downsample", int64_t(4)}})}));
+    subjects.push_back(
+        with_cells_camera({"guertin", test::chain_of("motion_blur", {{"mode", "guertin"}})}));
     const auto cells = make_cells(40, false);
     const auto is_met = [&](const PassType& type, const KnownLimit& limit) {
         for (const auto& subject : subjects) {

@@ -205,7 +205,6 @@ const PassType& pass_type() {
         .create = [] { return std::make_unique<DepthOfField>(); },
         .rules = {{kRuleFocusTiles, true,
                    "the blurred image where it is not visible, color and radius where only it is"}},
-        .variants = {{"gilham", {{"method", "gilham"}}}},
         .known_limits = {{"depth", "method=inverse_warp", "/lens/f/0.1", 5, inverse_warp::kDecides},
                          {"turn", "leak=coc", "/crossed/", 0.03, order},
                          {"turn", "leak=coc", "", 0.0024, order},

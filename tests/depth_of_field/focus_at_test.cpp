@@ -61,8 +61,8 @@ TEST(FocusAt, WhatLiesThereIsInFocus) {
 TEST(FocusAt, TheReferenceFocusesThereToo) {
     const FramePlanes planes = halves();
     for (const char* coc : {"lens", "range"}) {
-        const Chain chain =
-            chain_of("depth_of_field", {{"focus_at", Place{0.8, 0.5}}, {"coc", coc}});
+        const Chain chain = chain_of(
+            "depth_of_field", {{"method", "gilham"}, {"focus_at", Place{0.8, 0.5}}, {"coc", coc}});
         FrameDescription frame = describe_halves(planes);
         find_depths(chain, planes, frame);
         PlanOptions whole;
@@ -79,8 +79,10 @@ TEST(FocusAt, OnTheSkyIsInfinity) {
     for (float& w : planes[Role::inverse_depth].data)
         if (w < 0.5f) w = 0;
     for (const char* coc : {"lens", "range"}) {
-        const Chain chain = chain_of(
-            "depth_of_field", {{"focus_at", Place{0.8, 0.5}}, {"coc", coc}, {"breathing", true}});
+        const Chain chain = chain_of("depth_of_field", {{"method", "gilham"},
+                                                        {"focus_at", Place{0.8, 0.5}},
+                                                        {"coc", coc},
+                                                        {"breathing", true}});
         FrameDescription frame = describe_halves(planes);
         find_depths(chain, planes, frame);
         PlanOptions whole;
@@ -101,10 +103,11 @@ TEST(FocusAt, IsRefusedWhereTheDepthIsNotKnown) {
               std::string::npos)
         << plan.status().message();
     // Where nothing depends on it, it is not asked for.
-    EXPECT_TRUE(
-        make_plan(chain_of("depth_of_field", {{"focus_at", Place{0.8, 0.5}}, {"coc", "planes"}}),
-                  describe_halves(planes))
-            .ok());
+    EXPECT_TRUE(make_plan(chain_of("depth_of_field", {{"method", "gilham"},
+                                                      {"focus_at", Place{0.8, 0.5}},
+                                                      {"coc", "planes"}}),
+                          describe_halves(planes))
+                    .ok());
 }
 
 }  // namespace

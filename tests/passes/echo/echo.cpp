@@ -124,11 +124,15 @@ class Echo final : public Pass {
 }  // namespace
 
 const PassType& pass_type() {
-    static const PassType type{.name = "echo",
-                               .title = "Echo",
-                               .help = "Sets a frame off from those before and after.",
-                               .parameters = &table(),
-                               .create = [] { return std::make_unique<Echo>(); }};
+    static const PassType type{
+        .name = "echo",
+        .title = "Echo",
+        .help = "Sets a frame off from those before and after.",
+        .parameters = &table(),
+        .create = [] { return std::make_unique<Echo>(); },
+        .known_limits = {
+            {"reference", "", "fp16", 0.35, "it may be brighter than what a half holds"},
+            {"color", "", "clamped", 55, "it may be brighter than what a half holds"}}};
     return type;
 }
 

@@ -8,15 +8,15 @@
 #include <vector>
 
 #include "chain/work_list.h"
-#include "passes/common/inverse_warp_reference_surfaces.h"
+#include "passes/common/inverse_warp_reference_tiles.h"
 #include "passes/common/lens_points.h"
 
 namespace postchain::inverse_warp {
 namespace {
 
-using reference::Planes;
 using reference::Sample;
 using reference::Surface;
+using reference::Tile;
 using reference::Vec;
 
 constexpr double kAcceptPx = 0.75;
@@ -24,12 +24,13 @@ constexpr double kAcceptNeighborPx = 1;
 constexpr double kNearer = 1.02;
 constexpr double kOneDepth = 1.05;
 constexpr int kSamplesAtATime = 32;
-constexpr double kAlikePx = 1;
 constexpr int kSteps = 2;
 constexpr int kHalvings = 2;
 constexpr double kSharpening = 2;
 constexpr int kLeastTimes = 5;
 constexpr double kSoftPx = 4;
+
+using Vec4 = std::array<double, 4>;
 
 double norm(Vec v) {
     return std::sqrt(dot(v, v));
@@ -38,12 +39,6 @@ double norm(Vec v) {
 bool finite(const double* rgba) {
     return std::all_of(rgba, rgba + 4, [](double x) { return std::isfinite(x); });
 }
-
-struct Tile {
-    std::array<Surface, 3> surfaces;
-    std::vector<Surface> starts;
-    double longest = 0;
-};
 
 // A frame before or after.
 struct OtherFrame {
@@ -61,7 +56,6 @@ class Warp {
           width_(context.frame.width),
           height_(context.frame.height),
           columns_((width_ + kBlockPx - 1) / kBlockPx),
-          rows_((height_ + kBlockPx - 1) / kBlockPx),
           half_open_(reference::half_open_of(settings)),
           noise_(noise::table(settings.noise, context.frame.frame_number)),
           hint_wanted_(context.wanted.has(Role::hint)) {
@@ -85,17 +79,15 @@ class Warp {
     }
 
     void run() {
-        tiles_.resize(size_t(columns_ * rows_));
-        for (int j = 0; j < rows_; ++j)
-            for (int i = 0; i < columns_; ++i) pick_surfaces(i, j);
-        for (int j = 0; j < rows_; ++j)
-            for (int i = 0; i < columns_; ++i) pick_starts(i, j);
+        tiles_ = reference::tiles_of(surfaces_, width_, height_, s_);
         const bool shares = s_.lens && s_.lens->share_highlights;
+        std::vector<double> lights(tiles_.size(), -1);
+        for (int tile = 0; shares && tile < int(lights.size()); ++tile)
+            lights[size_t(tile)] = light_of_tile(tile % columns_, tile / columns_);
         ImageD color(width_, height_, 4), excess(width_, height_, 4);
         for (int y = 0; y < height_; ++y)
             for (int x = 0; x < width_; ++x)
-                expose(x, y, shares ? light_of_tile(x / kBlockPx, y / kBlockPx) : -1,
-                       color.pixel(x, y), excess.pixel(x, y));
+                expose(x, y, lights[tile_index(x, y)], color.pixel(x, y), excess.pixel(x, y));
         if (shares) {
             frame_.stages["gathered"] = color;
             frame_.stages["excess"] = excess;
@@ -108,97 +100,25 @@ class Warp {
 
   private:
     size_t index(int x, int y) const { return size_t(y) * size_t(width_) + size_t(x); }
-    Tile& tile(int i, int j) { return tiles_[size_t(j * columns_ + i)]; }
-
-    // The motion counts where there is a shutter.
-    double squared(const Surface& s) const {
-        return (s_.shutter ? dot(s.a, s.a) + dot(s.b, s.b) : 0) + s.radius * s.radius;
-    }
-    double apart(const Surface& s, const Surface& t) const {
-        Surface difference;
-        difference.a = s.a - t.a;
-        difference.b = s.b - t.b;
-        difference.radius = s.radius - t.radius;
-        return squared(difference);
-    }
-    double longest(const Surface& s) const {
-        return (s_.shutter ? s.path() : 0) + std::abs(s.radius);
-    }
-
-    // The three surfaces of a tile that are displaced most differently.
-    void pick_surfaces(int i, int j) {
-        Tile& t = tile(i, j);
-        const auto farthest = [&](const auto& measure) {
-            double most = -1;
-            Surface best;
-            for (int y = j * kBlockPx; y < std::min((j + 1) * kBlockPx, height_); ++y)
-                for (int x = i * kBlockPx; x < std::min((i + 1) * kBlockPx, width_); ++x)
-                    if (const double m = measure(surfaces_[index(x, y)]); m > most) {
-                        most = m;
-                        best = surfaces_[index(x, y)];
-                    }
-            return best;
-        };
-        t.surfaces[0] = farthest([&](const Surface& s) { return squared(s); });
-        t.surfaces[1] = farthest([&](const Surface& s) { return apart(s, t.surfaces[0]); });
-        t.surfaces[2] = farthest([&](const Surface& s) {
-            return std::min(apart(s, t.surfaces[0]), apart(s, t.surfaces[1]));
-        });
-    }
-
-    // Surfaces that can be displaced into this tile, in row order.
-    std::vector<Surface> meeting(int i, int j) {
-        std::vector<Surface> found;
-        for (int y = 0; y < rows_; ++y)
-            for (int x = 0; x < columns_; ++x)
-                for (const Surface& s : tile(x, y).surfaces) {
-                    const double aside = 1.1 * std::abs(s.radius) + 1;
-                    const int gap_x = std::max(std::abs(x - i) - 1, 0) * kBlockPx;
-                    const int gap_y = std::max(std::abs(y - j) - 1, 0) * kBlockPx;
-                    const double along = s_.shutter ? 0.1 * std::sqrt(dot(s.a, s.a)) : 0;
-                    const auto reach = [&](double a, double b) {
-                        return aside + along + (s_.shutter ? std::abs(a) + std::abs(b) : 0);
-                    };
-                    if (reach(s.a.x, s.b.x) >= gap_x && reach(s.a.y, s.b.y) >= gap_y)
-                        found.push_back(s);
-                }
-        return found;
-    }
-
-    void pick_starts(int i, int j) {
-        Tile& t = tile(i, j);
-        const std::vector<Surface> candidates = meeting(i, j);
-        for (const Surface& s : candidates) t.longest = std::max(t.longest, longest(s));
-        for (int k = 0; k < s_.search.starts; ++k) {
-            double most = kAlikePx * kAlikePx;
-            const Surface* next = nullptr;
-            for (const Surface& s : candidates) {
-                double least = k == 0 ? squared(s) + 2 * kAlikePx * kAlikePx : 3e38;
-                for (const Surface& chosen : t.starts) least = std::min(least, apart(s, chosen));
-                if (least > most) {
-                    most = least;
-                    next = &s;
-                }
-            }
-            if (!next) break;
-            t.starts.push_back(*next);
-        }
-        std::stable_sort(t.starts.begin(), t.starts.end(), [](const Surface& a, const Surface& b) {
-            return a.inverse_depth > b.inverse_depth;
-        });
-    }
+    size_t tile_index(int x, int y) const { return size_t(y / kBlockPx * columns_ + x / kBlockPx); }
 
     // Linear weights steepened about their middle.
-    double color_at(const ImageD& color, Vec at, int channel) const {
+    Vec4 color_at(const ImageD& color, Vec at) const {
         const auto steep = [](double f) {
             return std::clamp(kSharpening * (f - 0.5) + 0.5, 0.0, 1.0);
         };
         const double fx = steep(at.x - std::floor(at.x)), fy = steep(at.y - std::floor(at.y));
         const int x0 = int(std::floor(at.x)), y0 = int(std::floor(at.y));
         const int x1 = std::min(x0 + 1, width_ - 1), y1 = std::min(y0 + 1, height_ - 1);
-        const auto c = [&](int x, int y) { return color.at(x, y, channel); };
-        return (1 - fy) * ((1 - fx) * c(x0, y0) + fx * c(x1, y0)) +
-               fy * ((1 - fx) * c(x0, y1) + fx * c(x1, y1));
+        Vec4 c;
+        for (int i = 0; i < 4; ++i)
+            c[size_t(i)] = (1 - fy) * ((1 - fx) * color.at(x0, y0, i) + fx * color.at(x1, y0, i)) +
+                           fy * ((1 - fx) * color.at(x0, y1, i) + fx * color.at(x1, y1, i));
+        if (finite(c.data())) return c;
+        // A weight of 0 times what is not finite is NaN: then the nearest pixel alone counts.
+        const double* nearest = color.pixel(int(at.x + 0.5), int(at.y + 0.5));
+        std::copy(nearest, nearest + 4, c.begin());
+        return c;
     }
 
     // Mean of the largest components.
@@ -253,7 +173,7 @@ class Warp {
 
     // `light`: of the pixel's tile; < 0: highlights are not told apart.
     void expose(int x, int y, double light, double* out, double* excess) {
-        const Tile& t = tile(x / kBlockPx, y / kBlockPx);
+        const Tile& t = tiles_[tile_index(x, y)];
         const double* own = frame_.planes.at(Role::color).pixel(x, y);
         std::copy(own, own + 4, out);
         moments_.push_back(0);
@@ -280,8 +200,7 @@ class Warp {
                 bool found = false;
                 const Vec at = seen_at(p, now, t, begin, background, q, found);
                 moments_.back() += dot(at - p, at - p);
-                Vec4 seen;
-                for (int c = 0; c < 4; ++c) seen[size_t(c)] = color_at(color, at, c);
+                const Vec4 seen = color_at(color, at);
                 if (found || others_.empty()) {
                     add(all, seen, q);
                 } else {
@@ -310,8 +229,6 @@ class Warp {
             excess[c] = all.excess[c] / counted;
         }
     }
-
-    using Vec4 = std::array<double, 4>;
 
     // What a pixel's samples have seen: sum of the differences to its own color, bright light out
     // of focus, and how many were out of focus.
@@ -369,7 +286,7 @@ class Warp {
         ImageD hint(width_, height_, 2);
         for (int y = 0; y < height_; ++y) {
             for (int x = 0; x < width_; ++x) {
-                const bool still = tile(x / kBlockPx, y / kBlockPx).longest <= s_.still_limit_px;
+                const bool still = tiles_[tile_index(x, y)].longest <= s_.still_limit_px;
                 double* out = hint.pixel(x, y);
                 if (!s_.shutter) {
                     const double radius = std::abs(surfaces_[index(x, y)].radius);
@@ -461,7 +378,7 @@ class Warp {
                     continue;
                 nearest = s.inverse_depth;
                 const Vec where = s.edge ? x : clamped(p - d);
-                for (int c = 0; c < 4; ++c) seen[size_t(c)] = color_at(*other.color, where, c);
+                seen = color_at(*other.color, where);
             }
         };
         for (const OtherFrame* other : frames) search(*other, background);
@@ -478,7 +395,7 @@ class Warp {
     const Settings& s_;
     const FrameDescription& description_;
     ReferenceFrame& frame_;
-    int width_, height_, columns_, rows_;
+    int width_, height_, columns_;
     double half_open_;
     ImageD noise_;
     lens::Points points_;

@@ -63,7 +63,9 @@ const float kSharpening = 2.0;  // of bilinear weights about their middle: half 
 vec4 color_at(sampler2D plane, vec2 at) {
     const vec2 base = floor(at);
     const vec2 f = clamp(kSharpening * (at - base - 0.5) + 0.5, 0.0, 1.0);
-    return textureLod(plane, (base + f + 0.5) / vec2(block.size), 0.0);
+    const vec4 c = textureLod(plane, (base + f + 0.5) / vec2(block.size), 0.0);
+    // A weight of 0 times what is not finite is NaN: then the nearest pixel alone counts.
+    return is_finite(c) ? c : texelFetch(plane, ivec2(at + 0.5), 0);
 }
 
 vec2 inside_of(vec2 at) {

@@ -67,12 +67,11 @@ TEST_P(Conformance, EveryParameterAtItsEndsAgreesWithItsReference) {
                 const auto out = test::filter(one, frame.description, frame.planes, everything());
                 const auto expected =
                     test::reference(one, frame.description, frame.planes, everything());
-                // A lens of 1e8 px multiplies the rounding of 1/focus - 1/depth by that: what is in
-                // focus, 31 pixels here, is blurred or not.
+                // A lens of 1e8 px multiplies the rounding of 1/focus - 1/depth by that.
                 const auto difference =
                     test::compare(out.at(Role::color), expected.planes.at(Role::color), 2e-3);
-                // A tap that rounds the other way: 4 % are 34 pixels.
-                EXPECT_LE(difference.fraction, 0.04)
+                // A tap that rounds the other way: 2 % are 17 pixels.
+                EXPECT_LE(difference.fraction, 0.02)
                     << row.key << "=" << text_of(value) << (with_neighbors ? " with neighbors" : "")
                     << ": " << difference.text;
                 ++compared;

@@ -1,181 +1,15 @@
-// The planner, with small passes of this file and no GL.
-#include "chain/plan.h"
-
+// The planner, with the small passes of plan_support.h and no GL.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "chain/plan_print.h"
-#include "chain/planner.h"
+#include "tests/chain/plan_support.h"
 
-namespace postchain {
+namespace postchain::test {
 namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-
-struct Nothing {
-    bool off = false;
-};
-
-const ParameterTable& table() {
-    static const ParameterTable made = ParameterTableBuilder<Nothing>()
-                                           .boolean("off", &Nothing::off, {.help = "do nothing"})
-                                           .table();
-    return made;
-}
-
-// A pass that copies color through one scratch texture; derived ones change what they use.
-class Copy : public Pass {
-  public:
-    RoleUse roles() const override { return {{Role::color}, {}, {}, {}}; }
-    Reach reach(const FrameDescription&) const override { return {0, 0}; }
-    Status check(const FrameDescription&) const override { return Status(); }
-    std::optional<Identity> identity(const PlanContext&) const override {
-        if (!parameters_.off) return std::nullopt;
-        return Identity{kRuleConfiguration, {.name = "off", .value = 1}};
-    }
-    void plan(PassPlanner& p) const override {
-        const auto& frame = p.context().frame;
-        const TextureId scratch = p.texture("scratch", Format::rgba16f, frame.width, frame.height);
-        const TextureId out = p.texture("out", Format::rgba32f, frame.width, frame.height);
-        Step first;
-        first.name = "first";
-        first.bindings = {{0, p.input(Role::color), Access::sample_nearest},
-                          {0, scratch, Access::write}};
-        add_inputs(p, first);
-        first.taps = 3;
-        p.step(first);
-        Step second;
-        second.name = "second";
-        second.bindings = {{0, scratch, Access::sample_nearest}, {0, out, Access::write}};
-        p.step(second);
-        p.output(Role::color, out);
-    }
-    void reference(const PlanContext&, ReferenceFrame& frame) const override {
-        for (double& value : frame.planes.at(Role::color).data) value = 2 * value + 1;
-        frame.stages["scratch"] = frame.planes.at(Role::color);
-    }
-    ParameterRef parameters() override { return &parameters_; }
-
-  protected:
-    virtual void add_inputs(PassPlanner&, Step&) const {}
-    Nothing parameters_;
-};
-
-class MakesHint : public Copy {
-    RoleUse roles() const override { return {{Role::color, Role::motion}, {}, {Role::hint}, {}}; }
-    void add_inputs(PassPlanner& p, Step& step) const override {
-        step.bindings.push_back({1, p.input(Role::motion), Access::sample_nearest});
-    }
-    void plan(PassPlanner& p) const override {
-        Copy::plan(p);
-        if (!p.wanted(Role::hint)) return;
-        const auto& frame = p.context().frame;
-        const TextureId hint = p.texture("hint", Format::rg16f, frame.width, frame.height);
-        Step step;
-        step.name = "hint";
-        step.bindings = {{0, hint, Access::write}};
-        p.step(step);
-        p.output(Role::hint, hint);
-    }
-};
-
-class CarriesHint : public Copy {
-    RoleUse roles() const override {
-        return {{Role::color, Role::inverse_depth}, {}, {}, {Role::hint}};
-    }
-    void plan(PassPlanner& p) const override {
-        Copy::plan(p);
-        if (!p.has(Role::hint) || !p.wanted(Role::hint)) return;
-        const auto& frame = p.context().frame;
-        const TextureId hint = p.texture("hint", Format::rg16f, frame.width, frame.height);
-        Step step;
-        step.name = "carry";
-        step.bindings = {{0, p.input(Role::hint), Access::sample_nearest},
-                         {1, p.input(Role::inverse_depth), Access::sample_nearest},
-                         {0, hint, Access::write}};
-        p.step(step);
-        p.output(Role::hint, hint);
-    }
-};
-
-// Adds a step whose result only `keeps` has a reader for, and says why.
-class Spare : public Copy {
-    void plan(PassPlanner& p) const override {
-        const TextureId spare = p.texture("spare", Format::r32f, 10, 10);
-        Step step;
-        step.name = "spare";
-        step.bindings = {{0, p.input(Role::motion), Access::sample_nearest},
-                         {0, spare, Access::write}};
-        step.taps = 100;
-        p.step(step);
-        p.unused("spare", {"not asked for"});
-        Copy::plan(p);
-    }
-    RoleUse roles() const override { return {{Role::color, Role::motion}, {}, {}, {}}; }
-};
-
-class ReadsHint : public Copy {
-    RoleUse roles() const override { return {{Role::color}, {Role::hint}, {}, {}}; }
-    void add_inputs(PassPlanner& p, Step& step) const override {
-        if (p.has(Role::hint))
-            step.bindings.push_back({1, p.input(Role::hint), Access::sample_nearest});
-    }
-};
-
-class ReadsBefore : public Copy {
-    RoleUse roles() const override {
-        return {{Role::color}, {Role::color_before, Role::motion_before}, {}, {}};
-    }
-    void add_inputs(PassPlanner& p, Step& step) const override {
-        if (p.has(Role::color_before))
-            step.bindings.push_back({1, p.input(Role::color_before), Access::sample_nearest});
-    }
-};
-
-class Blur : public Copy {
-    Reach reach(const FrameDescription&) const override { return {20, 20}; }
-};
-
-template <class P>
-PassType type_of(const char* name) {
-    return {name, name, "test", &table(), [] { return std::make_unique<P>(); }, {}};
-}
-
-const PassRegistry& registry() {
-    static const PassRegistry made({type_of<Copy>("copy"), type_of<Blur>("blur"),
-                                    type_of<MakesHint>("makes"), type_of<CarriesHint>("carries"),
-                                    type_of<ReadsHint>("reads"), type_of<Spare>("spare"),
-                                    type_of<ReadsBefore>("before")});
-    return made;
-}
-
-Chain chain_of(std::initializer_list<const char*> names) {
-    Chain chain;
-    for (const char* name : names) chain.append(registry(), name);
-    return chain;
-}
-
-FrameDescription frame() {
-    FrameDescription f;
-    f.width = f.display_width = 40;
-    f.height = f.display_height = 30;
-    f.planes = {Role::color, Role::inverse_depth, Role::motion};
-    return f;
-}
-
-Plan plan_of(const Chain& chain, const PlanOptions& options = {}) {
-    auto plan = make_plan(chain, frame(), options);
-    EXPECT_TRUE(plan.ok()) << plan.status().message();
-    return plan.ok() ? *plan : Plan();
-}
-
-std::vector<std::string> steps_of(const Plan& plan) {
-    std::vector<std::string> names;
-    for (const auto& step : plan.steps)
-        names.push_back(std::to_string(step.pass) + "." + step.name);
-    return names;
-}
 
 TEST(Planner, StepsRunInChainOrder) {
     EXPECT_THAT(steps_of(plan_of(chain_of({"copy", "copy"}))),
@@ -213,7 +47,7 @@ TEST(Planner, HintIsCarriedByAPassInBetween) {
 
 TEST(Planner, ReaderThatIsLeftOutWantsNoHint) {
     Chain chain = chain_of({"makes", "reads"});
-    ASSERT_TRUE(table().set(chain.links[1].pass->parameters(), "off", true).ok());
+    ASSERT_TRUE(off_table().set(chain.links[1].pass->parameters(), "off", true).ok());
     const Plan plan = plan_of(chain);
     EXPECT_THAT(steps_of(plan), ElementsAre("0.first", "0.second"));
     ASSERT_FALSE(plan.elisions.empty());
@@ -224,73 +58,9 @@ TEST(Planner, ReaderThatIsLeftOutWantsNoHint) {
                                          .saving = {28800, 2, 3}}));
 }
 
-TEST(Planner, ReadsThePlanesOfANeighborOnlyWhereAPassDoes) {
-    FrameDescription f = frame();
-    for (Role role : kFileRoles)
-        for (Neighbor neighbor : kNeighbors) f.planes.add(role_of(neighbor, role));
-    EXPECT_EQ(make_plan(chain_of({"copy", "before"}), f)->reads,
-              (RoleSet{Role::color, Role::color_before}));
-    EXPECT_EQ(make_plan(chain_of({"copy"}), f)->reads, RoleSet{Role::color});
-    EXPECT_EQ(plan_of(chain_of({"before"})).reads, RoleSet{Role::color});
-    // As precise as the frame's own, whatever the bounds of the frame's color say.
-    f.bounds.color_is_half = true;
-    const Plan half = *make_plan(chain_of({"before"}), f, {.precision = Precision::fp16});
-    for (const auto& texture : half.textures)
-        if (texture.imported)
-            EXPECT_EQ(texture.format, plane_format(channels_of(texture.role), Precision::fp32))
-                << texture.name;
-}
-
-// Their color has not been through a pass that moves color.
-TEST(Planner, NeighborsAreGoneAfterAPassThatMovesColor) {
-    FrameDescription f = frame();
-    for (Role role : kFileRoles)
-        for (Neighbor neighbor : kNeighbors) f.planes.add(role_of(neighbor, role));
-    const Plan plan = *make_plan(chain_of({"before", "blur", "before"}), f);
-    EXPECT_EQ(plan.reads, (RoleSet{Role::color, Role::color_before}));
-    EXPECT_EQ(make_plan(chain_of({"blur", "before"}), f)->reads, RoleSet{Role::color});
-    EXPECT_EQ(make_plan(chain_of({"blur", "before"}), f)->missing_neighbors,
-              (std::map<Neighbor, std::string>{
-                  {Neighbor::before,
-                   "before stands after blur, which that frame's color has not been "
-                   "through"}}));
-    EXPECT_EQ(make_plan(chain_of({"before", "blur"}), f)->reads,
-              (RoleSet{Role::color, Role::color_before}));
-}
-
-TEST(Planner, SaysWhichNeighborIsMissingWhereAPassCouldUseIt) {
-    FrameDescription f = frame();
-    f.missing_neighbors = {{Neighbor::before, "frame 0 is not on disk"}, {Neighbor::after, "cut"}};
-    Chain chain = chain_of({"copy", "before"});
-    const Plan plan = *make_plan(chain, f);
-    EXPECT_EQ(plan.missing_neighbors,
-              (std::map<Neighbor, std::string>{{Neighbor::before, "frame 0 is not on disk"}}));
-    EXPECT_THAT(plan_as_text(plan), HasSubstr("no frame before: frame 0 is not on disk\n"));
-    EXPECT_THAT(plan_as_json(plan),
-                HasSubstr(R"("missing_neighbors":{"before":"frame 0 is not on disk"})"));
-    ASSERT_TRUE(table().set(chain.links[1].pass->parameters(), "off", true).ok());
-    EXPECT_TRUE(make_plan(chain, f)->missing_neighbors.empty());
-}
-
-TEST(Role, OfANeighborHasTheNameAndTheChannelsOfItsOwnFrame) {
-    RoleSet all;
-    for (Role role : kAllRoles) all.add(role);
-    for (Neighbor neighbor : kNeighbors) {
-        for (Role role : kFileRoles) {
-            const Role there = role_of(neighbor, role);
-            EXPECT_EQ(name_of(there), concat(name_of(role), "_", name_of(neighbor)));
-            EXPECT_EQ(channels_of(there), channels_of(role));
-            EXPECT_EQ((RoleSet{Role::hint, there}).of(neighbor), RoleSet{role});
-            all.remove(there);
-        }
-    }
-    for (Role role : kFileRoles) all.remove(role);
-    EXPECT_EQ(all, RoleSet{Role::hint});
-}
-
 TEST(Planner, RulesCanBeSwitchedOffTogetherOrByName) {
     Chain chain = chain_of({"copy"});
-    ASSERT_TRUE(table().set(chain.links[0].pass->parameters(), "off", true).ok());
+    ASSERT_TRUE(off_table().set(chain.links[0].pass->parameters(), "off", true).ok());
     EXPECT_TRUE(plan_of(chain).steps.empty());
     PlanOptions all;
     all.elide = false;
@@ -386,7 +156,7 @@ TEST(Planner, PassThatLacksAPlaneIsLeftOutWhenAskedFor) {
     EXPECT_FALSE(make_plan(chain_of({"copy", "makes"}), f, asked).ok());
     // A pass that is off does without.
     Chain chain = chain_of({"makes"});
-    ASSERT_TRUE(table().set(chain.links[0].pass->parameters(), "off", true).ok());
+    ASSERT_TRUE(off_table().set(chain.links[0].pass->parameters(), "off", true).ok());
     const auto off = make_plan(chain, f);
     ASSERT_TRUE(off.ok()) << off.status().message();
     EXPECT_EQ(off->elisions[0].rule, kRuleConfiguration);
@@ -399,7 +169,7 @@ TEST(Planner, PlanesThatWereNotDecodedAreLeftOut) {
     f.planes = {Role::color};
     f.not_converted = {Role::motion};
     Chain chain = chain_of({"makes"});
-    ASSERT_TRUE(table().set(chain.links[0].pass->parameters(), "off", true).ok());
+    ASSERT_TRUE(off_table().set(chain.links[0].pass->parameters(), "off", true).ok());
     const auto plan = make_plan(chain, f);
     ASSERT_TRUE(plan.ok());
     ASSERT_EQ(plan->elisions.size(), 2u);
@@ -414,7 +184,7 @@ TEST(Planner, PlanesThatWereNotDecodedAreLeftOut) {
 // Two passes of one type: each entry says of which.
 TEST(Planner, ElisionsNameTheirPass) {
     Chain chain = chain_of({"spare", "copy", "spare"});
-    ASSERT_TRUE(table().set(chain.links[1].pass->parameters(), "off", true).ok());
+    ASSERT_TRUE(off_table().set(chain.links[1].pass->parameters(), "off", true).ok());
     const Plan plan = plan_of(chain);
     std::vector<int> passes;
     std::vector<std::string> items;
@@ -448,9 +218,9 @@ TEST(Planner, PlanesAreHandedOverWhereTheRuleIsOff) {
 }
 
 TEST(Planner, RulesInUse) {
-    PassType type = type_of<Copy>("copy");
+    PassType type = *small_passes().find("copy");
     type.rules = {{"still", true, "what is still"}, {"alike", false, "what is alike"}};
-    const PassRegistry with_rules({type, type_of<Spare>("spare")});
+    const PassRegistry with_rules({type, *small_passes().find("spare")});
     Chain chain;
     chain.append(with_rules, "spare");
     PlanOptions options;
@@ -514,7 +284,7 @@ TEST(Planner, LifetimesAndPeakByHand) {
 
 TEST(Planner, PrintsNameEverythingThatRunsAndIsLeftOut) {
     Chain chain = chain_of({"makes", "reads", "copy"});
-    ASSERT_TRUE(table().set(chain.links[2].pass->parameters(), "off", true).ok());
+    ASSERT_TRUE(off_table().set(chain.links[2].pass->parameters(), "off", true).ok());
     const Plan plan = plan_of(chain);
     for (const std::string& text : {plan_as_text(plan), plan_as_json(plan), plan_as_dot(plan)}) {
         EXPECT_THAT(text, HasSubstr("makes"));
@@ -526,52 +296,5 @@ TEST(Planner, PrintsNameEverythingThatRunsAndIsLeftOut) {
     EXPECT_EQ(plan_as_json(plan).find('\n'), std::string::npos);
 }
 
-// A pass that a rule elides because the caller asked for it is elided in the reference too.
-TEST(Reference, LacksAPassThatMayBeMissing) {
-    FramePlanes planes;
-    planes[Role::color] = ImageF(1, 1, 4, 3.0f);
-    FrameDescription f = frame();
-    f.width = f.height = 1;
-    f.planes = {Role::color};
-    PlanOptions asked;
-    asked.rules_on = {kRuleMissingPlane};
-    const auto result = run_reference(chain_of({"copy", "makes"}), f, planes, asked);
-    ASSERT_TRUE(result.ok()) << result.status().message();
-    EXPECT_EQ(result->planes.at(Role::color).data[0], 7.0);
-    EXPECT_FALSE(run_reference(chain_of({"copy", "makes"}), f, planes).ok());
-}
-
-// Whatever the rules say: a pass that is off is run as it is described.
-TEST(Reference, RunsWhatTheRulesElide) {
-    FramePlanes planes;
-    planes[Role::color] = ImageF(1, 1, 4, 3.0f);
-    FrameDescription f = frame();
-    f.width = f.height = 1;
-    f.planes = {Role::color};
-    Chain chain = chain_of({"copy"});
-    ASSERT_TRUE(table().set(chain.links[0].pass->parameters(), "off", true).ok());
-    for (const bool elide : {true, false}) {
-        PlanOptions options;
-        options.elide = elide;
-        const auto result = run_reference(chain, f, planes, options);
-        ASSERT_TRUE(result.ok()) << result.status().message();
-        EXPECT_EQ(result->planes.at(Role::color).data[0], 7.0) << elide;
-    }
-}
-
-TEST(Reference, RunsPassesInOrderAndNamesStagesAsThePlanDoes) {
-    FramePlanes planes;
-    planes[Role::color] = ImageF(1, 1, 4, 3.0f);
-    FrameDescription f = frame();
-    f.width = f.height = 1;
-    f.planes = {Role::color};
-    auto result = run_reference(chain_of({"copy", "copy"}), f, planes);
-    ASSERT_TRUE(result.ok());
-    // 2 (2*3 + 1) + 1 = 15.
-    EXPECT_EQ(result->planes.at(Role::color).data[0], 15.0);
-    EXPECT_EQ(result->stages.at("0.copy.scratch").data[0], 7.0);
-    EXPECT_EQ(result->stages.at("1.copy.scratch").data[0], 15.0);
-}
-
 }  // namespace
-}  // namespace postchain
+}  // namespace postchain::test

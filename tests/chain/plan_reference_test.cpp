@@ -1,0 +1,58 @@
+// The chain of double-precision references.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/chain/plan_support.h"
+
+namespace postchain::test {
+namespace {
+
+// A pass that a rule elides because the caller asked for it is elided in the reference too.
+TEST(Reference, LacksAPassThatMayBeMissing) {
+    FramePlanes planes;
+    planes[Role::color] = ImageF(1, 1, 4, 3.0f);
+    FrameDescription f = frame();
+    f.width = f.height = 1;
+    f.planes = {Role::color};
+    PlanOptions asked;
+    asked.rules_on = {kRuleMissingPlane};
+    const auto result = run_reference(chain_of({"copy", "makes"}), f, planes, asked);
+    ASSERT_TRUE(result.ok()) << result.status().message();
+    EXPECT_EQ(result->planes.at(Role::color).data[0], 7.0);
+    EXPECT_FALSE(run_reference(chain_of({"copy", "makes"}), f, planes).ok());
+}
+
+// Whatever the rules say: a pass that is off is run as it is described.
+TEST(Reference, RunsWhatTheRulesElide) {
+    FramePlanes planes;
+    planes[Role::color] = ImageF(1, 1, 4, 3.0f);
+    FrameDescription f = frame();
+    f.width = f.height = 1;
+    f.planes = {Role::color};
+    Chain chain = chain_of({"copy"});
+    ASSERT_TRUE(off_table().set(chain.links[0].pass->parameters(), "off", true).ok());
+    for (const bool elide : {true, false}) {
+        PlanOptions options;
+        options.elide = elide;
+        const auto result = run_reference(chain, f, planes, options);
+        ASSERT_TRUE(result.ok()) << result.status().message();
+        EXPECT_EQ(result->planes.at(Role::color).data[0], 7.0) << elide;
+    }
+}
+
+TEST(Reference, RunsPassesInOrderAndNamesStagesAsThePlanDoes) {
+    FramePlanes planes;
+    planes[Role::color] = ImageF(1, 1, 4, 3.0f);
+    FrameDescription f = frame();
+    f.width = f.height = 1;
+    f.planes = {Role::color};
+    auto result = run_reference(chain_of({"copy", "copy"}), f, planes);
+    ASSERT_TRUE(result.ok());
+    // 2 (2*3 + 1) + 1 = 15.
+    EXPECT_EQ(result->planes.at(Role::color).data[0], 15.0);
+    EXPECT_EQ(result->stages.at("0.copy.scratch").data[0], 7.0);
+    EXPECT_EQ(result->stages.at("1.copy.scratch").data[0], 15.0);
+}
+
+}  // namespace
+}  // namespace postchain::test

@@ -27,8 +27,12 @@ def inspect(folder, name, *options):
                           check=True).stdout
 
 
-def facts(folder, kind, frame=6):
-    return json.loads(inspect(folder, f"{kind}.{frame:04d}.exr", "--json"))["facts"]
+def described(folder, kind, frame=6):
+    return json.loads(inspect(folder, f"{kind}.{frame:04d}.exr", "--json"))
+
+
+def bounds(folder, kind):
+    return described(folder, kind)["bounds"]
 
 
 class Render(unittest.TestCase):
@@ -46,12 +50,12 @@ class Render(unittest.TestCase):
         best = re.search(r"sign self-check.*\n +(.*)", inspect(self.folder, "gbuf.####.exr"))
         self.assertIsNotNone(best)
         self.assertRegex(best[1], r"^motion \(\+x, \+y\).*as converted")
-        self.assertGreater(facts(self.folder, "gbuf")["max_speed_px"], 4)
+        self.assertGreater(bounds(self.folder, "gbuf")["max_speed_px"], 4)
 
     def test_corridor(self):
         render("corridor", self.folder, "--frames", "6-7", "--kinds", "gbuf")
         self.check_motion()
-        sky = facts(self.folder, "gbuf")["min_inverse_depth"]
+        sky = bounds(self.folder, "gbuf")["min_inverse_depth"]
         self.assertAlmostEqual(sky, 1e-10, delta=1e-15)
 
         render("corridor", self.folder, "--frames", "6", "--kinds", "sharp,mb,dof,both")
@@ -70,14 +74,15 @@ class Render(unittest.TestCase):
     def test_dancers(self):
         render("dancers", self.folder, "--frames", "6-7", "--kinds", "gbuf")
         self.check_motion()
-        here, later = facts(self.folder, "gbuf"), facts(self.folder, "gbuf", 7)
-        self.assertEqual(here["min_color"][3], 1)
-        self.assertGreater(here["camera"]["focus_distance"], later["camera"]["focus_distance"])
+        self.assertEqual(bounds(self.folder, "gbuf")["min_color"][3], 1)
+        here, later = (described(self.folder, "gbuf", frame)["frame"]["camera"]["focus_distance"]
+                       for frame in (6, 7))
+        self.assertGreater(here, later)
 
     def test_dancers_without_stage(self):
         render("dancers", self.folder, "--frames", "6", "--kinds", "gbuf,both", "--transparent")
         for kind in ("gbuf", "both"):
-            alpha = [facts(self.folder, kind)[bound][3] for bound in ("min_color", "max_color")]
+            alpha = [bounds(self.folder, kind)[bound][3] for bound in ("min_color", "max_color")]
             self.assertEqual(alpha, [0, 1], kind)
 
 

@@ -10,11 +10,10 @@ SSIM; time is the least of the repeats of all passes' times, as a ratio to the t
 --pictures makes strips of full-size crops instead (needs oiiotool).
 """
 import argparse
-import json
 import pathlib
-import subprocess
-import sys
 import tempfile
+
+import measure
 
 MOTION = [
     ("`guertin`, 25 samples", "motion_blur: {mode: guertin}"),
@@ -56,30 +55,11 @@ BOTH = [
 TABLES = {"motion": ("mb", MOTION), "lens": ("dof", LENS), "both": ("both", BOTH)}
 
 
-def run(*command):
-    done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
-    if done.returncode:
-        sys.exit(f"{' '.join(str(word) for word in command)}\n{done.stderr}")
-    return done.stdout
-
-
 def filtered(options, chain, scene, folder):
     """Path of the filtered frame, and the least time of its passes in ms."""
-    path = folder / "chain.yaml"
-    if ":" in chain:
-        passes = "".join(f"  - {one.strip()}\n" for one in chain.split(" ; "))
-        path.write_text("postchain: 1\npasses:\n" + passes)
-        chain = path
-    least = None
-    for _ in range(options.repeat):
-        run(options.postchain, "run", chain, "-i", scene / "sharp.####.exr", "--camera",
-            scene / "camera.json", "--frames", options.frame, "-o", folder / "out.####.exr",
-            "--on-existing", "overwrite", "-q")
-        out = folder / f"out.{options.frame:04d}.exr"
-        times = json.loads(pathlib.Path(f"{out}.json").read_text())["times_ms"]["passes"]
-        total = sum(list(one.values())[-1] for one in times)
-        least = total if least is None else min(least, total)
-    return out, least
+    least = measure.least_time(options.postchain, chain, scene, options.frame, folder,
+                               options.repeat)
+    return folder / f"out.{options.frame:04d}.exr", least
 
 
 def table(options, name, folder):
@@ -103,8 +83,8 @@ def table(options, name, folder):
                 total += least
             if missing:
                 break
-            found = json.loads(run(options.postchain, "diff",
-                                   scene / f"{truth}.{options.frame:04d}.exr", out, "--json"))
+            found = measure.errors(options.postchain,
+                                   scene / f"{truth}.{options.frame:04d}.exr", out)
             cells.append([found["psnr"], found["hdr_flip"], found["ssim"]])
         if missing:
             continue
@@ -123,17 +103,14 @@ def pictures(options, folder):
     for scene in sorted(options.data.iterdir()):
         if scene.name in options.skip or not (scene / "peer_both_best.0010.exr").exists():
             continue
-        command = ["oiiotool"]
+        shown = []
         for one in ["both", "best", "balanced", "paper", "peer_both_best"]:
             out = scene / f"{one}.{options.frame:04d}.exr"
             if not out.exists():
                 out = folder / f"{one}.exr"
                 filtered(options, one, scene, folder)[0].rename(out)
-            command += [out, "--ch", "0,1,2", "--chnames", "R,G,B", "--cut", options.crop,
-                        "--clamp:min=0,0,0", "--dup", "--addc", "1", "--div", "--powc", "0.454545"]
-        run(*command, "--mosaic:pad=4", "5x1", "-d", "uint8", "--nosoftwareattrib",
-            "--eraseattrib", ".*", "--compression", "jpeg:90", "-o",
-            options.pictures / f"{scene.name}-quality.jpg")
+            shown.append(out)
+        measure.strip(shown, options.crop, options.pictures / f"{scene.name}-quality.jpg")
 
 
 def main():

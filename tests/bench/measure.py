@@ -1,0 +1,79 @@
+"""What the scripts of this folder share: run postchain over frames, compare with ground truth, cut
+strips of pictures.
+
+A chain is a word (a shipped chain) or its passes as in a chain file, joined by " ; ".
+"""
+import json
+import pathlib
+import subprocess
+import sys
+
+
+def call(*command):
+    """What the command prints; ends the program where it fails."""
+    done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
+    if done.returncode:
+        sys.exit(f"{' '.join(str(word) for word in command)}\n{done.stderr}")
+    return done.stdout
+
+
+def chain_path(chain, folder):
+    """What `postchain run` takes: the shipped chain's name, or a file in folder."""
+    if ":" not in chain:
+        return chain
+    path = folder / "chain.yaml"
+    passes = "".join(f"  - {one.strip()}\n" for one in chain.split(" ; "))
+    path.write_text("postchain: 1\npasses:\n" + passes)
+    return path
+
+
+def frame_list(frames):
+    return ",".join(str(frame) for frame in frames)
+
+
+def run_chain(postchain, chain, scene, frames, folder, source="sharp"):
+    """Filters frames of SCENE/source into FOLDER/out.####.exr; {frame: ms of all passes}."""
+    call(postchain, "run", chain_path(chain, folder), "-i", scene / f"{source}.####.exr",
+         "--camera", scene / "camera.json", "--frames", frame_list(frames), "-o",
+         folder / "out.####.exr", "--on-existing", "overwrite", "-q")
+    times = {}
+    for frame in frames:
+        sidecar = json.loads((folder / f"out.{frame:04d}.exr.json").read_text())
+        times[frame] = sum(one["ms"] for one in sidecar["times_ms"]["passes"])
+    return times
+
+
+def least_time(postchain, chain, scene, frame, folder, repeats, source="sharp"):
+    """Least of the repeats of all passes' times, in ms."""
+    return min(run_chain(postchain, chain, scene, [frame], folder, source)[frame]
+               for _ in range(repeats))
+
+
+def errors(postchain, truth, picture, *more):
+    """{metric: value} of one picture; HDR-FLIP at the exposures of this ground truth."""
+    return json.loads(call(postchain, "diff", truth, picture, "--metric", "psnr", "--metric",
+                           "hdr_flip", "--metric", "ssim", *more, "--json"))
+
+
+def temporal_errors(postchain, truth, pictures, frames):
+    """{frame: tde to the frame before}, None for the first; patterns with ####."""
+    lines = call(postchain, "diff", truth, pictures, "--frames", frame_list(frames), "--metric",
+                 "tde", "--json").splitlines()
+    rows = [json.loads(line) for line in lines]
+    return {row["frame"]: row["tde"] for row in rows if not row.get("summary")}
+
+
+def strip(pictures, crop, path, quality=90):
+    """Crops (WxH+X+Y) side by side, after x/(1+x) and gamma 2.2, as JPEG; needs oiiotool."""
+    command = ["oiiotool"]
+    for picture in pictures:
+        command += [picture, "--ch", "0,1,2", "--chnames", "R,G,B", "--cut", crop,
+                    "--clamp:min=0,0,0", "--dup", "--addc", "1", "--div", "--powc", "0.454545"]
+    call(*command, "--mosaic:pad=4", f"{len(pictures)}x1", "-d", "uint8", "--nosoftwareattrib",
+         "--eraseattrib", ".*", "--compression", f"jpeg:{quality}", "-o", path)
+
+
+def frames_of(scene, kind):
+    """Numbers of SCENE/kind.####.exr on disk."""
+    return sorted(int(path.name.split(".")[1]) for path in pathlib.Path(scene).glob(
+        f"{kind}.[0-9][0-9][0-9][0-9].exr"))

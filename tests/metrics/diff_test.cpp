@@ -176,6 +176,9 @@ TEST_F(DiffTest, UsageErrorsExitWithTwo) {
                                           {"--fail-above", "flip=nan"},
                                           {"--ppd", "0"},
                                           {"--ppd", "nan"},
+                                          {"--over", "nan"},
+                                          {"--over", "-1"},
+                                          {"--over", ""},
                                           {"--tone-mapper", "gamma"},
                                           {"--map", at("out/m.jpg")},
                                           {"--map-metric", "psnr"},
@@ -332,6 +335,31 @@ TEST_F(DiffTest, WritesAMapPerFrame) {
     ASSERT_EQ(result.code, 0) << result.text();
     for (int frame = 1; frame <= 3; ++frame)
         EXPECT_TRUE(exists(at("out/m.000" + std::to_string(frame) + ".png")));
+}
+
+// Red of 0.4 that covers half of each pixel, against a picture without alpha.
+TEST_F(DiffTest, ComparesOverABackground) {
+    ImageF half(16, 12, 4);
+    for (size_t i = 0; i < half.pixels(); ++i) {
+        half.data[4 * i] = 0.4f;
+        half.data[4 * i + 3] = 0.5f;
+    }
+    const auto written = io::write_planes_exr(at("half.exr"), half, {"R", "G", "B", "A"});
+    ASSERT_TRUE(written.ok()) << written.status().message();
+    write_gray(at("gray.exr"), 0.1);
+    const auto mse = [&](const Arguments& more) {
+        Arguments arguments = {"--json", "--metric", "mse"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return json_lines(diff("gray.exr", "half.exr", arguments).out).at(0);
+    };
+    EXPECT_NEAR(mse({})["mse"].get<double>(), (0.09 + 0.01 + 0.01) / 3, 1e-7);
+    EXPECT_FALSE(mse({})["settings"].contains("over"));
+    // 0.4 + 0.1 and 0.1; the reference stays.
+    const auto over = mse({"--over", "0.2"});
+    EXPECT_NEAR(over["mse"].get<double>(), 0.16 / 3, 1e-7);
+    EXPECT_EQ(over["settings"]["over"], 0.2);
+    EXPECT_NEAR(mse({"--over", "0"})["mse"].get<double>(), (0.09 + 0.01 + 0.01) / 3, 1e-7);
+    EXPECT_TRUE(contains(diff("gray.exr", "half.exr", {"--over", "0.2"}).out, "over 0.2"));
 }
 
 TEST_F(DiffTest, ViewingDistanceAndToneMapperReachFlip) {

@@ -40,6 +40,7 @@ Json to_json(const std::optional<double>& value) {
 Json settings_json(const DiffWork& work, const metrics::ExposureRange& range) {
     const auto& flip = work.compare.flip;
     Json json = {{"pixels_per_degree", flip.pixels_per_degree}};
+    if (work.over) json["over"] = *work.over;
     if (work.wants_hdr_flip()) {
         json["tone_mapper"] = metrics::name_of(flip.tone_mapper);
         json["exposure_start"] = range.start;
@@ -173,6 +174,11 @@ void add_diff(CLI::App& verb, Options& o, DiffOptions& diff) {
     verb.add_option("--on-existing", diff.on_existing, "when a map exists")
         ->check(CLI::IsMember({"fail", "overwrite"}))
         ->capture_default_str();
+    verb.add_option("--over", diff.over,
+                    "compare both over a background of this gray, linear, with their alpha "
+                    "(default: premultiplied color as it is)")
+        ->type_name("GRAY")
+        ->check(CLI::Range(0.0, 65504.0));
     verb.add_option("--ppd", diff.pixels_per_degree, "pixels per degree of visual angle, for FLIP")
         ->check(CLI::Range(metrics::kMinPixelsPerDegree, metrics::kMaxPixelsPerDegree))
         ->capture_default_str();

@@ -9,15 +9,14 @@
 namespace postchain {
 namespace {
 
-// Color as the file has it, non-finite values included; premultiplied.
+// Color as the file has it, non-finite values included; premultiplied, or over a gray.
 struct Color {
     io::InputFrame input;
     ImageF& rgba() { return input.planes.at(Role::color); }
 };
 
-Result<Color> read_color(const sequence::SourceSettings& settings, const std::string& path,
-                         int frame) {
-    auto header = sequence::open_source_frame(settings, {{Role::color, path}}, frame);
+Result<Color> read_color(const DiffWork& work, const std::string& path, int frame) {
+    auto header = sequence::open_source_frame(work.source, {{Role::color, path}}, frame);
     if (!header.ok()) return header.status();
     auto input =
         io::read_frame(header->files, header->assignment, {Role::color}, io::Keep::nothing);
@@ -29,6 +28,7 @@ Result<Color> read_color(const sequence::SourceSettings& settings, const std::st
         for (size_t i = 0; i < rgba.pixels(); ++i)
             for (size_t c = 0; c < 3; ++c) rgba.data[4 * i + c] *= rgba.data[4 * i + 3];
     }
+    if (work.over) metrics::composite_over(color.rgba(), *work.over);
     return color;
 }
 
@@ -176,6 +176,9 @@ Result<DiffWork> work_of(const Options& options, const DiffOptions& diff) {
     // The parser's check of the range lets NaN pass.
     if (!std::isfinite(diff.pixels_per_degree))
         return Status(StatusCode::usage, "--ppd: not a number");
+    if (diff.over && !std::isfinite(*diff.over))
+        return Status(StatusCode::usage, "--over: not a number");
+    work.over = diff.over;
     work.compare.flip.pixels_per_degree = diff.pixels_per_degree;
     // The parser has checked the name.
     work.compare.flip.tone_mapper = *metrics::find_tone_mapper(diff.tone_mapper);
@@ -186,9 +189,9 @@ Result<DiffWork> work_of(const Options& options, const DiffOptions& diff) {
 
 Result<metrics::Pair> read_pair(const DiffWork& work, const DiffFrame& frame) {
     const std::string both = frame.both();
-    auto a = read_color(work.source, frame.a, frame.number);
+    auto a = read_color(work, frame.a, frame.number);
     if (!a.ok()) return a.status().at(both);
-    auto b = read_color(work.source, frame.b, frame.number);
+    auto b = read_color(work, frame.b, frame.number);
     if (!b.ok()) return b.status().at(both);
     const auto same = [&](const char* what, const io::Window& wa, const io::Window& wb) {
         if (wa == wb) return Status();
@@ -209,7 +212,7 @@ Result<metrics::Pair> read_pair(const DiffWork& work, const DiffFrame& frame) {
 }
 
 Result<metrics::Picture> read_reference(const DiffWork& work, const DiffFrame& frame) {
-    auto color = read_color(work.source, frame.a, frame.number);
+    auto color = read_color(work, frame.a, frame.number);
     if (!color.ok()) return color.status().at(frame.both());
     auto picture = metrics::picture_of(color->rgba());
     if (!picture.ok()) return picture.status().at(frame.a);

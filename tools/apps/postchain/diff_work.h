@@ -3,6 +3,7 @@
 //   DiffOptions --work_of--> DiffWork --read_pair, per frame--> metrics::Pair
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,7 @@ struct DiffOptions {
     std::vector<std::string> fail_above;
     double pixels_per_degree = 0;
     std::string tone_mapper = "aces";
+    std::optional<double> over;
 };
 
 struct DiffFrame {
@@ -38,6 +40,7 @@ struct DiffWork {
     std::vector<DiffFrame> frames;
     bool sequence = false;
     metrics::CompareSettings compare;
+    std::optional<double> over;  // gray that both are composited over first
     bool tde = false;
     std::vector<metrics::MetricLimit> limits;
     std::vector<io::PathPattern> maps;
@@ -51,8 +54,8 @@ struct DiffWork {
 // Errors: usage; input (frames that are not on disk).
 Result<DiffWork> work_of(const Options& options, const DiffOptions& diff);
 
-// The color of both files, found by profile. Errors (input) name both files: no color, unreadable,
-// windows that differ.
+// The color of both files, found by profile; over the gray, if there is one. Errors (input) name
+// both files: no color, unreadable, windows that differ.
 Result<metrics::Pair> read_pair(const DiffWork& work, const DiffFrame& frame);
 // That of A alone.
 Result<metrics::Picture> read_reference(const DiffWork& work, const DiffFrame& frame);

@@ -25,6 +25,14 @@ Result<Picture> picture_of(const ImageF& image) {
     return picture;
 }
 
+void composite_over(ImageF& rgba, double gray) {
+    for (size_t i = 0; i < rgba.pixels(); ++i) {
+        float* pixel = rgba.data.data() + 4 * i;
+        for (int c = 0; c < 3; ++c) pixel[c] += float(gray * (1 - double(pixel[3])));
+        pixel[3] = 1;
+    }
+}
+
 Result<Pair> pair_of(Picture test, Picture reference) {
     const ImageF& a = test.rgb;
     const ImageF& b = reference.rgb;

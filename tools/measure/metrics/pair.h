@@ -22,6 +22,9 @@ struct Picture {
 // Errors (input): no pixels, fewer than 3 channels.
 Result<Picture> picture_of(const ImageF& image);
 
+// RGBA, premultiplied: what is behind it becomes this gray, alpha 1.
+void composite_over(ImageF& rgba, double gray);
+
 struct Pair {
     Picture test;
     Picture reference;  // of the test's size

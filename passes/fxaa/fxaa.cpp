@@ -80,9 +80,9 @@ const ParameterTable& parameter_table() {
                      .soft_max = 4,
                      .unit = "stops",
                      .help = "exposure before luma: display and blend: tonemapped"})
-            .choice(
-                "blend", &Parameters::blend, {"tonemapped", "stored"},
-                {.help = "how two texels are mixed: tone-mapped (no firefly smear) or as stored"})
+            .choice("blend", &Parameters::blend, {"tonemapped", "stored"},
+                    {.help = "how texels are mixed: the brighter, the less one counts, so that no "
+                             "firefly spreads, or as stored"})
             .choice("hint", &Parameters::hint, {"none", "checkerboard", "threshold"},
                     {.help = "what an earlier motion blur's hint does: nothing, the report's "
                              "checkerboard, or both thresholds 0"})
@@ -143,12 +143,8 @@ class FxaaPass final : public Pass {
     Promises promises() const override {
         Promises promises;
         promises.keeps_constants = true;
-        // Tone-mapped, the mean of two texels of `search` is darker than both where their largest
-        // channels differ; but no light is won.
-        if (parameters_.blend == Blend::stored)
-            promises.convex = 1e-6;
-        else
-            promises.light = Light::not_more;
+        promises.convex = 1e-6;
+        if (parameters_.blend == Blend::tonemapped) promises.light = Light::not_more;
         promises.lattice_px = 1;
         promises.symmetries = {Symmetry::mirror, Symmetry::shift};
         // The checkerboard always blends with the pixel above.

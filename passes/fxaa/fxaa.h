@@ -22,8 +22,8 @@ enum class Luma {
     display,  // exposure, x/(1 + max), square root, luminance weights of the file
 };
 enum class Blend {
-    tonemapped,  // both texels tone-mapped, lerped, inverted
-    stored,      // the stored values lerped
+    tonemapped,  // a mean in which a bright texel counts less, 1/sqrt(1 + largest channel)
+    stored,      // the mean of the stored values
 };
 enum class Hint { none, checkerboard, threshold };
 enum class HintGate { tile, pixel };  // channel x or y of the hint plane

@@ -1,6 +1,6 @@
 // The double-precision reference of FXAA, see reference.h. Written from docs/fxaa.md: the walk
-// really samples a bilinear plane at real positions, the tone-mapped blend really maps and inverts,
-// the Gaussian along the edge really has an angle.
+// really samples a bilinear plane at real positions, the Gaussian along the edge really has an
+// angle.
 #include "passes/fxaa/reference.h"
 
 #include <algorithm>
@@ -43,24 +43,21 @@ double positive_maximum(const Pixel& p) {
     return std::max({p[0], p[1], p[2], 0.0});
 }
 
-// Lerp from a to b; a itself for weight 0, equal texels, or a texel that is not finite.
+// How often a texel counts in a mean.
+double brightness_weight(const Parameters& parameters, const Pixel& p) {
+    if (parameters.blend == Blend::stored) return 1;
+    const double exposed = positive_maximum(p) * std::exp2(parameters.exposure_ev);
+    return 1 / std::sqrt(1 + std::min(exposed, kLargest));
+}
+
+// From a to b; a itself for weight 0, equal texels, or a texel that is not finite.
 Pixel blend(const Parameters& parameters, const Pixel& a, const Pixel& b, double weight) {
     if (weight == 0 || a == b || !finite(a) || !finite(b)) return a;
-    const bool tonemapped = parameters.blend == Blend::tonemapped;
-    const double exposure = tonemapped ? std::exp2(parameters.exposure_ev) : 1;
-    auto map = [&](Pixel p) {
-        for (size_t c = 0; c < 3; ++c) p[c] *= exposure;
-        const double scale = tonemapped ? 1 + positive_maximum(p) : 1;
-        for (size_t c = 0; c < 3; ++c) p[c] /= scale;
-        return p;
-    };
-    const Pixel mapped_a = map(a);
-    const Pixel mapped_b = map(b);
-    Pixel mixed;
-    for (size_t c = 0; c < 4; ++c) mixed[c] = (1 - weight) * mapped_a[c] + weight * mapped_b[c];
-    const double scale = tonemapped ? 1 - positive_maximum(mixed) : 1;
-    for (size_t c = 0; c < 3; ++c) mixed[c] /= scale * exposure;
-    return mixed;
+    const double wa = (1 - weight) * brightness_weight(parameters, a);
+    const double wb = weight * brightness_weight(parameters, b);
+    Pixel mean;
+    for (size_t c = 0; c < 4; ++c) mean[c] = (wa * a[c] + wb * b[c]) / (wa + wb);
+    return mean;
 }
 
 // The weight with which the pixel moves to (dx, dy) beside it; 0 = it stays.
@@ -166,27 +163,20 @@ Pixel directional(const Parameters& parameters, const ImageD& color, const Image
     const double along = 0.5 + (0.8 - 0.5) * coherence;
 
     Pixel sum{};
-    double total = 0, total_alpha = 0;
+    double total = 0;
     for (int j = -1; j <= 1; ++j) {
         for (int i = -1; i <= 1; ++i) {
             const Pixel one = pixel_at(color, x + i, y + j);
             if (!finite(one)) continue;
             const double u = (i * std::cos(normal) + j * std::sin(normal)) / across;
             const double v = (j * std::cos(normal) - i * std::sin(normal)) / along;
-            const double weight = std::exp(-(u * u + v * v) / 2);
-            double share = weight;
-            if (parameters.blend == Blend::tonemapped)
-                share /= std::sqrt(
-                    1 +
-                    std::min(positive_maximum(one) * std::exp2(parameters.exposure_ev), kLargest));
-            for (size_t c = 0; c < 3; ++c) sum[c] += share * one[c];
-            sum[3] += weight * one[3];
+            const double share =
+                std::exp(-(u * u + v * v) / 2) * brightness_weight(parameters, one);
+            for (size_t c = 0; c < 4; ++c) sum[c] += share * one[c];
             total += share;
-            total_alpha += weight;
         }
     }
-    for (size_t c = 0; c < 3; ++c) sum[c] /= total;
-    sum[3] /= total_alpha;
+    for (double& v : sum) v /= total;
     return sum;
 }
 

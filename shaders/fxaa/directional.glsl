@@ -4,7 +4,7 @@
 // differences at M, N, S, E, W. Nothing is classified: but for the threshold the filter is
 // continuous in the lumas.
 //
-// Needs block, luma_plane, luma_at(), color_at(), is_finite(), BLEND_TONEMAPPED.
+// Needs block, luma_plane, luma_at(), color_at(), is_finite(), brightness_weight().
 
 // Standard deviations, pixels. Where the tensor has no direction both are kRound.
 const float kAcross = 0.46;
@@ -18,17 +18,11 @@ vec4 four_lumas(ivec2 p) {
 
 const float kLargestFloat = 3.4028235e38;
 
-// Adds a texel to the sum of rgb and alpha and to the sums of their weights; one that is not finite
-// does not count. BLEND_TONEMAPPED: the weight of a color is divided by sqrt(1 + m), m = max(0, r,
-// g, b) of the exposed color.
-void add(inout vec4 sum, inout vec2 weights, vec4 texel, float weight) {
+// Adds a texel to the sum and to the sum of the weights; one that is not finite does not count.
+void add(inout vec4 sum, inout float weights, vec4 texel, float weight) {
     const bool counts = is_finite(texel);
-    vec2 share = vec2(counts ? weight : 0.0);
-#if BLEND_TONEMAPPED
-    const float largest = max(max(texel.r, texel.g), max(texel.b, 0.0)) * block.exposure;
-    share.x *= inversesqrt(1.0 + min(counts ? largest : 0.0, kLargestExposed));
-#endif
-    sum += share.xxxy * (counts ? texel : vec4(0.0));
+    const float share = counts ? weight * brightness_weight(texel) : 0.0;
+    sum += share * (counts ? texel : vec4(0.0));
     weights += share;
 }
 
@@ -90,7 +84,7 @@ vec4 filtered(ivec2 p, vec4 center, float threshold_scale) {
 
     // A tenth of each weight: no sum of nine leaves the range of floats.
     vec4 sum = vec4(0.0);
-    vec2 weights = vec2(0.0);
+    float weights = 0.0;
     add(sum, weights, center, 0.1);
     add(sum, weights, color_at(p + ivec2(-1, 0)), 0.1 * weight_x);
     add(sum, weights, color_at(p + ivec2(1, 0)), 0.1 * weight_x);
@@ -100,5 +94,5 @@ vec4 filtered(ivec2 p, vec4 center, float threshold_scale) {
     add(sum, weights, color_at(p + ivec2(1, 1)), 0.1 * weight_falling);
     add(sum, weights, color_at(p + ivec2(1, -1)), 0.1 * weight_rising);
     add(sum, weights, color_at(p + ivec2(-1, 1)), 0.1 * weight_rising);
-    return clamp(sum / weights.xxxy, -kLargestFloat, kLargestFloat);
+    return clamp(sum / weights, -kLargestFloat, kLargestFloat);
 }

@@ -58,20 +58,21 @@ TEST(Checkerboard, LiteralLumaEqualsTheShortCut) {
     }
 }
 
-// A row of 1e9 under black: with k the weight of the black, T(1e9) = 1 - 1e-9, the lerp is
-// (1 - k)(1 - 1e-9), and y/(1 - y) of it is (1 - k)/k to 1e-8. The weight of the bright texel in
-// the mean, 1.4e-9, is less than the last bit of 1.
+// A row of 1e9 under black, which counts 1/sqrt(1 + 1e9) = 3.2e-5 times; k is the weight of the
+// black.
 TEST(Checkerboard, BrightRowUnderBlackKeepsItsDigits) {
     const ImageF color = gray_picture(20, 10, [](int, int y) { return y == 5 ? 1e9 : 0.0; });
     auto settings = hinted("checkerboard");
     for (auto& [key, value] : settings)
         if (key == "blend") value = std::string("tonemapped");
     const ImageF out = run(settings, color, constant_hint(20, 10, 1, 1));
-    const double k = 400.0 / 729 * 0.75;
+    const double k = 400.0 / 729 * 0.75, counts = 1 / std::sqrt(1 + 1e9);
     for (int x = 0; x < 20; ++x) {
-        EXPECT_NEAR(out.at(x, 5), (1 - k) / k, 1e-4);
-        // Black under the bright row: k/(1 - k).
-        EXPECT_NEAR(out.at(x, 6), k / (1 - k), 1e-4);
+        const double share = counts * (1 - k) / (counts * (1 - k) + k);
+        EXPECT_NEAR(out.at(x, 5) / (1e9 * share), 1, 1e-5);
+        // Black under the bright row.
+        const double under = counts * k / (counts * k + 1 - k);
+        EXPECT_NEAR(out.at(x, 6) / (1e9 * under), 1, 1e-5);
     }
 }
 

@@ -135,16 +135,15 @@ TEST(Filter, DotByHand) {
 
 TEST(Filter, TonemappedBlendByHand) {
     // 3 above the border, 0 below: luma sqrt(3/4) and 0, the geometry of the endless edge, weight
-    // H = 0.05041152. T(3) = 0.75, lerped 0.71219136, inverted 0.71219136/0.28780864 = 2.4745307.
+    // H = 0.05041152. 3 counts 1/sqrt(1 + 3) = 1/2: 0.94958848/2 = 0.47479424 beside 0.05041152.
     const ImageF bright = gray_picture(16, 8, [](int, int y) { return y < 4 ? 3 : 0; });
     const ImageF out = run({{"hint", std::string("none")}}, bright);
-    EXPECT_NEAR(out.at(8, 3), 2.4745307, 1e-5);
-    // From below: T = 0.75 * 0.05041152 = 0.03780864, inverted 0.03780864/0.96219136 = 0.03929430.
-    EXPECT_NEAR(out.at(8, 4), 0.03929430, 1e-6);
+    EXPECT_NEAR(out.at(8, 3), 2.7120470, 1e-5);
+    // From below: 0.02520576 beside 0.94958848.
+    EXPECT_NEAR(out.at(8, 4), 0.07757256, 1e-6);
 
-    // Maxima in different channels, and alpha: (3, 0, 0, 1) above (0, 1, 0, 0.5).
-    // T: (0.75, 0, 0) and (0, 0.5, 0); lerped (0.71219136, 0.02520576, 0); inverted by
-    // 1/0.28780864: (2.4745307, 0.08757820, 0); alpha 1 - 0.5 * 0.05041152.
+    // Maxima in different channels, and alpha: (3, 0, 0, 1) above (0, 1, 0, 0.5), which counts
+    // 1/sqrt(2): a share of 0.03564633/(0.47479424 + 0.03564633) = 0.06983443 of all four channels.
     ImageF colors(16, 8, 4);
     for (int y = 0; y < 8; ++y) {
         for (int x = 0; x < 16; ++x) {
@@ -154,10 +153,10 @@ TEST(Filter, TonemappedBlendByHand) {
         }
     }
     const ImageF mixed = run({{"hint", std::string("none")}}, colors);
-    EXPECT_NEAR(mixed.at(8, 3, 0), 2.4745307, 1e-5);
-    EXPECT_NEAR(mixed.at(8, 3, 1), 0.08757820, 1e-6);
+    EXPECT_NEAR(mixed.at(8, 3, 0), 2.7904967, 1e-5);
+    EXPECT_NEAR(mixed.at(8, 3, 1), 0.06983443, 1e-6);
     EXPECT_EQ(mixed.at(8, 3, 2), 0.0f);
-    EXPECT_NEAR(mixed.at(8, 3, 3), 0.97479424, 1e-6);
+    EXPECT_NEAR(mixed.at(8, 3, 3), 0.96508278, 1e-6);
 }
 
 // White above black, across the whole width: every gradient that the tensor sees is vertical, so
@@ -185,7 +184,7 @@ TEST(Directional, DotByHand) {
     EXPECT_EQ(out.at(3, 3), 0.0f);  // the diagonal neighbors see no range
 }
 
-// 3 above the border, 0 below: 3 counts 1/sqrt(1 + 3) = 1/2. Alpha is not tone-mapped.
+// 3 above the border, 0 below: 3 counts 1/sqrt(1 + 3) = 1/2, its alpha too.
 TEST(Directional, TonemappedByHand) {
     ImageF bright = gray_picture(16, 8, [](int, int y) { return y < 4 ? 3 : 0; });
     for (int y = 0; y < 8; ++y)
@@ -194,7 +193,8 @@ TEST(Directional, TonemappedByHand) {
         run({{"mode", std::string("directional")}, {"hint", std::string("none")}}, bright);
     EXPECT_NEAR(out.at(8, 3), 3 * 0.5 * 1.0941417 / (0.5 * 1.0941417 + 0.0941417), 1e-5);
     EXPECT_NEAR(out.at(8, 4), 3 * 0.5 * 0.0941417 / (0.5 * 0.0941417 + 1.0941417), 1e-6);
-    EXPECT_NEAR(out.at(8, 3, 3), (1.0941417 + 0.5 * 0.0941417) / 1.1882834, 1e-6);
+    const double share = 0.0941417 / (0.5 * 1.0941417 + 0.0941417);
+    EXPECT_NEAR(out.at(8, 3, 3), 1 - 0.5 * share, 1e-6);
 }
 
 TEST(Directional, ThresholdsFollowTheMode) {

@@ -1,6 +1,7 @@
 #include "config/camera_file.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <limits>
 
@@ -43,6 +44,8 @@ class CameraParser {
                 fps(value);
             else if (key.text == "frames")
                 frames(value);
+            else if (key.text == "camera_matrix_world")
+                matrices(value);
             else
                 unknown(key, key.text);
         }
@@ -147,9 +150,59 @@ class CameraParser {
         }
     }
 
+    // A matrix that cannot be read is no error: the key is other programs' too.
+    void matrices(const TextNode& node) {
+        const auto ignored = [&](const TextNode& at, const std::string& why) {
+            reporter_.warning(at, "camera_matrix_world", "ignored: " + why);
+        };
+        if (!node.is_map()) return ignored(node, "not an object from frame number to matrix");
+        for (const auto& [key, value] : node.entries) {
+            TextNode plain = key;
+            plain.quoted = false;
+            const std::optional<int> frame = integer(plain);
+            const std::optional<Rotation> found = rotation(value);
+            if (!frame)
+                ignored(key, "'" + key.text + "' is not a frame number");
+            else if (!found)
+                ignored(value, concat("of frame ", *frame,
+                                      ": not the rows of a rotation, of a scale and of a place"));
+            else
+                file_.rotations[*frame] = *found;
+        }
+    }
+
+    // Of three or four rows of three or four numbers; a scale of its columns is taken out.
+    static std::optional<Rotation> rotation(const TextNode& node) {
+        if (!node.is_list() || node.items.size() < 3) return std::nullopt;
+        Rotation r;
+        for (size_t row = 0; row < 3; ++row) {
+            const TextNode& values = node.items[row];
+            if (!values.is_list() || values.items.size() < 3) return std::nullopt;
+            for (size_t column = 0; column < 3; ++column) {
+                const auto value = number(values.items[column]);
+                if (!value) return std::nullopt;
+                r[row][column] = *value;
+            }
+        }
+        const auto dot = [&](size_t i, size_t j) {
+            return r[0][i] * r[0][j] + r[1][i] * r[1][j] + r[2][i] * r[2][j];
+        };
+        for (size_t i = 0; i < 3; ++i) {
+            const double length = std::sqrt(dot(i, i));
+            if (!(length > 0) || !std::isfinite(length)) return std::nullopt;
+            for (auto& row : r) row[i] /= length;
+        }
+        constexpr double kSquare = 1e-3;
+        if (std::abs(dot(0, 1)) > kSquare || std::abs(dot(0, 2)) > kSquare ||
+            std::abs(dot(1, 2)) > kSquare)
+            return std::nullopt;
+        return r;
+    }
+
     // Other programs' keys are ignored; what looks like one of ours misspelt is worth a warning.
     void unknown(const TextNode& key, const std::string& path) {
-        std::vector<std::string> known = {"resolution", "fps", "frames", "sensor_fit"};
+        std::vector<std::string> known = {"resolution", "fps", "frames", "sensor_fit",
+                                          "camera_matrix_world"};
         for (const auto& row : camera_parameters().rows()) known.push_back(row.key);
         const std::string near = nearest_word(key.text, known);
         if (!near.empty() && letters_apart(key.text, near) <= 2)
@@ -164,7 +217,7 @@ class CameraParser {
     // A file without a single value of a camera is hardly the one that was meant.
     void report_empty(const TextNode& root) {
         if (!file_.diagnostics.empty()) return;  // a misspelt key, a bad value: said already
-        bool any = file_.camera != Camera();
+        bool any = file_.camera != Camera() || !file_.rotations.empty();
         for (const auto& [number, frame] : file_.frames) any = any || frame.camera != Camera();
         if (any) return;
         std::vector<std::string> keys;

@@ -29,6 +29,9 @@ struct Display {
 // Millimeters across the picture's width, of a sensor size that spans the side named by `fit`.
 double horizontal_sensor_width_mm(double sensor_mm, SensorFit fit, const Display& display);
 
+// Camera to world, rows: the camera looks along its -z, +x is right and +y up.
+using Rotation = std::array<std::array<double, 3>, 3>;
+
 struct CameraFile {
     std::string file_name;
     Camera camera;                        // sensor_width_mm as stated, for the side of sensor_fit
@@ -39,7 +42,8 @@ struct CameraFile {
         Camera camera;
         std::optional<SensorFit> sensor_fit;
     };
-    std::map<int, Frame> frames;  // overrides of single frames
+    std::map<int, Frame> frames;        // overrides of single frames
+    std::map<int, Rotation> rotations;  // of `camera_matrix_world`, by frame
     Diagnostics diagnostics;
 
     Status status() const { return status_of(diagnostics); }

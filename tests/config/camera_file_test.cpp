@@ -85,6 +85,31 @@ TEST(CameraFile, SensorFitCountsInCameraFor) {
     EXPECT_EQ(parse("{}").camera_for(1, kHd), Camera());
 }
 
+TEST(CameraFile, ReadsRotationsFromMatrices) {
+    const CameraFile file = parse(R"({"camera_matrix_world": {
+        "4": [[0, 0, 2, 7], [0, 2, 0, 8], [-2, 0, 0, 9], [0, 0, 0, 1]],
+        "5": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}})");
+    EXPECT_THAT(texts(file.diagnostics), IsEmpty());
+    EXPECT_EQ(file.rotations.at(4), (Rotation{{{0, 0, 1}, {0, 1, 0}, {-1, 0, 0}}}));
+    EXPECT_EQ(file.rotations.at(5), (Rotation{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}));
+}
+
+TEST(CameraFile, IgnoresWhatIsNoRotation) {
+    for (const char* text :
+         {R"({"f_stop": 2, "camera_matrix_world": [1, 2]})",
+          R"({"f_stop": 2, "camera_matrix_world": {"x": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}})",
+          R"({"f_stop": 2, "camera_matrix_world": {"4": [[1, 0, 0], [0, 1, 0]]}})",
+          R"({"f_stop": 2, "camera_matrix_world": {"4": [[1, 0, 0], [0, 1, 0], [0, 0, "a"]]}})",
+          R"({"f_stop": 2, "camera_matrix_world": {"4": [[1, 0, 0], [0, 1, 0], [0, 0, 0]]}})",
+          R"({"f_stop": 2, "camera_matrix_world": {"4": [[1, 1, 0], [0, 1, 0], [0, 0, 1]]}})"}) {
+        const CameraFile file = parse(text);
+        EXPECT_TRUE(file.status().ok());
+        EXPECT_TRUE(file.rotations.empty()) << text;
+        EXPECT_THAT(texts(file.diagnostics), ElementsAre(HasSubstr("camera_matrix_world: ignored")))
+            << text;
+    }
+}
+
 TEST(CameraFile, IgnoresUnknownKeysWithOneNote) {
     const CameraFile file = parse(
         "{\n \"scene\": \"s1\",\n \"f_stop\": 2,\n \"matrix\": {\"9\": [[1.0, NaN], [0, 1]]},\n"

@@ -190,7 +190,8 @@ int inspect_verb(const Options& options) {
         for (const auto& warning : source->warnings) log::warning(warning);
         json["match"] = describe_roles(source->match);
         json["frame"] = describe_frame(source->description);
-        sequence::add_findings(json, source->description.bounds, source->health);
+        sequence::add_findings(json, source->description.bounds, source->health,
+                               source->surface_health);
         if (!options.json) {
             std::fputs((source->match.text() + "\n").c_str(), stdout);
             for (const char* key : {"frame", "bounds", "health"}) print_values(json[key]);

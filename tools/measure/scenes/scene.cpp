@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <set>
 #include <system_error>
 
 #include "tools/measure/scenes/crossing.h"
@@ -226,8 +227,11 @@ Result<ScenePlanes> render_frame(SceneRenderer& renderer, const SceneRequest& re
 std::string camera_json(const SceneRequest& request, const SceneModel& model) {
     const int first = request.frames.empty() ? 0 : request.frames.front();
     const Camera camera = camera_at(model, first);
+    // With the frames before and after: vectors of the sky are made of their matrices.
+    std::set<int> described;
+    for (int frame : request.frames) described.insert({frame - 1, frame, frame + 1});
     io::Json overrides, matrices = io::Json::object();
-    for (int frame : request.frames) {
+    for (int frame : described) {
         const Camera own = camera_at(model, frame);
         if (own != camera)
             overrides[std::to_string(frame)] = {{"focal_length_mm", short_of(*own.focal_length_mm)},

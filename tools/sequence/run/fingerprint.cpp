@@ -23,6 +23,7 @@ bool whole(io::ExrFile& file) {
 std::string text_of(const OpenedFrame& frame) {
     const FrameHeader& header = frame.header;
     std::string text = camera_parameters().text(&header.camera) + "\n";
+    if (header.sky) text += header.sky->text() + "\n";
     const auto& options = header.match.options;
     for (const auto* motion : {&options.motion, &options.motion_back})
         text += concat(int(motion->unit), " ", motion->scale_x, " ", motion->scale_y, " ",

@@ -12,6 +12,7 @@
 #include "chain/gl/executor.h"
 #include "chain/plan.h"
 #include "tools/sequence/io/exr_writer.h"
+#include "tools/sequence/run/frame_source.h"
 
 namespace postchain::sequence {
 
@@ -31,6 +32,7 @@ struct FrameReport {
     std::string fingerprint;  // run/fingerprint.h
     FrameBounds bounds;
     InputHealth health;  // its first_nonfinite as in the file
+    SurfaceHealth surface_health;
     uint64_t output_nonfinite = 0;
     io::WriteReport write;
     double read_ms = 0, convert_ms = 0, filter_ms = 0, write_ms = 0;

@@ -105,6 +105,9 @@ Result<FrameHeader> open_source_frame(const SourceSettings& settings,
     if (camera)
         if (auto warning = camera->check_resolution(display))
             header.warnings.push_back(warning->text());
+    if (camera)
+        header.sky =
+            sky_views(*camera, io::camera_from_attributes(part), frame, display, settings.cuts);
     return header;
 }
 
@@ -189,8 +192,14 @@ Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeade
     frame.description.origin_y = frame.input.data_window.min_y - frame.input.display_window.min_y;
     auto health = convert_frame(planes, frame.description, frame.conversion);
     if (!health.ok()) return health.status().at(path);
-    frame.planes = shared(std::move(planes));
     frame.health = *health;
+    SurfaceHealth& surfaces = frame.surface_health;
+    surfaces.mixed_edges = find_mixed_edges(planes);
+    if (header.sky)
+        surfaces.sky_motion_from_camera = fill_sky_motion(*header.sky, planes, frame.description);
+    else
+        surfaces.sky_without_motion = sky_without_motion(planes);
+    frame.planes = shared(std::move(planes));
     frame.convert_ms = milliseconds_since(start);
 
     const auto warn = [&](const std::string& text) {
@@ -213,6 +222,9 @@ Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeade
     }
     count(health->negative_depth, "with depth <= 0, taken as infinitely far");
     count(health->sentinel_motion, "with the sentinel of 'no vector', taken as still");
+    count(surfaces.sky_without_motion,
+          "of sky without motion, though all else moves: it will stand still (a camera file with "
+          "camera_matrix_world gives it the motion of the camera)");
     if (present.has(Role::motion) && health->motion_all_zero)
         warn(health->sentinel_motion > 0
                  ? "every vector is zero or the sentinel: nothing will be blurred by motion"

@@ -20,6 +20,8 @@
 #include "config/profile.h"
 #include "config/profile_match.h"
 #include "tools/sequence/io/frame_reader.h"
+#include "tools/sequence/run/edge_check.h"
+#include "tools/sequence/run/sky_motion.h"
 
 namespace postchain::sequence {
 
@@ -38,6 +40,7 @@ struct FrameHeader {
     ProfileMatch match;
     io::ChannelAssignment assignment;
     Camera camera;                      // metadata overlaid by the camera file
+    std::optional<SkyViews> sky;        // where the camera file has matrices
     std::vector<std::string> warnings;  // one line each
 };
 
@@ -45,11 +48,19 @@ struct FrameHeader {
 Result<FrameHeader> open_source_frame(const SourceSettings& settings,
                                       const std::map<Role, std::string>& files, int frame);
 
+// What depth and vectors say of surfaces, found when a frame is read.
+struct SurfaceHealth {
+    MixedEdges mixed_edges;
+    uint64_t sky_without_motion = 0;      // pixels, sky_motion.h
+    uint64_t sky_motion_from_camera = 0;  // pixels
+};
+
 struct SourceFrame {
     io::InputFrame input;          // its planes have moved into `planes`
     FrameDescription description;  // bounds and camera included
     SharedPlanes planes;           // canonical; those of neighbors: run/sequence_reader.h
     InputHealth health;            // its first_nonfinite as in the file
+    SurfaceHealth surface_health;
     ProfileMatch match;
     ConvertOptions conversion;
     std::vector<std::string> warnings;

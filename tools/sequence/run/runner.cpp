@@ -143,6 +143,7 @@ class Walk {
         report.warnings = source->warnings;
         report.bounds = source->description.bounds;
         report.health = source->health;
+        report.surface_health = source->surface_health;
         report.read_ms = source->read_ms;
         report.convert_ms = source->convert_ms;
         if (settings_.strict && !source->strict_fault.ok()) return source->strict_fault;

@@ -40,7 +40,8 @@ Json summary_json(const FrameReport& report) {
 
 }  // namespace
 
-void add_findings(Json& json, const FrameBounds& bounds, const InputHealth& health) {
+void add_findings(Json& json, const FrameBounds& bounds, const InputHealth& health,
+                  const SurfaceHealth& surfaces) {
     json["bounds"] = {{"max_speed_px", bounds.max_speed_px},
                       {"max_speed_back_px", bounds.max_speed_back_px},
                       {"min_inverse_depth", bounds.min_inverse_depth},
@@ -56,6 +57,10 @@ void add_findings(Json& json, const FrameBounds& bounds, const InputHealth& heal
                       {"input_sentinel_motion", health.sentinel_motion},
                       {"input_negative_depth", health.negative_depth},
                       {"input_motion_all_zero", health.motion_all_zero}};
+    json["health"]["input_mixed_edge_depth"] = surfaces.mixed_edges.depth;
+    json["health"]["input_mixed_edge_motion"] = surfaces.mixed_edges.motion;
+    json["health"]["input_sky_without_motion"] = surfaces.sky_without_motion;
+    json["health"]["sky_motion_from_camera"] = surfaces.sky_motion_from_camera;
     if (health.first_nonfinite) json["health"]["input_first_nonfinite"] = *health.first_nonfinite;
 }
 
@@ -74,7 +79,7 @@ std::string sidecar_json(const FrameReport& report, const std::string& version) 
     for (const auto& done : report.work_done)
         json["blocks"].push_back({{"list", done.list}, {"blocks", done.blocks}, {"of", done.of}});
     json["times_ms"] = times_json(report);
-    add_findings(json, report.bounds, report.health);
+    add_findings(json, report.bounds, report.health, report.surface_health);
     json["health"]["output_nonfinite"] = report.output_nonfinite;
     json["health"]["output_half_overflow"] = report.write.overflow_pixels;
     json["counters"] = {{"texture_allocations", report.counters.texture_allocations},

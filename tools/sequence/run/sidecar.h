@@ -10,7 +10,8 @@ namespace postchain::sequence {
 
 // Adds "bounds" and "health", as docs/sidecar.md describes them: what sidecar and `inspect` say of
 // the pixels that were read.
-void add_findings(io::Json& json, const FrameBounds& bounds, const InputHealth& health);
+void add_findings(io::Json& json, const FrameBounds& bounds, const InputHealth& health,
+                  const SurfaceHealth& surfaces);
 
 // Keys: frame, outcome, inputs, output, held_from, warnings, output_bytes, work, profile, plan,
 // times_ms, bounds, health, counters, write_notes, renderer, version. docs/sidecar.md describes

@@ -1,0 +1,172 @@
+// What is found and mended of depth and motion when a frame is read: the sky, edges.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tools/sequence/run/edge_check.h"
+#include "tools/sequence/run/sky_motion.h"
+
+namespace postchain::sequence {
+namespace {
+
+constexpr int kWidth = 40, kHeight = 20;
+constexpr double kFocalPx = 50.0 * kWidth / 36.0;
+constexpr Display kDisplay = {kWidth, kHeight, 1};
+
+// About the camera's x (looks up), y (looks to the left) or z axis.
+Rotation turned(int axis, double angle) {
+    Rotation r = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    const size_t i = size_t(axis + 1) % 3, j = size_t(axis + 2) % 3;
+    r[i][i] = r[j][j] = std::cos(angle);
+    r[i][j] = -std::sin(angle);
+    r[j][i] = std::sin(angle);
+    return r;
+}
+
+// A camera that turns by `angle` a frame, known in these frames.
+CameraFile turning(int axis, double angle, std::initializer_list<int> frames) {
+    CameraFile file;
+    file.camera.focal_length_mm = 50;
+    file.camera.sensor_width_mm = 36;
+    for (int frame : frames) file.rotations[frame] = turned(axis, angle * frame);
+    return file;
+}
+
+// Sky above a surface that moves by (3, 0); the left column is clear.
+struct Sky {
+    FramePlanes planes;
+    FrameDescription frame;
+    Sky() {
+        ImageF color(kWidth, kHeight, 4, 1.0f), depth(kWidth, kHeight, 1, 1e-10f);
+        ImageF motion(kWidth, kHeight, 2);
+        for (int x = 0; x < kWidth; ++x)
+            for (int y = 0; y < kHeight; ++y) {
+                if (x == 0)
+                    for (int c = 0; c < 4; ++c) color.at(x, y, c) = 0;
+                if (y < kHeight - 3) continue;
+                depth.at(x, y) = 0.5f;
+                motion.at(x, y, 0) = 3;
+            }
+        planes = {{Role::color, color},
+                  {Role::inverse_depth, depth},
+                  {Role::motion, motion},
+                  {Role::motion_back, motion}};
+        frame.width = frame.display_width = kWidth;
+        frame.height = frame.display_height = kHeight;
+        frame.bounds.max_speed_px = frame.bounds.max_speed_back_px = 3;
+    }
+    double motion(Role role, int x, int y, int c) { return double(planes.at(role).at(x, y, c)); }
+};
+
+TEST(SkyMotion, FollowsAPan) {
+    const double angle = 0.1;
+    const auto views = sky_views(turning(1, angle, {4, 5, 6}), {}, 5, kDisplay, {});
+    ASSERT_TRUE(views);
+    Sky sky;
+    EXPECT_EQ(fill_sky_motion(*views, sky.planes, sky.frame),
+              uint64_t((kWidth - 1) * (kHeight - 3)));
+    // A camera that turns to the left sees the sky move to the right.
+    for (int x : {1, 20, 39}) {
+        const double at = x + 0.5 - kWidth / 2.0, direction = std::atan(at / kFocalPx);
+        EXPECT_NEAR(sky.motion(Role::motion, x, 9, 0), kFocalPx * std::tan(direction + angle) - at,
+                    1e-4);
+        EXPECT_NEAR(sky.motion(Role::motion_back, x, 9, 0),
+                    at - kFocalPx * std::tan(direction - angle), 1e-4);
+    }
+    EXPECT_EQ(sky.motion(Role::motion, 0, 9, 0), 0);   // clear
+    EXPECT_EQ(sky.motion(Role::motion, 9, 19, 0), 3);  // has a vector
+    EXPECT_NEAR(sky.frame.bounds.max_speed_px,
+                std::hypot(sky.motion(Role::motion, 39, 0, 0), sky.motion(Role::motion, 39, 0, 1)),
+                1e-5);
+}
+
+TEST(SkyMotion, FollowsTiltAndRoll) {
+    Sky up;
+    const auto tilt = sky_views(turning(0, 0.05, {4, 5, 6}), {}, 5, kDisplay, {});
+    ASSERT_TRUE(tilt);
+    fill_sky_motion(*tilt, up.planes, up.frame);
+    EXPECT_NEAR(up.motion(Role::motion, 20, 9, 1), kFocalPx * std::tan(0.05), 0.1);  // down
+    // About the middle: with the camera's top turned to the left, the picture turns to the right.
+    Sky rolled;
+    const auto roll = sky_views(turning(2, 0.05, {4, 5, 6}), {}, 5, kDisplay, {});
+    ASSERT_TRUE(roll);
+    fill_sky_motion(*roll, rolled.planes, rolled.frame);
+    EXPECT_NEAR(rolled.motion(Role::motion, 39, 9, 0),
+                19.5 * (std::cos(0.05) - 1) + 0.5 * std::sin(0.05), 1e-4);
+    EXPECT_NEAR(rolled.motion(Role::motion, 39, 9, 1),
+                19.5 * std::sin(0.05) - 0.5 * (std::cos(0.05) - 1), 1e-4);
+}
+
+TEST(SkyMotion, TurnsOnEvenlyWhereAFrameIsMissingOrCut) {
+    const auto whole = sky_views(turning(1, 0.1, {4, 5, 6}), {}, 5, kDisplay, {});
+    ASSERT_TRUE(whole);
+    Sky all;
+    fill_sky_motion(*whole, all.planes, all.frame);
+    const std::pair<std::initializer_list<int>, std::set<int>> cases[] = {
+        {{5, 6}, {}}, {{4, 5}, {}}, {{4, 5, 6}, {4}}, {{4, 5, 6}, {5}}};
+    for (const auto& [frames, cuts] : cases) {
+        const auto views = sky_views(turning(1, 0.1, frames), {}, 5, kDisplay, cuts);
+        ASSERT_TRUE(views);
+        Sky sky;
+        fill_sky_motion(*views, sky.planes, sky.frame);
+        for (Role role : {Role::motion, Role::motion_back})
+            EXPECT_NEAR(sky.motion(role, 30, 5, 0), all.motion(role, 30, 5, 0), 1e-4);
+    }
+    EXPECT_FALSE(sky_views(turning(1, 0.1, {5}), {}, 5, kDisplay, {}));
+    EXPECT_FALSE(sky_views(turning(1, 0.1, {4, 6}), {}, 5, kDisplay, {}));
+    EXPECT_FALSE(sky_views(turning(1, 0, {4, 5, 6}), {}, 5, kDisplay, {}));  // stands still
+    EXPECT_FALSE(sky_views(turning(1, 0.1, {4, 5, 6}), {}, 5, kDisplay, {4, 5}));
+}
+
+TEST(SkyMotion, WithoutMatricesItIsCountedWhereAllElseMoves) {
+    Sky sky;
+    EXPECT_EQ(sky_without_motion(sky.planes), uint64_t((kWidth - 1) * (kHeight - 3)));
+    for (int x = 0; x < kWidth / 2; ++x) sky.planes.at(Role::motion).at(x, kHeight - 1, 0) = 0;
+    EXPECT_EQ(sky_without_motion(sky.planes), 0u);
+}
+
+// A surface at 1 that moves by (8, 0) before one at 4 that stands still; their border is slanted.
+// `samples` per axis and pixel, over which depth or motion is averaged.
+FramePlanes two_surfaces(int depth_samples, int motion_samples) {
+    ImageF depth(64, 48, 1), motion(64, 48, 2);
+    const auto covered = [](int x, int y, int samples) {
+        double sum = 0;
+        for (int j = 0; j < samples; ++j)
+            for (int i = 0; i < samples; ++i)
+                sum += (y + (j + 0.5) / samples) > 8 + 0.37 * (x + (i + 0.5) / samples);
+        return sum / (samples * samples);
+    };
+    for (int y = 0; y < 48; ++y)
+        for (int x = 0; x < 64; ++x) {
+            const double near = covered(x, y, depth_samples);
+            depth.at(x, y) = float(near + 0.25 * (1 - near));
+            motion.at(x, y, 0) = float(8 * covered(x, y, motion_samples));
+        }
+    return {{Role::inverse_depth, depth}, {Role::motion, motion}};
+}
+
+TEST(MixedEdges, TellsAveragesFromSamples) {
+    const MixedEdges hard = find_mixed_edges(two_surfaces(1, 1));
+    EXPECT_EQ(hard.depth, 0);
+    EXPECT_EQ(hard.motion, 0);
+    const MixedEdges motion = find_mixed_edges(two_surfaces(1, 8));
+    EXPECT_EQ(motion.depth, 0);
+    EXPECT_GT(motion.motion, 0.3);
+    EXPECT_GT(find_mixed_edges(two_surfaces(8, 8)).depth, 0.3);
+}
+
+TEST(MixedEdges, SlopesAreNoEdges) {
+    ImageF depth(64, 48, 1), motion(64, 48, 2);
+    for (int y = 0; y < 48; ++y)
+        for (int x = 0; x < 64; ++x) {
+            depth.at(x, y) = float(0.1 + 0.02 * y);
+            motion.at(x, y, 0) = float(2 * x);
+        }
+    const MixedEdges found =
+        find_mixed_edges({{Role::inverse_depth, depth}, {Role::motion, motion}});
+    EXPECT_EQ(found.depth, 0);
+    EXPECT_EQ(found.motion, 0);
+}
+
+}  // namespace
+}  // namespace postchain::sequence

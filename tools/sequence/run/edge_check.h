@@ -1,0 +1,23 @@
+// Are depth and motion at the border of two surfaces those of one of them, or averaged?
+//
+// A pixel is between two surfaces where those on either side of it, left and right or above and
+// below, differ: depths by more than 5 %, vectors by more than 1 px; and each of them hardly
+// differs from the next pixel on its side, so that slopes do not count. Its value is mixed where it
+// lies between theirs, at least a quarter of the way from each. Averages over the samples of
+// antialiased pixels are mixed in about half of them, values of one sample in next to none.
+#pragma once
+
+#include "chain/frame.h"
+
+namespace postchain::sequence {
+
+// Parts of the pixels between two surfaces; 0 where there is none, or no such plane.
+struct MixedEdges {
+    double depth = 0;
+    double motion = 0;
+};
+
+// Of the canonical planes; looks at every fourth row.
+MixedEdges find_mixed_edges(const FramePlanes& planes);
+
+}  // namespace postchain::sequence

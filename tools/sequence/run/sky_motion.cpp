@@ -1,0 +1,173 @@
+#include "tools/sequence/run/sky_motion.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+namespace postchain::sequence {
+namespace {
+
+constexpr float kSky = 1e-9f;     // inverse depth, 1/scene unit
+constexpr float kMovesPx = 0.5f;  // per frame
+constexpr double kNearlyAll = 0.9;
+
+using Direction = std::array<double, 3>;
+
+Rotation product(const Rotation& a, const Rotation& b) {
+    Rotation r{};
+    for (size_t i = 0; i < 3; ++i)
+        for (size_t j = 0; j < 3; ++j)
+            for (size_t k = 0; k < 3; ++k) r[i][j] += a[i][k] * b[k][j];
+    return r;
+}
+
+Rotation transposed(const Rotation& r) {
+    Rotation t;
+    for (size_t i = 0; i < 3; ++i)
+        for (size_t j = 0; j < 3; ++j) t[i][j] = r[j][i];
+    return t;
+}
+
+std::optional<SkyView> view_of(const CameraFile& file, const Camera& metadata, int frame,
+                               const Display& display) {
+    const auto found = file.rotations.find(frame);
+    if (found == file.rotations.end()) return std::nullopt;
+    // Of a zoom each frame states its focal length.
+    const bool zooms = std::any_of(file.frames.begin(), file.frames.end(), [](const auto& one) {
+        return one.second.camera.focal_length_mm.has_value();
+    });
+    if (zooms && !file.frames.contains(frame)) return std::nullopt;
+    const Camera camera = frame_camera(metadata, &file, frame, display);
+    if (!camera.focal_length_mm || !camera.sensor_width_mm) return std::nullopt;
+    return SkyView{found->second,
+                   *camera.focal_length_mm * display.width / *camera.sensor_width_mm};
+}
+
+// The camera turned and zoomed on from `other` to `now` by as much again.
+SkyView continued(const SkyView& now, const SkyView& other) {
+    return {product(product(now.to_world, transposed(other.to_world)), now.to_world),
+            now.focal_px * now.focal_px / other.focal_px};
+}
+
+// Where a view sees what another sees in the place (x, y) from the middle of the picture, pixels.
+class Transfer {
+  public:
+    Transfer(const SkyView& from, const SkyView& to, double aspect)
+        : turn_(product(transposed(to.to_world), from.to_world)),
+          from_px_(from.focal_px),
+          to_px_(to.focal_px),
+          aspect_(aspect) {}
+
+    // Nothing where that is behind it.
+    std::optional<std::array<double, 2>> operator()(double x, double y) const {
+        const Direction d = {x / from_px_, -y / (from_px_ * aspect_), -1};
+        Direction e{};
+        for (size_t i = 0; i < 3; ++i)
+            for (size_t k = 0; k < 3; ++k) e[i] += turn_[i][k] * d[k];
+        if (!(e[2] < -1e-3)) return std::nullopt;
+        return std::array{to_px_ * e[0] / -e[2], -to_px_ * aspect_ * e[1] / -e[2]};
+    }
+
+  private:
+    Rotation turn_;
+    double from_px_, to_px_, aspect_;
+};
+
+// Infinitely far and not clear: what is clear may move as it likes.
+bool is_sky(const FramePlanes& planes, size_t pixel) {
+    if (planes.at(Role::inverse_depth).data[pixel] > kSky) return false;
+    const float* c = planes.at(Role::color).data.data() + 4 * pixel;
+    return c[0] != 0 || c[1] != 0 || c[2] != 0 || c[3] != 0;
+}
+
+bool has_planes(const FramePlanes& planes) {
+    return planes.contains(Role::color) && planes.contains(Role::inverse_depth) &&
+           planes.contains(Role::motion);
+}
+
+}  // namespace
+
+std::string SkyViews::text() const {
+    std::string text;
+    char number[32];
+    for (const SkyView* view : {&now, &before, &after}) {
+        for (const auto& row : view->to_world)
+            for (double value : row) {
+                std::snprintf(number, sizeof(number), "%.17g ", value);
+                text += number;
+            }
+        std::snprintf(number, sizeof(number), "%.17g ", view->focal_px);
+        text += number;
+    }
+    return text;
+}
+
+std::optional<SkyViews> sky_views(const CameraFile& file, const Camera& metadata, int frame,
+                                  const Display& display, const std::set<int>& cuts) {
+    const auto now = view_of(file, metadata, frame, display);
+    auto before = view_of(file, metadata, frame - 1, display);
+    auto after = view_of(file, metadata, frame + 1, display);
+    if (cuts.count(frame - 1)) before.reset();
+    if (cuts.count(frame)) after.reset();
+    if (!now || (!before && !after)) return std::nullopt;
+    SkyViews views{*now, before ? *before : continued(*now, *after),
+                   after ? *after : continued(*now, *before), display.pixel_aspect};
+    const auto still = [&](const SkyView& other) {
+        return other.to_world == now->to_world && other.focal_px == now->focal_px;
+    };
+    if (still(views.before) && still(views.after)) return std::nullopt;
+    return views;
+}
+
+uint64_t fill_sky_motion(const SkyViews& views, FramePlanes& planes, FrameDescription& frame) {
+    if (!has_planes(planes)) return 0;
+    const Transfer to_after(views.now, views.after, views.pixel_aspect);
+    const Transfer to_before(views.now, views.before, views.pixel_aspect);
+    const auto back = planes.find(Role::motion_back);
+    uint64_t replaced = 0;
+    double largest = 0, largest_back = 0;
+    const auto set = [](float* v, double x, double y, double& most) {
+        v[0] = float(x);
+        v[1] = float(y);
+        most = std::max(most, std::hypot(double(v[0]), double(v[1])));
+    };
+    for (size_t pixel = 0; pixel < planes.at(Role::color).pixels(); ++pixel) {
+        float* v = planes.at(Role::motion).data.data() + 2 * pixel;
+        float* k = back == planes.end() ? nullptr : back->second.data.data() + 2 * pixel;
+        if (v[0] != 0 || v[1] != 0 || (k && (k[0] != 0 || k[1] != 0)) || !is_sky(planes, pixel))
+            continue;
+        const double x =
+            frame.origin_x + double(pixel % size_t(frame.width)) + 0.5 - 0.5 * frame.display_width;
+        const double y =
+            frame.origin_y + double(pixel / size_t(frame.width)) + 0.5 - 0.5 * frame.display_height;
+        const auto after = to_after(x, y), before = to_before(x, y);
+        if (!after || !before) continue;
+        set(v, (*after)[0] - x, (*after)[1] - y, largest);
+        if (k) set(k, x - (*before)[0], y - (*before)[1], largest_back);
+        ++replaced;
+    }
+    FrameBounds& bounds = frame.bounds;
+    bounds.max_speed_px = std::max(bounds.max_speed_px, largest);
+    if (back != planes.end())
+        bounds.max_speed_back_px = std::max(bounds.max_speed_back_px, largest_back);
+    return replaced;
+}
+
+uint64_t sky_without_motion(const FramePlanes& planes) {
+    if (!has_planes(planes)) return 0;
+    const ImageF& motion = planes.at(Role::motion);
+    uint64_t sky = 0, surfaces = 0, moving = 0;
+    for (size_t pixel = 0; pixel < motion.pixels(); ++pixel) {
+        const float* v = motion.data.data() + 2 * pixel;
+        if (planes.at(Role::inverse_depth).data[pixel] > kSky) {
+            ++surfaces;
+            moving += v[0] * v[0] + v[1] * v[1] > kMovesPx * kMovesPx;
+        } else if (v[0] == 0 && v[1] == 0 && is_sky(planes, pixel)) {
+            ++sky;
+        }
+    }
+    return surfaces > 0 && double(moving) >= kNearlyAll * double(surfaces) ? sky : 0;
+}
+
+}  // namespace postchain::sequence

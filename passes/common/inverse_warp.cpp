@@ -102,6 +102,7 @@ class Planner {
             neighbor_surfaces_.push_back(add_surfaces(neighbor));
         const TextureId tile_surfaces = add_tile_surfaces();
         add_starts(tile_surfaces);
+        add_background();
         add_hint();
         result_ = picture("color", planner_.context().color_format());
         if (shares()) add_tile_light();
@@ -201,6 +202,22 @@ class Planner {
         planner_.step(std::move(step));
     }
 
+    void add_background() {
+        // Cells of 2, 4, 8 and 16 px beside each other.
+        const int width = (8 + 4 + 2 + 1) * block_.tiles.x, height = 8 * block_.tiles.y;
+        background_color_ =
+            planner_.texture("background_color", planner_.context().color_format(), width, height);
+        background_depth_ = planner_.texture("background_depth", Format::rg32f, width, height);
+        Step step = make_surface_step("background");
+        step.bindings = {{0, planner_.input(Role::color)},
+                         {1, surfaces_},
+                         {0, background_color_, Access::write},
+                         {1, background_depth_, Access::write}};
+        step.groups = groups_for(block_.tiles.x, block_.tiles.y);
+        step.taps = 2 * pixels_;
+        planner_.step(std::move(step));
+    }
+
     void add_hint() {
         if (!settings_.shutter) {
             if (!planner_.has(Role::hint) || !planner_.wanted(Role::hint)) return;
@@ -251,6 +268,8 @@ class Planner {
                          {1, surfaces_},
                          {2, starts_},
                          {0, shares() ? gathered_ : result_, Access::write}};
+        step.bindings.push_back({11, background_color_});
+        step.bindings.push_back({12, background_depth_});
         if (noise_ >= 0) step.bindings.push_back({3, noise_});
         for (size_t i = 0; i < neighbors_.size(); ++i) {
             const bool before = neighbors_[i] == Neighbor::before;
@@ -292,6 +311,7 @@ class Planner {
     const uint64_t pixels_;
     std::vector<TextureId> neighbor_surfaces_;
     TextureId surfaces_ = -1, starts_ = -1, moving_blocks_ = -1, still_blocks_ = -1;
+    TextureId background_color_ = -1, background_depth_ = -1;
     TextureId noise_ = -1, lens_points_ = -1;
     TextureId tile_light_ = -1, excess_ = -1, gathered_ = -1;
     TextureId given_hint_ = -1, hint_ = -1, result_ = -1;
@@ -363,12 +383,13 @@ Promises promises_of(const Settings& settings) {
 
 // The tiles that can reach a pixel's tile end `ring` tiles from it, and a surface at their edge is
 // told from the pixel next to it. Every position of the search lies on a path that ends at the
-// pixel; colors are bilinear, and highlights go a pixel further.
+// pixel; what is hidden there comes from cells up to one and a half tiles around, and highlights go
+// a pixel further.
 Reach reach_of(const Settings& settings, const FrameDescription& frame) {
     // A frame away paths are as long as the motion says.
     if (!searched_neighbors(settings, frame.planes).empty()) return {};
     const double longest = longest_px(settings);
-    return {kBlockPx * (ring_of(longest) + 1) + 3.0, longest + 3};
+    return {kBlockPx * (ring_of(longest) + 1) + 3.0, longest + 1.5 * kBlockPx + 3};
 }
 
 void plan_warp(PassPlanner& planner, const Settings& settings) {

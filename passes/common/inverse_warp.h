@@ -7,7 +7,9 @@
 //                                                          after
 //   surfaces --tile_surfaces-> tile_surfaces
 //   tile_surfaces --starts--> starts; work lists: moving_blocks, still_blocks
-//   color, surfaces, starts [, noise] [, lens_points] --gather-> color [, hint]     moving_blocks
+//   color, surfaces --background--> background_color, background_depth
+//   color, surfaces, starts, background_color, background_depth [, noise] [, lens_points]
+//                                                     --gather-> color [, hint]     moving_blocks
 //   color [, hint]                                    --keep---> color [, hint]     still_blocks
 //   colors and surfaces of the frames before and after --gather-> what this frame does not show
 //

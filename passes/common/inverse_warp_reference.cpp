@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "chain/work_list.h"
+#include "passes/common/inverse_warp_reference_background.h"
 #include "passes/common/inverse_warp_reference_tiles.h"
 #include "passes/common/lens_points.h"
 
@@ -22,10 +24,8 @@ using reference::Vec;
 constexpr double kAcceptPx = 0.75;
 constexpr double kAcceptNeighborPx = 1;
 constexpr double kNearer = 1.02;
-constexpr double kOneDepth = 1.05;
 constexpr int kSamplesAtATime = 32;
 constexpr int kSteps = 2;
-constexpr int kHalvings = 2;
 constexpr double kSharpening = 2;
 constexpr int kLeastTimes = 5;
 constexpr double kSoftPx = 4;
@@ -80,6 +80,7 @@ class Warp {
 
     void run() {
         tiles_ = reference::tiles_of(surfaces_, width_, height_, s_);
+        background_.emplace(frame_.planes.at(Role::color), surfaces_);
         const bool shares = s_.lens && s_.lens->share_highlights;
         std::vector<double> lights(tiles_.size(), -1);
         for (int tile = 0; shares && tile < int(lights.size()); ++tile)
@@ -196,13 +197,13 @@ class Warp {
                 const Sample now = sample(x, y, k, n);
                 if (!passes_barrel(p, now.lens)) continue;
                 ++counted;
-                double q = 0;
-                bool found = false;
-                const Vec at = seen_at(p, now, t, begin, background, q, found);
-                moments_.back() += dot(at - p, at - p);
-                const Vec4 seen = color_at(color, at);
-                if (found || others_.empty()) {
-                    add(all, seen, q);
+                const Met met = search(p, now, t, begin, background);
+                moments_.back() += dot(met.at - p, met.at - p);
+                const Vec4 seen = met.found ? color_at(color, met.at)
+                                            : background_->at(met.at, met.inverse_depth,
+                                                              color_at(color, met.far));
+                if (met.found || others_.empty()) {
+                    add(all, seen, met.inverse_depth);
                 } else {
                     missed.push_back(now);
                     for (size_t c = 0; c < 4; ++c) filled[c] += seen[c] - own[c];
@@ -302,14 +303,22 @@ class Warp {
         frame_.planes[Role::hint] = std::move(hint);
     }
 
-    // Where in this frame lies what this sample sees at p, and its inverse depth q. Of the shutter
-    // alone `begin` becomes what the search from it has found. `background`: the farthest surface
-    // met.
-    Vec seen_at(Vec p, const Sample& now, const Tile& t, Surface& begin, Surface& background,
-                double& q, bool& is_found) const {
-        double nearest = -1, residual = kAcceptPx, farthest = 3.4e38;
-        Vec found, far;
-        const auto search = [&](Vec d, int steps, Surface* accepted_surface) {
+    // What a sample meets in this frame.
+    struct Met {
+        bool found = false;
+        Vec at;  // the place that it sees; where nothing is found, of what is hidden there
+        double inverse_depth = 0;
+        Vec far;  // the pixel of the farthest surface met
+    };
+
+    // Of the shutter alone `begin` becomes what the search from it has found. `background`: the
+    // farthest surface that the pixel's samples have met.
+    Met search(Vec p, const Sample& now, const Tile& t, Surface& begin, Surface& background) const {
+        double nearest = -1, residual = kAcceptPx;
+        Vec found, far_at;
+        Surface far;
+        far.inverse_depth = 3.4e38;
+        const auto from = [&](Vec d, int steps, Surface* accepted_surface) {
             for (int step = 0; step < steps; ++step) {
                 const double x = std::floor(p.x - d.x + 0.5), y = std::floor(p.y - d.y + 0.5);
                 const Vec inside = clamped({x, y});
@@ -318,9 +327,9 @@ class Warp {
                 d = s.at(now, half_open_);
                 const Vec to = p - d;
                 const double error = std::max(std::abs(x - to.x), std::abs(y - to.y));
-                if (s.inverse_depth < farthest) {
-                    farthest = s.inverse_depth;
-                    far = inside;
+                if (s.inverse_depth < far.inverse_depth) {
+                    far = s;
+                    far_at = inside;
                 }
                 if (s.inverse_depth < background.inverse_depth) background = s;
                 // What lies beyond the picture a neighbor may have seen.
@@ -335,24 +344,13 @@ class Warp {
                 return;
             }
         };
-        search(begin.at(now, half_open_), s_.shutter ? kSteps : 1, s_.lens ? nullptr : &begin);
+        from(begin.at(now, half_open_), s_.shutter ? kSteps : 1, s_.lens ? nullptr : &begin);
         for (const Surface& start : t.starts) {
             if (start.inverse_depth <= nearest * kNearer) break;
-            search(start.at(now, half_open_), kSteps, nullptr);
+            from(start.at(now, half_open_), kSteps, nullptr);
         }
-        is_found = nearest >= 0;
-        q = is_found ? nearest : farthest;
-        if (is_found) return found;
-        if (s_.lens) return far;
-        // Hidden in this frame: the background nearest to p on the way to the farthest surface met.
-        Vec from = p;
-        for (int i = 0; i < kHalvings; ++i) {
-            const int x = int(std::floor(0.5 * (from.x + far.x) + 0.5));
-            const int y = int(std::floor(0.5 * (from.y + far.y) + 0.5));
-            Vec& end = surfaces_[index(x, y)].inverse_depth <= kOneDepth * farthest ? far : from;
-            end = {double(x), double(y)};
-        }
-        return far;
+        if (nearest >= 0) return {true, found, nearest, far_at};
+        return {false, clamped(p - far.at(now, half_open_)), far.inverse_depth, far_at};
     }
 
     // What other frames saw there: its inverse depth, -1 where they saw nothing. In each frame, the
@@ -403,6 +401,7 @@ class Warp {
     std::vector<Surface> surfaces_;
     std::vector<OtherFrame> others_;
     std::vector<Tile> tiles_;
+    std::optional<reference::Background> background_;
     std::vector<double> moments_;  // of each pixel: mean of the squared displacements, px^2
 };
 

@@ -9,8 +9,6 @@
 namespace postchain::inverse_warp::reference {
 namespace {
 
-constexpr double kOneDepth = 1.05;
-
 // Forward and backward motion of a pixel, px per frame.
 struct Motion {
     Vec forward, back;

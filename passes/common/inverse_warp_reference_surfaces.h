@@ -44,6 +44,8 @@ struct Surface {
     Vec at(const Sample& sample, double h) const;
 };
 
+// Inverse depths up to this ratio are one surface.
+inline constexpr double kOneDepth = 1.05;
 bool one_depth(double q, double r);
 
 // Planes of this frame or of a neighbor; null: there is none.

@@ -3,10 +3,11 @@
 // them the surface is searched by fixed-point iteration (Yang et al., Image-Based Bidirectional
 // Scene Reprojection, 2011; Bowles et al., Iterative Image Warping, 2012): X <- p - D(X), from the
 // pixel itself and from the tile's starts, nearest first. Of the positions X for which X + D(X) is p
-// the nearest surface counts; where there is none, what a neighboring frame saw there, or the
-// background nearest to p on the way to the farthest surface met.
+// the nearest surface counts; where there is none, what a neighboring frame saw there, or what the
+// background around shows of the farthest surface met.
 //
-//   color, surfaces, starts [, lens_points] [, noise] [, hint] -> color [, excess] [, hint]
+//   color, surfaces, starts, background_color, background_depth [, lens_points] [, noise] [, hint]
+//       -> color [, excess] [, hint]
 //   color, surfaces of the frames before and after
 //
 // SHUTTER, LENS: which of the two are open    STARTS: starts of a tile at most
@@ -19,6 +20,8 @@
 #include "common/work_list.glsl"
 
 #include "inverse_warp/surface.glsl"
+
+#include "inverse_warp/background.glsl"
 
 #define NEIGHBORS (BEFORE || AFTER)
 
@@ -56,7 +59,6 @@ const float kAcceptNeighborPx = 1.0;
 const float kNearer = 1.02;     // inverse depths within this ratio: the smaller residual counts
 const int kSteps = 2;           // of the iteration from each start
 const int kOwnSteps = LENS == 1 && SHUTTER == 0 ? 1 : 2;  // from the pixel itself
-const int kHalvings = LENS == 1 ? 0 : 2;
 const float kSharpening = 2.0;  // of bilinear weights about their middle: half the added blur
 
 // Color of the surface that is seen at `at`, pixels.
@@ -198,8 +200,10 @@ void main() {
             }
             ++counted;
 #endif
-            float nearest = -1.0, residual = kAcceptPx, farthest = 3.4e38;
+            float nearest = -1.0, residual = kAcceptPx;
             vec2 found_at = p, far_at = p;
+            Surface far = own;  // the farthest met by this sample
+            far.inverse_depth = 3.4e38;
             vec2 d = displacement(own, at);
             int next = 0, step_count = 0;
             bool more;
@@ -225,8 +229,8 @@ void main() {
                     residual = error;
                     found_at = s.edge ? inside : inside_of(to);
                 }
-                if (q < farthest) {
-                    farthest = q;
+                if (q < far.inverse_depth) {
+                    far = s;
                     far_at = inside;
                 }
 #if NEIGHBORS
@@ -249,18 +253,14 @@ void main() {
                     ++next;
                 }
             } while (more);
-            // The way to the background, halved.
-            vec2 from = p;
-            for (int i = 0; i < kHalvings; ++i) {
-                const vec2 middle = floor(0.5 * (from + far_at) + 0.5);
-                const uvec4 bits = texelFetch(surfaces, ivec2(middle), 0);
-                const bool is_far = inverse_depth_of(bits.DEPTH_BITS) <= kOneDepth * farthest;
-                far_at = is_far ? middle : far_at;
-                from = is_far ? from : middle;
-            }
             const bool found = nearest >= 0.0;
-            const vec2 seen_at = found ? found_at : far_at;
-            const vec4 seen = color_at(color, seen_at);
+            const vec2 seen_at = found ? found_at : inside_of(p - displacement(far, at));
+            vec4 seen;
+            if (found)
+                seen = color_at(color, seen_at);
+            else
+                seen = background_at(seen_at, far.inverse_depth,
+                                     texelFetch(color, ivec2(far_at), 0));
             moment += dot(seen_at - p, seen_at - p);
 #if NEIGHBORS
             if (!found) {
@@ -271,7 +271,7 @@ void main() {
             {
                 sum += seen - color_p;
 #if HIGHLIGHTS
-                soft += highlight(seen, found ? nearest : farthest, bright);
+                soft += highlight(seen, found ? nearest : far.inverse_depth, bright);
 #endif
             }
             ++k;

@@ -116,6 +116,31 @@ TEST(InverseWarpLens, NearEdgeFadesAsADiscCutByALine) {
     }
 }
 
+// What a near bar hides is between what shows on its two sides. The color of the background, which
+// is in focus, is its column, that of the bar the middle one.
+TEST(InverseWarpLens, HiddenBackgroundIsBetweenWhatShowsAround) {
+    ImageF color(160, 64, 4);
+    ImageF depth(160, 64, 1);
+    for (int y = 0; y < 64; ++y)
+        for (int x = 0; x < 160; ++x) {
+            const bool near = x >= 72 && x < 88;
+            depth.at(x, y) = near ? 0.75f : 0.25f;  // 16 px; in focus
+            for (int c = 0; c < 3; ++c) color.at(x, y, c) = near ? 79.5f : float(x);
+            color.at(x, y, 3) = 1;
+        }
+    const ImageF out = dof(planes_of(color, depth), {kMethod, {"samples", int64_t(512)}});
+    const auto left_of = [](double d) {
+        d = std::clamp(d / 16, -1.0, 1.0);
+        return 1 - (std::acos(d) - d * std::sqrt(1 - d * d)) / M_PI;
+    };
+    for (int x = 72; x < 88; ++x) {
+        const double covered = left_of(88 - (x + 0.5)) - left_of(72 - (x + 0.5));
+        const double behind = (out.at(x, 32) - 79.5 * covered) / (1 - covered);
+        // The nearest cell that shows some on either side; in the middle there is one on both.
+        EXPECT_NEAR(behind, x, std::abs(x - 79.5) < 4 ? 2 : 9) << x;
+    }
+}
+
 TEST(InverseWarpLens, AgreesWithItsReference) {
     const FramePlanes planes = deep_planes(131, 77);
     for (const Settings& settings :

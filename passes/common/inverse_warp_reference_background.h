@@ -1,0 +1,39 @@
+// What is hidden behind nearer surfaces, for the inverse warp's double-precision reference. Written
+// from docs/inverse_warp.md.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "chain/image.h"
+#include "passes/common/inverse_warp_reference_surfaces.h"
+
+namespace postchain::inverse_warp::reference {
+
+class Background {
+  public:
+    // `surfaces`: of each pixel of `color`, row by row.
+    Background(const ImageD& color, const std::vector<Surface>& surfaces);
+
+    // RGBA at `at`, pixels, of a surface of this inverse depth or a smaller one; `otherwise` where
+    // the cells around have none.
+    std::array<double, 4> at(Vec at, double inverse_depth,
+                             const std::array<double, 4>& otherwise) const;
+
+  private:
+    // The farthest surface of a square of pixels: mean color, inverse depth, part of the square.
+    struct Cell {
+        std::array<double, 4> color = {};
+        double inverse_depth = 0;
+        double part = 0;
+    };
+    struct Level {
+        int edge_px = 0, columns = 0, rows = 0;
+        std::vector<Cell> cells;
+    };
+    static Cell of_four(const std::array<Cell, 4>& quarters);
+
+    std::vector<Level> levels_;
+};
+
+}  // namespace postchain::inverse_warp::reference

@@ -1,8 +1,10 @@
-// What is found and mended of depth and motion when a frame is read: the sky, edges.
+// What is found and mended of depth and motion when a frame is read: the sky, edges, what lies
+// before a clear background.
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "tools/sequence/run/clear_edges.h"
 #include "tools/sequence/run/edge_check.h"
 #include "tools/sequence/run/sky_motion.h"
 
@@ -166,6 +168,67 @@ TEST(MixedEdges, SlopesAreNoEdges) {
         find_mixed_edges({{Role::inverse_depth, depth}, {Role::motion, motion}});
     EXPECT_EQ(found.depth, 0);
     EXPECT_EQ(found.motion, 0);
+}
+
+// A square of 8x8 pixels at a distance of 2 that moves by (5, 1), and a ring around it that it
+// covers in part: there the depth is that of the clear background.
+struct Square {
+    FramePlanes planes;
+    Square() {
+        ImageF color(24, 20, 4), depth(24, 20, 1, 1e-10f), motion(24, 20, 2), back(24, 20, 2);
+        for (int y = 5; y < 15; ++y)
+            for (int x = 5; x < 15; ++x) {
+                const bool inside = x > 5 && y > 5 && x < 14 && y < 14;
+                for (int c = 0; c < 4; ++c) color.at(x, y, c) = inside ? 1 : 0.3f;
+                if (!inside) continue;
+                depth.at(x, y) = 0.5f;
+                motion.at(x, y, 0) = back.at(x, y, 0) = 5;
+                motion.at(x, y, 1) = 1;
+            }
+        planes = {{Role::color, color},
+                  {Role::inverse_depth, depth},
+                  {Role::motion, motion},
+                  {Role::motion_back, back}};
+    }
+};
+
+TEST(ClearEdges, BelongToTheSurfaceBesideThem) {
+    Square square;
+    EXPECT_EQ(fill_clear_edges(square.planes), 36u);
+    for (int y = 0; y < 20; ++y) {
+        for (int x = 0; x < 24; ++x) {
+            const bool covered = x >= 5 && y >= 5 && x < 15 && y < 15;
+            const auto at = [&](Role role, int c) { return square.planes.at(role).at(x, y, c); };
+            EXPECT_EQ(at(Role::inverse_depth, 0), covered ? 0.5f : 1e-10f) << x << "," << y;
+            EXPECT_EQ(at(Role::motion, 0), covered ? 5 : 0);
+            EXPECT_EQ(at(Role::motion, 1), covered ? 1 : 0);
+            EXPECT_EQ(at(Role::motion_back, 0), covered ? 5 : 0);
+        }
+    }
+}
+
+TEST(ClearEdges, LeaveWhatIsOpaqueOrFarFromAnySurface) {
+    Square sky;
+    for (size_t i = 0; i < sky.planes.at(Role::color).pixels(); ++i)
+        sky.planes.at(Role::color).data[4 * i + 3] = 1;
+    EXPECT_EQ(fill_clear_edges(sky.planes), 0u);
+    // A pane of cloud, 4 pixels from the square.
+    Square cloud;
+    cloud.planes.at(Role::color).at(18, 10, 3) = 0.5f;
+    EXPECT_EQ(fill_clear_edges(cloud.planes), 36u);
+    EXPECT_EQ(cloud.planes.at(Role::inverse_depth).at(18, 10), 1e-10f);
+}
+
+// Of two surfaces at the same distance the one that covers more.
+TEST(ClearEdges, BelongToWhatCoversMore) {
+    ImageF color(3, 1, 4, 0.5f), depth(3, 1, 1);
+    color.at(0, 0, 3) = 0.6f;
+    color.at(2, 0, 3) = 0.9f;
+    depth.at(0, 0) = 1;
+    depth.at(2, 0) = 0.25f;
+    FramePlanes planes = {{Role::color, color}, {Role::inverse_depth, depth}};
+    EXPECT_EQ(fill_clear_edges(planes), 1u);
+    EXPECT_EQ(planes.at(Role::inverse_depth).at(1, 0), 0.25f);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include "chain/depth_at.h"
 #include "config/profile_match.h"
+#include "tools/sequence/run/clear_edges.h"
 
 namespace postchain::sequence {
 namespace {
@@ -195,6 +196,7 @@ Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeade
     frame.health = *health;
     SurfaceHealth& surfaces = frame.surface_health;
     surfaces.mixed_edges = find_mixed_edges(planes);
+    surfaces.clear_edges = fill_clear_edges(planes);
     if (header.sky)
         surfaces.sky_motion_from_camera = fill_sky_motion(*header.sky, planes, frame.description);
     else

@@ -51,6 +51,7 @@ Result<FrameHeader> open_source_frame(const SourceSettings& settings,
 // What depth and vectors say of surfaces, found when a frame is read.
 struct SurfaceHealth {
     MixedEdges mixed_edges;
+    uint64_t clear_edges = 0;             // pixels, clear_edges.h
     uint64_t sky_without_motion = 0;      // pixels, sky_motion.h
     uint64_t sky_motion_from_camera = 0;  // pixels
 };

@@ -59,6 +59,7 @@ void add_findings(Json& json, const FrameBounds& bounds, const InputHealth& heal
                       {"input_motion_all_zero", health.motion_all_zero}};
     json["health"]["input_mixed_edge_depth"] = surfaces.mixed_edges.depth;
     json["health"]["input_mixed_edge_motion"] = surfaces.mixed_edges.motion;
+    json["health"]["input_clear_edges"] = surfaces.clear_edges;
     json["health"]["input_sky_without_motion"] = surfaces.sky_without_motion;
     json["health"]["sky_motion_from_camera"] = surfaces.sky_motion_from_camera;
     if (health.first_nonfinite) json["health"]["input_first_nonfinite"] = *health.first_nonfinite;

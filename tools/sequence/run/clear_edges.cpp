@@ -1,0 +1,63 @@
+#include "tools/sequence/run/clear_edges.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <vector>
+
+namespace postchain::sequence {
+namespace {
+
+constexpr float kFar = 1e-9f;  // inverse depth, 1/scene unit
+constexpr int kReachPx = 3;    // a thin wire is hit by few of its pixels' samples
+
+struct Change {
+    int x, y, from_x, from_y;
+};
+
+// The pixel with the largest alpha among the surfaces at this distance; false where there is none.
+bool find_surface(const ImageF& color, const ImageF& depth, int distance, Change& change) {
+    float most = 0;
+    for (int j = -distance; j <= distance; ++j) {
+        for (int i = -distance; i <= distance; ++i) {
+            if (std::max(std::abs(i), std::abs(j)) != distance) continue;
+            const int x = change.x + i, y = change.y + j;
+            if (x < 0 || y < 0 || x >= depth.width || y >= depth.height) continue;
+            if (depth.at(x, y) <= kFar || color.at(x, y, 3) <= most) continue;
+            most = color.at(x, y, 3);
+            change.from_x = x;
+            change.from_y = y;
+        }
+    }
+    return most > 0;
+}
+
+}  // namespace
+
+uint64_t fill_clear_edges(FramePlanes& planes) {
+    const auto color = planes.find(Role::color), depth = planes.find(Role::inverse_depth);
+    if (color == planes.end() || depth == planes.end()) return 0;
+    std::vector<Change> changes;
+    for (int y = 0; y < depth->second.height; ++y) {
+        for (int x = 0; x < depth->second.width; ++x) {
+            const float alpha = color->second.at(x, y, 3);
+            if (!(alpha > 0 && alpha < 1) || depth->second.at(x, y) > kFar) continue;
+            Change change{x, y, x, y};
+            for (int distance = 1; distance <= kReachPx; ++distance) {
+                if (!find_surface(color->second, depth->second, distance, change)) continue;
+                changes.push_back(change);
+                break;
+            }
+        }
+    }
+    for (Role role : {Role::inverse_depth, Role::motion, Role::motion_back}) {
+        const auto plane = planes.find(role);
+        if (plane == planes.end()) continue;
+        for (const Change& change : changes)
+            std::copy_n(plane->second.pixel(change.from_x, change.from_y), plane->second.channels,
+                        plane->second.pixel(change.x, change.y));
+    }
+    return changes.size();
+}
+
+}  // namespace postchain::sequence

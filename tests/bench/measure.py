@@ -57,20 +57,47 @@ def errors(postchain, truth, picture, *more):
 
 def temporal_errors(postchain, truth, pictures, frames):
     """{frame: tde to the frame before}, None for the first; patterns with ####."""
+    if len(frames) < 2:
+        return dict.fromkeys(frames)
     lines = call(postchain, "diff", truth, pictures, "--frames", frame_list(frames), "--metric",
                  "tde", "--json").splitlines()
     rows = [json.loads(line) for line in lines]
     return {row["frame"]: row["tde"] for row in rows if not row.get("summary")}
 
 
-def strip(pictures, crop, path, quality=90):
-    """Crops (WxH+X+Y) side by side, after x/(1+x) and gamma 2.2, as JPEG; needs oiiotool."""
+def strip(pictures, crop, path, enlarged=1):
+    """Crops (WxH+X+Y) side by side, after x/(1+x) and gamma 2.2, as JPEG; enlarged: pixels become
+    squares of so many. Needs oiiotool."""
     command = ["oiiotool"]
     for picture in pictures:
         command += [picture, "--ch", "0,1,2", "--chnames", "R,G,B", "--cut", crop,
                     "--clamp:min=0,0,0", "--dup", "--addc", "1", "--div", "--powc", "0.454545"]
+        if enlarged > 1:
+            command += ["--resize:filter=box", f"{100 * enlarged}%"]
     call(*command, "--mosaic:pad=4", f"{len(pictures)}x1", "-d", "uint8", "--nosoftwareattrib",
-         "--eraseattrib", ".*", "--compression", f"jpeg:{quality}", "-o", path)
+         "--eraseattrib", ".*", "--compression", "jpeg:90", "-o", path)
+
+
+def blur_sizes(scene, frame):
+    """(streak, circle): mean length of the streaks and mean diameter of the circles of confusion,
+    pixels of sharp.####.exr of a thin lens without refocusing; needs oiiotool."""
+    camera = json.loads((scene / "camera.json").read_text())
+    if isinstance(camera["frames"], dict):
+        camera.update(camera["frames"].get(str(frame), {}))
+    picture = scene / f"sharp.{frame:04d}.exr"
+
+    def mean_of(*operations):
+        text = call("oiiotool", picture, *operations, "--printstats")
+        return float(next(line.split()[2] for line in text.splitlines() if "Stats Avg:" in line))
+
+    speed = mean_of("--ch", "ViewLayer.Vector.Z,ViewLayer.Vector.W", "--dup", "--mul",
+                    "--chsum:weight=1,1", "--powc", "0.5")
+    focal = camera["focal_length_mm"]
+    aperture = focal / 1000 / camera["f_stop"] / camera.get("meters_per_unit", 1)
+    pixels = focal / camera["sensor_width_mm"] * camera["resolution"][0]
+    defocus = mean_of("--ch", "ViewLayer.Depth.Z", "--powc", "-1", "--subc",
+                      repr(1 / camera["focus_distance"]), "--abs")
+    return camera["shutter_frames"] * speed, pixels * aperture * defocus
 
 
 def frames_of(scene, kind):

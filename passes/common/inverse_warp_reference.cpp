@@ -23,7 +23,7 @@ using reference::Vec;
 
 constexpr double kAcceptPx = 0.75;
 constexpr double kAcceptNeighborPx = 1;
-constexpr double kNearer = 1.02;
+constexpr double kOneDepthLeast = 1.01, kOneDepthMost = 1.03;  // of samples
 constexpr int kSamplesAtATime = 32;
 constexpr int kSteps = 2;
 constexpr double kSharpening = 2;
@@ -138,7 +138,7 @@ class Warp {
 
     // Sample k of n. The points of the lens go outward, so the times beside them go by digits
     // mirrored at the point.
-    Sample sample(int x, int y, int k, int n) const {
+    Sample sample(int x, int y, int k, double n) const {
         const bool random = !noise_.data.empty();
         const double turn = random ? noise_.at(x % noise_.width, y % noise_.height, 0) : 0;
         const double shift = random ? noise_.at(x % noise_.width, y % noise_.height, 1) : 0;
@@ -148,9 +148,16 @@ class Warp {
             const auto point = points_.at(k, set);
             sample.lens = {point[0], point[1]};
         }
+        const double golden = turn + 0.618034 * k;
+        sample.one_depth =
+            kOneDepthLeast + (kOneDepthMost - kOneDepthLeast) * (golden - std::floor(golden));
         if (!s_.shutter) return sample;
         if (!s_.lens) {
-            sample.u = 2 * (k + 0.5 + 0.5 * s_.shutter->time_jitter * shift) / n - 1;
+            // n intervals of one length, the last cut off at the end of the shutter.
+            sample.weight = std::min(1.0, n - k);
+            const double middle = k + 0.5 * sample.weight;
+            const double aside = 0.5 * sample.weight * s_.shutter->time_jitter * shift;
+            sample.u = 2 * (middle + aside) / n - 1;
             return sample;
         }
         double mirrored = 0, place = 0.5;
@@ -179,34 +186,36 @@ class Warp {
         std::copy(own, own + 4, out);
         moments_.push_back(0);
         if (t.longest <= s_.still_limit_px) return;
-        int n = s_.samples;
+        double n = s_.samples;
         if (!s_.lens)
-            n = int(std::clamp(std::ceil(2 * t.longest / s_.shutter->path_px_per_time - 1e-3),
-                               double(kLeastTimes), double(std::max(n, kLeastTimes))));
+            n = std::clamp(2 * t.longest / s_.shutter->path_px_per_time, double(kLeastTimes),
+                           std::max(n, double(kLeastTimes)));
         Surface begin = surfaces_[index(x, y)], background = begin;
         const Vec p = {double(x), double(y)};
         const ImageD& color = frame_.planes.at(Role::color);
         Seen all;
         std::copy(own, own + 4, all.own);
         all.bright = (s_.shutter ? 1 : 2) * light;
-        int counted = 0;
+        double counted = 0;
         for (int first = 0; first < n; first += kSamplesAtATime) {
             std::vector<Sample> missed;
             Vec4 filled = {};
-            for (int k = first; k < std::min(first + kSamplesAtATime, n); ++k) {
+            double missed_weight = 0;
+            for (int k = first; k < first + kSamplesAtATime && k < n; ++k) {
                 const Sample now = sample(x, y, k, n);
                 if (!passes_barrel(p, now.lens)) continue;
-                ++counted;
+                counted += now.weight;
                 const Met met = search(p, now, t, begin, background);
-                moments_.back() += dot(met.at - p, met.at - p);
+                moments_.back() += now.weight * dot(met.at - p, met.at - p);
                 const Vec4 seen = met.found ? color_at(color, met.at)
                                             : background_->at(met.at, met.inverse_depth,
                                                               color_at(color, met.far));
                 if (met.found || others_.empty()) {
-                    add(all, seen, met.inverse_depth);
+                    add(all, seen, met.inverse_depth, now.weight);
                 } else {
                     missed.push_back(now);
-                    for (size_t c = 0; c < 4; ++c) filled[c] += seen[c] - own[c];
+                    missed_weight += now.weight;
+                    for (size_t c = 0; c < 4; ++c) filled[c] += now.weight * (seen[c] - own[c]);
                 }
             }
             double unseen = 0;
@@ -214,20 +223,22 @@ class Warp {
                 Vec4 seen;
                 const double q = seen_by_others(p, now, t, background, seen);
                 if (q >= 0)
-                    add(all, seen, q);
+                    add(all, seen, q, now.weight);
                 else
-                    ++unseen;
+                    unseen += now.weight;
             }
             // The mean of the fills stands for what no frame has seen.
             if (unseen > 0)
-                for (size_t c = 0; c < 4; ++c)
-                    all.sum[c] += filled[c] * unseen / double(missed.size());
+                for (size_t c = 0; c < 4; ++c) all.sum[c] += filled[c] * unseen / missed_weight;
         }
         if (counted == 0) return;
         moments_.back() /= counted;
+        // From nothing at the limit to all of it at twice that.
+        const double onset =
+            s_.still_limit_px > 0 ? std::min(t.longest / s_.still_limit_px - 1, 1.0) : 1;
         for (size_t c = 0; c < 4; ++c) {
-            out[c] = own[c] + all.sum[c] / counted;
-            excess[c] = all.excess[c] / counted;
+            out[c] = own[c] + onset * all.sum[c] / counted;
+            excess[c] = onset * all.excess[c] / counted;
         }
     }
 
@@ -239,8 +250,8 @@ class Warp {
         Vec4 sum = {}, excess = {};
     };
 
-    void add(Seen& all, const Vec4& seen, double q) const {
-        for (size_t c = 0; c < 4; ++c) all.sum[c] += seen[c] - all.own[c];
+    void add(Seen& all, const Vec4& seen, double q, double weight) const {
+        for (size_t c = 0; c < 4; ++c) all.sum[c] += weight * (seen[c] - all.own[c]);
         if (all.bright < 0 || std::abs(s_.lens->coc.radius_px(q)) < kSoftPx) return;
         all.excess[3] += 1;
         const double high = std::max({seen[0], seen[1], seen[2]});
@@ -314,10 +325,11 @@ class Warp {
     // Of the shutter alone `begin` becomes what the search from it has found. `background`: the
     // farthest surface that the pixel's samples have met.
     Met search(Vec p, const Sample& now, const Tile& t, Surface& begin, Surface& background) const {
-        double nearest = -1, residual = kAcceptPx;
+        double nearest = -1, residual = kAcceptPx, far_residual = 3.4e38;
         Vec found, far_at;
         Surface far;
         far.inverse_depth = 3.4e38;
+        const auto nearer = [&](double a, double b) { return a > b * now.one_depth; };
         const auto from = [&](Vec d, int steps, Surface* accepted_surface) {
             for (int step = 0; step < steps; ++step) {
                 const double x = std::floor(p.x - d.x + 0.5), y = std::floor(p.y - d.y + 0.5);
@@ -327,15 +339,17 @@ class Warp {
                 d = s.at(now, half_open_);
                 const Vec to = p - d;
                 const double error = std::max(std::abs(x - to.x), std::abs(y - to.y));
-                if (s.inverse_depth < far.inverse_depth) {
+                if (nearer(far.inverse_depth, s.inverse_depth) ||
+                    (!nearer(s.inverse_depth, far.inverse_depth) && error < far_residual)) {
                     far = s;
+                    far_residual = error;
                     far_at = inside;
                 }
-                if (s.inverse_depth < background.inverse_depth) background = s;
+                if (nearer(background.inverse_depth, s.inverse_depth)) background = s;
                 // What lies beyond the picture a neighbor may have seen.
                 if (error > kAcceptPx || (beyond && !others_.empty())) continue;
-                if (s.inverse_depth > nearest * kNearer ||
-                    (s.inverse_depth * kNearer >= nearest && error < residual)) {
+                if (nearer(s.inverse_depth, nearest) ||
+                    (!nearer(nearest, s.inverse_depth) && error < residual)) {
                     nearest = s.inverse_depth;
                     residual = error;
                     found = s.edge ? inside : clamped(to);
@@ -345,9 +359,13 @@ class Warp {
             }
         };
         from(begin.at(now, half_open_), s_.shutter ? kSteps : 1, s_.lens ? nullptr : &begin);
+        // What the search from p has found hides what is not nearer; what a start has found hides
+        // what is farther.
+        double hidden = nearest * now.one_depth;
         for (const Surface& start : t.starts) {
-            if (start.inverse_depth <= nearest * kNearer) break;
+            if (start.inverse_depth <= hidden) break;
             from(start.at(now, half_open_), kSteps, nullptr);
+            hidden = std::max(hidden, nearest / now.one_depth);
         }
         if (nearest >= 0) return {true, found, nearest, far_at};
         return {false, clamped(p - far.at(now, half_open_)), far.inverse_depth, far_at};
@@ -372,7 +390,7 @@ class Warp {
                 d = s.at(then, half_open_);
                 const Vec off = x - p + d;
                 if (std::max(std::abs(off.x), std::abs(off.y)) > kAcceptNeighborPx ||
-                    s.inverse_depth <= nearest * kNearer)
+                    s.inverse_depth <= nearest * now.one_depth)
                     continue;
                 nearest = s.inverse_depth;
                 const Vec where = s.edge ? x : clamped(p - d);

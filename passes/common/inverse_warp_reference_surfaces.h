@@ -24,10 +24,12 @@ inline double dot(Vec a, Vec b) {
     return a.x * b.x + a.y * b.y;
 }
 
-// One instant, u in [-1, 1], and one point of the lens.
+// One instant, u in [-1, 1], and one point of the lens. Inverse depths within the ratio `one_depth`
+// are one; `weight`: part of a sample.
 struct Sample {
     double u = 0;
     Vec lens;
+    double one_depth = 1, weight = 1;
 };
 
 // Pixels; a and b are 0 without motion, the radius is without a lens.

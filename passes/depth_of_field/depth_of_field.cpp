@@ -205,13 +205,18 @@ const PassType& pass_type() {
         .create = [] { return std::make_unique<DepthOfField>(); },
         .rules = {{kRuleFocusTiles, true,
                    "the blurred image where it is not visible, color and radius where only it is"}},
-        .known_limits = {{"depth", "method=inverse_warp", "/lens/f/0.1", 5, inverse_warp::kDecides},
+        .known_limits = {{"depth", "method=inverse_warp", "/lens/f/0.1, focus at the near plane/",
+                          4.5, inverse_warp::kSteepLens},
+                         {"depth", "method=inverse_warp", "/crossed/*near plane, 16384x3/fp32",
+                          1100, inverse_warp::kSteepLens},
+                         {"depth", "method=inverse_warp", "/crossed/*f/0.1 at the near plane", 160,
+                          inverse_warp::kSteepLens},
                          {"turn", "leak=coc", "/crossed/", 0.03, order},
                          {"turn", "leak=coc", "", 0.0024, order},
                          {"grid", "", "/radiance/firefly", 0.76, boxes},
                          {"grid", "", "/nonfinite/inf in color, clamped/", 0.058, boxes},
                          {"grid", "", "/crossed/", 0.53, boxes},
-                         {"depth", "", "/crossed/*f/0.1", 76,
+                         {"depth", "", "/crossed/*f/0.1", 86,
                           "at f/0.1, focused at the near plane, 1 % of depth is 22 px of radius"}}};
     return type;
 }

@@ -298,6 +298,9 @@ std::vector<double> preset_steps(int preset) {
 const PassType& pass_type() {
     static const char* const ties =
         "FXAA's luma is saturated: edges of rows and of columns tie, or differ by the last bits";
+    static const char* const edges =
+        "of light of 1e6 beside black FXAA leaves as much as a display shows: how much depends on "
+        "where the edge lies";
     static const PassType type = {
         .name = "fxaa",
         .title = "FXAA",
@@ -312,12 +315,19 @@ const PassType& pass_type() {
                      {"mode: directional, blend: stored",
                       {{"mode", "directional"}, {"blend", "stored"}}}},
         .known_limits = {
-            {"flip", "", "/radiance/both signs, 1e10/", 0.004, ties},
+            {"flip", "", "/radiance/both signs, 1e10/", 0.0051, ties},
             {"flip", "", "/crossed/*both signs, 65504", 0.012, ties},
             {"turn", "", "/radiance/both signs", 0.032, ties},
             {"turn", "", "/crossed/", 0.0062, ties},
             {"reference", "", "/radiance/both signs, 1e10/", 0.015, ties},
-            {"color", "", "/crossed/*1e-8 beside 1e10*39x41/fp32", 8, ties},
+            {"color", "mode=directional", "/crossed/*firefly 1e10", 32, ties},
+            {"reference", "mode=directional", "/crossed/*firefly 1e10, f/0.1 at infinity/fp32",
+             0.0018, ties},
+            {"reference", "mode=directional", "/crossed/*both signs, 65504, f/0.1 at infinity/fp16",
+             0.0064, ties},
+            {"motion", "mode=directional", "/radiance/both signs, 1e10/fp32", 20, ties},
+            {"grid", "", "/crossed/*firefly 1e10", 1.05, edges},
+            {"depth", "", "/crossed/*firefly 1e10, f/0.1 at the near plane/fp32", 156, edges},
             {"motion", "hint=checkerboard", "/speed/*0.5 px", 560,
              "the blur, and with it FXAA's hint, begins at half-velocities above 0.5 px"}}};
     return type;

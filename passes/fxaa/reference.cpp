@@ -77,7 +77,10 @@ double contrast(const Parameters& parameters, const ImageD& luma, int x, int y,
     }
     const Thresholds least = thresholds(parameters);
     const double range = highest - lowest;
-    return range < threshold_scale * std::max(least.least, highest * least.relative) ? 0 : range;
+    // No edge is finer than what 32 bits tell from rounding.
+    const double finest = 1e-4 * std::max({1.0, std::abs(lowest), std::abs(highest)});
+    const double threshold = threshold_scale * std::max(least.least, highest * least.relative);
+    return range < std::max(threshold, finest) ? 0 : range;
 }
 
 Move move_of(const Parameters& parameters, const ImageD& luma, int x, int y,

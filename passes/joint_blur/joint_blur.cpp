@@ -156,8 +156,13 @@ const PassType& pass_type() {
         .create = [] { return std::make_unique<JointBlur>(); },
         .rules = {{kRuleUnblurredTiles, true,
                    "the joint blur of blocks that nothing is blurred into"}},
-        .known_limits = {{"motion", "", "", 100, inverse_warp::kDecides},
-                         {"depth", "", "", 470, inverse_warp::kDecides}}};
+        .known_limits = {
+            {"motion", "", "/radiance/firefly", 6.5, inverse_warp::kBrightPixel},
+            {"depth", "", "/lens/f/0.", 27, inverse_warp::kSteepLens},
+            {"depth", "", "/crossed/*firefly 1e10, f/0.1 at the near plane/fp32", 1150,
+             inverse_warp::kSteepLens},
+            {"depth", "", "/crossed/*f/0.1 at the near plane", 200, inverse_warp::kSteepLens},
+            {"reference", "", "/crossed/*16384x3/fp32", 1.25e-4, inverse_warp::kWidePicture}}};
     return type;
 }
 

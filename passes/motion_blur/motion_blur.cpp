@@ -121,10 +121,13 @@ const PassType& pass_type() {
         .variants = {{"guertin without jitter",
                       {{"mode", "guertin"}, {"jitter", 0.0}, {"tile_jitter", false}}}},
         .known_limits = {
-            {"motion", "mode=inverse_warp", "", 100, inverse_warp::kDecides},
-            {"depth", "mode=inverse_warp", "", 100, inverse_warp::kDecides},
-            {"mirror", "", "/speed/*1 px", 0.047, no_side},
-            {"flip", "", "/speed/*1 px", 0.049, no_side},
+            {"motion", "mode=inverse_warp", "/radiance/firefly", 24, inverse_warp::kBrightPixel},
+            {"motion", "mode=inverse_warp", "/nonfinite/inf in color, clamped/", 6.2,
+             inverse_warp::kBrightPixel},
+            {"reference", "mode=inverse_warp", "/size/16384x3/fp32", 1.1e-4,
+             inverse_warp::kWidePicture},
+            {"mirror", "", "/speed/*1 px", 0.05, no_side},
+            {"flip", "", "/speed/*1 px", 0.05, no_side},
             {"motion", "", "/radiance/firefly*fp16", 26,
              "a single pixel's streak is no more than the taps that meet it: of a change of 1 %, "
              "some round the other way"}}};

@@ -33,7 +33,7 @@ struct Parameters {
     double min_speed_px = 0.5;
     inverse_warp::Parameters search;
     double path_px_per_time = 2;
-    double time_jitter = 0.5;
+    double time_jitter = 0.25;
     VelocityStorage velocity_storage = VelocityStorage::automatic;
 };
 

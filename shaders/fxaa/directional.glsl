@@ -44,7 +44,7 @@ vec4 filtered(ivec2 p, vec4 center, float threshold_scale) {
     precise float range = highest - lowest;
     precise float threshold = max(block.edge_threshold_min * threshold_scale,
                                   highest * (block.edge_threshold * threshold_scale));
-    if (range < threshold || range == 0.0 || !is_finite(center)) return center;
+    if (range < max(threshold, least_range(lowest, highest)) || !is_finite(center)) return center;
 
     vec2 at_m = vec2(e - w, s - n);
     vec2 at_n = vec2(ne - nw, m - nn);

@@ -19,6 +19,12 @@ layout(binding = 0) uniform writeonly image2D result_plane;
 // F^2 of a luma (x + y) & 1: |A|/range = 2/3, F = 4/9 (3 - 4/3) = 20/27.
 const float kCheckerboardOffset = 400.0 / 729.0;
 
+// The least range of lumas between `lowest` and `highest` that is an edge, whatever the thresholds:
+// less is rounding, where all of them are nearly 1.
+float least_range(float lowest, float highest) {
+    return 1e-4 * max(1.0, max(abs(lowest), abs(highest)));
+}
+
 ivec2 inside(ivec2 p) {
     return clamp(p, ivec2(0), block.size - 1);
 }

@@ -3,8 +3,8 @@
 // N is up on the screen (row y - 1). Every comparison that a tie can decide is computed in fp32
 // in the paper's order of operations; `precise` forbids fusing and reordering.
 // Deviations: the lumas along the edge are means of two or four gathered texels instead of one
-// bilinear fetch (the same numbers, without a filter weight that rounds); a pixel without any
-// range is returned also when both thresholds are 0.
+// bilinear fetch (the same numbers, without a filter weight that rounds); a range that is
+// no more than rounding is no edge also when both thresholds are 0.
 //
 // Needs block, luma_plane, luma_at(), color_at(), blend().
 
@@ -52,7 +52,7 @@ vec4 filtered(ivec2 p, vec4 center, float threshold_scale) {
     precise float range = highest - lowest;
     precise float threshold = max(block.edge_threshold_min * threshold_scale,
                                   highest * (block.edge_threshold * threshold_scale));
-    if (range < threshold || range == 0.0) return center;
+    if (range < max(threshold, least_range(lowest, highest))) return center;
 
     // 2 which way the edge runs
     const float nw = luma_at(low.x, low.y);

@@ -56,7 +56,8 @@ layout(binding = 1) writeonly uniform image2D hint;
 
 const float kAcceptPx = 0.75;   // |X + D(X) - p| along each axis
 const float kAcceptNeighborPx = 1.0;
-const float kNearer = 1.02;     // inverse depths within this ratio: the smaller residual counts
+// Inverse depths within a ratio of at most so much: the smaller residual counts.
+const float kOneDepthLeast = 1.01, kOneDepthMost = 1.03;
 const int kSteps = 2;           // of the iteration from each start
 const int kOwnSteps = LENS == 1 && SHUTTER == 0 ? 1 : 2;  // from the pixel itself
 const float kSharpening = 2.0;  // of bilinear weights about their middle: half the added blur
@@ -74,24 +75,26 @@ vec2 inside_of(vec2 at) {
     return clamp(at, vec2(0.0), vec2(block.size - 1));
 }
 
-int samples_of(float longest) {
+// How many samples a pixel takes. The last may be part of one, so that nothing jumps where a longer
+// path gets a time more.
+float samples_of(float longest) {
 #if LENS
-    return block.samples;
+    return float(block.samples);
 #else
-    // Less a little, so that rounding does not add a time to a path of whole pixels.
-    return clamp(int(ceil(2.0 * longest / block.path_px_per_time - 1e-3)),
-                 INVERSE_WARP_LEAST_TIMES, max(block.samples, INVERSE_WARP_LEAST_TIMES));
+    return clamp(2.0 * longest / block.path_px_per_time, float(INVERSE_WARP_LEAST_TIMES),
+                 float(max(block.samples, INVERSE_WARP_LEAST_TIMES)));
 #endif
 }
 
 // Sample k of n. random: x in [0, 1), y in [-1, 1)
-Sample sample_at(int k, int n, vec2 random) {
+Sample sample_at(int k, float n, vec2 random) {
     Sample at;
+    at.weight = min(n - float(k), 1.0);
 #if SHUTTER && LENS
     const float place = float(bitfieldReverse(uint(k)) >> 8) / 16777216.0;
-    at.u = 2.0 * fract(place + 0.5 / float(n) + 0.5 + 0.5 * random.y) - 1.0;
+    at.u = 2.0 * fract(place + 0.5 / n + 0.5 + 0.5 * random.y) - 1.0;
 #elif SHUTTER
-    at.u = 2.0 * (float(k) + 0.5 + 0.5 * block.time_jitter * random.y) / float(n) - 1.0;
+    at.u = 2.0 * (float(k) + 0.5 * at.weight * (1.0 + block.time_jitter * random.y)) / n - 1.0;
 #else
     at.u = 0.0;
 #endif
@@ -103,6 +106,12 @@ Sample sample_at(int k, int n, vec2 random) {
     at.lens = vec2(0.0);
 #endif
     return at;
+}
+
+// The ratio of inverse depths beyond which the nearer surface counts, another for each sample: while
+// two surfaces pass each other in depth, their samples change over one by one.
+float one_depth_at(int k, vec2 random) {
+    return mix(kOneDepthLeast, kOneDepthMost, fract(random.x + 0.618034 * float(k)));
 }
 
 #if HIGHLIGHTS
@@ -154,7 +163,8 @@ void main() {
     for (int i = 0; i < STARTS; ++i)
         start[i] = unpack_surface(texelFetch(starts, ivec2(row + i, tile.y), 0));
 
-    const int samples = samples_of(longest);
+    const float samples = samples_of(longest);
+    const int last = int(ceil(samples));
 #if NOISE
     const vec2 random = texelFetch(noise, pixel & 127, 0).xy;
 #else
@@ -178,16 +188,15 @@ void main() {
 #endif
 #if BARREL
     const vec2 barrel = block.barrel_per_px * (p - vec2(block.middle_x, block.middle_y));
-    int counted = 0;
-#else
-    const int counted = samples;
 #endif
+    float counted = 0.0;
     int first = 0;
     do {  // 32 samples at a time, a bit each for those that found nothing
-        const int end = min(first + 32, samples);
+        const int end = min(first + 32, last);
 #if NEIGHBORS
         uint missed = 0u;
         vec4 filled = vec4(0.0);
+        float missed_weight = 0.0;
 #endif
         int k = first;
         do {
@@ -198,9 +207,12 @@ void main() {
                 ++k;
                 continue;
             }
-            ++counted;
 #endif
+            counted += at.weight;
+            const float one_depth = one_depth_at(k, random);
             float nearest = -1.0, residual = kAcceptPx;
+            float hidden = -1.0;  // starts no nearer than this are not searched
+            float far_residual = 3.4e38;
             vec2 found_at = p, far_at = p;
             Surface far = own;  // the farthest met by this sample
             far.inverse_depth = 3.4e38;
@@ -224,17 +236,19 @@ void main() {
 #endif
                 const float q = s.inverse_depth;
                 if (accepted &&
-                    (q > nearest * kNearer || (q * kNearer >= nearest && error < residual))) {
+                    (q > nearest * one_depth || (q * one_depth >= nearest && error < residual))) {
                     nearest = q;
                     residual = error;
                     found_at = s.edge ? inside : inside_of(to);
                 }
-                if (q < far.inverse_depth) {
+                if (q * one_depth < far.inverse_depth ||
+                    (q <= far.inverse_depth * one_depth && error < far_residual)) {
                     far = s;
+                    far_residual = error;
                     far_at = inside;
                 }
 #if NEIGHBORS
-                if (q < background.inverse_depth) background = s;
+                if (q * one_depth < background.inverse_depth) background = s;
 #endif
 #if !LENS
                 if (accepted && next == 0) own = s;
@@ -242,13 +256,16 @@ void main() {
                 ++step_count;
                 more = true;
                 if (accepted || step_count >= (next == 0 ? kOwnSteps : kSteps)) {
-                    // From the next start, unless what was found hides all that is left.
+                    // From the next start, unless what was found hides all that is left: what the
+                    // pixel itself has led to, all that is not nearer; what a start has, only what
+                    // is farther, because the order of starts must not count.
+                    hidden = next == 0 ? nearest * one_depth : max(hidden, nearest / one_depth);
                     step_count = 0;
                     more = next < count;
                     for (int i = 0; i < STARTS; ++i) {
                         if (i != next || !more) continue;
                         d = displacement(start[i], at);
-                        more = start[i].inverse_depth > nearest * kNearer;
+                        more = start[i].inverse_depth > hidden;
                     }
                     ++next;
                 }
@@ -261,15 +278,16 @@ void main() {
             else
                 seen = background_at(seen_at, far.inverse_depth,
                                      texelFetch(color, ivec2(far_at), 0));
-            moment += dot(seen_at - p, seen_at - p);
+            moment += at.weight * dot(seen_at - p, seen_at - p);
 #if NEIGHBORS
             if (!found) {
                 missed |= 1u << (k - first);
-                filled += seen - color_p;
+                filled += at.weight * (seen - color_p);
+                missed_weight += at.weight;
             } else
 #endif
             {
-                sum += seen - color_p;
+                sum += at.weight * (seen - color_p);
 #if HIGHLIGHTS
                 soft += highlight(seen, found ? nearest : far.inverse_depth, bright);
 #endif
@@ -279,12 +297,12 @@ void main() {
 #if NEIGHBORS
         // What is hidden in this frame is mostly seen in the one before or after.
         const float frame = 1.0 / block.half_shutter;
-        const float missed_count = float(bitCount(missed));
-        float found_count = 0.0;
+        float found_weight = 0.0;
         while (missed != 0u) {
             k = first + findLSB(missed);
             missed &= missed - 1u;
             const Sample now = sample_at(k, samples, random);
+            const float one_depth = one_depth_at(k, random);
             vec4 seen = vec4(0.0);
             float nearest = -1.0;
             // In both frames, the nearer in time first, from the background; where that finds
@@ -323,7 +341,7 @@ void main() {
                     d = displacement_from_neighbor(s, at);
                     const vec2 off = abs(x - p + d);
                     if (max(off.x, off.y) > kAcceptNeighborPx ||
-                        s.inverse_depth <= nearest * kNearer)
+                        s.inverse_depth <= nearest * one_depth)
                         continue;
                     nearest = s.inverse_depth;
                     const vec2 where = s.edge ? x : inside_of(p - d);
@@ -341,26 +359,28 @@ void main() {
                 more = search < frames || (nearest < 0.0 && search < frames * (1 + count));
             } while (more);
             if (nearest >= 0.0) {
-                sum += seen - color_p;
-                found_count += 1.0;
+                sum += now.weight * (seen - color_p);
+                found_weight += now.weight;
 #if HIGHLIGHTS
                 soft += highlight(seen, nearest, bright);
 #endif
             }
         }
         // The mean of the fills stands for what no frame has seen.
-        if (missed_count > 0.0) sum += filled * ((missed_count - found_count) / missed_count);
+        if (missed_weight > 0.0) sum += filled * ((missed_weight - found_weight) / missed_weight);
 #endif
         first = end;
-    } while (first < samples);
-    const float mean_of = float(max(counted, 1));
-    imageStore(blurred, pixel, color_p + sum / mean_of);
+    } while (first < last);
+    // Without a jump where the blur begins.
+    const float onset = clamp(longest / max(block.still_limit_px, 1e-6) - 1.0, 0.0, 1.0);
+    const float mean_of = onset / max(counted, 1.0);
+    imageStore(blurred, pixel, color_p + mean_of * sum);
 #if HIGHLIGHTS
-    imageStore(excess, pixel, soft / mean_of);
+    imageStore(excess, pixel, mean_of * soft);
 #endif
 #if HINT && SHUTTER
     // Half-length of the even streak with the same second moment about p.
-    imageStore(hint, pixel, vec4(1.0, 3.0 * moment > 0.25 * mean_of ? 1.0 : 0.0, 0.0, 0.0));
+    imageStore(hint, pixel, vec4(1.0, 3.0 * moment > 0.25 * counted ? 1.0 : 0.0, 0.0, 0.0));
 #elif HINT
     imageStore(hint, pixel, vec4(hint_p * clamp(1.0 - own_radius, 0.0, 1.0), 0.0, 0.0));
 #endif

@@ -34,7 +34,7 @@ void main() {
     }
     vec4 color = own;
     // Where nothing is bright every bit stays.
-    if (own_excess.a > 0.0 && is_finite(own) && (sum.r > 0.0 || sum.g > 0.0 || sum.b > 0.0))
+    if (own_excess.a > 0.0 && is_finite(own) && any(notEqual(sum.rgb, vec3(0.0))))
         color.rgb = clamp(own.rgb - own_excess.rgb + own_excess.a / sum.a * sum.rgb, least, most);
     imageStore(shared_light, p, color);
 }

@@ -73,10 +73,11 @@ uvec4 pack_surface(Surface s) {
 #endif
 }
 
-// One instant and one point of the lens. `bend`: min(h, 1) u^2.
+// One instant and one point of the lens. `bend`: min(h, 1) u^2. `weight`: part of a sample.
 struct Sample {
     float u, bend;
     vec2 lens;
+    float weight;
 };
 
 #if MOTION

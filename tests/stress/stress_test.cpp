@@ -285,11 +285,15 @@ TEST(Stress, EveryKnownLimitIsMet) {
          test::chain_of("depth_of_field", {{"method", "gilham"}, {"downsample", int64_t(4)}})}));
     subjects.push_back(
         with_cells_camera({"guertin", test::chain_of("motion_blur", {{"mode", "guertin"}})}));
-    const auto cells = make_cells(40, false);
+    for (const char* name : {"fast", "balanced", "best"}) {
+        auto file = load_chain(name, builtin_passes());
+        ASSERT_TRUE(file.ok() && file->status().ok()) << name;
+        subjects.push_back(with_cells_camera({name, std::move(file->chain)}));
+    }
     const auto is_met = [&](const PassType& type, const KnownLimit& limit) {
         for (const auto& subject : subjects) {
             if (!matches(type.name + ": *" + limit.parameters, subject.chain.text())) continue;
-            for (const auto& cell : cells) {
+            for (const auto& cell : make_cells(tile_px(subject.chain), false)) {
                 for (Precision precision : {Precision::fp32, Precision::fp16}) {
                     CellResult result;
                     result.subject = subject.name;

@@ -209,7 +209,7 @@ const PassType& pass_type() {
                           4.5, inverse_warp::kSteepLens},
                          {"depth", "method=inverse_warp", "/crossed/*near plane, 16384x3/fp32",
                           1100, inverse_warp::kSteepLens},
-                         {"depth", "method=inverse_warp", "/crossed/*f/0.1 at the near plane", 160,
+                         {"depth", "method=inverse_warp", "/crossed/*f/0.1 at the near plane", 168,
                           inverse_warp::kSteepLens},
                          {"turn", "leak=coc", "/crossed/", 0.03, order},
                          {"turn", "leak=coc", "", 0.0024, order},

@@ -1,10 +1,12 @@
 """What the scripts of this folder share: run postchain over frames, compare with ground truth, cut
 strips of pictures.
 
-A chain is a word (a shipped chain) or its passes as in a chain file, joined by " ; ".
+A chain is a word (a shipped chain) or its passes as in a chain file, joined by " ; "; "" changes
+nothing.
 """
 import json
 import pathlib
+import resource
 import subprocess
 import sys
 
@@ -19,11 +21,11 @@ def call(*command):
 
 def chain_path(chain, folder):
     """What `postchain run` takes: the shipped chain's name, or a file in folder."""
-    if ":" not in chain:
+    if chain and ":" not in chain:
         return chain
     path = folder / "chain.yaml"
-    passes = "".join(f"  - {one.strip()}\n" for one in chain.split(" ; "))
-    path.write_text("postchain: 1\npasses:\n" + passes)
+    passes = "".join(f"\n  - {one.strip()}" for one in chain.split(" ; ")) if chain else " []"
+    path.write_text(f"postchain: 1\npasses:{passes}\n")
     return path
 
 
@@ -47,6 +49,17 @@ def least_time(postchain, chain, scene, frame, folder, repeats, source="sharp"):
     """Least of the repeats of all passes' times, in ms."""
     return min(run_chain(postchain, chain, scene, [frame], folder, source)[frame]
                for _ in range(repeats))
+
+
+def processor_seconds(postchain, chain, scene, frames, folder):
+    """Of all threads, for each frame after the first: starting and compiling do not count."""
+    def spent(some):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        run_chain(postchain, chain, scene, some, folder)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+    return (spent(frames) - spent(frames[:1])) / (len(frames) - 1)
 
 
 def errors(postchain, truth, picture, *more):

@@ -3,7 +3,7 @@
 
     ordering.py scenes POSTCHAIN FOLDER           render the generated scenes with ground truth
     ordering.py measure POSTCHAIN FOLDER ...      errors of every chain on every scene in FOLDERs
-    ordering.py time POSTCHAIN FOLDER ...         times; while nothing else runs
+    ordering.py time POSTCHAIN FOLDER ...         times, as ratios
     ordering.py claims POSTCHAIN FOLDER ...       edges, sharpness, flicker and grid, by `ab`
     ordering.py sizes POSTCHAIN FOLDER ...        of the blurs (needs oiiotool)
     ordering.py strips POSTCHAIN FOLDER ...       docs/images/ordering-*.jpg (needs oiiotool)
@@ -94,19 +94,20 @@ def measure_all(options, results, folder):
 
 
 def time_all(options, results, folder):
-    """Every chain's least time, the chains in turn, as ratios to the first one's."""
+    """Processor seconds of every chain in turn, less those of no chain, as ratios to the first's:
+    on a shared machine they vary less than the wall clock."""
     for scene in folders_of_scenes(options):
-        frames = measure.frames_of(scene, "both")
-        frame = frames[len(frames) // 2]
+        frames = measure.frames_of(scene, "both")[:3]
+        texts = {"": "", **{chain.name: chain.passes for chain in CHAINS if chain.name in TIMED}}
         least = {}
         for _ in range(options.repeat):
-            for name in TIMED:
-                passes = next(chain.passes for chain in CHAINS if chain.name == name)
-                spent = measure.least_time(options.postchain, passes, scene, frame, folder, 1)
+            for name, passes in texts.items():
+                spent = measure.processor_seconds(options.postchain, passes, scene, frames, folder)
                 least[name] = min(spent, least.get(name, spent))
-        results.add_times(scene.name, frame,
-                          {name: spent / least[TIMED[0]] for name, spent in least.items()})
-        print(scene.name, frame, flush=True)
+        first = least[TIMED[0]] - least[""]
+        results.add_times(scene.name, frames, {name: (least[name] - least[""]) / first
+                                               for name in TIMED})
+        print(scene.name, least, flush=True)
 
 
 def claims_all(options, results, folder):

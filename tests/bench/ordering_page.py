@@ -5,8 +5,8 @@ import math
 
 from ordering_gains import decided, gain, gains_by_size, mean_errors
 from ordering_study import (ALL, CHAINS, GBUF, JOINT, LABELS, METRICS, ORDER, QUESTIONS, STRIPS,
-                            TURNS)
-from ordering_tables import common_frames, counts, signed, times, title
+                            TIMED, TURNS)
+from ordering_tables import common_frames, counts, number, signed, times, title
 
 STYLE = """
 :root { color-scheme: light dark; --back: #fcfcfb; --card: #fff; --ink: #1d1d1b; --quiet: #63625d;
@@ -175,35 +175,38 @@ def overview(results, questions):
 
 
 def against_time(results):
-    """Mean HDR-FLIP of the timed chains against their time."""
+    """Mean HDR-FLIP of the inverse warp's chains against their time, both logarithmic."""
     ratios = times(results)
     if not ratios:
         return ""
     names = common_frames(results, "sharp", [one for one in CHAINS if one.name in ratios
                                              and one.where != GBUF])
-    points = [(ratios[name], mean_errors(results, name, "sharp", METRICS[0], names), name)
-              for name in ratios]
-    width, height, left, bottom = 900, 330, 60, 280
-    largest = max(time for time, _, _ in points) * 1.08
-    high = max(error for _, error, _ in points) * 1.12
-    parts = [stroke(left, bottom, width - 10, bottom, "zero"), stroke(left, 10, left, bottom, "zero"),
-             text(width - 10, bottom + 34, "time of the passes, first chain = 1", "quiet", "end"),
-             text(left + 8, 18, "HDR-FLIP", "quiet")]
-    for k in range(0, int(largest) + 1, 5):
-        parts.append(text(left + k / largest * (width - 90), bottom + 17, str(k), "quiet",
-                          "middle"))
-    for k in range(0, int(high * 20) + 1):
-        parts.append(text(left - 6, bottom - k / 20 / high * 260 + 4, f"{k / 20:.2f}", "quiet",
-                          "end"))
-    for time, error, name in points:
-        x, y = left + time / largest * (width - 90), bottom - error / high * 260
+    points = [(ratio, mean_errors(results, name, "sharp", METRICS[0], names), name)
+              for name, ratio in ratios.items() if not name.startswith("report")]
+    left, right, top, bottom = 60, 780, 30, 290
+
+    def place(value, values, low, high):
+        first, last = math.log(min(values)), math.log(max(values))
+        return low + (math.log(value) - first) / (last - first) * (high - low)
+
+    parts = [stroke(left, bottom + 20, right + 40, bottom + 20, "zero"),
+             text(right + 40, bottom + 52, f"processor seconds of a frame, {LABELS[TIMED[0]]} = 1",
+                  "quiet", "end"), text(0, 16, "HDR-FLIP", "strong")]
+    for ratio, error, name in points:
+        x = place(ratio, [one for one, _, _ in points], left, right)
+        y = place(error, [one for _, one, _ in points], bottom, top)
         kind = "none" if "joint" in name else "second" if "dof mb" in name else "first"
-        parts.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="5" class="{kind}"/>')
-        near_end = x > width - 260
-        parts.append(text(x + (-9 if near_end else 9), y + 4, LABELS[name], "quiet",
-                          "end" if near_end else "start"))
-    return ("<h2>Error against time</h2>"
-            + svg(width, height, "HDR-FLIP against time", parts))
+        near_end = x > right - 200
+        parts += [f'<circle cx="{x:.1f}" cy="{y:.1f}" r="5" class="{kind}"/>',
+                  text(x + (-9 if near_end else 9), y + 4,
+                       f"{LABELS[name]} ({number(error, 4)}, {ratio:.2g})", "quiet",
+                       "end" if near_end else "start")]
+    for tick in (0.5, 1, 2, 4):
+        if min(ratios[name] for _, _, name in points) <= tick <= max(ratios.values()):
+            parts.append(text(place(tick, [one for one, _, _ in points], left, right), bottom + 37,
+                              f"{tick:g}", "quiet", "middle"))
+    return ("<h2>Error against time</h2><p>The inverse warp; in brackets HDR-FLIP and time.</p>"
+            + svg(860, bottom + 60, "HDR-FLIP against time", parts))
 
 
 def turning(results):

@@ -12,7 +12,7 @@ def rounded(value, digits=6):
 
 class Results:
     """Rows of errors {scene, source, chain, passes, version, frames: {number: {metric: value}}},
-    times {scene, frame, ratios}, claims {scene, chains, frames, values} and sizes {scene, frame,
+    times {scene, frames, ratios}, claims {scene, chains, frames, values} and sizes {scene, frame,
     streak_px, circle_px}; saved after each."""
 
     def __init__(self, path):
@@ -37,9 +37,9 @@ class Results:
         row["frames"] = dict(sorted(row["frames"].items(), key=lambda item: int(item[0])))
         self.save()
 
-    def add_times(self, scene, frame, ratios):
+    def add_times(self, scene, frames, ratios):
         self.times = [one for one in self.times if one["scene"] != scene]
-        self.times.append({"scene": scene, "frame": frame,
+        self.times.append({"scene": scene, "frames": frames,
                            "ratios": {name: rounded(ratio, 3) for name, ratio in ratios.items()}})
         self.save()
 

@@ -3,7 +3,7 @@ import intervals
 from ordering_gains import (BATCH_FRAMES, FEWEST_BATCHES, gain, gains_by_size, mean_errors,
                             neighbor_correlation)
 from ordering_study import (ALL, CHAINS, CLAIMS, FEW, FEW_FRAMES, GBUF, GENERATED, JOINT, LABELS,
-                            METRICS, ORDER, QUESTIONS, STILL, TURNS, family)
+                            METRICS, ORDER, QUESTIONS, STILL, TIMED, TURNS, family)
 
 BEGIN = "<!-- From here on printed by tests/bench/ordering.py tables. -->"
 
@@ -64,7 +64,7 @@ def errors_table(results, source, chains, names):
     rows = heading(["chain"] + [metric.label for metric in METRICS] + ["time"] * bool(ratios))
     for chain in chains:
         cells = [mean_errors(results, chain.name, source, metric, names) for metric in METRICS]
-        time = f"{ratios[chain.name]:.1f}" if chain.name in ratios else ""
+        time = f"{ratios[chain.name]:.2g}" if chain.name in ratios else ""
         rows.append(line([chain.label] + ["" if cell is None else number(cell, metric.digits)
                                           for cell, metric in zip(cells, METRICS)]
                          + [time] * bool(ratios)))
@@ -148,7 +148,7 @@ def text(results):
     of = {where: [chain for chain in CHAINS if chain.where == where] for where in (ALL, FEW, GBUF)}
     rows = ["## Errors of every chain", "",
             "Means over families. "
-            + ("Time: of the passes, as a ratio to the first row." if results.times else "")]
+            + (f"Time: processor seconds of a frame, as a ratio to {LABELS[TIMED[0]]}." if results.times else "")]
     for words, source, chains in (("`sharp`", "sharp", of[ALL]),
                                   (f"`sharp`, the first {FEW_FRAMES} frames", "sharp",
                                    of[ALL] + of[FEW]),

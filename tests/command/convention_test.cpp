@@ -95,6 +95,24 @@ TEST_F(ConventionTest, PlanesInFilesOfTheirOwn) {
     const std::string mixed =
         "color=" + at("c.####.exr") + ",depth=" + at("n.####.exr") + ",motion=" + at("n.####.exr");
     EXPECT_LE(largest_difference(filtered(mixed), expected), 1e-5);
+    // As Nuke writes single layers: nothing but the vectors shows whose depth it is.
+    ImageF inverse = planes.depth;
+    for (float& d : inverse.data) d = 1 / d;
+    ImageF up = planes.motion;
+    for (size_t i = 1; i < up.data.size(); i += 2) up.data[i] = -up.data[i];
+    ASSERT_TRUE(io::write_planes_exr(at("nz.0001.exr"), inverse, {"depth.Z"}).ok());
+    ASSERT_TRUE(io::write_planes_exr(at("nm.0001.exr"), up, {"forward.u", "forward.v"}).ok());
+    const std::string layers = "color=" + at("c.####.exr") + ",depth=" + at("nz.####.exr") +
+                               ",motion=" + at("nm.####.exr");
+    EXPECT_LE(largest_difference(filtered(layers), expected), 1e-4);
+    EXPECT_EQ(profile, "nuke");
+    // A depth that could be anybody's beside vectors of Nuke is not guessed.
+    const auto guess = run({"run", at("all.yaml"), "-i",
+                            "color=" + at("c.####.exr") + ",depth=" + at("z.####.exr") +
+                                ",motion=" + at("nm.####.exr"),
+                            "-o", out(9), "--on-existing", "overwrite"});
+    EXPECT_EQ(guess.code, 4) << guess.text();
+    EXPECT_TRUE(contains(guess.err, "--profile")) << guess.err;
     // The output is the color file, filtered: it has not gained channels.
     EXPECT_EQ(other_channels(out(9)).size(), 0u);
     // A depth of another size is refused.

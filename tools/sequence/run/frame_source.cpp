@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <set>
 
 #include "chain/depth_at.h"
 #include "config/profile_match.h"
@@ -16,11 +17,47 @@ double milliseconds_since(Clock::time_point start) {
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-Result<ProfileMatch> match_file(const SourceSettings& settings, const io::ExrFile& file) {
+// Who wrote the planes: the profile that was named, else that which the channels of all files
+// together show.
+struct Writer {
+    Profile profile;
+    bool detected = false;
+    std::string why = "named";
+
+    bool is_named_or_any() const { return !detected || profile.detect_channels.empty(); }
+};
+
+Result<Writer> writer_of(const SourceSettings& settings, const io::OpenFrame& files) {
+    if (settings.profile) return Writer{.profile = *settings.profile};
+    FileChannels all = io::channels_of(files.color_file());
+    std::set<const io::ExrFile*> seen = {&files.color_file()};
+    for (const auto& [role, file] : files.files) {
+        if (!seen.insert(file.get()).second) continue;
+        const FileChannels more = io::channels_of(*file);
+        all.parts.insert(all.parts.end(), more.parts.begin(), more.parts.end());
+    }
+    auto match = detect_profile(builtin_profiles(), all, settings.layer, settings.view);
+    if (!match.ok()) return match.status();
+    for (const Profile& profile : builtin_profiles())
+        if (profile.name == match->profile) return Writer{profile, true, match->why};
+    return Status(StatusCode::internal, "a detected profile is not among those detected from");
+}
+
+// A file that shows its writer by itself is that one's, else it is of the writer of all.
+Result<ProfileMatch> match_file(const SourceSettings& settings, const Writer& writer,
+                                const io::ExrFile& file) {
     const FileChannels channels = io::channels_of(file);
-    return settings.profile
-               ? match_profile(*settings.profile, channels, settings.layer, settings.view)
-               : detect_profile(builtin_profiles(), channels, settings.layer, settings.view);
+    if (!settings.profile) {
+        auto own = detect_profile(builtin_profiles(), channels, settings.layer, settings.view);
+        if (own.ok())
+            for (const Profile& profile : builtin_profiles())
+                if (profile.name == own->profile && !profile.detect_channels.empty()) return own;
+    }
+    auto match = match_profile(writer.profile, channels, settings.layer, settings.view);
+    if (!match.ok()) return match;
+    match->detected = writer.detected;
+    match->why = writer.why;
+    return match;
 }
 
 // The channels of a file that holds one plane alone and names them after no profile: a single
@@ -54,17 +91,31 @@ std::string names_in(const io::ExrFile& file) {
     return count > kShown ? concat(text, " and ", count - kShown, " more") : text;
 }
 
-// Depth or motion in a file of its own: joins what it says to the match of color's file.
-Status add_own_file(const SourceSettings& settings, const io::ExrFile& file, Role role,
-                    ProfileMatch& match) {
-    auto own = match_file(settings, file);
+// Depth or motion in a file of its own: joins what it says to the match of color's file. Channels
+// that the writer's profile does not name are read by its first convention, where the profile was
+// named or is that of no writer; else they may be another's.
+Status add_own_file(const SourceSettings& settings, const Writer& writer, const io::ExrFile& file,
+                    Role role, ProfileMatch& match) {
+    auto own = match_file(settings, writer, file);
     if (own.ok() && own->roles.count(role)) {
         match.roles[role] = own->roles.at(role);
         if (role == Role::inverse_depth) match.options.depth = own->options.depth;
         if (role == Role::motion) match.options.motion = own->options.motion;
         if (role == Role::motion_back) match.options.motion_back = own->options.motion_back;
     } else if (auto plain = plain_channels(file, role)) {
+        if (!writer.is_named_or_any())
+            return Status(StatusCode::input,
+                          concat(file.path(), ": ", name_of(role), " has channels", names_in(file),
+                                 ", which are not those of ", writer.profile.title, " (detected: ",
+                                 writer.why, "); say with --profile how they are stored"));
         match.roles[role] = *plain;
+        const auto sources = writer.profile.roles.find(role);
+        if (sources != writer.profile.roles.end() && !sources->second.empty()) {
+            const auto& first = sources->second.front();
+            if (role == Role::inverse_depth) match.options.depth = first.depth;
+            if (role == Role::motion) match.options.motion = first.motion;
+            if (role == Role::motion_back) match.options.motion_back = first.motion;
+        }
     } else {
         return Status(StatusCode::input, concat(file.path(), ": no ", name_of(role),
                                                 " channels found among", names_in(file)));
@@ -82,7 +133,12 @@ Result<FrameHeader> open_source_frame(const SourceSettings& settings,
     FrameHeader header;
     header.files = std::move(*opened);
     const io::ExrFile& color_file = header.files.color_file();
-    auto match = match_file(settings, color_file);
+    auto writer = writer_of(settings, header.files);
+    if (!writer.ok()) {
+        if (Status why = color_file.explain_no_color(); !why.ok()) return why;
+        return writer.status().at(color_file.path());
+    }
+    auto match = match_file(settings, *writer, color_file);
     if (!match.ok() || !match->roles.count(Role::color)) {
         if (Status why = color_file.explain_no_color(); !why.ok()) return why;
         if (!match.ok()) return match.status().at(color_file.path());
@@ -92,7 +148,8 @@ Result<FrameHeader> open_source_frame(const SourceSettings& settings,
     header.match = std::move(*match);
     for (const auto& [role, file] : header.files.files) {
         if (role == Role::color) continue;
-        if (Status status = add_own_file(settings, *file, role, header.match); !status.ok())
+        if (Status status = add_own_file(settings, *writer, *file, role, header.match);
+            !status.ok())
             return status;
     }
     for (const auto& [role, where] : header.match.roles)

@@ -78,7 +78,7 @@ TEST(Stress, ReducedSetHoldsForEveryPassAndBothOrders) {
     }
     std::set<std::string> all_rows;
     for (const Cell& cell : make_cells(40, false)) all_rows.insert(cell.row);
-    EXPECT_EQ(all_rows.size(), 8u);
+    EXPECT_EQ(all_rows.size(), 9u);
     for (const auto& subject : subjects) {
         EXPECT_EQ(rows[subject.name], all_rows) << subject.name;
         EXPECT_EQ(checks[subject.name], promised_checks(subject.chain)) << subject.name;

@@ -126,6 +126,7 @@ class Builder {
 
     std::vector<Cell> all() {
         nothing();
+        paths();
         speeds();
         depths();
         radiances();
@@ -154,6 +155,22 @@ class Builder {
             cell.still = cell.in_focus = true;
             cell.soft = contrast < 1;
         }
+    }
+
+    // What a search for the surface at a pixel may trip over.
+    void paths() {
+        Scene flat = base_;
+        flat.ground = flat.object;
+        flat.ground_w = flat.object_w;
+        add("paths", "one motion, one depth", flat, true);
+        const auto with_back = [&](std::string name, double part) {
+            FramePlanes planes = planes_of(base_);
+            planes[Role::motion_back] = planes[Role::motion];
+            for (float& v : planes[Role::motion_back].data) v *= float(part);
+            cells_.push_back(cell_of("paths", std::move(name), std::move(planes), true));
+        };
+        with_back("turn back within the shutter", -1);
+        with_back("start from rest", 0);
     }
 
     // Along a slant, so that no axis is special; and across it.

@@ -170,11 +170,23 @@ TEST(Source, StraightAlphaComesBack) {
     options.unpremultiplied = true;
     ImageF color(2, 1, 4);
     color.data = {0.25f, 0.5f, 1, 0.5f, 3, 4, 5, 0};
-    to_file_convention(color, options);
+    ImageF stored(2, 1, 4, 0.0f);
+    to_file_convention(color, options, stored);
     EXPECT_EQ(color.data, (std::vector<float>{0.5f, 1, 2, 0.5f, 3, 4, 5, 0}));
     ImageF same = color;
-    to_file_convention(same, {});
+    to_file_convention(same, {}, stored);
     EXPECT_EQ(same.data, color.data);
+}
+
+// What is clear has a color in such a file, and keeps it where no light comes.
+TEST(Source, ClearPixelsOfStraightAlphaKeepTheirColor) {
+    ConvertOptions options;
+    options.unpremultiplied = true;
+    ImageF stored(3, 1, 4), filtered(3, 1, 4);
+    stored.data = {0.2f, 0.4f, 0.6f, 0, 0.2f, 0.4f, NAN, 0, 0.2f, 0.4f, 0.6f, 1};
+    filtered.data = {0, 0, 0, 0, 0, 7, 0, 0, 0, 0, 0, 0};
+    to_file_convention(filtered, options, stored);
+    EXPECT_EQ(filtered.data, (std::vector<float>{0.2f, 0.4f, 0.6f, 0, 0.2f, 7, 0, 0, 0, 0, 0, 0}));
 }
 
 }  // namespace

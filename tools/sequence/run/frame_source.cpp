@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <set>
 
 #include "chain/depth_at.h"
@@ -320,12 +321,22 @@ Result<Plan> plan_source_frame(const Chain& chain, const SourceFrame& frame,
     return Status(status.code(), text);
 }
 
-void to_file_convention(ImageF& color, const ConvertOptions& conversion) {
+ImageF stored_color(const io::InputFrame& input) {
+    return input.kept->interleaved(input.assignment.at(Role::color).channels, input.data_window, 4,
+                                   1);
+}
+
+void to_file_convention(ImageF& color, const ConvertOptions& conversion, const ImageF& stored) {
     if (!conversion.unpremultiplied) return;
     for (size_t pixel = 0; pixel < color.pixels(); ++pixel) {
         float* rgba = color.data.data() + 4 * pixel;
-        if (rgba[3] == 0) continue;
-        for (int c = 0; c < 3; ++c) rgba[c] /= rgba[3];
+        const float* was = stored.data.data() + 4 * pixel;
+        for (int c = 0; c < 3; ++c) {
+            if (rgba[3] != 0)
+                rgba[c] /= rgba[3];
+            else if (rgba[c] == 0 && was[3] == 0 && std::isfinite(was[c]))
+                rgba[c] = was[c];
+        }
     }
 }
 

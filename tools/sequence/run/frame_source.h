@@ -89,7 +89,12 @@ Result<Plan> plan_source_frame(const Chain& chain, const SourceFrame& frame,
 
 SharedPlanes shared(FramePlanes planes);
 
-// Color as the file wants it back: undoes ConvertOptions::unpremultiplied.
-void to_file_convention(ImageF& color, const ConvertOptions& conversion);
+// Color as the file wants it back: undoes ConvertOptions::unpremultiplied. Where alpha is 0
+// nothing can be divided: what was clear in the file, `stored`, and has got no light, has its color
+// again.
+void to_file_convention(ImageF& color, const ConvertOptions& conversion, const ImageF& stored);
+
+// Color as the file of a frame that was read with Keep::all has it.
+ImageF stored_color(const io::InputFrame& input);
 
 }  // namespace postchain::sequence

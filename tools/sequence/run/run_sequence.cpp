@@ -84,7 +84,9 @@ class FilterJob final : public FrameJob {
             return Status(StatusCode::health,
                           concat(report.output, ": ", report.output_nonfinite,
                                  " non-finite output pixels under --strict; not written"));
-        to_file_convention(frame.result, frame.source->conversion);
+        if (frame.source->conversion.unpremultiplied)
+            to_file_convention(frame.result, frame.source->conversion,
+                               stored_color(frame.source->input));
         io::WriteOptions options;
         options.on_existing = settings_.on_existing == io::OnExisting::fail
                                   ? io::OnExisting::fail

@@ -77,6 +77,10 @@ inline constexpr const char* kBrightPixel =
 inline constexpr const char* kSteepLens =
     "at f/0.1, focused at the near plane, 1 % of depth is 22 px of radius, 560 px in a picture "
     "16384 px wide: what was sharp is blurred";
+inline constexpr const char* kApart =
+    "where neighbors part by 5 px a pixel nothing is found: a position that rounds to the next "
+    "pixel "
+    "leads 5 px further, to another fill";
 inline constexpr const char* kWidePicture =
     "at 16384 px a float has steps of 0.001 px: a position may round to the other pixel";
 

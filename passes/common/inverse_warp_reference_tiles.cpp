@@ -9,6 +9,7 @@ namespace postchain::inverse_warp::reference {
 namespace {
 
 constexpr double kAlikePx = 1;
+constexpr double kAlike = 1.001;  // of squares
 
 class Tiles {
   public:
@@ -56,7 +57,7 @@ class Tiles {
             Surface best;
             for (int y = j * kBlockPx; y < std::min((j + 1) * kBlockPx, height_); ++y)
                 for (int x = i * kBlockPx; x < std::min((i + 1) * kBlockPx, width_); ++x)
-                    if (const double m = measure(surfaces_[index(x, y)]); m > most) {
+                    if (const double m = measure(surfaces_[index(x, y)]); m > most * kAlike) {
                         most = m;
                         best = surfaces_[index(x, y)];
                     }
@@ -98,7 +99,7 @@ class Tiles {
             for (const Surface& s : candidates) {
                 double least = k == 0 ? squared(s) + 2 * kAlikePx * kAlikePx : 3e38;
                 for (const Surface& chosen : t.starts) least = std::min(least, apart(s, chosen));
-                if (least > most) {
+                if (least > most * kAlike) {
                     most = least;
                     next = &s;
                 }

@@ -61,7 +61,7 @@ void main() {
                     }
                     for (int j = 0; j < i; ++j)
                         least = min(least, apart(s, unpack_surface(chosen[j])));
-                    if (least > most) {
+                    if (least > most * kAlike) {
                         most = least;
                         next = bits;
                         found = true;

@@ -28,7 +28,7 @@ void main() {
                 float least = displaced(s);
                 if (k > 0) least = apart(s, chosen[0]);
                 if (k > 1) least = min(least, apart(s, chosen[1]));
-                if (least > most) {
+                if (least > most * kAlike) {
                     most = least;
                     best = bits;
                 }

@@ -171,6 +171,16 @@ class Builder {
         };
         with_back("turn back within the shutter", -1);
         with_back("start from rest", 0);
+        // Neighbors move so far apart that at most pixels nothing is found.
+        FramePlanes planes = planes_of(base_);
+        ImageF& motion = planes[Role::motion];
+        for (int y = 0; y < motion.height; ++y) {
+            for (int x = 0; x < motion.width; ++x) {
+                motion.at(x, y, 0) = float(5.03 * (x - 0.37 * motion.width));
+                motion.at(x, y, 1) = float(5.03 * (y - 0.61 * motion.height));
+            }
+        }
+        cells_.push_back(cell_of("paths", "apart, nothing found", std::move(planes), true));
     }
 
     // Along a slant, so that no axis is special; and across it.

@@ -20,6 +20,10 @@ constexpr double kBright = 2;
 constexpr double kBrightWithShutter = 1;
 constexpr double kSoftPx = 4;
 
+// Points of the lens are more even than random ones; with times beside them they are not.
+constexpr double kNoiseVariances = 3;
+constexpr double kNoiseVariancesWithShutter = 8;
+
 constexpr double kLeastHalfOpen = 1.0 / 16;  // frames
 
 // Tiles on each side whose surfaces can reach a tile, for the longest path and radius there are. A
@@ -71,6 +75,8 @@ InverseWarpBlock block_of(const Settings& settings, const FrameDescription& fram
         lens::set_block(settings.lens->coc, block);
         block.bright = float(settings.shutter ? kBrightWithShutter : kBright);
         block.soft_px = float(kSoftPx);
+        block.noise_variances =
+            float(settings.shutter ? kNoiseVariancesWithShutter : kNoiseVariances);
         const double barrel = lens::barrel_per_px(settings.lens->aperture, frame);
         block.barrel_per_px = float(barrel);
         block.barrel_scale = float(1 - barrel * settings.lens->coc.radius_px(0));
@@ -237,6 +243,7 @@ class Planner {
     void add_tile_light() {
         tile_light_ = planner_.texture("tile_light", Format::r32f, block_.tiles.x, block_.tiles.y);
         excess_ = picture("excess", planner_.context().color_format());
+        excess_squares_ = picture("excess_squares", Format::r32f);
         gathered_ = picture("gathered", planner_.context().color_format());
         Step step = make_step("tile_light");
         step.bindings = {{0, planner_.input(Role::color)}, {0, tile_light_, Access::write}};
@@ -283,6 +290,7 @@ class Planner {
         if (shares()) {
             step.bindings.push_back({5, tile_light_});
             step.bindings.push_back({2, excess_, Access::write});
+            step.bindings.push_back({3, excess_squares_, Access::write});
         }
         if (given_hint_ >= 0) step.bindings.push_back({6, given_hint_});
         if (hint_ >= 0) step.bindings.push_back({1, hint_, Access::write});
@@ -294,9 +302,10 @@ class Planner {
 
     void add_share() {
         Step step = make_step("share_highlights");
-        step.bindings = {{0, gathered_}, {1, excess_}, {0, result_, Access::write}};
+        step.bindings = {
+            {0, gathered_}, {1, excess_}, {2, excess_squares_}, {0, result_, Access::write}};
         step.groups = groups_for(frame_.width, frame_.height);
-        step.taps = 20 * pixels_;
+        step.taps = 30 * pixels_;
         launch_by(step, moving_blocks_);
         planner_.step(std::move(step));
     }
@@ -313,7 +322,7 @@ class Planner {
     TextureId surfaces_ = -1, starts_ = -1, moving_blocks_ = -1, still_blocks_ = -1;
     TextureId background_color_ = -1, background_depth_ = -1;
     TextureId noise_ = -1, lens_points_ = -1;
-    TextureId tile_light_ = -1, excess_ = -1, gathered_ = -1;
+    TextureId tile_light_ = -1, excess_ = -1, excess_squares_ = -1, gathered_ = -1;
     TextureId given_hint_ = -1, hint_ = -1, result_ = -1;
 };
 

@@ -13,7 +13,8 @@
 //   color [, hint]                                    --keep---> color [, hint]     still_blocks
 //   colors and surfaces of the frames before and after --gather-> what this frame does not show
 //
-// With highlights the gather makes `gathered` and `excess`, and share_highlights color of them.
+// With highlights the gather makes `gathered`, `excess` and `excess_squares`, and share_highlights
+// color of them.
 //
 // Sources: Yang et al., Image-Based Bidirectional Scene Reprojection, 2011; Bowles et al.,
 // Iterative Image Warping, 2012.

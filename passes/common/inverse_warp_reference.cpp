@@ -85,14 +85,16 @@ class Warp {
         std::vector<double> lights(tiles_.size(), -1);
         for (int tile = 0; shares && tile < int(lights.size()); ++tile)
             lights[size_t(tile)] = light_of_tile(tile % columns_, tile / columns_);
-        ImageD color(width_, height_, 4), excess(width_, height_, 4);
+        ImageD color(width_, height_, 4), excess(width_, height_, 4), squares(width_, height_, 1);
         for (int y = 0; y < height_; ++y)
             for (int x = 0; x < width_; ++x)
-                expose(x, y, lights[tile_index(x, y)], color.pixel(x, y), excess.pixel(x, y));
+                expose(x, y, lights[tile_index(x, y)], color.pixel(x, y), excess.pixel(x, y),
+                       squares.at(x, y));
         if (shares) {
             frame_.stages["gathered"] = color;
             frame_.stages["excess"] = excess;
-            share(excess, color);
+            frame_.stages["excess_squares"] = squares;
+            share(excess, squares, color);
         }
         frame_.stages["color"] = color;
         frame_.planes[Role::color] = std::move(color);
@@ -180,7 +182,7 @@ class Warp {
     }
 
     // `light`: of the pixel's tile; < 0: highlights are not told apart.
-    void expose(int x, int y, double light, double* out, double* excess) {
+    void expose(int x, int y, double light, double* out, double* excess, double& squares) {
         const Tile& t = tiles_[tile_index(x, y)];
         const double* own = frame_.planes.at(Role::color).pixel(x, y);
         std::copy(own, own + 4, out);
@@ -240,14 +242,16 @@ class Warp {
             out[c] = own[c] + onset * all.sum[c] / counted;
             excess[c] = onset * all.excess[c] / counted;
         }
+        squares = onset * all.squares / counted;
     }
 
     // What a pixel's samples have seen: sum of the differences to its own color, bright light out
-    // of focus, and how many were out of focus.
+    // of focus, how many were out of focus, and the squares of that light's largest component.
     struct Seen {
         double own[4];
         double bright = 0;  // < 0: highlights are not told apart
         Vec4 sum = {}, excess = {};
+        double squares = 0;
     };
 
     void add(Seen& all, const Vec4& seen, double q, double weight) const {
@@ -255,27 +259,44 @@ class Warp {
         if (all.bright < 0 || std::abs(s_.lens->coc.radius_px(q)) < kSoftPx) return;
         all.excess[3] += 1;
         const double high = std::max({seen[0], seen[1], seen[2]});
-        if (high > all.bright && finite(seen.data()))
-            for (size_t c = 0; c < 3; ++c) all.excess[c] += (1 - all.bright / high) * seen[c];
+        if (high <= all.bright || !finite(seen.data())) return;
+        for (size_t c = 0; c < 3; ++c) all.excess[c] += (1 - all.bright / high) * seen[c];
+        all.squares += (high - all.bright) * (high - all.bright);
+    }
+
+    // The part of a neighbor's light that may differ from this one by chance alone: 1 up to 3
+    // variances of a mean of so many samples (8 with the shutter open), 0 from twice that.
+    double alike(double light, double squares, double other, double other_squares) const {
+        const double mean = (light + other) / 2;
+        const double variance = ((squares + other_squares) / 2 - mean * mean) / s_.samples;
+        const double off = (light - other) * (light - other);
+        if (off == 0) return 1;
+        return variance > 0 ? std::clamp(2 - off / ((s_.shutter ? 8 : 3) * variance), 0.0, 1.0) : 0;
     }
 
     // Each pixel gets its share of the light in excess around it, within the range of the pixels
     // there.
-    void share(const ImageD& excess, ImageD& color) const {
+    void share(const ImageD& excess, const ImageD& squares, ImageD& color) const {
         const ImageD gathered = color;
         for (int y = 0; y < height_; ++y) {
             for (int x = 0; x < width_; ++x) {
                 const double* own = excess.pixel(x, y);
                 if (!(own[3] > 0) || !finite(gathered.pixel(x, y))) continue;
+                const double light = std::max({own[0], own[1], own[2]});
                 double sum[4] = {0, 0, 0, 0}, least[3], most[3];
                 for (int c = 0; c < 3; ++c) least[c] = most[c] = gathered.at(x, y, c);
                 for (int j = y - 1; j <= y + 1; ++j) {
                     for (int i = x - 1; i <= x + 1; ++i) {
                         const int px = std::clamp(i, 0, width_ - 1);
                         const int py = std::clamp(j, 0, height_ - 1);
+                        const double* other = excess.pixel(px, py);
+                        if (other[3] == 0) continue;
+                        const double part =
+                            alike(light, squares.at(x, y), std::max({other[0], other[1], other[2]}),
+                                  squares.at(px, py));
+                        for (int c = 0; c < 4; ++c) sum[c] += part * other[c] + (1 - part) * own[c];
                         const double* around = gathered.pixel(px, py);
-                        for (int c = 0; c < 4; ++c) sum[c] += excess.at(px, py, c);
-                        if (excess.at(px, py, 3) == 0 || !finite(around)) continue;
+                        if (!finite(around)) continue;
                         for (int c = 0; c < 3; ++c) {
                             least[c] = std::min(least[c], around[c]);
                             most[c] = std::max(most[c], around[c]);

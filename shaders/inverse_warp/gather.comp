@@ -7,14 +7,14 @@
 // background around shows of the farthest surface met.
 //
 //   color, surfaces, starts, background_color, background_depth [, lens_points] [, noise] [, hint]
-//       -> color [, excess] [, hint]
+//       -> color [, excess, excess_squares] [, hint]
 //   color, surfaces of the frames before and after
 //
 // SHUTTER, LENS: which of the two are open    STARTS: starts of a tile at most
 // BEFORE, AFTER: that frame is searched       NOISE: noise is read
 // BARREL: the lens barrel cuts the aperture away from the picture's middle
-// HIGHLIGHTS: which part of it is bright light out of focus goes to `excess`, for
-//             share_highlights.comp
+// HIGHLIGHTS: which part of it is bright light out of focus goes to `excess`, how unevenly its
+//             samples have it to `excess_squares`, for share_highlights.comp
 // HINT: written; of the lens alone: read too  LIST: only the blocks of a work list
 #include "common/finite.glsl"
 #include "common/work_list.glsl"
@@ -37,6 +37,7 @@ layout(binding = 4) uniform sampler2D lens_points;
 #if HIGHLIGHTS
 layout(binding = 5) uniform sampler2D tile_light;
 layout(binding = 2) writeonly uniform image2D excess;
+layout(binding = 3) writeonly uniform image2D excess_squares;
 #endif
 #if HINT && !SHUTTER
 layout(binding = 6) uniform sampler2D given_hint;
@@ -115,12 +116,18 @@ float one_depth_at(int k, vec2 random) {
 }
 
 #if HIGHLIGHTS
-// Of light that is out of focus, the part above `bright`, and 1.
-vec4 highlight(vec4 seen, float inverse_depth, float bright) {
-    if (abs(radius_px(inverse_depth)) < block.soft_px) return vec4(0.0);
+struct Highlights {
+    vec4 sum;       // rgb: of light out of focus the part above `bright`; a: samples out of focus
+    float squares;  // sum of the squares of the largest component's part
+};
+
+void add_highlight(inout Highlights soft, vec4 seen, float inverse_depth, float bright) {
+    if (abs(radius_px(inverse_depth)) < block.soft_px) return;
+    soft.sum.a += 1.0;
     const float high = max(seen.r, max(seen.g, seen.b));
-    const bool is_bright = high > bright && is_finite(seen);
-    return vec4(is_bright ? (1.0 - bright / high) * seen.rgb : vec3(0.0), 1.0);
+    if (high <= bright || !is_finite(seen)) return;
+    soft.sum.rgb += (1.0 - bright / high) * seen.rgb;
+    soft.squares += (high - bright) * (high - bright);
 }
 #endif
 
@@ -150,6 +157,7 @@ void main() {
         imageStore(blurred, pixel, color_p);
 #if HIGHLIGHTS
         imageStore(excess, pixel, vec4(0.0));
+        imageStore(excess_squares, pixel, vec4(0.0));
 #endif
 #if HINT && SHUTTER
         imageStore(hint, pixel, vec4(0.0));
@@ -179,7 +187,7 @@ void main() {
 #endif
 #if HIGHLIGHTS
     const float bright = block.bright * texelFetch(tile_light, tile, 0).x;
-    vec4 soft = vec4(0.0);  // light above `bright`, and how many samples are out of focus
+    Highlights soft = Highlights(vec4(0.0), 0.0);
 #endif
     vec4 sum = vec4(0.0);
     float moment = 0.0;
@@ -289,7 +297,7 @@ void main() {
             {
                 sum += at.weight * (seen - color_p);
 #if HIGHLIGHTS
-                soft += highlight(seen, found ? nearest : far.inverse_depth, bright);
+                add_highlight(soft, seen, found ? nearest : far.inverse_depth, bright);
 #endif
             }
             ++k;
@@ -362,7 +370,7 @@ void main() {
                 sum += now.weight * (seen - color_p);
                 found_weight += now.weight;
 #if HIGHLIGHTS
-                soft += highlight(seen, nearest, bright);
+                add_highlight(soft, seen, nearest, bright);
 #endif
             }
         }
@@ -376,7 +384,8 @@ void main() {
     const float mean_of = onset / max(counted, 1.0);
     imageStore(blurred, pixel, color_p + mean_of * sum);
 #if HIGHLIGHTS
-    imageStore(excess, pixel, mean_of * soft);
+    imageStore(excess, pixel, mean_of * soft.sum);
+    imageStore(excess_squares, pixel, vec4(mean_of * soft.squares));
 #endif
 #if HINT && SHUTTER
     // Half-length of the even streak with the same second moment about p.

@@ -31,7 +31,7 @@ BLOCK_BEGIN(InverseWarpBlock)
     float barrel_scale;    // of points of the lens: 1 - barrel_per_px times the radius at infinity
     float middle_x;        // of the picture, in pixels of the planes
     float middle_y;
-    float pad0;
+    float noise_variances; // squared differences of light up to so many variances are noise
 BLOCK_END
 
 // Times of a pixel at least, however short its path.

@@ -79,6 +79,21 @@ TEST(InverseWarpLens, FewPointsKeepTheLight) {
     EXPECT_LT(speckle[true], 0.3 * speckle[false]);
 }
 
+// With many points there is no noise to share: a lamp's disc keeps its rim.
+TEST(InverseWarpLens, ManyPointsKeepTheRim) {
+    ImageF color = constant_image(97, 97, {0, 0, 0, 1});
+    for (int y = 44; y < 53; ++y)
+        for (int x = 44; x < 53; ++x)
+            for (int c = 0; c < 3; ++c) color.at(x, y, c) = 30;
+    const auto blurred = [&](bool share) {
+        return dof(flat_planes(color, 1),
+                   {kMethod, {"samples", int64_t(1023)}, {"share_highlights", share}});
+    };
+    const Difference difference = compare(blurred(true), blurred(false), 0.05);
+    EXPECT_LE(difference.max, 0.2) << difference.text;
+    EXPECT_LE(difference.fraction, 0.01) << difference.text;
+}
+
 // What is in focus in front of what is not keeps every bit away from its edge.
 TEST(InverseWarpLens, FocusedForegroundDoesNotTakeFromTheBackground) {
     ImageF color = noise_image(128, 64, 4, 5);
@@ -142,7 +157,12 @@ TEST(InverseWarpLens, HiddenBackgroundIsBetweenWhatShowsAround) {
 }
 
 TEST(InverseWarpLens, AgreesWithItsReference) {
-    const FramePlanes planes = deep_planes(131, 77);
+    FramePlanes planes = deep_planes(131, 77);
+    // Lamps, so that there is light to share.
+    for (int y = 20; y < 60; y += 13)
+        for (int x = 15; x < 131; ++x)
+            if (x % 29 < 4)
+                for (int c = 0; c < 3; ++c) planes.at(Role::color).at(x, y, c) = 20;
     for (const Settings& settings :
          {Settings{kMethod},
           Settings{kMethod, {"samples", int64_t(7)}, {"starts", int64_t(1)}, {"noise", "blue"}},
@@ -154,7 +174,7 @@ TEST(InverseWarpLens, AgreesWithItsReference) {
                    {"range", 2.0}}}) {
         const Stages gpu = dof_stages(planes, settings);
         const ReferenceFrame expected = dof_reference(planes, settings);
-        for (const char* name : {"gathered", "excess", "color"}) {
+        for (const char* name : {"gathered", "excess", "excess_squares", "color"}) {
             const auto found = gpu.stages.find(stage(name));
             if (found == gpu.stages.end()) continue;
             const Difference difference =

@@ -9,6 +9,24 @@ namespace {
 namespace fs = std::filesystem;
 using ChainTest = CommandTest;
 
+// NaN is in no range, whichever verb's option it is.
+TEST_F(ChainTest, OptionsRefuseWhatIsNoNumber) {
+    write_frame(in(1), make_planes(24, 16));
+    for (const auto& arguments : std::vector<Arguments>{
+             {"ab", at("all.yaml"), at("reversed.yaml"), "-i", in(), "-o", at("out/r"), "--ppd"},
+             {"bench", at("all.yaml"), "-i", in(), "-o", at("out/r"), "--ppd"},
+             {"diff", in(1), in(1), "--ppd"},
+             {"diff", in(1), in(1), "--over"}}) {
+        Arguments with_nan = arguments;
+        with_nan.push_back("nan");
+        const auto outcome = run(with_nan);
+        EXPECT_EQ(outcome.code, 2) << arguments[0] << "\n" << outcome.text();
+        EXPECT_TRUE(contains(outcome.err, arguments.back())) << outcome.err;
+        EXPECT_TRUE(contains(outcome.err, "not a number")) << outcome.err;
+        EXPECT_FALSE(exists(at("out/r")));
+    }
+}
+
 TEST_F(ChainTest, ChainErrorsNameTheirPlace) {
     write_frame(in(1), make_planes(24, 16));
     const struct {

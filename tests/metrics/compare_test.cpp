@@ -5,6 +5,7 @@
 #include "tests/metrics/support.h"
 #include "tools/measure/metrics/display.h"
 #include "tools/measure/metrics/limit.h"
+#include "tools/measure/metrics/parallel.h"
 
 namespace postchain::metrics {
 namespace {
@@ -20,6 +21,20 @@ TEST(Compare, GivesEveryMetricInTheTablesOrder) {
     EXPECT_EQ(*result->value("psnr"), *psnr(both));
     EXPECT_EQ(*result->value("flip"), flip(both, {}).mean);
     EXPECT_TRUE(result->exposures.lit);
+}
+
+// What a band throws in any thread reaches the caller, who may go on.
+TEST(ForBands, ThrowsWhatABandThrows) {
+    for (const int bad : {0, 7, 15})
+        EXPECT_THROW(for_bands(16, 1, 8,
+                               [&](int row, int) {
+                                   if (row == bad) throw std::bad_alloc();
+                               }),
+                     std::bad_alloc)
+            << bad;
+    std::atomic<int> rows = 0;
+    for_bands(16, 3, 8, [&](int first, int end) { rows += end - first; });
+    EXPECT_EQ(rows, 16);
 }
 
 TEST(Compare, GivesOnlyWhatWasAskedFor) {

@@ -178,9 +178,9 @@ void add_diff(CLI::App& verb, Options& o, DiffOptions& diff) {
                     "compare both over a background of this gray, linear, with their alpha "
                     "(default: premultiplied color as it is)")
         ->type_name("GRAY")
-        ->check(CLI::Range(0.0, 65504.0));
+        ->check(number_within(0, 65504));
     verb.add_option("--ppd", diff.pixels_per_degree, "pixels per degree of visual angle, for FLIP")
-        ->check(CLI::Range(metrics::kMinPixelsPerDegree, metrics::kMaxPixelsPerDegree))
+        ->check(number_within(metrics::kMinPixelsPerDegree, metrics::kMaxPixelsPerDegree))
         ->capture_default_str();
     verb.add_option("--tone-mapper", diff.tone_mapper, "of HDR-FLIP")
         ->check(CLI::IsMember(metrics::tone_mapper_names()))

@@ -173,11 +173,6 @@ Result<DiffWork> work_of(const Options& options, const DiffOptions& diff) {
     }
     // Only tde asked for: an empty set would mean all others.
     if (work.compare.metrics.empty()) work.compare.metrics.insert("nonfinite");
-    // The parser's check of the range lets NaN pass.
-    if (!std::isfinite(diff.pixels_per_degree))
-        return Status(StatusCode::usage, "--ppd: not a number");
-    if (diff.over && !std::isfinite(*diff.over))
-        return Status(StatusCode::usage, "--over: not a number");
     work.over = diff.over;
     work.compare.flip.pixels_per_degree = diff.pixels_per_degree;
     // The parser has checked the name.

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <charconv>
+#include <cmath>
 #include <cstdlib>
 #include <map>
 #include <thread>
@@ -37,6 +38,19 @@ std::string option_names(const std::string& key) {
 }
 
 }  // namespace
+
+CLI::Validator number_within(double least, double most) {
+    const CLI::Range range(least, most);
+    return CLI::Validator(
+        [range](std::string& text) {
+            double value = 0;
+            // The comparisons of CLI::Range let NaN pass.
+            if (CLI::detail::lexical_cast(text, value) && std::isnan(value))
+                return "'" + text + "' is not a number";
+            return range(text);
+        },
+        range.get_description());
+}
 
 void add_logging(CLI::App& verb, Options& o) {
     verb.add_flag("-v,--verbose", o.verbose, "more messages");
@@ -84,12 +98,12 @@ void add_setting(CLI::App& verb, const Parameter& row, ParameterRef settings) {
         case ParameterType::number:
             option = verb.add_option_function<double>(
                 name, [set](double value) { set(value); }, row.help);
-            option->check(CLI::Range(row.min, row.max));
+            option->check(number_within(row.min, row.max));
             break;
         case ParameterType::point:
             option = verb.add_option_function<std::array<double, 2>>(
                 name, [set](const std::array<double, 2>& point) { set(point); }, row.help);
-            option->check(CLI::Range(row.min, row.max));
+            option->check(number_within(row.min, row.max));
             break;
         case ParameterType::choice:
             option = verb.add_option_function<std::string>(

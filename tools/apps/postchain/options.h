@@ -11,7 +11,8 @@
 
 namespace CLI {
 class App;
-}
+class Validator;
+}  // namespace CLI
 
 namespace postchain {
 
@@ -31,6 +32,9 @@ struct Options {
 void add_logging(CLI::App& verb, Options& options);
 void add_chain(CLI::App& verb, Options& options);   // CHAIN, --set
 void add_device(CLI::App& verb, Options& options);  // --device, --threads
+
+// Refuses what is no number or outside the range, in the words of CLI::Range.
+CLI::Validator number_within(double least, double most);
 
 // The table of Options::job, over the built-in passes.
 const ParameterTable& job_parameters();

@@ -161,7 +161,7 @@ const PassType& pass_type() {
             {"motion", "", "/paths/apart, nothing found/fp32", 4.5, inverse_warp::kApart},
             {"depth", "", "/paths/apart, nothing found/fp32", 17.5, inverse_warp::kApart},
             {"depth", "", "/lens/f/0.", 27, inverse_warp::kSteepLens},
-            {"depth", "", "/crossed/*firefly 1e10, f/0.1 at the near plane/fp32", 1150,
+            {"depth", "", "/crossed/*firefly 1e10, f/0.1 at the near plane/fp32", 480,
              inverse_warp::kSteepLens},
             {"depth", "", "/crossed/*f/0.1 at the near plane", 255, inverse_warp::kSteepLens},
             {"reference", "", "/crossed/*16384x3/fp32", 1.25e-4, inverse_warp::kWidePicture}}};

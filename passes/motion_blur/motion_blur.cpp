@@ -126,8 +126,6 @@ const PassType& pass_type() {
              inverse_warp::kBrightPixel},
             {"motion", "mode=inverse_warp", "/paths/apart, nothing found/fp32", 4.8,
              inverse_warp::kApart},
-            {"reference", "mode=inverse_warp", "/size/16384x3/fp32", 1.1e-4,
-             inverse_warp::kWidePicture},
             {"mirror", "", "/speed/*1 px", 0.05, no_side},
             {"flip", "", "/speed/*1 px", 0.05, no_side},
             {"motion", "", "/radiance/firefly*fp16", 26,

@@ -50,7 +50,7 @@ void main() {
             // many nothing.
             const float off = (light - own_largest) * (light - own_largest);
             sum += mix(own_excess, bright, clamp(2.0 - off / max(block.noise_variances * variance, 1e-30), 0.0, 1.0));
-            any_bright = any_bright || light > 0.0;
+            any_bright = any_bright || bright.rgb != vec3(0.0);
             if (!is_finite(around)) continue;
             least = min(least, around.rgb);
             most = max(most, around.rgb);

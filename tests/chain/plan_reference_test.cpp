@@ -7,46 +7,43 @@
 namespace postchain::test {
 namespace {
 
-// A pass that a rule elides because the caller asked for it is elided in the reference too.
-TEST(Reference, LacksAPassThatMayBeMissing) {
-    FramePlanes planes;
-    planes[Role::color] = ImageF(1, 1, 4, 3.0f);
+// A frame of one pixel, color alone.
+FramePlanes one_pixel() {
+    return {{Role::color, ImageF(1, 1, 4, 3.0f)}};
+}
+FrameDescription one_pixel_frame() {
     FrameDescription f = frame();
     f.width = f.height = 1;
     f.planes = {Role::color};
+    return f;
+}
+
+// A pass that a rule elides because the caller asked for it is elided in the reference too.
+TEST(Reference, LacksAPassThatMayBeMissing) {
     PlanOptions asked;
     asked.rules_on = {kRuleMissingPlane};
-    const auto result = run_reference(chain_of({"copy", "makes"}), f, planes, asked);
+    const auto result =
+        run_reference(chain_of({"copy", "makes"}), one_pixel_frame(), one_pixel(), asked);
     ASSERT_TRUE(result.ok()) << result.status().message();
     EXPECT_EQ(result->planes.at(Role::color).data[0], 7.0);
-    EXPECT_FALSE(run_reference(chain_of({"copy", "makes"}), f, planes).ok());
+    EXPECT_FALSE(run_reference(chain_of({"copy", "makes"}), one_pixel_frame(), one_pixel()).ok());
 }
 
 // Whatever the rules say: a pass that is off is run as it is described.
 TEST(Reference, RunsWhatTheRulesElide) {
-    FramePlanes planes;
-    planes[Role::color] = ImageF(1, 1, 4, 3.0f);
-    FrameDescription f = frame();
-    f.width = f.height = 1;
-    f.planes = {Role::color};
     Chain chain = chain_of({"copy"});
     ASSERT_TRUE(off_table().set(chain.links[0].pass->parameters(), "off", true).ok());
     for (const bool elide : {true, false}) {
         PlanOptions options;
         options.elide = elide;
-        const auto result = run_reference(chain, f, planes, options);
+        const auto result = run_reference(chain, one_pixel_frame(), one_pixel(), options);
         ASSERT_TRUE(result.ok()) << result.status().message();
         EXPECT_EQ(result->planes.at(Role::color).data[0], 7.0) << elide;
     }
 }
 
 TEST(Reference, RunsPassesInOrderAndNamesStagesAsThePlanDoes) {
-    FramePlanes planes;
-    planes[Role::color] = ImageF(1, 1, 4, 3.0f);
-    FrameDescription f = frame();
-    f.width = f.height = 1;
-    f.planes = {Role::color};
-    auto result = run_reference(chain_of({"copy", "copy"}), f, planes);
+    auto result = run_reference(chain_of({"copy", "copy"}), one_pixel_frame(), one_pixel());
     ASSERT_TRUE(result.ok());
     // 2 (2*3 + 1) + 1 = 15.
     EXPECT_EQ(result->planes.at(Role::color).data[0], 15.0);

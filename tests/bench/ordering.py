@@ -60,15 +60,15 @@ def frames_for(scene, chain):
     return both[:FEW_FRAMES] if is_first else []
 
 
-def measured(postchain, chain, scene, frames, todo, folder):
-    """{frame: errors} of the frames in todo; the temporal error needs the frame before, too."""
+def measured(postchain, chain, scene, frames, missing, folder):
+    """{frame: errors} of the frames in missing; the temporal error needs the frame before, too."""
     source = "gbuf" if chain.where == GBUF else "sharp"
-    needed = [frame for frame in frames if frame in todo or frame + 1 in todo]
+    needed = [frame for frame in frames if frame in missing or frame + 1 in missing]
     measure.run_chain(postchain, chain.passes, scene, needed, folder, source)
     temporal = measure.temporal_errors(postchain, scene / "both.####.exr", folder / "out.####.exr",
                                        needed)
     values = {}
-    for frame in todo:
+    for frame in missing:
         found = measure.errors(postchain, scene / f"both.{frame:04d}.exr",
                                folder / f"out.{frame:04d}.exr")
         values[frame] = {"psnr": found["psnr"], "hdr_flip": found["hdr_flip"],
@@ -86,11 +86,11 @@ def measure_all(options, results, folder):
                 source = "gbuf" if where == GBUF else "sharp"
                 frames = frames_for(scene, chain)[:options.most]
                 row = results.row(scene.name, source, chain.name, chain.passes, version)
-                todo = [frame for frame in frames if str(frame) not in row["frames"]]
-                if todo:
-                    found = measured(options.postchain, chain, scene, frames, todo, folder)
+                missing = [frame for frame in frames if str(frame) not in row["frames"]]
+                if missing:
+                    found = measured(options.postchain, chain, scene, frames, missing, folder)
                     results.add(row, found)
-                    print(scene.name, source, chain.name, len(todo), flush=True)
+                    print(scene.name, source, chain.name, len(missing), flush=True)
 
 
 def time_all(options, results, folder):

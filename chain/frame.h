@@ -18,6 +18,12 @@
 
 namespace postchain {
 
+// Of an inverse depth in 1/scene units: the sky, and what writers put there (distances from 1e9
+// on).
+inline constexpr bool is_infinitely_far(float inverse_depth) {
+    return inverse_depth <= 1e-9f;
+}
+
 // Lens, shutter and clip planes of one frame. A member without a value is unknown; code
 // that needs it reports an error or applies the stated default. Lengths in millimeters or scene
 // units as named.

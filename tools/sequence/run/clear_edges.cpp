@@ -8,8 +8,7 @@
 namespace postchain::sequence {
 namespace {
 
-constexpr float kFar = 1e-9f;  // inverse depth, 1/scene unit
-constexpr int kReachPx = 3;    // a thin wire is hit by few of its pixels' samples
+constexpr int kReachPx = 3;  // a thin wire is hit by few of its pixels' samples
 
 struct Change {
     int x, y, from_x, from_y;
@@ -23,7 +22,7 @@ bool find_surface(const ImageF& color, const ImageF& depth, int distance, Change
             if (std::max(std::abs(i), std::abs(j)) != distance) continue;
             const int x = change.x + i, y = change.y + j;
             if (x < 0 || y < 0 || x >= depth.width || y >= depth.height) continue;
-            if (depth.at(x, y) <= kFar || color.at(x, y, 3) <= most) continue;
+            if (is_infinitely_far(depth.at(x, y)) || color.at(x, y, 3) <= most) continue;
             most = color.at(x, y, 3);
             change.from_x = x;
             change.from_y = y;
@@ -41,7 +40,7 @@ uint64_t fill_clear_edges(FramePlanes& planes) {
     for (int y = 0; y < depth->second.height; ++y) {
         for (int x = 0; x < depth->second.width; ++x) {
             const float alpha = color->second.at(x, y, 3);
-            if (!(alpha > 0 && alpha < 1) || depth->second.at(x, y) > kFar) continue;
+            if (!(alpha > 0 && alpha < 1) || !is_infinitely_far(depth->second.at(x, y))) continue;
             Change change{x, y, x, y};
             for (int distance = 1; distance <= kReachPx; ++distance) {
                 if (!find_surface(color->second, depth->second, distance, change)) continue;

@@ -10,7 +10,7 @@
 
 namespace postchain::sequence {
 
-// Gives pixels of a canonical frame that are infinitely far (distances from 1e9 on) and covered in
+// Gives pixels of a canonical frame that are infinitely far (is_infinitely_far()) and covered in
 // part, 0 < alpha < 1, depth and vectors of a surface near them: of the first square around the
 // pixel, at most 3 pixels away, that holds one; in it of the pixel with the largest alpha. Bounds
 // stay true. Returns how many pixels it changed.

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
+
+#include "chain/parameter.h"
 
 namespace postchain::sequence {
 namespace {
 
-constexpr float kSky = 1e-9f;     // inverse depth, 1/scene unit
 constexpr float kMovesPx = 0.5f;  // per frame
 constexpr double kNearlyAll = 0.9;
 
@@ -76,7 +76,7 @@ class Transfer {
 
 // Infinitely far and not clear: what is clear may move as it likes.
 bool is_sky(const FramePlanes& planes, size_t pixel) {
-    if (planes.at(Role::inverse_depth).data[pixel] > kSky) return false;
+    if (!is_infinitely_far(planes.at(Role::inverse_depth).data[pixel])) return false;
     const float* c = planes.at(Role::color).data.data() + 4 * pixel;
     return c[0] != 0 || c[1] != 0 || c[2] != 0 || c[3] != 0;
 }
@@ -90,15 +90,10 @@ bool has_planes(const FramePlanes& planes) {
 
 std::string SkyViews::text() const {
     std::string text;
-    char number[32];
     for (const SkyView* view : {&now, &before, &after}) {
         for (const auto& row : view->to_world)
-            for (double value : row) {
-                std::snprintf(number, sizeof(number), "%.17g ", value);
-                text += number;
-            }
-        std::snprintf(number, sizeof(number), "%.17g ", view->focal_px);
-        text += number;
+            for (double value : row) text += text_of(value) + " ";
+        text += text_of(view->focal_px) + " ";
     }
     return text;
 }
@@ -160,7 +155,7 @@ uint64_t sky_without_motion(const FramePlanes& planes) {
     uint64_t sky = 0, surfaces = 0, moving = 0;
     for (size_t pixel = 0; pixel < motion.pixels(); ++pixel) {
         const float* v = motion.data.data() + 2 * pixel;
-        if (planes.at(Role::inverse_depth).data[pixel] > kSky) {
+        if (!is_infinitely_far(planes.at(Role::inverse_depth).data[pixel])) {
             ++surfaces;
             moving += v[0] * v[0] + v[1] * v[1] > kMovesPx * kMovesPx;
         } else if (v[0] == 0 && v[1] == 0 && is_sky(planes, pixel)) {

@@ -33,8 +33,8 @@ struct SkyViews {
 std::optional<SkyViews> sky_views(const CameraFile& file, const Camera& metadata, int frame,
                                   const Display& display, const std::set<int>& cuts);
 
-// Replaces vectors of (0, 0) where a canonical frame is infinitely far (distances from 1e9 on count
-// as that) and not clear, and raises the bounds of the speeds. Returns how many pixels it replaced.
+// Replaces vectors of (0, 0) where a canonical frame is infinitely far (is_infinitely_far())
+// and not clear, and raises the bounds of the speeds. Returns how many pixels it replaced.
 uint64_t fill_sky_motion(const SkyViews& views, FramePlanes& planes, FrameDescription& frame);
 
 // Pixels that it would replace, where nearly all that is not the sky moves; else 0.

@@ -93,7 +93,7 @@ Result<std::optional<Identity>> judge(const ChainLink& link, const PlanContext& 
 // change nothing of it.
 constexpr double kSpreadWithNeighborsPx = 2;
 
-// The pass of the chain from which on color has moved too far; its size if there is none.
+// The pass that moves color too far for those after it; the number of passes if there is none.
 size_t first_spreading_pass(const Chain& chain, const FrameDescription& frame) {
     double spread_px = 0;
     for (size_t i = 0; i < chain.links.size(); ++i) {
@@ -109,9 +109,15 @@ RoleSet without_neighbors(RoleSet planes) {
     return planes;
 }
 
+struct Decisions {
+    std::vector<Decision> passes;
+    size_t spreading;  // first_spreading_pass()
+};
+
 // First to last: which passes are elided. Last to first: which planes each pass must produce.
-Result<std::vector<Decision>> decide(const Chain& chain, const FrameDescription& frame,
-                                     const PlanOptions& options) {
+Result<Decisions> decide(const Chain& chain, const FrameDescription& frame,
+                         const PlanOptions& options) {
+    const size_t spreading = first_spreading_pass(chain, frame);
     std::vector<Decision> decisions;
     const std::set<std::string> rules = options.rules(chain);
     // What identity() sees as wanted: an upper bound, every plane a later pass could read.
@@ -122,7 +128,6 @@ Result<std::vector<Decision>> decide(const Chain& chain, const FrameDescription&
     }
     RoleSet available = frame.planes;
     bool color_is_input = true;
-    const size_t spreading = first_spreading_pass(chain, frame);
     for (size_t i = 0; i < chain.links.size(); ++i) {
         if (i > spreading) available = without_neighbors(available);
         Decision decision{{frame, options.precision, available, readable[i], color_is_input, rules},
@@ -161,7 +166,7 @@ Result<std::vector<Decision>> decide(const Chain& chain, const FrameDescription&
         existing =
             decision.identity ? existing - made : existing | (made & decision.context.wanted);
     }
-    return decisions;
+    return Decisions{std::move(decisions), spreading};
 }
 
 // Takes out every step that writes nothing that an output or a later step needs, if its rule is in
@@ -337,7 +342,7 @@ Result<Plan> make_plan(const Chain& chain, const FrameDescription& given,
     Reasons reasons;
     for (size_t i = 0; i < chain.links.size(); ++i) {
         const auto& [type, pass] = chain.links[i];
-        const Decision& decision = (*decisions)[i];
+        const Decision& decision = decisions->passes[i];
         plan.passes.push_back(
             {type->name, type->parameters->text(pass->parameters()), bool(decision.identity)});
         if (!decision.identity) {
@@ -365,7 +370,7 @@ Result<Plan> make_plan(const Chain& chain, const FrameDescription& given,
     for (const auto& [role, id] : plan.outputs) outputs.push_back(id);
     find_lifetimes(plan, outputs);
     drop_unread_planes(plan, frame, options.outputs, rules);
-    const size_t spreading = first_spreading_pass(chain, frame);
+    const size_t spreading = decisions->spreading;
     for (size_t i = 0; i < chain.links.size(); ++i) {
         const RoleUse use = chain.links[i].pass->roles();
         for (const Neighbor neighbor : kNeighbors) {
@@ -392,10 +397,10 @@ Result<ReferenceFrame> run_reference(const Chain& chain, const FrameDescription&
     ReferenceFrame result;
     for (const auto& [role, plane] : planes) result.planes[role] = image_cast<double>(*plane);
     for (size_t i = 0; i < chain.links.size(); ++i) {
-        if ((*decisions)[i].identity) continue;
+        if (decisions->passes[i].identity) continue;
         ReferenceFrame one;
         one.planes = std::move(result.planes);
-        chain.links[i].pass->reference((*decisions)[i].context, one);
+        chain.links[i].pass->reference(decisions->passes[i].context, one);
         result.planes = std::move(one.planes);
         for (auto& [name, stage] : one.stages)
             result.stages[concat(i, ".", chain.links[i].type->name, ".", name)] = std::move(stage);

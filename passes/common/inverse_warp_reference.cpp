@@ -10,12 +10,14 @@
 
 #include "chain/work_list.h"
 #include "passes/common/inverse_warp_reference_background.h"
+#include "passes/common/inverse_warp_reference_highlights.h"
 #include "passes/common/inverse_warp_reference_tiles.h"
 #include "passes/common/lens_points.h"
 
 namespace postchain::inverse_warp {
 namespace {
 
+using reference::Highlights;
 using reference::Sample;
 using reference::Surface;
 using reference::Tile;
@@ -28,7 +30,6 @@ constexpr int kSamplesAtATime = 32;
 constexpr int kSteps = 2;
 constexpr double kSharpening = 2;
 constexpr int kLeastTimes = 5;
-constexpr double kSoftPx = 4;
 
 using Vec4 = std::array<double, 4>;
 
@@ -82,19 +83,27 @@ class Warp {
         tiles_ = reference::tiles_of(surfaces_, width_, height_, s_);
         background_.emplace(frame_.planes.at(Role::color), surfaces_);
         const bool shares = s_.lens && s_.lens->share_highlights;
-        std::vector<double> lights(tiles_.size(), -1);
+        std::vector<double> lights(tiles_.size(), 0);
         for (int tile = 0; shares && tile < int(lights.size()); ++tile)
-            lights[size_t(tile)] = light_of_tile(tile % columns_, tile / columns_);
+            lights[size_t(tile)] = reference::light_of_tile(frame_.planes.at(Role::color),
+                                                            tile % columns_, tile / columns_);
         ImageD color(width_, height_, 4), excess(width_, height_, 4), squares(width_, height_, 1);
-        for (int y = 0; y < height_; ++y)
-            for (int x = 0; x < width_; ++x)
-                expose(x, y, lights[tile_index(x, y)], color.pixel(x, y), excess.pixel(x, y),
-                       squares.at(x, y));
+        for (int y = 0; y < height_; ++y) {
+            for (int x = 0; x < width_; ++x) {
+                std::optional<Highlights> highlights;
+                if (shares) highlights.emplace(s_, lights[tile_index(x, y)]);
+                const double of_mean = expose(x, y, highlights, color.pixel(x, y));
+                if (!shares) continue;
+                for (int c = 0; c < 4; ++c)
+                    excess.at(x, y, c) = of_mean * highlights->excess[size_t(c)];
+                squares.at(x, y) = of_mean * highlights->squares;
+            }
+        }
         if (shares) {
             frame_.stages["gathered"] = color;
             frame_.stages["excess"] = excess;
             frame_.stages["excess_squares"] = squares;
-            share(excess, squares, color);
+            reference::share_highlights(s_, excess, squares, color);
         }
         frame_.stages["color"] = color;
         frame_.planes[Role::color] = std::move(color);
@@ -122,20 +131,6 @@ class Warp {
         const double* nearest = color.pixel(int(at.x + 0.5), int(at.y + 0.5));
         std::copy(nearest, nearest + 4, c.begin());
         return c;
-    }
-
-    // Mean of the largest components.
-    double light_of_tile(int i, int j) const {
-        const ImageD& color = frame_.planes.at(Role::color);
-        double sum = 0;
-        int count = 0;
-        for (int y = j * kBlockPx; y < std::min((j + 1) * kBlockPx, height_); ++y)
-            for (int x = i * kBlockPx; x < std::min((i + 1) * kBlockPx, width_); ++x, ++count) {
-                const double* c = color.pixel(x, y);
-                const double largest = std::max({c[0], c[1], c[2]});
-                if (std::isfinite(largest)) sum += std::clamp(largest, 0.0, 1e30);
-            }
-        return sum / count;
     }
 
     // Sample k of n. The points of the lens go outward, so the times beside them go by digits
@@ -181,13 +176,13 @@ class Warp {
         return norm(point + s_.lens->aperture.cats_eye / (0.5 * norm(display)) * place) <= 1;
     }
 
-    // `light`: of the pixel's tile; < 0: highlights are not told apart.
-    void expose(int x, int y, double light, double* out, double* excess, double& squares) {
+    // The pixel's color, and what part of its mean a sample is.
+    double expose(int x, int y, std::optional<Highlights>& highlights, double* out) {
         const Tile& t = tiles_[tile_index(x, y)];
         const double* own = frame_.planes.at(Role::color).pixel(x, y);
         std::copy(own, own + 4, out);
         moments_.push_back(0);
-        if (t.longest <= s_.still_limit_px) return;
+        if (t.longest <= s_.still_limit_px) return 0;
         double n = s_.samples;
         if (!s_.lens)
             n = std::clamp(2 * t.longest / s_.shutter->path_px_per_time, double(kLeastTimes),
@@ -195,9 +190,11 @@ class Warp {
         Surface begin = surfaces_[index(x, y)], background = begin;
         const Vec p = {double(x), double(y)};
         const ImageD& color = frame_.planes.at(Role::color);
-        Seen all;
-        std::copy(own, own + 4, all.own);
-        all.bright = (s_.shutter ? 1 : 2) * light;
+        Vec4 sum = {};  // of the differences to the pixel's own color
+        const auto add = [&](const Vec4& seen, double inverse_depth, double weight) {
+            for (size_t c = 0; c < 4; ++c) sum[c] += weight * (seen[c] - own[c]);
+            if (highlights) highlights->add(seen, inverse_depth);
+        };
         double counted = 0;
         for (int first = 0; first < n; first += kSamplesAtATime) {
             std::vector<Sample> missed;
@@ -213,7 +210,7 @@ class Warp {
                                             : background_->at(met.at, met.inverse_depth,
                                                               color_at(color, met.far));
                 if (met.found || others_.empty()) {
-                    add(all, seen, met.inverse_depth, now.weight);
+                    add(seen, met.inverse_depth, now.weight);
                 } else {
                     missed.push_back(now);
                     missed_weight += now.weight;
@@ -225,90 +222,22 @@ class Warp {
                 Vec4 seen;
                 const double q = seen_by_others(p, now, t, background, seen);
                 if (q >= 0)
-                    add(all, seen, q, now.weight);
+                    add(seen, q, now.weight);
                 else
                     unseen += now.weight;
             }
             // The mean of the fills stands for what no frame has seen.
             if (unseen > 0)
-                for (size_t c = 0; c < 4; ++c) all.sum[c] += filled[c] * unseen / missed_weight;
+                for (size_t c = 0; c < 4; ++c) sum[c] += filled[c] * unseen / missed_weight;
         }
-        if (counted == 0) return;
+        if (counted == 0) return 0;
         moments_.back() /= counted;
         // From nothing at the limit to all of it at twice that.
         const double onset =
             s_.still_limit_px > 0 ? std::min(t.longest / s_.still_limit_px - 1, 1.0) : 1;
-        for (size_t c = 0; c < 4; ++c) {
-            out[c] = own[c] + onset * all.sum[c] / counted;
-            excess[c] = onset * all.excess[c] / counted;
-        }
-        squares = onset * all.squares / counted;
-    }
-
-    // What a pixel's samples have seen: sum of the differences to its own color, bright light out
-    // of focus, how many were out of focus, and the squares of that light's largest component.
-    struct Seen {
-        double own[4];
-        double bright = 0;  // < 0: highlights are not told apart
-        Vec4 sum = {}, excess = {};
-        double squares = 0;
-    };
-
-    void add(Seen& all, const Vec4& seen, double q, double weight) const {
-        for (size_t c = 0; c < 4; ++c) all.sum[c] += weight * (seen[c] - all.own[c]);
-        if (all.bright < 0 || std::abs(s_.lens->coc.radius_px(q)) < kSoftPx) return;
-        all.excess[3] += 1;
-        const double high = std::max({seen[0], seen[1], seen[2]});
-        if (high <= all.bright || !finite(seen.data())) return;
-        for (size_t c = 0; c < 3; ++c) all.excess[c] += (1 - all.bright / high) * seen[c];
-        all.squares += (high - all.bright) * (high - all.bright);
-    }
-
-    // The part of a neighbor's light that may differ from this one by chance alone: 1 up to 3
-    // variances of a mean of so many samples (8 with the shutter open), 0 from twice that.
-    double alike(double light, double squares, double other, double other_squares) const {
-        const double mean = (light + other) / 2;
-        const double variance = ((squares + other_squares) / 2 - mean * mean) / s_.samples;
-        const double off = (light - other) * (light - other);
-        if (off == 0) return 1;
-        return variance > 0 ? std::clamp(2 - off / ((s_.shutter ? 8 : 3) * variance), 0.0, 1.0) : 0;
-    }
-
-    // Each pixel gets its share of the light in excess around it, within the range of the pixels
-    // there.
-    void share(const ImageD& excess, const ImageD& squares, ImageD& color) const {
-        const ImageD gathered = color;
-        for (int y = 0; y < height_; ++y) {
-            for (int x = 0; x < width_; ++x) {
-                const double* own = excess.pixel(x, y);
-                if (!(own[3] > 0) || !finite(gathered.pixel(x, y))) continue;
-                const double light = std::max({own[0], own[1], own[2]});
-                double sum[4] = {0, 0, 0, 0}, least[3], most[3];
-                for (int c = 0; c < 3; ++c) least[c] = most[c] = gathered.at(x, y, c);
-                for (int j = y - 1; j <= y + 1; ++j) {
-                    for (int i = x - 1; i <= x + 1; ++i) {
-                        const int px = std::clamp(i, 0, width_ - 1);
-                        const int py = std::clamp(j, 0, height_ - 1);
-                        const double* other = excess.pixel(px, py);
-                        if (other[3] == 0) continue;
-                        const double part =
-                            alike(light, squares.at(x, y), std::max({other[0], other[1], other[2]}),
-                                  squares.at(px, py));
-                        for (int c = 0; c < 4; ++c) sum[c] += part * other[c] + (1 - part) * own[c];
-                        const double* around = gathered.pixel(px, py);
-                        if (!finite(around)) continue;
-                        for (int c = 0; c < 3; ++c) {
-                            least[c] = std::min(least[c], around[c]);
-                            most[c] = std::max(most[c], around[c]);
-                        }
-                    }
-                }
-                for (int c = 0; c < 3; ++c)
-                    color.at(x, y, c) =
-                        std::clamp(gathered.at(x, y, c) - own[c] + own[3] / sum[3] * sum[c],
-                                   least[c], most[c]);
-            }
-        }
+        const double of_mean = onset / counted;
+        for (size_t c = 0; c < 4; ++c) out[c] = own[c] + of_mean * sum[c];
+        return of_mean;
     }
 
     // Of a shutter: 1, and whether the streak's half-length is above 0.5 px. Of the lens alone the

@@ -158,20 +158,29 @@ class Planner {
     // Of this frame or of a neighbor.
     TextureId add_surfaces(std::optional<Neighbor> neighbor) {
         const auto role = [&](Role of) { return neighbor ? role_of(*neighbor, of) : of; };
-        const std::string name =
-            neighbor ? concat("surfaces_", name_of(*neighbor)) : std::string("surfaces");
-        const TextureId surfaces = picture(name, motion_ ? Format::rgba32ui : Format::r32ui);
+        const std::string suffix = neighbor ? concat("_", name_of(*neighbor)) : std::string();
+        const Format format = motion_ ? Format::rgba32ui : Format::r32ui;
+        const TextureId of_planes = picture("surfaces_of_planes" + suffix, format);
         const bool back = motion_ && planner_.has(role(Role::motion_back));
         Step step = make_surface_step("surfaces");
-        step.name = name;
+        step.name += suffix;
         step.program.defines["BACK"] = flag(back);
         step.bindings = {{0, planner_.input(role(Role::inverse_depth))},
-                         {0, surfaces, Access::write}};
+                         {0, of_planes, Access::write}};
         if (motion_) step.bindings.push_back({1, planner_.input(role(Role::motion))});
         if (back) step.bindings.push_back({2, planner_.input(role(Role::motion_back))});
         step.groups = groups_for(frame_.width, frame_.height);
         step.taps = pixels_ * (motion_ ? (back ? 15 : 10) : 5);
         planner_.step(std::move(step));
+
+        const TextureId surfaces = picture("surfaces" + suffix, format);
+        Step edges = make_surface_step("bright_edges");
+        edges.name += suffix;
+        edges.bindings = {
+            {0, planner_.input(role(Role::color))}, {1, of_planes}, {0, surfaces, Access::write}};
+        edges.groups = groups_for(frame_.width, frame_.height);
+        edges.taps = 2 * pixels_;
+        planner_.step(std::move(edges));
         return surfaces;
     }
 
@@ -391,14 +400,14 @@ Promises promises_of(const Settings& settings) {
 }
 
 // The tiles that can reach a pixel's tile end `ring` tiles from it, and a surface at their edge is
-// told from the pixel next to it. Every position of the search lies on a path that ends at the
-// pixel; what is hidden there comes from cells up to one and a half tiles around, and highlights go
-// a pixel further.
+// told from the pixels up to four pixels from it. Every position of the search lies on a path that
+// ends at the pixel; what is hidden there comes from cells up to one and a half tiles around, and
+// highlights go a pixel further.
 Reach reach_of(const Settings& settings, const FrameDescription& frame) {
     // A frame away paths are as long as the motion says.
     if (!searched_neighbors(settings, frame.planes).empty()) return {};
     const double longest = longest_px(settings);
-    return {kBlockPx * (ring_of(longest) + 1) + 3.0, longest + 1.5 * kBlockPx + 3};
+    return {kBlockPx * (ring_of(longest) + 1) + 6.0, longest + 1.5 * kBlockPx + 6};
 }
 
 void plan_warp(PassPlanner& planner, const Settings& settings) {

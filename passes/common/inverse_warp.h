@@ -2,8 +2,8 @@
 // surface stood at this pixel? Shared by the passes that blur by it. Method, measurements:
 // docs/inverse_warp.md.
 //
-//   inverse_depth [, motion [, motion_back]] --surfaces-> surfaces, of the frames before and after
-//                                                         too
+//   inverse_depth [, motion [, motion_back]] --surfaces-> surfaces_of_planes
+//   color, surfaces_of_planes --bright_edges-> surfaces; both of the frames before and after too
 //   surfaces --tile_surfaces-> tile_surfaces
 //   tile_surfaces --starts--> starts; work lists: moving_blocks, still_blocks
 //   color, surfaces --background--> background_color, background_depth

@@ -10,6 +10,7 @@
 
 #include "chain/work_list.h"
 #include "passes/common/inverse_warp_reference_background.h"
+#include "passes/common/inverse_warp_reference_bright_edges.h"
 #include "passes/common/inverse_warp_reference_highlights.h"
 #include "passes/common/inverse_warp_reference_tiles.h"
 #include "passes/common/lens_points.h"
@@ -66,16 +67,21 @@ class Warp {
         const auto plane = [&](Role role, bool used) {
             return used && context.available.has(role) ? &frame.planes.at(role) : nullptr;
         };
-        surfaces_ =
+        surfaces_ = reference::with_bright_edges(
+            frame.planes.at(Role::color),
             reference::surfaces_of({&frame.planes.at(Role::inverse_depth),
                                     plane(Role::motion, motion), plane(Role::motion_back, motion)},
-                                   settings);
+                                   settings),
+            settings);
         for (const Neighbor neighbor : neighbors) {
             const auto of = [&](Role role) { return plane(role_of(neighbor, role), true); };
             others_.push_back({neighbor == Neighbor::before ? -1.0 : 1.0, of(Role::color),
-                               reference::surfaces_of({of(Role::inverse_depth), of(Role::motion),
-                                                       of(Role::motion_back)},
-                                                      settings)});
+                               reference::with_bright_edges(
+                                   *of(Role::color),
+                                   reference::surfaces_of({of(Role::inverse_depth),
+                                                           of(Role::motion), of(Role::motion_back)},
+                                                          settings),
+                                   settings)});
         }
     }
 

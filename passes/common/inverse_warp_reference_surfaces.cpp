@@ -143,6 +143,22 @@ std::vector<Surface> surfaces_of(const Planes& planes, const Settings& settings)
     return surfaces;
 }
 
+double displaced(const Surface& s, const Settings& settings) {
+    return (settings.shutter ? dot(s.a, s.a) + dot(s.b, s.b) : 0) + s.radius * s.radius;
+}
+
+double apart(const Surface& s, const Surface& t, const Settings& settings) {
+    Surface difference;
+    difference.a = s.a - t.a;
+    difference.b = s.b - t.b;
+    difference.radius = s.radius - t.radius;
+    return displaced(difference, settings);
+}
+
+double longest(const Surface& s, const Settings& settings) {
+    return (settings.shutter ? s.path() : 0) + std::abs(s.radius);
+}
+
 double half_open_of(const Settings& settings) {
     return settings.shutter ? settings.shutter->half_open : 1;
 }

@@ -61,6 +61,12 @@ struct Planes {
 // without its last 8 bits, w in 7 bits.
 std::vector<Surface> surfaces_of(const Planes& planes, const Settings& settings);
 
+// Displacements of what is open, shutter or lens: squared, px^2; of two from each other, squared,
+// px^2; the longest, px.
+double displaced(const Surface& s, const Settings& settings);
+double apart(const Surface& s, const Surface& t, const Settings& settings);
+double longest(const Surface& s, const Settings& settings);
+
 // Half the open time, frames: 1 without a shutter.
 double half_open_of(const Settings& settings);
 

@@ -34,21 +34,6 @@ class Tiles {
     size_t index(int x, int y) const { return size_t(y) * size_t(width_) + size_t(x); }
     Tile& tile(int i, int j) { return tiles_[size_t(j * columns_ + i)]; }
 
-    // The motion counts where there is a shutter.
-    double squared(const Surface& s) const {
-        return (s_.shutter ? dot(s.a, s.a) + dot(s.b, s.b) : 0) + s.radius * s.radius;
-    }
-    double apart(const Surface& s, const Surface& t) const {
-        Surface difference;
-        difference.a = s.a - t.a;
-        difference.b = s.b - t.b;
-        difference.radius = s.radius - t.radius;
-        return squared(difference);
-    }
-    double longest(const Surface& s) const {
-        return (s_.shutter ? s.path() : 0) + std::abs(s.radius);
-    }
-
     // The three surfaces of a tile that are displaced most differently.
     void pick_surfaces(int i, int j) {
         Tile& t = tile(i, j);
@@ -63,10 +48,10 @@ class Tiles {
                     }
             return best;
         };
-        t.surfaces[0] = farthest([&](const Surface& s) { return squared(s); });
-        t.surfaces[1] = farthest([&](const Surface& s) { return apart(s, t.surfaces[0]); });
+        t.surfaces[0] = farthest([&](const Surface& s) { return displaced(s, s_); });
+        t.surfaces[1] = farthest([&](const Surface& s) { return apart(s, t.surfaces[0], s_); });
         t.surfaces[2] = farthest([&](const Surface& s) {
-            return std::min(apart(s, t.surfaces[0]), apart(s, t.surfaces[1]));
+            return std::min(apart(s, t.surfaces[0], s_), apart(s, t.surfaces[1], s_));
         });
     }
 
@@ -92,13 +77,14 @@ class Tiles {
     void pick_starts(int i, int j) {
         Tile& t = tile(i, j);
         const std::vector<Surface> candidates = meeting(i, j);
-        for (const Surface& s : candidates) t.longest = std::max(t.longest, longest(s));
+        for (const Surface& s : candidates) t.longest = std::max(t.longest, longest(s, s_));
         for (int k = 0; k < s_.search.starts; ++k) {
             double most = kAlikePx * kAlikePx;
             const Surface* next = nullptr;
             for (const Surface& s : candidates) {
-                double least = k == 0 ? squared(s) + 2 * kAlikePx * kAlikePx : 3e38;
-                for (const Surface& chosen : t.starts) least = std::min(least, apart(s, chosen));
+                double least = k == 0 ? displaced(s, s_) + 2 * kAlikePx * kAlikePx : 3e38;
+                for (const Surface& chosen : t.starts)
+                    least = std::min(least, apart(s, chosen, s_));
                 if (least > most * kAlike) {
                     most = least;
                     next = &s;

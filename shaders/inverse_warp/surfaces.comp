@@ -1,7 +1,7 @@
 #version 450 core
 // Packs motion and depth of each pixel.
 //
-//   inverse_depth [, motion [, motion_back]] -> surfaces
+//   inverse_depth [, motion [, motion_back]] -> surfaces_of_planes
 //
 // MOTION: motion is there
 // BACK: motion_back too; else it is taken to equal motion: straight paths at one speed
@@ -17,7 +17,7 @@ layout(binding = 1) uniform sampler2D motion;
 #if BACK
 layout(binding = 2) uniform sampler2D motion_back;
 #endif
-layout(binding = 0) writeonly uniform uimage2D surfaces;
+layout(binding = 0) writeonly uniform uimage2D surfaces_of_planes;
 
 float depth_at(ivec2 p) {
     const float q = texelFetch(inverse_depth, p, 0).x;
@@ -102,5 +102,5 @@ Surface surface_at(ivec2 p) {
 void main() {
     const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(p, block.size))) return;
-    imageStore(surfaces, p, pack_surface(surface_at(p)));
+    imageStore(surfaces_of_planes, p, pack_surface(surface_at(p)));
 }

@@ -1,0 +1,106 @@
+// Light that antialiasing has mixed into pixels of another depth, with method inverse_warp: what a
+// lens makes of it, and against the reference.
+#include <gtest/gtest.h>
+
+#include "tests/depth_of_field/support.h"
+
+namespace postchain::test {
+namespace {
+
+const std::pair<std::string, ParameterValue> kMethod = {"method", "inverse_warp"};
+
+// A lamp, x < 32, before or behind something of 0.1; of that the first column has a value of its
+// own, as where a part of the pixel is the lamp. Inverse depths: 0.25 is in focus, 0.75 has a
+// radius of 16 px, 0 of 8 px.
+constexpr int kWidth = 96, kHeight = 48, kEdge = 32;
+constexpr float kOther = 0.1f;
+
+struct Lamp {
+    float depth, other_depth;
+    float light = 30;
+    float mixed = 9;
+};
+
+ImageF filtered(const Lamp& lamp) {
+    ImageF color = constant_image(kWidth, kHeight, {kOther, kOther, kOther, 1});
+    ImageF depth(kWidth, kHeight, 1);
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+            depth.at(x, y) = x < kEdge ? lamp.depth : lamp.other_depth;
+            if (x > kEdge) continue;
+            for (int c = 0; c < 3; ++c) color.at(x, y, c) = x < kEdge ? lamp.light : lamp.mixed;
+        }
+    return dof(planes_of(std::move(color), std::move(depth)),
+               {kMethod, {"samples", int64_t(256)}, {"share_highlights", false}});
+}
+
+// Light to the right of the column, above what is there; a column of 9 that is blurred by 8 px
+// brings more than 3.
+double glow(const Lamp& lamp) {
+    const ImageF out = filtered(lamp);
+    double sum = 0;
+    for (int x = kEdge + 1; x < kEdge + 30; ++x) sum += out.at(x, kHeight / 2) - kOther;
+    return sum;
+}
+
+TEST(BrightEdges, ALampInFocusHasNoGlow) {
+    EXPECT_NEAR(glow({0.25f, 0}), 0, 0.01);
+    // Its edge keeps its light.
+    EXPECT_NEAR(filtered({0.25f, 0}).at(kEdge, kHeight / 2), 9, 0.01);
+}
+
+TEST(BrightEdges, OnlyWhereTheTwoAreDisplacedFromEachOther) {
+    EXPECT_GT(glow({0.25f, 0.25f - 0.9f / 32}), 0.5);
+    EXPECT_NEAR(glow({0.25f, 0.25f - 1.5f / 32}), 0, 0.01);
+}
+
+// Something near and out of focus does not spread the light of a lamp behind it; something in focus
+// keeps it at its edge.
+TEST(BrightEdges, ALampBehindIsSeenThroughTheEdge) {
+    const auto left = [](float mixed) { return filtered({0.25f, 0.75f, 30, mixed}); };
+    const ImageF out = left(9), without = left(kOther);
+    // With the surface of the near thing the column would bring 9 over 32 px.
+    for (int x = kEdge + 3; x < kEdge + 30; ++x)
+        EXPECT_LE(out.at(x, 24), without.at(x, 24) + 0.05) << x;
+    EXPECT_NEAR(filtered({0, 0.25f}).at(kEdge, 24), 9, 1e-5);
+}
+
+// Ordinary contrast is no lamp: its edge belongs to the depth that it has. From 4 times the surface
+// around it, and a lamp 20 times as bright as that, the pixel is the lamp's.
+TEST(BrightEdges, OnlyLampsCount) {
+    EXPECT_NEAR(glow({0.25f, 0, 30, 0.41f}), 0, 0.005);
+    EXPECT_GT(glow({0.25f, 0, 30, 0.39f}), 0.1);
+    EXPECT_NEAR(glow({0.25f, 0, 2.1f, 1}), 0, 0.01);
+    EXPECT_GT(glow({0.25f, 0, 1.9f, 1}), 0.3);
+    // A light of its own, as bright as the lamp.
+    EXPECT_GT(glow({0.25f, 0, 30, 28}), 9);
+}
+
+TEST(BrightEdges, AgreesWithItsReference) {
+    // Sky, what is in focus and something near, slanting; what is in focus shines. Every pixel is
+    // the mean of the 3 x 3 around it.
+    ImageF depth(131, 77, 1), sharp = noise_image(131, 77, 4, 5);
+    for (int y = 0; y < 77; ++y)
+        for (int x = 0; x < 131; ++x) {
+            const int layer = (x + y / 3) / 11 % 3;
+            depth.at(x, y) = layer == 0 ? 0 : layer == 1 ? 0.25f : 0.75f;
+            for (int c = 0; c < 3; ++c) sharp.at(x, y, c) *= layer == 1 ? 20 : 0.1f;
+        }
+    FramePlanes planes = planes_of(sharp, std::move(depth));
+    ImageF& color = planes.at(Role::color);
+    for (int y = 1; y < 76; ++y)
+        for (int x = 1; x < 130; ++x)
+            for (int c = 0; c < 3; ++c) {
+                float sum = 0;
+                for (int k = 0; k < 9; ++k) sum += sharp.at(x - 1 + k % 3, y - 1 + k / 3, c);
+                color.at(x, y, c) = sum / 9;
+            }
+    const Settings settings = {kMethod, {"share_highlights", false}, {"noise", "none"}};
+    const ImageF out = dof(planes, settings);
+    const Difference difference =
+        compare(out, dof_reference(planes, settings).planes.at(Role::color), 1e-3);
+    EXPECT_LE(difference.fraction, 0.01) << difference.text;
+}
+
+}  // namespace
+}  // namespace postchain::test

@@ -11,9 +11,9 @@ namespace postchain {
 namespace {
 
 constexpr int kSide = ApertureImage::kSide;
-// Rings of a quarter of the table's cell, angles that at the rim are less than one apart.
+// Rings of a quarter of the table's cell, angles that at the rim are less than half of one apart.
 constexpr int kRings = 2 * kSide;
-constexpr int kAngles = 4 * kSide;
+constexpr int kAngles = 8 * kSide;
 constexpr double kStep = 2 * std::numbers::pi / kAngles;
 
 // Where a share in 0..1 lies between the values of an ascending list from 0 to 1: the index before

@@ -25,7 +25,8 @@ const ParameterTable& aperture_parameter_table() {
                      {.min = 0,
                       .max = 16,
                       .help = "blades of the aperture; below 3: a disc",
-                      .unset_means = "the camera's, or its aperture_image, else 0"})
+                      .unset_means = "the camera's, or its aperture_image, else 0",
+                      .excludes = "aperture_image"})
             .number("aperture_rotation_deg", &P::aperture_rotation_deg,
                     {.min = -360,
                      .max = 360,
@@ -38,7 +39,8 @@ const ParameterTable& aperture_parameter_table() {
                      .max = 1,
                      .help = "of the blades, in inverse radii of the aperture: 0 "
                              "straight, 1 a disc",
-                     .unset_means = camera})
+                     .unset_means = camera,
+                     .excludes = "aperture_image"})
             .number("aperture_ratio", &P::aperture_ratio,
                     {.min = 0.1,
                      .max = 10,

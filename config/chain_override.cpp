@@ -8,6 +8,7 @@
 #include "config/camera_file.h"
 #include "config/reporter.h"
 #include "config/scalar.h"
+#include "config/text_check.h"
 #include "config/text_tree.h"
 
 namespace postchain {
@@ -60,6 +61,8 @@ class Overrider {
             report(item, Severity::error, "", message);
             return std::nullopt;
         };
+        // A text is written into chain files, which hold nothing else.
+        if (const auto bad = find_bad_character(text)) return refuse(bad->message);
         const size_t equals = text.find('=');
         const std::string path = text.substr(0, equals);
         const size_t dot = path.rfind('.');

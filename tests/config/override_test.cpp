@@ -92,6 +92,8 @@ TEST(Override, IsAUsageErrorThatNamesTheText) {
         {"smear.amount=0x3", "decimal"},
         {"smear.samples=null", "no value; samples is"},
         {"", "PASS.KEY=VALUE"},
+        {"camera.aperture_image=a\xff.png", "UTF-8"},
+        {"camera.aperture_image=a\x01.png", "control character"},
     };
     for (const auto& [text, message] : wrong) {
         const ChainFile file = parse(kChain, {text});

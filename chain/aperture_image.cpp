@@ -11,9 +11,9 @@ namespace postchain {
 namespace {
 
 constexpr int kSide = ApertureImage::kSide;
-// Rings of a quarter of the table's cell, angles that at the rim are less than half of one apart.
-constexpr int kRings = 2 * kSide;
+// Angles that at the rim are less than half a cell of the table apart, rings of a quarter.
 constexpr int kAngles = 8 * kSide;
+constexpr int kRings = 2 * kSide;
 constexpr double kStep = 2 * std::numbers::pi / kAngles;
 
 // Where a share in 0..1 lies between the values of an ascending list from 0 to 1: the index before
@@ -43,29 +43,26 @@ Status check(const std::vector<float>& values) {
 Result<ApertureImage> ApertureImage::make(std::vector<float> values, std::string file) {
     if (Status status = check(values); !status.ok()) return status;
     Light light;
-    std::array<double, kAngles> cosine, sine;
-    for (int i = 0; i < kAngles; ++i) {
-        cosine[size_t(i)] = std::cos((i + 0.5) * kStep);
-        sine[size_t(i)] = std::sin((i + 0.5) * kStep);
-    }
     const auto cell = [](double x) { return std::min(int((x + 1) / 2 * kSide), kSide - 1); };
-    light.within = {0};
-    for (int ring = 0; ring < kRings; ++ring) {
-        const double radius = (ring + 0.5) / kRings;
-        std::vector<float> turned(kAngles + 1);
-        std::array<double, kAngles + 1> sums;
+    light.turned = {0};
+    for (int i = 0; i < kAngles; ++i) {
+        const double cosine = std::cos((i + 0.5) * kStep), sine = std::sin((i + 0.5) * kStep);
+        std::array<double, kRings + 1> sums;
         sums[0] = 0;
-        for (size_t i = 0; i < kAngles; ++i) {
-            const int x = cell(radius * cosine[i]), y = cell(radius * sine[i]);
-            sums[i + 1] = sums[i] + double(values[size_t(y * kSide + x)]);
+        for (size_t ring = 0; ring < kRings; ++ring) {
+            const double radius = (double(ring) + 0.5) / kRings;
+            const int x = cell(radius * cosine), y = cell(radius * sine);
+            // A ring's area is in proportion to its radius.
+            sums[ring + 1] = sums[ring] + radius * double(values[size_t(y * kSide + x)]);
         }
-        // A ring's area is in proportion to its radius.
-        light.within.push_back(light.within.back() + radius * sums.back());
+        std::vector<float> within(kRings + 1);
         if (sums.back() > 0)
-            for (size_t i = 0; i < turned.size(); ++i) turned[i] = float(sums[i] / sums.back());
-        light.turned.push_back(std::move(turned));
+            for (size_t ring = 0; ring <= kRings; ++ring)
+                within[ring] = float(sums[ring] / sums.back());
+        light.within.push_back(std::move(within));
+        light.turned.push_back(light.turned.back() + sums.back());
     }
-    const double all = light.within.back();
+    const double all = light.turned.back();
     if (!(all > 0)) {
         const bool outside =
             std::any_of(values.begin(), values.end(), [](float v) { return v > 0; });
@@ -74,7 +71,7 @@ Result<ApertureImage> ApertureImage::make(std::vector<float> values, std::string
                                 "the picture; move the shape to the middle"
                               : "no light passes, all of it is black; what passes light is white");
     }
-    for (double& share : light.within) share /= all;
+    for (double& share : light.turned) share /= all;
     // -0 is 0.
     for (float& value : values) value += 0.0f;
     light.hash =
@@ -94,13 +91,14 @@ const std::vector<float>& ApertureImage::values() const {
 }
 
 std::array<double, 2> ApertureImage::point(double within, double turn) const {
-    const double place = place_of(within, light_->within);
-    const double ring = std::floor(place);
+    const double direction = place_of(turn - std::floor(turn), light_->turned);
+    const double angle = kStep * direction;
+    const double place = place_of(within, light_->within[size_t(direction)]);
     // Even over the ring's area.
+    const double ring = std::floor(place);
     const double inner = ring / kRings, outer = (ring + 1) / kRings;
     const double radius =
         std::sqrt(inner * inner + (place - ring) * (outer * outer - inner * inner));
-    const double angle = kStep * place_of(turn - std::floor(turn), light_->turned[size_t(ring)]);
     return {radius * std::cos(angle), radius * std::sin(angle)};
 }
 

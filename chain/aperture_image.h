@@ -35,14 +35,14 @@ class ApertureImage {
     bool is_read() const { return light_ != nullptr; }
     const std::string& file() const { return file_; }
 
-    // Of the values. The following ones need a picture that is read.
-    uint64_t hash() const;
+    // These need a picture that is read.
+    uint64_t hash() const;  // of the values
     // Row after row from the top left.
     const std::vector<float>& values() const;
-    // The inverse of the light's distribution, by distance and then by angle: the share `within`,
-    // 0..1, of the light passes nearer to the middle than this point, and of what passes at its
-    // distance the share `turn`, without its whole part, between the right and it, clockwise. In
-    // radii, within the unit circle, x to the right, y down.
+    // The inverse of the light's distribution, by angle and then by radius: the share `turn`,
+    // without its whole part, of the light passes between the right and the direction of this
+    // point, clockwise, and of what passes in that direction the share `within`, 0..1, nearer to
+    // the middle. In radii, within the unit circle, x to the right, y down.
     std::array<double, 2> point(double within, double turn) const;
 
     // Of read pictures the values decide, else the names.
@@ -52,9 +52,9 @@ class ApertureImage {
     struct Light {
         std::vector<float> values;
         uint64_t hash = 0;
-        std::vector<double> within;  // share of the light up to the end of each ring
-        // Share of a ring's light up to equal steps of the angle.
-        std::vector<std::vector<float>> turned;
+        std::vector<double> turned;  // share of the light up to equal steps of the angle
+        // Of what passes in each step, the share up to the end of each ring.
+        std::vector<std::vector<float>> within;
     };
     std::string file_;
     std::shared_ptr<const Light> light_;

@@ -17,7 +17,7 @@ int16_t packed(double x) {
     return int16_t(std::lround(std::clamp(x, -1.0, 1.0) * kSteps));
 }
 
-// Of a picture: its light's share `within` passes nearer to the middle.
+// Of a picture: as by an outline, but equal steps are equal shares of light.
 std::array<double, 2> image_point(const Aperture& aperture, double within, double turns) {
     const auto [x, y] = aperture.image.point(within, turns);
     const double angle = aperture.rotation_deg * std::numbers::pi / 180;

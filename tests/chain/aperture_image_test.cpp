@@ -115,7 +115,7 @@ TEST(ApertureImage, PointsAreWhereTheLightIs) {
     for (size_t i = 0; i < counts.size(); ++i) {
         const double share = expected[i] / all * kPoints;
         if (share == 0) {
-            // At edges of the light points may be off by half a step of the angle.
+            // At edges of the light points may be off by half a step of the table.
             EXPECT_LT(counts[i], 0.03 * kPoints / (kSquares * kSquares)) << i;
             continue;
         }

@@ -100,6 +100,28 @@ TEST(ApertureImagePoints, OfAWhitePictureAreThoseOfADisc) {
                 EXPECT_NEAR(white.at(i, set)[axis], disc.at(i, set)[axis], 1e-4);
 }
 
+// A white polygon and blades of the same shape: the same points, but that of the picture goes
+// clockwise from the right, the blades counterclockwise from a corner, half a blade earlier.
+TEST(ApertureImagePoints, OfAPolygonAreThoseOfBlades) {
+    const double blade = 2 * std::numbers::pi / 5;
+    const ApertureImage image = image_of([&](double x, double y) {
+        const double angle = std::atan2(y, x);
+        const double from_middle = angle - blade * std::floor(angle / blade + 0.5);
+        return std::hypot(x, y) * std::cos(from_middle) < std::cos(blade / 2) ? 1 : 0;
+    });
+    const lens::Outline outline({.blades = 5});
+    double sum = 0;
+    constexpr int kSteps = 100;
+    for (int i = 0; i < kSteps; ++i)
+        for (int j = 0; j < kSteps; ++j) {
+            const double within = (i + 0.5) / kSteps, turn = (j + 0.5) / kSteps;
+            const auto p = image.point(within, turn), q = outline.at(turn + 0.1);
+            sum += std::hypot(p[0] - std::sqrt(within) * q[0], p[1] + std::sqrt(within) * q[1]);
+        }
+    // On average they are apart by less than half a cell of the picture.
+    EXPECT_LT(sum / (kSteps * kSteps), 0.5 / (kSide / 2));
+}
+
 // Of a picture and of what a dot looks like: Pearson's coefficient over the pixels, the picture's
 // mean over each.
 double correlation(const ImageF& dot, double radius, const Light& light) {

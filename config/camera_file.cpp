@@ -255,7 +255,7 @@ class CameraParser {
 
 void resolve_files(Camera& camera, const std::string& file_name) {
     namespace fs = std::filesystem;
-    if (camera.aperture_image.file().empty()) return;
+    if (camera.aperture_image.is_read() || camera.aperture_image.file().empty()) return;
     std::error_code failed;
     const fs::path named = fs::path(file_name).parent_path() / camera.aperture_image.file();
     const fs::path whole = fs::absolute(named, failed);

@@ -93,7 +93,7 @@ std::optional<Chain> Chain::that_promises(const std::function<bool(const Promise
 }
 
 std::string Chain::text() const {
-    std::string text = "camera: " + camera_parameters().text(&camera) + "\n";
+    std::string text = "camera: " + camera.text() + "\n";
     for (const auto& link : links) text += link.text() + "\n";
     return text;
 }

@@ -8,6 +8,12 @@ const char* name_of(Precision precision) {
 
 Camera Camera::overlaid_by(const Camera& over) const {
     Camera result = *this;
+    if (over.aperture_image) {
+        result.aperture_blades.reset();
+        result.aperture_curvature.reset();
+    } else if (over.aperture_blades || over.aperture_curvature) {
+        result.aperture_image = {};
+    }
     const auto lay = [](auto& under, const auto& value) {
         if (value) under = value;
     };
@@ -20,11 +26,19 @@ Camera Camera::overlaid_by(const Camera& over) const {
     lay(result.shutter_frames, over.shutter_frames);
     lay(result.meters_per_unit, over.meters_per_unit);
     lay(result.aperture_blades, over.aperture_blades);
+    lay(result.aperture_image, over.aperture_image);
     lay(result.aperture_rotation_deg, over.aperture_rotation_deg);
     lay(result.aperture_curvature, over.aperture_curvature);
     lay(result.aperture_ratio, over.aperture_ratio);
     lay(result.cats_eye, over.cats_eye);
     return result;
+}
+
+std::string Camera::text() const {
+    Camera named = *this;
+    if (aperture_image.is_read())
+        named.aperture_image = ApertureImage(hex_of(aperture_image.hash()));
+    return camera_parameters().text(&named);
 }
 
 const ParameterTable& camera_parameters() {
@@ -82,21 +96,27 @@ const ParameterTable& camera_parameters() {
                      {.min = 0,
                       .max = 16,
                       .help = "blades of the aperture; below 3: a disc",
-                      .unset_means = "from --camera, else a disc"})
+                      .unset_means = "from --camera, else a disc",
+                      .excludes = "aperture_image"})
+            .file("aperture_image", &Camera::aperture_image,
+                  {.unit = "FILE",
+                   .help = "picture of the aperture, a square: how much light passes at each point",
+                   .unset_means = "from --camera, else blades or a disc"})
             .number(
                 "aperture_rotation_deg", &Camera::aperture_rotation_deg,
                 {.min = -360,
                  .max = 360,
                  .unit = "degrees",
-                 .help = "turns the blades counterclockwise; at 0 the first corner is 180/blades "
-                         "above the right, as in Cycles",
+                 .help = "turns the aperture counterclockwise; at 0 the first corner of the blades "
+                         "is 180/blades above the right, as in Cycles",
                  .unset_means = "from --camera, else 0"})
             .number(
                 "aperture_curvature", &Camera::aperture_curvature,
                 {.min = 0,
                  .max = 1,
                  .help = "of the blades, in inverse radii of the aperture: 0 straight, 1 a disc",
-                 .unset_means = "from --camera, else 0"})
+                 .unset_means = "from --camera, else 0",
+                 .excludes = "aperture_image"})
             .number("aperture_ratio", &Camera::aperture_ratio,
                     {.min = 0.1,
                      .max = 10,

@@ -12,6 +12,7 @@
 #include <optional>
 #include <string>
 
+#include "chain/aperture_image.h"
 #include "chain/image.h"
 #include "chain/parameter.h"
 #include "chain/role.h"
@@ -37,15 +38,19 @@ struct Camera {
     std::optional<double> shutter_frames;  // open time in frames, centered on the frame
     std::optional<double> meters_per_unit;
     // The aperture, as it is seen in a highlight behind the focus; before it, turned by half a
-    // turn. Unset: a disc.
-    std::optional<int> aperture_blades;           // below 3: a disc
+    // turn. Unset: a disc. A picture stands in place of blades and their curvature.
+    std::optional<int> aperture_blades;  // below 3: a disc
+    ApertureImage aperture_image;
     std::optional<double> aperture_rotation_deg;  // counterclockwise
     std::optional<double> aperture_curvature;     // of the blades: 0 straight .. 1 a disc
     std::optional<double> aperture_ratio;         // height over width
     std::optional<double> cats_eye;  // how far the lens barrel cuts into it in the corners, 0 .. 1
 
-    // This camera with every value that `over` has put in place of its own.
+    // This camera with every value that `over` has put in place of its own. A picture of the
+    // aperture also replaces blades and curvature, and either of these a picture.
     Camera overlaid_by(const Camera& over) const;
+    // "key=value" of every row, canonical, for hashes; a picture that is read is its values.
+    std::string text() const;
     bool operator==(const Camera&) const = default;
 };
 

@@ -213,6 +213,22 @@ class ParameterTableBuilder {
         };
         return finish(std::move(row));
     }
+    // A value that is read from a file elsewhere, F: a text that names it. F(text) and F::file().
+    template <class F>
+    ParameterTableBuilder& file(std::string key, F P::*member, RowOptions options) {
+        Parameter row = start(ParameterType::text, std::move(key), std::move(options));
+        row.optional = true;
+        row.get = [member](ConstParameterRef p) -> ParameterValue {
+            const std::string& name = (p.as<P>().*member).file();
+            if (name.empty()) return std::monostate();
+            return name;
+        };
+        row.set = [member](ParameterRef p, const ParameterValue& value) {
+            const auto* name = std::get_if<std::string>(&value);
+            p.as<P>().*member = name ? F(*name) : F();
+        };
+        return finish(std::move(row));
+    }
     // The rows of a member that has a table of its own.
     template <class M>
     ParameterTableBuilder& rows(M P::*member, const ParameterTable& of_member) {

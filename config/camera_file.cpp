@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <limits>
 
 #include "config/reporter.h"
@@ -49,6 +50,7 @@ class CameraParser {
             else
                 unknown(key, key.text);
         }
+        complete(root, "", file_.camera);
         report_empty(root);
         report_ignored();
     }
@@ -77,6 +79,13 @@ class CameraParser {
             value.ok() ? camera_parameters().set(&camera, key, *value) : value.status();
         if (!status.ok()) reporter_.error(node, path, status.message());
         return true;
+    }
+
+    // When all values of one object are read.
+    void complete(const TextNode& node, const std::string& path, Camera& camera) {
+        if (Status status = camera_parameters().check(&camera); !status.ok())
+            reporter_.error(node, path, status.message());
+        resolve_files(camera, file_.file_name);
     }
 
     static std::optional<double> number(const TextNode& node) {
@@ -146,6 +155,7 @@ class CameraParser {
                 for (const auto& [name, v] : value.entries)
                     if (!lens(name.text, path + "." + name.text, v, frame.camera, frame.sensor_fit))
                         unknown(name, path + "." + name.text);
+                complete(value, path, frame.camera);
             }
         }
     }
@@ -242,6 +252,15 @@ class CameraParser {
 };
 
 }  // namespace
+
+void resolve_files(Camera& camera, const std::string& file_name) {
+    namespace fs = std::filesystem;
+    if (camera.aperture_image.is_read() || camera.aperture_image.file().empty()) return;
+    std::error_code failed;
+    const fs::path named = fs::path(file_name).parent_path() / camera.aperture_image.file();
+    const fs::path whole = fs::absolute(named, failed);
+    camera.aperture_image = ApertureImage((failed ? named : whole).lexically_normal().string());
+}
 
 double horizontal_sensor_width_mm(double sensor_mm, SensorFit fit, const Display& display) {
     const double width = display.width * display.pixel_aspect;  // in heights of a pixel

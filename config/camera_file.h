@@ -59,6 +59,10 @@ CameraFile parse_camera(std::string_view text, const std::string& file_name);
 // Reads the file first; StatusCode::input when it cannot be read.
 Result<CameraFile> load_camera(const std::string& path);
 
+// Makes the path of the aperture's picture absolute, unless it is read already. A relative one is
+// from the folder of the text that names it, or from the current one if `file_name` is empty.
+void resolve_files(Camera& camera, const std::string& file_name);
+
 // FrameDescription::camera of a frame: metadata overlaid by the camera file (nullptr = none).
 Camera frame_camera(const Camera& metadata, const CameraFile* file, int frame,
                     const Display& display);

@@ -1,5 +1,6 @@
 #include "config/chain_file.h"
 
+#include "config/camera_file.h"
 #include "config/chain_override.h"
 #include "config/reporter.h"
 #include "config/scalar.h"
@@ -13,6 +14,7 @@ class ChainParser {
     ChainParser(const PassRegistry& registry, ChainFile& file)
         : registry_(registry),
           chain_(file.chain),
+          file_name_(file.file_name),
           reporter_(file.file_name, StatusCode::chain, file.diagnostics) {}
 
     PassEntries entries;
@@ -58,6 +60,7 @@ class ChainParser {
             return reporter_.error(node, "camera",
                                    node.describe() + "; camera is a map of camera values");
         rows(node, "camera", camera_parameters(), &chain_.camera);
+        resolve_files(chain_.camera, file_name_);
     }
 
     void passes(const TextNode& node) {
@@ -139,6 +142,7 @@ class ChainParser {
 
     const PassRegistry& registry_;
     Chain& chain_;
+    const std::string& file_name_;
     Reporter reporter_;
 };
 

@@ -5,8 +5,10 @@
 #include <optional>
 #include <set>
 
+#include "config/camera_file.h"
 #include "config/reporter.h"
 #include "config/scalar.h"
+#include "config/text_check.h"
 #include "config/text_tree.h"
 
 namespace postchain {
@@ -34,8 +36,13 @@ class Overrider {
             if (item.target == "camera") set_camera(item);
         for (const auto& item : all)
             if (item.target != "camera") set_pass(item);
-        // Rules across rows, once per pass that an override touched.
+        // Rules across rows, once per pass that an override touched, and for the camera.
         for (const auto& [link, item] : touched_) {
+            if (link == kCamera) {
+                if (Status status = camera_parameters().check(&chain_.camera); !status.ok())
+                    report(item, Severity::error, "camera", status.message());
+                continue;
+            }
             const ChainLink& at = chain_.links[size_t(link)];
             if (Status status = at.type->parameters->check(at.pass->parameters()); !status.ok())
                 report(item, Severity::error, path_of(link), status.message());
@@ -54,6 +61,8 @@ class Overrider {
             report(item, Severity::error, "", message);
             return std::nullopt;
         };
+        // A text is written into chain files, which hold nothing else.
+        if (const auto bad = find_bad_character(text)) return refuse(bad->message);
         const size_t equals = text.find('=');
         const std::string path = text.substr(0, equals);
         const size_t dot = path.rfind('.');
@@ -77,28 +86,40 @@ class Overrider {
         return concat("passes[", found - entries_.begin(), "]");
     }
 
+    static bool exclude(const Parameter& a, const Parameter& b) {
+        return a.excludes == b.key || b.excludes == a.key;
+    }
+
     // A camera value given with --set also counts where a pass would take one of its own.
     void set_camera(const Override& item) {
         const Status status = camera_parameters().set(&chain_.camera, item.key, item.value);
         if (!status.ok())
             return report(item, Severity::error, "camera." + item.key, status.message());
+        resolve_files(chain_.camera, "");
+        given_.insert({kCamera, item.key});
+        touched_.emplace(kCamera, item);
         if (item.value == ParameterValue()) return;
+        const Parameter& given = *camera_parameters().find(item.key);
+        for (const auto& row : camera_parameters().rows())
+            if (exclude(given, row) && !given_.contains({kCamera, row.key}))
+                unset(item, "camera", &chain_.camera, row);
         for (size_t i = 0; i < chain_.links.size(); ++i) {
             const ParameterTable& table = *chain_.links[i].type->parameters;
             const Parameter* same = table.find(item.key);
-            if (!same || !same->optional) continue;
-            for (const auto& row : table.rows()) {
-                const bool rival =
-                    row.key == item.key || row.excludes == item.key || same->excludes == row.key;
-                if (rival) unset(item, int(i), row);
-            }
+            for (const auto& row : table.rows())
+                if (row.key == item.key || exclude(given, row) ||
+                    (same && same->optional && exclude(*same, row)))
+                    unset(item, int(i), row);
         }
     }
 
     void unset(const Override& item, int link, const Parameter& row) {
-        const ParameterRef parameters = chain_.links[size_t(link)].pass->parameters();
+        unset(item, path_of(link), chain_.links[size_t(link)].pass->parameters(), row);
+    }
+    void unset(const Override& item, const std::string& path, ParameterRef parameters,
+               const Parameter& row) {
         if (!row.optional || row.get(parameters) == ParameterValue()) return;
-        report(item, Severity::note, path_of(link) + "." + row.key,
+        report(item, Severity::note, path + "." + row.key,
                text_of(row.get(parameters)) + " of the chain file gives way");
         row.set(parameters, ParameterValue());
     }
@@ -165,6 +186,7 @@ class Overrider {
     const PassRegistry& registry_;
     Chain& chain_;
     Diagnostics& out_;
+    static constexpr int kCamera = -1;  // in place of a link
     std::set<std::pair<int, std::string>> given_;
     std::map<int, Override> touched_;
 };

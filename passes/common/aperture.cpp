@@ -25,20 +25,22 @@ const ParameterTable& aperture_parameter_table() {
                      {.min = 0,
                       .max = 16,
                       .help = "blades of the aperture; below 3: a disc",
-                      .unset_means = camera})
+                      .unset_means = "the camera's, or its aperture_image, else 0",
+                      .excludes = "aperture_image"})
             .number("aperture_rotation_deg", &P::aperture_rotation_deg,
                     {.min = -360,
                      .max = 360,
                      .unit = "degrees",
-                     .help = "turns the blades counterclockwise, as they are seen in "
-                             "what is behind the focus",
+                     .help = "turns the aperture counterclockwise, as it is seen in what is "
+                             "behind the focus",
                      .unset_means = camera})
             .number("aperture_curvature", &P::aperture_curvature,
                     {.min = 0,
                      .max = 1,
                      .help = "of the blades, in inverse radii of the aperture: 0 "
                              "straight, 1 a disc",
-                     .unset_means = camera})
+                     .unset_means = camera,
+                     .excludes = "aperture_image"})
             .number("aperture_ratio", &P::aperture_ratio,
                     {.min = 0.1,
                      .max = 10,
@@ -62,12 +64,36 @@ std::array<double, 2> Aperture::half_size() const {
     return {std::min(1 / ratio, 1.0), std::min(ratio, 1.0)};
 }
 
+Status check_aperture(const ApertureParameters& own, const Camera& camera) {
+    if (!camera.aperture_image) return Status();
+    const std::string picture =
+        "the camera's aperture_image" + (camera.aperture_image.file().empty()
+                                             ? std::string()
+                                             : " (" + camera.aperture_image.file() + ")");
+    const auto refuse = [&](const char* key, auto pass, auto cameras) {
+        return Status(StatusCode::chain, concat(key, ": ", pass ? *pass : *cameras, " from ",
+                                                pass ? "this pass" : "the camera", " and ", picture,
+                                                " are two shapes of one aperture; leave one out"));
+    };
+    if (own.aperture_blades || camera.aperture_blades)
+        return refuse("aperture_blades", own.aperture_blades, camera.aperture_blades);
+    if (own.aperture_curvature || camera.aperture_curvature)
+        return refuse("aperture_curvature", own.aperture_curvature, camera.aperture_curvature);
+    if (!camera.aperture_image.is_read())
+        return Status(StatusCode::chain,
+                      concat("aperture_image: ", camera.aperture_image.file(),
+                             " has not been read; a host reads it and hands over its values "
+                             "(chain/aperture_image.h)"));
+    return Status();
+}
+
 Aperture aperture_of(const ApertureParameters& own, const Camera& camera) {
     const auto value = [](const auto& first, const auto& second, auto otherwise) {
         return first ? *first : second.value_or(otherwise);
     };
     Aperture aperture;
     aperture.blades = value(own.aperture_blades, camera.aperture_blades, 0);
+    aperture.image = camera.aperture_image;
     aperture.rotation_deg = value(own.aperture_rotation_deg, camera.aperture_rotation_deg, 0.0);
     aperture.curvature = value(own.aperture_curvature, camera.aperture_curvature, 0.0);
     aperture.ratio = value(own.aperture_ratio, camera.aperture_ratio, 1.0);

@@ -26,12 +26,17 @@ struct ApertureParameters {
 // Its rows, for the table of a pass whose filter has the shape of the lens.
 const ParameterTable& aperture_parameter_table();
 
+// Errors (chain): the camera has a picture of its aperture, and it or the pass has blades or their
+// curvature too; the picture has not been read.
+Status check_aperture(const ApertureParameters& parameters, const Camera& camera);
+
 struct Aperture {
-    int blades = 0;           // below 3: a disc
-    double rotation_deg = 0;  // counterclockwise
-    double curvature = 0;     // of the blades: 0 straight .. 1 a disc
-    double ratio = 1;         // height over width; the longer of them has the whole radius
-    double cats_eye = 0;      // how far the barrel's circle is moved in the corners, radii
+    int blades = 0;            // below 3: a disc
+    ApertureImage image = {};  // in place of blades and curvature
+    double rotation_deg = 0;   // counterclockwise
+    double curvature = 0;      // of the blades: 0 straight .. 1 a disc
+    double ratio = 1;          // height over width; the longer of them has the whole radius
+    double cats_eye = 0;       // how far the barrel's circle is moved in the corners, radii
 
     // Half-width and half-height of the ellipse around it, the larger 1.
     std::array<double, 2> half_size() const;

@@ -17,6 +17,15 @@ int16_t packed(double x) {
     return int16_t(std::lround(std::clamp(x, -1.0, 1.0) * kSteps));
 }
 
+// Of a picture: as by an outline, but equal steps are equal shares of light.
+std::array<double, 2> image_point(const Aperture& aperture, double within, double turns) {
+    const auto [x, y] = aperture.image.point(within, turns);
+    const double angle = aperture.rotation_deg * std::numbers::pi / 180;
+    const double c = std::cos(angle), s = std::sin(angle);
+    const auto half_size = aperture.half_size();
+    return {half_size[0] * (c * x + s * y), half_size[1] * (c * y - s * x)};
+}
+
 }  // namespace
 
 std::array<double, 2> Points::at(int point, int set) const {
@@ -31,10 +40,16 @@ Points lens_points(const Aperture& aperture, int count) {
     points.sets = std::min(kMostSets, LENS_POINTS_MAX / count);
     for (int set = 0; set < points.sets; ++set) {
         for (int i = 0; i < count; ++i) {
-            const double radius = std::sqrt((i + 0.5) / count);
+            const double within = (i + 0.5) / count;
             const double turns = i / std::numbers::phi + double(set) / points.sets;
-            const auto [x, y] = outline.at(turns);
-            points.packed.push_back({packed(radius * x), packed(radius * y)});
+            if (aperture.image) {
+                const auto [x, y] = image_point(aperture, within, turns);
+                points.packed.push_back({packed(x), packed(y)});
+            } else {
+                const auto [x, y] = outline.at(turns);
+                const double radius = std::sqrt(within);
+                points.packed.push_back({packed(radius * x), packed(radius * y)});
+            }
         }
     }
     return points;

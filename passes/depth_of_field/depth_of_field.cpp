@@ -122,7 +122,8 @@ class DepthOfField final : public Pass {
     Status check(const FrameDescription& frame) const override {
         if (const auto coc = lens::circle_of_confusion(parameters_.lens, frame); !coc.ok())
             return coc.status();
-        return warps() ? Status() : check_gilham(parameters_, frame);
+        return warps() ? lens::check_aperture(parameters_.aperture, frame.camera)
+                       : check_gilham(parameters_, frame);
     }
 
     // The color is exact up to a radius of 0.5 px; gilham's hint is so only where the radius is 0.

@@ -76,7 +76,9 @@ class JointBlur final : public Pass {
     }
 
     Status check(const FrameDescription& frame) const override {
-        return lens::circle_of_confusion(parameters_.lens, frame).status();
+        if (const auto coc = lens::circle_of_confusion(parameters_.lens, frame); !coc.ok())
+            return coc.status();
+        return lens::check_aperture(parameters_.aperture, frame.camera);
     }
 
     std::optional<Identity> identity(const PlanContext& context) const override {

@@ -5,6 +5,7 @@
 //                                        light's cell of the point -> in shadow?
 //
 // SHAPES, CASTERS, PATTERNS: bits of those that the scene has.
+// DISC 0: the aperture is another shape than a disc. APERTURE_IMAGE 1: it is a picture.
 // VECTORS 1: also writes depth of the first surface with alpha >= 0.5 (as Cycles' default pass
 // threshold), and sums its displacements; pose sets 1 and 2 then hold the previous and the next
 // frame. The depth is that of the last sample: it is asked for with one sample a pixel only.
@@ -106,16 +107,31 @@ vec2 on_disc(vec2 u) {
 }
 
 #if !DISC
-// Does light pass the aperture at a point of the unit disc, on its way from where a pinhole sees
-// this place, pixels from the middle, y up? Blades are arcs of the given curvature through corners on
-// the unit circle; the barrel is a circle that from the side is seen moved.
-bool passes_aperture(vec2 lens, vec2 place) {
+#if APERTURE_IMAGE
+// Transmittances of 0 to 1, rows from the top.
+layout(binding = 0) uniform sampler2D aperture_image;
+const int kTries = 4096;
+#else
+const int kTries = 64;
+#endif
+
+// How much light passes the aperture at a point of the unit disc, 0 to 1, on its way from where a
+// pinhole sees this place, pixels from the middle, y up. Blades are arcs of the given curvature
+// through corners on the unit circle; the barrel is a circle that from the side is seen moved.
+float transmittance(vec2 lens, vec2 place) {
     vec2 beside = lens + block.barrel_per_px * place;
-    if (dot(beside, beside) > 1.0) return false;
+    if (dot(beside, beside) > 1.0) return 0.0;
     float ratio = block.aperture_ratio;
     vec2 at = lens / vec2(min(1.0 / ratio, 1.0), min(ratio, 1.0));
-    if (dot(at, at) > 1.0) return false;
-    if (block.aperture_blades < 3) return true;
+    if (dot(at, at) > 1.0) return 0.0;
+#if APERTURE_IMAGE
+    float c = cos(block.aperture_rotation), s = sin(block.aperture_rotation);
+    vec2 upright = vec2(c * at.x + s * at.y, c * at.y - s * at.x);
+    ivec2 size = textureSize(aperture_image, 0);
+    ivec2 cell = ivec2((0.5 + vec2(0.5, -0.5) * upright) * vec2(size));
+    return texelFetch(aperture_image, clamp(cell, ivec2(0), size - 1), 0).r;
+#else
+    if (block.aperture_blades < 3) return 1.0;
     // Turned so that the middle of its blade lies to the right.
     float blade = 6.28318530718 / float(block.aperture_blades);
     float angle = atan(at.y, at.x) - block.aperture_rotation;
@@ -125,7 +141,8 @@ bool passes_aperture(vec2 lens, vec2 place) {
     // The arc bulges beyond the chord by its height over it, of a circle of radius 1/curvature.
     float bent = block.aperture_curvature;
     float bulge = sqrt(1.0 - bent * bent * at.y * at.y) - sqrt(1.0 - bent * bent * corner.y * corner.y);
-    return at.x <= corner.x + (bent > 0.0 ? bulge / bent : 0.0);
+    return at.x <= corner.x + (bent > 0.0 ? bulge / bent : 0.0) ? 1.0 : 0.0;
+#endif
 }
 #endif
 
@@ -160,10 +177,18 @@ void main() {
         // In camera coordinates, x right, y up, z forward: through the point in focus.
         vec2 lens = on_disc(u.xy);
 #if !DISC
-        // Points that are stopped are drawn again.
+        // Points that are stopped are drawn again; of those where some light passes, so many.
         float lens_px = block.lens_radius * focal_px / block.focus_distance;
         uint again = hash(uint(index) ^ hash(block.seed ^ hash(uint(block.first_sample + s))));
-        for (int i = 0; i < 64 && !passes_aperture(lens, vec2(film.x, -film.y) - lens_px * lens); ++i) {
+        float chance = 0.0;
+#if APERTURE_IMAGE
+        chance = unit(again = hash(again + 1u));
+#endif
+        for (int i = 0; i < kTries; ++i) {
+            if (transmittance(lens, vec2(film.x, -film.y) - lens_px * lens) > chance) break;
+#if APERTURE_IMAGE
+            chance = unit(again = hash(again + 1u));
+#endif
             again = hash(again + 1u);
             float x = unit(again);
             again = hash(again + 1u);

@@ -1,4 +1,5 @@
 // Chain files and camera files that are wrong, through the command.
+#include <cmath>
 #include <sstream>
 
 #include "tests/command/fixture.h"
@@ -125,6 +126,154 @@ TEST_F(ChainTest, CameraErrors) {
     EXPECT_EQ(outcome.code, 0) << outcome.text();
     EXPECT_TRUE(contains(outcome.err, "f_stp")) << outcome.err;
     EXPECT_FALSE(contains(outcome.err, "lens_maker")) << outcome.err;
+}
+
+// A picture that cannot be used ends the command with 4, whoever names it; two shapes of one
+// aperture with the code of the place that has both.
+TEST_F(ChainTest, PicturesOfTheAperture) {
+    write_frame(in(1), make_planes(24, 16));
+    const std::string dof = "passes: [depth_of_field: {samples: 4}]\n";
+    const std::string lens =
+        "focal_length_mm: 50, sensor_width_mm: 36, f_stop: 1.4, focus_distance: 2, "
+        "meters_per_unit: 0.05";
+    fs::create_directory(at("pictures"));
+    const auto picture = [&](const std::string& name, const ImageF& values) {
+        ASSERT_TRUE(io::write_planes_exr(at("pictures/" + name), values, {"Y"}).ok());
+    };
+    ImageF half(8, 8, 1);
+    for (int y = 0; y < 8; ++y)
+        for (int x = 4; x < 8; ++x) half.at(x, y) = 1;
+    picture("half.exr", half);
+    picture("black.exr", ImageF(8, 8, 1));
+    picture("wide.exr", ImageF(8, 4, 1, 1));
+
+    // Beside the chain file, not in the folder where the command runs.
+    const auto chain = [&](const std::string& image) {
+        write_text(at("dof.yaml"), "postchain: 1\ncamera: {" + lens +
+                                       (image.empty() ? "" : ", aperture_image: " + image) + "}\n" +
+                                       dof);
+    };
+    Launch elsewhere;
+    elsewhere.folder = at("pictures");
+    chain("pictures/half.exr");
+    const auto seen = [&](const Arguments& more, const Launch& launch = {}) {
+        const auto outcome = filter("dof", more, launch);
+        EXPECT_EQ(outcome.code, 0) << outcome.text();
+        const ImageF color = read_color(out(1));
+        fs::remove(out(1));
+        fs::remove(out(1) + ".json");
+        return color;
+    };
+    const ImageF from_chain = seen({}, elsewhere);
+    // Of --set: where the command runs. Of a camera file: beside it.
+    chain("");
+    EXPECT_EQ(seen({"--set", "camera.aperture_image=half.exr"}, elsewhere), from_chain);
+    write_text(at("pictures/camera.json"), R"({"aperture_image": "half.exr"})");
+    EXPECT_EQ(seen({"--camera", at("pictures/camera.json")}), from_chain);
+    EXPECT_NE(seen({}), from_chain);
+
+    const struct {
+        std::string name, words;
+    } bad[] = {{"none.exr", "no such file"}, {"black.exr", "black"}, {"wide.exr", "square"}};
+    for (const auto& [name, words] : bad) {
+        const std::string path = at("pictures/" + name);
+        const auto expect_said = [&](const Outcome& outcome, const std::string& place) {
+            EXPECT_EQ(outcome.code, 4) << outcome.text();
+            EXPECT_TRUE(contains(outcome.err, place + ": " + path + ": ")) << outcome.err;
+            EXPECT_TRUE(contains(outcome.err, words)) << outcome.err;
+        };
+        chain("pictures/" + name);
+        expect_said(filter("dof"), "camera.aperture_image");
+        expect_said(run({"plan", at("dof.yaml"), "-i", in(1)}), "camera.aperture_image");
+        chain("");
+        expect_said(filter("dof", {"--set", "camera.aperture_image=" + path}),
+                    "camera.aperture_image");
+        write_text(at("camera.json"),
+                   "{\"frames\": {\"1\": {\"aperture_image\": \"pictures/" + name + "\"}}}");
+        expect_said(filter("dof", {"--camera", at("camera.json")}),
+                    at("camera.json") + ": frames.1.aperture_image");
+        expect_said(run({"scene", "still", "-o", at("s"), "--aperture-image", path}),
+                    "--aperture-image");
+    }
+    chain("pictures/half.exr, aperture_blades: 6");
+    EXPECT_EQ(filter("dof").code, 3);
+    chain("pictures/half.exr");
+    EXPECT_EQ(filter("dof", {"--set", "depth_of_field.aperture_blades=6"}).code, 3);
+    EXPECT_EQ(
+        filter("dof", {"--set", "camera.aperture_image=a", "--set", "camera.aperture_curvature=1"})
+            .code,
+        2);
+    write_text(at("camera.json"), R"({"aperture_image": "half.exr", "aperture_blades": 6})");
+    EXPECT_EQ(filter("dof", {"--camera", at("camera.json")}).code, 4);
+    EXPECT_EQ(run({"scene", "still", "-o", at("s"), "--aperture-image", at("pictures/half.exr"),
+                   "--aperture-blades", "6"})
+                  .code,
+              2);
+    EXPECT_FALSE(exists(at("s")));
+    EXPECT_TRUE(fs::is_empty(at("out")));
+}
+
+// The same frame is made again when the picture has changed, under the same name.
+TEST_F(ChainTest, AnotherPictureIsAnotherChain) {
+    write_frame(in(1), make_planes(24, 16));
+    write_text(at("dof.yaml"),
+               "postchain: 1\ncamera: {focal_length_mm: 50, sensor_width_mm: 36, f_stop: 1.4, "
+               "focus_distance: 2, meters_per_unit: 0.05, aperture_image: a.exr}\n"
+               "passes: [depth_of_field: {samples: 4}]\n");
+    const auto skip = [&](float value) {
+        ImageF picture(2, 2, 1, 1);
+        picture.at(0, 0) = value;
+        EXPECT_TRUE(io::write_planes_exr(at("a.exr"), picture, {"Y"}).ok());
+        const auto outcome = filter("dof", {"--on-existing", "skip"});
+        EXPECT_EQ(outcome.code, 0) << outcome.text();
+        return contains(outcome.err, "1 written");
+    };
+    EXPECT_TRUE(skip(0));
+    EXPECT_FALSE(skip(0));
+    EXPECT_TRUE(skip(0.5f));
+}
+
+// A generated scene through a picture: filtered with the scene's own camera it is nearer to the
+// truth than through a disc.
+TEST_F(ChainTest, ASceneThroughAPictureIsNearerToItsTruthWithIt) {
+    constexpr int kSide = 64;
+    ImageF ring(kSide, kSide, 1);
+    for (int y = 0; y < kSide; ++y)
+        for (int x = 0; x < kSide; ++x)
+            ring.at(x, y) = std::hypot(x - 31.5, y - 31.5) > 22 && x > 20;
+    ASSERT_TRUE(io::write_planes_exr(at("ring.exr"), ring, {"Y"}).ok());
+    ASSERT_EQ(run({"scene", "still", "-o", at("still"), "--size", "96x54", "--truth-samples", "128",
+                   "--f-stop", "0.5", "--aperture-image", at("ring.exr")})
+                  .code,
+              0);
+    write_text(at("dof.yaml"),
+               "postchain: 1\npasses: [depth_of_field: {samples: 128, max_radius_px: 20}]\n");
+    const auto error = [&](const Arguments& more) {
+        Arguments arguments = {"run",
+                               at("dof.yaml"),
+                               "-i",
+                               at("still/sharp.####.exr"),
+                               "--camera",
+                               at("still/camera.json"),
+                               "-o",
+                               out(),
+                               "--on-existing",
+                               "overwrite"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const auto outcome = run(arguments);
+        EXPECT_EQ(outcome.code, 0) << outcome.text();
+        const ImageF seen = read_color(out(1)), truth = read_color(at("still/dof.0001.exr"));
+        double squares = 0;
+        for (int y = 0; y < truth.height; ++y)
+            for (int x = 0; x < truth.width; ++x)
+                for (int c = 0; c < 3; ++c) {
+                    const auto shown = [](double v) { return v > 0 ? v / (1 + v) : 0; };
+                    squares += std::pow(shown(seen.at(x, y, c)) - shown(truth.at(x, y, c)), 2);
+                }
+        return std::sqrt(squares / double(3 * truth.pixels()));
+    };
+    const double with_picture = error({}), with_disc = error({"--set", "camera.aperture_blades=0"});
+    EXPECT_LT(with_picture, 0.85 * with_disc) << with_picture << " " << with_disc;
 }
 
 // A lens that nothing states is named, with the ways to state it.

@@ -136,8 +136,8 @@ TEST(CameraFile, WarnsOfAFileWithoutAnyCameraValue) {
     const std::string warning =
         "camera.json:1:1: warning: no camera value in this file; known are focal_length_mm, "
         "sensor_width_mm, f_stop, focus_distance, near_clip, far_clip, shutter_frames, "
-        "meters_per_unit, aperture_blades, aperture_rotation_deg, aperture_curvature, "
-        "aperture_ratio, cats_eye";
+        "meters_per_unit, aperture_blades, aperture_image, aperture_rotation_deg, "
+        "aperture_curvature, aperture_ratio, cats_eye";
     EXPECT_THAT(messages_of("{}"), ElementsAre(warning));
     EXPECT_THAT(messages_of("{\"fps\": 24, \"scene\": 1}"),
                 ElementsAre(warning, "camera.json:1:13: note: ignored keys: scene"));
@@ -200,6 +200,36 @@ TEST(CameraFile, IsReadFromDisk) {
     std::filesystem::remove(path);
     EXPECT_EQ(load_camera(path.string()).status().code(), StatusCode::input);
     EXPECT_EQ(load_camera("/").status().code(), StatusCode::input);
+}
+
+// The picture lies beside the file that names it.
+TEST(CameraFile, NamesThePictureOfTheAperture) {
+    const std::string text =
+        R"({"aperture_image": "pictures/a.png", "frames": {"3": {"aperture_image": "/b.png"}}})";
+    const CameraFile file = parse_camera(text, "/shot/one/camera.json");
+    ASSERT_THAT(texts(file.diagnostics), IsEmpty());
+    EXPECT_EQ(file.camera.aperture_image, ApertureImage("/shot/one/pictures/a.png"));
+    EXPECT_EQ(file.camera_for(3, kHd).aperture_image, ApertureImage("/b.png"));
+    EXPECT_EQ(file.camera_for(4, kHd).aperture_image, file.camera.aperture_image);
+    EXPECT_EQ(parse_camera(text, "camera.json").camera.aperture_image.file(),
+              (std::filesystem::current_path() / "pictures/a.png").string());
+}
+
+TEST(CameraFile, RefusesAPictureBesideBlades) {
+    EXPECT_THAT(messages_of(R"({"aperture_image": "a.png", "aperture_blades": 6})"),
+                ElementsAre("camera.json:1:1: error: aperture_blades and aperture_image are both "
+                            "given; give one of them"));
+    EXPECT_THAT(messages_of(R"({"f_stop": 2,
+ "frames": {"3": {"aperture_curvature": 0.5, "aperture_image": "a.png"}}})"),
+                ElementsAre("camera.json:2:18: error: frames.3: aperture_curvature and "
+                            "aperture_image are both given; give one of them"));
+    EXPECT_THAT(messages_of(R"({"aperture_image": 3})"),
+                ElementsAre(HasSubstr("aperture_image: 3 is an integer")));
+    // Those of a frame take the place of the file's.
+    const CameraFile file =
+        parse(R"({"aperture_image": "a.png", "frames": {"3": {"aperture_blades": 6}}})");
+    EXPECT_THAT(texts(file.diagnostics), IsEmpty());
+    EXPECT_FALSE(file.camera_for(3, kHd).aperture_image);
 }
 
 }  // namespace

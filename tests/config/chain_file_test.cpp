@@ -266,5 +266,21 @@ TEST(FindChain, NamesWhatThereIs) {
     EXPECT_FALSE(find_chain("").ok());
 }
 
+TEST(ChainFile, NamesThePictureOfTheAperture) {
+    const std::string text = "postchain: 1\ncamera: {aperture_image: pictures/a.png}\npasses: []\n";
+    const ChainFile file = parse_chain(text, "/shot/chain.yaml", fake_passes());
+    ASSERT_THAT(texts(file.diagnostics), IsEmpty());
+    EXPECT_EQ(file.chain.camera.aperture_image, ApertureImage("/shot/pictures/a.png"));
+    // Written elsewhere it is the same chain.
+    const ChainFile again = parse_chain(write_chain(file.chain), "/out/w.yaml", fake_passes());
+    EXPECT_EQ(again.chain.camera, file.chain.camera);
+    EXPECT_EQ(again.chain.hash(), file.chain.hash());
+    EXPECT_THAT(
+        errors_of(
+            "postchain: 1\ncamera: {aperture_image: a.png, aperture_blades: 5}\npasses: []\n"),
+        ElementsAre("c.yaml:2:9: error: camera: aperture_blades and aperture_image are both given; "
+                    "give one of them"));
+}
+
 }  // namespace
 }  // namespace postchain

@@ -2,9 +2,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
 #include "config/camera_file.h"
 #include "config/chain_file.h"
 #include "fake_passes.h"
+#include "passes/registry.h"
 
 namespace postchain {
 namespace {
@@ -89,6 +92,8 @@ TEST(Override, IsAUsageErrorThatNamesTheText) {
         {"smear.amount=0x3", "decimal"},
         {"smear.samples=null", "no value; samples is"},
         {"", "PASS.KEY=VALUE"},
+        {"camera.aperture_image=a\xff.png", "UTF-8"},
+        {"camera.aperture_image=a\x01.png", "control character"},
     };
     for (const auto& [text, message] : wrong) {
         const ChainFile file = parse(kChain, {text});
@@ -169,6 +174,36 @@ TEST(Precedence, ASetCameraValueBeatsAPassesOwn) {
     const ChainFile own =
         parse(kTwice, {"passes[0].shutter_frames=2", "camera.shutter_frames=0.25"});
     EXPECT_EQ(smear(*own.chain.links[0].pass).shutter_frames, 2.0);
+}
+
+// The shape of the aperture is one value: a picture, or blades and their curvature.
+TEST(Override, OfTheApertureTakesTheWholeShapesPlace) {
+    const std::string folder = std::filesystem::current_path().string();
+    const std::string blades = "postchain: 1\ncamera: {aperture_blades: 5}\npasses: []\n";
+    const ChainFile picture = parse(blades, {"camera.aperture_image=a.png"});
+    EXPECT_THAT(texts(picture.diagnostics),
+                ElementsAre("--set camera.aperture_image=a.png: note: camera.aperture_blades: 5 of "
+                            "the chain file gives way"));
+    EXPECT_EQ(picture.chain.camera.aperture_blades, std::nullopt);
+    EXPECT_EQ(picture.chain.camera.aperture_image, ApertureImage(folder + "/a.png"));
+    const ChainFile back = parse("postchain: 1\ncamera: {aperture_image: a.png}\npasses: []\n",
+                                 {"camera.aperture_blades=6"});
+    EXPECT_THAT(texts(back.diagnostics), ElementsAre(HasSubstr("a.png of the chain file gives")));
+    EXPECT_FALSE(back.chain.camera.aperture_image);
+    const ChainFile both =
+        parse(blades, {"camera.aperture_blades=6", "camera.aperture_image=a.png"});
+    EXPECT_EQ(both.status().code(), StatusCode::usage);
+    EXPECT_THAT(both.status().message(), HasSubstr("camera: aperture_blades and aperture_image"));
+    EXPECT_FALSE(parse(blades, {"camera.aperture_image=a.png", "camera.aperture_image=null"})
+                     .chain.camera.aperture_image);
+    // Blades that a pass has for itself give way too.
+    const ChainFile own = parse_chain(
+        "postchain: 1\npasses: [depth_of_field: {aperture_blades: 7, aperture_ratio: 2}]\n", "c",
+        builtin_passes(), {"camera.aperture_image=a.png"});
+    EXPECT_THAT(texts(own.diagnostics),
+                ElementsAre(HasSubstr("note: passes[0].aperture_blades: 7 of the chain file")));
+    EXPECT_THAT(own.chain.links[0].text(), HasSubstr("aperture_blades=unset"));
+    EXPECT_THAT(own.chain.links[0].text(), HasSubstr("aperture_ratio=2"));
 }
 
 }  // namespace

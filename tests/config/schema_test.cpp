@@ -226,5 +226,20 @@ TEST(Describe, WritesOneRowAsTextAndMarkdown) {
                 HasSubstr("| `amount` | a number in 0..10 |  | 1.5 | how much \\| at most |\n"));
 }
 
+TEST(Schema, OfTheCameraTakesAPictureOrBlades) {
+    const TextNode schema = tree_of(chain_schema(fake_passes()));
+    for (const auto& [camera, good] :
+         {std::pair("{aperture_image: a.png}", true),
+          {"{aperture_image: null}", true},
+          {"{aperture_image: a.png, aperture_blades: null, aperture_ratio: 2}", true},
+          {"{aperture_image: 3}", false},
+          {"{aperture_image: a.png, aperture_blades: 5}", false},
+          {"{aperture_curvature: 0.5, aperture_image: a.png}", false}}) {
+        const std::string text = concat("postchain: 1\ncamera: ", camera, "\npasses: []\n");
+        EXPECT_EQ(parse_chain(text, "t", fake_passes()).status().ok(), good) << text;
+        EXPECT_EQ(schema_violation(tree_of(text), schema, schema).empty(), good) << text;
+    }
+}
+
 }  // namespace
 }  // namespace postchain

@@ -103,29 +103,6 @@ TEST(Aperture, OwnValuesStandBeforeTheCameras) {
     EXPECT_EQ(aperture.cats_eye, 0);
 }
 
-// A dot at (48, 48) of 97 x 97 pixels that are `x`, `y` from the corner of a display 6400 x 3600.
-ImageF dot(float inverse_depth, Settings settings, int x = 0, int y = 0) {
-    ImageF color = constant_image(97, 97, {0, 0, 0, 1});
-    color.at(48, 48) = 1;
-    const FramePlanes planes = flat_planes(std::move(color), inverse_depth);
-    FrameDescription frame = describe_round(planes);
-    frame.display_width = 6400;
-    frame.display_height = 3600;
-    frame.camera.sensor_width_mm = 360;
-    frame.origin_x = x;
-    frame.origin_y = y;
-    Chain chain =
-        chain_of("depth_of_field",
-                 {{"method", "inverse_warp"}, {"samples", int64_t(1023)}, {"max_radius_px", 30.0}});
-    for (const auto& [key, value] : settings) {
-        const ChainLink& link = chain.links.front();
-        EXPECT_TRUE(link.type->parameters->set(link.pass->parameters(), key, value).ok());
-    }
-    PlanOptions whole;
-    whole.elide = false;
-    return filter(chain, frame, planes, whole).at(Role::color);
-}
-
 Moments moments_of(const ImageF& image) {
     Moments m;
     m.light = sum_of(image);

@@ -76,6 +76,29 @@ ReferenceFrame dof_reference(const FramePlanes& planes, Settings settings) {
     return reference(chain_with(settings), describe_round(planes), planes, whole());
 }
 
+ImageF dot(float inverse_depth, Settings settings, int x, int y, const ApertureImage& image) {
+    ImageF color = constant_image(97, 97, {0, 0, 0, 1});
+    color.at(48, 48) = 1;
+    const FramePlanes planes = flat_planes(std::move(color), inverse_depth);
+    FrameDescription frame = describe_round(planes);
+    frame.display_width = 6400;
+    frame.display_height = 3600;
+    frame.camera.sensor_width_mm = 360;
+    frame.camera.aperture_image = image;
+    frame.origin_x = x;
+    frame.origin_y = y;
+    Chain chain =
+        chain_of("depth_of_field",
+                 {{"method", "inverse_warp"}, {"samples", int64_t(1023)}, {"max_radius_px", 30.0}});
+    for (const auto& [key, value] : settings) {
+        const ChainLink& link = chain.links.front();
+        EXPECT_TRUE(link.type->parameters->set(link.pass->parameters(), key, value).ok());
+    }
+    PlanOptions whole;
+    whole.elide = false;
+    return filter(chain, frame, planes, whole).at(Role::color);
+}
+
 std::string stage(const std::string& name) {
     return "0.depth_of_field." + name;
 }

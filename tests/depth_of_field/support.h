@@ -30,6 +30,11 @@ ImageF dof(const FramePlanes& planes, Settings settings);
 Stages dof_stages(const FramePlanes& planes, Settings settings);
 ReferenceFrame dof_reference(const FramePlanes& planes, Settings settings);
 
+// A dot at (48, 48) of 97 x 97 pixels that are `x`, `y` from the corner of a display 6400 x 3600,
+// by 1023 points of the lens. R = 32 (1/4 - w) px.
+ImageF dot(float inverse_depth, Settings settings, int x = 0, int y = 0,
+           const ApertureImage& image = {});
+
 // "0.depth_of_field." + name
 std::string stage(const std::string& name);
 

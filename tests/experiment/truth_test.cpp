@@ -107,6 +107,19 @@ TEST_F(TruthFiles, GeneratedScenesAreKnownByTheirCameraFile) {
     EXPECT_DOUBLE_EQ(*found.request->camera.f_stop, 0.7);
     // zoom drives focal length and focus itself.
     EXPECT_FALSE(found.request->camera.focal_length_mm);
+    // The truth goes through the same picture of an aperture; without it there is none.
+    ImageF picture(ApertureImage::kSide, ApertureImage::kSide, 1);
+    picture.at(64, 30) = 1;
+    request.camera.aperture_image = *ApertureImage::make(picture.data);
+    model = scenes::model_for(request);
+    ASSERT_TRUE(model.ok());
+    std::ofstream(folder_.path("camera.json")) << scenes::camera_json(request, *model);
+    EXPECT_THAT(find_scene(settings.run, *survey).why_not, HasSubstr("aperture.exr: no such file"));
+    ASSERT_TRUE(io::write_planes_exr(folder_.path("aperture.exr"), picture, {"Y"}).ok());
+    const SceneOfInput through = find_scene(settings.run, *survey);
+    ASSERT_TRUE(through.request) << through.why_not;
+    EXPECT_TRUE(through.request->camera.aperture_image.is_read());
+    EXPECT_EQ(through.request->camera.aperture_image, request.camera.aperture_image);
     std::ofstream(folder_.path("camera.json")) << R"({"scene": "zoom", "f_stop": 2})";
     EXPECT_THAT(find_scene(settings.run, *survey).why_not,
                 HasSubstr("names none of the generated scenes"));

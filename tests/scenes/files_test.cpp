@@ -11,6 +11,7 @@
 #include "support.h"
 #include "tools/measure/scenes/crossing.h"
 #include "tools/measure/scenes/zoom.h"
+#include "tools/sequence/io/aperture_file.h"
 #include "tools/sequence/io/exr_reader.h"
 #include "tools/sequence/io/json.h"
 
@@ -143,6 +144,28 @@ TEST_F(Files, CameraOfAZoomHasItsValuesPerFrame) {
         EXPECT_NEAR(*read.focal_length_mm, *expected.focal_length_mm, 1e-6) << frame;
         EXPECT_NEAR(*read.focus_distance, *expected.focus_distance, 1e-7) << frame;
     }
+}
+
+TEST_F(Files, ThePictureOfTheApertureIsBesideTheCamera) {
+    std::vector<float> values(ApertureImage::kSide * ApertureImage::kSide);
+    for (size_t i = 0; i < values.size(); ++i) values[i] = float(i % 1009) / 3;
+    request_.camera.aperture_image = *ApertureImage::make(values, "/elsewhere/a.png");
+    request_.camera.aperture_rotation_deg = 20;
+    ASSERT_TRUE(write_scene(renderer(), request_).ok());
+    auto camera = load_camera((folder_ / "camera.json").string());
+    ASSERT_TRUE(camera.ok() && camera->status().ok()) << camera->status().message();
+    EXPECT_EQ(camera->camera.aperture_image.file(), (folder_ / "aperture.exr").string());
+    io::ApertureFiles pictures;
+    ASSERT_TRUE(pictures.read(camera->camera).ok());
+    const auto model = model_for(request_);
+    ASSERT_TRUE(model.ok());
+    EXPECT_EQ(camera->camera, camera_at(*model, 1));
+    EXPECT_EQ(camera->camera.aperture_image.values(), values);
+    // Blades beside it are refused.
+    request_.camera.aperture_blades = 5;
+    EXPECT_EQ(model_for(request_).status().code(), StatusCode::usage);
+    EXPECT_THAT(model_for(request_).status().message(),
+                testing::HasSubstr("aperture_blades and aperture_image are both given"));
 }
 
 TEST_F(Files, TheRequestsCameraReplacesTheScenes) {

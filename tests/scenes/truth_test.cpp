@@ -89,6 +89,33 @@ TEST(ApertureOfTheTruth, HasTheMomentsOfItsShape) {
     EXPECT_NEAR(m.yy, 1.0 / 4, 0.008);
 }
 
+// The right half of a disc, of which the lower quarter lets a third of the light through: with the
+// quarters' moments k = 4/(3 pi) and 1/4, weights 3/4 and 1/4.
+TEST(ApertureOfTheTruth, HasTheMomentsOfItsPicture) {
+    constexpr int kCells = ApertureImage::kSide;
+    std::vector<float> values(kCells * kCells);
+    for (int y = 0; y < kCells; ++y)
+        for (int x = kCells / 2; x < kCells; ++x)
+            values[size_t(y * kCells + x)] = y < kCells / 2 ? 1.0f : 1.0f / 3;
+    SceneModel model = empty_model(2, 1);
+    model.aperture_image = *ApertureImage::make(values);
+    const double k = 4 / (3 * M_PI);
+    Moments m = through(model, 0, 0);
+    EXPECT_NEAR(m.x, k, 0.01);
+    EXPECT_NEAR(m.y, -k / 2, 0.01);
+    EXPECT_NEAR(m.xx, 0.25 - k * k, 0.008);
+    EXPECT_NEAR(m.yy, 0.25 - k * k / 4, 0.008);
+    // Counterclockwise the right comes to the top, the upper quarter to the left.
+    model.aperture_rotation_deg = 90;
+    m = through(model, 0, 0);
+    EXPECT_NEAR(m.x, -k / 2, 0.01);
+    EXPECT_NEAR(m.y, -k, 0.01);
+    model.aperture_ratio = 2;
+    m = through(model, 0, 0);
+    EXPECT_NEAR(m.x, -k / 4, 0.01);
+    EXPECT_NEAR(m.y, -k, 0.01);
+}
+
 // Behind the focus what the barrel leaves is moved to the picture's middle: by half of cats_eye in
 // a corner, which is 144 sqrt(2) pixels away.
 TEST(ApertureOfTheTruth, IsCutAwayFromTheMiddle) {

@@ -11,6 +11,7 @@
 #include "passes/registry.h"
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
+#include "tools/sequence/io/aperture_file.h"
 
 namespace postchain {
 namespace {
@@ -143,6 +144,9 @@ Result<ChainFile> load_chain_of(const Options& options) {
     auto file = load_chain(options.chain, builtin_passes(), options.sets);
     if (!file.ok()) return file.status();
     if (Status status = say(file->diagnostics, log::Level::info); !status.ok()) return status;
+    io::ApertureFiles pictures;
+    if (Status status = pictures.read(file->chain.camera); !status.ok())
+        return status.at("camera.aperture_image");
     return file;
 }
 

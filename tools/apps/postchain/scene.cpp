@@ -4,10 +4,12 @@
 #include <charconv>
 #include <cstdio>
 
+#include "config/camera_file.h"
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/scenes/scene.h"
+#include "tools/sequence/io/aperture_file.h"
 #include "tools/sequence/io/sequence.h"
 
 namespace postchain {
@@ -68,6 +70,10 @@ int scene_verb(const Options& options, const SceneOptions& scene) {
     auto range = io::FrameRange::parse(scene.frames);
     if (!range.ok()) return fail(range.status().at("--frames"));
     request.frames = range->frames;
+    resolve_files(request.camera, "");
+    io::ApertureFiles pictures;
+    if (Status status = pictures.read(request.camera); !status.ok())
+        return fail(status.at("--aperture-image"));
     if (auto model = scenes::model_for(request); !model.ok()) return fail(model.status());
 
     const StopOnSignal stop;

@@ -3,6 +3,7 @@
 #include <set>
 
 #include "config/chain_file.h"
+#include "tools/sequence/io/aperture_file.h"
 
 namespace postchain::experiment {
 
@@ -54,6 +55,7 @@ Result<std::vector<BenchVariant>> sweep_variants(const ChainText& chain,
                 concat("--sweep: the sweeps have more than ", max_variants,
                        " combinations; try fewer values, or allow more with --max-variants"));
     }
+    io::ApertureFiles pictures;
     std::vector<BenchVariant> variants;
     std::set<std::string> known;
     for (size_t i = 0; i < product; ++i) {
@@ -71,6 +73,8 @@ Result<std::vector<BenchVariant>> sweep_variants(const ChainText& chain,
         ChainFile file = parse_chain(chain.text, chain.file_name, registry, overrides);
         if (Status status = file.status(); !status.ok())
             return Status(status.code(), as_sweeps(status.message(), sweeps));
+        if (Status status = pictures.read(file.chain.camera); !status.ok())
+            return status.at("camera.aperture_image");
         variant.chain = std::move(file.chain);
         if (!known.insert(variant.chain.text()).second) continue;
         if (variant.name.empty()) variant.name = "as it is";

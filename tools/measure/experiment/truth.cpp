@@ -5,6 +5,7 @@
 
 #include "config/text_tree.h"
 #include "tools/measure/report/words.h"
+#include "tools/sequence/io/aperture_file.h"
 #include "tools/sequence/io/exr_writer.h"
 #include "tools/sequence/io/json.h"
 #include "tools/sequence/run/frame_task.h"
@@ -186,6 +187,11 @@ SceneOfInput find_scene(const sequence::RunSettings& input, const InputSurvey& s
         return found;
     }
     request.camera = file.camera;
+    io::ApertureFiles pictures;
+    if (Status status = pictures.read(request.camera); !status.ok()) {
+        found.why_not = status.message();
+        return found;
+    }
     request.camera.meters_per_unit.reset();
     if (!file.frames.empty()) {
         request.camera.focal_length_mm.reset();
@@ -202,7 +208,7 @@ Result<std::string> generate_truth(const scenes::SceneRequest& given, const std:
     request.truth_samples = samples;
     // One folder for each request: what an interrupted run has left there is of this very one.
     const std::string text = concat(request.name, " ", request.width, "x", request.height, " ",
-                                    samples, " ", camera_parameters().text(&request.camera));
+                                    samples, " ", request.camera.text());
     const std::string folder = parent + "/" + hex_of(hash_text(text));
     std::error_code error;
     fs::create_directories(folder, error);

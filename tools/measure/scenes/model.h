@@ -85,6 +85,7 @@ struct SceneModel {
     double shutter_frames = kDefaultShutterFrames;
     // The aperture: chain/frame.h.
     int aperture_blades = 0;
+    ApertureImage aperture_image;
     double aperture_rotation_deg = 0;
     double aperture_curvature = 0;
     double aperture_ratio = 1;

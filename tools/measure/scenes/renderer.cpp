@@ -53,7 +53,8 @@ std::vector<shared::SceneObject> records_of(const SceneModel& model) {
 }
 
 bool has_disc(const SceneModel& model) {
-    return model.aperture_blades < 3 && model.aperture_ratio == 1 && model.cats_eye == 0;
+    return model.aperture_blades < 3 && !model.aperture_image && model.aperture_ratio == 1 &&
+           model.cats_eye == 0;
 }
 
 ProgramKey program_for(const SceneModel& model, bool vectors, bool lens) {
@@ -68,6 +69,7 @@ ProgramKey program_for(const SceneModel& model, bool vectors, bool lens) {
              {"CASTERS", concat(casters)},
              {"PATTERNS", concat(patterns)},
              {"DISC", lens && !has_disc(model) ? "0" : "1"},
+             {"APERTURE_IMAGE", lens && model.aperture_image ? "1" : "0"},
              {"VECTORS", vectors ? "1" : "0"}}};
 }
 
@@ -82,7 +84,20 @@ struct SceneRenderer::Impl {
     gl::ProgramCache programs;
     std::array<GLuint, kStorages> storage{};
     GLuint block = 0;
+    GLuint aperture = 0;  // its picture, a texture
 
+    void set_aperture(const ApertureImage& image) {
+        constexpr int kSide = ApertureImage::kSide;
+        std::vector<float> values = image.values();
+        float most = 0;  // of the cells that the unit disc touches
+        for (int y = 0; y < kSide; ++y)
+            for (int x = 0; x < kSide; ++x)
+                if (std::hypot(x + 0.5 - kSide / 2, y + 0.5 - kSide / 2) < kSide / 2 + 1)
+                    most = std::max(most, values[size_t(y * kSide + x)]);
+        for (float& value : values) value /= most;
+        glTextureSubImage2D(aperture, 0, 0, 0, kSide, kSide, GL_RED, GL_FLOAT, values.data());
+        glBindTextureUnit(0, aperture);
+    }
     template <class T>
     void set(Storage which, const std::vector<T>& values) {
         // A buffer of no bytes cannot be bound.
@@ -110,6 +125,7 @@ SceneRenderer::~SceneRenderer() {
     if (!impl_->context || !impl_->context->make_current().ok()) return;
     glDeleteBuffers(kStorages, impl_->storage.data());
     glDeleteBuffers(1, &impl_->block);
+    glDeleteTextures(1, &impl_->aperture);
 }
 
 const gl::Device& SceneRenderer::device() const {
@@ -123,6 +139,9 @@ Result<std::unique_ptr<SceneRenderer>> SceneRenderer::create(const egl::ContextO
     renderer->impl_->context = std::move(*context);
     glCreateBuffers(kStorages, renderer->impl_->storage.data());
     glCreateBuffers(1, &renderer->impl_->block);
+    glCreateTextures(GL_TEXTURE_2D, 1, &renderer->impl_->aperture);
+    glTextureStorage2D(renderer->impl_->aperture, 1, GL_R32F, ApertureImage::kSide,
+                       ApertureImage::kSide);
     return renderer;
 }
 
@@ -168,6 +187,7 @@ Result<ScenePlanes> SceneRenderer::render(const SceneModel& model, const RenderS
     gl.set(objects, records_of(model));
     gl.set(letters, model.letters);
     gl.set(points, sample_points(samples, settings.lens));
+    if (settings.lens && model.aperture_image) gl.set_aperture(model.aperture_image);
     gl.reserve(color_sums, pixels * sizeof(glm::vec4));
     gl.reserve(vector_sums, settings.vectors ? pixels * sizeof(glm::vec4) : sizeof(glm::vec4));
     gl.reserve(depths, settings.vectors ? pixels * sizeof(float) : sizeof(float));

@@ -21,6 +21,7 @@ namespace postchain::scenes {
 namespace {
 
 constexpr const char* kLayer = "ViewLayer.";
+constexpr const char* kApertureFile = "aperture.exr";
 
 Status check_camera(const Camera& camera) {
     const auto check = [](const char* key, const std::optional<double>& value, double low,
@@ -35,6 +36,8 @@ Status check_camera(const Camera& camera) {
         if (row.key.starts_with("aperture_") || row.key == "cats_eye")
             if (Status status = row.check(row.get(&camera)); !status.ok())
                 return Status(StatusCode::usage, concat("camera.", status.message()));
+    if (Status status = camera_parameters().check(&camera); !status.ok())
+        return Status(StatusCode::usage, concat("camera: ", status.message()));
     for (Status status : {check("focal_length_mm", camera.focal_length_mm, 0, false),
                           check("sensor_width_mm", camera.sensor_width_mm, 0, false),
                           check("f_stop", camera.f_stop, 0, false),
@@ -183,6 +186,7 @@ Result<SceneModel> model_for(const SceneRequest& request) {
     model.far_clip = camera.far_clip.value_or(model.far_clip);
     model.shutter_frames = camera.shutter_frames.value_or(model.shutter_frames);
     model.aperture_blades = camera.aperture_blades.value_or(model.aperture_blades);
+    model.aperture_image = camera.aperture_image;
     model.aperture_rotation_deg =
         camera.aperture_rotation_deg.value_or(model.aperture_rotation_deg);
     model.aperture_curvature = camera.aperture_curvature.value_or(model.aperture_curvature);
@@ -209,9 +213,13 @@ Camera camera_at(const SceneModel& model, double frame) {
     camera.far_clip = model.far_clip;
     camera.shutter_frames = model.shutter_frames;
     camera.meters_per_unit = 1;
-    camera.aperture_blades = model.aperture_blades;
+    if (model.aperture_image) {
+        camera.aperture_image = model.aperture_image;
+    } else {
+        camera.aperture_blades = model.aperture_blades;
+        camera.aperture_curvature = model.aperture_curvature;
+    }
     camera.aperture_rotation_deg = model.aperture_rotation_deg;
-    camera.aperture_curvature = model.aperture_curvature;
     camera.aperture_ratio = model.aperture_ratio;
     camera.cats_eye = model.cats_eye;
     return camera;
@@ -241,34 +249,38 @@ std::string camera_json(const SceneRequest& request, const SceneModel& model) {
     std::string help;
     for (const SceneInfo& scene : scenes())
         if (scene.name == request.name) help = scene.help;
-    const io::Json json = {
-        {"scene", request.name},
-        {"description", help},
-        {"resolution", {request.width, request.height}},
-        {"focal_length_mm", short_of(*camera.focal_length_mm)},
-        {"sensor_width_mm", short_of(*camera.sensor_width_mm)},
-        {"sensor_fit", "horizontal"},
-        {"f_stop", short_of(*camera.f_stop)},
-        {"aperture_blades", *camera.aperture_blades},
-        {"aperture_rotation_deg", short_of(*camera.aperture_rotation_deg)},
-        {"aperture_curvature", short_of(*camera.aperture_curvature)},
-        {"aperture_ratio", short_of(*camera.aperture_ratio)},
-        {"cats_eye", short_of(*camera.cats_eye)},
-        {"focus_distance", short_of(*camera.focus_distance)},
-        {"meters_per_unit", 1},
-        {"near_clip", short_of(*camera.near_clip)},
-        {"far_clip", short_of(*camera.far_clip)},
-        {"shutter_frames", short_of(*camera.shutter_frames)},
-        {"shutter_position", "center on frame"},
-        {"fps", 24},
-        {"frames", overrides.is_null() ? io::Json(request.frames) : overrides},
-        {"z", "planar depth along the camera axis, scene units"},
-        {"background_depth", 1e10},
-        {"coc_diameter_px", "f^2/N * |z-s|/(z*s) * width/sensor, all lengths in meters"},
-        {"vector_px",
-         "X,Y = pos(prev)-pos(this); Z,W = pos(this)-pos(next); +x right, +y UP; full "
-         "inter-frame pixels"},
-        {"camera_matrix_world", matrices}};
+    io::Json json = {{"scene", request.name},
+                     {"description", help},
+                     {"resolution", {request.width, request.height}},
+                     {"focal_length_mm", short_of(*camera.focal_length_mm)},
+                     {"sensor_width_mm", short_of(*camera.sensor_width_mm)},
+                     {"sensor_fit", "horizontal"},
+                     {"f_stop", short_of(*camera.f_stop)}};
+    if (camera.aperture_image) {
+        json["aperture_image"] = kApertureFile;
+    } else {
+        json["aperture_blades"] = *camera.aperture_blades;
+        json["aperture_curvature"] = short_of(*camera.aperture_curvature);
+    }
+    json.update(
+        io::Json{{"aperture_rotation_deg", short_of(*camera.aperture_rotation_deg)},
+                 {"aperture_ratio", short_of(*camera.aperture_ratio)},
+                 {"cats_eye", short_of(*camera.cats_eye)},
+                 {"focus_distance", short_of(*camera.focus_distance)},
+                 {"meters_per_unit", 1},
+                 {"near_clip", short_of(*camera.near_clip)},
+                 {"far_clip", short_of(*camera.far_clip)},
+                 {"shutter_frames", short_of(*camera.shutter_frames)},
+                 {"shutter_position", "center on frame"},
+                 {"fps", 24},
+                 {"frames", overrides.is_null() ? io::Json(request.frames) : overrides},
+                 {"z", "planar depth along the camera axis, scene units"},
+                 {"background_depth", 1e10},
+                 {"coc_diameter_px", "f^2/N * |z-s|/(z*s) * width/sensor, all lengths in meters"},
+                 {"vector_px",
+                  "X,Y = pos(prev)-pos(this); Z,W = pos(this)-pos(next); +x right, +y UP; full "
+                  "inter-frame pixels"},
+                 {"camera_matrix_world", matrices}});
     return io::json_text(json, 1) + "\n";
 }
 
@@ -315,6 +327,13 @@ Status write_scene(SceneRenderer& renderer, const SceneRequest& request,
             if (!status.ok()) return status;
             before += cost(picture);
         }
+    }
+    if (model->aperture_image) {
+        ImageF values(ApertureImage::kSide, ApertureImage::kSide, 1);
+        values.data = model->aperture_image.values();
+        const auto written = io::write_planes_exr(concat(request.folder, "/", kApertureFile),
+                                                  values, {"Y"}, request.on_existing);
+        if (!written.ok()) return written.status();
     }
     return io::atomic_write_text(request.folder + "/camera.json", camera_json(request, *model),
                                  request.on_existing)

@@ -2,6 +2,7 @@
 // renderer at hand.
 //
 //   NAME -> SceneModel -> SceneRenderer -> DIR/gbuf, sharp [, mb, dof, both] .####.exr, camera.json
+//                                          [, aperture.exr]
 //
 // Files follow the `cycles` convention (docs/frame.md); docs/scenes.md says what each plane holds.
 // A picture depends on scene, size, frame number and sample counts alone, so that any split of a
@@ -35,7 +36,7 @@ struct SceneRequest {
     int sharp_samples = 16;  // per pixel of `sharp`
     // f_stop, aperture, sensor_width_mm, near_clip, far_clip and shutter_frames replace the
     // scene's; focal_length_mm and focus_distance too, in every frame. The scenes are in meters: a
-    // meters_per_unit other than 1 is a usage error.
+    // meters_per_unit other than 1 is a usage error. A picture of the aperture must be read.
     Camera camera;
     io::OnExisting on_existing = io::OnExisting::overwrite;
 };
@@ -51,7 +52,8 @@ const char* name_of(Picture picture);  // "gbuf"
 bool is_truth(Picture picture);
 
 // The scene with the request's camera laid over it. Errors (usage): unknown scene (its message
-// lists them), camera values that are not above 0 (shutter_frames: below 0).
+// lists them), camera values that are not above 0 (shutter_frames: below 0), blades beside a
+// picture of the aperture.
 Result<SceneModel> model_for(const SceneRequest& request);
 
 // Focal length, focus and the rest, at one frame.
@@ -72,8 +74,9 @@ struct SceneProgress {
 };
 using SceneCallback = std::function<bool(const SceneProgress&)>;
 
-// Renders and writes every picture, then camera.json. Errors: those of render_frame();
-// (output): folder or file cannot be written, naming it; (canceled): stopped by the callback.
+// Renders and writes every picture, then the aperture's, if it has one, and camera.json. Errors:
+// those of render_frame(); (output): folder or file cannot be written, naming it; (canceled):
+// stopped by the callback.
 Status write_scene(SceneRenderer& renderer, const SceneRequest& request,
                    const SceneCallback& callback = {});
 

@@ -22,7 +22,7 @@ bool whole(io::ExrFile& file) {
 // What the canonical planes of one frame follow from, besides SourceSettings.
 std::string text_of(const OpenedFrame& frame) {
     const FrameHeader& header = frame.header;
-    std::string text = camera_parameters().text(&header.camera) + "\n";
+    std::string text = header.camera.text() + "\n";
     if (header.sky) text += header.sky->text() + "\n";
     const auto& options = header.match.options;
     for (const auto* motion : {&options.motion, &options.motion_back})

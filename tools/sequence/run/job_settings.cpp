@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "config/profile.h"
+#include "tools/sequence/io/aperture_file.h"
 
 namespace postchain::sequence {
 namespace {
@@ -49,6 +50,16 @@ Result<PlanOptions> plan_options_of(const JobSettings& job, const PassRegistry& 
     return plan;
 }
 
+Status read_pictures(CameraFile& file) {
+    io::ApertureFiles pictures;
+    if (Status status = pictures.read(file.camera); !status.ok())
+        return status.at(file.file_name + ": aperture_image");
+    for (auto& [number, frame] : file.frames)
+        if (Status status = pictures.read(frame.camera); !status.ok())
+            return status.at(concat(file.file_name, ": frames.", number, ".aperture_image"));
+    return Status();
+}
+
 Result<SourceSettings> source_settings_of(const JobSettings& job, Diagnostics& notes) {
     SourceSettings source;
     source.layer = job.layer;
@@ -69,6 +80,7 @@ Result<SourceSettings> source_settings_of(const JobSettings& job, Diagnostics& n
         if (!camera.ok()) return camera.status();
         notes = camera->diagnostics;
         if (Status status = camera->status(); !status.ok()) return status;
+        if (Status status = read_pictures(*camera); !status.ok()) return status;
         source.camera = std::move(*camera);
     }
     return source;

@@ -1,7 +1,6 @@
 #include "tools/apps/postchain/run.h"
 
 #include <cstdio>
-#include <filesystem>
 #include <set>
 
 #include "tools/apps/postchain/exit_code.h"
@@ -76,14 +75,7 @@ int run_verb(const Options& options) {
     if (!chain.ok()) return fail(chain.status());
     auto settings = run_settings_of(options);
     if (!settings.ok()) return fail(settings.status());
-    if (!settings->dump_folder.empty()) {
-        std::error_code error;
-        std::filesystem::create_directories(settings->dump_folder, error);
-        if (error)
-            return fail(
-                Status(StatusCode::output,
-                       settings->dump_folder + ": folder cannot be created: " + error.message()));
-    }
+    settings->other_inputs.push_back({options.chain, "the chain file"});
     std::set<int> cuts = settings->source.cuts;  // that no frame has met
     const StopOnSignal stop;
     auto context = context_of(options);

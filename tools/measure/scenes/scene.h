@@ -14,7 +14,7 @@
 
 #include "chain/frame.h"
 #include "tools/measure/scenes/renderer.h"
-#include "tools/sequence/io/atomic_file.h"
+#include "tools/sequence/io/output_files.h"
 
 namespace postchain::scenes {
 
@@ -37,7 +37,7 @@ struct SceneRequest {
     // scene's; focal_length_mm and focus_distance too, in every frame. The scenes are in meters: a
     // meters_per_unit other than 1 is a usage error.
     Camera camera;
-    io::OnExisting on_existing = io::OnExisting::overwrite;
+    io::OnExisting on_existing = io::OnExisting::fail;  // or overwrite
 };
 
 enum class Picture {
@@ -73,7 +73,8 @@ struct SceneProgress {
 using SceneCallback = std::function<bool(const SceneProgress&)>;
 
 // Renders and writes every picture, then camera.json. Errors: those of render_frame();
-// (output): folder or file cannot be written, naming it; (canceled): stopped by the callback.
+// (output): folder or file cannot be written, naming it, or is there under OnExisting::fail (then
+// nothing is rendered); (canceled): stopped by the callback.
 Status write_scene(SceneRenderer& renderer, const SceneRequest& request,
                    const SceneCallback& callback = {});
 

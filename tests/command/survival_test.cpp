@@ -208,6 +208,28 @@ TEST_F(SurvivalTest, AnInputThatChangesMeanwhile) {
     EXPECT_EQ(change("left alone").code, 0);
 }
 
+#if !POSTCHAIN_SANITIZED  // the address sanitizer itself reserves terabytes
+// Whatever needs no GL ends with a message (docs/command.md, "Memory"). Below that the libraries do
+// not load.
+TEST_F(SurvivalTest, LittleAddressSpace) {
+    write_sequence(at(""), {1}, 320, 240);
+    for (long mebibytes = 480; mebibytes <= 700; mebibytes += 20) {
+        Launch launch;
+        launch.memory_bytes = mebibytes << 20;
+        EXPECT_EQ(run({"--version"}, launch).code, 0) << mebibytes;
+        for (const Arguments& command :
+             {Arguments{"plan", "balanced", "-i", in(1), "--set", "camera.f_stop=2"},
+              {"inspect", in(1)},
+              {"passes"}}) {
+            const auto outcome = run(command, launch);
+            EXPECT_EQ(outcome.signal, 0) << mebibytes << command[0] << outcome.text();
+            if (outcome.code == 0 || outcome.code == 3) continue;
+            EXPECT_TRUE(contains(outcome.err, "memory")) << mebibytes << outcome.text();
+        }
+    }
+}
+#endif
+
 TEST_F(SurvivalTest, NoUsableGl) {
     write_sequence(at(""), {1});
     write_text(at("vendor.json"), "");

@@ -165,6 +165,7 @@ TEST_F(OutputFilesTest, AFolderHasOneOwner) {
     ASSERT_TRUE(with("me", OnExisting::fail).check().ok());
     ASSERT_TRUE(with("me", OnExisting::fail).make_folders().ok());
     EXPECT_TRUE(fs::exists(at("r/.mark")));
+    EXPECT_TRUE(with("me", OnExisting::fail).check().ok()) << "nothing but the mark";
     EXPECT_EQ(*with("me", OnExisting::overwrite).permit(at("r/deep/a")), OnExisting::overwrite);
     EXPECT_EQ(*with("me", OnExisting::overwrite).permit(at("rr")), OnExisting::fail);
     make("r/a");
@@ -177,8 +178,14 @@ TEST_F(OutputFilesTest, AFolderHasOneOwner) {
     read.read({at("r/a"), "the truth"});
     EXPECT_EQ(read.check().code(), StatusCode::usage);
     EXPECT_THAT(read.check().message(), HasSubstr("the truth"));
+    // Through a link too: with the folder its target would go.
+    fs::create_symlink(at("r/a"), at("link.exr"));
+    OutputFiles linked = with("me", OnExisting::overwrite);
+    linked.read({at("link.exr"), "the truth"});
+    EXPECT_EQ(linked.check().code(), StatusCode::usage);
     fs::remove(at("r/.mark"));
-    EXPECT_EQ(with("me", OnExisting::overwrite).check().code(), StatusCode::output);
+    EXPECT_THAT(with("me", OnExisting::overwrite).check().message(),
+                HasSubstr("not empty and is not a report"));
     make("file");
     OutputFiles on_file;
     on_file.write(OutputFolder{at("file"), "a report", ".mark", "me\n", "name another"});

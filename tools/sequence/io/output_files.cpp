@@ -86,6 +86,9 @@ void OutputFiles::read(const InputFile& file) {
     if (::stat(file.path.c_str(), &info) == 0)
         inputs_.emplace(Identity(info.st_dev, info.st_ino), what);
     input_at_.emplace(resolved(file.path), what);
+    std::error_code error;
+    if (fs::is_symlink(file.path, error))
+        input_at_.emplace(fs::canonical(file.path, error).string(), what);
 }
 
 void OutputFiles::read(const PathPattern& pattern, const std::string& what) {
@@ -118,8 +121,6 @@ std::string OutputFiles::threat(const std::string& path, const std::string& reso
     if (::stat(path.c_str(), &info) == 0)
         if (const auto input = inputs_.find({info.st_dev, info.st_ino}); input != inputs_.end())
             return concat("would replace ", input->second, ", which this job reads");
-    if (const auto input = input_at_.find(resolved); input != input_at_.end())
-        return concat("would replace ", input->second, ", which this job reads");
     const std::string folder = fs::path(resolved).parent_path().string();
     for (const Pattern& pattern : patterns_)
         if (folder == pattern.folder && pattern.names.match(name_of(resolved)))
@@ -135,14 +136,10 @@ std::string OutputFiles::input_in(const std::string& folder) const {
 }
 
 Status OutputFiles::family_names(const OutputFamily& family) const {
-    for (const auto& [path, what] : input_at_)
-        if (fs::path(path).parent_path() == family.folder && family.has(name_of(path)))
-            return usage(path, concat(family.what, " could replace ", what, "; ", family.remedy));
     for (const auto& [path, index] : file_at_)
         if (fs::path(path).parent_path() == family.folder && family.has(name_of(path)))
             return usage(files_[index].path, concat("is ", files_[index].what, ", and could be ",
                                                     family.what, "; ", family.remedy));
-    // Hard and symbolic links of inputs.
     for (const std::string& name : names_in(family.folder))
         if (family.has(name)) {
             const std::string path = resolved_path(family.folder, name);

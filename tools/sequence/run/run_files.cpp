@@ -49,9 +49,9 @@ std::vector<std::string> outputs_of(const FrameTask& task, const RunSettings& se
 
 void read_inputs(const RunSettings& settings, io::OutputFiles& files) {
     for (const auto& [role, pattern] : settings.input.patterns)
-        files.read(pattern, settings.input.separate_files() && role != Role::color
-                                ? concat("the input (", name_of(role), ")")
-                                : "the input");
+        files.read(pattern, role == Role::color           ? "the input"
+                            : role == Role::inverse_depth ? "the depth"
+                                                          : concat("the ", name_of(role)));
     for (const auto& file : settings.other_inputs) files.read(file);
 }
 

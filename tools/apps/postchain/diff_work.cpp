@@ -1,7 +1,6 @@
 #include "tools/apps/postchain/diff_work.h"
 
 #include <cmath>
-#include <filesystem>
 
 #include "tools/apps/postchain/log.h"
 #include "tools/sequence/run/frame_task.h"

@@ -13,7 +13,7 @@ postchain=$PWD/build/tools/apps/postchain/postchain
 mkdir -p "$folder/wheels" "$folder/balanced" "$folder/paper"
 echo "== rendering 4 frames of wheels and their truth"
 "$postchain" scene wheels -o "$folder/wheels" --frames 1-4 --size 640x360 --truth-samples 64 \
-    --overwrite
+    --on-existing overwrite
 for chain in balanced paper; do
     echo "== filtering with $chain"
     "$postchain" run "$chain" -i "$folder/wheels/sharp.####.exr" \
@@ -30,7 +30,7 @@ done
 echo "== which is nearer to the truth?"
 "$postchain" ab balanced paper -i "$folder/wheels/sharp.####.exr" \
     --camera "$folder/wheels/camera.json" -r "$folder/wheels/both.####.exr" \
-    -o "$folder/report" --overwrite
+    -o "$folder/report" --on-existing overwrite
 
 echo
 echo "rendered:                      $folder/wheels/sharp.0001.png ... sharp.0004.png"

@@ -38,8 +38,8 @@ def scenes(options):
         folder = options.folders[0] / name
         if not (folder / "camera.json").exists():
             measure.call(options.postchain, "scene", *arguments.split(), "-o", folder, "--size",
-                         SIZE, "--frames", frames, "--truth-samples", TRUTH_SAMPLES, "--overwrite",
-                         "-q")
+                         SIZE, "--frames", frames, "--truth-samples", TRUTH_SAMPLES,
+                         "--on-existing", "overwrite", "-q")
             print(name, flush=True)
 
 
@@ -125,8 +125,8 @@ def claims_all(options, results, folder):
             report = json.loads(measure.call(
                 options.postchain, "ab", *paths, "-i", scene / "sharp.####.exr", "--camera",
                 scene / "camera.json", "-r", scene / "both.####.exr", "--frames",
-                measure.frame_list(frames), "-o", folder / "report", "--overwrite", "--repeats", 1,
-                "--page-frames", 1, "--json"))
+                measure.frame_list(frames), "-o", folder / "report", "--on-existing", "overwrite",
+                "--repeats", 1, "--page-frames", 1, "--json"))
             results.add_claims(scene.name, pair, report)
             print(scene.name, *pair, flush=True)
 

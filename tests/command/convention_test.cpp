@@ -116,7 +116,9 @@ TEST_F(ConventionTest, PlanesInFilesOfTheirOwn) {
     // The output is the color file, filtered: it has not gained channels.
     EXPECT_EQ(other_channels(out(9)).size(), 0u);
     // A depth of another size is refused.
-    ASSERT_TRUE(io::write_planes_exr(at("z.0001.exr"), ImageF(40, 20, 1, 2.0f), {"Y"}).ok());
+    ASSERT_TRUE(io::write_planes_exr(at("z.0001.exr"), ImageF(40, 20, 1, 2.0f), {"Y"},
+                                     io::OnExisting::overwrite)
+                    .ok());
     const auto outcome =
         run({"run", at("all.yaml"), "-i", input, "-o", out(9), "--on-existing", "overwrite"});
     EXPECT_EQ(outcome.code, 4) << outcome.text();

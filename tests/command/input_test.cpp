@@ -141,7 +141,8 @@ TEST_F(InputTest, MissingPlanesAreNamedWithWhatWasFound) {
     EXPECT_EQ(plan.code, 4);
     EXPECT_TRUE(contains(plan.err, "looked for as motion.x")) << plan.err;
     // No color at all.
-    ASSERT_TRUE(io::write_planes_exr(in(1), ImageF(8, 8, 1, 1.0f), {"Z"}).ok());
+    ASSERT_TRUE(
+        io::write_planes_exr(in(1), ImageF(8, 8, 1, 1.0f), {"Z"}, io::OnExisting::overwrite).ok());
     expect_refused(4, {"color", "Z"});
 }
 

@@ -253,6 +253,38 @@ TEST_F(SequenceTest, SkipIsForCompleteOutputsOfTheSameWork) {
     EXPECT_EQ(skip("fxaa"), "written");
 }
 
+// Without --strict a NaN is replaced and the frame is done; that says nothing of its values.
+TEST_F(SequenceTest, SkipUnderStrictLooksAtTheValues) {
+    Planes planes = make_planes(48, 32);
+    planes.color.at(3, 2, 1) = NAN;
+    write_frame(in(1), planes);
+    write_frame(in(2), make_planes(48, 32, 2));
+    const auto skip = [&](const Arguments& more) {
+        Arguments all = {"--on-existing", "skip", "--json", "--on-error", "continue"};
+        all.insert(all.end(), more.begin(), more.end());
+        return filter("fxaa", all);
+    };
+    for (const Arguments& more : {Arguments{}, {"--no-sidecar"}}) {
+        ASSERT_EQ(skip(more).code, 0);
+        const std::string first = read_text(out(1)), second = read_text(out(2));
+        EXPECT_EQ(json_lines(skip(more).out).at(0)["outcome"], "skipped");
+        Arguments strict = more;
+        strict.push_back("--strict");
+        const auto found = skip(strict);
+        EXPECT_EQ(found.code, 7) << found.text();
+        EXPECT_TRUE(contains(found.err, in(1)) && contains(found.err, "non-finite")) << found.err;
+        EXPECT_TRUE(read_text(out(1)) == first);
+        // Once looked at, a sound frame is kept, with --strict and without.
+        EXPECT_EQ(read_color(out(2)).data.size(), size_t(48 * 32 * 4));
+        for (const Arguments& again : {strict, more})
+            EXPECT_EQ(json_lines(skip(again).out).at(1)["outcome"], "skipped");
+        for (int frame : {1, 2}) {
+            fs::remove(out(frame));
+            fs::remove(out(frame) + ".json");
+        }
+    }
+}
+
 TEST_F(SequenceTest, AnySplitOverProcessesGivesTheSamePixels) {
     write_sequence(at(""), {1, 2, 3, 4});
     ASSERT_EQ(filter("all").code, 0);

@@ -178,6 +178,56 @@ TEST_F(SurvivalTest, SurroundingsDoNotMatter) {
     }
 }
 
+// The first stage says that the input has been read; the process stands still while it changes.
+TEST_F(SurvivalTest, AnInputThatChangesMeanwhile) {
+    const auto change = [&](const std::string& how) {
+        write_sequence(at(""), {1}, 192, 128);
+        fs::remove_all(at("stages"));
+        Process process(with_command({"run", at("all.yaml"), "-i", in(), "-o", out(), "--png",
+                                      "--dump-stages", at("stages")}));
+        const auto begun = [&] {
+            std::error_code error;
+            for (const auto& entry : fs::directory_iterator(at("stages"), error))
+                if (entry.path().filename().string()[0] != '.') return true;
+            return false;
+        };
+        while (process.running() && !begun()) usleep(200);
+        process.send(SIGSTOP);
+        if (how == "rewritten") write_frame(in(1), make_planes(192, 128, 2));
+        if (how == "touched") fs::last_write_time(in(1), fs::file_time_type::clock::now());
+        if (how == "removed") fs::remove(in(1));
+        process.send(SIGCONT);
+        return process.wait();
+    };
+    for (const char* how : {"rewritten", "touched", "removed"}) {
+        const auto outcome = change(how);
+        EXPECT_EQ(outcome.code, 4) << how << outcome.text();
+        EXPECT_TRUE(contains(outcome.err, in(1)) && contains(outcome.err, "while")) << outcome.err;
+        EXPECT_EQ(fs::directory_iterator(at("out")), fs::directory_iterator()) << how;
+    }
+    EXPECT_EQ(change("left alone").code, 0);
+}
+
+#if !POSTCHAIN_SANITIZED  // the address sanitizer itself reserves terabytes
+// Whatever needs no GL ends with a message (docs/command.md, "Memory"). Below that the libraries do
+// not load.
+TEST_F(SurvivalTest, LittleAddressSpace) {
+    write_sequence(at(""), {1}, 640, 360);
+    for (long mebibytes = 448; mebibytes <= 560; mebibytes += 16) {
+        Launch launch;
+        launch.memory_bytes = mebibytes << 20;
+        EXPECT_EQ(run({"--version"}, launch).code, 0) << mebibytes;
+        for (const Arguments& command :
+             {Arguments{"plan", at("all.yaml"), "-i", in(1)}, {"inspect", in(1)}}) {
+            const auto outcome = run(command, launch);
+            EXPECT_EQ(outcome.signal, 0) << mebibytes << command[0] << outcome.text();
+            if (outcome.code == 0) continue;
+            EXPECT_TRUE(contains(outcome.err, "memory")) << mebibytes << outcome.text();
+        }
+    }
+}
+#endif
+
 TEST_F(SurvivalTest, NoUsableGl) {
     write_sequence(at(""), {1});
     write_text(at("vendor.json"), "");

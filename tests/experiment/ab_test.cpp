@@ -198,7 +198,7 @@ TEST_F(Ab, FlickerAndGridAreMeasuredOnEveryFrame) {
         EXPECT_FALSE(report->variants[1].metrics.at(metric).mean) << metric;
     }
     auto again = settings();
-    again.overwrite = true;
+    again.on_existing = io::OnExisting::overwrite;
     auto still = run_ab({"one", test::parse(test::kChainText, {"motion_blur.noise=none"})},
                         chain("two", kNothing), again, test::executor(), {}, nullptr);
     ASSERT_TRUE(still.ok()) << still.status().message();
@@ -250,7 +250,7 @@ TEST_F(Ab, AReportThatIsThereIsRefused) {
     ASSERT_TRUE(run(kNothing, kNothing, settings()).ok());
     EXPECT_EQ(run(kNothing, kNothing, settings()).status().code(), StatusCode::output);
     auto again = settings();
-    again.overwrite = true;
+    again.on_existing = io::OnExisting::overwrite;
     EXPECT_TRUE(run(kNothing, kNothing, again).ok());
 }
 

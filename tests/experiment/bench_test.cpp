@@ -12,6 +12,7 @@
 #include "tools/measure/experiment/ab.h"
 #include "tools/measure/experiment/bench_store.h"
 #include "tools/measure/experiment/choose.h"
+#include "tools/measure/experiment/report_folder.h"
 #include "tools/measure/experiment/sweep.h"
 #include "tools/measure/report/images.h"
 
@@ -60,6 +61,20 @@ TEST(Sweeps, EqualChainsStandOnceAndNoSweepIsTheChain) {
     EXPECT_EQ(sweep({})->size(), 1u);
     EXPECT_THAT((*sweep({}, 64, {"motion_blur.samples=7"}))[0].chain.text(),
                 HasSubstr("samples=7"));
+}
+
+// The last one would win, and the names of the variants would be wrong.
+TEST(Sweeps, TwoOfOneValueAreRefused) {
+    for (const char* again : {"motion_blur.samples=5", "motion_blur.samples=9",
+                              "passes[0].samples=9", "passes[0].samples=5,9"}) {
+        const auto twice = sweep({"motion_blur.samples=5,7", again});
+        EXPECT_EQ(twice.status().code(), StatusCode::usage) << again;
+        EXPECT_THAT(twice.status().message(), HasSubstr("one sweep")) << again;
+        EXPECT_THAT(twice.status().message(), HasSubstr("motion_blur.samples")) << again;
+    }
+    EXPECT_EQ(sweep({"motion_blur.samples=5,7", "passes[1].preset=10,12"})->size(), 4u);
+    // --set is replaced by a sweep, whose name says so.
+    EXPECT_EQ(sweep({"motion_blur.samples=5,7"}, 64, {"motion_blur.samples=9"})->size(), 2u);
 }
 
 TEST(Sweeps, ExplosionsAreRefused) {
@@ -165,6 +180,7 @@ class Bench : public ::testing::Test {
         BenchSettings settings;
         static_cast<ExperimentSettings&>(settings) =
             test::settings_for(folder_.path(), folder_.path("report"));
+        settings.on_existing = io::OnExisting::skip;
         settings.page_frames = 1;
         settings.chain_name = "small";
         return settings;
@@ -172,9 +188,9 @@ class Bench : public ::testing::Test {
     Result<Report> run(const std::vector<BenchVariant>& variants, const BenchSettings& settings,
                        const std::atomic<bool>* stop = nullptr,
                        const ProgressCallback& progress = {}) {
-        if (Status status = prepare_folder(settings.folder, settings.overwrite, true); !status.ok())
-            return status;
-        return run_bench(variants, settings, test::executor(), progress, stop);
+        const auto files = prepare_folder(settings);
+        if (!files.ok()) return files.status();
+        return run_bench(variants, settings, *files, test::executor(), progress, stop);
     }
     test::TempFolder folder_;
 };
@@ -442,7 +458,7 @@ TEST_F(Bench, ResultsOfAnotherInputTruthOrDeviceAreNotUsed) {
 
 TEST(BenchResults, BrokenFilesAreNoResults) {
     const test::TempFolder folder;
-    const BenchStore store(folder.path(), "here");
+    const BenchStore store(folder.path(), "here", io::OutputFiles());
     ASSERT_TRUE(store.prepare().ok());
     FrameResult result;
     result.metrics["flip"] = 0.25;
@@ -461,7 +477,7 @@ TEST(BenchResults, BrokenFilesAreNoResults) {
     EXPECT_FALSE(back->split);
     EXPECT_FALSE(store.frame("abc", 7, "other work"));
     EXPECT_FALSE(store.frame("abc", 8, "work"));
-    EXPECT_FALSE(BenchStore(folder.path(), "there").frame("abc", 7, "work"));
+    EXPECT_FALSE(BenchStore(folder.path(), "there", io::OutputFiles()).frame("abc", 7, "work"));
     for (const char* text : {"", "{", "[]", "{\"key\": 3}"}) {
         std::ofstream(folder.path("results/abc.7.json")) << text;
         EXPECT_FALSE(store.frame("abc", 7, "work")) << text;

@@ -113,8 +113,8 @@ TEST_F(Command, AbWritesAllFourFiles) {
     EXPECT_EQ(json["variants"][1]["name"], "other");
     // Not empty now.
     EXPECT_EQ(run(ab()), 5) << log();
-    EXPECT_EQ(run(ab({"--overwrite", "--fail-above", "mse=1e-9"})), 8) << log();
-    EXPECT_EQ(run(ab({"--overwrite", "--fail-above", "mse=1"})), 0) << log();
+    EXPECT_EQ(run(ab({"--on-existing", "overwrite", "--fail-above", "mse=1e-9"})), 8) << log();
+    EXPECT_EQ(run(ab({"--on-existing", "overwrite", "--fail-above", "mse=1"})), 0) << log();
 }
 
 TEST_F(Command, UsageErrorsComeBeforeAnythingIsWritten) {

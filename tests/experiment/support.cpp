@@ -79,7 +79,7 @@ void write_sequence(const std::string& folder, int first, int count, int width, 
 }
 
 void write_rgb(const std::string& path, const ImageF& rgb) {
-    auto written = io::write_planes_exr(path, rgb, {"R", "G", "B"});
+    auto written = io::write_planes_exr(path, rgb, {"R", "G", "B"}, io::OnExisting::overwrite);
     ASSERT_TRUE(written.ok()) << written.status().message();
 }
 

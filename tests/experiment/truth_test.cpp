@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "tests/experiment/support.h"
+#include "tools/measure/experiment/report_folder.h"
 #include "tools/sequence/io/exr_writer.h"
 
 namespace postchain::experiment {
@@ -125,12 +126,24 @@ TEST_F(TruthFiles, GeneratedScenesAreKnownByTheirCameraFile) {
                 HasSubstr("names none of the generated scenes"));
 }
 
+ExperimentSettings settings_of(const std::string& folder, io::OnExisting on_existing) {
+    ExperimentSettings settings;
+    settings.folder = folder;
+    settings.on_existing = on_existing;
+    return settings;
+}
+
+Status prepare(const std::string& folder, io::OnExisting on_existing) {
+    return prepare_folder(settings_of(folder, on_existing)).status();
+}
+
 TEST(ReportFolder, StrangersAreNeverTouched) {
     const test::TempFolder folder;
     std::filesystem::create_directories(folder.path("images"));
     std::ofstream(folder.path("images/mine.txt")) << "mine";
-    for (const bool overwrite : {false, true}) {
-        const Status status = prepare_folder(folder.path(), overwrite, true);
+    for (const auto choice :
+         {io::OnExisting::fail, io::OnExisting::skip, io::OnExisting::overwrite}) {
+        const Status status = prepare(folder.path(), choice);
         EXPECT_EQ(status.code(), StatusCode::output);
         EXPECT_THAT(status.message(), HasSubstr("not empty and is not a report"));
     }
@@ -140,13 +153,16 @@ TEST(ReportFolder, StrangersAreNeverTouched) {
 TEST(ReportFolder, AReportIsKeptResumedOrReplaced) {
     const test::TempFolder folder;
     const std::string report = folder.path("new/report");
-    ASSERT_TRUE(prepare_folder(report, false, false).ok());
+    ASSERT_TRUE(prepare(report, io::OnExisting::fail).ok());
+    // One that has not begun is none.
+    ASSERT_TRUE(prepare(report, io::OnExisting::fail).ok());
     std::ofstream(report + "/report.json") << "{}";
     std::ofstream(report + "/notes.txt") << "of the user";
-    EXPECT_THAT(prepare_folder(report, false, false).message(), HasSubstr("--overwrite"));
-    EXPECT_TRUE(prepare_folder(report, false, true).ok());
+    EXPECT_THAT(prepare(report, io::OnExisting::fail).message(),
+                HasSubstr("--on-existing overwrite"));
+    EXPECT_TRUE(prepare(report, io::OnExisting::skip).ok());
     EXPECT_TRUE(std::filesystem::exists(report + "/report.json"));
-    EXPECT_TRUE(prepare_folder(report, true, false).ok());
+    EXPECT_TRUE(prepare(report, io::OnExisting::overwrite).ok());
     EXPECT_FALSE(std::filesystem::exists(report + "/report.json"));
     EXPECT_TRUE(std::filesystem::exists(report + "/notes.txt"));
 }
@@ -154,7 +170,7 @@ TEST(ReportFolder, AReportIsKeptResumedOrReplaced) {
 TEST(ReportFolder, AFileInItsPlaceIsAnError) {
     const test::TempFolder folder;
     std::ofstream(folder.path("file")) << "x";
-    EXPECT_EQ(prepare_folder(folder.path("file"), true, false).code(), StatusCode::output);
+    EXPECT_EQ(prepare(folder.path("file"), io::OnExisting::overwrite).code(), StatusCode::output);
 }
 
 }  // namespace

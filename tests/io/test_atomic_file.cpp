@@ -104,7 +104,7 @@ TEST(AtomicFile, ReplacesATemporaryOfADeadProcess) {
     const TempFolder folder;
     const std::string left = folder.path(".a.txt." + std::to_string(::getpid()) + ".tmp");
     test::set_file_bytes(left, "left behind, longer than what follows");
-    const Result<bool> done = atomic_write_text(folder.path("a.txt"), "new");
+    const Result<bool> done = atomic_write_text(folder.path("a.txt"), "new", OnExisting::fail);
     ASSERT_TRUE(done.ok()) << done.status().message();
     EXPECT_EQ(file_bytes(folder.path("a.txt")), "new");
     EXPECT_THAT(folder.names(), ElementsAre("a.txt"));
@@ -157,8 +157,8 @@ TEST(AtomicFile, AFileSizeLimitIsAClearErrorAndLeavesNothing) {
             ::signal(SIGXFSZ, SIG_IGN);
             const rlimit lower{rlim_t(limit), rlim_t(limit)};
             ::setrlimit(RLIMIT_FSIZE, &lower);
-            const Result<bool> done =
-                atomic_write_text(folder.path("a.txt"), std::string(2'000'000, 'x'));
+            const Result<bool> done = atomic_write_text(
+                folder.path("a.txt"), std::string(2'000'000, 'x'), OnExisting::fail);
             if (done.ok()) return 1;
             if (done.status().code() != StatusCode::output) return 2;
             return done.status().message().find("file-size limit") == std::string::npos ? 3 : 0;

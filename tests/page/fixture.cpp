@@ -124,6 +124,8 @@ Report make_report(const std::string& folder) {
     report.kind = Kind::bench;
     report.title = "A <test> & its \"report\"";
     report.folder = folder;
+    report.files = io::OutputFiles(io::OnExisting::overwrite);
+    report.files.write(io::OutputFolder{folder, "a report", ".mark", "", ""});
     report.command = {"postchain", "bench", "paper"};
     report.version = "0.1.0";
     report.input = "in.####.exr";

@@ -278,7 +278,8 @@ TEST_F(RunnerTest, RefusalsBeforeAnythingIsDone) {
     refused(StatusCode::output);
     EXPECT_FALSE(fs::exists(out(1)));
     settings_.on_existing = io::OnExisting::overwrite;
-    settings_.dump_folder = at("no_such_folder");
+    std::ofstream(at("file")) << "something";
+    settings_.dump_folder = at("file");
     refused(StatusCode::output);
     settings_.dump_folder.clear();
     settings_.output = *io::PathPattern::parse(at("out/o.exr"));

@@ -105,6 +105,7 @@ TEST_F(Files, AreTheSameBytesHoweverTheSequenceIsSplit) {
     ASSERT_TRUE(write_scene(renderer(), request_).ok());
     const std::string sharp = bytes("sharp.0002.exr"), both = bytes("both.0002.exr");
     request_.frames = {2};
+    request_.on_existing = io::OnExisting::overwrite;
     ASSERT_TRUE(write_scene(renderer(), request_).ok());
     EXPECT_GT(sharp.size(), 1000u);
     EXPECT_EQ(bytes("sharp.0002.exr"), sharp);
@@ -236,7 +237,7 @@ TEST_F(Files, AreKeptWhenAsked) {
     ASSERT_TRUE(write_scene(renderer(), request_).ok());
     request_.on_existing = io::OnExisting::fail;
     EXPECT_EQ(write_scene(renderer(), request_).code(), StatusCode::output);
-    request_.on_existing = io::OnExisting::skip;
+    request_.on_existing = io::OnExisting::overwrite;
     EXPECT_TRUE(write_scene(renderer(), request_).ok());
 }
 

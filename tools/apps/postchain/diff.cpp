@@ -117,15 +117,16 @@ bool exceeds(const DiffWork& work, const Values& values, const std::string& wher
 // Magma over 0..shown_max as PNG, the values themselves as EXR.
 Status write_map(const DiffWork& work, const std::string& path, const ImageF& map) {
     const auto& row = *metrics::find_map(work.compare.map);
-    if (path.ends_with(".exr"))
-        return io::write_planes_exr(path, map, {"Y"}, work.on_existing).status();
+    const auto permit = work.files.permit(path);
+    if (!permit.ok()) return permit.status();
+    if (path.ends_with(".exr")) return io::write_planes_exr(path, map, {"Y"}, *permit).status();
     ImageF shown = map;
     for (float& v : shown.data) v /= float(row.shown_max);
     const auto colors = io::magma_of(shown);
     if (!colors.ok()) return colors.status().at(path);
     const auto png = io::encode_png(*colors);
     if (!png.ok()) return png.status().at(path);
-    return io::atomic_write_text(path, *png, work.on_existing).status();
+    return io::atomic_write_text(path, *png, *permit).status();
 }
 
 Status write_maps(const DiffWork& work, const DiffFrame& frame, const ImageF& map) {
@@ -171,9 +172,7 @@ void add_diff(CLI::App& verb, Options& o, DiffOptions& diff) {
     verb.add_option("--map-metric", diff.map_metric, "error of the map: " + maps)
         ->type_name("NAME")
         ->capture_default_str();
-    verb.add_option("--on-existing", diff.on_existing, "when a map exists")
-        ->check(CLI::IsMember({"fail", "overwrite"}))
-        ->capture_default_str();
+    add_on_existing(verb, "when a map exists", diff.on_existing);
     verb.add_option("--over", diff.over,
                     "compare both over a background of this gray, linear, with their alpha "
                     "(default: premultiplied color as it is)")

@@ -1,7 +1,6 @@
 #include "tools/apps/postchain/diff_work.h"
 
 #include <cmath>
-#include <filesystem>
 
 #include "tools/apps/postchain/log.h"
 #include "tools/sequence/run/frame_task.h"
@@ -58,7 +57,8 @@ Result<metrics::MetricLimit> limit_of(const std::string& text) {
 }
 
 Result<std::vector<DiffFrame>> frames_of(const Options& options, const DiffOptions& diff,
-                                         bool& sequence) {
+                                         DiffWork& work) {
+    bool& sequence = work.sequence;
     auto a = io::PathPattern::parse(diff.a);
     if (!a.ok()) return a.status().at("A");
     auto b = io::PathPattern::parse(diff.b);
@@ -66,6 +66,9 @@ Result<std::vector<DiffFrame>> frames_of(const Options& options, const DiffOptio
     if (a->has_token() != b->has_token())
         return Status(StatusCode::usage, concat("diff: ", a->text(), " and ", b->text(),
                                                 ": one is a sequence, the other a single image"));
+    work.files.read(*a, "the reference");
+    work.files.read(*b, "the picture compared");
+    if (!options.job.profile.empty()) work.files.read({options.job.profile, "the profile"});
     sequence = a->has_token();
     if (!sequence) {
         if (!options.job.frames.empty())
@@ -116,12 +119,9 @@ Status add_maps(const DiffOptions& diff, DiffWork& work) {
             return Status(StatusCode::usage,
                           "--map: " + text + " would be written for every frame; give a pattern");
         for (const auto& frame : work.frames)
-            for (const auto& input : {frame.a, frame.b}) {
-                std::error_code ignored;
-                if (std::filesystem::equivalent(pattern->format(frame.number), input, ignored))
-                    return Status(StatusCode::usage,
-                                  "--map: " + input + " is one of the images to be compared");
-            }
+            work.files.write(io::OutputFile{pattern->format(frame.number),
+                                            concat("the error map of frame ", frame.number),
+                                            "name another map with --map"});
         work.maps.push_back(std::move(*pattern));
     }
     if (!metrics::find_map(diff.map_metric)) {
@@ -131,14 +131,15 @@ Status add_maps(const DiffOptions& diff, DiffWork& work) {
                                                 "'; known are ", known));
     }
     if (!work.maps.empty()) work.compare.map = diff.map_metric;
-    return Status();
+    return work.files.check();
 }
 
 }  // namespace
 
 Result<DiffWork> work_of(const Options& options, const DiffOptions& diff) {
     DiffWork work;
-    auto frames = frames_of(options, diff, work.sequence);
+    work.files = io::OutputFiles(diff.on_existing);
+    auto frames = frames_of(options, diff, work);
     if (!frames.ok()) return frames.status();
     work.frames = std::move(*frames);
     if (!options.job.profile.empty()) {
@@ -148,9 +149,6 @@ Result<DiffWork> work_of(const Options& options, const DiffOptions& diff) {
     }
     work.source.layer = options.job.layer;
     work.source.view = options.job.view;
-    work.on_existing =
-        diff.on_existing == "overwrite" ? io::OnExisting::overwrite : io::OnExisting::fail;
-
     const bool many = work.frames.size() > 1;
     for (const auto& row : metrics::metric_rows())
         if (diff.metrics.empty()) work.compare.metrics.insert(row.name);

@@ -11,6 +11,7 @@
 #include "tools/measure/metrics/compare.h"
 #include "tools/measure/metrics/limit.h"
 #include "tools/sequence/io/exr_writer.h"
+#include "tools/sequence/io/output_files.h"
 
 namespace postchain {
 
@@ -22,7 +23,7 @@ struct DiffOptions {
     std::vector<std::string> metrics;
     std::vector<std::string> maps;
     std::string map_metric = "hdr_flip";
-    std::string on_existing = "fail";
+    io::OnExisting on_existing = io::OnExisting::fail;
     std::vector<std::string> fail_above;
     double pixels_per_degree = 0;
     std::string tone_mapper = "aces";
@@ -44,14 +45,14 @@ struct DiffWork {
     bool tde = false;
     std::vector<metrics::MetricLimit> limits;
     std::vector<io::PathPattern> maps;
-    io::OnExisting on_existing = io::OnExisting::fail;
+    io::OutputFiles files;  // the maps, and what is compared
 
     bool wants_hdr_flip() const {
         return compare.metrics.count("hdr_flip") > 0 || compare.map == "hdr_flip";
     }
 };
 
-// Errors: usage; input (frames that are not on disk).
+// Errors: usage; input (frames that are not on disk); output (maps that are there).
 Result<DiffWork> work_of(const Options& options, const DiffOptions& diff);
 
 // The color of both files, found by profile; over the gray, if there is one. Errors (input) name

@@ -13,6 +13,7 @@
 #include "tools/measure/experiment/ab.h"
 #include "tools/measure/experiment/bench.h"
 #include "tools/measure/experiment/choose.h"
+#include "tools/measure/experiment/report_folder.h"
 #include "tools/measure/experiment/sweep.h"
 #include "tools/measure/experiment/truth.h"
 #include "tools/measure/report/limits.h"
@@ -21,6 +22,7 @@
 #include "tools/measure/report/report_json.h"
 #include "tools/measure/report/report_text.h"
 #include "tools/measure/report/words.h"
+#include "tools/sequence/io/aperture_file.h"
 
 namespace postchain {
 namespace {
@@ -54,9 +56,6 @@ void add_experiment(CLI::App& verb, Options& o, ExperimentOptions& e, const Para
         ->take_all();
     add_settings(verb, job_parameters(), sequence::kInputGroup, &o.job);
     add_settings(verb, table, "", settings);
-    verb.add_option("--assets", e.assets,
-                    "folder for the page's pictures, which are inside the page otherwise")
-        ->type_name("DIR");
     verb.add_option("--fail-above", e.fail_above,
                     "exit with 8 when a variant's mean is above it, may be repeated: flip=0.05")
         ->type_name("METRIC=NUMBER")
@@ -67,11 +66,18 @@ void add_experiment(CLI::App& verb, Options& o, ExperimentOptions& e, const Para
     verb.add_flag("--json", o.json, "the report as one JSON object on stdout");
 }
 
-// What the tables do not say: the run, and this process.
-Status complete(experiment::ExperimentSettings& settings, const Options& o, int argc, char** argv) {
+// What the tables do not say: the run, and this process. `cameras`: of the chains, which may name
+// pictures.
+Status complete(experiment::ExperimentSettings& settings, const Options& o,
+                const std::vector<std::string>& chains, const std::vector<Camera>& cameras,
+                int argc, char** argv) {
     auto run = run_settings_of(o);
     if (!run.ok()) return run.status();
     settings.run = std::move(*run);
+    for (const auto& chain : chains) settings.run.other_inputs.push_back({chain, "the chain file"});
+    for (const auto& camera : cameras)
+        for (auto& picture : io::inputs_of(camera))
+            settings.run.other_inputs.push_back(std::move(picture));
     settings.input = o.job.input;
     settings.command.assign(argv, argv + argc);
     settings.threads = threads_of(o);
@@ -110,13 +116,13 @@ void print_curve(const report::Report& report) {
 }
 
 // All files of the report, a summary on stdout, and the exit code.
-int finish(const report::Report& report, const Options& options, const ExperimentOptions& e,
+int finish(const report::Report& report, const Options& options, const std::string& assets,
            const std::vector<report::MetricLimit>& limits) {
     Status status = report::write_report_json(report);
     if (status.ok()) status = report::write_report_csv(report);
     if (status.ok()) status = report::write_report_markdown(report);
     const std::string page = report.folder + "/index.html";
-    if (status.ok()) status = report::write_page(report, page, {e.assets});
+    if (status.ok()) status = report::write_page(report, page, {assets});
     if (!status.ok()) return fail(status);
     for (const auto& note : report.notes) log::warning(note);
     size_t failed = 0;
@@ -162,7 +168,11 @@ int ab_verb(const Options& options, const ExperimentOptions& e, int argc, char**
     auto b = load_chain_of(of_b);
     if (!b.ok()) return fail(b.status());
     experiment::ExperimentSettings settings = e.ab;
-    if (Status status = complete(settings, options, argc, argv); !status.ok()) return fail(status);
+    const std::vector<std::string> chains = {options.chain, e.chain_b};
+    if (Status status =
+            complete(settings, options, chains, {a->chain.camera, b->chain.camera}, argc, argv);
+        !status.ok())
+        return fail(status);
     auto limits =
         limits_of("--fail-above", e.fail_above, report::Kind::ab, !settings.truth.empty());
     if (!limits.ok()) return fail(limits.status());
@@ -179,7 +189,7 @@ int ab_verb(const Options& options, const ExperimentOptions& e, int argc, char**
     log::progress("");
     if (stop.asked()) return stop.exit_code();
     if (!report.ok()) return fail(report.status());
-    return finish(*report, options, e, *limits);
+    return finish(*report, options, settings.assets, *limits);
 }
 
 void add_bench(CLI::App& verb, Options& o, ExperimentOptions& e) {
@@ -203,7 +213,7 @@ namespace {
 
 // Without --truth: that of the generated scene, where the input is one.
 Status find_truth(const Options& options, experiment::BenchSettings& settings,
-                  const StopOnSignal& stop) {
+                  const io::OutputFiles& files, const StopOnSignal& stop) {
     if (!settings.truth.empty()) return Status();
     auto survey = experiment::survey_input(settings.run, settings.flip.tone_mapper, false);
     if (!survey.ok()) return survey.status();
@@ -215,7 +225,7 @@ Status find_truth(const Options& options, experiment::BenchSettings& settings,
     auto context = context_options_of(options);
     if (!context.ok()) return context.status();
     auto pattern = experiment::generate_truth(
-        *scene.request, settings.folder + "/truth", settings.truth_samples, *context,
+        *scene.request, settings.folder + "/truth", settings.truth_samples, files, *context,
         [&](int frame, double share) {
             log::progress(concat("truth of ", scene.request->name, ", frame ", frame, ", ",
                                  int(100 * share), " %"));
@@ -246,32 +256,35 @@ int bench_verb(const Options& options, const ExperimentOptions& e, int argc, cha
                                                e.bench.max_variants);
     if (!variants.ok()) return fail(variants.status());
     experiment::BenchSettings settings = e.bench;
-    if (Status status = complete(settings, options, argc, argv); !status.ok()) return fail(status);
+    std::vector<Camera> cameras;
+    for (const auto& variant : *variants) cameras.push_back(variant.chain.camera);
+    if (Status status = complete(settings, options, {options.chain}, cameras, argc, argv);
+        !status.ok())
+        return fail(status);
     settings.chain_name = chain_name(options.chain);
     auto limits = limits_of("--fail-above", e.fail_above, report::Kind::bench, true);
     if (!limits.ok()) return fail(limits.status());
     auto under = limits_of("--under", e.under, report::Kind::bench, true);
     if (!under.ok()) return fail(under.status());
-    if (Status status = experiment::prepare_folder(settings.folder, settings.overwrite, true);
-        !status.ok())
-        return fail(status);
+    const auto files = experiment::prepare_folder(settings);
+    if (!files.ok()) return fail(files.status());
 
     const StopOnSignal stop;
-    if (Status status = find_truth(options, settings, stop); !status.ok())
+    if (Status status = find_truth(options, settings, *files, stop); !status.ok())
         return stop.asked() ? stop.exit_code() : fail(status);
     auto context = context_of(options);
     if (!context.ok()) return fail(context.status());
     settings.renderer = renderer_text((*context)->device());
     settings.software = (*context)->device().software;
     Executor executor((*context)->device());
-    auto report =
-        experiment::run_bench(*variants, settings, executor, progress_printer(), &stop.flag());
+    auto report = experiment::run_bench(*variants, settings, *files, executor, progress_printer(),
+                                        &stop.flag());
     log::progress("");
     if (stop.asked()) return stop.exit_code();
     if (!report.ok()) return fail(report.status());
     auto met = experiment::choose_under(*report, *under);
     if (!met.ok()) return fail(met.status());
-    const int code = finish(*report, options, e, *limits);
+    const int code = finish(*report, options, settings.assets, *limits);
     return code == kExitOk && !*met ? kExitThreshold : code;
 }
 

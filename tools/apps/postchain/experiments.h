@@ -10,7 +10,6 @@ struct ExperimentOptions {
     experiment::ExperimentSettings ab;
     experiment::BenchSettings bench;
     std::string chain_b;  // of ab; A is Options::chain
-    std::string assets;
     std::vector<std::string> fail_above;
     std::vector<std::string> sweeps;  // of bench
     std::vector<std::string> under;   // of bench

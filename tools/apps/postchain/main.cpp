@@ -7,6 +7,8 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <new>
+#include <system_error>
 
 #include "config/reporter.h"
 #include "tools/apps/postchain/completion.h"
@@ -182,6 +184,13 @@ int main(int argc, char** argv) {
     int code = postchain::kExitSomeFailed;
     try {
         code = postchain::command(argc, argv);
+    } catch (const std::bad_alloc&) {
+        std::fprintf(stderr, "postchain: error: not enough memory\n");
+    } catch (const std::system_error& error) {
+        std::fprintf(stderr,
+                     "postchain: error: no thread could be started (too little memory, or too many "
+                     "threads): %s\n",
+                     error.what());
     } catch (const std::exception& error) {
         std::fprintf(stderr, "postchain: error: unexpected failure: %s\n", error.what());
     }

@@ -131,6 +131,16 @@ void add_settings(CLI::App& verb, const ParameterTable& table, const std::string
         if (row.group == group) add_setting(verb, row, settings);
 }
 
+void add_on_existing(CLI::App& verb, const std::string& help, io::OnExisting& on_existing) {
+    static const std::map<std::string, io::OnExisting> kWords = {
+        {"fail", io::OnExisting::fail}, {"overwrite", io::OnExisting::overwrite}};
+    verb.add_option_function<std::string>(
+            "--on-existing",
+            [&on_existing](const std::string& word) { on_existing = kWords.at(word); }, help)
+        ->check(CLI::IsMember({"fail", "overwrite"}))
+        ->default_str("fail");
+}
+
 void add_device(CLI::App& verb, Options& o) {
     verb.add_option("--device", o.device,
                     "GL device: auto, software, or a number of `postchain info`")

@@ -46,6 +46,9 @@ void add_setting(CLI::App& verb, const Parameter& row, ParameterRef settings);
 void add_settings(CLI::App& verb, const ParameterTable& table, const std::string& group,
                   ParameterRef settings);
 
+// --on-existing of a verb that keeps no earlier results: fail, overwrite.
+void add_on_existing(CLI::App& verb, const std::string& help, io::OnExisting& on_existing);
+
 // Prints every diagnostic; when the file is invalid, the status has been said already.
 Result<ChainFile> load_chain_of(const Options& options);
 // Those of options.job, with what its camera file's reader has to say printed.

@@ -1,12 +1,12 @@
 #include "tools/apps/postchain/run.h"
 
 #include <cstdio>
-#include <filesystem>
 #include <set>
 
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
+#include "tools/sequence/io/aperture_file.h"
 #include "tools/sequence/run/frame_task.h"
 #include "tools/sequence/run/run_sequence.h"
 #include "tools/sequence/run/sidecar.h"
@@ -76,14 +76,9 @@ int run_verb(const Options& options) {
     if (!chain.ok()) return fail(chain.status());
     auto settings = run_settings_of(options);
     if (!settings.ok()) return fail(settings.status());
-    if (!settings->dump_folder.empty()) {
-        std::error_code error;
-        std::filesystem::create_directories(settings->dump_folder, error);
-        if (error)
-            return fail(
-                Status(StatusCode::output,
-                       settings->dump_folder + ": folder cannot be created: " + error.message()));
-    }
+    settings->other_inputs.push_back({options.chain, "the chain file"});
+    for (auto& picture : io::inputs_of(chain->chain.camera))
+        settings->other_inputs.push_back(std::move(picture));
     std::set<int> cuts = settings->source.cuts;  // that no frame has met
     const StopOnSignal stop;
     auto context = context_of(options);

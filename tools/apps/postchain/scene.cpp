@@ -51,7 +51,7 @@ void add_scene(CLI::App& verb, Options& options, SceneOptions& scene) {
                     "samples over shutter and lens of mb, dof and both; 0 = none")
         ->check(CLI::Range(0, 1 << 20))
         ->capture_default_str();
-    verb.add_flag("--overwrite", scene.overwrite, "replace files that exist");
+    add_on_existing(verb, "when one of the files exists", scene.on_existing);
     add_settings(verb, camera_parameters(), "", &scene.camera);
     add_device(verb, options);
 }
@@ -62,7 +62,7 @@ int scene_verb(const Options& options, const SceneOptions& scene) {
     request.folder = scene.folder;
     request.truth_samples = scene.truth_samples;
     request.camera = scene.camera;
-    request.on_existing = scene.overwrite ? io::OnExisting::overwrite : io::OnExisting::fail;
+    request.on_existing = scene.on_existing;
     auto size = parse_size(scene.size);
     if (!size.ok()) return fail(size.status());
     request.width = (*size)[0];

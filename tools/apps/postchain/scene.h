@@ -11,7 +11,7 @@ struct SceneOptions {
     std::string size = "640x360";
     std::string frames = "1-8";
     int truth_samples = 0;
-    bool overwrite = false;
+    io::OnExisting on_existing = io::OnExisting::fail;
     Camera camera;  // over the scene's
 };
 void add_scene(CLI::App& verb, Options& options, SceneOptions& scene);

@@ -12,8 +12,8 @@
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/stress/matrix.h"
 #include "tools/measure/stress/page.h"
-#include "tools/sequence/io/atomic_file.h"
 #include "tools/sequence/io/json.h"
+#include "tools/sequence/io/output_files.h"
 
 namespace postchain {
 namespace {
@@ -82,20 +82,24 @@ Json json_of(const stress::Matrix& matrix, const std::string& renderer) {
             {"cells", std::move(cells)}};
 }
 
-struct File {
-    const char* name;
-    const std::string* content;
-};
+constexpr const char* kText = "stress.txt";
+constexpr const char* kJson = "stress.json";
+constexpr const char* kPage = "index.html";
 
-Status write_files(const std::string& folder, const std::vector<File>& files) {
-    std::error_code error;
-    std::filesystem::create_directories(folder, error);
-    if (error) return Status(StatusCode::output, "--output: " + folder + ": " + error.message());
-    for (const auto& [name, content] : files) {
-        auto written = io::atomic_write_text(folder + "/" + name, *content);
-        if (!written.ok()) return written.status();
-    }
-    return Status();
+io::OutputFiles files_of(const Options& options, const StressOptions& stress) {
+    io::OutputFiles files(stress.on_existing);
+    if (!options.chain.empty()) files.read({options.chain, "the chain file"});
+    if (stress.folder.empty()) return files;
+    for (const char* name : {kText, kJson, kPage})
+        files.write(io::OutputFile{stress.folder + "/" + name, "the matrix",
+                                   "name another folder with --output"});
+    return files;
+}
+
+Status write_file(const io::OutputFiles& files, const std::string& path, const std::string& text) {
+    const auto permit = files.permit(path);
+    if (!permit.ok()) return permit.status();
+    return io::atomic_write_text(path, text, *permit).status();
 }
 
 // As it was typed, of what counts for the figures.
@@ -117,6 +121,7 @@ void add_stress(CLI::App& verb, Options& o, StressOptions& stress) {
                     "folder for index.html, a page with pictures of what failed, stress.txt and "
                     "stress.json")
         ->type_name("DIR");
+    add_on_existing(verb, "when one of these files exists", stress.on_existing);
     verb.add_option("--only", stress.only,
                     "cells whose name, CHAIN/ROW/CELL/PRECISION, holds this; * is any text")
         ->type_name("PATTERN");
@@ -127,6 +132,8 @@ void add_stress(CLI::App& verb, Options& o, StressOptions& stress) {
 int stress_verb(const Options& options, const StressOptions& stress) {
     auto subjects = subjects_of(options);
     if (!subjects.ok()) return fail(subjects.status());
+    const io::OutputFiles files = files_of(options, stress);
+    if (Status status = files.check(); !status.ok()) return fail(status);
     auto context = context_of(options);
     if (!context.ok()) return fail(context.status());
     Executor executor((*context)->device());
@@ -153,8 +160,15 @@ int stress_verb(const Options& options, const StressOptions& stress) {
         const std::string page = stress::matrix_as_page(
             *matrix, *pictures,
             {kVersion, renderer_text((*context)->device()), command_of(options, stress)});
-        const Status status = write_files(
-            stress.folder, {{"stress.txt", &text}, {"stress.json", &json}, {"index.html", &page}});
+        std::error_code error;
+        std::filesystem::create_directories(stress.folder, error);
+        if (error)
+            return fail(
+                Status(StatusCode::output, "--output: " + stress.folder + ": " + error.message()));
+        const std::string start = stress.folder + "/";
+        Status status = write_file(files, start + kText, text);
+        if (status.ok()) status = write_file(files, start + kJson, json);
+        if (status.ok()) status = write_file(files, start + kPage, page);
         if (!status.ok()) return fail(status);
     }
     return matrix->count(stress::Verdict::failed) ? kExitHealth : kExitOk;

@@ -12,6 +12,7 @@ namespace postchain {
 struct StressOptions {
     std::string only;
     std::string folder;  // empty: none is written
+    io::OnExisting on_existing = io::OnExisting::fail;
 };
 void add_stress(CLI::App& verb, Options& options, StressOptions& stress);
 int stress_verb(const Options& options, const StressOptions& stress);

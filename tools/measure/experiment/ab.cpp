@@ -5,6 +5,7 @@
 #include "chain/merge.h"
 #include "config/chain_file.h"
 #include "tools/measure/experiment/basis.h"
+#include "tools/measure/experiment/report_folder.h"
 #include "tools/measure/experiment/statistics.h"
 #include "tools/measure/experiment/temporal_stability.h"
 #include "tools/measure/experiment/timing.h"
@@ -59,9 +60,9 @@ class AbRun {
         if (!basis_.truth)
             note("without a truth the metrics measure how far " + chains_[1]->name + " is from " +
                  chains_[0]->name + ", not which is nearer to anything");
-        if (Status status = prepare_folder(settings_.folder, settings_.overwrite, false);
-            !status.ok())
-            return status;
+        auto files = prepare_folder(settings_);
+        if (!files.ok()) return files.status();
+        report_.files = std::move(*files);
         stability_frames_ = spread_frames(report_.frames, kStabilityFrames);
         for (const NamedChain* chain : chains_) {
             report::Variant variant;

@@ -20,8 +20,12 @@ constexpr const char* kParetoMetric = "hdr_flip";
 class BenchRun {
   public:
     BenchRun(const std::vector<BenchVariant>& variants, const BenchSettings& settings,
-             Executor& executor, const std::atomic<bool>* stop)
-        : variants_(variants), settings_(settings), executor_(executor), stop_(stop) {}
+             const io::OutputFiles& files, Executor& executor, const std::atomic<bool>* stop)
+        : variants_(variants),
+          settings_(settings),
+          files_(files),
+          executor_(executor),
+          stop_(stop) {}
 
     Result<report::Report> run(const ProgressCallback& callback) {
         if (Status status = start(); !status.ok()) return status;
@@ -64,7 +68,8 @@ class BenchRun {
                     "variants differ in their camera; the truth is the same for all of them");
         }
         for (const auto& seed : seeds_of(variants_[0].chain)) report_.seeds.push_back(seed);
-        store_.emplace(settings_.folder, conditions());
+        report_.files = files_;
+        store_.emplace(settings_.folder, conditions(), files_);
         return store_->prepare();
     }
 
@@ -342,6 +347,7 @@ class BenchRun {
 
     const std::vector<BenchVariant>& variants_;
     const BenchSettings& settings_;
+    const io::OutputFiles& files_;
     Executor& executor_;
     const std::atomic<bool>* stop_;
     ProgressMeter* progress_ = nullptr;
@@ -357,9 +363,10 @@ class BenchRun {
 }  // namespace
 
 Result<report::Report> run_bench(const std::vector<BenchVariant>& variants,
-                                 const BenchSettings& settings, Executor& executor,
-                                 const ProgressCallback& progress, const std::atomic<bool>* stop) {
-    return BenchRun(variants, settings, executor, stop).run(progress);
+                                 const BenchSettings& settings, const io::OutputFiles& files,
+                                 Executor& executor, const ProgressCallback& progress,
+                                 const std::atomic<bool>* stop) {
+    return BenchRun(variants, settings, files, executor, stop).run(progress);
 }
 
 }  // namespace postchain::experiment

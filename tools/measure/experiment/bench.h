@@ -19,10 +19,11 @@
 
 namespace postchain::experiment {
 
-// Needs the folder prepared (prepare_folder, resuming). A variant that fails keeps its message and
-// the others go on. Errors: those of input and truth, (output), (canceled) by `stop`.
+// `files`: of prepare_folder(), in whose folder it writes. A variant that fails keeps its message
+// and the others go on. Errors: those of input and truth, (output), (canceled) by `stop`.
 Result<report::Report> run_bench(const std::vector<BenchVariant>& variants,
-                                 const BenchSettings& settings, Executor& executor,
-                                 const ProgressCallback& progress, const std::atomic<bool>* stop);
+                                 const BenchSettings& settings, const io::OutputFiles& files,
+                                 Executor& executor, const ProgressCallback& progress,
+                                 const std::atomic<bool>* stop);
 
 }  // namespace postchain::experiment

@@ -19,14 +19,16 @@ report::Json load(const std::string& path, const std::string& key) {
     return json;
 }
 
-Status save(const std::string& path, const report::Json& json) {
-    return io::atomic_write_text(path, io::json_text(json, 1)).status();
-}
-
 }  // namespace
 
-BenchStore::BenchStore(std::string folder, std::string conditions)
-    : folder_(folder + "/results"), conditions_(std::move(conditions)) {}
+BenchStore::BenchStore(std::string folder, std::string conditions, io::OutputFiles files)
+    : folder_(folder + "/results"), conditions_(std::move(conditions)), files_(std::move(files)) {}
+
+Status BenchStore::save(const std::string& path, const std::string& text) const {
+    const auto permit = files_.permit(path);
+    if (!permit.ok()) return permit.status();
+    return io::atomic_write_text(path, text, *permit).status();
+}
 
 Status BenchStore::prepare() const {
     std::error_code error;
@@ -77,16 +79,18 @@ Status BenchStore::keep(const std::string& name, int frame, const std::string& w
                         const FrameResult& result) const {
     report::Json left_out = report::Json::array();
     for (const Elision& elision : result.elisions) left_out.push_back(report::json_of(elision));
-    return save(path(concat(name, ".", frame)),
-                {{"key", key(work)},
-                 {"metrics", result.metrics},
-                 {"split", result.split ? report::json_of(*result.split) : report::Json(nullptr)},
-                 {"left_out", left_out}});
+    const report::Json json = {
+        {"key", key(work)},
+        {"metrics", result.metrics},
+        {"split", result.split ? report::json_of(*result.split) : report::Json(nullptr)},
+        {"left_out", left_out}};
+    return save(path(concat(name, ".", frame)), io::json_text(json, 1));
 }
 
 Status BenchStore::keep(const std::string& name, const std::string& work,
                         const report::Timing& timing) const {
-    return save(path(name + ".time"), {{"key", key(work)}, {"timing", report::json_of(timing)}});
+    const report::Json json = {{"key", key(work)}, {"timing", report::json_of(timing)}};
+    return save(path(name + ".time"), io::json_text(json, 1));
 }
 
 }  // namespace postchain::experiment

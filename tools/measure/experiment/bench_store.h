@@ -20,7 +20,7 @@ struct FrameResult {
 class BenchStore {
   public:
     // `conditions`: all that a result depends on except chain and frame (device, settings).
-    BenchStore(std::string folder, std::string conditions);
+    BenchStore(std::string folder, std::string conditions, io::OutputFiles files);
     Status prepare() const;  // makes DIR/results; errors (output)
 
     // `work`: chain and input of this frame. Nothing when there is no result, or another's.
@@ -35,8 +35,10 @@ class BenchStore {
   private:
     std::string path(const std::string& name) const;
     std::string key(const std::string& work) const;
+    Status save(const std::string& path, const std::string& text) const;
     std::string folder_;
     std::string conditions_;
+    io::OutputFiles files_;
 };
 
 }  // namespace postchain::experiment

@@ -1,7 +1,6 @@
 #include "tools/measure/experiment/choose.h"
 
 #include "tools/measure/report/words.h"
-#include "tools/sequence/io/atomic_file.h"
 
 namespace postchain::experiment {
 namespace {
@@ -57,8 +56,8 @@ Result<bool> choose_under(report::Report& report, const std::vector<report::Metr
                                       report::figure(*mean_of(*cheapest, limit.metric)), " in ",
                                       report::figure(cheapest->timing->total.median_ms, 3),
                                       " ms; its chain is ", file));
-        auto written = io::atomic_write_text(report.folder + "/" + file, cheapest->chain_text);
-        if (!written.ok()) return written.status();
+        const Status written = report.write(report.folder + "/" + file, cheapest->chain_text);
+        if (!written.ok()) return written;
     }
     return all;
 }

@@ -2,18 +2,13 @@
 
 #include <algorithm>
 #include <chrono>
-#include <filesystem>
 
-#include "tools/measure/experiment/choose.h"
 #include "tools/measure/experiment/temporal_stability.h"
 #include "tools/measure/metrics/sharpness.h"
 #include "tools/measure/report/words.h"
-#include "tools/sequence/io/atomic_file.h"
 
 namespace postchain::experiment {
 namespace {
-
-namespace fs = std::filesystem;
 
 double now_s() {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
@@ -194,39 +189,6 @@ std::vector<report::Crop> crops_of(std::vector<std::pair<WorstTile, std::string>
                          concat(why, ": mean HDR-FLIP ", report::figure(tile.value, 3))});
     }
     return crops;
-}
-
-Status prepare_folder(const std::string& folder, bool overwrite, bool resume) {
-    std::error_code error;
-    fs::create_directories(folder, error);
-    if (!fs::is_directory(folder, error))
-        return Status(StatusCode::output, folder + ": folder cannot be created");
-    const std::string mark = folder + "/" + kFolderMark;
-    const bool marked = fs::exists(mark, error);
-    const bool empty = fs::is_empty(folder, error);
-    if (error)
-        return Status(StatusCode::output, concat(folder, ": cannot be read: ", error.message()));
-    if (!empty && !marked)
-        return Status(StatusCode::output,
-                      folder + ": folder is not empty and is not a report; choose another");
-    if (!empty && !overwrite && !resume)
-        return Status(StatusCode::output,
-                      folder +
-                          ": has a report already; choose another folder, or replace it "
-                          "with --overwrite");
-    if (!empty && overwrite) {
-        std::vector<std::string> names = {"images",      "results",    "truth",    "index.html",
-                                          "report.json", "report.csv", "report.md"};
-        for (const auto& column : metric_columns(report::Kind::bench, true))
-            names.push_back(under_file(column.name));
-        for (const auto& name : names) {
-            fs::remove_all(folder + "/" + name, error);
-            if (error)
-                return Status(StatusCode::output,
-                              concat(folder, "/", name, ": cannot be removed: ", error.message()));
-        }
-    }
-    return io::atomic_write_text(mark, "This folder is a report of postchain.\n").status();
 }
 
 }  // namespace postchain::experiment

@@ -94,12 +94,4 @@ inline constexpr size_t kCrops = 6;
 std::vector<report::Crop> crops_of(std::vector<std::pair<WorstTile, std::string>> tiles,
                                    size_t limit = kCrops);
 
-// A file in every folder of a report, from the moment an experiment begins there.
-inline constexpr const char* kFolderMark = ".postchain-report";
-
-// Makes the folder and marks it. One that is not empty: refused, unless it bears the mark and the
-// caller resumes, or overwrites; then what a report consists of is removed, and nothing else.
-// Errors (output).
-Status prepare_folder(const std::string& folder, bool overwrite, bool resume);
-
 }  // namespace postchain::experiment

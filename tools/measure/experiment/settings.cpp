@@ -29,7 +29,10 @@ ParameterTableBuilder<P> common_rows() {
               {.unit = "DIR",
                .help = "folder of the report; made when it is not there",
                .required = true})
-        .boolean("overwrite", &P::overwrite, {.help = "replace an existing report"})
+        .text("assets", &P::assets,
+              {.unit = "DIR",
+               .help = "folder for the page's pictures, which are inside the page otherwise",
+               .unset_means = "in the page"})
         .integer("repeats", &P::repeats,
                  {.min = 1, .max = 10000, .help = "repetitions of each timing"})
         .integer("page_frames", &P::page_frames,
@@ -41,13 +44,22 @@ ParameterTableBuilder<P> common_rows() {
 }  // namespace
 
 const ParameterTable& ab_parameters() {
-    static const ParameterTable table = common_rows<ExperimentSettings>().table();
+    static const ParameterTable table =
+        common_rows<ExperimentSettings>()
+            .choice("on_existing", &ExperimentSettings::on_existing, {"fail", "overwrite"},
+                    {.help = "when the folder has a report"})
+            .table();
     return table;
 }
 
 const ParameterTable& bench_parameters() {
     static const ParameterTable table =
         common_rows<BenchSettings>()
+            .choice("on_existing",
+                    static_cast<io::OnExisting BenchSettings::*>(&BenchSettings::on_existing),
+                    {"fail", "overwrite", "skip"},
+                    {.help = "when the folder has a report; skip: results of the same chain, "
+                             "inputs and device are kept"})
             .integer("max_variants", &BenchSettings::max_variants,
                      {.min = 1, .max = 100000, .help = "refuse a larger product of the sweeps"})
             .integer("split_frames", &BenchSettings::split_frames,

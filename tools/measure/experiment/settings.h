@@ -19,7 +19,9 @@ struct ExperimentSettings {
     std::string truth_is;       // what the report calls it; empty: as typed
     std::string no_truth;       // why there is none; empty: none was given
     std::string folder;         // of the report; made when it is not there
-    bool overwrite = false;     // an existing report may be replaced
+    std::string assets;         // of the page's pictures; empty: they are in the page
+    io::OnExisting on_existing = io::OnExisting::fail;  // of a report that is there
+    bool resumes = false;                               // skip: an earlier report is continued
     std::vector<std::string> command;
     int threads = 0;  // of this process, as the report says; 0 = one per core
     std::string renderer;
@@ -30,7 +32,11 @@ struct ExperimentSettings {
 };
 
 struct BenchSettings : ExperimentSettings {
-    BenchSettings() { page_frames = 1; }
+    BenchSettings() {
+        page_frames = 1;
+        on_existing = io::OnExisting::skip;
+        resumes = true;
+    }
     std::string chain_name;           // "paper"
     int max_variants = kMaxVariants;  // a larger product of the sweeps is refused
     int split_frames = 1;             // frames on which the error is split

@@ -1,5 +1,6 @@
 #include "tools/measure/experiment/sweep.h"
 
+#include <algorithm>
 #include <set>
 
 #include "config/chain_file.h"
@@ -47,7 +48,13 @@ Result<std::vector<BenchVariant>> sweep_variants(const ChainText& chain,
                                                  const std::vector<Sweep>& sweeps,
                                                  int max_variants) {
     size_t product = 1;
+    std::set<std::string> keys;
     for (const Sweep& sweep : sweeps) {
+        if (!keys.insert(sweep.key).second)
+            return Status(StatusCode::usage,
+                          concat("--sweep: ", sweep.key,
+                                 " is swept twice; put all its values into one sweep: ", sweep.key,
+                                 "=V1,V2,..."));
         product *= sweep.values.size();
         if (product > size_t(max_variants))
             return Status(
@@ -73,6 +80,14 @@ Result<std::vector<BenchVariant>> sweep_variants(const ChainText& chain,
         ChainFile file = parse_chain(chain.text, chain.file_name, registry, overrides);
         if (Status status = file.status(); !status.ok())
             return Status(status.code(), as_sweeps(status.message(), sweeps));
+        // Where two sweeps set one value the last of them wins, and the name is wrong.
+        std::reverse(overrides.begin() + std::ptrdiff_t(sets.size()), overrides.end());
+        const ChainFile other = parse_chain(chain.text, chain.file_name, registry, overrides);
+        if (other.chain.text() != file.chain.text())
+            return Status(StatusCode::usage,
+                          concat("--sweep: ", variant.name,
+                                 ": two of the sweeps set the same value; put all its values into "
+                                 "one sweep: KEY=V1,V2,..."));
         if (Status status = pictures.read(file.chain.camera); !status.ok())
             return status.at("camera.aperture_image");
         variant.chain = std::move(file.chain);

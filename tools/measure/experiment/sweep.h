@@ -26,7 +26,8 @@ struct BenchVariant {
 };
 // The product, the last sweep changing fastest; variants that are the same chain stand once. Keys
 // and values are those of --set and give its errors (usage): an unknown key names the nearest.
-// Without sweeps: the chain itself. Also (usage): more than `max_variants`.
+// Without sweeps: the chain itself. Also (usage): more than `max_variants`; two sweeps of one
+// value, however its key is written.
 Result<std::vector<BenchVariant>> sweep_variants(const ChainText& chain,
                                                  const PassRegistry& registry,
                                                  const std::vector<std::string>& sets,

@@ -202,7 +202,8 @@ SceneOfInput find_scene(const sequence::RunSettings& input, const InputSurvey& s
 }
 
 Result<std::string> generate_truth(const scenes::SceneRequest& given, const std::string& parent,
-                                   int samples, const egl::ContextOptions& context,
+                                   int samples, const io::OutputFiles& files,
+                                   const egl::ContextOptions& context,
                                    const std::function<bool(int, double)>& progress) {
     scenes::SceneRequest request = given;
     request.truth_samples = samples;
@@ -230,7 +231,9 @@ Result<std::string> generate_truth(const scenes::SceneRequest& given, const std:
             scenes::render_frame(*renderer, request, frame, scenes::Picture::both,
                                  [&](double share) { return !progress || progress(frame, share); });
         if (!planes.ok()) return planes.status();
-        auto written = io::write_planes_exr(path, planes->color, {"R", "G", "B", "A"});
+        const auto permit = files.permit(path);
+        if (!permit.ok()) return permit.status();
+        auto written = io::write_planes_exr(path, planes->color, {"R", "G", "B", "A"}, *permit);
         if (!written.ok()) return written.status();
     }
     return pattern;

@@ -62,9 +62,10 @@ SceneOfInput find_scene(const sequence::RunSettings& input, const InputSurvey& s
 
 // Renders `both` of every frame that is not there yet as both.####.exr (float) into a folder of
 // this request under `parent`; returns the pattern. Makes a GL context of its own and leaves none
-// current. Errors: those of the scenes and of writing.
+// current. `files`: of the report. Errors: those of the scenes and of writing.
 Result<std::string> generate_truth(const scenes::SceneRequest& request, const std::string& parent,
-                                   int samples, const egl::ContextOptions& context,
+                                   int samples, const io::OutputFiles& files,
+                                   const egl::ContextOptions& context,
                                    const std::function<bool(int frame, double share)>& progress);
 
 }  // namespace postchain::experiment

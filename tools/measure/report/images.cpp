@@ -44,10 +44,12 @@ Status store_image(Report& report, StoredImage entry, const ImageF& pixels) {
         return Status(StatusCode::output, folder + ": cannot be created: " + error.message());
     const bool rgb = pixels.channels >= 3;
     const std::string path = report.folder + "/" + entry.path;
+    const auto permit = report.files.permit(path);
+    if (!permit.ok()) return permit.status();
     const auto written =
         rgb ? io::write_planes_exr(path, pixels.channels == 3 ? pixels : first_three(pixels),
-                                   {"R", "G", "B"})
-            : io::write_planes_exr(path, pixels, {"Y"});
+                                   {"R", "G", "B"}, *permit)
+            : io::write_planes_exr(path, pixels, {"Y"}, *permit);
     if (!written.ok()) return written.status();
     entry.width = pixels.width;
     entry.height = pixels.height;

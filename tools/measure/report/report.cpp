@@ -2,6 +2,12 @@
 
 namespace postchain::report {
 
+Status Report::write(const std::string& path, std::string_view text) const {
+    const auto permit = files.permit(path);
+    if (!permit.ok()) return permit.status();
+    return io::atomic_write_text(path, text, *permit).status();
+}
+
 const char* name_of(Kind kind) {
     return kind == Kind::ab ? "ab" : "bench";
 }

@@ -12,12 +12,14 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "chain/image.h"
 #include "chain/plan.h"
 #include "chain/status.h"
+#include "tools/sequence/io/output_files.h"
 
 namespace postchain::report {
 
@@ -156,7 +158,8 @@ struct Crop {
 struct Report {
     Kind kind = Kind::ab;
     std::string title;
-    std::string folder;  // where it is written; not part of the JSON
+    std::string folder;     // where it is written; not part of the JSON
+    io::OutputFiles files;  // what may be written there; nor is this
     std::vector<std::string> command;
     std::string version;  // of postchain
 
@@ -193,6 +196,8 @@ struct Report {
     std::vector<Crop> crops;
     std::vector<std::string> notes;  // what was left out and what to mistrust
 
+    // Writes a text file of the report, whole or not at all, if it may be. Errors (output).
+    Status write(const std::string& path, std::string_view text) const;
     // The stored image, or nullptr.
     const StoredImage* find(ImageKind of, int variant, int frame,
                             const std::string& map = {}) const;

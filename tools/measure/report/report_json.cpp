@@ -2,7 +2,6 @@
 
 #include "tools/measure/report/json_parts.h"
 #include "tools/measure/report/lists.h"
-#include "tools/sequence/io/atomic_file.h"
 #include "tools/sequence/io/json.h"
 
 namespace postchain::report {
@@ -156,7 +155,7 @@ std::string report_as_json(const Report& report) {
 }
 
 Status write_report_json(const Report& report) {
-    return io::atomic_write_text(report.folder + "/report.json", report_as_json(report)).status();
+    return report.write(report.folder + "/report.json", report_as_json(report));
 }
 
 }  // namespace postchain::report

@@ -4,7 +4,6 @@
 
 #include "tools/measure/report/lists.h"
 #include "tools/measure/report/words.h"
-#include "tools/sequence/io/atomic_file.h"
 #include "tools/sequence/run/frame_task.h"
 
 namespace postchain::report {
@@ -344,11 +343,11 @@ std::string report_as_markdown(const Report& report) {
 }
 
 Status write_report_csv(const Report& report) {
-    return io::atomic_write_text(report.folder + "/report.csv", report_as_csv(report)).status();
+    return report.write(report.folder + "/report.csv", report_as_csv(report));
 }
 
 Status write_report_markdown(const Report& report) {
-    return io::atomic_write_text(report.folder + "/report.md", report_as_markdown(report)).status();
+    return report.write(report.folder + "/report.md", report_as_markdown(report));
 }
 
 }  // namespace postchain::report

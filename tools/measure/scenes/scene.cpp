@@ -129,6 +129,34 @@ Status write_picture(const std::string& path, const ScenePlanes& planes, Picture
     return io::write_planes_exr(path, file, options).status();
 }
 
+std::string picture_path(const SceneRequest& request, Picture picture, int frame) {
+    const auto pattern = io::PathPattern::parse(concat("/", name_of(picture), ".####.exr"));
+    return request.folder + pattern->format(frame);
+}
+
+std::string camera_path(const SceneRequest& request) {
+    return request.folder + "/camera.json";
+}
+
+std::string aperture_path(const SceneRequest& request) {
+    return request.folder + "/" + kApertureFile;
+}
+
+io::OutputFiles files_of(const SceneRequest& request, const std::vector<Picture>& pictures) {
+    io::OutputFiles files(request.on_existing);
+    const char* other = "name another folder with --output";
+    for (int frame : request.frames)
+        for (Picture picture : pictures)
+            files.write(io::OutputFile{
+                picture_path(request, picture, frame),
+                concat("the picture ", name_of(picture), " of frame ", frame), other});
+    for (const auto& picture : io::inputs_of(request.camera)) files.read(picture);
+    if (request.camera.aperture_image)
+        files.write(io::OutputFile{aperture_path(request), "the picture of the aperture", other});
+    files.write(io::OutputFile{camera_path(request), "the camera file", other});
+    return files;
+}
+
 }  // namespace
 
 const std::vector<SceneInfo>& scenes() {
@@ -292,15 +320,16 @@ Status write_scene(SceneRenderer& renderer, const SceneRequest& request,
     if (request.truth_samples < 0)
         return Status(StatusCode::usage,
                       concat("truth samples are 0 or more, not ", request.truth_samples));
+    std::vector<Picture> pictures = {Picture::gbuf, Picture::sharp};
+    if (request.truth_samples > 0)
+        pictures.insert(pictures.end(), {Picture::mb, Picture::dof, Picture::both});
+    const io::OutputFiles files = files_of(request, pictures);
+    if (Status status = files.check(); !status.ok()) return status;
     std::error_code error;
     std::filesystem::create_directory(request.folder, error);
     if (error)
         return Status(StatusCode::output,
                       request.folder + ": cannot be created: " + error.message());
-
-    std::vector<Picture> pictures = {Picture::gbuf, Picture::sharp};
-    if (request.truth_samples > 0)
-        pictures.insert(pictures.end(), {Picture::mb, Picture::dof, Picture::both});
     double total = 0, before = 0;
     const auto cost = [&](Picture picture) {
         return double(settings_of(request, *model, 0, picture).samples);
@@ -319,24 +348,25 @@ Status write_scene(SceneRenderer& renderer, const SceneRequest& request,
                 return Status(StatusCode::canceled, "stopped while writing a scene");
             auto planes = render_picture(renderer, request, *model, frame, picture, progress);
             if (!planes.ok()) return planes.status();
-            auto pattern =
-                io::PathPattern::parse(concat(request.folder, "/", name_of(picture), ".####.exr"));
-            if (!pattern.ok()) return pattern.status();
-            Status status =
-                write_picture(pattern->format(frame), *planes, picture, request.on_existing);
-            if (!status.ok()) return status;
+            const std::string path = picture_path(request, picture, frame);
+            const auto permit = files.permit(path);
+            if (!permit.ok()) return permit.status();
+            if (Status status = write_picture(path, *planes, picture, *permit); !status.ok())
+                return status;
             before += cost(picture);
         }
     }
     if (model->aperture_image) {
         ImageF values(ApertureImage::kSide, ApertureImage::kSide, 1);
         values.data = model->aperture_image.values();
-        const auto written = io::write_planes_exr(concat(request.folder, "/", kApertureFile),
-                                                  values, {"Y"}, request.on_existing);
+        const auto permit = files.permit(aperture_path(request));
+        if (!permit.ok()) return permit.status();
+        const auto written = io::write_planes_exr(aperture_path(request), values, {"Y"}, *permit);
         if (!written.ok()) return written.status();
     }
-    return io::atomic_write_text(request.folder + "/camera.json", camera_json(request, *model),
-                                 request.on_existing)
+    const auto permit = files.permit(camera_path(request));
+    if (!permit.ok()) return permit.status();
+    return io::atomic_write_text(camera_path(request), camera_json(request, *model), *permit)
         .status();
 }
 

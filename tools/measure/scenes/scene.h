@@ -15,7 +15,7 @@
 
 #include "chain/frame.h"
 #include "tools/measure/scenes/renderer.h"
-#include "tools/sequence/io/atomic_file.h"
+#include "tools/sequence/io/output_files.h"
 
 namespace postchain::scenes {
 
@@ -38,7 +38,7 @@ struct SceneRequest {
     // scene's; focal_length_mm and focus_distance too, in every frame. The scenes are in meters: a
     // meters_per_unit other than 1 is a usage error. A picture of the aperture must be read.
     Camera camera;
-    io::OnExisting on_existing = io::OnExisting::overwrite;
+    io::OnExisting on_existing = io::OnExisting::fail;  // or overwrite
 };
 
 enum class Picture {
@@ -75,8 +75,8 @@ struct SceneProgress {
 using SceneCallback = std::function<bool(const SceneProgress&)>;
 
 // Renders and writes every picture, then the aperture's, if it has one, and camera.json. Errors:
-// those of render_frame(); (output): folder or file cannot be written, naming it; (canceled):
-// stopped by the callback.
+// those of render_frame(); (output): folder or file cannot be written, naming it, or is there under
+// OnExisting::fail (then nothing is rendered); (canceled): stopped by the callback.
 Status write_scene(SceneRenderer& renderer, const SceneRequest& request,
                    const SceneCallback& callback = {});
 

@@ -117,6 +117,11 @@ Result<ApertureImage> read_aperture_image(const std::string& path) {
     return image;
 }
 
+std::vector<InputFile> inputs_of(const Camera& camera) {
+    if (camera.aperture_image.file().empty()) return {};
+    return {{camera.aperture_image.file(), "the picture of the aperture"}};
+}
+
 Status ApertureFiles::read(Camera& camera) {
     const std::string& path = camera.aperture_image.file();
     if (camera.aperture_image.is_read() || path.empty()) return Status();

@@ -3,8 +3,10 @@
 
 #include <map>
 #include <string>
+#include <vector>
 
 #include "chain/frame.h"
+#include "tools/sequence/io/output_files.h"
 
 namespace postchain::io {
 
@@ -18,6 +20,9 @@ inline constexpr int kMaxApertureSide = 4096;
 // Errors (input), with the path: missing, unreadable, deep, larger than kMaxApertureSide, not
 // square, a value that is negative or not finite (its pixel), and those of ApertureImage::make().
 Result<ApertureImage> read_aperture_image(const std::string& path);
+
+// The picture that a camera names, as a file that a job reads; nothing where it names none.
+std::vector<InputFile> inputs_of(const Camera& camera);
 
 // Reads the pictures that cameras name, each file once.
 class ApertureFiles {

@@ -244,8 +244,7 @@ Result<bool> AtomicFile::commit(OnExisting on_existing) {
         const int error = rename_to_new(temporary_, path_);
         if (error == EEXIST && on_existing == OnExisting::skip) return false;
         if (error == EEXIST) {
-            failed_ =
-                output_error(path_, "exists already (choose --on-existing skip or overwrite)");
+            failed_ = output_error(path_, "exists already, and is not replaced");
             return failed_;
         }
         if (error != 0) return fail("cannot move the finished file here", error);

@@ -15,11 +15,12 @@
 
 namespace postchain::io {
 
-// What commit() does when the final name exists.
+// What commit() does when the final name exists. Which of them is allowed is decided in one place:
+// io/output_files.h.
 enum class OnExisting {
     fail,       // an error, also when another process makes the file first
-    skip,       // keep the old file, drop the new one
     overwrite,  // replace it
+    skip,       // keep the old file, drop the new one
 };
 
 class AtomicFile {
@@ -68,6 +69,6 @@ void remove_live_temporaries();
 
 // A whole text file at once, for sidecars. False when skipped.
 Result<bool> atomic_write_text(const std::string& path, std::string_view text,
-                               OnExisting on_existing = OnExisting::overwrite);
+                               OnExisting on_existing);
 
 }  // namespace postchain::io

@@ -43,8 +43,7 @@ constexpr const char* kStaleAttributes[] = {"preview", "oiio:SHA-1", "oiio:Avera
 Result<bool> skipped_already(const std::string& path, OnExisting on_existing) {
     if (on_existing == OnExisting::overwrite || ::access(path.c_str(), F_OK) != 0) return false;
     if (on_existing == OnExisting::skip) return true;
-    return Status(StatusCode::output,
-                  concat(path, ": exists already (choose --on-existing skip or overwrite)"));
+    return Status(StatusCode::output, concat(path, ": exists already, and is not replaced"));
 }
 
 Status check_counts(const std::string& path, const EncodeCounts& counts, HalfOverflow policy) {
@@ -59,7 +58,7 @@ Status check_counts(const std::string& path, const EncodeCounts& counts, HalfOve
 // Runs `write` on an OpenEXR output stream into a new file at `path`, then commits.
 // `write(Imf::OStream&)` may throw, and must have closed its OpenEXR objects when it returns.
 template <class Write>
-Status write_file(const std::string& path, OnExisting on_existing, WriteReport& report,
+Status write_file(const std::string& path, const WriteOptions& options, WriteReport& report,
                   Write write) {
     Result<AtomicFile> file = AtomicFile::create(path);
     if (!file.ok()) return file.status();
@@ -72,7 +71,9 @@ Status write_file(const std::string& path, OnExisting on_existing, WriteReport& 
     }
     // A failure that OpenEXR's destructors swallowed has stuck to the file: commit() reports it.
     report.bytes = file->size();
-    Result<bool> written = file->commit(on_existing);
+    if (options.before_commit)
+        if (Status s = options.before_commit(); !s.ok()) return s;
+    Result<bool> written = file->commit(options.on_existing);
     if (!written.ok()) return written.status();
     report.skipped = !*written;
     return {};
@@ -229,7 +230,7 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
             }
         }
     };
-    if (Status s = write_file(path, options.on_existing, report, write); !s.ok()) return s;
+    if (Status s = write_file(path, options, report, write); !s.ok()) return s;
     return report;
 }
 
@@ -292,7 +293,7 @@ Result<WriteReport> write_planes_exr(const std::string& path, const PlanesFile& 
         for (const auto& [name, value] : options.attributes) insert(name, value);
         write_single_part(stream, header, frame_buffer_of(pixels));
     };
-    if (Status s = write_file(path, options.on_existing, report, write); !s.ok()) return s;
+    if (Status s = write_file(path, options, report, write); !s.ok()) return s;
     return report;
 }
 

@@ -13,6 +13,7 @@
 // alone: the smaller ones would show the unfiltered picture. Both are said in WriteReport::notes.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <string>
 #include <variant>
@@ -38,6 +39,8 @@ struct WriteOptions {
     int zip_level = kZipLevel;
     // String attributes of color's part ("postchain" -> version and chain hash).
     std::map<std::string, std::string> attributes = {};
+    // Asked when all is written and the file has not got its name yet; an error ends it.
+    std::function<Status()> before_commit = {};
 
     // zlib's level for ZIP and ZIPS. On a 1280x720 Cycles frame (4 half, 5 float channels) levels
     // 1, 2, 4 (OpenEXR's default), 6 write in 188, 197, 237, 309 ms on one core, and the files
@@ -83,6 +86,6 @@ Result<WriteReport> write_planes_exr(const std::string& path, const PlanesFile& 
 // All channels of one image as float.
 Result<WriteReport> write_planes_exr(const std::string& path, const ImageF& image,
                                      const std::vector<std::string>& names,
-                                     OnExisting on_existing = OnExisting::overwrite);
+                                     OnExisting on_existing = OnExisting::fail);
 
 }  // namespace postchain::io

@@ -15,7 +15,7 @@ enum class ToneCurve { display, gamma, none };
 struct PreviewOptions {
     double exposure_stops = 0;
     ToneCurve curve = ToneCurve::display;
-    OnExisting on_existing = OnExisting::overwrite;
+    OnExisting on_existing = OnExisting::fail;
 };
 // 8-bit RGB PNG of the first three channels (one channel: gray). Values are those over black.
 Status write_png_preview(const std::string& path, const ImageF& color,

@@ -5,6 +5,7 @@
 
 #include "tools/sequence/io/json.h"
 #include "tools/sequence/io/preview.h"
+#include "tools/sequence/run/sidecar.h"
 
 namespace postchain::sequence {
 
@@ -34,16 +35,17 @@ std::string text_of(const OpenedFrame& frame) {
         for (const auto& channel : where.channels) text += " " + channel;
         text += "\n";
     }
-    for (const auto& [role, path] : frame.files) {
-        std::error_code error;
-        const auto size = fs::file_size(path, error);
-        const auto time = fs::last_write_time(path, error).time_since_epoch().count();
-        text += concat(fs::path(path).filename().string(), " ", size, " ", time, "\n");
-    }
+    for (const io::FileStamp& file : frame.stamps)
+        text +=
+            concat(fs::path(file.path).filename().string(), " ", file.bytes, " ", file.time, "\n");
     return text;
 }
 
 }  // namespace
+
+std::string mark_of(const std::string& fingerprint, bool strict) {
+    return fingerprint + (strict ? " strict" : "");
+}
 
 bool is_done(const std::string& output, const std::string& fingerprint,
              const RunSettings& settings) {
@@ -51,15 +53,18 @@ bool is_done(const std::string& output, const std::string& fingerprint,
     if (settings.preview && !fs::exists(io::preview_path(output), error)) return false;
     auto existing = io::ExrFile::open(output);
     if (!existing.ok()) return false;
-    bool same = false;
+    std::string mark;
     for (const auto& part : existing->parts()) {
         const auto found = part.attributes.find("postchain");
-        same |= found != part.attributes.end() && found->second == fingerprint;
+        if (found == part.attributes.end()) continue;
+        for (const bool strict : {settings.strict, true})
+            if (found->second == mark_of(fingerprint, strict)) mark = found->second;
     }
-    if (!same || !settings.sidecar) return same && whole(*existing);
-    std::ifstream file(output + ".json");
+    if (mark.empty()) return false;
+    if (!settings.sidecar) return whole(*existing);
+    std::ifstream file(sidecar_path(output));
     const auto json = io::Json::parse(file, nullptr, false);
-    return json.is_object() && json.value("work", io::Json()) == fingerprint &&
+    return json.is_object() && json.value("work", io::Json()) == mark &&
            json.value("output_bytes", io::Json()) == existing->file_bytes();
 }
 

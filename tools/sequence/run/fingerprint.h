@@ -11,12 +11,16 @@
 
 namespace postchain::sequence {
 
-// "postchain VERSION chain HASH work HASH": the output's "postchain" attribute and its sidecar's
-// "work".
+// "postchain VERSION chain HASH work HASH".
 std::string fingerprint_of(const Chain& chain, const RunSettings& settings,
                            const FrameInputs& inputs);
 
-// Output, sidecar and preview are there, whole and with this fingerprint.
+// The output's "postchain" attribute and its sidecar's "work": the fingerprint, and whether the
+// frame was made under RunSettings::strict.
+std::string mark_of(const std::string& fingerprint, bool strict);
+
+// Output, sidecar and preview are there, whole and with this fingerprint. Under
+// RunSettings::strict only what was made so: nothing else says that its values are finite.
 bool is_done(const std::string& output, const std::string& fingerprint,
              const RunSettings& settings);
 

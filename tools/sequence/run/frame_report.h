@@ -12,6 +12,7 @@
 #include "chain/gl/executor.h"
 #include "chain/plan.h"
 #include "tools/sequence/io/exr_writer.h"
+#include "tools/sequence/io/file_stamp.h"
 #include "tools/sequence/run/frame_source.h"
 
 namespace postchain::sequence {
@@ -29,7 +30,8 @@ struct FrameReport {
     std::vector<std::string> warnings;
     std::string profile;
     std::optional<Plan> plan;
-    std::string fingerprint;  // run/fingerprint.h
+    std::string fingerprint;            // run/fingerprint.h
+    std::vector<io::FileStamp> stamps;  // of the files that are read, its neighbors' among them
     FrameBounds bounds;
     InputHealth health;  // its first_nonfinite as in the file
     SurfaceHealth surface_health;

@@ -2,8 +2,6 @@
 
 #include <filesystem>
 
-#include "tools/sequence/io/preview.h"
-
 namespace postchain::sequence {
 
 namespace fs = std::filesystem;
@@ -25,23 +23,6 @@ std::string absent_files(int frame, const RunSettings& settings) {
             list += (list.empty() ? "" : ", ") + path;
     }
     return list;
-}
-
-Status check_none_exists(const std::vector<FrameTask>& tasks, const RunSettings& settings) {
-    size_t count = 0;
-    std::string first;
-    for (const FrameTask& task : tasks) {
-        for (const auto& path :
-             {task.output, settings.preview ? io::preview_path(task.output) : ""}) {
-            std::error_code error;
-            if (path.empty() || !fs::exists(path, error)) continue;
-            if (count++ == 0) first = path;
-        }
-    }
-    if (count == 0) return Status();
-    return Status(StatusCode::output,
-                  concat(first, ": exists", count > 1 ? concat(", and ", count - 1, " more") : "",
-                         " (choose --on-existing skip or overwrite)"));
 }
 
 namespace {
@@ -95,19 +76,8 @@ Result<std::vector<FrameTask>> plan_tasks(const RunSettings& settings, bool writ
             task.source = found->first;
             task.files = found->second;
         }
-        for (const auto& [role, path] : task.files) {
-            std::error_code error;
-            if (writes && fs::equivalent(path, task.output, error))
-                return Status(StatusCode::usage,
-                              task.output +
-                                  ": the output would replace its own input; name "
-                                  "another file");
-        }
         tasks.push_back(std::move(task));
     }
-    if (writes && settings.on_existing == io::OnExisting::fail &&
-        settings.on_error == ErrorPolicy::stop)
-        if (Status status = check_none_exists(tasks, settings); !status.ok()) return status;
     return tasks;
 }
 

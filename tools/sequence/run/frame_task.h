@@ -18,16 +18,13 @@ struct FrameTask {
 };
 
 // The frames asked for, in their order, with the files that MissingPolicy gives each; `gaps` gets
-// the numbers missing on disk that were not asked for. `writes`: outputs are to be made, so that
-// their names matter. Errors: those of run_sequence() that are found before anything is read.
+// the numbers missing on disk that were not asked for. `writes`: outputs are to be made, and have a
+// name each. Errors: those of run_sequence() that are found before anything is read.
 Result<std::vector<FrameTask>> plan_tasks(const RunSettings& settings, bool writes,
                                           std::vector<int>& gaps);
 
 // The files that one frame lacks: of one pattern, or of those planes that have files of their own.
 std::string absent_files(int frame, const RunSettings& settings);
-
-// Existing outputs that OnExisting::fail would find one by one.
-Status check_none_exists(const std::vector<FrameTask>& tasks, const RunSettings& settings);
 
 // "1, 2, 5", at most twenty of them.
 std::string frames_text(const std::vector<int>& frames);

@@ -150,7 +150,7 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                .help = "output frames: out.####.exr",
                .group = kOutputGroup,
                .required = true})
-        .choice("on_existing", &JobSettings::on_existing, {"fail", "skip", "overwrite"},
+        .choice("on_existing", &JobSettings::on_existing, {"fail", "overwrite", "skip"},
                 {.help = "when the output exists; skip: only one made by the same chain from "
                          "the same input",
                  .group = kOutputGroup})
@@ -196,6 +196,15 @@ Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& 
     auto source = source_settings_of(job, notes);
     if (!source.ok()) return source.status();
     settings.source = std::move(*source);
+    if (!job.camera.empty()) settings.other_inputs.push_back({job.camera, "the camera file"});
+    if (!job.profile.empty()) settings.other_inputs.push_back({job.profile, "the profile"});
+    if (const auto& file = settings.source.camera_file) {
+        std::vector<Camera> cameras = {file->camera};
+        for (const auto& [number, frame] : file->frames) cameras.push_back(frame.camera);
+        for (const Camera& camera : cameras)
+            for (auto& picture : io::inputs_of(camera))
+                settings.other_inputs.push_back(std::move(picture));
+    }
     auto plan = plan_options_of(job, registry);
     if (!plan.ok()) return plan.status();
     settings.plan = std::move(*plan);

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <filesystem>
 
-#include "tools/sequence/io/atomic_file.h"
 #include "tools/sequence/io/preview.h"
 #include "tools/sequence/run/fingerprint.h"
+#include "tools/sequence/run/run_files.h"
 #include "tools/sequence/run/runner.h"
 #include "tools/sequence/run/sidecar.h"
 
@@ -29,9 +29,13 @@ uint64_t count_nonfinite(const ImageF& image) {
 
 class FilterJob final : public FrameJob {
   public:
-    FilterJob(const Chain& chain, const RunSettings& settings, Executor& executor,
-              const std::string& renderer)
-        : chain_(chain), settings_(settings), executor_(executor), renderer_(renderer) {}
+    FilterJob(const Chain& chain, const RunSettings& settings, const io::OutputFiles& files,
+              Executor& executor, const std::string& renderer)
+        : chain_(chain),
+          settings_(settings),
+          files_(files),
+          executor_(executor),
+          renderer_(renderer) {}
 
     io::Keep keep() const override { return io::Keep::all; }
 
@@ -41,13 +45,17 @@ class FilterJob final : public FrameJob {
 
     Result<bool> begin(const FrameTask& task, const FrameInputs& inputs,
                        FrameReport& report) override {
-        if (settings_.on_existing == io::OnExisting::fail)
-            if (Status status = check_none_exists({task}, settings_); !status.ok()) return status;
+        if (Status status = files_.check_existing(outputs_of(task, settings_)); !status.ok())
+            return status;
         report.renderer = renderer_;
-        report.fingerprint = fingerprint_of(chain_, settings_, inputs);
+        const std::string fingerprint = fingerprint_of(chain_, settings_, inputs);
+        report.fingerprint = mark_of(fingerprint, settings_.strict);
+        report.stamps = inputs.frame->stamps;
+        for (const auto& [neighbor, other] : inputs.neighbors)
+            report.stamps.insert(report.stamps.end(), other->stamps.begin(), other->stamps.end());
         std::error_code error;
         return settings_.on_existing != io::OnExisting::skip || !fs::exists(task.output, error) ||
-               !is_done(task.output, report.fingerprint, settings_);
+               !is_done(task.output, fingerprint, settings_);
     }
 
     Status prepare(const SourceFrame& source, FrameReport& report) override {
@@ -87,10 +95,11 @@ class FilterJob final : public FrameJob {
         if (frame.source->conversion.unpremultiplied)
             to_file_convention(frame.result, frame.source->conversion,
                                stored_color(frame.source->input));
+        const auto permit = files_.permit(report.output);
+        if (!permit.ok()) return permit.status();
         io::WriteOptions options;
-        options.on_existing = settings_.on_existing == io::OnExisting::fail
-                                  ? io::OnExisting::fail
-                                  : io::OnExisting::overwrite;
+        options.on_existing = *permit;
+        options.before_commit = [&] { return check_unchanged(report); };
         options.overflow = settings_.overflow;
         options.attributes["postchain"] = report.fingerprint;
         auto written =
@@ -98,32 +107,50 @@ class FilterJob final : public FrameJob {
         if (!written.ok()) return written.status();
         report.write = std::move(*written);
         report.write_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-        if (settings_.preview) {
-            io::PreviewOptions preview;
-            preview.on_existing = options.on_existing;
-            if (Status status =
-                    io::write_png_preview(io::preview_path(report.output), frame.result, preview);
-                !status.ok())
+        if (settings_.preview)
+            if (Status status = write_preview(report.output, frame.result); !status.ok())
                 return status;
-        }
-        if (!settings_.sidecar) return Status();
-        return io::atomic_write_text(report.output + ".json",
-                                     sidecar_json(report, settings_.version))
-            .status();
+        return settings_.sidecar ? write_sidecar(report) : Status();
     }
 
   private:
-    Status dump_stage(int frame, const PlanTexture& texture, const ImageF& pixels) {
+    // What was read must be what is on disk when the result gets its name: the fingerprint says so.
+    static Status check_unchanged(const FrameReport& report) {
+        for (const io::FileStamp& stamp : report.stamps)
+            if (Status status = stamp.unchanged(); !status.ok()) return status;
+        return Status();
+    }
+
+    Status write_preview(const std::string& output, const ImageF& color) const {
+        const std::string path = io::preview_path(output);
+        const auto permit = files_.permit(path);
+        if (!permit.ok()) return permit.status();
+        io::PreviewOptions options;
+        options.on_existing = *permit;
+        return io::write_png_preview(path, color, options);
+    }
+
+    Status write_sidecar(const FrameReport& report) const {
+        const std::string path = sidecar_path(report.output);
+        const auto permit = files_.permit(path);
+        if (!permit.ok()) return permit.status();
+        return io::atomic_write_text(path, sidecar_json(report, settings_.version), *permit)
+            .status();
+    }
+
+    Status dump_stage(int frame, const PlanTexture& texture, const ImageF& pixels) const {
         static const std::vector<std::string> names = {"R", "G", "B", "A"};
-        char number[16];
-        std::snprintf(number, sizeof(number), ".%04d.exr", frame);
-        return io::write_planes_exr(settings_.dump_folder + "/" + texture.name + number, pixels,
-                                    {names.begin(), names.begin() + pixels.channels})
+        const std::string path = stage_path(settings_.dump_folder, texture.name, frame);
+        const auto permit = files_.permit(path);
+        if (!permit.ok()) return permit.status();
+        return io::write_planes_exr(path, pixels, {names.begin(), names.begin() + pixels.channels},
+                                    *permit)
             .status();
     }
 
     const Chain& chain_;
     const RunSettings& settings_;
+    const io::OutputFiles& files_;
     Executor& executor_;
     const std::string& renderer_;
 };
@@ -136,6 +163,11 @@ Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& settings,
     std::vector<int> gaps;
     auto tasks = plan_tasks(settings, true, gaps);
     if (!tasks.ok()) return tasks.status();
+    const io::OutputFiles files = files_of_run(chain, settings, *tasks);
+    if (Status status = files.check_names(); !status.ok()) return status;
+    // Under ErrorPolicy::keep_going each frame is refused alone.
+    if (settings.on_error == ErrorPolicy::stop)
+        if (Status status = files.check_existing(); !status.ok()) return status;
     std::error_code error;
     const std::string folder = settings.output.folder();
     if (!fs::is_directory(folder, error))
@@ -143,10 +175,14 @@ Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& settings,
             StatusCode::output,
             folder + (fs::exists(folder, error) ? ": is not a folder"
                                                 : ": folder does not exist; make it first"));
-    if (!settings.dump_folder.empty() && !fs::is_directory(settings.dump_folder, error))
-        return Status(StatusCode::output,
-                      settings.dump_folder + ": folder of --dump-stages does not exist");
-    FilterJob job(chain, settings, executor, renderer);
+    if (!settings.dump_folder.empty()) {
+        fs::create_directories(settings.dump_folder, error);
+        if (error || !fs::is_directory(settings.dump_folder))
+            return Status(StatusCode::output,
+                          settings.dump_folder +
+                              ": folder of --dump-stages cannot be created: " + error.message());
+    }
+    FilterJob job(chain, settings, files, executor, renderer);
     auto summary = walk_sequence(job, settings, std::move(*tasks), observer, stop);
     if (!summary.ok()) return summary;
     summary->gaps = std::move(gaps);

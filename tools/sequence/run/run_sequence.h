@@ -16,9 +16,10 @@ namespace postchain::sequence {
 
 // `executor` must belong to the GL context current on this thread. `stop` (may be null) ends the
 // run after the frame under way. A Status that is not ok means that nothing could be started (no
-// frames, missing frames under MissingPolicy::error, output equal to input, an output that exists
-// under OnExisting::fail with ErrorPolicy::stop); failures of single frames are in the summary, as
-// of walk_sequence().
+// frames, missing frames under MissingPolicy::error, outputs that run/run_files.h refuses; those
+// that exist are a failure of their frames under ErrorPolicy::keep_going); failures of single
+// frames are in the summary, as of walk_sequence(). A frame one of whose inputs changes before its
+// output is in place fails.
 Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& settings, Executor& executor,
                                 const std::string& renderer, const FrameObserver& observer,
                                 const std::atomic<bool>* stop);

@@ -3,9 +3,11 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "chain/planner.h"
 #include "tools/sequence/io/exr_writer.h"
+#include "tools/sequence/io/output_files.h"
 #include "tools/sequence/io/sequence.h"
 #include "tools/sequence/run/frame_source.h"
 
@@ -20,7 +22,8 @@ enum class ErrorPolicy { stop, keep_going };
 
 struct RunSettings {
     io::InputSpec input;
-    std::optional<io::FrameRange> frames;  // none: all on disk
+    std::vector<io::InputFile> other_inputs;  // chain, camera, profile: what is read besides
+    std::optional<io::FrameRange> frames;     // none: all on disk
     io::PathPattern output;
     SourceSettings source;
     PlanOptions plan;
@@ -31,7 +34,7 @@ struct RunSettings {
     bool strict = false;      // non-finite values are an error
     bool sidecar = true;      // OUT.json beside each output
     bool preview = false;     // OUT.png beside each output, display transform, 8 bits
-    std::string dump_folder;  // every stage as EXR; empty = none
+    std::string dump_folder;  // every stage as EXR, the folder is made; empty = none
     std::string version;      // of the command, for metadata
 };
 

@@ -59,11 +59,12 @@ Result<FrameInputs> SequenceReader::open(int number, const std::map<Role, std::s
 Result<std::shared_ptr<SequenceReader::Entry>> SequenceReader::enter(
     int number, const std::map<Role, std::string>& files) {
     if (const auto found = window_.find(number); found != window_.end()) return found->second;
-    auto header = open_source_frame(settings_, files, number);
-    if (!header.ok()) return header.status();
     auto entry = std::make_shared<Entry>();
     entry->number = number;
     entry->files = files;
+    for (const auto& [role, path] : files) entry->stamps.push_back(io::FileStamp::of(path));
+    auto header = open_source_frame(settings_, files, number);
+    if (!header.ok()) return header.status();
     const RoleSet wanted = planes_of_(*header);
     entry->planes.add(Role::color);
     for (const auto& [role, where] : header->assignment) {

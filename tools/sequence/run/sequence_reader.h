@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/sequence/io/file_stamp.h"
 #include "tools/sequence/io/sequence.h"
 #include "tools/sequence/run/frame_source.h"
 
@@ -26,6 +27,7 @@ namespace postchain::sequence {
 struct OpenedFrame {
     int number = 0;
     std::map<Role, std::string> files;  // as in io::FrameList::files
+    std::vector<io::FileStamp> stamps;  // of the files, before the first was opened
     FrameHeader header;
     RoleSet planes;  // to read: its own, and those of its neighbors
 };

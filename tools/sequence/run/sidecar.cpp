@@ -95,6 +95,10 @@ std::string sidecar_json(const FrameReport& report, const std::string& version) 
     return io::json_text(json, 2) + "\n";
 }
 
+std::string sidecar_path(const std::string& output) {
+    return output + ".json";
+}
+
 std::string report_line(const FrameReport& report, const RunProgress& progress) {
     Json json = summary_json(report);
     json["done"] = progress.done;

@@ -18,6 +18,9 @@ void add_findings(io::Json& json, const FrameBounds& bounds, const InputHealth& 
 // each. One object, indented.
 std::string sidecar_json(const FrameReport& report, const std::string& version);
 
+// "OUT.exr.json" of OUT.exr.
+std::string sidecar_path(const std::string& output);
+
 // The same on one line, without the plan: for --json and --log-format json.
 std::string report_line(const FrameReport& report, const RunProgress& progress);
 

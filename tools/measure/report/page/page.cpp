@@ -108,10 +108,10 @@ Status write_assets(const Report& report, const fs::path& folder) {
         if (first_with_path_of(report, i) != i) continue;
         const auto picture = encoded(report, report.images[i]);
         if (!picture.ok()) return picture.status();
-        const auto written = io::atomic_write_text(
+        const Status written = report.write(
             (folder / (id_of(report, i) + ".js")).string(),
             concat("postchain_asset(\"", id_of(report, i), "\",\"", *picture, "\")\n"));
-        if (!written.ok()) return written.status();
+        if (!written.ok()) return written;
     }
     return {};
 }
@@ -151,10 +151,12 @@ Status write_page(const Report& report, const std::string& path, const PageOptio
         assets = fs::relative(options.assets_folder, base, error);
         if (error || assets->empty()) assets = fs::absolute(options.assets_folder);
     }
+    const auto permit = report.files.permit(path);
+    if (!permit.ok()) return permit.status();
     auto file = io::AtomicFile::create(path);
     if (!file.ok()) return file.status();
     if (auto status = write_parts(report, assets, *file); !status.ok()) return status.at(path);
-    const auto committed = file->commit(io::OnExisting::overwrite);
+    const auto committed = file->commit(*permit);
     return committed.ok() ? Status() : committed.status();
 }
 

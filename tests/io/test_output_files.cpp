@@ -1,0 +1,196 @@
+// What may be replaced: inputs never, files that are there as --on-existing says.
+#include "tools/sequence/io/output_files.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "tests/io/exr_files.h"
+
+namespace postchain::io {
+namespace {
+
+namespace fs = std::filesystem;
+using test::TempFolder;
+using testing::AllOf;
+using testing::HasSubstr;
+
+class OutputFilesTest : public testing::Test {
+  protected:
+    std::string at(const std::string& name) const { return folder_.path(name); }
+    void make(const std::string& name) const { std::ofstream(at(name)) << name; }
+    PathPattern pattern(const std::string& name) const { return *PathPattern::parse(at(name)); }
+    static OutputFile output(const std::string& path) {
+        return {path, "the output", "name another with --output"};
+    }
+    // One input pattern in.####.exr with frames 1 and 2, the camera file, and this output.
+    OutputFiles files(const std::string& path, OnExisting on_existing = OnExisting::overwrite) {
+        make("in.0001.exr");
+        make("in.0002.exr");
+        make("camera.json");
+        OutputFiles all(on_existing, "skip or overwrite");
+        all.read(pattern("in.####.exr"), "the input");
+        all.read({at("camera.json"), "the camera file"});
+        all.write(output(path));
+        return all;
+    }
+    TempFolder folder_;
+};
+
+TEST_F(OutputFilesTest, AnInputIsItselfUnderEveryName) {
+    fs::create_directories(at("a/b"));
+    make("camera.json");
+    fs::create_hard_link(at("camera.json"), at("a/hard.exr"));
+    fs::create_symlink(at("camera.json"), at("a/soft.exr"));
+    fs::create_symlink("soft.exr", at("a/softer.exr"));
+    fs::create_directory_symlink(folder_.path(), at("a/folder"));
+    for (const char* name :
+         {"camera.json", "./camera.json", "a/../camera.json", "a//../camera.json", "a/hard.exr",
+          "a/soft.exr", "a/softer.exr", "a/folder/camera.json"})
+        for (const auto choice : {OnExisting::fail, OnExisting::skip, OnExisting::overwrite}) {
+            const Status status = files(folder_.path() + "/" + name, choice).check();
+            EXPECT_EQ(status.code(), StatusCode::usage) << name;
+            EXPECT_THAT(status.message(),
+                        AllOf(HasSubstr(name), HasSubstr("the output would replace"),
+                              HasSubstr("the camera file"), HasSubstr("--output")));
+        }
+    EXPECT_EQ(files(at("in.0002.exr")).check().code(), StatusCode::usage);
+    EXPECT_TRUE(files(at("a/folder/free.exr")).check().ok());
+}
+
+TEST_F(OutputFilesTest, RelativeNamesAreThoseOfTheWorkingFolder) {
+    const fs::path before = fs::current_path();
+    fs::current_path(folder_.path());
+    EXPECT_EQ(files("camera.json").check().code(), StatusCode::usage);
+    EXPECT_EQ(files("nowhere/../in.0001.exr").check().code(), StatusCode::usage);
+    EXPECT_TRUE(files("free.exr").check().ok());
+    OutputFiles relative(OnExisting::overwrite);
+    relative.read({"camera.json", "the camera file"});
+    relative.write(output(at("camera.json")));
+    EXPECT_EQ(relative.check().code(), StatusCode::usage);
+    fs::current_path(before);
+}
+
+TEST_F(OutputFilesTest, APatternThatIsReadGetsNoFurtherFile) {
+    const Status status = files(at("in.0003.exr")).check();
+    EXPECT_EQ(status.code(), StatusCode::usage);
+    EXPECT_THAT(status.message(),
+                AllOf(HasSubstr("one more frame of the input"), HasSubstr("in.####.exr")));
+    fs::create_directory(at("b"));
+    for (const char* name : {"in.3.exr", "in.00003.exr", "in.0003.exr.json", "b/in.0003.exr"})
+        EXPECT_TRUE(files(at(name)).check().ok()) << name;
+}
+
+TEST_F(OutputFilesTest, NothingIsWrittenTwice) {
+    OutputFiles all = files(at("o.exr"));
+    all.write(OutputFile{folder_.path() + "//./o.exr", "the error map", "name another with --map"});
+    const Status status = all.check();
+    EXPECT_EQ(status.code(), StatusCode::usage);
+    EXPECT_THAT(status.message(), AllOf(HasSubstr("o.exr"), HasSubstr("the output"),
+                                        HasSubstr("the error map"), HasSubstr("--map")));
+}
+
+TEST_F(OutputFilesTest, WhatIsThereIsReplacedAsItIsSaid) {
+    make("o.exr");
+    const Status status = files(at("o.exr"), OnExisting::fail).check();
+    EXPECT_EQ(status.code(), StatusCode::output);
+    EXPECT_THAT(status.message(), AllOf(HasSubstr("o.exr: exists"), HasSubstr("the output"),
+                                        HasSubstr("--on-existing skip or overwrite")));
+    for (const auto choice : {OnExisting::skip, OnExisting::overwrite}) {
+        EXPECT_TRUE(files(at("o.exr"), choice).check().ok());
+        EXPECT_EQ(*files(at("o.exr"), choice).permit(at("./o.exr")), OnExisting::overwrite);
+    }
+    EXPECT_EQ(*files(at("o.exr"), OnExisting::fail).permit(at("o.exr")), OnExisting::fail);
+    // Nobody has said that this one would be written.
+    EXPECT_EQ(*files(at("o.exr")).permit(at("p.exr")), OnExisting::fail);
+    // A link that leads nowhere has the name all the same.
+    fs::create_symlink(at("nowhere"), at("link.exr"));
+    EXPECT_EQ(files(at("link.exr"), OnExisting::fail).check().code(), StatusCode::output);
+    fs::create_directory(at("folder.exr"));
+    EXPECT_EQ(files(at("folder.exr")).check().code(), StatusCode::output);
+    // One frame's alone.
+    OutputFiles all = files(at("free.exr"), OnExisting::fail);
+    all.write(output(at("o.exr")));
+    EXPECT_TRUE(all.check_existing({at("free.exr")}).ok());
+    EXPECT_FALSE(all.check_existing({at("free.exr"), at("o.exr")}).ok());
+}
+
+// The input may become one between the check and the write.
+TEST_F(OutputFilesTest, PermissionIsAskedAgain) {
+    const OutputFiles all = files(at("o.exr"));
+    ASSERT_TRUE(all.check().ok());
+    fs::create_hard_link(at("in.0001.exr"), at("o.exr"));
+    EXPECT_EQ(all.permit(at("o.exr")).status().code(), StatusCode::usage);
+}
+
+TEST_F(OutputFilesTest, AFamilyIsKnownByItsNames) {
+    const auto with = [&](OnExisting choice) {
+        OutputFiles all = files(at("o.exr"), choice);
+        all.write(OutputFamily{folder_.path() + "/.",
+                               [](const std::string& name) { return name.starts_with("0."); },
+                               "a stage", "name another folder with --dump-stages"});
+        return all;
+    };
+    EXPECT_TRUE(with(OnExisting::fail).check().ok());
+    EXPECT_EQ(*with(OnExisting::overwrite).permit(at("0.a")), OnExisting::overwrite);
+    EXPECT_EQ(*with(OnExisting::overwrite).permit(at("1.a")), OnExisting::fail);
+    make("0.a");
+    const Status status = with(OnExisting::fail).check();
+    EXPECT_EQ(status.code(), StatusCode::output);
+    EXPECT_THAT(status.message(),
+                AllOf(HasSubstr("0.a: exists"), HasSubstr("a stage"), HasSubstr("--dump-stages")));
+    EXPECT_TRUE(with(OnExisting::overwrite).check().ok());
+    // An input of such a name, itself or through a link; and another output.
+    OutputFiles read = with(OnExisting::overwrite);
+    read.read({at("0.a"), "the profile"});
+    EXPECT_EQ(read.check().code(), StatusCode::usage);
+    fs::remove(at("0.a"));
+    fs::create_symlink(at("in.0001.exr"), at("0.a"));
+    EXPECT_EQ(with(OnExisting::overwrite).check().code(), StatusCode::usage);
+    fs::remove(at("0.a"));
+    OutputFiles twice = with(OnExisting::overwrite);
+    twice.write(output(at("0.b")));
+    EXPECT_EQ(twice.check().code(), StatusCode::usage);
+}
+
+TEST_F(OutputFilesTest, AFolderHasOneOwner) {
+    const auto with = [&](const std::string& owner, OnExisting choice) {
+        OutputFiles all = files(at("o.exr"), choice);
+        all.write(OutputFolder{at("r"), "a report", ".mark", owner + "\n",
+                               "name another folder with --output"});
+        return all;
+    };
+    ASSERT_TRUE(with("me", OnExisting::fail).check().ok());
+    ASSERT_TRUE(with("me", OnExisting::fail).make_folders().ok());
+    EXPECT_TRUE(fs::exists(at("r/.mark")));
+    EXPECT_TRUE(with("me", OnExisting::fail).check().ok()) << "nothing but the mark";
+    EXPECT_EQ(*with("me", OnExisting::overwrite).permit(at("r/deep/a")), OnExisting::overwrite);
+    EXPECT_EQ(*with("me", OnExisting::overwrite).permit(at("rr")), OnExisting::fail);
+    make("r/a");
+    EXPECT_THAT(with("me", OnExisting::fail).check().message(),
+                HasSubstr("has a report already; choose --on-existing skip or overwrite"));
+    EXPECT_TRUE(with("me", OnExisting::overwrite).check().ok());
+    for (const auto choice : {OnExisting::fail, OnExisting::skip, OnExisting::overwrite})
+        EXPECT_EQ(with("you", choice).check().code(), StatusCode::output);
+    OutputFiles read = with("me", OnExisting::overwrite);
+    read.read({at("r/a"), "the truth"});
+    EXPECT_EQ(read.check().code(), StatusCode::usage);
+    EXPECT_THAT(read.check().message(), HasSubstr("the truth"));
+    // Through a link too: with the folder its target would go.
+    fs::create_symlink(at("r/a"), at("link.exr"));
+    OutputFiles linked = with("me", OnExisting::overwrite);
+    linked.read({at("link.exr"), "the truth"});
+    EXPECT_EQ(linked.check().code(), StatusCode::usage);
+    fs::remove(at("r/.mark"));
+    EXPECT_THAT(with("me", OnExisting::overwrite).check().message(),
+                HasSubstr("not empty and is not a report"));
+    make("file");
+    OutputFiles on_file;
+    on_file.write(OutputFolder{at("file"), "a report", ".mark", "me\n", "name another"});
+    EXPECT_EQ(on_file.check().code(), StatusCode::output);
+}
+
+}  // namespace
+}  // namespace postchain::io

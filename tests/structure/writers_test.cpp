@@ -1,0 +1,166 @@
+// Every place that writes a file (docs/command.md, "What is written, and what is never replaced").
+// One place opens files for writing: tools/sequence/io/atomic_file. One decides what may be
+// replaced: tools/sequence/io/output_files. Whoever writes asks it, and is listed here; what each
+// of them does with a stranger's file and with an input is tried in tests/command/replace_test.cpp.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kRoot = POSTCHAIN_SOURCE_DIR;
+using Counts = std::map<std::string, int>;  // by file
+
+struct Line {
+    std::string place;
+    std::string code;
+};
+
+// Without comments to the end of a line.
+std::string code_of(std::string line) {
+    for (size_t at = line.find("//"); at != std::string::npos; at = line.find("//", at + 2)) {
+        if (at > 0 && line[at - 1] == ':') continue;  // an address in a text
+        line.resize(at);
+        break;
+    }
+    return line;
+}
+
+const std::map<std::string, std::vector<Line>>& sources() {
+    static const auto all = [] {
+        std::map<std::string, std::vector<Line>> found;
+        for (const char* top : {"chain", "passes", "config", "tools"})
+            for (const auto& entry : fs::recursive_directory_iterator(kRoot / top)) {
+                const std::string extension = entry.path().extension().string();
+                if (extension != ".cpp" && extension != ".h") continue;
+                const std::string name = fs::relative(entry.path(), kRoot).string();
+                std::ifstream in(entry.path());
+                int number = 0;
+                for (std::string line; std::getline(in, line);)
+                    found[name].push_back(
+                        {name + ":" + std::to_string(++number) + ": ", code_of(line)});
+            }
+        return found;
+    }();
+    return all;
+}
+
+// Occurrences, a declaration in a header not among them.
+Counts count(const std::string& pattern) {
+    const std::regex expression(pattern);
+    Counts counts;
+    for (const auto& [file, lines] : sources()) {
+        if (file.ends_with(".h")) continue;
+        for (const auto& line : lines)
+            for (std::sregex_iterator it(line.code.begin(), line.code.end(), expression), end;
+                 it != end; ++it)
+                ++counts[file];
+    }
+    return counts;
+}
+
+// What can make, change or remove a file without the atomic writer.
+const char* const kWays =
+    R"(\bofstream\b|::fstream\b|\bfopen\b|\bfreopen\b|\bfdopen\b|\bFILE\s*\*|\bcreat\(|\bmkstemp)"
+    R"(|\bO_WRONLY\b|\bO_RDWR\b|\bO_CREAT\b|\btruncate\(|\bresize_file\b|\bcopy_file\b|\bfs::copy\b)"
+    R"(|\bfilesystem::copy\b|\brename(at2?)?\(|::remove(_all)?\(|::unlink\(|::link\(|\bsymlink\()"
+    R"(|create_hard_link|create_symlink|\bImageOutput\b|Imf::\w*OutputFile\b|\bImageBuf\b.*write)"
+    R"(|_printer_file|basic_file_sink|\bmmap\(|\bsystem\(|\bpopen\()";
+
+TEST(Writers, NothingElseOpensAFileForWriting) {
+    const std::map<std::string, std::string> allowed = {
+        {"tools/sequence/io/atomic_file.cpp", "the one that does"},
+        {"tools/sequence/io/exr_writer.cpp", "OpenEXR, on a stream of the atomic file"},
+        {"tools/sequence/io/png.cpp", "OpenImageIO, into memory"},
+        {"tools/measure/experiment/report_folder.cpp", "removes a report that is replaced"},
+        {"tools/apps/postchain/main.cpp", "/dev/null for streams that are closed"},
+    };
+    std::set<std::string> met;
+    for (const auto& [file, times] : count(kWays)) {
+        EXPECT_TRUE(allowed.count(file))
+            << file << " opens, replaces or removes a file; write through tools/sequence/io";
+        met.insert(file);
+    }
+    for (const auto& [file, why] : allowed) EXPECT_TRUE(met.count(file)) << file << ": " << why;
+}
+
+TEST(Writers, OpenExrAndOpenImageIoGetNoFileName) {
+    for (const auto& [file, lines] : sources())
+        for (const auto& line : lines) {
+            static const std::regex exr(R"(Imf::\w*OutputFile\w*(\s+\w+)?\((\w+))");
+            std::smatch found;
+            if (std::regex_search(line.code, found, exr)) {
+                EXPECT_EQ(found[2], "stream") << line.place << line.code;
+            }
+            static const std::regex open(R"(\bout->open\(([^,]+),)");
+            if (std::regex_search(line.code, found, open)) {
+                EXPECT_EQ(found[1], "\"memory.png\"") << line.place << line.code;
+            }
+        }
+}
+
+// A new one belongs into tests/command/replace_test.cpp too.
+TEST(Writers, AreTheseAndAskWhatMayBeReplaced) {
+    const Counts expected = {
+        {"tools/sequence/run/run_sequence.cpp", 4},  // output, preview, sidecar, stage
+        {"tools/measure/scenes/scene.cpp", 2},       // pictures, camera.json
+        {"tools/apps/postchain/diff.cpp", 2},        // maps
+        {"tools/apps/postchain/stress.cpp", 1},
+        {"tools/measure/report/report.cpp", 1},     // json, csv, md, pictures of the page, chains
+        {"tools/measure/report/images.cpp", 2},     // images/
+        {"tools/measure/report/page/page.cpp", 1},  // index.html
+        {"tools/measure/experiment/bench_store.cpp", 1},  // results/
+        {"tools/measure/experiment/truth.cpp", 1},        // truth/
+    };
+    const Counts found = count(
+        R"(\bAtomicFile::create\(|\batomic_write_text\(|\bwrite_planes_exr\(|\bwrite_filtered\()"
+        R"(|\bwrite_png_preview\()");
+    const Counts permits = count(R"(\bpermit\()");
+    for (const auto& [file, times] : found) {
+        if (file.starts_with("tools/sequence/io/")) continue;
+        const auto known = expected.find(file);
+        ASSERT_NE(known, expected.end()) << file << " writes files and is not listed";
+        EXPECT_EQ(times, known->second) << file;
+        EXPECT_TRUE(permits.count(file)) << file << " does not ask OutputFiles::permit()";
+    }
+    for (const auto& [file, times] : expected) EXPECT_TRUE(found.count(file)) << file;
+}
+
+// Who may say that a file is replaced: nobody but the one place, and the words of an option.
+TEST(Writers, OnlyOnePlaceSaysOverwrite) {
+    const std::set<std::string> allowed = {"tools/sequence/io/atomic_file.cpp",
+                                           "tools/sequence/io/output_files.cpp",
+                                           "tools/apps/postchain/options.cpp"};
+    static const std::regex says(R"((^|[^=!] )\(?(io::)?OnExisting::overwrite)");
+    size_t met = 0;
+    for (const auto& [file, lines] : sources())
+        for (const auto& line : lines) {
+            if (!std::regex_search(line.code, says)) continue;
+            ++met;
+            EXPECT_TRUE(allowed.count(file)) << line.place << line.code;
+        }
+    EXPECT_GE(met, 2u);
+}
+
+TEST(Writers, FaultsAreSeen) {
+    const std::regex ways(kWays);
+    for (const char* code :
+         {"std::ofstream file(path);", "FILE* f = fopen(path, \"w\");", "std::fstream both(path);",
+          "::open(path, O_WRONLY | O_CREAT)", "fs::rename(a, b);",
+          "Imf::TiledOutputFile out(path);", "auto out = OIIO::ImageOutput::create(path);",
+          "fs::copy_file(a, b);", "std::remove(path);"})
+        EXPECT_TRUE(std::regex_search(code, ways)) << code;
+    for (const char* code :
+         {"std::ifstream file(path);", "std::remove_if(a, b, c)", "::open(path, O_RDONLY)"})
+        EXPECT_FALSE(std::regex_search(code, ways)) << code;
+}
+
+}  // namespace

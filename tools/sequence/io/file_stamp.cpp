@@ -1,0 +1,33 @@
+#include "tools/sequence/io/file_stamp.h"
+
+#include <filesystem>
+
+namespace postchain::io {
+
+namespace fs = std::filesystem;
+
+FileStamp FileStamp::of(const std::string& path) {
+    std::error_code error;
+    FileStamp stamp;
+    stamp.path = path;
+    stamp.bytes = fs::file_size(path, error);
+    stamp.time = fs::last_write_time(path, error).time_since_epoch().count();
+    return stamp;
+}
+
+Status FileStamp::unchanged() const {
+    std::error_code error;
+    if (!fs::exists(path, error))
+        return Status(StatusCode::input, path +
+                                             ": was removed while the frame was being made; "
+                                             "the result is not written");
+    const FileStamp now = of(path);
+    if (now.bytes == bytes && now.time == time) return Status();
+    return Status(StatusCode::input,
+                  concat(path, ": was changed while the frame was being made (",
+                         now.bytes == bytes ? std::string("another time of change")
+                                            : concat(bytes, " bytes before, ", now.bytes, " now"),
+                         "); the result is not written, filter this frame again"));
+}
+
+}  // namespace postchain::io

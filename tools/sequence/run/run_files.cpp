@@ -1,0 +1,79 @@
+#include "tools/sequence/run/run_files.h"
+
+#include <set>
+
+#include "tools/sequence/io/preview.h"
+#include "tools/sequence/run/job_settings.h"
+#include "tools/sequence/run/sidecar.h"
+
+namespace postchain::sequence {
+namespace {
+
+// Names of the stages that a chain can have, in the frames of a run.
+class StageNames {
+  public:
+    StageNames(const Chain& chain, const std::vector<FrameTask>& tasks) : starts_{"input."} {
+        for (size_t i = 0; i < chain.links.size(); ++i)
+            starts_.push_back(concat(i, ".", chain.links[i].type->name, "."));
+        for (const FrameTask& task : tasks) ends_.insert(stage_path("", "", task.frame));
+    }
+    bool operator()(const std::string& name) const {
+        for (const std::string& start : starts_) {
+            if (!name.starts_with(start)) continue;
+            // "0.fxaa.luma.0001.exr": what is written for any stage begins with this dot.
+            const size_t dot = name.rfind('.', name.size() - 5);
+            return dot != std::string::npos && ends_.count("/" + name.substr(dot)) > 0;
+        }
+        return false;
+    }
+
+  private:
+    std::vector<std::string> starts_;
+    std::set<std::string> ends_;
+};
+
+}  // namespace
+
+std::string stage_path(const std::string& folder, const std::string& stage, int frame) {
+    char number[32];
+    std::snprintf(number, sizeof(number), ".%04d.exr", frame);
+    return folder + "/" + stage + number;
+}
+
+std::vector<std::string> outputs_of(const FrameTask& task, const RunSettings& settings) {
+    std::vector<std::string> paths = {task.output};
+    if (settings.sidecar) paths.push_back(sidecar_path(task.output));
+    if (settings.preview) paths.push_back(io::preview_path(task.output));
+    return paths;
+}
+
+void read_inputs(const RunSettings& settings, io::OutputFiles& files) {
+    for (const auto& [role, pattern] : settings.input.patterns)
+        files.read(pattern, role == Role::color           ? "the input"
+                            : role == Role::inverse_depth ? "the depth"
+                                                          : concat("the ", name_of(role)));
+    for (const auto& file : settings.other_inputs) files.read(file);
+}
+
+io::OutputFiles files_of_run(const Chain& chain, const RunSettings& settings,
+                             const std::vector<FrameTask>& tasks) {
+    io::OutputFiles files(settings.on_existing, "skip or overwrite");
+    read_inputs(settings, files);
+    const std::string other = "name another output with " + option_name("output");
+    for (const FrameTask& task : tasks) {
+        const std::string of = concat(" of frame ", task.frame);
+        files.write(io::OutputFile{task.output, "the output" + of, other});
+        if (settings.sidecar)
+            files.write(io::OutputFile{sidecar_path(task.output), "the sidecar" + of,
+                                       "go without it (--no-sidecar), or " + other});
+        if (settings.preview)
+            files.write(io::OutputFile{io::preview_path(task.output), "the preview" + of,
+                                       "go without " + option_name("png") + ", or " + other});
+    }
+    if (!settings.dump_folder.empty())
+        files.write(io::OutputFamily{settings.dump_folder, StageNames(chain, tasks), "a stage",
+                                     "name another folder with " + option_name("dump_stages")});
+    return files;
+}
+
+}  // namespace postchain::sequence

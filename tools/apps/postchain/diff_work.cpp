@@ -9,7 +9,7 @@
 namespace postchain {
 namespace {
 
-// Color as the file has it, non-finite values included; premultiplied, or over a gray.
+// Color as the file has it, non-finite values included; premultiplied.
 struct Color {
     io::InputFrame input;
     ImageF& rgba() { return input.planes.at(Role::color); }
@@ -28,7 +28,6 @@ Result<Color> read_color(const DiffWork& work, const std::string& path, int fram
         for (size_t i = 0; i < rgba.pixels(); ++i)
             for (size_t c = 0; c < 3; ++c) rgba.data[4 * i + c] *= rgba.data[4 * i + 3];
     }
-    if (work.over) metrics::composite_over(color.rgba(), *work.over);
     return color;
 }
 
@@ -194,11 +193,17 @@ Result<metrics::Pair> read_pair(const DiffWork& work, const DiffFrame& frame) {
                       concat(both, ": ", what, " differ: ", wa.width(), "x", wa.height(), " ",
                              wa.text(), " and ", wb.width(), "x", wb.height(), " ", wb.text()));
     };
-    if (Status s = same("display windows", a->input.display_window, b->input.display_window);
-        !s.ok())
-        return s;
-    if (Status s = same("data windows", a->input.data_window, b->input.data_window); !s.ok())
-        return s;
+    const io::Window& display = a->input.display_window;
+    if (Status s = same("display windows", display, b->input.display_window); !s.ok()) return s;
+    if (a->input.window != b->input.window) {
+        log::info(concat(both, ": data windows differ, ", a->input.window.text(), " and ",
+                         b->input.window.text(), ": compared in the display window ",
+                         display.text(), ", where a file without pixels is clear"));
+        for (Color* color : {&*a, &*b})
+            color->rgba() = io::placed(color->rgba(), color->input.window, display);
+    }
+    if (work.over)
+        for (Color* color : {&*a, &*b}) metrics::composite_over(color->rgba(), *work.over);
     if (a->input.description.luma_weights != b->input.description.luma_weights)
         log::warning(both + ": their chromaticities differ; values are compared as they are");
     auto pair = metrics::pair_of(b->rgba(), a->rgba());
@@ -209,6 +214,7 @@ Result<metrics::Pair> read_pair(const DiffWork& work, const DiffFrame& frame) {
 Result<metrics::Picture> read_reference(const DiffWork& work, const DiffFrame& frame) {
     auto color = read_color(work, frame.a, frame.number);
     if (!color.ok()) return color.status().at(frame.both());
+    if (work.over) metrics::composite_over(color->rgba(), *work.over);
     auto picture = metrics::picture_of(color->rgba());
     if (!picture.ok()) return picture.status().at(frame.a);
     return picture;

@@ -47,8 +47,10 @@ Json describe_roles(const ProfileMatch& match) {
             {"missing", missing},       {"notes", match.notes}};
 }
 
-Json describe_frame(const FrameDescription& frame) {
-    Json json = {{"width", frame.width},
+// `window`: of the planes, larger than the data window where that was cropped.
+Json describe_frame(const FrameDescription& frame, const io::Window& window) {
+    Json json = {{"window", window.text()},
+                 {"width", frame.width},
                  {"height", frame.height},
                  {"display_width", frame.display_width},
                  {"display_height", frame.display_height},
@@ -70,11 +72,13 @@ Json describe_signs(const sequence::SignCheck& check) {
                               {"pixels_apart", candidate.pixels_apart},
                               {"margin", candidate.margin},
                               {"as_converted", candidate.as_converted()}});
-    return {{"verdict", sequence::name_of(check.verdict())},
-            {"pixels", check.pixels},
-            {"still_error", check.still_error},
-            {"margin", check.margin()},
-            {"candidates", candidates}};
+    Json json = {{"verdict", sequence::name_of(check.verdict())},
+                 {"pixels", check.pixels},
+                 {"still_error", check.still_error},
+                 {"margin", check.margin()},
+                 {"candidates", candidates}};
+    if (!check.why_not.empty()) json["why_not"] = check.why_not;
+    return json;
 }
 
 // Attributes and names may hold bytes that are no UTF-8.
@@ -112,7 +116,7 @@ void print_values(const Json& values, const std::string& prefix = "") {
 
 void print_signs(const sequence::SignCheck& check, int next) {
     if (check.candidates.empty()) {
-        std::printf("sign self-check: not possible (nothing moves by a pixel, or sizes differ)\n");
+        std::printf("sign self-check: not possible (%s)\n", check.why_not.c_str());
         return;
     }
     std::printf(
@@ -189,7 +193,7 @@ int inspect_verb(const Options& options) {
         }
         for (const auto& warning : source->warnings) log::warning(warning);
         json["match"] = describe_roles(source->match);
-        json["frame"] = describe_frame(source->description);
+        json["frame"] = describe_frame(source->description, source->input.window);
         sequence::add_findings(json, source->description.bounds, source->health,
                                source->surface_health);
         if (!options.json) {
@@ -209,8 +213,14 @@ int inspect_verb(const Options& options) {
                                                           {}, io::Keep::nothing)
                             : Result<sequence::SourceFrame>(next_header.status());
             if (next.ok()) {
-                const auto check =
-                    sequence::check_signs(source->planes, *next->planes.at(Role::color));
+                sequence::SignCheck check;
+                if (next->input.display_window != source->input.display_window)
+                    check.why_not = concat("the next frame has another display window, ",
+                                           next->input.display_window.text());
+                else
+                    check = sequence::check_signs(
+                        source->planes, io::placed(*next->planes.at(Role::color),
+                                                   next->input.window, source->input.window));
                 json["sign_check"] = describe_signs(check);
                 if (!options.json) print_signs(check, frame + 1);
             } else {

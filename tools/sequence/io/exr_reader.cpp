@@ -14,7 +14,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cassert>
 #include <cerrno>
 #include <cstring>
 #include <mutex>
@@ -22,7 +21,6 @@
 
 #include "tools/sequence/io/exr_attributes.h"
 #include "tools/sequence/io/exr_internal.h"
-#include "tools/sequence/io/pixel_encode.h"
 
 namespace postchain::io {
 
@@ -84,15 +82,8 @@ ExrPart part_of(const Imf::Header& header) {
 PartPixels::Plane make_plane(const ExrChannel& channel, const Window& w) {
     PartPixels::Plane plane;
     plane.channel = channel;
-    // Samples lie where the coordinate divides by the sampling rate (ImfChannelList.h).
-    const auto samples = [](int low, int high, int rate) {
-        const auto floor_div = [rate](int64_t a) {
-            return a >= 0 ? a / rate : -((-a + rate - 1) / rate);
-        };
-        return int(floor_div(high) - floor_div(int64_t(low) - 1));
-    };
-    plane.width = samples(w.min_x, w.max_x, channel.x_sampling);
-    plane.height = samples(w.min_y, w.max_y, channel.y_sampling);
+    plane.width = samples_between(w.min_x, w.max_x, channel.x_sampling);
+    plane.height = samples_between(w.min_y, w.max_y, channel.y_sampling);
     // Not cleared: pages of a file that turns out damaged are then never touched.
     plane.bytes =
         std::make_unique_for_overwrite<std::byte[]>(std::max<size_t>(plane.total_bytes(), 1));
@@ -103,19 +94,6 @@ PartPixels::Plane make_plane(const ExrChannel& channel, const Window& w) {
 
 void set_exr_threads(int count) {
     Imf::setGlobalThreadCount(std::max(count, 0));
-}
-
-const char* name_of(PixelType type) {
-    return type == PixelType::half ? "half" : type == PixelType::float32 ? "float" : "uint";
-}
-
-int bytes_of(PixelType type) {
-    return type == PixelType::half ? 2 : 4;
-}
-
-std::string Window::text() const {
-    return concat("(", std::to_string(min_x), ", ", std::to_string(min_y), ")-(",
-                  std::to_string(max_x), ", ", std::to_string(max_y), ")");
 }
 
 const ExrChannel* ExrPart::find(std::string_view channel) const {
@@ -129,44 +107,6 @@ bool ExrPart::luminance_chroma() const {
     return std::any_of(channels.begin(), channels.end(), [](const ExrChannel& c) {
         return base_name(c.name) == "RY" || base_name(c.name) == "BY";
     });
-}
-
-const PartPixels::Plane* PartPixels::find(std::string_view channel) const {
-    for (const Plane& p : planes) {
-        if (p.channel.name == channel) return &p;
-    }
-    return nullptr;
-}
-
-ImageF PartPixels::interleaved(const std::vector<std::string>& names, const Window& crop,
-                               int channels, float fill) const {
-    assert(window.contains(crop));
-    const int count = std::max(channels, int(names.size()));
-    ImageF image(crop.width(), crop.height(), count, fill);
-    std::vector<float> row(size_t(image.width));
-    for (size_t c = 0; c < names.size(); ++c) {
-        const Plane* plane = find(names[c]);
-        assert(plane != nullptr && plane->channel.x_sampling == 1 &&
-               plane->channel.y_sampling == 1);
-        const size_t size = size_t(bytes_of(plane->channel.type));
-        for (int y = 0; y < image.height; ++y) {
-            const std::byte* from = plane->bytes.get() +
-                                    size_t(y + crop.min_y - window.min_y) * plane->row_bytes() +
-                                    size_t(crop.min_x - window.min_x) * size;
-            if (plane->channel.type == PixelType::half) {
-                halves_to_floats(reinterpret_cast<const uint16_t*>(from), row.size(), row.data());
-            } else if (plane->channel.type == PixelType::float32) {
-                std::memcpy(row.data(), from, row.size() * sizeof(float));
-            } else {
-                const auto* values = reinterpret_cast<const uint32_t*>(from);
-                std::transform(values, values + row.size(), row.begin(),
-                               [](uint32_t v) { return float(v); });
-            }
-            float* to = image.data.data() + size_t(y) * row.size() * size_t(count) + c;
-            for (size_t x = 0; x < row.size(); ++x) to[x * size_t(count)] = row[x];
-        }
-    }
-    return image;
 }
 
 // --- ExrFile ------------------------------------------------------------------------------------

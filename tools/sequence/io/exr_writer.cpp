@@ -21,6 +21,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <numeric>
 
 #include "tools/sequence/io/exr_attributes.h"
 #include "tools/sequence/io/exr_internal.h"
@@ -163,6 +164,21 @@ Imf::Header color_header(const Imf::Header& from, bool only_color, bool keep_typ
     return header;
 }
 
+// The smallest window around `window` in which every channel has whole samples.
+Window aligned(Window window, const PartPixels& pixels) {
+    int x = 1, y = 1;
+    for (const PartPixels::Plane& plane : pixels.planes) {
+        x = std::lcm(x, plane.channel.x_sampling);
+        y = std::lcm(y, plane.channel.y_sampling);
+    }
+    const auto down = [](int value, int step) { return value - ((value % step) + step) % step; };
+    window.min_x = down(window.min_x, x);
+    window.min_y = down(window.min_y, y);
+    window.max_x = down(window.max_x, x) + x - 1;
+    window.max_y = down(window.max_y, y) + y - 1;
+    return window;
+}
+
 }  // namespace
 
 Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, const ImageF& color,
@@ -181,7 +197,13 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
 
     // The new color planes, beside the kept ones they replace.
     const std::vector<std::string>& names = frame.assignment.at(Role::color).channels;
-    const PartPixels& kept = *frame.kept;
+    const bool same_window = !options.window || *options.window == frame.kept->window;
+    const Window window = same_window ? frame.kept->window : aligned(*options.window, *frame.kept);
+    const PartPixels moved = same_window ? PartPixels() : frame.kept->placed(window, frame.outside);
+    const PartPixels& kept = same_window ? *frame.kept : moved;
+    ImageF placed_color;
+    if (window != frame.window) placed_color = placed(color, frame.window, window);
+    const ImageF& written = window == frame.window ? color : placed_color;
     PartPixels fresh;
     fresh.part = kept.part;
     fresh.window = kept.window;
@@ -193,7 +215,7 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
         plane.width = old->width;
         plane.height = old->height;
         plane.bytes = std::make_unique_for_overwrite<std::byte[]>(plane.total_bytes());
-        targets.push_back({&color, int(i), plane.channel.type, plane.bytes.get()});
+        targets.push_back({&written, int(i), plane.channel.type, plane.bytes.get()});
     }
     const EncodeCounts counts = encode_channels(targets);
     if (Status s = check_counts(path, counts, options.overflow); !s.ok()) return s;
@@ -206,6 +228,11 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
     headers[size_t(kept.part)] =
         color_header(headers[size_t(kept.part)], names.size() == kept.planes.size(),
                      input.facts.multi_part || input.facts.type_attribute, options, report.notes);
+    if (!same_window) {
+        headers[size_t(kept.part)].dataWindow() = box_of(window);
+        report.notes.push_back(concat("data window ", frame.kept->window.text(), " grown to ",
+                                      window.text(), ": the chain moves light out of it"));
+    }
     Imf::FrameBuffer buffer = frame_buffer_of(kept);
     const Imf::FrameBuffer fresh_buffer = frame_buffer_of(fresh);
     for (auto it = fresh_buffer.begin(); it != fresh_buffer.end(); ++it) {

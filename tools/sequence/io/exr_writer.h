@@ -14,6 +14,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -36,6 +37,9 @@ struct WriteOptions {
     OnExisting on_existing = OnExisting::fail;
     HalfOverflow overflow = HalfOverflow::refuse;
     int zip_level = kZipLevel;
+    // Data window of color's part, grown outwards where its subsampled channels need that. The
+    // file's own when not given.
+    std::optional<Window> window = {};
     // String attributes of color's part ("postchain" -> version and chain hash).
     std::map<std::string, std::string> attributes = {};
 
@@ -53,10 +57,12 @@ struct WriteReport {
     std::vector<std::string> notes;  // what was changed besides color
 };
 
-// Writes `frame` (read with Keep::all) with its color channels replaced. `color` has the size of
-// the frame and 4 channels; alpha is written where the file has it. Errors (output): the path (see
-// AtomicFile), write errors, overflow under `refuse`, NaN or Inf for a half channel under
-// `refuse` (under `clamp` NaN becomes 0); (input): damaged data in a part that is copied.
+// Writes `frame` (read with Keep::all) with its color channels replaced. `color` covers
+// `frame.window` and has 4 channels; alpha is written where the file has it. Where the data window
+// written is larger than the file's, other channels hold InputFrame::outside there. Errors
+// (output): the path (see AtomicFile), write errors, overflow under `refuse`, NaN or Inf for a half
+// channel under `refuse` (under `clamp` NaN becomes 0); (input): damaged data in a part that is
+// copied.
 Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, const ImageF& color,
                                    const WriteOptions& options);
 

@@ -125,7 +125,16 @@ Status add_own_file(const SourceSettings& settings, const Writer& writer, const 
     return Status();
 }
 
+// Computed wide: a header may state any window.
+bool fits(const io::Window& w) {
+    return int64_t(w.max_x) - w.min_x < io::kMaxSide && int64_t(w.max_y) - w.min_y < io::kMaxSide;
+}
+
 }  // namespace
+
+const io::ExrPart& color_part(const FrameHeader& header) {
+    return header.files.color_file().parts()[size_t(header.assignment.at(Role::color).part)];
+}
 
 Result<FrameHeader> open_source_frame(const SourceSettings& settings,
                                       const std::map<Role, std::string>& files, int frame) {
@@ -156,7 +165,19 @@ Result<FrameHeader> open_source_frame(const SourceSettings& settings,
     for (const auto& [role, where] : header.match.roles)
         header.assignment[role] = {where.part, where.channels};
 
-    const auto& part = color_file.parts()[size_t(header.assignment.at(Role::color).part)];
+    const auto& part = color_part(header);
+    header.window = part.data_window;
+    if (settings.data_window == DataWindow::grow) {
+        const io::Window whole = part.data_window.united(part.display_window);
+        if (fits(whole))
+            header.window = whole;
+        else
+            header.warnings.push_back(
+                concat(color_file.path(), ": the display window ", part.display_window.text(),
+                       " is too large to be filtered whole (", io::kMaxSide,
+                       " pixels a side at most): light that leaves the data window ",
+                       part.data_window.text(), " is lost"));
+    }
     const Display display{part.display_window.width(), part.display_window.height(),
                           double(part.pixel_aspect)};
     const CameraFile* camera = settings.camera ? &*settings.camera : nullptr;
@@ -172,15 +193,14 @@ Result<FrameHeader> open_source_frame(const SourceSettings& settings,
 
 RoleSet planes_needed(const Chain& chain, const SourceSettings& settings, const FrameHeader& header,
                       const PlanOptions& options) {
-    const io::ExrFile& file = header.files.color_file();
-    const auto& part = file.parts()[size_t(header.assignment.at(Role::color).part)];
+    const auto& part = color_part(header);
     FrameDescription frame;
-    frame.width = part.data_window.width();
-    frame.height = part.data_window.height();
+    frame.width = header.window.width();
+    frame.height = header.window.height();
     frame.display_width = part.display_window.width();
     frame.display_height = part.display_window.height();
-    frame.origin_x = part.data_window.min_x - part.display_window.min_x;
-    frame.origin_y = part.data_window.min_y - part.display_window.min_y;
+    frame.origin_x = header.window.min_x - part.display_window.min_x;
+    frame.origin_y = header.window.min_y - part.display_window.min_y;
     frame.frame_number = header.files.frame_number;
     frame.camera = header.camera;
     // Which planes are read is the same for any depth.
@@ -232,7 +252,8 @@ Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeade
     for (const auto& [role, where] : header.assignment)
         (wanted.has(role) || role == Role::color ? present : not_converted).add(role);
     auto start = Clock::now();
-    auto read = io::read_frame(header.files, header.assignment, present, keep);
+    auto read = io::read_frame(header.files, header.assignment, present, keep,
+                               io::PlanesArea{header.window, header.match.options});
     if (!read.ok()) return read.status();
     frame.read_ms = milliseconds_since(start);
 
@@ -247,8 +268,8 @@ Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeade
     FramePlanes planes = std::move(frame.input.planes);
     frame.conversion = frame.match.options;
     frame.conversion.nonfinite_color = settings.nonfinite_color;
-    frame.description.origin_x = frame.input.data_window.min_x - frame.input.display_window.min_x;
-    frame.description.origin_y = frame.input.data_window.min_y - frame.input.display_window.min_y;
+    frame.description.origin_x = frame.input.window.min_x - frame.input.display_window.min_x;
+    frame.description.origin_y = frame.input.window.min_y - frame.input.display_window.min_y;
     auto health = convert_frame(planes, frame.description, frame.conversion);
     if (!health.ok()) return health.status().at(path);
     frame.health = *health;
@@ -272,8 +293,8 @@ Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeade
     count(health->nonfinite_depth, "with non-finite depth, taken as infinitely far");
     count(health->nonfinite_motion, "with non-finite motion, taken as still");
     if (auto& first = frame.health.first_nonfinite) {
-        (*first)[0] += frame.input.data_window.min_x;
-        (*first)[1] += frame.input.data_window.min_y;
+        (*first)[0] += frame.input.window.min_x;
+        (*first)[1] += frame.input.window.min_y;
         warn("the first non-finite pixel is " + frame.first_nonfinite_text());
         frame.strict_fault =
             Status(StatusCode::health, concat(path, ": ", health->nonfinite(),
@@ -322,8 +343,7 @@ Result<Plan> plan_source_frame(const Chain& chain, const SourceFrame& frame,
 }
 
 ImageF stored_color(const io::InputFrame& input) {
-    return input.kept->interleaved(input.assignment.at(Role::color).channels, input.data_window, 4,
-                                   1);
+    return input.kept->interleaved(input.assignment.at(Role::color).channels, input.window, 4, 1);
 }
 
 void to_file_convention(ImageF& color, const ConvertOptions& conversion, const ImageF& stored) {

@@ -54,6 +54,7 @@ Result<SourceSettings> source_settings_of(const JobSettings& job, Diagnostics& n
     source.layer = job.layer;
     source.view = job.view;
     source.nonfinite_color = job.nonfinite;
+    source.data_window = job.data_window;
     if (!job.cuts.empty()) {
         auto cuts = io::FrameRange::parse(job.cuts);
         if (!cuts.ok()) return cuts.status().at(option_name("cuts"));
@@ -117,6 +118,10 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                .group = kInputGroup})
         .choice("nonfinite", &JobSettings::nonfinite, {"zero", "clamp"},
                 {.help = "what Inf in color becomes: 0 or the largest half", .group = kInputGroup})
+        .choice("data_window", &JobSettings::data_window, {"grow", "keep"},
+                {.help = "of frames cropped to less than the display window: grow it by what the "
+                         "chain reaches, or keep it and lose the light that leaves it",
+                 .group = kInputGroup})
         .choice("precision", &JobSettings::precision, {"fp16", "fp32"},
                 {.help = "storage of intermediate planes", .group = kPlanGroup})
         .text("no_elide", &JobSettings::no_elide,

@@ -23,6 +23,7 @@ struct JobSettings {
     std::string layer;
     std::string view;
     NonfiniteColor nonfinite = NonfiniteColor::zero;
+    DataWindow data_window = DataWindow::grow;
 
     Precision precision = Precision::fp32;
     std::string no_elide;  // "all", or names of rules with commas

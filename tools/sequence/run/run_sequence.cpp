@@ -9,6 +9,7 @@
 #include "tools/sequence/run/fingerprint.h"
 #include "tools/sequence/run/runner.h"
 #include "tools/sequence/run/sidecar.h"
+#include "tools/sequence/run/written_window.h"
 
 namespace postchain::sequence {
 namespace {
@@ -54,6 +55,9 @@ class FilterJob final : public FrameJob {
         auto plan = plan_source_frame(chain_, source, settings_.plan);
         if (!plan.ok()) return plan.status();
         report.plan = std::move(*plan);
+        report.window = written_window(chain_, *report.plan, source);
+        if (const auto lost = pixels_cut_off(chain_, *report.plan, source))
+            report.warnings.push_back(cut_off_text(source, lost));
         return Status();
     }
 
@@ -92,6 +96,7 @@ class FilterJob final : public FrameJob {
                                   ? io::OnExisting::fail
                                   : io::OnExisting::overwrite;
         options.overflow = settings_.overflow;
+        options.window = report.window;
         options.attributes["postchain"] = report.fingerprint;
         auto written =
             io::write_filtered(report.output, frame.source->input, frame.result, options);

@@ -67,24 +67,38 @@ SignCheck check_signs(PlaneView planes, const ImageF& next) {
     SignCheck check;
     const ImageF* color = planes.find(Role::color);
     const ImageF* motion = planes.find(Role::motion);
-    if (!color || !motion || next.channels < 3 || next.width != color->width ||
-        next.height != color->height)
+    if (!color || !motion || next.channels < 3) {
+        check.why_not = "there are no vectors, or no color";
         return check;
+    }
+    if (next.width != color->width || next.height != color->height) {
+        check.why_not = concat("this frame is ", color->width, "x", color->height,
+                               " pixels, the next one ", next.width, "x", next.height);
+        return check;
+    }
     const ImageF& now = *color;
     // The same pixels for every candidate: those that stay inside under each sign.
     std::vector<std::array<int, 2>> pixels;
+    size_t leaving = 0;
     for (int y = 0; y < now.height; ++y) {
         for (int x = 0; x < now.width; ++x) {
             const double vx = std::abs(motion->at(x, y, 0));
             const double vy = std::abs(motion->at(x, y, 1));
             if (vx * vx + vy * vy < 1) continue;
-            if (x - vx < 0 || x + vx > now.width - 1 || y - vy < 0 || y + vy > now.height - 1)
+            if (x - vx < 0 || x + vx > now.width - 1 || y - vy < 0 || y + vy > now.height - 1) {
+                ++leaving;
                 continue;
+            }
             pixels.push_back({x, y});
         }
     }
     check.pixels = pixels.size();
-    if (pixels.empty()) return check;
+    if (pixels.empty()) {
+        check.why_not = leaving == 0
+                            ? "nothing moves by a pixel"
+                            : concat("each of the ", leaving, " moving pixels leaves the picture");
+        return check;
+    }
     for (const auto& [x, y] : pixels) check.still_error += difference(now, x, y, next, x, y);
     check.still_error /= double(pixels.size());
     const auto error_of = [&](int x, int y, double vx, double vy) {

@@ -36,6 +36,7 @@ struct SignCheck {
     std::vector<SignCandidate> candidates;  // best first; eight, or four without motion_back
     size_t pixels = 0;                      // that move by at least a pixel and stay in the image
     double still_error = 0;                 // of no warp at all, over the same pixels
+    std::string why_not;                    // there are no candidates; else empty
 
     // A candidate counts when at least one moving pixel in fifty tells it apart.
     bool told_apart(const SignCandidate& candidate) const {
@@ -46,7 +47,8 @@ struct SignCheck {
 };
 
 // `planes` canonical (color, motion, motion_back if there is one), `next` the color of the next
-// frame, of the same size. Empty candidates when nothing moves or sizes differ.
+// frame at the same place (io::placed()). No candidates where nothing moves by a pixel, all that
+// moves leaves the picture, or sizes differ.
 SignCheck check_signs(PlaneView planes, const ImageF& next);
 
 }  // namespace postchain::sequence

@@ -6,9 +6,8 @@
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/sequence/io/json.h"
-#include "tools/sequence/run/frame_source.h"
+#include "tools/sequence/run/frame_scan.h"
 #include "tools/sequence/run/sidecar.h"
-#include "tools/sequence/run/sign_check.h"
 
 namespace postchain {
 namespace {
@@ -182,10 +181,9 @@ int inspect_verb(const Options& options) {
         if (!options.json)
             for (const auto& [role, file] : json["files"].items()) print_file(file);
         auto header = sequence::open_source_frame(settings->source, files->second, frame);
-        auto source = header.ok()
-                          ? sequence::read_source_frame(settings->source, std::move(*header),
-                                                        wanted, io::Keep::nothing)
-                          : Result<sequence::SourceFrame>(header.status());
+        auto source = header.ok() ? sequence::scan_source_frame(settings->source, *header, wanted,
+                                                                sequence::strip_rows(*header))
+                                  : Result<sequence::SourceFrame>(header.status());
         if (!source.ok()) {
             if (options.json) print_line(json);
             code = fail(source.status());
@@ -206,25 +204,17 @@ int inspect_verb(const Options& options) {
             if (const auto next = all.find(frame + 1); next != all.end() && pattern.has_token())
                 next_files[role] = next->second;
         }
-        if (next_files.count(Role::color) && source->planes.count(Role::motion)) {
-            auto next_header = sequence::open_source_frame(settings->source, next_files, frame + 1);
-            auto next = next_header.ok()
-                            ? sequence::read_source_frame(settings->source, std::move(*next_header),
-                                                          {}, io::Keep::nothing)
-                            : Result<sequence::SourceFrame>(next_header.status());
-            if (next.ok()) {
-                sequence::SignCheck check;
-                if (next->input.display_window != source->input.display_window)
-                    check.why_not = concat("the next frame has another display window, ",
-                                           next->input.display_window.text());
-                else
-                    check = sequence::check_signs(
-                        source->planes, io::placed(*next->planes.at(Role::color),
-                                                   next->input.window, source->input.window));
-                json["sign_check"] = describe_signs(check);
-                if (!options.json) print_signs(check, frame + 1);
+        if (next_files.count(Role::color) && source->description.planes.has(Role::motion)) {
+            auto next = sequence::open_source_frame(settings->source, next_files, frame + 1);
+            auto check = next.ok() ? sequence::scan_signs(settings->source, *header, *next,
+                                                          source->description.bounds.max_speed_px,
+                                                          sequence::strip_rows(*header))
+                                   : Result<sequence::SignCheck>(next.status());
+            if (check.ok()) {
+                json["sign_check"] = describe_signs(*check);
+                if (!options.json) print_signs(*check, frame + 1);
             } else {
-                log::warning("no sign self-check: " + next.status().message());
+                log::warning("no sign self-check: " + check.status().message());
             }
         }
         if (options.json) print_line(json);

@@ -18,9 +18,11 @@
 #include <cstring>
 #include <mutex>
 #include <new>
+#include <numeric>
 
 #include "tools/sequence/io/exr_attributes.h"
 #include "tools/sequence/io/exr_internal.h"
+#include "tools/sequence/io/exr_part_check.h"
 
 namespace postchain::io {
 
@@ -211,7 +213,14 @@ Status ExrFile::explain_no_color() const {
     return {};
 }
 
-Result<PartPixels> ExrFile::read_part(int part, const std::vector<std::string>& channels) {
+int ExrFile::rows_at_once(int part) const {
+    const Imf::Header& header = impl_->file->header(part);
+    if (header.hasTileDescription()) return int(header.tileDescription().ySize);
+    return lines_of_chunk(int(header.compression()));
+}
+
+Result<PartPixels> ExrFile::read_part(int part, const std::vector<std::string>& channels,
+                                      const std::optional<Window>& area) {
     if (part < 0 || size_t(part) >= parts().size() || parts()[size_t(part)].deep) {
         return check_channels(part, {});
     }
@@ -219,11 +228,21 @@ Result<PartPixels> ExrFile::read_part(int part, const std::vector<std::string>& 
     PartPixels pixels;
     pixels.part = part;
     pixels.window = info.data_window;
+    if (area) {
+        // Whole tiles, and whole samples of subsampled channels.
+        int step = info.tiled ? rows_at_once(part) : 1;
+        for (const ExrChannel& c : info.channels) step = std::lcm(step, c.y_sampling);
+        const int top = info.data_window.min_y, last = info.data_window.max_y;
+        const int first_row = std::clamp(area->min_y, top, last) - top;
+        const int last_row = std::clamp(area->max_y, top, last) - top;
+        pixels.window.min_y = top + first_row / step * step;
+        pixels.window.max_y = std::min(last, top + (last_row / step + 1) * step - 1);
+    }
     try {
         for (const ExrChannel& c : info.channels) {
             const bool wanted = channels.empty() || std::find(channels.begin(), channels.end(),
                                                               c.name) != channels.end();
-            if (wanted) pixels.planes.push_back(make_plane(c, info.data_window));
+            if (wanted) pixels.planes.push_back(make_plane(c, pixels.window));
         }
         for (const std::string& name : channels) {
             if (pixels.find(name) == nullptr) return check_channels(part, {name});
@@ -232,11 +251,14 @@ Result<PartPixels> ExrFile::read_part(int part, const std::vector<std::string>& 
         if (info.tiled) {
             Imf::TiledInputPart in(*impl_->file, part);
             in.setFrameBuffer(buffer);
-            in.readTiles(0, in.numXTiles(0) - 1, 0, in.numYTiles(0) - 1, 0, 0);
+            const int rows = int(in.tileYSize());
+            const int first = (pixels.window.min_y - info.data_window.min_y) / rows;
+            const int last = (pixels.window.max_y - info.data_window.min_y) / rows;
+            in.readTiles(0, in.numXTiles(0) - 1, first, last, 0, 0);
         } else {
             Imf::InputPart in(*impl_->file, part);
             in.setFrameBuffer(buffer);
-            in.readPixels(info.data_window.min_y, info.data_window.max_y);
+            in.readPixels(pixels.window.min_y, pixels.window.max_y);
         }
     } catch (...) {
         return status_of_exception(StatusCode::input, path(), "damaged or truncated: ");

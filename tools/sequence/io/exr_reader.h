@@ -83,8 +83,12 @@ class ExrFile {
 
     // Reads the named channels of a flat part, or all of them when `channels` is empty, in one
     // pass over the part. Subsampled channels come as they are. Of a mip-mapped part: level 0.
+    // With `area` at least those of its rows that the part has, of a tiled part whole tiles.
     // Errors (input): deep part, unknown channel, damaged or truncated data.
-    Result<PartPixels> read_part(int part, const std::vector<std::string>& channels = {});
+    Result<PartPixels> read_part(int part, const std::vector<std::string>& channels = {},
+                                 const std::optional<Window>& area = {});
+    // Rows that are decoded together: of a block of lines, or of a tile.
+    int rows_at_once(int part) const;
 
     // The same, interleaved and as float, of the whole data window.
     Result<ImageF> read_channels(int part, const std::vector<std::string>& channels);

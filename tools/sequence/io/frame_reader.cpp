@@ -162,7 +162,9 @@ Result<InputFrame> read_frame(OpenFrame files, const ChannelAssignment& assignme
         }
         const bool is_color = &job == &jobs[0];
         if (is_color && keep == Keep::all) job.channels.clear();  // all of them
-        Result<PartPixels> pixels = job.file->read_part(job.part, job.channels);
+        std::optional<Window> rows;
+        if (keep == Keep::nothing) rows = frame.window;
+        Result<PartPixels> pixels = job.file->read_part(job.part, job.channels, rows);
         if (!pixels.ok()) return pixels.status();
         for (const Role role : job.roles) {
             const std::vector<std::string>& names = assignment.at(role).channels;

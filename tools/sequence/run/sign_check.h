@@ -2,10 +2,12 @@
 // of the two vector planes, and compares with frame n + 1. Described in docs/command.md.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "chain/frame.h"
+#include "tools/sequence/run/strip.h"
 
 namespace postchain::sequence {
 
@@ -44,6 +46,23 @@ struct SignCheck {
     }
     double margin() const;  // the smallest of those that count; 1 when none does
     SignVerdict verdict() const;
+};
+
+// The check of a picture, strip by strip: every pixel is compared with the rows of the next frame
+// that its vector reaches.
+class SignChecker {
+  public:
+    SignChecker();
+    ~SignChecker();
+    // Rows of a strip's planes (color, motion, motion_back if there is one) that count, and rows of
+    // the next frame's color from the picture's row `next_top` on. Vectors that lead out of those
+    // are left out.
+    void add(const PlaneView& planes, const Strip& strip, const ImageF& next, int next_top);
+    SignCheck result() const;
+
+  private:
+    struct Sums;
+    std::unique_ptr<Sums> sums_;
 };
 
 // `planes` canonical (color, motion, motion_back if there is one), `next` the color of the next

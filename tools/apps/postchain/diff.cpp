@@ -187,7 +187,7 @@ void add_diff(CLI::App& verb, Options& o, DiffOptions& diff) {
         ->capture_default_str();
     verb.add_option("--profile", o.job.profile, "names of the writer, for both (default: detected)")
         ->type_name("NAME");
-    for (const char* key : {"layer", "view"})
+    for (const char* key : {"layer", "view", "max_memory"})
         add_setting(verb, *job_parameters().find(key), &o.job);
     verb.add_option("--threads", o.threads, "CPU threads (default: all cores)")
         ->check(CLI::Range(1, 1024));

@@ -5,6 +5,7 @@
 
 #include "tools/apps/postchain/log.h"
 #include "tools/sequence/run/frame_task.h"
+#include "tools/sequence/run/memory.h"
 
 namespace postchain {
 namespace {
@@ -18,6 +19,12 @@ struct Color {
 Result<Color> read_color(const DiffWork& work, const std::string& path, int frame) {
     auto header = sequence::open_source_frame(work.source, {{Role::color, path}}, frame);
     if (!header.ok()) return header.status();
+    // Two pictures and their copies for the metrics, error maps not counted.
+    const uint64_t bytes =
+        sequence::frame_bytes(*header, {Role::color}, io::Keep::nothing, header->window.height());
+    if (Status status = sequence::check_memory(path, 2 * bytes, work.source.max_memory);
+        !status.ok())
+        return status;
     auto input =
         io::read_frame(header->files, header->assignment, {Role::color}, io::Keep::nothing);
     if (!input.ok()) return input.status();
@@ -147,6 +154,9 @@ Result<DiffWork> work_of(const Options& options, const DiffOptions& diff) {
     }
     work.source.layer = options.job.layer;
     work.source.view = options.job.view;
+    auto memory = sequence::memory_limit_of(options.job.max_memory);
+    if (!memory.ok()) return memory.status();
+    work.source.max_memory = *memory;
     work.on_existing =
         diff.on_existing == "overwrite" ? io::OnExisting::overwrite : io::OnExisting::fail;
 

@@ -7,6 +7,7 @@
 #include "tools/apps/postchain/log.h"
 #include "tools/sequence/io/json.h"
 #include "tools/sequence/run/frame_scan.h"
+#include "tools/sequence/run/memory.h"
 #include "tools/sequence/run/sidecar.h"
 
 namespace postchain {
@@ -192,6 +193,8 @@ int inspect_verb(const Options& options) {
         for (const auto& warning : source->warnings) log::warning(warning);
         json["match"] = describe_roles(source->match);
         json["frame"] = describe_frame(source->description, source->input.window);
+        json["frame"]["memory_to_filter"] = sequence::bytes_text(sequence::frame_bytes(
+            *header, sequence::planes_of(*header, wanted), io::Keep::all, header->window.height()));
         sequence::add_findings(json, source->description.bounds, source->health,
                                source->surface_health);
         if (!options.json) {

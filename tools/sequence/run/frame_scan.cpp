@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/sequence/run/memory.h"
+
 namespace postchain::sequence {
 namespace {
 
@@ -27,6 +29,12 @@ Result<SourceFrame> scan_source_frame(const SourceSettings& settings, const Fram
     const int height = header.window.height();
     SourceFrame frame;
     SourceFindings all;
+    if (Status status =
+            check_memory(header.files.color_file().path(),
+                         frame_bytes(header, planes_of(header, wanted), io::Keep::nothing, rows),
+                         settings.max_memory);
+        !status.ok())
+        return status;
     for (int first = 0; first < height; first += rows) {
         const int end = std::min(height, first + rows);
         auto strip = read_source_strip(settings, header, planes_of(header, wanted),

@@ -6,6 +6,7 @@
 
 #include "chain/depth_at.h"
 #include "config/profile_match.h"
+#include "tools/sequence/run/memory.h"
 #include "tools/sequence/run/source_strip.h"
 
 namespace postchain::sequence {
@@ -239,8 +240,13 @@ SharedPlanes shared(FramePlanes planes) {
 
 Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeader header,
                                       RoleSet wanted, io::Keep keep) {
-    auto strip = read_source_strip(settings, header, planes_of(header, wanted), keep, 0,
-                                   header.window.height());
+    const RoleSet present = planes_of(header, wanted);
+    if (Status status = check_memory(header.files.color_file().path(),
+                                     frame_bytes(header, present, keep, header.window.height()),
+                                     settings.max_memory);
+        !status.ok())
+        return status;
+    auto strip = read_source_strip(settings, header, present, keep, 0, header.window.height());
     if (!strip.ok()) return strip.status();
     SourceFrame frame;
     frame.read_ms = strip->read_ms;

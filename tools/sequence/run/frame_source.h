@@ -40,6 +40,7 @@ struct SourceSettings {
     NonfiniteColor nonfinite_color = NonfiniteColor::zero;
     std::set<int> cuts;  // frames whose motion leads across a camera cut
     DataWindow data_window = DataWindow::grow;
+    uint64_t max_memory = 0;  // bytes for frames; 0: no limit
 };
 
 // Headers, roles and camera of one frame.

@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "config/profile.h"
+#include "tools/sequence/run/memory.h"
 
 namespace postchain::sequence {
 namespace {
@@ -55,6 +56,9 @@ Result<SourceSettings> source_settings_of(const JobSettings& job, Diagnostics& n
     source.view = job.view;
     source.nonfinite_color = job.nonfinite;
     source.data_window = job.data_window;
+    auto memory = memory_limit_of(job.max_memory);
+    if (!memory.ok()) return memory.status();
+    source.max_memory = *memory;
     if (!job.cuts.empty()) {
         auto cuts = io::FrameRange::parse(job.cuts);
         if (!cuts.ok()) return cuts.status().at(option_name("cuts"));
@@ -76,6 +80,13 @@ Result<SourceSettings> source_settings_of(const JobSettings& job, Diagnostics& n
 }
 
 }  // namespace
+
+Result<uint64_t> memory_limit_of(const std::string& text) {
+    if (text.empty()) return default_memory_limit();
+    auto bytes = parse_bytes(text);
+    if (!bytes.ok()) return bytes.status().at(option_name("max_memory"));
+    return bytes;
+}
 
 ParameterTable job_parameters(const PassRegistry& registry) {
     return ParameterTableBuilder<JobSettings>()
@@ -122,6 +133,11 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                 {.help = "of frames cropped to less than the display window: grow it by what the "
                          "chain reaches, or keep it and lose the light that leaves it",
                  .group = kInputGroup})
+        .text("max_memory", &JobSettings::max_memory,
+              {.unit = "SIZE",
+               .help = "memory that frames may take, as 8G or 500M",
+               .unset_means = "three quarters of the machine's",
+               .group = kInputGroup})
         .choice("precision", &JobSettings::precision, {"fp16", "fp32"},
                 {.help = "storage of intermediate planes", .group = kPlanGroup})
         .text("no_elide", &JobSettings::no_elide,

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <new>
 #include <utility>
 
 #include "tools/sequence/run/clear_edges.h"
+#include "tools/sequence/run/memory.h"
 
 namespace postchain::sequence {
 namespace {
@@ -83,8 +85,10 @@ void SourceFindings::add(const SourceFindings& next) {
     sky.add(next.sky);
 }
 
-Result<SourceStrip> read_source_strip(const SourceSettings& settings, const FrameHeader& header,
-                                      RoleSet present, io::Keep keep, int first, int end) {
+namespace {
+
+Result<SourceStrip> read_strip(const SourceSettings& settings, const FrameHeader& header,
+                               RoleSet present, io::Keep keep, int first, int end) {
     SourceStrip strip;
     const io::Window& window = header.window;
     const int height = window.height();
@@ -147,6 +151,20 @@ Result<SourceStrip> read_source_strip(const SourceSettings& settings, const Fram
     strip.planes = std::move(planes);
     strip.convert_ms = milliseconds_since(start);
     return strip;
+}
+
+}  // namespace
+
+Result<SourceStrip> read_source_strip(const SourceSettings& settings, const FrameHeader& header,
+                                      RoleSet present, io::Keep keep, int first, int end) {
+    try {
+        return read_strip(settings, header, present, keep, first, end);
+    } catch (const std::bad_alloc&) {
+        return Status(StatusCode::input,
+                      concat(header.files.color_file().path(), ": not enough memory, ",
+                             bytes_text(frame_bytes(header, present, keep, end - first)),
+                             " are needed; free some, or render it smaller"));
+    }
 }
 
 void conclude(SourceFrame& frame, const SourceSettings& settings, FrameHeader header,

@@ -14,8 +14,8 @@
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/sequence/io/json.h"
+#include "tools/sequence/run/plan_warnings.h"
 #include "tools/sequence/run/sequence_reader.h"
-#include "tools/sequence/run/written_window.h"
 
 namespace postchain {
 
@@ -49,8 +49,9 @@ int plan_verb(const Options& options, const std::string& format) {
                 auto plan = sequence::plan_source_frame(chain->chain, *source, settings->plan);
                 status = plan.status();
                 if (plan.ok()) {
-                    if (const auto lost = sequence::pixels_cut_off(chain->chain, *plan, *source))
-                        log::warning(sequence::cut_off_text(*source, lost));
+                    for (const auto& warning :
+                         sequence::plan_warnings(chain->chain, *plan, *source))
+                        log::warning(warning);
                     const std::string text = format == "json"  ? plan_as_json(*plan) + "\n"
                                              : format == "dot" ? plan_as_dot(*plan)
                                                                : plan_as_text(*plan);

@@ -191,6 +191,12 @@ int inspect_verb(const Options& options) {
             continue;
         }
         for (const auto& warning : source->warnings) log::warning(warning);
+        const Camera& camera = source->description.camera;
+        if (camera.metadata_focus_m && !camera.meters_per_unit)
+            log::info(concat(source->input.files.color_file().path(), ": focus is ",
+                             *camera.metadata_focus_m,
+                             " m; where meters_per_unit is stated nowhere a scene unit is taken "
+                             "as 1 m"));
         json["match"] = describe_roles(source->match);
         json["frame"] = describe_frame(source->description, source->input.window);
         json["frame"]["memory_to_filter"] = sequence::bytes_text(sequence::frame_bytes(

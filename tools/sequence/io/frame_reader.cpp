@@ -218,7 +218,9 @@ std::array<double, 3> luma_weights(const std::array<float, 8>& chromaticities) {
 Camera camera_from_attributes(const ExrPart& part) {
     Camera camera;
     camera.f_stop = positive(number_in(part, "aperture"));
-    camera.focus_distance = positive(number_in(part, "focus"));
+    camera.metadata_focus_m = positive(number_in(part, "focus"));
+    if (camera.metadata_focus_m)
+        camera.focus_distance = *camera.metadata_focus_m / kDefaultMetersPerUnit;
     const std::optional<double> exposure_s = positive(number_in(part, "expTime"));
     const std::optional<double> fps = positive(number_in(part, "framesPerSecond"));
     if (exposure_s && fps) camera.shutter_frames = *exposure_s * *fps;

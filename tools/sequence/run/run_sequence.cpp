@@ -7,6 +7,7 @@
 #include "tools/sequence/io/atomic_file.h"
 #include "tools/sequence/io/preview.h"
 #include "tools/sequence/run/fingerprint.h"
+#include "tools/sequence/run/plan_warnings.h"
 #include "tools/sequence/run/runner.h"
 #include "tools/sequence/run/sidecar.h"
 #include "tools/sequence/run/written_window.h"
@@ -56,8 +57,8 @@ class FilterJob final : public FrameJob {
         if (!plan.ok()) return plan.status();
         report.plan = std::move(*plan);
         report.window = written_window(chain_, *report.plan, source);
-        if (const auto lost = pixels_cut_off(chain_, *report.plan, source))
-            report.warnings.push_back(cut_off_text(source, lost));
+        for (auto& warning : plan_warnings(chain_, *report.plan, source))
+            report.warnings.push_back(std::move(warning));
         return Status();
     }
 

@@ -34,12 +34,4 @@ uint64_t pixels_cut_off(const Chain& chain, const Plan& plan, const SourceFrame&
     return lit.pixels() - lit.intersected(frame.input.window).pixels();
 }
 
-std::string cut_off_text(const SourceFrame& frame, uint64_t pixels) {
-    return concat(frame.input.files.color_file().path(), ": the data window ",
-                  frame.input.data_window.text(), " leaves out a part of the display window ",
-                  frame.input.display_window.text(),
-                  ": light that the chain moves out of it, into ", pixels,
-                  " pixels at most, is lost (--data-window grow keeps it)");
-}
-
 }  // namespace postchain::sequence

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 
 #include "chain/chain.h"
 #include "chain/plan.h"
@@ -18,8 +17,5 @@ io::Window written_window(const Chain& chain, const Plan& plan, const SourceFram
 // Pixels of the display window to which the passes may move light and that are not filtered: of a
 // cropped frame under DataWindow::keep.
 uint64_t pixels_cut_off(const Chain& chain, const Plan& plan, const SourceFrame& frame);
-
-// The warning that so many are.
-std::string cut_off_text(const SourceFrame& frame, uint64_t pixels);
 
 }  // namespace postchain::sequence

@@ -235,6 +235,30 @@ TEST_F(InputTest, HalfOverflowIsRefusedOrClamped) {
     for (float value : read_color(out(1)).data) ASSERT_LE(std::abs(value), 65504);
 }
 
+// Sums of these exceed what a float holds.
+TEST_F(InputTest, FloatColorThatOverflows) {
+    Planes planes = make_planes(48, 32);
+    for (float& value : planes.color.data) value *= 3e38f;
+    for (int y = 0; y < 32; ++y)
+        for (int x = 0; x < 48; ++x) planes.color.at(x, y, 3) = 1;
+    write_frame(in(1), planes);
+    for (const char* chain : {"all", "reversed", "motion_blur"}) {
+        const auto refused = filter(chain);
+        EXPECT_EQ(refused.code, 5) << refused.text();
+        for (const std::string& words :
+             {std::string("not finite"), out(1), std::string("--overflow clamp")})
+            EXPECT_TRUE(contains(refused.err, words)) << refused.err;
+        EXPECT_TRUE(fs::is_empty(at("out")));
+    }
+    const auto clamped = filter("all", {"--overflow", "clamp"});
+    EXPECT_EQ(clamped.code, 0) << clamped.text();
+    EXPECT_TRUE(contains(clamped.err, "pixels of the result are not finite")) << clamped.err;
+    EXPECT_GT(sidecar(1)["health"]["output_nonfinite"], 0);
+    EXPECT_TRUE(contains(sidecar(1)["warnings"].dump(), "not finite"));
+    for (float value : read_color(out(1)).data) ASSERT_TRUE(std::isfinite(value));
+    EXPECT_EQ(filter("all", {"--strict", "--on-existing", "overwrite"}).code, 7);
+}
+
 TEST_F(InputTest, WindowsThatDiffer) {
     FrameFile file;
     file.origin_x = -8;

@@ -7,6 +7,7 @@
 
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
+#include "tools/apps/postchain/printable.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/metrics/temporal.h"
 #include "tools/sequence/io/json.h"
@@ -243,7 +244,7 @@ int diff_verb(const Options& options, const DiffOptions& diff) {
             std::printf("%s\n", text.c_str());
             std::fflush(stdout);
         } else {
-            std::printf("%s against %s\n", frame.b.c_str(), frame.a.c_str());
+            std::printf("%s against %s\n", printable(frame.b).c_str(), printable(frame.a).c_str());
             print_table(values);
         }
         exceeded |= exceeds(work, values, frame.b);
@@ -260,7 +261,8 @@ int diff_verb(const Options& options, const DiffOptions& diff) {
             json["settings"] = settings;
             print_line(json);
         } else {
-            std::printf("%s against %s, %zu frames\n", diff.b.c_str(), diff.a.c_str(), all.size());
+            std::printf("%s against %s, %zu frames\n", printable(diff.b).c_str(),
+                        printable(diff.a).c_str(), all.size());
             print_table(summary);
         }
         exceeded |= exceeds(work, summary, diff.b);

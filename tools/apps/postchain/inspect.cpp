@@ -5,6 +5,7 @@
 #include "config/profile_match.h"
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
+#include "tools/apps/postchain/printable.h"
 #include "tools/sequence/io/json.h"
 #include "tools/sequence/run/frame_scan.h"
 #include "tools/sequence/run/memory.h"
@@ -87,20 +88,21 @@ void print_line(const Json& json) {
 }
 
 void print_file(const Json& file) {
-    std::printf("%s: %llu bytes\n", file["file"].get<std::string>().c_str(),
+    std::printf("%s: %llu bytes\n", printable(file["file"].get<std::string>()).c_str(),
                 (unsigned long long)file["bytes"].get<uint64_t>());
     for (size_t i = 0; i < file["parts"].size(); ++i) {
         const auto& part = file["parts"][i];
-        const auto word = [&](const char* key) { return part[key].get<std::string>(); };
+        const auto word = [&](const char* key) { return printable(part[key].get<std::string>()); };
         std::printf("part %zu %s %s %s, data window %s, display window %s, pixel aspect %g\n", i,
                     word("name").c_str(), word("type").c_str(), word("compression").c_str(),
                     word("data_window").c_str(), word("display_window").c_str(),
                     part["pixel_aspect"].get<double>());
         for (const auto& channel : part["channels"])
-            std::printf("  %s (%s)\n", channel["name"].get<std::string>().c_str(),
+            std::printf("  %s (%s)\n", printable(channel["name"].get<std::string>()).c_str(),
                         channel["type"].get<std::string>().c_str());
         for (const auto& [key, value] : part["attributes"].items())
-            std::printf("  %s: %s\n", key.c_str(), value.get<std::string>().c_str());
+            std::printf("  %s: %s\n", printable(key).c_str(),
+                        printable(value.get<std::string>()).c_str());
     }
 }
 
@@ -110,13 +112,14 @@ void print_values(const Json& values, const std::string& prefix = "") {
         if (value.is_object())
             print_values(value, prefix + key + ".");
         else
-            std::printf("%s%s: %s\n", prefix.c_str(), key.c_str(), io::json_text(value).c_str());
+            std::printf("%s%s: %s\n", prefix.c_str(), key.c_str(),
+                        printable(io::json_text(value)).c_str());
     }
 }
 
 void print_signs(const sequence::SignCheck& check, int next) {
     if (check.candidates.empty()) {
-        std::printf("sign self-check: not possible (%s)\n", check.why_not.c_str());
+        std::printf("sign self-check: not possible (%s)\n", printable(check.why_not).c_str());
         return;
     }
     std::printf(
@@ -204,7 +207,7 @@ int inspect_verb(const Options& options) {
         sequence::add_findings(json, source->description.bounds, source->health,
                                source->surface_health);
         if (!options.json) {
-            std::fputs((source->match.text() + "\n").c_str(), stdout);
+            std::fputs(printable(source->match.text() + "\n", Lines::keep).c_str(), stdout);
             for (const char* key : {"frame", "bounds", "health"}) print_values(json[key]);
         }
         std::map<Role, std::string> next_files;

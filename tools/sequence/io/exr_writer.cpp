@@ -52,9 +52,11 @@ Status check_counts(const std::string& path, const EncodeCounts& counts, HalfOve
     if (policy == HalfOverflow::clamp || counts.refused_pixels == 0) return {};
     return Status(StatusCode::output,
                   concat(path, ": ", std::to_string(counts.refused_pixels),
-                         " pixels of color do not fit half (65504 at most), ",
+                         " pixels of color do not fit their channels (half holds 65504 at most, "
+                         "float 3.4e38), ",
                          std::to_string(counts.nonfinite_pixels),
-                         " of them not finite; clamp them or render color as float"));
+                         " of them not finite; clamp them (--overflow clamp), or render ",
+                         counts.overflow_pixels > 0 ? "color as float" : "it less bright"));
 }
 
 // Runs `write` on an OpenEXR output stream into a new file at `path`, then commits.
@@ -181,6 +183,31 @@ Window aligned(Window window, const PartPixels& pixels) {
 
 }  // namespace
 
+Status check_rewritable(ExrFile& file, int color_part,
+                        const std::map<std::string, std::string>& attributes) {
+    const Imf::MultiPartInputFile& input = *file.impl().file;
+    for (int part = 0; part < input.parts(); ++part) {
+        const Imf::Header& header = input.header(part);
+        if (part != color_part && header.hasType() && !Imf::isSupportedType(header.type()))
+            return Status(StatusCode::input, concat(file.path(), ": part ", part, " '",
+                                                    header.hasName() ? header.name() : "",
+                                                    "' is of the unknown type '", header.type(),
+                                                    "' and cannot be copied; write it without"));
+    }
+    const Imf::Header& header = input.header(color_part);
+    for (const auto& [name, value] : attributes) {
+        const auto found = header.find(name);
+        if (found == header.end() ||
+            dynamic_cast<const Imf::StringAttribute*>(&found.attribute()) != nullptr)
+            continue;
+        return Status(
+            StatusCode::input,
+            concat(file.path(), ": its attribute ", name, " is ", found.attribute().typeName(),
+                   ", and the output has a text of that name; rename it or leave it out"));
+    }
+    return {};
+}
+
 Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, const ImageF& color,
                                    const WriteOptions& options) {
     WriteReport report;
@@ -194,6 +221,10 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
         report.skipped = true;
         return report;
     }
+
+    if (Status s = check_rewritable(frame.files.color_file(), frame.kept->part, options.attributes);
+        !s.ok())
+        return s;
 
     // The new color planes, beside the kept ones they replace.
     const std::vector<std::string>& names = frame.assignment.at(Role::color).channels;
@@ -215,7 +246,7 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
         plane.width = old->width;
         plane.height = old->height;
         plane.bytes = std::make_unique_for_overwrite<std::byte[]>(plane.total_bytes());
-        targets.push_back({&written, int(i), plane.channel.type, plane.bytes.get()});
+        targets.push_back({&written, int(i), plane.channel.type, plane.bytes.get(), true});
     }
     const EncodeCounts counts = encode_channels(targets);
     if (Status s = check_counts(path, counts, options.overflow); !s.ok()) return s;

@@ -168,7 +168,9 @@ ParameterTable job_parameters(const PassRegistry& registry) {
         .choice("on_error", &JobSettings::on_error, {"stop", "continue"},
                 {.help = "when a frame fails", .group = kOutputGroup})
         .choice("overflow", &JobSettings::overflow, {"refuse", "clamp"},
-                {.help = "when color exceeds a half channel", .group = kOutputGroup})
+                {.help = "when a result is too large for its channel: an error, or the largest "
+                         "value there is",
+                 .group = kOutputGroup})
         .boolean(
             "strict", &JobSettings::strict,
             {.help = "non-finite values in input or output are an error", .group = kOutputGroup})

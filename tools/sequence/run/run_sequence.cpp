@@ -18,6 +18,8 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
+constexpr const char* kFingerprintAttribute = "postchain";
+
 uint64_t count_nonfinite(const ImageF& image) {
     uint64_t count = 0;
     for (size_t pixel = 0; pixel < image.pixels(); ++pixel) {
@@ -47,6 +49,12 @@ class FilterJob final : public FrameJob {
             if (Status status = check_none_exists({task}, settings_); !status.ok()) return status;
         report.renderer = renderer_;
         report.fingerprint = fingerprint_of(chain_, settings_, inputs);
+        const FrameHeader& header = inputs.frame->header;
+        if (Status status = io::check_rewritable(header.files.color_file(),
+                                                 header.assignment.at(Role::color).part,
+                                                 {{kFingerprintAttribute, report.fingerprint}});
+            !status.ok())
+            return status;
         std::error_code error;
         return settings_.on_existing != io::OnExisting::skip || !fs::exists(task.output, error) ||
                !is_done(task.output, report.fingerprint, settings_);
@@ -98,11 +106,18 @@ class FilterJob final : public FrameJob {
                                   : io::OnExisting::overwrite;
         options.overflow = settings_.overflow;
         options.window = report.window;
-        options.attributes["postchain"] = report.fingerprint;
+        options.attributes[kFingerprintAttribute] = report.fingerprint;
         auto written =
             io::write_filtered(report.output, frame.source->input, frame.result, options);
         if (!written.ok()) return written.status();
         report.write = std::move(*written);
+        if (const uint64_t half = report.write.overflow_pixels)
+            report.warnings.push_back(
+                concat(report.output, ": ", half, " pixels clamped to the largest half, 65504"));
+        if (const uint64_t bad = report.write.nonfinite_pixels)
+            report.warnings.push_back(concat(report.output, ": ", bad,
+                                             " pixels of the result are not finite: Inf clamped to "
+                                             "the largest value of its channel, NaN to 0"));
         report.write_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
         if (settings_.preview) {
             io::PreviewOptions preview;

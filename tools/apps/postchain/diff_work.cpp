@@ -87,8 +87,7 @@ Result<std::vector<DiffFrame>> frames_of(const Options& options, const DiffOptio
         numbers = range->frames;
     } else {
         for (const auto& [number, path] : in_a) numbers.push_back(number);
-        if (numbers.empty())
-            return Status(StatusCode::input, a->text() + ": no file matches this pattern");
+        if (numbers.empty()) return Status(StatusCode::input, a->text() + ": " + io::why_none(*a));
         std::vector<int> more;
         for (const auto& [number, path] : in_b)
             if (!in_a.count(number)) more.push_back(number);

@@ -198,6 +198,12 @@ Status ExrFile::check_channels(int part, const std::vector<std::string>& channel
 }
 
 Status ExrFile::explain_no_color() const {
+    // Beside flat color neither is what is wrong.
+    for (const ExrPart& p : parts()) {
+        if (p.deep || p.luminance_chroma()) continue;
+        for (const ExrChannel& c : p.channels)
+            if (base_name(c.name) == "R") return {};
+    }
     for (const ExrPart& p : parts()) {
         if (p.luminance_chroma()) {
             return input_error(path(), concat("is luminance-chroma (", joined(p.channels),

@@ -231,15 +231,14 @@ TEST(RefusedShapes, SayWhy) {
     FilePart deep_tiles = deep;
     deep_tiles.tile = 8;
     const FilePart data{.name = "data", .channels = {{"Z", Imf::FLOAT}}};
-    FilePart first{.name = "a", .channels = {{"R"}, {"G"}, {"B"}}};
-    FilePart second = first;
-    second.name = "b";
+    const FilePart layers{.name = "flat",
+                          .channels = {{"x.B"}, {"x.G"}, {"x.R"}, {"y.B"}, {"y.G"}, {"y.R"}}};
     struct Case {
         std::vector<FilePart> parts;
         const char* words;
     };
     for (const Case& one : std::vector<Case>{
-             {{first, second, deep}, "several layers"},  // deep is not what is wrong
+             {{layers, deep}, "several layers"},  // deep is not what is wrong
              {{deep}, "flatten it"},
              {{deep_tiles}, "flatten it"},
              {{deep, data}, "flatten it"},

@@ -60,9 +60,9 @@ struct WriteReport {
 // Writes `frame` (read with Keep::all) with its color channels replaced. `color` covers
 // `frame.window` and has 4 channels; alpha is written where the file has it. Where the data window
 // written is larger than the file's, other channels hold InputFrame::outside there. Errors
-// (output): the path (see AtomicFile), write errors, values beyond a half
-// channel, NaN and Inf under `refuse` (`clamp`: NaN becomes 0, others the largest of the type);
-// (input): damaged data in a part that is copied.
+// (output): the path (see AtomicFile), write errors, and under `refuse` values beyond a half
+// channel, NaN and Inf (under `clamp` NaN becomes 0, the others the largest value of the channel's
+// type); (input): check_rewritable(), damaged data in a part that is copied.
 Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, const ImageF& color,
                                    const WriteOptions& options);
 

@@ -123,6 +123,15 @@ TEST_F(ForeignTest, NothingOfAFileActsOnTheTerminal) {
         expect_harmless(outcome.out);
         expect_harmless(outcome.err);
     }
+    // As JSON it reads back as what it is (but for bytes that are no UTF-8).
+    const auto json = run({"inspect", path, "--json", "--log-format", "json"});
+    expect_harmless(json.out);
+    expect_harmless(json.err);
+    const std::string replaced =
+        "\x1b]0;owned\x07\x1b[31m\x7f\xc2\x9b"
+        "1m\xe2\x80\xae\xef\xbf\xbd\r";
+    EXPECT_EQ(json_lines(json.out).at(0)["files"]["color"]["parts"][0]["channels"].back()["name"],
+              "evil" + replaced);
     // What is no control character stays.
     const std::string name = at("grün 日本.0001.exr");
     ASSERT_TRUE(io::write_planes_exr(name, file).ok());

@@ -21,6 +21,7 @@ Camera Camera::overlaid_by(const Camera& over) const {
     lay(result.sensor_width_mm, over.sensor_width_mm);
     lay(result.f_stop, over.f_stop);
     lay(result.focus_distance, over.focus_distance);
+    if (over.focus_distance) result.metadata_focus_m = over.metadata_focus_m;
     lay(result.near_clip, over.near_clip);
     lay(result.far_clip, over.far_clip);
     lay(result.shutter_frames, over.shutter_frames);
@@ -31,6 +32,9 @@ Camera Camera::overlaid_by(const Camera& over) const {
     lay(result.aperture_curvature, over.aperture_curvature);
     lay(result.aperture_ratio, over.aperture_ratio);
     lay(result.cats_eye, over.cats_eye);
+    if (result.metadata_focus_m)
+        result.focus_distance =
+            *result.metadata_focus_m / result.meters_per_unit.value_or(kDefaultMetersPerUnit);
     return result;
 }
 

@@ -45,6 +45,9 @@ struct Camera {
     std::optional<double> aperture_curvature;     // of the blades: 0 straight .. 1 a disc
     std::optional<double> aperture_ratio;         // height over width
     std::optional<double> cats_eye;  // how far the lens barrel cuts into it in the corners, 0 .. 1
+    // The focus of a file's metadata, meters. While no focus distance is stated, that is this one
+    // in the scene units that are known.
+    std::optional<double> metadata_focus_m;
 
     // This camera with every value that `over` has put in place of its own. A picture of the
     // aperture also replaces blades and curvature, and either of these a picture.

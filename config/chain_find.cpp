@@ -1,6 +1,10 @@
 #include "config/chain_find.h"
 
+#include <sys/stat.h>
+
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <set>
 
@@ -58,6 +62,10 @@ Result<ChainText> find_chain(const std::string& name_or_path) {
             if (chain_name(file.path) == name_or_path)
                 return ChainText{std::string(file.path), std::string(file.text), true};
     }
+    struct stat info;
+    if (::stat(name_or_path.c_str(), &info) != 0 && errno != ENOENT)
+        return Status(StatusCode::chain,
+                      concat(name_or_path, ": cannot be opened: ", std::strerror(errno)));
     if (!fs::exists(name_or_path, failed)) {
         const std::vector<std::string> names = shipped_chains();
         const std::string near = nearest_word(name_or_path, names);

@@ -6,6 +6,8 @@
 #include <yaml-cpp/parser.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -255,7 +257,7 @@ Result<std::string> read_text_file(const std::string& path, StatusCode code,
     if (std::filesystem::is_directory(path, ignored))
         return Status(code, path + ": is a folder, not a file");
     std::ifstream in(path, std::ios::binary);
-    if (!in) return Status(code, path + ": cannot be opened");
+    if (!in) return Status(code, concat(path, ": cannot be opened: ", std::strerror(errno)));
     std::string text(limits.bytes + 1, '\0');
     in.read(text.data(), std::streamsize(text.size()));
     if (in.bad()) return Status(code, path + ": cannot be read");

@@ -203,5 +203,34 @@ TEST_F(ConventionTest, DepthAndVectorsInPartsOfTheirOwn) {
     EXPECT_NE(oiio_channels(out(1), 0), oiio_channels(in(1), 0));
 }
 
+// `focus` in the file is in meters.
+TEST_F(ConventionTest, FocusOfTheMetadata) {
+    FrameFile file;
+    file.attributes["focus"] = 0.1f;
+    write_frame(in(1), make_planes(48, 32), file);
+    const auto chain = [&](const std::string& camera) {
+        write_text(at("focus.yaml"),
+                   "postchain: 1\ncamera: {focal_length_mm: 50, "
+                   "sensor_width_mm: 36, f_stop: 1.4" +
+                       camera + "}\npasses: [depth_of_field]\n");
+        const auto outcome = filter("focus", {"--on-existing", "overwrite"});
+        EXPECT_EQ(outcome.code, 0) << outcome.text();
+        return outcome.err;
+    };
+    EXPECT_FALSE(contains(chain(", meters_per_unit: 0.05"), "scene unit"));
+    const ImageF meters = read_color(out(1));
+    EXPECT_FALSE(
+        contains(chain(concat(", meters_per_unit: 0.05, focus_distance: ", double(0.1f) / 0.05)),
+                 "scene unit"));
+    EXPECT_EQ(meters, read_color(out(1)));
+    // A unit that nobody states: a warning, where a pass needs it.
+    EXPECT_TRUE(contains(chain(""), "a scene unit is taken as 1 m"));
+    EXPECT_NE(meters, read_color(out(1)));
+    EXPECT_TRUE(contains(sidecar(1)["warnings"].dump(), "meters_per_unit is stated nowhere"));
+    EXPECT_FALSE(contains(filter("fxaa", {"--on-existing", "overwrite"}).err, "scene unit"));
+    EXPECT_TRUE(contains(run({"plan", at("focus.yaml"), "-i", in()}).err, "scene unit"));
+    EXPECT_TRUE(contains(run({"inspect", in(1)}).err, "focus is 0.1 m"));
+}
+
 }  // namespace
 }  // namespace postchain::test

@@ -236,6 +236,30 @@ TEST_F(InputTest, HalfOverflowIsRefusedOrClamped) {
     for (float value : read_color(out(1)).data) ASSERT_LE(std::abs(value), 65504);
 }
 
+// Sums of these exceed what a float holds.
+TEST_F(InputTest, FloatColorThatOverflows) {
+    Planes planes = make_planes(48, 32);
+    for (float& value : planes.color.data) value *= 3e38f;
+    for (int y = 0; y < 32; ++y)
+        for (int x = 0; x < 48; ++x) planes.color.at(x, y, 3) = 1;
+    write_frame(in(1), planes);
+    for (const char* chain : {"all", "reversed", "motion_blur"}) {
+        const auto refused = filter(chain);
+        EXPECT_EQ(refused.code, 5) << refused.text();
+        for (const std::string& words :
+             {std::string("not finite"), out(1), std::string("--overflow clamp")})
+            EXPECT_TRUE(contains(refused.err, words)) << refused.err;
+        EXPECT_TRUE(fs::is_empty(at("out")));
+    }
+    const auto clamped = filter("all", {"--overflow", "clamp"});
+    EXPECT_EQ(clamped.code, 0) << clamped.text();
+    EXPECT_TRUE(contains(clamped.err, "pixels of the result are not finite")) << clamped.err;
+    EXPECT_GT(sidecar(1)["health"]["output_nonfinite"], 0);
+    EXPECT_TRUE(contains(sidecar(1)["warnings"].dump(), "not finite"));
+    for (float value : read_color(out(1)).data) ASSERT_TRUE(std::isfinite(value));
+    EXPECT_EQ(filter("all", {"--strict", "--on-existing", "overwrite"}).code, 7);
+}
+
 TEST_F(InputTest, WindowsThatDiffer) {
     FrameFile file;
     file.origin_x = -8;
@@ -248,13 +272,12 @@ TEST_F(InputTest, WindowsThatDiffer) {
     EXPECT_EQ(output->parts()[0].data_window, (io::Window{-8, -5, 39, 26}));
     EXPECT_EQ(output->parts()[0].display_window, (io::Window{0, 0, 31, 21}));
     EXPECT_EQ(read_color(out(1)).width, 48);
-    // A data window smaller than the display window, far from the origin.
-    file.origin_x = 1000;
-    file.origin_y = 2000;
-    file.display = io::Window{0, 0, 4095, 4095};
+    // A data window beside the display window, which the chain does not reach.
+    file.origin_x = 300;
+    file.origin_y = 40;
     write_frame(in(1), make_planes(48, 32), file);
-    expect_warned({});
-    EXPECT_EQ(io::ExrFile::open(out(1))->parts()[0].data_window.min_x, 1000);
+    expect_warned({}, "fxaa");
+    EXPECT_EQ(io::ExrFile::open(out(1))->parts()[0].data_window, (io::Window{299, 39, 347, 71}));
 }
 
 TEST_F(InputTest, OnePixel) {

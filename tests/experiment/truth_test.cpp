@@ -53,6 +53,37 @@ TEST_F(TruthFiles, AnotherSizeNamesBoth) {
     EXPECT_THAT(survey().message(), HasSubstr("in.0003.exr is 64x40"));
 }
 
+// Of frames of one display window the same pixels are compared, whichever each file has.
+TEST_F(TruthFiles, AnotherDataWindowIsAligned) {
+    test::write_truth(folder_.path(), "truth", 1, 3, 0.1f);
+    const auto settings = test::settings_for(folder_.path(), folder_.path("report"));
+    const auto load = [&](Result<metrics::Picture>& picture) {
+        auto truth = Truth::open(settings.truth, {1, 2, 3});
+        ASSERT_TRUE(truth.ok());
+        const Status status = truth->survey(settings.run, metrics::ToneMapper::aces);
+        ASSERT_TRUE(status.ok()) << status.message();
+        picture = truth->load(2);
+        ASSERT_TRUE(picture.ok());
+    };
+    Result<metrics::Picture> whole = Status(StatusCode::internal, ""), moved = whole;
+    load(whole);
+    const io::Window display = {0, 0, 63, 39};
+    for (const io::Window& data : {io::Window{-5, -2, 70, 41}, io::Window{9, 4, 50, 39}}) {
+        const ImageF stored = io::placed(whole->rgb, display, data);
+        io::PlanesFile file;
+        for (int c = 0; c < 3; ++c)
+            file.channels.push_back({std::string(1, "RGB"[c]), io::PixelType::float32, &stored, c});
+        file.origin_x = data.min_x;
+        file.origin_y = data.min_y;
+        file.display_window = display;
+        io::WriteOptions options;
+        options.on_existing = io::OnExisting::overwrite;
+        ASSERT_TRUE(io::write_planes_exr(folder_.path("truth.0002.exr"), file, options).ok());
+        load(moved);
+        EXPECT_EQ(moved->rgb, io::placed(stored, data, display)) << data.text();
+    }
+}
+
 TEST_F(TruthFiles, BlackIsRefused) {
     test::write_truth(folder_.path(), "truth", 1, 3, 0.1f);
     test::write_rgb(folder_.path("truth.0002.exr"), ImageF(64, 40, 3, 0.0f));

@@ -423,6 +423,39 @@ TEST(ExrWriter, ColorBeyondHalfIsRefusedOrClampedNeverInf) {
     expect_only_color_changed(in, out, 0, kRgba, expected);
 }
 
+TEST(ExrWriter, ColorBeyondFloatIsRefusedOrClampedNeverInf) {
+    const TempFolder folder;
+    const std::string in = folder.path("in.exr");
+    const std::string out = folder.path("out.exr");
+    write_file(in, {{.channels = {{"R", Imf::FLOAT},
+                                  {"G", Imf::FLOAT},
+                                  {"B", Imf::FLOAT},
+                                  {"A", Imf::FLOAT},
+                                  {"Z", Imf::FLOAT}}}});
+    InputFrame frame = read_ok(in);
+    ImageF color = new_color(frame);
+    const float inf = std::numeric_limits<float>::infinity();
+    const float most = std::numeric_limits<float>::max();
+    color.at(0, 0, 0) = most;  // fits
+    color.at(1, 0, 0) = inf;
+    color.at(1, 0, 1) = -inf;  // the same pixel
+    color.at(2, 5, 2) = std::numeric_limits<float>::quiet_NaN();
+    const Result<WriteReport> refused = write_filtered(out, frame, color, {});
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.status().code(), StatusCode::output);
+    EXPECT_THAT(refused.status().message(), HasSubstr("2 pixels"));
+    EXPECT_THAT(refused.status().message(), HasSubstr("--overflow clamp"));
+    EXPECT_THAT(folder.names(), ElementsAre("in.exr"));
+    const WriteReport report = write_ok(out, frame, color, {.overflow = HalfOverflow::clamp});
+    EXPECT_EQ(report.overflow_pixels, 0u);
+    EXPECT_EQ(report.nonfinite_pixels, 2u);
+    ImageF expected = color;
+    expected.at(1, 0, 0) = most;
+    expected.at(1, 0, 1) = -most;
+    expected.at(2, 5, 2) = 0;
+    expect_only_color_changed(in, out, 0, kRgba, expected);
+}
+
 TEST(ExrWriter, RoundsToTheNearestHalf) {
     // 2049 lies between the halves 2048 and 2050: to even. 2051 between 2050 and 2052: to 2052.
     const TempFolder folder;

@@ -250,5 +250,29 @@ TEST(ReportFiles, AreWrittenWholeAndFailClearly) {
     EXPECT_EQ(write_report_json(report).code(), StatusCode::output);
 }
 
+// Names of others are text: no HTML in Markdown, no formulas in a spreadsheet.
+TEST(ReportText, NamesAreOnlyText) {
+    Report report = filled();
+    const std::string html = "<img src=x onerror=alert(1)>&amp;";
+    report.title = "title " + html;
+    report.input = "in " + html;
+    report.notes = {"note " + html};
+    report.variants[1].name = "bad " + html;
+    report.variants[1].failure = "failed " + html;
+    const std::string text = report_as_markdown(report);
+    EXPECT_EQ(text.find('<'), std::string::npos) << text.substr(text.find('<'));
+    for (const char* place : {"# title ", "| in ", "- note ", "bad ", "failed "})
+        EXPECT_THAT(text,
+                    HasSubstr(place + std::string("&lt;img src=x onerror=alert(1)&gt;&amp;amp;")));
+
+    for (const char* name : {"=1+1", "+1", "-1", "@SUM(A1)", "\tx", "=HYPERLINK(\"a\",\"b\")"}) {
+        report.variants[0].name = name;
+        const std::string line = lines_of(report_as_csv(report))[1];
+        EXPECT_TRUE(line.starts_with("'") || line.starts_with("\"'")) << line;
+    }
+    report.variants[0].name = "a=1";
+    EXPECT_TRUE(lines_of(report_as_csv(report))[1].starts_with("a=1,"));
+}
+
 }  // namespace
 }  // namespace postchain::report

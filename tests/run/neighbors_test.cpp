@@ -225,24 +225,50 @@ TEST_F(NeighborsTest, ThereIsNoneAcrossACut) {
     expect(3, "a cut follows frame 2", "");
 }
 
-TEST_F(NeighborsTest, OneOfAnotherSizeOrPlaceIsNone) {
+TEST_F(NeighborsTest, OneOfAnotherDisplayWindowIsNone) {
     write({1, 2, 3, 4});
-    const auto with = [&](const FrameFile& file, int width = kWidth) {
-        test::write_frame(in(3), test::make_planes(width, kHeight, 3), file);
+    test::write_frame(in(3), test::make_planes(kWidth + 2, kHeight, 3));
+    go();
+    expect(2, "",
+           concat("frame 3 has display window (0, 0)-(", kWidth + 1, ", ", kHeight - 1,
+                  "), this one (0, 0)"));
+    expect(4, "frame 3 has display window", kLast);
+}
+
+// Another data window is no other place: the same pixels of the picture stand for each other, and
+// what the neighbor leaves out is clear.
+TEST_F(NeighborsTest, OneOfAnotherDataWindowIsAlignedInTheDisplayWindow) {
+    write({1, 2, 3, 4});
+    const io::Window display = {0, 0, kWidth - 1, kHeight - 1};
+    const auto with = [&](const io::Window& data) {
+        const test::Planes whole = test::make_planes(kWidth, kHeight, 3);
+        FrameFile file;
+        file.origin_x = data.min_x;
+        file.origin_y = data.min_y;
+        file.display = display;
+        test::write_frame(
+            in(3),
+            {io::placed(whole.color, display, data), io::placed(whole.depth, display, data),
+             io::placed(whole.motion, display, data), io::placed(whole.back, display, data)},
+            file);
         go();
     };
-    with({}, kWidth + 2);
-    expect(2, "", "frame 3 has data window");
-    expect(4, "frame 3 has data window", kLast);
-    FrameFile moved;
-    moved.origin_x = 1;
-    moved.display = io::Window{0, 0, kWidth - 1, kHeight - 1};
-    with(moved);
-    expect(2, "", "frame 3 has data window (1, 0)");
-    FrameFile framed;
-    framed.display = io::Window{0, 0, kWidth, kHeight};
-    with(framed);
-    expect(2, "", concat("display window (0, 0)-(", kWidth, ", ", kHeight, "), this one"));
+    with({-4, -3, kWidth + 1, kHeight - 1});  // overscan
+    expect(2, "", "");
+    const io::Window crop = {5, 2, kWidth - 1, kHeight - 4};
+    with(crop);
+    ImageF expected = echo_of(2, true, true);
+    const test::Planes left_out = test::make_planes(kWidth, kHeight, 3);
+    for (int y = 0; y < kHeight; ++y) {
+        for (int x = 0; x < kWidth; ++x) {
+            if (crop.contains({x, y, x, y})) continue;
+            for (int c = 0; c < 4; ++c) expected.at(x, y, c) += 0.25f * left_out.color.at(x, y, c);
+            expected.at(x, y, 0) -= 1 / left_out.depth.at(x, y);
+            expected.at(x, y, 1) -= left_out.motion.at(x, y, 0);
+            expected.at(x, y, 2) -= left_out.back.at(x, y, 1);
+        }
+    }
+    EXPECT_LE(test::largest_difference(test::read_color(out(2)), expected), 2e-6);
 }
 
 TEST_F(NeighborsTest, OneThatLacksAPlaneIsNone) {

@@ -148,6 +148,35 @@ TEST(Source, CameraFileOverMetadata) {
     EXPECT_NE(frame->warnings[0].find("resolution"), std::string::npos) << frame->warnings[0];
 }
 
+// OpenEXR's `focus` is in meters (ImfStandardAttributes.h); a scene unit is what the last who
+// states it says.
+TEST(Source, FocusOfTheMetadataIsInMeters) {
+    TempFolder folder;
+    FrameFile file;
+    file.attributes["focus"] = 7.0f;
+    test::write_frame(folder.path("f.exr"), make_planes(24, 16), file);
+    SourceSettings settings;
+    const auto focus_of = [&](const char* camera_file, const char* chain_camera) {
+        settings.camera = parse_camera(camera_file, "camera.json");
+        EXPECT_TRUE(settings.camera->status().ok());
+        const auto frame = source_of(folder.path("f.exr"), settings);
+        EXPECT_TRUE(frame.ok()) << frame.status().message();
+        const auto chain =
+            parse_chain(concat("postchain: 1\ncamera: ", chain_camera, "\npasses: [fxaa]\n"),
+                        "chain.yaml", builtin_passes());
+        EXPECT_TRUE(chain.status().ok());
+        return *frame->description.camera.overlaid_by(chain.chain.camera).focus_distance;
+    };
+    EXPECT_DOUBLE_EQ(focus_of("{}", "{}"), 7);
+    EXPECT_DOUBLE_EQ(focus_of(R"({"meters_per_unit": 0.01})", "{}"), 700);
+    EXPECT_DOUBLE_EQ(focus_of("{}", "{meters_per_unit: 0.5}"), 14);
+    EXPECT_DOUBLE_EQ(focus_of(R"({"meters_per_unit": 0.01})", "{meters_per_unit: 0.5}"), 14);
+    // A distance that is stated is in scene units.
+    EXPECT_DOUBLE_EQ(focus_of(R"({"meters_per_unit": 0.01, "focus_distance": 3})", "{}"), 3);
+    EXPECT_DOUBLE_EQ(focus_of("{}", "{meters_per_unit: 0.5, focus_distance: 3}"), 3);
+    EXPECT_DOUBLE_EQ(focus_of(R"({"focus_distance": 3})", "{meters_per_unit: 0.5}"), 3);
+}
+
 TEST(Source, APlanThatFailsSaysWhatWasFound) {
     TempFolder folder;
     FrameFile file;

@@ -122,9 +122,9 @@ TEST(SkyMotion, TurnsOnEvenlyWhereAFrameIsMissingOrCut) {
 
 TEST(SkyMotion, WithoutMatricesItIsCountedWhereAllElseMoves) {
     Sky sky;
-    EXPECT_EQ(sky_without_motion(sky.planes), uint64_t((kWidth - 1) * (kHeight - 3)));
+    EXPECT_EQ(count_sky(sky.planes).without_motion(), uint64_t((kWidth - 1) * (kHeight - 3)));
     for (int x = 0; x < kWidth / 2; ++x) sky.planes.at(Role::motion).at(x, kHeight - 1, 0) = 0;
-    EXPECT_EQ(sky_without_motion(sky.planes), 0u);
+    EXPECT_EQ(count_sky(sky.planes).without_motion(), 0u);
 }
 
 // A surface at 1 that moves by (8, 0) before one at 4 that stands still; their border is slanted.

@@ -13,7 +13,9 @@
 #include "passes/registry.h"
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
+#include "tools/apps/postchain/printable.h"
 #include "tools/sequence/io/json.h"
+#include "tools/sequence/run/plan_warnings.h"
 #include "tools/sequence/run/sequence_reader.h"
 
 namespace postchain {
@@ -48,10 +50,13 @@ int plan_verb(const Options& options, const std::string& format) {
                 auto plan = sequence::plan_source_frame(chain->chain, *source, settings->plan);
                 status = plan.status();
                 if (plan.ok()) {
+                    for (const auto& warning :
+                         sequence::plan_warnings(chain->chain, *plan, *source))
+                        log::warning(warning);
                     const std::string text = format == "json"  ? plan_as_json(*plan) + "\n"
                                              : format == "dot" ? plan_as_dot(*plan)
                                                                : plan_as_text(*plan);
-                    std::fputs(text.c_str(), stdout);
+                    std::fputs(printable(text, Lines::keep).c_str(), stdout);
                 }
             }
         }

@@ -7,6 +7,7 @@
 
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
+#include "tools/apps/postchain/printable.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/metrics/temporal.h"
 #include "tools/sequence/io/json.h"
@@ -186,7 +187,7 @@ void add_diff(CLI::App& verb, Options& o, DiffOptions& diff) {
         ->capture_default_str();
     verb.add_option("--profile", o.job.profile, "names of the writer, for both (default: detected)")
         ->type_name("NAME");
-    for (const char* key : {"layer", "view"})
+    for (const char* key : {"layer", "view", "max_memory"})
         add_setting(verb, *job_parameters().find(key), &o.job);
     verb.add_option("--threads", o.threads, "CPU threads (default: all cores)")
         ->check(CLI::Range(1, 1024));
@@ -242,7 +243,7 @@ int diff_verb(const Options& options, const DiffOptions& diff) {
             std::printf("%s\n", text.c_str());
             std::fflush(stdout);
         } else {
-            std::printf("%s against %s\n", frame.b.c_str(), frame.a.c_str());
+            std::printf("%s against %s\n", printable(frame.b).c_str(), printable(frame.a).c_str());
             print_table(values);
         }
         exceeded |= exceeds(work, values, frame.b);
@@ -259,7 +260,8 @@ int diff_verb(const Options& options, const DiffOptions& diff) {
             json["settings"] = settings;
             print_line(json);
         } else {
-            std::printf("%s against %s, %zu frames\n", diff.b.c_str(), diff.a.c_str(), all.size());
+            std::printf("%s against %s, %zu frames\n", printable(diff.b).c_str(),
+                        printable(diff.a).c_str(), all.size());
             print_table(summary);
         }
         exceeded |= exceeds(work, summary, diff.b);

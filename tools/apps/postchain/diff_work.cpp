@@ -4,11 +4,12 @@
 
 #include "tools/apps/postchain/log.h"
 #include "tools/sequence/run/frame_task.h"
+#include "tools/sequence/run/memory.h"
 
 namespace postchain {
 namespace {
 
-// Color as the file has it, non-finite values included; premultiplied, or over a gray.
+// Color as the file has it, non-finite values included; premultiplied.
 struct Color {
     io::InputFrame input;
     ImageF& rgba() { return input.planes.at(Role::color); }
@@ -17,6 +18,12 @@ struct Color {
 Result<Color> read_color(const DiffWork& work, const std::string& path, int frame) {
     auto header = sequence::open_source_frame(work.source, {{Role::color, path}}, frame);
     if (!header.ok()) return header.status();
+    // Two pictures and their copies for the metrics, error maps not counted.
+    const uint64_t bytes =
+        sequence::frame_bytes(*header, {Role::color}, io::Keep::nothing, header->window.height());
+    if (Status status = sequence::check_memory(path, 2 * bytes, work.source.max_memory);
+        !status.ok())
+        return status;
     auto input =
         io::read_frame(header->files, header->assignment, {Role::color}, io::Keep::nothing);
     if (!input.ok()) return input.status();
@@ -27,7 +34,6 @@ Result<Color> read_color(const DiffWork& work, const std::string& path, int fram
         for (size_t i = 0; i < rgba.pixels(); ++i)
             for (size_t c = 0; c < 3; ++c) rgba.data[4 * i + c] *= rgba.data[4 * i + 3];
     }
-    if (work.over) metrics::composite_over(color.rgba(), *work.over);
     return color;
 }
 
@@ -84,8 +90,7 @@ Result<std::vector<DiffFrame>> frames_of(const Options& options, const DiffOptio
         numbers = range->frames;
     } else {
         for (const auto& [number, path] : in_a) numbers.push_back(number);
-        if (numbers.empty())
-            return Status(StatusCode::input, a->text() + ": no file matches this pattern");
+        if (numbers.empty()) return Status(StatusCode::input, a->text() + ": " + io::why_none(*a));
         std::vector<int> more;
         for (const auto& [number, path] : in_b)
             if (!in_a.count(number)) more.push_back(number);
@@ -149,6 +154,9 @@ Result<DiffWork> work_of(const Options& options, const DiffOptions& diff) {
     }
     work.source.layer = options.job.layer;
     work.source.view = options.job.view;
+    auto memory = sequence::memory_limit_of(options.job.max_memory);
+    if (!memory.ok()) return memory.status();
+    work.source.max_memory = *memory;
     const bool many = work.frames.size() > 1;
     for (const auto& row : metrics::metric_rows())
         if (diff.metrics.empty()) work.compare.metrics.insert(row.name);
@@ -192,11 +200,17 @@ Result<metrics::Pair> read_pair(const DiffWork& work, const DiffFrame& frame) {
                       concat(both, ": ", what, " differ: ", wa.width(), "x", wa.height(), " ",
                              wa.text(), " and ", wb.width(), "x", wb.height(), " ", wb.text()));
     };
-    if (Status s = same("display windows", a->input.display_window, b->input.display_window);
-        !s.ok())
-        return s;
-    if (Status s = same("data windows", a->input.data_window, b->input.data_window); !s.ok())
-        return s;
+    const io::Window& display = a->input.display_window;
+    if (Status s = same("display windows", display, b->input.display_window); !s.ok()) return s;
+    if (a->input.window != b->input.window) {
+        log::info(concat(both, ": data windows differ, ", a->input.window.text(), " and ",
+                         b->input.window.text(), ": compared in the display window ",
+                         display.text(), ", where a file without pixels is clear"));
+        for (Color* color : {&*a, &*b})
+            color->rgba() = io::placed(color->rgba(), color->input.window, display);
+    }
+    if (work.over)
+        for (Color* color : {&*a, &*b}) metrics::composite_over(color->rgba(), *work.over);
     if (a->input.description.luma_weights != b->input.description.luma_weights)
         log::warning(both + ": their chromaticities differ; values are compared as they are");
     auto pair = metrics::pair_of(b->rgba(), a->rgba());
@@ -207,6 +221,7 @@ Result<metrics::Pair> read_pair(const DiffWork& work, const DiffFrame& frame) {
 Result<metrics::Picture> read_reference(const DiffWork& work, const DiffFrame& frame) {
     auto color = read_color(work, frame.a, frame.number);
     if (!color.ok()) return color.status().at(frame.both());
+    if (work.over) metrics::composite_over(color->rgba(), *work.over);
     auto picture = metrics::picture_of(color->rgba());
     if (!picture.ok()) return picture.status().at(frame.a);
     return picture;

@@ -9,6 +9,7 @@
 #include "passes/registry.h"
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
+#include "tools/apps/postchain/printable.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/experiment/ab.h"
 #include "tools/measure/experiment/bench.h"
@@ -108,7 +109,7 @@ void print_curve(const report::Report& report) {
         const auto series = variant->metrics.find(metric);
         const bool known = series != variant->metrics.end() && series->second.mean;
         // The mark of times that are not to be trusted, as on the page.
-        std::printf("%-*s  %c%9.2f ms  %s %s%s\n", int(width), variant->name.c_str(),
+        std::printf("%-*s  %c%9.2f ms  %s %s%s\n", int(width), printable(variant->name).c_str(),
                     variant->timing->trustworthy ? ' ' : '~', variant->timing->total.median_ms,
                     metric.c_str(), known ? report::figure(*series->second.mean).c_str() : "none",
                     variant->pareto ? "  in the Pareto set" : "");
@@ -135,11 +136,11 @@ int finish(const report::Report& report, const Options& options, const std::stri
         std::fputs(report::report_as_json(report).c_str(), stdout);
     } else {
         if (report.comparison)
-            std::printf("%s\n%s\n", report.comparison->verdict.c_str(),
+            std::printf("%s\n%s\n", printable(report.comparison->verdict, Lines::keep).c_str(),
                         report.comparison->claims.c_str());
         if (report.kind == report::Kind::bench) print_curve(report);
-        for (const auto& line : report.under) std::printf("%s\n", line.c_str());
-        std::printf("%s\n", page.c_str());
+        for (const auto& line : report.under) std::printf("%s\n", printable(line).c_str());
+        std::printf("%s\n", printable(page).c_str());
     }
     const auto broken = report::exceeding(report, limits);
     for (const auto& line : broken) log::error(line);

@@ -5,10 +5,11 @@
 #include "config/profile_match.h"
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
+#include "tools/apps/postchain/printable.h"
 #include "tools/sequence/io/json.h"
-#include "tools/sequence/run/frame_source.h"
+#include "tools/sequence/run/frame_scan.h"
+#include "tools/sequence/run/memory.h"
 #include "tools/sequence/run/sidecar.h"
-#include "tools/sequence/run/sign_check.h"
 
 namespace postchain {
 namespace {
@@ -47,8 +48,10 @@ Json describe_roles(const ProfileMatch& match) {
             {"missing", missing},       {"notes", match.notes}};
 }
 
-Json describe_frame(const FrameDescription& frame) {
-    Json json = {{"width", frame.width},
+// `window`: of the planes, larger than the data window where that was cropped.
+Json describe_frame(const FrameDescription& frame, const io::Window& window) {
+    Json json = {{"window", window.text()},
+                 {"width", frame.width},
                  {"height", frame.height},
                  {"display_width", frame.display_width},
                  {"display_height", frame.display_height},
@@ -70,11 +73,13 @@ Json describe_signs(const sequence::SignCheck& check) {
                               {"pixels_apart", candidate.pixels_apart},
                               {"margin", candidate.margin},
                               {"as_converted", candidate.as_converted()}});
-    return {{"verdict", sequence::name_of(check.verdict())},
-            {"pixels", check.pixels},
-            {"still_error", check.still_error},
-            {"margin", check.margin()},
-            {"candidates", candidates}};
+    Json json = {{"verdict", sequence::name_of(check.verdict())},
+                 {"pixels", check.pixels},
+                 {"still_error", check.still_error},
+                 {"margin", check.margin()},
+                 {"candidates", candidates}};
+    if (!check.why_not.empty()) json["why_not"] = check.why_not;
+    return json;
 }
 
 // Attributes and names may hold bytes that are no UTF-8.
@@ -83,20 +88,21 @@ void print_line(const Json& json) {
 }
 
 void print_file(const Json& file) {
-    std::printf("%s: %llu bytes\n", file["file"].get<std::string>().c_str(),
+    std::printf("%s: %llu bytes\n", printable(file["file"].get<std::string>()).c_str(),
                 (unsigned long long)file["bytes"].get<uint64_t>());
     for (size_t i = 0; i < file["parts"].size(); ++i) {
         const auto& part = file["parts"][i];
-        const auto word = [&](const char* key) { return part[key].get<std::string>(); };
+        const auto word = [&](const char* key) { return printable(part[key].get<std::string>()); };
         std::printf("part %zu %s %s %s, data window %s, display window %s, pixel aspect %g\n", i,
                     word("name").c_str(), word("type").c_str(), word("compression").c_str(),
                     word("data_window").c_str(), word("display_window").c_str(),
                     part["pixel_aspect"].get<double>());
         for (const auto& channel : part["channels"])
-            std::printf("  %s (%s)\n", channel["name"].get<std::string>().c_str(),
+            std::printf("  %s (%s)\n", printable(channel["name"].get<std::string>()).c_str(),
                         channel["type"].get<std::string>().c_str());
         for (const auto& [key, value] : part["attributes"].items())
-            std::printf("  %s: %s\n", key.c_str(), value.get<std::string>().c_str());
+            std::printf("  %s: %s\n", printable(key).c_str(),
+                        printable(value.get<std::string>()).c_str());
     }
 }
 
@@ -106,13 +112,14 @@ void print_values(const Json& values, const std::string& prefix = "") {
         if (value.is_object())
             print_values(value, prefix + key + ".");
         else
-            std::printf("%s%s: %s\n", prefix.c_str(), key.c_str(), io::json_text(value).c_str());
+            std::printf("%s%s: %s\n", prefix.c_str(), key.c_str(),
+                        printable(io::json_text(value)).c_str());
     }
 }
 
 void print_signs(const sequence::SignCheck& check, int next) {
     if (check.candidates.empty()) {
-        std::printf("sign self-check: not possible (nothing moves by a pixel, or sizes differ)\n");
+        std::printf("sign self-check: not possible (%s)\n", printable(check.why_not).c_str());
         return;
     }
     std::printf(
@@ -178,22 +185,29 @@ int inspect_verb(const Options& options) {
         if (!options.json)
             for (const auto& [role, file] : json["files"].items()) print_file(file);
         auto header = sequence::open_source_frame(settings->source, files->second, frame);
-        auto source = header.ok()
-                          ? sequence::read_source_frame(settings->source, std::move(*header),
-                                                        wanted, io::Keep::nothing)
-                          : Result<sequence::SourceFrame>(header.status());
+        auto source = header.ok() ? sequence::scan_source_frame(settings->source, *header, wanted,
+                                                                sequence::strip_rows(*header))
+                                  : Result<sequence::SourceFrame>(header.status());
         if (!source.ok()) {
             if (options.json) print_line(json);
             code = fail(source.status());
             continue;
         }
         for (const auto& warning : source->warnings) log::warning(warning);
+        const Camera& camera = source->description.camera;
+        if (camera.metadata_focus_m && !camera.meters_per_unit)
+            log::info(concat(source->input.files.color_file().path(), ": focus is ",
+                             *camera.metadata_focus_m,
+                             " m; where meters_per_unit is stated nowhere a scene unit is taken "
+                             "as 1 m"));
         json["match"] = describe_roles(source->match);
-        json["frame"] = describe_frame(source->description);
+        json["frame"] = describe_frame(source->description, source->input.window);
+        json["frame"]["memory_to_filter"] = sequence::bytes_text(sequence::frame_bytes(
+            *header, sequence::planes_of(*header, wanted), io::Keep::all, header->window.height()));
         sequence::add_findings(json, source->description.bounds, source->health,
                                source->surface_health);
         if (!options.json) {
-            std::fputs((source->match.text() + "\n").c_str(), stdout);
+            std::fputs(printable(source->match.text() + "\n", Lines::keep).c_str(), stdout);
             for (const char* key : {"frame", "bounds", "health"}) print_values(json[key]);
         }
         std::map<Role, std::string> next_files;
@@ -202,19 +216,17 @@ int inspect_verb(const Options& options) {
             if (const auto next = all.find(frame + 1); next != all.end() && pattern.has_token())
                 next_files[role] = next->second;
         }
-        if (next_files.count(Role::color) && source->planes.count(Role::motion)) {
-            auto next_header = sequence::open_source_frame(settings->source, next_files, frame + 1);
-            auto next = next_header.ok()
-                            ? sequence::read_source_frame(settings->source, std::move(*next_header),
-                                                          {}, io::Keep::nothing)
-                            : Result<sequence::SourceFrame>(next_header.status());
-            if (next.ok()) {
-                const auto check =
-                    sequence::check_signs(source->planes, *next->planes.at(Role::color));
-                json["sign_check"] = describe_signs(check);
-                if (!options.json) print_signs(check, frame + 1);
+        if (next_files.count(Role::color) && source->description.planes.has(Role::motion)) {
+            auto next = sequence::open_source_frame(settings->source, next_files, frame + 1);
+            auto check = next.ok() ? sequence::scan_signs(settings->source, *header, *next,
+                                                          source->description.bounds.max_speed_px,
+                                                          sequence::strip_rows(*header))
+                                   : Result<sequence::SignCheck>(next.status());
+            if (check.ok()) {
+                json["sign_check"] = describe_signs(*check);
+                if (!options.json) print_signs(*check, frame + 1);
             } else {
-                log::warning("no sign self-check: " + next.status().message());
+                log::warning("no sign self-check: " + check.status().message());
             }
         }
         if (options.json) print_line(json);

@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "chain/status.h"
+#include "tools/apps/postchain/printable.h"
 #include "tools/sequence/io/json.h"
 
 namespace postchain::log {
@@ -49,12 +50,12 @@ void write_as_is(Level level, const std::string& text) {
         logger().log(levels[index], "{}", io::json_text(line));
         return;
     }
-    logger().log(levels[index], "{}", text);
+    logger().log(levels[index], "{}", printable(text, Lines::keep));
 }
 
 void progress(const std::string& text) {
     if (!g_terminal || (text.empty() && !g_line_open)) return;
-    std::fprintf(stderr, "\r\033[K%s", text.c_str());
+    std::fprintf(stderr, "\r\033[K%s", printable(text).c_str());
     std::fflush(stderr);
     g_line_open = !text.empty();
 }

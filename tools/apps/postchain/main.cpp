@@ -18,6 +18,7 @@
 #include "tools/apps/postchain/experiments.h"
 #include "tools/apps/postchain/inspect.h"
 #include "tools/apps/postchain/log.h"
+#include "tools/apps/postchain/printable.h"
 #include "tools/apps/postchain/run.h"
 #include "tools/apps/postchain/scene.h"
 #include "tools/apps/postchain/stress.h"
@@ -123,8 +124,10 @@ int command(int argc, char** argv) {
         "--markdown", [&] { passes_format = "markdown"; }, "Markdown tables");
     CLI::App* man = app.add_subcommand("man", "the man page, as roff");
     CLI::App* completion = app.add_subcommand("completion", "completion script for bash");
-    for (CLI::App* verb : app.get_subcommands([](CLI::App*) { return true; }))
+    for (CLI::App* verb : app.get_subcommands([](CLI::App*) { return true; })) {
         add_logging(*verb, options);
+        refuse_empty_words(*verb);
+    }
 
     try {
         app.parse(argc, argv);
@@ -192,7 +195,8 @@ int main(int argc, char** argv) {
                      "threads): %s\n",
                      error.what());
     } catch (const std::exception& error) {
-        std::fprintf(stderr, "postchain: error: unexpected failure: %s\n", error.what());
+        std::fprintf(stderr, "postchain: error: unexpected failure: %s\n",
+                     postchain::printable(error.what(), postchain::Lines::keep).c_str());
     }
     if (postchain::stdout_failed()) {
         std::fprintf(stderr, "postchain: error: stdout cannot be written\n");

@@ -26,10 +26,6 @@ Status say(const Diagnostics& diagnostics, log::Level notes) {
     return already_said(status_of(diagnostics));
 }
 
-// An empty word is a shell variable that was not set; it must not mean "all".
-const CLI::Validator kNotEmpty(
-    [](const std::string& text) { return std::string(text.empty() ? "is empty" : ""); }, "");
-
 // Letters for what is typed most.
 std::string option_names(const std::string& key) {
     static const std::map<std::string, std::string> letters = {
@@ -39,6 +35,14 @@ std::string option_names(const std::string& key) {
 }
 
 }  // namespace
+
+void refuse_empty_words(CLI::App& verb) {
+    const CLI::Validator not_empty(
+        [](const std::string& text) { return std::string(text.empty() ? "is empty" : ""); }, "");
+    for (CLI::Option* option : verb.get_options())
+        if (option->get_items_expected_max() > 0 || option->get_expected_max() > 0)
+            option->check(not_empty);
+}
 
 CLI::Validator number_within(double least, double most) {
     const CLI::Range range(least, most);
@@ -62,9 +66,7 @@ void add_logging(CLI::App& verb, Options& o) {
 }
 
 void add_chain(CLI::App& verb, Options& o) {
-    verb.add_option("CHAIN", o.chain, "chain file, or the name of a shipped chain")
-        ->check(kNotEmpty)
-        ->required();
+    verb.add_option("CHAIN", o.chain, "chain file, or the name of a shipped chain")->required();
     verb.add_option("--set", o.sets,
                     "change a value: passes[0].samples=51, motion_blur.samples=51, camera.f_stop=2")
         ->type_name("KEY=VALUE")
@@ -118,7 +120,7 @@ void add_setting(CLI::App& verb, const Parameter& row, ParameterRef settings) {
             else  // a flag: the word after it may be an argument, so a value comes with '=' alone
                 option = verb.add_flag(name + "{" + row.implied + "}", row.help)
                              ->each([set](const std::string& word) { set(word); });
-            option->check(kNotEmpty)->required(!row.optional);
+            option->required(!row.optional);
             if (row.implied.empty()) option->type_name(row.unit);
             break;
     }

@@ -33,6 +33,9 @@ void add_logging(CLI::App& verb, Options& options);
 void add_chain(CLI::App& verb, Options& options);   // CHAIN, --set
 void add_device(CLI::App& verb, Options& options);  // --device, --threads
 
+// An empty word is a shell variable that was not set; no option and no argument takes it.
+void refuse_empty_words(CLI::App& verb);
+
 // Refuses what is no number or outside the range, in the words of CLI::Range.
 CLI::Validator number_within(double least, double most);
 

@@ -16,11 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const io::Window& window_of(const sequence::FrameHeader& header) {
-    const auto& file = header.files.color_file();
-    return file.parts()[size_t(header.assignment.at(Role::color).part)].data_window;
-}
-
 std::string size_text(const io::Window& window) {
     return concat(window.width(), "x", window.height(), " ", window.text());
 }
@@ -70,7 +65,8 @@ Result<sequence::SourceFrame> Truth::read(int frame) const {
 Result<metrics::Picture> Truth::load(int frame) const {
     auto source = read(frame);
     if (!source.ok()) return source.status();
-    return metrics::picture_of(*source->planes.at(Role::color));
+    return metrics::picture_of(
+        io::placed(*source->planes.at(Role::color), source->input.window, windows_.at(frame)));
 }
 
 std::string Truth::identity(int frame) const {
@@ -91,18 +87,22 @@ Status Truth::survey(const sequence::RunSettings& input, metrics::ToneMapper map
         if (!filtered.ok()) return filtered.status();
         auto source = read(frame);
         if (!source.ok()) return source.status();
-        const io::Window& of_input = window_of(*filtered);
-        if (!(of_input == source->input.data_window))
-            return Status(
-                StatusCode::input,
-                concat(path, ": the truth is ", size_text(source->input.data_window), ", but ",
-                       filtered->files.color_file().path(), " is ", size_text(of_input)));
+        const io::Window& of_input = filtered->window;
+        const io::Window& of_truth = source->input.window;
+        const bool one_display =
+            source->input.display_window == sequence::color_part(*filtered).display_window;
+        if (of_truth != of_input && !(one_display && of_truth.contains(of_input)))
+            return Status(StatusCode::input,
+                          concat(path, ": the truth is ", size_text(of_truth), ", but ",
+                                 filtered->files.color_file().path(), " is ", size_text(of_input)));
+        windows_[frame] = of_input;
         if (const auto bad = source->health.nonfinite_color)
             return Status(StatusCode::input,
                           concat(path, ": the truth has ", report::counted(bad, "pixel"),
                                  " with NaN or Inf, the first at ", source->first_nonfinite_text(),
                                  "; nothing can be measured"));
-        auto picture = metrics::picture_of(*source->planes.at(Role::color));
+        auto picture =
+            metrics::picture_of(io::placed(*source->planes.at(Role::color), of_truth, of_input));
         if (!picture.ok()) return picture.status().at(path);
         if (black(*picture))
             return Status(StatusCode::input, path + ": the truth is black; is it the right file?");
@@ -127,7 +127,7 @@ Result<InputSurvey> survey_input(const sequence::RunSettings& input, metrics::To
     for (int frame : list->frames) {
         auto header = sequence::open_source_frame(input.source, list->files.at(frame), frame);
         if (!header.ok()) return header.status();
-        const io::Window window = window_of(*header);
+        const io::Window window = header->window;
         const std::string path = header->files.color_file().path();
         if (first_path.empty()) {
             first = window;

@@ -25,11 +25,12 @@ class Truth {
     // Errors (usage): bad pattern; (input): frames missing (they are listed).
     static Result<Truth> open(const std::string& pattern, const std::vector<int>& frames);
 
-    // Reads every frame once. Errors (input), naming both files: another size or window than the
-    // input's frame, NaN or Inf, nothing but black.
+    // Reads every frame once; must come before load(). Errors (input), naming both files: it does
+    // not cover what is filtered of the input's frame, NaN or Inf, nothing but black.
     Status survey(const sequence::RunSettings& input, metrics::ToneMapper mapper);
     const metrics::ExposureRange& exposures() const { return exposures_; }
 
+    // Of the pixels that are filtered of the input's frame.
     Result<metrics::Picture> load(int frame) const;
     // Name, size and time of change of the frame's file.
     std::string identity(int frame) const;
@@ -38,6 +39,7 @@ class Truth {
     Result<sequence::SourceFrame> read(int frame) const;
     std::map<int, std::map<Role, std::string>> files_;
     std::vector<int> frames_;
+    std::map<int, io::Window> windows_;  // of the input's frames, by number
     metrics::ExposureRange exposures_;
 };
 

@@ -13,18 +13,30 @@ std::string number(const std::optional<double>& value, int digits) {
     return value ? figure(*value, digits) : "";
 }
 
-// RFC 4180.
-std::string field(const std::string& text) {
+// RFC 4180. What a spreadsheet would take for a formula gets an apostrophe before it; numbers do
+// not come this way.
+std::string field(const std::string& name) {
+    const bool formula =
+        !name.empty() && std::string("=+-@\t\r").find(name[0]) != std::string::npos;
+    const std::string text = formula ? "'" + name : name;
     if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
     std::string quoted = "\"";
     for (char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
     return quoted + "\"";
 }
 
+// Text as it is, where Markdown would take it for HTML.
+std::string plain(const std::string& text) {
+    std::string out;
+    for (char c : text)
+        out += c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '&' ? "&amp;" : std::string(1, c);
+    return out;
+}
+
 // A cell of a Markdown table: one line, no bar.
 std::string cell(const std::string& text) {
     std::string out;
-    for (char c : text) {
+    for (char c : plain(text)) {
         if (c == '|') out += '\\';
         out += c == '\n' ? ' ' : c;
     }
@@ -53,12 +65,13 @@ class Markdown {
     explicit Markdown(const Report& report) : report_(report) {}
 
     std::string text() {
-        out_ = "# " + report_.title + "\n\n";
+        out_ = "# " + plain(report_.title) + "\n\n";
         if (report_.comparison) {
-            out_ += report_.comparison->verdict + "\n\n";
-            if (!report_.comparison->claims.empty()) out_ += report_.comparison->claims + "\n\n";
+            out_ += plain(report_.comparison->verdict) + "\n\n";
+            if (!report_.comparison->claims.empty())
+                out_ += plain(report_.comparison->claims) + "\n\n";
         }
-        for (const auto& line : report_.under) out_ += "- " + line + "\n";
+        for (const auto& line : report_.under) out_ += "- " + plain(line) + "\n";
         if (!report_.under.empty()) out_ += "\n";
         conditions();
         curve();
@@ -70,7 +83,7 @@ class Markdown {
         frames();
         chains();
         for (size_t i = 0; i < report_.notes.size(); ++i)
-            out_ += (i ? "" : "## Notes\n\n") + ("- " + report_.notes[i]) + "\n";
+            out_ += (i ? "" : "## Notes\n\n") + ("- " + plain(report_.notes[i])) + "\n";
         return out_;
     }
 
@@ -168,7 +181,7 @@ class Markdown {
         }
         for (const Variant& variant : report_.variants)
             if (!variant.failure.empty())
-                out_ += "\n" + variant.name + " failed: " + variant.failure + "\n";
+                out_ += "\n" + plain(variant.name + " failed: " + variant.failure) + "\n";
         out_ += "\n";
     }
 
@@ -180,7 +193,8 @@ class Markdown {
     void differences() {
         if (!report_.comparison || report_.comparison->metrics.empty()) return;
         const Comparison& comparison = *report_.comparison;
-        out_ += "## " + report_.variants[1].name + " minus " + report_.variants[0].name + "\n\n";
+        out_ +=
+            "## " + plain(report_.variants[1].name + " minus " + report_.variants[0].name) + "\n\n";
         header({"metric", "n", "mean", "95 % t-interval over frames",
                 "95 % of tiles redrawn within frames", "finding"});
         const auto range = [](const std::optional<Interval>& interval) {
@@ -244,7 +258,7 @@ class Markdown {
         std::set<std::string> said;
         for (const Variant& variant : report_.variants)
             for (const auto& note : variant.split ? variant.split->notes : Notes())
-                if (said.insert(note).second) out_ += "- " + note + "\n";
+                if (said.insert(note).second) out_ += "- " + plain(note) + "\n";
         if (!said.empty()) out_ += "\n";
     }
 
@@ -296,7 +310,7 @@ class Markdown {
     void chains() {
         out_ += "## Chains\n\n";
         for (const Variant& variant : report_.variants)
-            out_ += variant.name + ", hash " + hex_of(variant.chain_hash) + "\n\n```yaml\n" +
+            out_ += plain(variant.name) + ", hash " + hex_of(variant.chain_hash) + "\n\n```yaml\n" +
                     variant.chain_text + "```\n\n";
     }
 

@@ -94,6 +94,11 @@ uint64_t most_packed(int compression) {
     return found == nullptr ? 0 : found->most_packed;
 }
 
+int lines_of_chunk(int compression) {
+    const Compression* found = compression_of(compression);
+    return found == nullptr ? 1 : int(found->lines);
+}
+
 Result<PartNeeds> check_part(const PartSizes& part, const ReadLimits& limits) {
     if (!part.data_window || part.channels.empty()) {
         return input_error("damaged header: no data window or no channels");

@@ -52,6 +52,9 @@ struct PartNeeds {
 // 0 for a compression that OpenEXR 3.1 does not know.
 uint64_t most_packed(int compression);
 
+// Lines that a compression packs together; 1 for one that is unknown.
+int lines_of_chunk(int compression);
+
 // Errors (input): no data window, no channels, sizes above the limits, levels of unknown kind,
 // another number of chunks than follows from the sizes.
 Result<PartNeeds> check_part(const PartSizes& part, const ReadLimits& limits);

@@ -14,15 +14,15 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cassert>
 #include <cerrno>
 #include <cstring>
 #include <mutex>
 #include <new>
+#include <numeric>
 
 #include "tools/sequence/io/exr_attributes.h"
 #include "tools/sequence/io/exr_internal.h"
-#include "tools/sequence/io/pixel_encode.h"
+#include "tools/sequence/io/exr_part_check.h"
 
 namespace postchain::io {
 
@@ -84,15 +84,8 @@ ExrPart part_of(const Imf::Header& header) {
 PartPixels::Plane make_plane(const ExrChannel& channel, const Window& w) {
     PartPixels::Plane plane;
     plane.channel = channel;
-    // Samples lie where the coordinate divides by the sampling rate (ImfChannelList.h).
-    const auto samples = [](int low, int high, int rate) {
-        const auto floor_div = [rate](int64_t a) {
-            return a >= 0 ? a / rate : -((-a + rate - 1) / rate);
-        };
-        return int(floor_div(high) - floor_div(int64_t(low) - 1));
-    };
-    plane.width = samples(w.min_x, w.max_x, channel.x_sampling);
-    plane.height = samples(w.min_y, w.max_y, channel.y_sampling);
+    plane.width = samples_between(w.min_x, w.max_x, channel.x_sampling);
+    plane.height = samples_between(w.min_y, w.max_y, channel.y_sampling);
     // Not cleared: pages of a file that turns out damaged are then never touched.
     plane.bytes =
         std::make_unique_for_overwrite<std::byte[]>(std::max<size_t>(plane.total_bytes(), 1));
@@ -103,19 +96,6 @@ PartPixels::Plane make_plane(const ExrChannel& channel, const Window& w) {
 
 void set_exr_threads(int count) {
     Imf::setGlobalThreadCount(std::max(count, 0));
-}
-
-const char* name_of(PixelType type) {
-    return type == PixelType::half ? "half" : type == PixelType::float32 ? "float" : "uint";
-}
-
-int bytes_of(PixelType type) {
-    return type == PixelType::half ? 2 : 4;
-}
-
-std::string Window::text() const {
-    return concat("(", std::to_string(min_x), ", ", std::to_string(min_y), ")-(",
-                  std::to_string(max_x), ", ", std::to_string(max_y), ")");
 }
 
 const ExrChannel* ExrPart::find(std::string_view channel) const {
@@ -129,44 +109,6 @@ bool ExrPart::luminance_chroma() const {
     return std::any_of(channels.begin(), channels.end(), [](const ExrChannel& c) {
         return base_name(c.name) == "RY" || base_name(c.name) == "BY";
     });
-}
-
-const PartPixels::Plane* PartPixels::find(std::string_view channel) const {
-    for (const Plane& p : planes) {
-        if (p.channel.name == channel) return &p;
-    }
-    return nullptr;
-}
-
-ImageF PartPixels::interleaved(const std::vector<std::string>& names, const Window& crop,
-                               int channels, float fill) const {
-    assert(window.contains(crop));
-    const int count = std::max(channels, int(names.size()));
-    ImageF image(crop.width(), crop.height(), count, fill);
-    std::vector<float> row(size_t(image.width));
-    for (size_t c = 0; c < names.size(); ++c) {
-        const Plane* plane = find(names[c]);
-        assert(plane != nullptr && plane->channel.x_sampling == 1 &&
-               plane->channel.y_sampling == 1);
-        const size_t size = size_t(bytes_of(plane->channel.type));
-        for (int y = 0; y < image.height; ++y) {
-            const std::byte* from = plane->bytes.get() +
-                                    size_t(y + crop.min_y - window.min_y) * plane->row_bytes() +
-                                    size_t(crop.min_x - window.min_x) * size;
-            if (plane->channel.type == PixelType::half) {
-                halves_to_floats(reinterpret_cast<const uint16_t*>(from), row.size(), row.data());
-            } else if (plane->channel.type == PixelType::float32) {
-                std::memcpy(row.data(), from, row.size() * sizeof(float));
-            } else {
-                const auto* values = reinterpret_cast<const uint32_t*>(from);
-                std::transform(values, values + row.size(), row.begin(),
-                               [](uint32_t v) { return float(v); });
-            }
-            float* to = image.data.data() + size_t(y) * row.size() * size_t(count) + c;
-            for (size_t x = 0; x < row.size(); ++x) to[x * size_t(count)] = row[x];
-        }
-    }
-    return image;
 }
 
 // --- ExrFile ------------------------------------------------------------------------------------
@@ -256,6 +198,12 @@ Status ExrFile::check_channels(int part, const std::vector<std::string>& channel
 }
 
 Status ExrFile::explain_no_color() const {
+    // Beside flat color neither is what is wrong.
+    for (const ExrPart& p : parts()) {
+        if (p.deep || p.luminance_chroma()) continue;
+        for (const ExrChannel& c : p.channels)
+            if (base_name(c.name) == "R") return {};
+    }
     for (const ExrPart& p : parts()) {
         if (p.luminance_chroma()) {
             return input_error(path(), concat("is luminance-chroma (", joined(p.channels),
@@ -271,7 +219,14 @@ Status ExrFile::explain_no_color() const {
     return {};
 }
 
-Result<PartPixels> ExrFile::read_part(int part, const std::vector<std::string>& channels) {
+int ExrFile::rows_at_once(int part) const {
+    const Imf::Header& header = impl_->file->header(part);
+    if (header.hasTileDescription()) return int(header.tileDescription().ySize);
+    return lines_of_chunk(int(header.compression()));
+}
+
+Result<PartPixels> ExrFile::read_part(int part, const std::vector<std::string>& channels,
+                                      const std::optional<Window>& area) {
     if (part < 0 || size_t(part) >= parts().size() || parts()[size_t(part)].deep) {
         return check_channels(part, {});
     }
@@ -279,11 +234,21 @@ Result<PartPixels> ExrFile::read_part(int part, const std::vector<std::string>& 
     PartPixels pixels;
     pixels.part = part;
     pixels.window = info.data_window;
+    if (area) {
+        // Whole tiles, and whole samples of subsampled channels.
+        int step = info.tiled ? rows_at_once(part) : 1;
+        for (const ExrChannel& c : info.channels) step = std::lcm(step, c.y_sampling);
+        const int top = info.data_window.min_y, last = info.data_window.max_y;
+        const int first_row = std::clamp(area->min_y, top, last) - top;
+        const int last_row = std::clamp(area->max_y, top, last) - top;
+        pixels.window.min_y = top + first_row / step * step;
+        pixels.window.max_y = std::min(last, top + (last_row / step + 1) * step - 1);
+    }
     try {
         for (const ExrChannel& c : info.channels) {
             const bool wanted = channels.empty() || std::find(channels.begin(), channels.end(),
                                                               c.name) != channels.end();
-            if (wanted) pixels.planes.push_back(make_plane(c, info.data_window));
+            if (wanted) pixels.planes.push_back(make_plane(c, pixels.window));
         }
         for (const std::string& name : channels) {
             if (pixels.find(name) == nullptr) return check_channels(part, {name});
@@ -292,11 +257,14 @@ Result<PartPixels> ExrFile::read_part(int part, const std::vector<std::string>& 
         if (info.tiled) {
             Imf::TiledInputPart in(*impl_->file, part);
             in.setFrameBuffer(buffer);
-            in.readTiles(0, in.numXTiles(0) - 1, 0, in.numYTiles(0) - 1, 0, 0);
+            const int rows = int(in.tileYSize());
+            const int first = (pixels.window.min_y - info.data_window.min_y) / rows;
+            const int last = (pixels.window.max_y - info.data_window.min_y) / rows;
+            in.readTiles(0, in.numXTiles(0) - 1, first, last, 0, 0);
         } else {
             Imf::InputPart in(*impl_->file, part);
             in.setFrameBuffer(buffer);
-            in.readPixels(info.data_window.min_y, info.data_window.max_y);
+            in.readPixels(pixels.window.min_y, pixels.window.max_y);
         }
     } catch (...) {
         return status_of_exception(StatusCode::input, path(), "damaged or truncated: ");

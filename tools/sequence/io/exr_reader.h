@@ -20,6 +20,7 @@
 
 #include "chain/image.h"
 #include "chain/status.h"
+#include "tools/sequence/io/part_pixels.h"
 
 namespace postchain::io {
 
@@ -38,34 +39,6 @@ struct ReadLimits {
 
 // Workers of OpenEXR's pool, which every reader and writer of the process shares; 0 = none.
 void set_exr_threads(int count);
-
-enum class PixelType { half, float32, uint32 };
-const char* name_of(PixelType type);  // "half", "float", "uint"
-int bytes_of(PixelType type);
-
-// Inclusive pixel bounds, x to the right, y down.
-struct Window {
-    int min_x = 0;
-    int min_y = 0;
-    int max_x = -1;
-    int max_y = -1;
-
-    int width() const { return max_x - min_x + 1; }
-    int height() const { return max_y - min_y + 1; }
-    bool contains(const Window& o) const {
-        return o.min_x >= min_x && o.min_y >= min_y && o.max_x <= max_x && o.max_y <= max_y;
-    }
-    std::string text() const;  // "(0, 0)-(639, 359)"
-    bool operator==(const Window&) const = default;
-};
-
-struct ExrChannel {
-    std::string name;  // full: "ViewLayer.Combined.R"
-    PixelType type = PixelType::half;
-    int x_sampling = 1;
-    int y_sampling = 1;
-    bool operator==(const ExrChannel&) const = default;
-};
 
 struct ExrPart {
     std::string name;         // empty in a single-part file
@@ -86,29 +59,6 @@ struct ExrPart {
     const ExrChannel* find(std::string_view channel) const;
     // Y with RY or BY: color that is stored as luminance and subsampled chroma.
     bool luminance_chroma() const;
-};
-
-// Planes of one part as they lie in the file: rows top-down, tightly packed.
-class PartPixels {
-  public:
-    struct Plane {
-        ExrChannel channel;
-        int width = 0;  // samples; less than the data window's where subsampled
-        int height = 0;
-        std::unique_ptr<std::byte[]> bytes;
-        size_t row_bytes() const { return size_t(width) * size_t(bytes_of(channel.type)); }
-        size_t total_bytes() const { return row_bytes() * size_t(height); }
-    };
-
-    int part = 0;
-    Window window;
-    std::vector<Plane> planes;
-
-    const Plane* find(std::string_view channel) const;
-    // The named channels interleaved, as float, of `crop` (which the data window must contain).
-    // A channel count above the names' is filled with `fill`. Names must be here, not subsampled.
-    ImageF interleaved(const std::vector<std::string>& names, const Window& crop, int channels = 0,
-                       float fill = 1) const;
 };
 
 class ExrFile {
@@ -133,8 +83,12 @@ class ExrFile {
 
     // Reads the named channels of a flat part, or all of them when `channels` is empty, in one
     // pass over the part. Subsampled channels come as they are. Of a mip-mapped part: level 0.
+    // With `area` at least those of its rows that the part has, of a tiled part whole tiles.
     // Errors (input): deep part, unknown channel, damaged or truncated data.
-    Result<PartPixels> read_part(int part, const std::vector<std::string>& channels = {});
+    Result<PartPixels> read_part(int part, const std::vector<std::string>& channels = {},
+                                 const std::optional<Window>& area = {});
+    // Rows that are decoded together: of a block of lines, or of a tile.
+    int rows_at_once(int part) const;
 
     // The same, interleaved and as float, of the whole data window.
     Result<ImageF> read_channels(int part, const std::vector<std::string>& channels);

@@ -21,6 +21,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <numeric>
 
 #include "tools/sequence/io/exr_attributes.h"
 #include "tools/sequence/io/exr_internal.h"
@@ -50,9 +51,11 @@ Status check_counts(const std::string& path, const EncodeCounts& counts, HalfOve
     if (policy == HalfOverflow::clamp || counts.refused_pixels == 0) return {};
     return Status(StatusCode::output,
                   concat(path, ": ", std::to_string(counts.refused_pixels),
-                         " pixels of color do not fit half (65504 at most), ",
+                         " pixels of color do not fit their channels (half holds 65504 at most, "
+                         "float 3.4e38), ",
                          std::to_string(counts.nonfinite_pixels),
-                         " of them not finite; clamp them or render color as float"));
+                         " of them not finite; clamp them (--overflow clamp), or render ",
+                         counts.overflow_pixels > 0 ? "color as float" : "it less bright"));
 }
 
 // Runs `write` on an OpenEXR output stream into a new file at `path`, then commits.
@@ -164,7 +167,47 @@ Imf::Header color_header(const Imf::Header& from, bool only_color, bool keep_typ
     return header;
 }
 
+// The smallest window around `window` in which every channel has whole samples.
+Window aligned(Window window, const PartPixels& pixels) {
+    int x = 1, y = 1;
+    for (const PartPixels::Plane& plane : pixels.planes) {
+        x = std::lcm(x, plane.channel.x_sampling);
+        y = std::lcm(y, plane.channel.y_sampling);
+    }
+    const auto down = [](int value, int step) { return value - ((value % step) + step) % step; };
+    window.min_x = down(window.min_x, x);
+    window.min_y = down(window.min_y, y);
+    window.max_x = down(window.max_x, x) + x - 1;
+    window.max_y = down(window.max_y, y) + y - 1;
+    return window;
+}
+
 }  // namespace
+
+Status check_rewritable(ExrFile& file, int color_part,
+                        const std::map<std::string, std::string>& attributes) {
+    const Imf::MultiPartInputFile& input = *file.impl().file;
+    for (int part = 0; part < input.parts(); ++part) {
+        const Imf::Header& header = input.header(part);
+        if (part != color_part && header.hasType() && !Imf::isSupportedType(header.type()))
+            return Status(StatusCode::input, concat(file.path(), ": part ", part, " '",
+                                                    header.hasName() ? header.name() : "",
+                                                    "' is of the unknown type '", header.type(),
+                                                    "' and cannot be copied; write it without"));
+    }
+    const Imf::Header& header = input.header(color_part);
+    for (const auto& [name, value] : attributes) {
+        const auto found = header.find(name);
+        if (found == header.end() ||
+            dynamic_cast<const Imf::StringAttribute*>(&found.attribute()) != nullptr)
+            continue;
+        return Status(
+            StatusCode::input,
+            concat(file.path(), ": its attribute ", name, " is ", found.attribute().typeName(),
+                   ", and the output has a text of that name; rename it or leave it out"));
+    }
+    return {};
+}
 
 Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, const ImageF& color,
                                    const WriteOptions& options) {
@@ -180,9 +223,19 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
         return report;
     }
 
+    if (Status s = check_rewritable(frame.files.color_file(), frame.kept->part, options.attributes);
+        !s.ok())
+        return s;
+
     // The new color planes, beside the kept ones they replace.
     const std::vector<std::string>& names = frame.assignment.at(Role::color).channels;
-    const PartPixels& kept = *frame.kept;
+    const bool same_window = !options.window || *options.window == frame.kept->window;
+    const Window window = same_window ? frame.kept->window : aligned(*options.window, *frame.kept);
+    const PartPixels moved = same_window ? PartPixels() : frame.kept->placed(window, frame.outside);
+    const PartPixels& kept = same_window ? *frame.kept : moved;
+    ImageF placed_color;
+    if (window != frame.window) placed_color = placed(color, frame.window, window);
+    const ImageF& written = window == frame.window ? color : placed_color;
     PartPixels fresh;
     fresh.part = kept.part;
     fresh.window = kept.window;
@@ -194,7 +247,7 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
         plane.width = old->width;
         plane.height = old->height;
         plane.bytes = std::make_unique_for_overwrite<std::byte[]>(plane.total_bytes());
-        targets.push_back({&color, int(i), plane.channel.type, plane.bytes.get()});
+        targets.push_back({&written, int(i), plane.channel.type, plane.bytes.get(), true});
     }
     const EncodeCounts counts = encode_channels(targets);
     if (Status s = check_counts(path, counts, options.overflow); !s.ok()) return s;
@@ -207,6 +260,11 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
     headers[size_t(kept.part)] =
         color_header(headers[size_t(kept.part)], names.size() == kept.planes.size(),
                      input.facts.multi_part || input.facts.type_attribute, options, report.notes);
+    if (!same_window) {
+        headers[size_t(kept.part)].dataWindow() = box_of(window);
+        report.notes.push_back(concat("data window ", frame.kept->window.text(), " grown to ",
+                                      window.text(), ": the chain moves light out of it"));
+    }
     Imf::FrameBuffer buffer = frame_buffer_of(kept);
     const Imf::FrameBuffer fresh_buffer = frame_buffer_of(fresh);
     for (auto it = fresh_buffer.begin(); it != fresh_buffer.end(); ++it) {

@@ -15,6 +15,7 @@
 
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -30,13 +31,16 @@ inline constexpr float kMaxHalf = 65504;
 
 enum class HalfOverflow {
     refuse,  // an error that counts them
-    clamp,   // to +-65504, counted
+    clamp,   // to the largest value of the channel's type, counted
 };
 
 struct WriteOptions {
     OnExisting on_existing = OnExisting::fail;
     HalfOverflow overflow = HalfOverflow::refuse;
     int zip_level = kZipLevel;
+    // Data window of color's part, grown outwards where its subsampled channels need that. The
+    // file's own when not given.
+    std::optional<Window> window = {};
     // String attributes of color's part ("postchain" -> version and chain hash).
     std::map<std::string, std::string> attributes = {};
     // Asked when all is written and the file has not got its name yet; an error ends it.
@@ -51,17 +55,25 @@ struct WriteOptions {
 struct WriteReport {
     bool skipped = false;            // on_existing skip, and there was a file
     uint64_t overflow_pixels = 0;    // clamped
-    uint64_t nonfinite_pixels = 0;   // NaN or Inf in color, written as they are to float channels
+    uint64_t nonfinite_pixels = 0;   // NaN or Inf; in color clamped too, planes keep them
     uint64_t bytes = 0;              // of the file
     std::vector<std::string> notes;  // what was changed besides color
 };
 
-// Writes `frame` (read with Keep::all) with its color channels replaced. `color` has the size of
-// the frame and 4 channels; alpha is written where the file has it. Errors (output): the path (see
-// AtomicFile), write errors, overflow under `refuse`, NaN or Inf for a half channel under
-// `refuse` (under `clamp` NaN becomes 0); (input): damaged data in a part that is copied.
+// Writes `frame` (read with Keep::all) with its color channels replaced. `color` covers
+// `frame.window` and has 4 channels; alpha is written where the file has it. Where the data window
+// written is larger than the file's, other channels hold InputFrame::outside there. Errors
+// (output): the path (see AtomicFile), write errors, and under `refuse` values beyond a half
+// channel, NaN and Inf (under `clamp` NaN becomes 0, the others the largest value of the channel's
+// type); (input): check_rewritable(), damaged data in a part that is copied.
 Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, const ImageF& color,
                                    const WriteOptions& options);
+
+// Whether write_filtered() can write the file back, from its header alone. Errors (input): a part
+// of unknown type, which cannot be copied; an attribute of color's part that has the name of one of
+// `attributes` and is no text.
+Status check_rewritable(ExrFile& file, int color_part,
+                        const std::map<std::string, std::string>& attributes);
 
 using AttributeValue = std::variant<std::string, float, int>;
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <limits>
 
 #include "config/profile_match.h"
 
@@ -79,8 +80,28 @@ FileChannels channels_of(const ExrFile& file) {
     return channels;
 }
 
+float outside_value(Role role, const ConvertOptions& convention, PixelType type) {
+    if (role == Role::motion) return float(convention.motion.bias);
+    if (role == Role::motion_back) return float(convention.motion_back.bias);
+    if (role != Role::inverse_depth) return 0;
+    switch (convention.depth) {
+        case DepthEncoding::linear:
+        case DepthEncoding::ray_distance:
+            // As Blender has it; a half holds no such distance.
+            return type == PixelType::half ? std::numeric_limits<float>::infinity() : 1e10f;
+        case DepthEncoding::forward:
+        case DepthEncoding::forward_infinite:
+            return 1;
+        case DepthEncoding::inverse:
+        case DepthEncoding::reverse:
+        case DepthEncoding::reverse_infinite:
+            return 0;
+    }
+    return 0;
+}
+
 Result<InputFrame> read_frame(OpenFrame files, const ChannelAssignment& assignment, RoleSet wanted,
-                              Keep keep) {
+                              Keep keep, const std::optional<PlanesArea>& area) {
     wanted.add(Role::color);
     InputFrame frame;
     frame.assignment = assignment;
@@ -123,6 +144,14 @@ Result<InputFrame> read_frame(OpenFrame files, const ChannelAssignment& assignme
     const ExrPart& color_part = jobs[0].file->parts()[size_t(jobs[0].part)];
     frame.data_window = color_part.data_window;
     frame.display_window = color_part.display_window;
+    frame.window = area ? area->window : frame.data_window;
+    const ConvertOptions convention = area ? area->convention : ConvertOptions();
+    for (const auto& [role, source] : assignment) {
+        if (&files.file_of(role) != jobs[0].file || source.part != jobs[0].part) continue;
+        for (const std::string& name : source.channels)
+            if (const ExrChannel* channel = color_part.find(name); channel && role != Role::color)
+                frame.outside[name] = outside_value(role, convention, channel->type);
+    }
     for (Job& job : jobs) {
         const ExrPart& part = job.file->parts()[size_t(job.part)];
         if (!part.data_window.contains(frame.data_window)) {
@@ -133,12 +162,16 @@ Result<InputFrame> read_frame(OpenFrame files, const ChannelAssignment& assignme
         }
         const bool is_color = &job == &jobs[0];
         if (is_color && keep == Keep::all) job.channels.clear();  // all of them
-        Result<PartPixels> pixels = job.file->read_part(job.part, job.channels);
+        std::optional<Window> rows;
+        if (keep == Keep::nothing) rows = frame.window;
+        Result<PartPixels> pixels = job.file->read_part(job.part, job.channels, rows);
         if (!pixels.ok()) return pixels.status();
         for (const Role role : job.roles) {
             const std::vector<std::string>& names = assignment.at(role).channels;
+            const float outside =
+                outside_value(role, convention, pixels->find(names[0])->channel.type);
             frame.planes[role] =
-                pixels->interleaved(names, frame.data_window, channels_of(role), 1);
+                pixels->interleaved(names, frame.window, channels_of(role), 1, outside);
             if (role == Role::inverse_depth) {
                 frame.half_depth = pixels->find(names[0])->channel.type == PixelType::half;
             }
@@ -149,8 +182,8 @@ Result<InputFrame> read_frame(OpenFrame files, const ChannelAssignment& assignme
     }
 
     FrameDescription& d = frame.description;
-    d.width = frame.data_window.width();
-    d.height = frame.data_window.height();
+    d.width = frame.window.width();
+    d.height = frame.window.height();
     d.display_width = frame.display_window.width();
     d.display_height = frame.display_window.height();
     d.frame_number = files.frame_number;
@@ -185,7 +218,9 @@ std::array<double, 3> luma_weights(const std::array<float, 8>& chromaticities) {
 Camera camera_from_attributes(const ExrPart& part) {
     Camera camera;
     camera.f_stop = positive(number_in(part, "aperture"));
-    camera.focus_distance = positive(number_in(part, "focus"));
+    camera.metadata_focus_m = positive(number_in(part, "focus"));
+    if (camera.metadata_focus_m)
+        camera.focus_distance = *camera.metadata_focus_m / kDefaultMetersPerUnit;
     const std::optional<double> exposure_s = positive(number_in(part, "expTime"));
     const std::optional<double> fps = positive(number_in(part, "framesPerSecond"));
     if (exposure_s && fps) camera.shutter_frames = *exposure_s * *fps;

@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "chain/convert.h"
 #include "chain/frame.h"
 #include "chain/role.h"
 #include "chain/status.h"
@@ -45,18 +46,32 @@ Result<OpenFrame> open_frame(const std::map<Role, std::string>& files, int frame
 // comes without channels, whose names would only mislead.
 FileChannels channels_of(const ExrFile& file);
 
+// The planes' window where it is not the data window of color, and the conventions in which what no
+// file has is stored: clear, infinitely far, still.
+struct PlanesArea {
+    Window window;
+    ConvertOptions convention;
+};
+
 // A frame as read.
 struct InputFrame {
     OpenFrame files;
     ChannelAssignment assignment;
     // Sizes, display window, number, planes and luma weights are filled; camera and facts are not.
     FrameDescription description;
-    FramePlanes planes;  // of the color part's data window, in the files' convention
-    Window data_window;  // of the color part: origin of the planes' first pixel
+    FramePlanes planes;  // of `window`, in the files' convention
+    Window window;       // of the planes: color's data window where no other was asked for
+    Window data_window;  // of the color part
     Window display_window;
     bool half_depth = false;           // depth came as half (warn: relative step 2^-11)
     std::shared_ptr<PartPixels> kept;  // color's part, every channel, for the writer
+    // What its channels of depth and motion hold where there is nothing; other channels hold 0.
+    std::map<std::string, float> outside;
 };
+
+// What a channel of this role and type holds where there is nothing: 0; in depth what is farthest
+// (1e10 or, in half, Inf as a distance), in motion what stands for none.
+float outside_value(Role role, const ConvertOptions& convention, PixelType type);
 
 enum class Keep {
     all,      // every channel of color's part is read, for write_filtered()
@@ -64,19 +79,21 @@ enum class Keep {
 };
 
 // Reads the wanted roles; color is always read. A role in a part or file with another data window
-// is cropped to color's; one that does not cover it is an error. Errors (input): a wanted role
+// is cropped to color's; one that does not cover it is an error. With `area` the planes are those
+// of its window: color's data window and what is around it. Errors (input): a wanted role
 // that is not assigned, check_channels(), damaged data, 3 or 4 color channels expected, 1 of
 // depth, 2 of motion.
 Result<InputFrame> read_frame(OpenFrame files, const ChannelAssignment& assignment, RoleSet wanted,
-                              Keep keep);
+                              Keep keep, const std::optional<PlanesArea>& area = {});
 
 // Luminance weights of R, G, B for primaries and white point (xy of red, green, blue, white):
 // the Y row of the RGB-to-XYZ matrix (SMPTE RP 177). Rec. 709 when they are degenerate.
 std::array<double, 3> luma_weights(const std::array<float, 8>& chromaticities);
 
-// Camera values of the standard attributes: aperture (f-number), focus (meters, taken as scene
-// units), expTime * framesPerSecond (shutter), and focal lengths in mm where a number stands
-// under nominalFocalLength, effectiveFocalLength or pinholeFocalLength.
+// Camera values of the standard attributes: aperture (f-number), focus (meters; scene units follow
+// from the camera's meters_per_unit, Camera::metadata_focus_m), expTime * framesPerSecond
+// (shutter), and focal lengths in mm where a number stands under nominalFocalLength,
+// effectiveFocalLength or pinholeFocalLength.
 Camera camera_from_attributes(const ExrPart& part);
 
 }  // namespace postchain::io

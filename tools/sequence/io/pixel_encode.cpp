@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #if defined(__x86_64__)
 #include <cpuid.h>
@@ -104,7 +105,11 @@ EncodeCounts encode_channels(const std::vector<EncodeTarget>& targets) {
                         flags[x] |= uint8_t(finite ? 5 : 6);
                         row[x] = into_half_range(row[x]);
                     } else if (!finite) {
-                        flags[x] |= 2;
+                        flags[x] |= uint8_t(t.finite ? 6 : 2);
+                        if (t.finite)
+                            row[x] = std::isnan(row[x])
+                                         ? 0.0f
+                                         : std::copysign(std::numeric_limits<float>::max(), row[x]);
                     }
                 }
             }

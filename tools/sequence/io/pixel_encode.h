@@ -15,17 +15,19 @@ struct EncodeTarget {
     int index = 0;  // channel of the image
     PixelType type = PixelType::half;
     std::byte* bytes = nullptr;  // width * height values, row 0 first
+    bool finite = false;         // a float channel gets no Inf and no NaN either
 };
 
 struct EncodeCounts {
     uint64_t overflow_pixels = 0;   // finite, beyond the half range, in a half channel
     uint64_t nonfinite_pixels = 0;  // NaN or Inf, in any channel
-    uint64_t refused_pixels = 0;    // either of them in a half channel
+    uint64_t refused_pixels = 0;    // either of them in a half channel, or one that is `finite`
 };
 
 // Half and float channels of images of one size. Half: rounded to nearest even; beyond the range
 // +-kMaxHalf (Inf too), NaN 0; whether that is acceptable is for the caller to say from the
-// counts. Float: as it is. Uint: rounded and limited to 0..2^32-1, NaN 0.
+// counts. Float: as it is, or with `finite` the largest float for Inf and 0 for NaN. Uint: rounded
+// and limited to 0..2^32-1, NaN 0.
 EncodeCounts encode_channels(const std::vector<EncodeTarget>& targets);
 
 // 16-bit patterns of `count` floats that lie within +-kMaxHalf. Source: IEEE 754 binary16.

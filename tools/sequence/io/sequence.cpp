@@ -1,8 +1,13 @@
 #include "tools/sequence/io/sequence.h"
 
+#include <dirent.h>
+#include <sys/stat.h>
+
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <unordered_set>
 
@@ -275,21 +280,53 @@ Result<InputSpec> InputSpec::parse(std::string_view text) {
     return spec;
 }
 
+namespace {
+
+// Why a pattern has no file, and whether it was possible to look at all.
+struct Absence {
+    std::string why;
+    bool looked = true;
+};
+
+Absence absence_of(const PathPattern& pattern) {
+    struct stat info;
+    if (!pattern.has_token()) {
+        if (::stat(pattern.text().c_str(), &info) == 0 || errno == ENOENT) {
+            const bool link = ::lstat(pattern.text().c_str(), &info) == 0;
+            return {link ? "is a link to a file that is not there" : "no such file"};
+        }
+        return {concat("cannot be opened: ", std::strerror(errno)), false};
+    }
+    const std::string folder = pattern.folder();
+    if (DIR* opened = ::opendir(folder.c_str())) {
+        ::closedir(opened);
+        return {"no file matches this pattern"};
+    }
+    if (errno == ENOENT) return {concat("the folder ", folder, " does not exist")};
+    return {concat("the folder ", folder, " cannot be read: ", std::strerror(errno)), false};
+}
+
+}  // namespace
+
+std::string why_none(const PathPattern& pattern) {
+    return absence_of(pattern).why;
+}
+
 Result<FrameList> find_frames(const InputSpec& input, const std::optional<FrameRange>& range) {
     std::map<Role, std::map<int, std::string>> on_disk;
     for (const auto& [role, pattern] : input.patterns) on_disk[role] = pattern.discover();
     const std::map<int, std::string>& color = on_disk.at(Role::color);
 
     FrameList list;
+    for (const auto& [role, pattern] : input.patterns) {
+        if (!on_disk.at(role).empty()) continue;
+        const Absence absence = absence_of(pattern);
+        if (!absence.looked || (role == Role::color && !range))
+            return Status(StatusCode::input, concat(pattern.text(), ": ", absence.why));
+    }
     if (range) {
         list.frames = range->frames;
     } else {
-        if (color.empty()) {
-            return Status(StatusCode::input,
-                          concat(input.color().text(), input.color().has_token()
-                                                           ? ": no file matches this pattern"
-                                                           : ": no such file"));
-        }
         for (const auto& [frame, path] : color) {
             if (!list.frames.empty()) {
                 // Listed up to the cap only: two files may lie a billion frames apart.

@@ -85,6 +85,9 @@ struct FrameList {
     bool is_missing(int frame) const { return !files.contains(frame); }
 };
 
+// Why a pattern has no file on disk: "no such file", "the folder x cannot be read: ...".
+std::string why_none(const PathPattern& pattern);
+
 // The frames asked for, or without a range every frame of color on disk. A plane whose pattern
 // has no token serves every frame. Errors (input): nothing found and nothing asked for.
 Result<FrameList> find_frames(const InputSpec& input, const std::optional<FrameRange>& range);

@@ -8,7 +8,7 @@
 namespace postchain::sequence {
 namespace {
 
-constexpr int kReachPx = 3;  // a thin wire is hit by few of its pixels' samples
+constexpr int kReachPx = kClearEdgeRows;  // a thin wire is hit by few of its pixels' samples
 
 struct Change {
     int x, y, from_x, from_y;
@@ -34,6 +34,11 @@ bool find_surface(const ImageF& color, const ImageF& depth, int distance, Change
 }  // namespace
 
 uint64_t fill_clear_edges(FramePlanes& planes) {
+    return fill_clear_edges(planes,
+                            Strip::whole(planes.empty() ? 0 : planes.begin()->second.height));
+}
+
+uint64_t fill_clear_edges(FramePlanes& planes, const Strip& strip) {
     const auto color = planes.find(Role::color), depth = planes.find(Role::inverse_depth);
     if (color == planes.end() || depth == planes.end()) return 0;
     std::vector<Change> changes;
@@ -56,7 +61,9 @@ uint64_t fill_clear_edges(FramePlanes& planes) {
             std::copy_n(plane->second.pixel(change.from_x, change.from_y), plane->second.channels,
                         plane->second.pixel(change.x, change.y));
     }
-    return changes.size();
+    return uint64_t(std::count_if(changes.begin(), changes.end(), [&](const Change& change) {
+        return change.y + strip.top >= strip.first && change.y + strip.top < strip.end;
+    }));
 }
 
 }  // namespace postchain::sequence

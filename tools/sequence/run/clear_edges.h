@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "chain/frame.h"
+#include "tools/sequence/run/strip.h"
 
 namespace postchain::sequence {
 
@@ -15,5 +16,8 @@ namespace postchain::sequence {
 // pixel, at most 3 pixels away, that holds one; in it of the pixel with the largest alpha. Bounds
 // stay true. Returns how many pixels it changed.
 uint64_t fill_clear_edges(FramePlanes& planes);
+// Returns how many of the strip's rows; up to kClearEdgeRows above and below those count.
+inline constexpr int kClearEdgeRows = 3;
+uint64_t fill_clear_edges(FramePlanes& planes, const Strip& strip);
 
 }  // namespace postchain::sequence

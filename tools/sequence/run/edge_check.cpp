@@ -13,11 +13,6 @@ constexpr double kMotionJumpPx = 1;
 constexpr double kShare = 0.25;  // of the way between the two sides
 constexpr double kFlat = 0.1;    // of the same: slope of a side
 
-struct Count {
-    uint64_t edges = 0, mixed = 0;
-    double part() const { return edges > 0 ? double(mixed) / double(edges) : 0; }
-};
-
 // Values of a pixel and of the two on either side of it. How far along the way from a to b it is,
 // and how far aside, as parts of that way.
 template <size_t N>
@@ -53,14 +48,15 @@ double squared(const std::array<double, N>& a, const std::array<double, N>& b) {
 }
 
 template <size_t N>
-double mixed_part(const ImageF& plane) {
+MixedEdgeCounts::Count count_mixed(const ImageF& plane, const Strip& strip) {
     const auto at = [&](int x, int y) {
         std::array<double, N> value;
-        for (size_t i = 0; i < N; ++i) value[i] = double(plane.at(x, y, int(i)));
+        for (size_t i = 0; i < N; ++i) value[i] = double(plane.at(x, y - strip.top, int(i)));
         return value;
     };
-    Count count;
-    for (int y = 2; y + 2 < plane.height; y += kEveryRow) {
+    MixedEdgeCounts::Count count;
+    for (int y = std::max(strip.first, 2); y < std::min(strip.end, strip.height - 2); ++y) {
+        if ((y - 2) % kEveryRow != 0) continue;
         for (int x = 2; x + 2 < plane.width; ++x) {
             bool edge = false, mixed = false;
             for (const auto& [i, j] : {std::pair{1, 0}, std::pair{0, 1}}) {
@@ -76,18 +72,23 @@ double mixed_part(const ImageF& plane) {
             count.mixed += mixed;
         }
     }
-    return count.part();
+    return count;
 }
 
 }  // namespace
 
-MixedEdges find_mixed_edges(const FramePlanes& planes) {
-    MixedEdges found;
+MixedEdgeCounts count_mixed_edges(const FramePlanes& planes, const Strip& strip) {
+    MixedEdgeCounts found;
     if (const auto depth = planes.find(Role::inverse_depth); depth != planes.end())
-        found.depth = mixed_part<1>(depth->second);
+        found.depth = count_mixed<1>(depth->second, strip);
     if (const auto motion = planes.find(Role::motion); motion != planes.end())
-        found.motion = mixed_part<2>(motion->second);
+        found.motion = count_mixed<2>(motion->second, strip);
     return found;
+}
+
+MixedEdges find_mixed_edges(const FramePlanes& planes) {
+    const int height = planes.empty() ? 0 : planes.begin()->second.height;
+    return count_mixed_edges(planes, Strip::whole(height)).parts();
 }
 
 }  // namespace postchain::sequence

@@ -7,7 +7,10 @@
 // antialiased pixels are mixed in about half of them, values of one sample in next to none.
 #pragma once
 
+#include <cstdint>
+
 #include "chain/frame.h"
+#include "tools/sequence/run/strip.h"
 
 namespace postchain::sequence {
 
@@ -17,7 +20,22 @@ struct MixedEdges {
     double motion = 0;
 };
 
-// Of the canonical planes; looks at every fourth row.
-MixedEdges find_mixed_edges(const FramePlanes& planes);
+// Pixels between two surfaces, and those of them that are mixed.
+struct MixedEdgeCounts {
+    struct Count {
+        uint64_t edges = 0, mixed = 0;
+        void add(const Count& more) {
+            edges += more.edges;
+            mixed += more.mixed;
+        }
+        double part() const { return edges > 0 ? double(mixed) / double(edges) : 0; }
+    };
+    Count depth, motion;
+    MixedEdges parts() const { return {depth.part(), motion.part()}; }
+};
+
+// Of the canonical planes; looks at every fourth row, and at two rows on either side of it.
+MixedEdgeCounts count_mixed_edges(const FramePlanes& planes, const Strip& strip);
+MixedEdges find_mixed_edges(const FramePlanes& planes);  // of all rows
 
 }  // namespace postchain::sequence

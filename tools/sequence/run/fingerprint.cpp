@@ -30,6 +30,8 @@ std::string text_of(const OpenedFrame& frame) {
         text += concat(int(motion->unit), " ", motion->scale_x, " ", motion->scale_y, " ",
                        motion->bias, " ", motion->sentinel, "\n");
     text += concat(int(options.depth), " ", options.unpremultiplied, "\n");
+    if (const io::Window& own = color_part(header).data_window; header.window != own)
+        text += "window " + header.window.text() + "\n";
     for (const auto& [role, where] : header.assignment) {
         text += concat(postchain::name_of(role), " ", where.part);
         for (const auto& channel : where.channels) text += " " + channel;

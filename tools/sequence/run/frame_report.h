@@ -35,6 +35,7 @@ struct FrameReport {
     FrameBounds bounds;
     InputHealth health;  // its first_nonfinite as in the file
     SurfaceHealth surface_health;
+    io::Window window;  // of the output's data
     uint64_t output_nonfinite = 0;
     io::WriteReport write;
     double read_ms = 0, convert_ms = 0, filter_ms = 0, write_ms = 0;

@@ -1,22 +1,16 @@
 #include "tools/sequence/run/frame_source.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <set>
 
 #include "chain/depth_at.h"
 #include "config/profile_match.h"
-#include "tools/sequence/run/clear_edges.h"
+#include "tools/sequence/run/memory.h"
+#include "tools/sequence/run/source_strip.h"
 
 namespace postchain::sequence {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double milliseconds_since(Clock::time_point start) {
-    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 // Who wrote the planes: the profile that was named, else that which the channels of all files
 // together show.
@@ -125,7 +119,16 @@ Status add_own_file(const SourceSettings& settings, const Writer& writer, const 
     return Status();
 }
 
+// Computed wide: a header may state any window.
+bool fits(const io::Window& w) {
+    return int64_t(w.max_x) - w.min_x < io::kMaxSide && int64_t(w.max_y) - w.min_y < io::kMaxSide;
+}
+
 }  // namespace
+
+const io::ExrPart& color_part(const FrameHeader& header) {
+    return header.files.color_file().parts()[size_t(header.assignment.at(Role::color).part)];
+}
 
 Result<FrameHeader> open_source_frame(const SourceSettings& settings,
                                       const std::map<Role, std::string>& files, int frame) {
@@ -156,7 +159,19 @@ Result<FrameHeader> open_source_frame(const SourceSettings& settings,
     for (const auto& [role, where] : header.match.roles)
         header.assignment[role] = {where.part, where.channels};
 
-    const auto& part = color_file.parts()[size_t(header.assignment.at(Role::color).part)];
+    const auto& part = color_part(header);
+    header.window = part.data_window;
+    if (settings.data_window == DataWindow::grow) {
+        const io::Window whole = part.data_window.united(part.display_window);
+        if (fits(whole))
+            header.window = whole;
+        else
+            header.warnings.push_back(
+                concat(color_file.path(), ": the display window ", part.display_window.text(),
+                       " is too large to be filtered whole (", io::kMaxSide,
+                       " pixels a side at most): light that leaves the data window ",
+                       part.data_window.text(), " is lost"));
+    }
     const Display display{part.display_window.width(), part.display_window.height(),
                           double(part.pixel_aspect)};
     const CameraFile* camera = settings.camera ? &*settings.camera : nullptr;
@@ -172,15 +187,14 @@ Result<FrameHeader> open_source_frame(const SourceSettings& settings,
 
 RoleSet planes_needed(const Chain& chain, const SourceSettings& settings, const FrameHeader& header,
                       const PlanOptions& options) {
-    const io::ExrFile& file = header.files.color_file();
-    const auto& part = file.parts()[size_t(header.assignment.at(Role::color).part)];
+    const auto& part = color_part(header);
     FrameDescription frame;
-    frame.width = part.data_window.width();
-    frame.height = part.data_window.height();
+    frame.width = header.window.width();
+    frame.height = header.window.height();
     frame.display_width = part.display_window.width();
     frame.display_height = part.display_window.height();
-    frame.origin_x = part.data_window.min_x - part.display_window.min_x;
-    frame.origin_y = part.data_window.min_y - part.display_window.min_y;
+    frame.origin_x = header.window.min_x - part.display_window.min_x;
+    frame.origin_y = header.window.min_y - part.display_window.min_y;
     frame.frame_number = header.files.frame_number;
     frame.camera = header.camera;
     // Which planes are read is the same for any depth.
@@ -226,74 +240,19 @@ SharedPlanes shared(FramePlanes planes) {
 
 Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeader header,
                                       RoleSet wanted, io::Keep keep) {
+    const RoleSet present = planes_of(header, wanted);
+    if (Status status = check_memory(header.files.color_file().path(),
+                                     frame_bytes(header, present, keep, header.window.height()),
+                                     settings.max_memory);
+        !status.ok())
+        return status;
+    auto strip = read_source_strip(settings, header, present, keep, 0, header.window.height());
+    if (!strip.ok()) return strip.status();
     SourceFrame frame;
-    const std::string path = header.files.color_file().path();
-    RoleSet present = {Role::color}, not_converted;
-    for (const auto& [role, where] : header.assignment)
-        (wanted.has(role) || role == Role::color ? present : not_converted).add(role);
-    auto start = Clock::now();
-    auto read = io::read_frame(header.files, header.assignment, present, keep);
-    if (!read.ok()) return read.status();
-    frame.read_ms = milliseconds_since(start);
-
-    start = Clock::now();
-    frame.input = std::move(*read);
-    frame.match = std::move(header.match);
-    frame.warnings = std::move(header.warnings);
-    frame.description = frame.input.description;
-    frame.description.camera = header.camera;
-    frame.description.not_converted = not_converted;
-    frame.description.bounds.camera_cut = settings.cuts.count(frame.input.files.frame_number) > 0;
-    FramePlanes planes = std::move(frame.input.planes);
-    frame.conversion = frame.match.options;
-    frame.conversion.nonfinite_color = settings.nonfinite_color;
-    frame.description.origin_x = frame.input.data_window.min_x - frame.input.display_window.min_x;
-    frame.description.origin_y = frame.input.data_window.min_y - frame.input.display_window.min_y;
-    auto health = convert_frame(planes, frame.description, frame.conversion);
-    if (!health.ok()) return health.status().at(path);
-    frame.health = *health;
-    SurfaceHealth& surfaces = frame.surface_health;
-    surfaces.mixed_edges = find_mixed_edges(planes);
-    surfaces.clear_edges = fill_clear_edges(planes);
-    if (header.sky)
-        surfaces.sky_motion_from_camera = fill_sky_motion(*header.sky, planes, frame.description);
-    else
-        surfaces.sky_without_motion = sky_without_motion(planes);
-    frame.planes = shared(std::move(planes));
-    frame.convert_ms = milliseconds_since(start);
-
-    const auto warn = [&](const std::string& text) {
-        frame.warnings.push_back(path + ": " + text);
-    };
-    const auto count = [&](uint64_t pixels, const char* what) {
-        if (pixels) warn(concat(pixels, " pixels ", what));
-    };
-    count(health->nonfinite_color, "with non-finite color, replaced");
-    count(health->nonfinite_depth, "with non-finite depth, taken as infinitely far");
-    count(health->nonfinite_motion, "with non-finite motion, taken as still");
-    if (auto& first = frame.health.first_nonfinite) {
-        (*first)[0] += frame.input.data_window.min_x;
-        (*first)[1] += frame.input.data_window.min_y;
-        warn("the first non-finite pixel is " + frame.first_nonfinite_text());
-        frame.strict_fault =
-            Status(StatusCode::health, concat(path, ": ", health->nonfinite(),
-                                              " non-finite pixels under --strict, the first at ",
-                                              frame.first_nonfinite_text(), "; nothing written"));
-    }
-    count(health->negative_depth, "with depth <= 0, taken as infinitely far");
-    count(health->sentinel_motion, "with the sentinel of 'no vector', taken as still");
-    count(surfaces.sky_without_motion,
-          "of sky without motion, though all else moves: it will stand still (a camera file with "
-          "camera_matrix_world gives it the motion of the camera)");
-    if (present.has(Role::motion) && health->motion_all_zero)
-        warn(health->sentinel_motion > 0
-                 ? "every vector is zero or the sentinel: nothing will be blurred by motion"
-                 : "every vector is zero: nothing will be blurred by motion (Cycles writes zero "
-                   "vectors when its own motion blur is on; switch it off)");
-    if (frame.input.half_depth)
-        warn(
-            "depth is half float: its steps of 2^-11 show in the circle of confusion; write "
-            "depth as float");
+    frame.read_ms = strip->read_ms;
+    frame.convert_ms = strip->convert_ms;
+    frame.planes = shared(std::move(strip->planes));
+    conclude(frame, settings, std::move(header), std::move(*strip));
     return frame;
 }
 
@@ -322,8 +281,7 @@ Result<Plan> plan_source_frame(const Chain& chain, const SourceFrame& frame,
 }
 
 ImageF stored_color(const io::InputFrame& input) {
-    return input.kept->interleaved(input.assignment.at(Role::color).channels, input.data_window, 4,
-                                   1);
+    return input.kept->interleaved(input.assignment.at(Role::color).channels, input.window, 4, 1);
 }
 
 void to_file_convention(ImageF& color, const ConvertOptions& conversion, const ImageF& stored) {

@@ -25,6 +25,13 @@
 
 namespace postchain::sequence {
 
+// What is filtered of a frame whose data window leaves out a part of the display window (it was
+// cropped to what is not clear).
+enum class DataWindow {
+    grow,  // data and display window: light leaves the data window, which is written larger
+    keep,  // the data window alone: light that leaves it is lost
+};
+
 struct SourceSettings {
     std::optional<Profile> profile;  // none: detected from channel names
     std::string layer;               // empty: the only one
@@ -32,6 +39,8 @@ struct SourceSettings {
     std::optional<CameraFile> camera;
     NonfiniteColor nonfinite_color = NonfiniteColor::zero;
     std::set<int> cuts;  // frames whose motion leads across a camera cut
+    DataWindow data_window = DataWindow::grow;
+    uint64_t max_memory = 0;  // bytes for frames; 0: no limit
 };
 
 // Headers, roles and camera of one frame.
@@ -39,6 +48,7 @@ struct FrameHeader {
     io::OpenFrame files;
     ProfileMatch match;
     io::ChannelAssignment assignment;
+    io::Window window;                  // that is filtered
     Camera camera;                      // metadata overlaid by the camera file
     std::optional<SkyViews> sky;        // where the camera file has matrices
     std::vector<std::string> warnings;  // one line each
@@ -57,7 +67,7 @@ struct SurfaceHealth {
 };
 
 struct SourceFrame {
-    io::InputFrame input;          // its planes have moved into `planes`
+    io::InputFrame input;          // its planes have moved into `planes`, of input.window
     FrameDescription description;  // bounds and camera included
     SharedPlanes planes;           // canonical; those of neighbors: run/sequence_reader.h
     InputHealth health;            // its first_nonfinite as in the file
@@ -71,6 +81,8 @@ struct SourceFrame {
 
     std::string first_nonfinite_text() const;  // "(12, -3)"
 };
+
+const io::ExrPart& color_part(const FrameHeader& header);
 
 // The planes to read for this chain: those that a plan reads of which no fact is known yet, of
 // its neighbors too, as if they were there; and those that its neighbors would read of it. All that

@@ -5,6 +5,7 @@
 
 #include "config/profile.h"
 #include "tools/sequence/io/aperture_file.h"
+#include "tools/sequence/run/memory.h"
 
 namespace postchain::sequence {
 namespace {
@@ -65,6 +66,10 @@ Result<SourceSettings> source_settings_of(const JobSettings& job, Diagnostics& n
     source.layer = job.layer;
     source.view = job.view;
     source.nonfinite_color = job.nonfinite;
+    source.data_window = job.data_window;
+    auto memory = memory_limit_of(job.max_memory);
+    if (!memory.ok()) return memory.status();
+    source.max_memory = *memory;
     if (!job.cuts.empty()) {
         auto cuts = io::FrameRange::parse(job.cuts);
         if (!cuts.ok()) return cuts.status().at(option_name("cuts"));
@@ -87,6 +92,13 @@ Result<SourceSettings> source_settings_of(const JobSettings& job, Diagnostics& n
 }
 
 }  // namespace
+
+Result<uint64_t> memory_limit_of(const std::string& text) {
+    if (text.empty()) return default_memory_limit();
+    auto bytes = parse_bytes(text);
+    if (!bytes.ok()) return bytes.status().at(option_name("max_memory"));
+    return bytes;
+}
 
 ParameterTable job_parameters(const PassRegistry& registry) {
     return ParameterTableBuilder<JobSettings>()
@@ -129,6 +141,15 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                .group = kInputGroup})
         .choice("nonfinite", &JobSettings::nonfinite, {"zero", "clamp"},
                 {.help = "what Inf in color becomes: 0 or the largest half", .group = kInputGroup})
+        .choice("data_window", &JobSettings::data_window, {"grow", "keep"},
+                {.help = "of frames cropped to less than the display window: grow it by what the "
+                         "chain reaches, or keep it and lose the light that leaves it",
+                 .group = kInputGroup})
+        .text("max_memory", &JobSettings::max_memory,
+              {.unit = "SIZE",
+               .help = "memory that frames may take, as 8G or 500M",
+               .unset_means = "three quarters of the machine's",
+               .group = kInputGroup})
         .choice("precision", &JobSettings::precision, {"fp16", "fp32"},
                 {.help = "storage of intermediate planes", .group = kPlanGroup})
         .text("no_elide", &JobSettings::no_elide,
@@ -159,7 +180,9 @@ ParameterTable job_parameters(const PassRegistry& registry) {
         .choice("on_error", &JobSettings::on_error, {"stop", "continue"},
                 {.help = "when a frame fails", .group = kOutputGroup})
         .choice("overflow", &JobSettings::overflow, {"refuse", "clamp"},
-                {.help = "when color exceeds a half channel", .group = kOutputGroup})
+                {.help = "when a result is too large for its channel: an error, or the largest "
+                         "value there is",
+                 .group = kOutputGroup})
         .boolean(
             "strict", &JobSettings::strict,
             {.help = "non-finite values in input or output are an error", .group = kOutputGroup})
@@ -198,7 +221,7 @@ Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& 
     settings.source = std::move(*source);
     if (!job.camera.empty()) settings.other_inputs.push_back({job.camera, "the camera file"});
     if (!job.profile.empty()) settings.other_inputs.push_back({job.profile, "the profile"});
-    if (const auto& file = settings.source.camera_file) {
+    if (const auto& file = settings.source.camera) {
         std::vector<Camera> cameras = {file->camera};
         for (const auto& [number, frame] : file->frames) cameras.push_back(frame.camera);
         for (const Camera& camera : cameras)

@@ -23,6 +23,8 @@ struct JobSettings {
     std::string layer;
     std::string view;
     NonfiniteColor nonfinite = NonfiniteColor::zero;
+    DataWindow data_window = DataWindow::grow;
+    std::string max_memory;
 
     Precision precision = Precision::fp32;
     std::string no_elide;  // "all", or names of rules with commas
@@ -48,6 +50,9 @@ ParameterTable job_parameters(const PassRegistry& registry);
 
 // How messages name a setting, and the command its option: "on_existing" -> "--on-existing".
 std::string option_name(const std::string& key);
+
+// JobSettings::max_memory in bytes. Errors (usage) with the setting's name.
+Result<uint64_t> memory_limit_of(const std::string& text);
 
 // Everything but the version. `notes` gets what the camera file's reader has to say, its errors
 // too. Errors: (usage) with the setting's name; those of find_profile() and load_camera().

@@ -6,15 +6,19 @@
 
 #include "tools/sequence/io/preview.h"
 #include "tools/sequence/run/fingerprint.h"
+#include "tools/sequence/run/plan_warnings.h"
 #include "tools/sequence/run/run_files.h"
 #include "tools/sequence/run/runner.h"
 #include "tools/sequence/run/sidecar.h"
+#include "tools/sequence/run/written_window.h"
 
 namespace postchain::sequence {
 namespace {
 
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
+
+constexpr const char* kFingerprintAttribute = "postchain";
 
 uint64_t count_nonfinite(const ImageF& image) {
     uint64_t count = 0;
@@ -53,6 +57,12 @@ class FilterJob final : public FrameJob {
         report.stamps = inputs.frame->stamps;
         for (const auto& [neighbor, other] : inputs.neighbors)
             report.stamps.insert(report.stamps.end(), other->stamps.begin(), other->stamps.end());
+        const FrameHeader& header = inputs.frame->header;
+        if (Status status = io::check_rewritable(header.files.color_file(),
+                                                 header.assignment.at(Role::color).part,
+                                                 {{kFingerprintAttribute, report.fingerprint}});
+            !status.ok())
+            return status;
         std::error_code error;
         return settings_.on_existing != io::OnExisting::skip || !fs::exists(task.output, error) ||
                !is_done(task.output, fingerprint, settings_);
@@ -62,6 +72,9 @@ class FilterJob final : public FrameJob {
         auto plan = plan_source_frame(chain_, source, settings_.plan);
         if (!plan.ok()) return plan.status();
         report.plan = std::move(*plan);
+        report.window = written_window(chain_, *report.plan, source);
+        for (auto& warning : plan_warnings(chain_, *report.plan, source))
+            report.warnings.push_back(std::move(warning));
         return Status();
     }
 
@@ -101,11 +114,19 @@ class FilterJob final : public FrameJob {
         options.on_existing = *permit;
         options.before_commit = [&] { return check_unchanged(report); };
         options.overflow = settings_.overflow;
-        options.attributes["postchain"] = report.fingerprint;
+        options.window = report.window;
+        options.attributes[kFingerprintAttribute] = report.fingerprint;
         auto written =
             io::write_filtered(report.output, frame.source->input, frame.result, options);
         if (!written.ok()) return written.status();
         report.write = std::move(*written);
+        if (const uint64_t half = report.write.overflow_pixels)
+            report.warnings.push_back(
+                concat(report.output, ": ", half, " pixels clamped to the largest half, 65504"));
+        if (const uint64_t bad = report.write.nonfinite_pixels)
+            report.warnings.push_back(concat(report.output, ": ", bad,
+                                             " pixels of the result are not finite: Inf clamped to "
+                                             "the largest value of its channel, NaN to 0"));
         report.write_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
         if (settings_.preview)
             if (Status status = write_preview(report.output, frame.result); !status.ok())

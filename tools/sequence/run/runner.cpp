@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "tools/sequence/run/channel.h"
+#include "tools/sequence/run/memory.h"
 
 namespace postchain::sequence {
 namespace {
@@ -36,6 +37,7 @@ Status guarded(const std::string& place, const Stage& stage) {
 struct Numbered {
     size_t index = 0;
     FrameInFlight frame;
+    uint64_t bytes = 0;  // of the gate
 };
 
 class Walk {
@@ -49,7 +51,8 @@ class Walk {
           tasks_(std::move(tasks)),
           reader_(
               settings.source, settings.input,
-              [&job](const FrameHeader& header) { return job.planes(header); }, written_back()) {}
+              [&job](const FrameHeader& header) { return job.planes(header); }, written_back()),
+          gate_(settings.source.max_memory) {}
 
     Result<RunSummary> walk() {
         start_ = Clock::now();
@@ -111,13 +114,14 @@ class Walk {
             next.frame.report.frame = task.frame;
             next.frame.report.output = task.output;
             next.frame.report.inputs = task.files;
-            finish_stage(next, [&] { return read(task, next.frame); });
+            finish_stage(next, [&] { return read(task, next); });
             if (!to_process_.push(std::move(next))) break;
         }
         to_process_.close();
     }
 
-    Status read(const FrameTask& task, FrameInFlight& frame) {
+    Status read(const FrameTask& task, Numbered& next) {
+        FrameInFlight& frame = next.frame;
         FrameReport& report = frame.report;
         if (task.files.empty()) {
             report.outcome = Outcome::missing;
@@ -134,6 +138,13 @@ class Walk {
             report.outcome = Outcome::skipped;
             return Status();
         }
+        const uint64_t bytes = bytes_of(*inputs);
+        if (Status status =
+                check_memory(task.files.at(Role::color), bytes, settings_.source.max_memory);
+            !status.ok())
+            return status;
+        gate_.enter(bytes);
+        next.bytes = bytes;
         auto source = reader_.read(*inputs);
         if (!source.ok()) return source.status();
         for (const auto& [neighbor, other] : inputs->neighbors)
@@ -153,6 +164,15 @@ class Walk {
         report.held_from = task.source;
         frame.source = std::move(*source);
         return Status();
+    }
+
+    // Of the frame on its way, and of the neighbors that are kept for it.
+    uint64_t bytes_of(const FrameInputs& inputs) const {
+        const OpenedFrame& frame = *inputs.frame;
+        const int rows = frame.header.window.height();
+        const uint64_t planes = frame_bytes(frame.header, frame.planes, io::Keep::nothing, rows);
+        return frame_bytes(frame.header, frame.planes, job_.keep(), rows) +
+               planes * inputs.neighbors.size();
     }
 
     // ------------------------------------------------------------------- caller's thread
@@ -175,7 +195,9 @@ class Walk {
                 report.outcome = Outcome::failed;
             }
             FrameReport finished = std::move(report);
+            const uint64_t bytes = next->bytes;
             next.reset();
+            gate_.leave(bytes);
             --in_flight_;
             free_places_.release();
             finished_.push(std::move(finished));
@@ -187,7 +209,9 @@ class Walk {
     template <class Stage>
     void finish_stage(Numbered& at, const Stage& stage) {
         FrameReport& report = at.frame.report;
-        const Status status = guarded(report.output, stage);
+        const auto color = report.inputs.find(Role::color);
+        const Status status =
+            guarded(color == report.inputs.end() ? report.output : color->second, stage);
         if (status.ok()) return;
         report.outcome = Outcome::failed;
         report.status = status;
@@ -244,6 +268,7 @@ class Walk {
     const std::atomic<bool>* stop_;
     const std::vector<FrameTask> tasks_;
     SequenceReader reader_;  // of the reader thread
+    MemoryGate gate_;
 
     Channel<Numbered> to_process_{1};
     Channel<Numbered> to_write_{1};

@@ -6,16 +6,6 @@
 namespace postchain::sequence {
 namespace {
 
-const io::ExrPart& color_part(const OpenedFrame& frame) {
-    const auto part = size_t(frame.header.assignment.at(Role::color).part);
-    return frame.header.files.color_file().parts()[part];
-}
-
-std::string windows_text(const io::ExrPart& part) {
-    return concat("data window ", part.data_window.text(), ", display window ",
-                  part.display_window.text());
-}
-
 std::string first_line(const std::string& text) {
     return text.substr(0, text.find('\n'));
 }
@@ -93,11 +83,12 @@ void SequenceReader::find_neighbor(Neighbor neighbor, FrameInputs& inputs) {
             concat("filtered without the frame ", name_of(neighbor), ": ", why));
         return;
     }
-    const io::ExrPart &own = color_part(frame), &its = color_part(**other);
+    const io::Window &own = color_part(frame.header).display_window,
+                     &its = color_part((*other)->header).display_window;
     const RoleSet lacking = frame.planes.of(neighbor) - (*other)->planes;
-    if (own.data_window != its.data_window || own.display_window != its.display_window)
+    if (own != its)
         why =
-            concat("frame ", number, " has ", windows_text(its), ", this one ", windows_text(own));
+            concat("frame ", number, " has display window ", its.text(), ", this one ", own.text());
     else if (!lacking.empty())
         why = concat("frame ", number, " brings no ", lacking.text());
     if (!why.empty()) return;
@@ -158,9 +149,13 @@ Result<SourceFrame> SequenceReader::read(const FrameInputs& inputs) {
                 concat("filtered without the frame ", name_of(neighbor), ": ", why));
             continue;
         }
+        const io::Window &here = entry.header.window, &there = other.header.window;
         for (Role role : kFileRoles) {
             if (!entry.planes.of(neighbor).has(role)) continue;
-            frame.planes[role_of(neighbor, role)] = other.pixels.at(role);
+            const auto& plane = other.pixels.at(role);
+            frame.planes[role_of(neighbor, role)] =
+                here == there ? plane
+                              : std::make_shared<const ImageF>(io::placed(*plane, there, here));
             frame.description.planes.add(role_of(neighbor, role));
         }
         if (frame.strict_fault.ok()) frame.strict_fault = other.strict_fault;

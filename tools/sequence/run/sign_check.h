@@ -2,10 +2,12 @@
 // of the two vector planes, and compares with frame n + 1. Described in docs/command.md.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "chain/frame.h"
+#include "tools/sequence/run/strip.h"
 
 namespace postchain::sequence {
 
@@ -36,6 +38,7 @@ struct SignCheck {
     std::vector<SignCandidate> candidates;  // best first; eight, or four without motion_back
     size_t pixels = 0;                      // that move by at least a pixel and stay in the image
     double still_error = 0;                 // of no warp at all, over the same pixels
+    std::string why_not;                    // there are no candidates; else empty
 
     // A candidate counts when at least one moving pixel in fifty tells it apart.
     bool told_apart(const SignCandidate& candidate) const {
@@ -45,8 +48,26 @@ struct SignCheck {
     SignVerdict verdict() const;
 };
 
+// The check of a picture, strip by strip: every pixel is compared with the rows of the next frame
+// that its vector reaches.
+class SignChecker {
+  public:
+    SignChecker();
+    ~SignChecker();
+    // Rows of a strip's planes (color, motion, motion_back if there is one) that count, and rows of
+    // the next frame's color from the picture's row `next_top` on. Vectors that lead out of those
+    // are left out.
+    void add(const PlaneView& planes, const Strip& strip, const ImageF& next, int next_top);
+    SignCheck result() const;
+
+  private:
+    struct Sums;
+    std::unique_ptr<Sums> sums_;
+};
+
 // `planes` canonical (color, motion, motion_back if there is one), `next` the color of the next
-// frame, of the same size. Empty candidates when nothing moves or sizes differ.
+// frame at the same place (io::placed()). No candidates where nothing moves by a pixel, all that
+// moves leaves the picture, or sizes differ.
 SignCheck check_signs(PlaneView planes, const ImageF& next);
 
 }  // namespace postchain::sequence

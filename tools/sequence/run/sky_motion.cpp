@@ -149,20 +149,30 @@ uint64_t fill_sky_motion(const SkyViews& views, FramePlanes& planes, FrameDescri
     return replaced;
 }
 
-uint64_t sky_without_motion(const FramePlanes& planes) {
-    if (!has_planes(planes)) return 0;
+void SkyCounts::add(const SkyCounts& more) {
+    sky += more.sky;
+    surfaces += more.surfaces;
+    moving += more.moving;
+}
+
+uint64_t SkyCounts::without_motion() const {
+    return surfaces > 0 && double(moving) >= kNearlyAll * double(surfaces) ? sky : 0;
+}
+
+SkyCounts count_sky(const FramePlanes& planes) {
+    SkyCounts count;
+    if (!has_planes(planes)) return count;
     const ImageF& motion = planes.at(Role::motion);
-    uint64_t sky = 0, surfaces = 0, moving = 0;
     for (size_t pixel = 0; pixel < motion.pixels(); ++pixel) {
         const float* v = motion.data.data() + 2 * pixel;
         if (!is_infinitely_far(planes.at(Role::inverse_depth).data[pixel])) {
-            ++surfaces;
-            moving += v[0] * v[0] + v[1] * v[1] > kMovesPx * kMovesPx;
+            ++count.surfaces;
+            count.moving += v[0] * v[0] + v[1] * v[1] > kMovesPx * kMovesPx;
         } else if (v[0] == 0 && v[1] == 0 && is_sky(planes, pixel)) {
-            ++sky;
+            ++count.sky;
         }
     }
-    return surfaces > 0 && double(moving) >= kNearlyAll * double(surfaces) ? sky : 0;
+    return count;
 }
 
 }  // namespace postchain::sequence

@@ -37,7 +37,14 @@ std::optional<SkyViews> sky_views(const CameraFile& file, const Camera& metadata
 // and not clear, and raises the bounds of the speeds. Returns how many pixels it replaced.
 uint64_t fill_sky_motion(const SkyViews& views, FramePlanes& planes, FrameDescription& frame);
 
-// Pixels that it would replace, where nearly all that is not the sky moves; else 0.
-uint64_t sky_without_motion(const FramePlanes& planes);
+// Pixels of the sky without motion, of surfaces, and of surfaces that move.
+struct SkyCounts {
+    uint64_t sky = 0, surfaces = 0, moving = 0;
+    void add(const SkyCounts& more);
+    // Pixels that fill_sky_motion() would replace, where nearly all that is not the sky moves; else
+    // 0.
+    uint64_t without_motion() const;
+};
+SkyCounts count_sky(const FramePlanes& planes);
 
 }  // namespace postchain::sequence

@@ -1,0 +1,224 @@
+// Frames whose data window was cropped to what is not clear: filtered they are what the whole
+// frames are, to the bit, whatever each file leaves out.
+#include <gtest/gtest.h>
+
+#include "tests/command/fixture.h"
+#include "tools/sequence/io/part_pixels.h"
+
+namespace postchain::test {
+namespace {
+
+using io::Window;
+
+constexpr int kWidth = 120, kHeight = 90, kFrames = 4;
+const Window kDisplay = {0, 0, kWidth - 1, kHeight - 1};
+
+// A square that moves on a clear background; distances of the background as Blender writes them.
+Planes whole_planes(int frame) {
+    Planes planes{ImageF(kWidth, kHeight, 4), ImageF(kWidth, kHeight, 1, 1e10f),
+                  ImageF(kWidth, kHeight, 2), ImageF(kWidth, kHeight, 2)};
+    const int left = 40 + 6 * frame, top = 34 + 3 * frame;
+    for (int y = top; y < top + 16; ++y) {
+        for (int x = left; x < left + 20; ++x) {
+            const bool stripe = (x - left + y - top) % 5 < 2;
+            const float color[] = {stripe ? 0.9f : 0.2f, 0.4f, stripe ? 0.1f : 0.6f, 1};
+            std::copy_n(color, 4, planes.color.pixel(x, y));
+            planes.depth.at(x, y) = 3;
+            planes.motion.at(x, y, 0) = planes.back.at(x, y, 0) = 6;
+            planes.motion.at(x, y, 1) = planes.back.at(x, y, 1) = 3;
+        }
+    }
+    return planes;
+}
+
+// What is not clear, with a margin that differs from frame to frame.
+Window crop_of(int frame) {
+    const int left = 40 + 6 * frame, top = 34 + 3 * frame;
+    return {left - frame, top - 2, left + 19, top + 15 + frame % 2};
+}
+
+Planes cropped(const Planes& planes, const Window& to) {
+    return {io::placed(planes.color, kDisplay, to), io::placed(planes.depth, kDisplay, to),
+            io::placed(planes.motion, kDisplay, to), io::placed(planes.back, kDisplay, to)};
+}
+
+Window data_window(const std::string& path) {
+    auto file = io::ExrFile::open(path);
+    EXPECT_TRUE(file.ok()) << file.status().message();
+    return file.ok() ? file->parts()[0].data_window : Window();
+}
+
+class CroppedTest : public CommandTest {
+  protected:
+    void write_both(const std::vector<int>& frames = {1, 2, 3, 4}, FrameFile file = {}) {
+        file.object_ids = true;
+        file.display = kDisplay;
+        std::filesystem::create_directories(at("whole"));
+        for (int frame : frames) {
+            const Planes planes = whole_planes(frame);
+            file.origin_x = file.origin_y = 0;
+            write_frame(whole("in", frame), planes, file);
+            const Window crop = crop_of(frame);
+            file.origin_x = crop.min_x;
+            file.origin_y = crop.min_y;
+            write_frame(in(frame), cropped(planes, crop), file);
+        }
+    }
+    std::string whole(const std::string& name, int frame) const {
+        return at(concat("whole/", name, ".000", frame, ".exr"));
+    }
+    Outcome filter_whole(const std::string& chain, const Arguments& more = {}) {
+        Arguments arguments = {"run",
+                               at(chain + ".yaml"),
+                               "-i",
+                               at("whole/in.####.exr"),
+                               "-o",
+                               at("whole/out.####.exr"),
+                               "--on-existing",
+                               "overwrite"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return run(arguments);
+    }
+    // Filtered, both are the same picture, and what was written holds all light there is.
+    void expect_same_picture(const std::string& chain, const Arguments& more = {}) {
+        SCOPED_TRACE(chain);
+        const auto ran_whole = filter_whole(chain, more);
+        ASSERT_EQ(ran_whole.code, 0) << ran_whole.text();
+        Arguments arguments = {"--on-existing", "overwrite"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const auto ran = filter(chain, arguments);
+        ASSERT_EQ(ran.code, 0) << ran.text();
+        for (int frame = 1; frame <= kFrames; ++frame) {
+            const Window window = data_window(out(frame));
+            EXPECT_TRUE(kDisplay.contains(window)) << window.text();
+            EXPECT_TRUE(window.contains(crop_of(frame))) << window.text();
+            const ImageF expected = read_color(whole("out", frame));
+            EXPECT_GT(largest_difference(expected, whole_planes(frame).color), 0);
+            EXPECT_EQ(io::placed(read_color(out(frame)), window, kDisplay), expected)
+                << "frame " << frame;
+        }
+    }
+};
+
+TEST_F(CroppedTest, TheSamePictureAsOfTheWholeFrame) {
+    write_both();
+    write_text(at("warp.yaml"),
+               "postchain: 1\ncamera: {focal_length_mm: 50, sensor_width_mm: 36, f_stop: 1.4,"
+               " focus_distance: 2, meters_per_unit: 0.05, shutter_frames: 0.7}\n"
+               "passes: [joint_blur: {samples: 16}, fxaa: {mode: directional}]\n");
+    for (const char* chain : {"all", "reversed", "warp"}) expect_same_picture(chain);
+    expect_same_picture("all", {"--frames", "1-4", "--precision", "fp16"});
+}
+
+// As far as guertin's blur goes, 1.006 max_blur_px + 0.5 (docs/motion_blur.md), not further.
+TEST_F(CroppedTest, TheDataWindowGrowsByTheReachOfTheChain) {
+    write_both();
+    write_text(at("short.yaml"),
+               "postchain: 1\npasses: [motion_blur: {mode: guertin, max_blur_px: 10, samples: 5}]");
+    const auto ran = filter("short");
+    ASSERT_EQ(ran.code, 0) << ran.text();
+    const Window crop = crop_of(2);
+    EXPECT_EQ(data_window(out(2)), crop.grown(11));
+    EXPECT_TRUE(contains(sidecar(2)["write_notes"].dump(), "grown to " + crop.grown(11).text()));
+    // What is not color: as it was in the file, and around it nothing, infinitely far, still.
+    auto before = io::ExrFile::open(in(2)), after = io::ExrFile::open(out(2));
+    for (const auto& channel : after->parts()[0].channels) {
+        if (channel.name.find("Combined") != std::string::npos) continue;
+        const ImageF was = *before->read_channels(0, {channel.name});
+        const ImageF is = *after->read_channels(0, {channel.name});
+        const float outside = channel.name == "ViewLayer.Depth.Z" ? 1e10f : 0;
+        for (int y = 0; y < is.height; ++y)
+            for (int x = 0; x < is.width; ++x) {
+                const bool inside = was.inside(x - 11, y - 11);
+                ASSERT_EQ(is.at(x, y), inside ? was.at(x - 11, y - 11) : outside)
+                    << channel.name << " " << x << " " << y;
+            }
+    }
+    // A chain that does nothing writes the file's own window.
+    write_text(at("off.yaml"), "postchain: 1\npasses: [motion_blur: {shutter_frames: 0}]");
+    ASSERT_EQ(filter("off", {"--on-existing", "overwrite"}).code, 0);
+    EXPECT_EQ(data_window(out(2)), crop);
+}
+
+TEST_F(CroppedTest, AnyPartOfASequenceGivesTheSameBits) {
+    write_both();
+    write_text(at("warp.yaml"),
+               "postchain: 1\npasses: [motion_blur: {mode: inverse_warp, neighbors: both}]");
+    ASSERT_EQ(filter("warp").code, 0);
+    const std::string three = read_text(out(3)), two = read_text(out(2));
+    for (const char* frames : {"3", "2-3"}) {
+        ASSERT_EQ(filter("warp", {"--on-existing", "overwrite", "--frames", frames}).code, 0);
+        EXPECT_EQ(read_text(out(3)), three) << frames;
+    }
+    EXPECT_EQ(read_text(out(2)), two);
+    expect_same_picture("warp");
+}
+
+TEST_F(CroppedTest, KeptDataWindowsSayWhatIsLost) {
+    write_both({2});
+    write_text(at("short.yaml"),
+               "postchain: 1\npasses: [motion_blur: {mode: guertin, max_blur_px: 10, samples: 5}]");
+    const auto ran = filter("short", {"--data-window", "keep"});
+    ASSERT_EQ(ran.code, 0) << ran.text();
+    EXPECT_EQ(data_window(out(2)), crop_of(2));
+    // (22 + 22) x (18 + 22) pixels are reached, 22 x 18 are there.
+    EXPECT_TRUE(contains(ran.err, "into 1364 pixels")) << ran.err;
+    EXPECT_TRUE(contains(ran.err, "--data-window grow")) << ran.err;
+    const auto plan = run({"plan", at("short.yaml"), "-i", in(), "--data-window", "keep"});
+    EXPECT_TRUE(contains(plan.err, "into 1364 pixels")) << plan.err;
+    EXPECT_FALSE(contains(filter("short", {"--on-existing", "overwrite"}).err, "lost"));
+}
+
+TEST_F(CroppedTest, SignsAreCheckedInDisplayCoordinates) {
+    write_both();
+    const auto words = [](const Outcome& outcome) {
+        const size_t from = outcome.out.find("sign self-check");
+        return from == std::string::npos ? outcome.text() : outcome.out.substr(from);
+    };
+    const auto of_whole = run({"inspect", at("whole/in.####.exr"), "--frames", "2"});
+    const auto of_cropped = run({"inspect", in(), "--frames", "2"});
+    EXPECT_TRUE(contains(words(of_whole), "confirmed")) << of_whole.text();
+    EXPECT_EQ(words(of_cropped), words(of_whole));
+    // The true reason where there is none.
+    FrameFile file;
+    file.display = Window{0, 0, kWidth, kHeight};
+    write_frame(in(3), whole_planes(3), file);
+    EXPECT_TRUE(contains(words(run({"inspect", in(), "--frames", "2"})),
+                         "not possible (the next frame has another display window"));
+    write_frame(in(5), whole_planes(5));
+    Planes still = whole_planes(4);
+    still.motion = ImageF(kWidth, kHeight, 2);
+    write_frame(in(4), still);
+    EXPECT_TRUE(contains(words(run({"inspect", in(), "--frames", "4"})),
+                         "not possible (nothing moves by a pixel)"));
+    Planes fast = whole_planes(4);
+    for (float& value : fast.motion.data) value *= 100;
+    write_frame(in(4), fast);
+    EXPECT_TRUE(contains(words(run({"inspect", in(), "--frames", "4"})),
+                         "each of the 320 moving pixels leaves the picture"));
+}
+
+TEST_F(CroppedTest, DiffComparesInDisplayCoordinates) {
+    write_both();
+    const Arguments metrics = {"--metric", "difference_max", "--metric",
+                               "psnr",     "--metric",       "flip"};
+    Arguments arguments = {"diff", whole("in", 2), in(2)};
+    arguments.insert(arguments.end(), metrics.begin(), metrics.end());
+    const auto same = run(arguments);
+    EXPECT_EQ(same.code, 0) << same.text();
+    EXPECT_TRUE(contains(same.out, "difference_max   0\n")) << same.out;
+    EXPECT_TRUE(contains(same.err, "data windows differ")) << same.err;
+    // As far as that of the whole frames.
+    const auto values = [](const Outcome& outcome) {
+        return outcome.out.substr(outcome.out.find('\n'));
+    };
+    arguments = {"diff", whole("in", 2), whole("in", 3)};
+    arguments.insert(arguments.end(), metrics.begin(), metrics.end());
+    const auto of_whole = run(arguments);
+    arguments[1] = in(2);
+    arguments[2] = in(3);
+    EXPECT_EQ(values(run(arguments)), values(of_whole)) << of_whole.text();
+}
+
+}  // namespace
+}  // namespace postchain::test

@@ -1,0 +1,203 @@
+// What others made: names with control characters, parts and attributes that nobody here writes,
+// folders that cannot be read, options that a shell left empty.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "tests/command/fixture.h"
+
+namespace postchain::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+class ForeignTest : public CommandTest {
+  protected:
+    // No byte that acts on a terminal, and no line but those of the command itself.
+    static void expect_harmless(const std::string& text) {
+        for (const char c : text)
+            ASSERT_TRUE(uint8_t(c) >= 0x20 || c == '\n' || c == '\t') << int(c) << " in " << text;
+        EXPECT_FALSE(contains(text, "\x7f")) << text;
+        EXPECT_FALSE(contains(text, "\xc2\x9b")) << text;      // CSI in one character
+        EXPECT_FALSE(contains(text, "\xe2\x80\xae")) << text;  // right to left
+        EXPECT_FALSE(contains(text, "\xff")) << text;
+    }
+};
+
+TEST_F(ForeignTest, EmptyWordsAreRefused) {
+    write_sequence(at(""), {1, 2});
+    const std::vector<Arguments> verbs = {
+        {"run", at("all.yaml"), "-i", in(), "-o", out()},
+        {"plan", at("all.yaml"), "-i", in()},
+        {"inspect", in()},
+        {"diff", in(), in()},
+        {"ab", at("all.yaml"), at("fxaa.yaml"), "-i", in(), "-o", at("ab")},
+        {"bench", at("fxaa.yaml"), "-i", in(), "-o", at("b"), "--sweep", "fxaa.preset=12"}};
+    for (const Arguments& verb : verbs) {
+        for (const char* option : {"--view", "--layer", "--profile", "--frames"}) {
+            Arguments arguments = verb;
+            arguments.insert(arguments.end(), {option, ""});
+            const auto outcome = run(arguments);
+            EXPECT_EQ(outcome.code, 2) << verb[0] << option << outcome.text();
+            EXPECT_TRUE(contains(outcome.err, option)) << outcome.err;
+            EXPECT_TRUE(contains(outcome.err, "is empty")) << outcome.err;
+        }
+    }
+    for (const Arguments& arguments : {Arguments{"diff", "", in()},
+                                       {"diff", in(), ""},
+                                       {"diff", in(), in(), "--map", ""},
+                                       {"inspect", ""},
+                                       {"run", "", "-i", in(), "-o", out()},
+                                       {"scene", "wheels", "-o", ""},
+                                       {"info", "--device", ""},
+                                       {"stress", "--only", ""}}) {
+        const auto outcome = run(arguments);
+        EXPECT_EQ(outcome.code, 2) << arguments[0] << outcome.text();
+    }
+    EXPECT_EQ(outputs(), std::vector<std::string>());
+}
+
+TEST_F(ForeignTest, AnAttributeThatHasThePlaceOfOurs) {
+    FrameFile file;
+    file.attributes["postchain"] = 5;
+    write_frame(in(1), make_planes(48, 32), file);
+    const auto outcome = filter("all");
+    EXPECT_EQ(outcome.code, 4) << outcome.text();
+    for (const std::string& word :
+         {in(1), std::string("attribute postchain is int"), std::string("rename it")})
+        EXPECT_TRUE(contains(outcome.err, word)) << outcome.err;
+    // A text of that name is that of an earlier run.
+    file.attributes["postchain"] = std::string("older");
+    write_frame(in(1), make_planes(48, 32), file);
+    EXPECT_EQ(filter("all").code, 0);
+}
+
+TEST_F(ForeignTest, APartOfUnknownType) {
+    FilePart color{.name = "color"}, other{.name = "other"};
+    for (const char* name : {"R", "G", "B", "A"}) color.channels.push_back({name, Imf::FLOAT});
+    other.channels = {{"X", Imf::FLOAT}};
+    write_file(in(1), {color, other});
+    ASSERT_EQ(filter("fxaa").code, 0);
+    fs::remove(out(1));
+    std::string bytes = file_bytes(in(1));
+    bytes.replace(bytes.rfind("scanlineimage"), 13, "volumetricone");
+    set_file_bytes(in(1), bytes);
+    const auto outcome = filter("fxaa");
+    EXPECT_EQ(outcome.code, 4) << outcome.text();
+    for (const std::string& word :
+         {in(1), std::string("part 1 'other'"), std::string("unknown type 'volumetricone'")})
+        EXPECT_TRUE(contains(outcome.err, word)) << outcome.err;
+}
+
+TEST_F(ForeignTest, NothingOfAFileActsOnTheTerminal) {
+    const std::string evil =
+        "\x1b]0;owned\x07\x1b[31m\x7f\xc2\x9b"
+        "1m\xe2\x80\xae\xff\r";
+    ImageF image(8, 8, 4, 0.5f);
+    io::PlanesFile file;
+    for (int c = 0; c < 4; ++c)
+        file.channels.push_back({std::string(1, "RGBA"[c]), io::PixelType::float32, &image, c});
+    file.channels.push_back({"evil" + evil, io::PixelType::float32, &image, 0});
+    file.attributes["note" + evil] = "first\npostchain: error: forged" + evil;
+    const std::string path = at("a" + evil + "b.0001.exr");
+    ASSERT_TRUE(io::write_planes_exr(path, file).ok());
+    const auto inspected = run({"inspect", path});
+    EXPECT_EQ(inspected.code, 0) << inspected.text();
+    expect_harmless(inspected.out);
+    expect_harmless(inspected.err);
+    EXPECT_TRUE(contains(inspected.out, "\\x1b]0;owned\\x07")) << inspected.out;
+    EXPECT_TRUE(contains(inspected.out, "first\\npostchain: error: forged")) << inspected.out;
+    EXPECT_TRUE(contains(inspected.out, "\\u{202e}\\xff")) << inspected.out;
+    for (const Arguments& arguments :
+         {Arguments{"plan", at("motion_blur.yaml"), "-i", path},
+          {"run", at("motion_blur.yaml"), "-i", path, "-o", out(1)},
+          {"run", at("fxaa.yaml"), "-i", path, "-o", at("out/" + evil + ".exr")},
+          {"diff", path, path},
+          {"diff", path, at(evil)},
+          {"inspect", at("none" + evil)},
+          {"run", at("fxaa.yaml"), "-i", path, "-o", out(1), "--" + evil},
+          {evil},
+          {"run", at(evil), "-i", path, "-o", out(1)},
+          {"inspect", path, "--profile", evil},
+          {"inspect", path, "--layer", evil}}) {
+        const auto outcome = run(arguments);
+        expect_harmless(outcome.out);
+        expect_harmless(outcome.err);
+    }
+    // As JSON it reads back as what it is (but for bytes that are no UTF-8).
+    const auto json = run({"inspect", path, "--json", "--log-format", "json"});
+    expect_harmless(json.out);
+    expect_harmless(json.err);
+    const std::string replaced =
+        "\x1b]0;owned\x07\x1b[31m\x7f\xc2\x9b"
+        "1m\xe2\x80\xae\xef\xbf\xbd\r";
+    EXPECT_EQ(json_lines(json.out).at(0)["files"]["color"]["parts"][0]["channels"].back()["name"],
+              "evil" + replaced);
+    // What is no control character stays.
+    const std::string name = at("grün 日本.0001.exr");
+    ASSERT_TRUE(io::write_planes_exr(name, file).ok());
+    EXPECT_TRUE(contains(run({"inspect", name}).out, "grün 日本.0001.exr"));
+}
+
+TEST_F(ForeignTest, WhatCannotBeReachedIsNotMissing) {
+    write_text(at("file"), "");
+    fs::create_symlink("loop2", at("loop1"));
+    fs::create_symlink("loop1", at("loop2"));
+    fs::create_symlink("nowhere", at("dangling.0001.exr"));
+    const std::string longest(300, 'a');
+    struct Case {
+        std::string input, words;
+    };
+    for (const Case& one :
+         std::vector<Case>{{"file/in.0001.exr", "Not a directory"},
+                           {"file/in.####.exr", "cannot be read: Not a directory"},
+                           {"loop1/in.0001.exr", "symbolic links"},
+                           {"loop1/in.####.exr", "symbolic links"},
+                           {longest + ".exr", "too long"},
+                           {longest + "/in.####.exr", "too long"},
+                           {"no/in.####.exr", "no does not exist"},
+                           {"no/in.0001.exr", "no such file"},
+                           {"dangling.0001.exr", "link to a file that is not there"},
+                           {"in.####.exr", "no file matches"}}) {
+        for (const Arguments& verb : {Arguments{"inspect"}, {"plan", at("fxaa.yaml"), "-i"}}) {
+            Arguments arguments = verb;
+            arguments.push_back(at(one.input));
+            const auto outcome = run(arguments);
+            EXPECT_EQ(outcome.code, 4) << outcome.text();
+            EXPECT_TRUE(contains(outcome.err, one.words)) << outcome.err;
+        }
+    }
+    // The same where frames are named, and of chain, camera and profile.
+    EXPECT_TRUE(contains(run({"inspect", at("loop1/in.####.exr"), "--frames", "1"}).err, "links"));
+    EXPECT_TRUE(contains(run({"diff", at("loop1/in.####.exr"), in()}).err, "links"));
+    write_frame(in(1), make_planes(8, 8));
+    for (const std::string& file : {at("file/x.json"), at("loop1")}) {
+        const std::string words = file == at("loop1") ? "symbolic links" : "Not a directory";
+        EXPECT_TRUE(contains(run({"inspect", in(1), "--camera", file}).err, words));
+        EXPECT_TRUE(contains(run({"inspect", in(1), "--profile", file}).err, words));
+        EXPECT_TRUE(contains(run({"plan", file, "-i", in(1)}).err, words));
+    }
+}
+
+// As another user, where that can be tried.
+TEST_F(ForeignTest, AFolderThatMayNotBeRead) {
+    if (geteuid() != 0 || !exists("/usr/bin/setpriv")) GTEST_SKIP() << "not root, or no setpriv";
+    fs::create_directory(at("closed"));
+    fs::permissions(at("closed"), fs::perms::owner_all);
+    fs::permissions(at(""), fs::perms::all);
+    const auto as_nobody = [&](const std::string& input) {
+        Arguments command = {"/usr/bin/setpriv", "--reuid=65534", "--regid=65534",
+                             "--clear-groups"};
+        for (const auto& word : with_command({"inspect", input})) command.push_back(word);
+        return run_program(command);
+    };
+    const auto tried = as_nobody(at("none.exr"));
+    if (tried.code != 4) GTEST_SKIP() << "the command cannot be run by others: " << tried.text();
+    for (const char* input : {"closed/in.####.exr", "closed/in.0001.exr"}) {
+        const auto outcome = as_nobody(at(input));
+        EXPECT_EQ(outcome.code, 4) << outcome.text();
+        EXPECT_TRUE(contains(outcome.err, "Permission denied")) << outcome.err;
+    }
+}
+
+}  // namespace
+}  // namespace postchain::test

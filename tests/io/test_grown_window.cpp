@@ -1,0 +1,155 @@
+// A frame that is written with a larger data window than its file has.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <half.h>
+
+#include <bit>
+#include <cstring>
+#include <limits>
+
+#include "tests/io/exr_files.h"
+#include "tools/sequence/io/exr_writer.h"
+
+namespace postchain::io {
+namespace {
+
+using test::FilePart;
+using test::oiio_channels;
+using test::TempFolder;
+using test::write_file;
+using testing::HasSubstr;
+
+const std::vector<std::string> kRgba = {"R", "G", "B", "A"};
+
+// The samples of `channel` in `out` are those of `in` where it has any, else `outside`.
+void expect_placed(const std::string& in, const std::string& out, int part,
+                   const std::string& channel, float outside) {
+    const auto read = [&](const std::string& path, Window& window) {
+        auto file = ExrFile::open(path);
+        EXPECT_TRUE(file.ok()) << file.status().message();
+        window = file->parts()[size_t(part)].data_window;
+        auto pixels = file->read_part(part, {channel});
+        EXPECT_TRUE(pixels.ok()) << pixels.status().message();
+        return std::move(*pixels);
+    };
+    Window from, to;
+    const PartPixels before = read(in, from), after = read(out, to);
+    const PartPixels::Plane &was = before.planes[0], &is = after.planes[0];
+    const int step = is.channel.x_sampling;
+    ASSERT_EQ(is.width, to.width() / step);
+    const int left = (from.min_x - to.min_x) / step, top = (from.min_y - to.min_y) / step;
+    const size_t size = size_t(bytes_of(is.channel.type));
+    for (int y = 0; y < is.height; ++y) {
+        for (int x = 0; x < is.width; ++x) {
+            const int wx = x - left, wy = y - top;
+            const bool inside = wx >= 0 && wy >= 0 && wx < was.width && wy < was.height;
+            const std::byte* value = is.bytes.get() + size_t(y) * is.row_bytes() + size_t(x) * size;
+            if (inside) {
+                const std::byte* old =
+                    was.bytes.get() + size_t(wy) * was.row_bytes() + size_t(wx) * size;
+                ASSERT_EQ(std::memcmp(value, old, size), 0) << channel << " " << x << " " << y;
+            } else if (size == 2) {
+                half stored;
+                std::memcpy(&stored, value, 2);
+                ASSERT_EQ(float(stored), outside) << channel << " " << x << " " << y;
+            } else {
+                uint32_t bits = 0;
+                std::memcpy(&bits, value, 4);
+                const float number =
+                    is.channel.type == PixelType::uint32 ? float(bits) : std::bit_cast<float>(bits);
+                ASSERT_EQ(number, outside) << channel << " " << x << " " << y;
+            }
+        }
+    }
+}
+
+// A larger data window than the file's, in parts of every kind: around what was there nothing is
+// seen, infinitely far, and still; samples of subsampled channels stay at their pixels.
+TEST(GrownWindow, WhatIsAroundTheFilesPixels) {
+    TempFolder folder;
+    FilePart beauty;
+    for (const char* name : {"R", "G", "B", "A", "mask", "small"})
+        beauty.channels.push_back({name, Imf::HALF, std::string(name) == "small" ? 2 : 1});
+    beauty.channels.push_back({"Z", Imf::FLOAT});
+    beauty.channels.push_back({"half.Z", Imf::HALF});
+    beauty.channels.push_back({"mv.x", Imf::FLOAT});
+    beauty.channels.push_back({"mv.y", Imf::FLOAT});
+    beauty.channels.push_back({"id", Imf::UINT});
+    beauty.data = {{-4, 6}, {9, 17}};
+    beauty.display = {{-10, 0}, {30, 24}};
+    struct Case {
+        const char* name;
+        int tile;
+        bool parts;
+        Imf::Compression compression;
+    };
+    for (const Case& one : {Case{"lines", 0, false, Imf::ZIP_COMPRESSION},
+                            Case{"tiles", 8, false, Imf::PIZ_COMPRESSION},
+                            Case{"parts", 0, true, Imf::RLE_COMPRESSION},
+                            Case{"tiled_parts", 8, true, Imf::NO_COMPRESSION}}) {
+        SCOPED_TRACE(one.name);
+        std::vector<FilePart> parts = {beauty};
+        parts[0].tile = one.tile;
+        parts[0].compression = one.compression;
+        // Tiles hold no subsampled channel, and OpenImageIO reads no file that has one.
+        const bool sampled = !one.tile && !one.parts;
+        if (!sampled) parts[0].channels.erase(parts[0].channels.begin() + 5);
+        if (one.parts) {
+            parts[0].name = "beauty";
+            parts.push_back({.name = "other", .channels = {{"X", Imf::FLOAT}}});
+            parts[1].display = beauty.display;
+        }
+        const std::string in = folder.path(std::string(one.name) + ".exr"),
+                          out = folder.path(std::string(one.name) + "_out.exr");
+        write_file(in, parts);
+        const ChannelAssignment roles = {{Role::color, {0, kRgba}},
+                                         {Role::inverse_depth, {0, {"Z"}}},
+                                         {Role::motion, {0, {"mv.x", "mv.y"}}}};
+        PlanesArea area{{-10, 0, 30, 24}, {}};
+        area.convention.motion.bias = 0.5;
+        Result<OpenFrame> open = open_frame({{Role::color, in}}, 1);
+        ASSERT_TRUE(open.ok());
+        Result<InputFrame> frame =
+            read_frame(*open, roles, {Role::inverse_depth, Role::motion}, Keep::all, area);
+        ASSERT_TRUE(frame.ok()) << frame.status().message();
+        // The planes, with what is around them.
+        EXPECT_EQ(frame->description.width, 41);
+        EXPECT_EQ(frame->description.height, 25);
+        EXPECT_EQ(frame->planes.at(Role::inverse_depth).at(0, 0), 1e10f);
+        EXPECT_EQ(frame->planes.at(Role::motion).at(40, 24, 1), 0.5f);
+        EXPECT_EQ(frame->planes.at(Role::color).at(5, 12, 3), 0);
+        EXPECT_EQ(frame->planes.at(Role::color).at(6, 6, 3),
+                  test::sample_value(parts[0], 3, -4, 6));
+        ImageF color(frame->description.width, frame->description.height, 4);
+        for (size_t i = 0; i < color.data.size(); ++i) color.data[i] = 4 + float(i % 1021) / 256;
+        WriteOptions options;
+        options.window = Window{-7, 3, 12, 20};
+        const Result<WriteReport> report = write_filtered(out, *frame, color, options);
+        ASSERT_TRUE(report.ok()) << report.status().message();
+        EXPECT_THAT(report->notes,
+                    testing::Contains(HasSubstr("data window (-4, 6)-(9, 17) grown")));
+        const Window expected = sampled ? Window{-8, 2, 13, 21} : *options.window;
+        auto file = ExrFile::open(out);
+        ASSERT_TRUE(file.ok()) << file.status().message();
+        EXPECT_EQ(file->parts()[0].data_window, expected);
+        EXPECT_EQ(file->parts()[0].display_window, (Window{-10, 0, 30, 24}));
+        EXPECT_EQ(*file->read_channels(0, kRgba), placed(color, frame->window, expected));
+        for (const char* name : {"mask", "id"}) expect_placed(in, out, 0, name, 0);
+        if (sampled) expect_placed(in, out, 0, "small", 0);
+        expect_placed(in, out, 0, "Z", 1e10f);
+        expect_placed(in, out, 0, "half.Z", 0);  // nobody's
+        expect_placed(in, out, 0, "mv.x", 0.5f);
+        if (one.parts) {
+            EXPECT_EQ(oiio_channels(in, 1), oiio_channels(out, 1));
+        }
+        if (!sampled) {
+            EXPECT_EQ(oiio_channels(out).size(), parts[0].channels.size());
+        }
+    }
+    // Half depth holds no distance of 1e10.
+    EXPECT_EQ(outside_value(Role::inverse_depth, {}, PixelType::half),
+              std::numeric_limits<float>::infinity());
+}
+
+}  // namespace
+}  // namespace postchain::io

@@ -1,0 +1,161 @@
+// A frame that is looked at strip by strip shows what the whole frame shows.
+#include "tools/sequence/run/frame_scan.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "tests/command/frames.h"
+
+namespace postchain::sequence {
+namespace {
+
+constexpr int kWidth = 50, kHeight = 41;
+
+// Surfaces with edges, clear pixels and half covered ones, faults of every kind.
+test::Planes odd_planes(int frame) {
+    test::Planes planes = test::make_planes(kWidth, kHeight, frame);
+    for (int y = 0; y < kHeight; ++y) {
+        for (int x = 0; x < kWidth; ++x) {
+            if (planes.depth.at(x, y) > 3 && (x + 2 * y) % 11 < 4) {
+                planes.depth.at(x, y) = 1e10f;
+                planes.color.at(x, y, 3) = (x + y) % 3 == 0 ? 0 : 0.5f;
+            }
+            if ((x * 7 + y * 3) % 13 == 0) planes.depth.at(x, y) *= 1.3f;
+        }
+    }
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    planes.color.at(20, 23, 1) = nan;
+    planes.depth.at(3, 24) = nan;
+    planes.depth.at(4, 30) = -1;
+    planes.motion.at(40, 9, 0) = 12000;  // Cycles' sentinel
+    planes.motion.at(41, 33, 1) = nan;
+    return planes;
+}
+
+void expect_same(const SourceFrame& a, const SourceFrame& b) {
+    const FrameBounds &x = a.description.bounds, &y = b.description.bounds;
+    EXPECT_EQ(x.max_speed_px, y.max_speed_px);
+    EXPECT_EQ(x.max_speed_back_px, y.max_speed_back_px);
+    EXPECT_EQ(x.min_inverse_depth, y.min_inverse_depth);
+    EXPECT_EQ(x.max_inverse_depth, y.max_inverse_depth);
+    EXPECT_EQ(x.min_color, y.min_color);
+    EXPECT_EQ(x.max_color, y.max_color);
+    EXPECT_EQ(x.one_color, y.one_color);
+    EXPECT_EQ(x.color_is_half, y.color_is_half);
+    EXPECT_EQ(a.health.nonfinite_color, b.health.nonfinite_color);
+    EXPECT_EQ(a.health.nonfinite_depth, b.health.nonfinite_depth);
+    EXPECT_EQ(a.health.nonfinite_motion, b.health.nonfinite_motion);
+    EXPECT_EQ(a.health.sentinel_motion, b.health.sentinel_motion);
+    EXPECT_EQ(a.health.negative_depth, b.health.negative_depth);
+    EXPECT_EQ(a.health.motion_all_zero, b.health.motion_all_zero);
+    EXPECT_EQ(a.health.first_nonfinite, b.health.first_nonfinite);
+    EXPECT_EQ(a.surface_health.mixed_edges.depth, b.surface_health.mixed_edges.depth);
+    EXPECT_EQ(a.surface_health.mixed_edges.motion, b.surface_health.mixed_edges.motion);
+    EXPECT_EQ(a.surface_health.clear_edges, b.surface_health.clear_edges);
+    EXPECT_EQ(a.surface_health.sky_without_motion, b.surface_health.sky_without_motion);
+    EXPECT_EQ(a.description.width, b.description.width);
+    EXPECT_EQ(a.description.height, b.description.height);
+    EXPECT_EQ(a.description.origin_y, b.description.origin_y);
+    EXPECT_EQ(a.description.planes, b.description.planes);
+    EXPECT_EQ(a.warnings, b.warnings);
+}
+
+void expect_same(const SignCheck& a, const SignCheck& b) {
+    EXPECT_EQ(a.pixels, b.pixels);
+    EXPECT_NEAR(a.still_error, b.still_error, 1e-12);
+    ASSERT_EQ(a.candidates.size(), b.candidates.size());
+    for (size_t i = 0; i < a.candidates.size(); ++i) {
+        EXPECT_EQ(a.candidates[i].text(), b.candidates[i].text());
+        EXPECT_EQ(a.candidates[i].pixels_apart, b.candidates[i].pixels_apart);
+        EXPECT_NEAR(a.candidates[i].error, b.candidates[i].error, 1e-12);
+        EXPECT_NEAR(a.candidates[i].margin, b.candidates[i].margin, 1e-12);
+    }
+}
+
+class FrameScan : public testing::Test {
+  protected:
+    FrameHeader open(int frame) {
+        auto header = open_source_frame(settings_, {{Role::color, path(frame)}}, frame);
+        EXPECT_TRUE(header.ok()) << header.status().message();
+        return std::move(*header);
+    }
+    std::string path(int frame) const { return folder_.path(concat("f.", frame, ".exr")); }
+    void expect_like_the_whole() {
+        const RoleSet wanted = {Role::inverse_depth, Role::motion, Role::motion_back};
+        const auto whole = read_source_frame(settings_, open(1), wanted, io::Keep::nothing);
+        const auto next = read_source_frame(settings_, open(2), {}, io::Keep::nothing);
+        ASSERT_TRUE(whole.ok() && next.ok());
+        const SignCheck signs = check_signs(
+            whole->planes,
+            io::placed(*next->planes.at(Role::color), next->input.window, whole->input.window));
+        for (int rows : {1, 2, 5, 16, 40, 41}) {
+            SCOPED_TRACE(rows);
+            const auto scanned = scan_source_frame(settings_, open(1), wanted, rows);
+            ASSERT_TRUE(scanned.ok()) << scanned.status().message();
+            EXPECT_TRUE(scanned->planes.empty());
+            expect_same(*scanned, *whole);
+            const auto check = scan_signs(settings_, open(1), open(2),
+                                          whole->description.bounds.max_speed_px, rows);
+            ASSERT_TRUE(check.ok()) << check.status().message();
+            expect_same(*check, signs);
+        }
+    }
+
+    test::TempFolder folder_;
+    SourceSettings settings_;
+};
+
+TEST_F(FrameScan, ShowsWhatTheWholeFrameShows) {
+    test::write_frame(path(1), odd_planes(1));
+    test::write_frame(path(2), odd_planes(2));
+    expect_like_the_whole();
+    const auto found = scan_source_frame(settings_, open(1),
+                                         {Role::inverse_depth, Role::motion, Role::motion_back}, 7);
+    ASSERT_TRUE(found.ok());
+    EXPECT_EQ(found->health.first_nonfinite, (std::array<int, 2>{20, 23}));
+    EXPECT_GT(found->surface_health.clear_edges, 10u);
+    EXPECT_GT(found->surface_health.mixed_edges.depth, 0);
+}
+
+TEST_F(FrameScan, AFrameOfOneColorThatStands) {
+    test::Planes planes = test::make_planes(kWidth, kHeight);
+    for (float& value : planes.color.data) value = 0.5f;
+    planes.motion = planes.back = ImageF(kWidth, kHeight, 2);
+    test::write_frame(path(1), planes);
+    test::write_frame(path(2), planes);
+    expect_like_the_whole();
+    planes.color.at(0, 30, 0) = 0.25f;
+    test::write_frame(path(1), planes);
+    expect_like_the_whole();
+}
+
+TEST_F(FrameScan, WindowsThatDiffer) {
+    test::FrameFile file;
+    file.display = io::Window{2, 3, 60, 55};
+    test::write_frame(path(1), odd_planes(1), file);
+    file.origin_x = 5;
+    file.origin_y = -4;
+    test::write_frame(path(2), odd_planes(2), file);
+    expect_like_the_whole();
+}
+
+// Vectors in fractions of the picture are fractions of the whole one.
+TEST_F(FrameScan, VectorsInFractions) {
+    test::FrameFile file;
+    file.convention = "generic";
+    test::write_frame(path(1), odd_planes(1), file);
+    test::write_frame(path(2), odd_planes(2), file);
+    auto profile = parse_profile(
+        "profile: 1\nname: uv\ncolor:\n  - channels: [[R, G, B, A]]\ndepth:\n  - channels: [[Z]]\n"
+        "motion:\n  - channels: [[motion.x, motion.y]]\n    unit: fraction\n"
+        "    scale: [0.02, 0.03]\n",
+        "uv.yaml");
+    ASSERT_TRUE(profile.status().ok()) << profile.status().message();
+    settings_.profile = profile.profile;
+    expect_like_the_whole();
+}
+
+}  // namespace
+}  // namespace postchain::sequence

@@ -1,0 +1,84 @@
+// What frames take, and how many of them are let in at a time.
+#include "tools/sequence/run/memory.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <thread>
+#include <vector>
+
+#include "tests/command/frames.h"
+
+namespace postchain::sequence {
+namespace {
+
+TEST(Memory, SizesAreReadAndWritten) {
+    for (const auto& [text, bytes] : {std::pair<const char*, uint64_t>{"4096", 4096},
+                                      {"4096B", 4096},
+                                      {"8G", 8ull << 30},
+                                      {"8 GiB", 8ull << 30},
+                                      {"500m", 500ull << 20},
+                                      {"1.5GB", 3ull << 29},
+                                      {"2T", 2ull << 40},
+                                      {"64KiB", 65536}}) {
+        const auto read = parse_bytes(text);
+        ASSERT_TRUE(read.ok()) << text;
+        EXPECT_EQ(*read, bytes) << text;
+    }
+    for (const char* text : {"", "G", "0", "0G", "-1G", "8X", "8GG", "1e300", "nan", "inf", "8G8"})
+        EXPECT_EQ(parse_bytes(text).status().code(), StatusCode::usage) << text;
+    EXPECT_EQ(bytes_text(500), "500 bytes");
+    EXPECT_EQ(bytes_text(6657199309), "6.2 GiB");
+    EXPECT_GT(default_memory_limit(), uint64_t(100) << 20);
+}
+
+TEST(Memory, OfAFrameByItsChannels) {
+    test::TempFolder folder;
+    test::write_frame(folder.path("f.exr"), test::make_planes(40, 30));
+    const SourceSettings settings;
+    auto header = open_source_frame(settings, {{Role::color, folder.path("f.exr")}}, 1);
+    ASSERT_TRUE(header.ok());
+    const uint64_t pixels = 40 * 30;
+    // Float color: as stored, and as a plane.
+    EXPECT_EQ(frame_bytes(*header, {Role::color}, io::Keep::nothing, 30), pixels * (16 + 16));
+    EXPECT_EQ(frame_bytes(*header, {Role::color}, io::Keep::nothing, 3), pixels / 10 * (16 + 16));
+    EXPECT_EQ(frame_bytes(*header, {Role::color, Role::inverse_depth}, io::Keep::nothing, 30),
+              pixels * (16 + 16 + 4 + 4));
+    // Written back: also all nine channels as they are kept, the result, and that as stored.
+    EXPECT_EQ(frame_bytes(*header, {Role::color}, io::Keep::all, 30),
+              pixels * (16 + 16 + 36 + 16 + 16));
+}
+
+TEST(Memory, WhatIsTooMuchIsRefused) {
+    EXPECT_TRUE(check_memory("f.exr", 1 << 20, 0).ok());
+    EXPECT_TRUE(check_memory("f.exr", 1 << 20, 1 << 20).ok());
+    const Status status = check_memory("f.exr", 3 << 20, 2 << 20);
+    EXPECT_EQ(status.code(), StatusCode::input);
+    for (const char* word : {"f.exr", "3.0 MiB", "2.0 MiB", "--max-memory", "allow more"})
+        EXPECT_THAT(status.message(), testing::HasSubstr(word));
+}
+
+TEST(Memory, TheGateLetsInWhatFits) {
+    MemoryGate gate(10);
+    std::atomic<int> inside = 0, most = 0, most_alone = 0;
+    std::vector<std::thread> threads;
+    for (int i = 0; i < 8; ++i)
+        threads.emplace_back([&, bytes = uint64_t(i % 4 == 0 ? 20 : 4)] {
+            for (int round = 0; round < 200; ++round) {
+                gate.enter(bytes);
+                const int now = ++inside;
+                if (now > most) most = now;
+                if (bytes == 20 && now > most_alone) most_alone = now;
+                std::this_thread::yield();
+                --inside;
+                gate.leave(bytes);
+            }
+        });
+    for (auto& thread : threads) thread.join();
+    EXPECT_LE(most, 2);        // of 4 bytes each
+    EXPECT_EQ(most_alone, 1);  // of more than the gate holds
+}
+
+}  // namespace
+}  // namespace postchain::sequence

@@ -1,0 +1,18 @@
+// What is wrong with a frame in view of the chain that is to filter it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "chain/chain.h"
+#include "chain/plan.h"
+#include "tools/sequence/run/frame_source.h"
+
+namespace postchain::sequence {
+
+// One line each, with the file: light that is lost at the border of a data window that is kept; a
+// focus in meters where the length of a scene unit is stated nowhere, and a pass asks for it.
+std::vector<std::string> plan_warnings(const Chain& chain, const Plan& plan,
+                                       const SourceFrame& frame);
+
+}  // namespace postchain::sequence

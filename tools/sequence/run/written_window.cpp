@@ -1,0 +1,37 @@
+#include "tools/sequence/run/written_window.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "chain/depth_at.h"
+
+namespace postchain::sequence {
+namespace {
+
+// The file's data window and the pixels around it to which the passes that run may move light.
+io::Window reached(const Chain& chain, const Plan& plan, const SourceFrame& frame) {
+    FrameDescription description = frame.description;
+    find_depths(chain, frame.planes, description);
+    description.camera = description.camera.overlaid_by(chain.camera);
+    std::set<int> left_out;
+    for (const Elision& elision : plan.elisions)
+        if (elision.kind == ElisionKind::pass) left_out.insert(elision.pass);
+    double px = 0;
+    for (size_t i = 0; i < chain.links.size(); ++i)
+        if (!left_out.count(int(i))) px += chain.links[i].pass->reach(description).spreads_px;
+    return frame.input.data_window.grown(int(std::ceil(std::min(px, double(io::kMaxSide)))));
+}
+
+}  // namespace
+
+io::Window written_window(const Chain& chain, const Plan& plan, const SourceFrame& frame) {
+    return reached(chain, plan, frame).intersected(frame.input.window);
+}
+
+uint64_t pixels_cut_off(const Chain& chain, const Plan& plan, const SourceFrame& frame) {
+    const io::Window lit = reached(chain, plan, frame).intersected(frame.input.display_window);
+    return lit.pixels() - lit.intersected(frame.input.window).pixels();
+}
+
+}  // namespace postchain::sequence

@@ -223,7 +223,8 @@ TEST_F(ChainTest, AnotherPictureIsAnotherChain) {
     const auto skip = [&](float value) {
         ImageF picture(2, 2, 1, 1);
         picture.at(0, 0) = value;
-        EXPECT_TRUE(io::write_planes_exr(at("a.exr"), picture, {"Y"}).ok());
+        EXPECT_TRUE(
+            io::write_planes_exr(at("a.exr"), picture, {"Y"}, io::OnExisting::overwrite).ok());
         const auto outcome = filter("dof", {"--on-existing", "skip"});
         EXPECT_EQ(outcome.code, 0) << outcome.text();
         return contains(outcome.err, "1 written");

@@ -185,6 +185,50 @@ TEST_F(ReplaceTest, Scene) {
         check({file, command});
 }
 
+TEST_F(ReplaceTest, PictureOfTheApertureOfAScene) {
+    const char* picture = "P2\n2 2\n255\n255 255\n255 0\n";
+    write_text(at("heart.pgm"), picture);
+    const Arguments scene = {"scene",
+                             "still",
+                             "-o",
+                             to("s"),
+                             "--frames",
+                             "1",
+                             "--size",
+                             "32x18",
+                             "--truth-samples",
+                             "0",
+                             "--aperture-image",
+                             at("heart.pgm")};
+    for (const char* file : {"s/aperture.exr", "s/camera.json"})
+        check({file, scene,
+               [](Arguments words, const std::string& path) {
+                   words.back() = path;
+                   return words;
+               },
+               picture});
+}
+
+TEST_F(ReplaceTest, PictureOfTheApertureOfAChainOrCameraFile) {
+    const char* picture = "P2\n2 2\n255\n255 255\n255 0\n";
+    const auto setting = [](Arguments words, const std::string& path) {
+        words.insert(words.end(), {"--set", "camera.aperture_image=" + path});
+        return words;
+    };
+    check({"o.0001.exr.json",
+           {"run", at("fxaa.yaml"), "-i", in(), "--frames", "1", "-o", to("o.####.exr")},
+           setting,
+           picture});
+    write_text(at("camera.json"), "{\"aperture_image\": \"w/o.0001.png\"}");
+    write_text(to("o.0001.png"), picture);
+    const auto by_camera =
+        run({"run", at("fxaa.yaml"), "-i", in(), "--frames", "1", "-o", to("o.####.exr"), "--png",
+             "--camera", at("camera.json"), "--on-existing", "overwrite"});
+    EXPECT_EQ(by_camera.code, 2) << by_camera.text();
+    EXPECT_TRUE(contains(by_camera.err, "picture of the aperture")) << by_camera.err;
+    EXPECT_EQ(read_text(to("o.0001.png")), picture);
+}
+
 TEST_F(ReplaceTest, Stress) {
     const Arguments command = {"stress", at("fxaa.yaml"), "--only", "/size/1*fp32", "-o", to("s")};
     for (const char* file : {"s/index.html", "s/stress.txt", "s/stress.json"})

@@ -111,7 +111,7 @@ TEST(Writers, OpenExrAndOpenImageIoGetNoFileName) {
 TEST(Writers, AreTheseAndAskWhatMayBeReplaced) {
     const Counts expected = {
         {"tools/sequence/run/run_sequence.cpp", 4},  // output, preview, sidecar, stage
-        {"tools/measure/scenes/scene.cpp", 2},       // pictures, camera.json
+        {"tools/measure/scenes/scene.cpp", 3},       // pictures, the aperture's, camera.json
         {"tools/apps/postchain/diff.cpp", 2},        // maps
         {"tools/apps/postchain/stress.cpp", 1},
         {"tools/measure/report/report.cpp", 1},     // json, csv, md, pictures of the page, chains

@@ -173,15 +173,24 @@ class Planner {
         step.taps = pixels_ * (motion_ ? (back ? 15 : 10) : 5);
         planner_.step(std::move(step));
 
+        const TextureId shown = picture("shown" + suffix, Format::r32ui);
+        add_surface_step(
+            "bright_edges", suffix,
+            {{0, planner_.input(role(Role::color))}, {1, of_planes}, {0, shown, Access::write}});
         const TextureId surfaces = picture("surfaces" + suffix, format);
-        Step edges = make_surface_step("bright_edges");
-        edges.name += suffix;
-        edges.bindings = {
-            {0, planner_.input(role(Role::color))}, {1, of_planes}, {0, surfaces, Access::write}};
-        edges.groups = groups_for(frame_.width, frame_.height);
-        edges.taps = 2 * pixels_;
-        planner_.step(std::move(edges));
+        add_surface_step("shown_surfaces", suffix,
+                         {{0, of_planes}, {1, shown}, {0, surfaces, Access::write}});
         return surfaces;
+    }
+
+    void add_surface_step(const std::string& name, const std::string& suffix,
+                          std::vector<Binding> bindings) {
+        Step step = make_surface_step(name);
+        step.name += suffix;
+        step.bindings = std::move(bindings);
+        step.groups = groups_for(frame_.width, frame_.height);
+        step.taps = 10 * pixels_;
+        planner_.step(std::move(step));
     }
 
     TextureId add_tile_surfaces() {

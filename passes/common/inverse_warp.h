@@ -3,7 +3,8 @@
 // docs/inverse_warp.md.
 //
 //   inverse_depth [, motion [, motion_back]] --surfaces-> surfaces_of_planes
-//   color, surfaces_of_planes --bright_edges-> surfaces; both of the frames before and after too
+//   color, surfaces_of_planes --bright_edges-> shown
+//   surfaces_of_planes, shown --shown_surfaces-> surfaces; all of the frames before and after too
 //   surfaces --tile_surfaces-> tile_surfaces
 //   tile_surfaces --starts--> starts; work lists: moving_blocks, still_blocks
 //   color, surfaces --background--> background_color, background_depth

@@ -8,6 +8,7 @@
 #include "common/finite.glsl"
 #include "common/work_group.glsl"
 
+#include "inverse_warp/around.glsl"
 #include "inverse_warp/surface.glsl"
 
 layout(binding = 0) uniform sampler2D inverse_depth;
@@ -23,8 +24,6 @@ float depth_at(ivec2 p) {
     const float q = texelFetch(inverse_depth, p, 0).x;
     return q > 0.0 ? min(q, 3.0e38) : 0.0;
 }
-
-const ivec2 kAround[4] = ivec2[4](ivec2(-1, 0), ivec2(1, 0), ivec2(0, -1), ivec2(0, 1));
 
 #if MOTION
 // xy: motion, zw: motion_back
@@ -101,6 +100,6 @@ Surface surface_at(ivec2 p) {
 
 void main() {
     const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(p, block.size))) return;
+    if (!inside(p)) return;
     imageStore(surfaces_of_planes, p, pack_surface(surface_at(p)));
 }

@@ -1,0 +1,35 @@
+#version 450 core
+// Each pixel gets the surface that it shows (bright_edges.comp), and an edge to those around it that
+// show another.
+//
+//   surfaces_of_planes, shown -> surfaces
+#include "common/work_group.glsl"
+
+#include "inverse_warp/around.glsl"
+#include "inverse_warp/surface.glsl"
+
+layout(binding = 0) uniform usampler2D surfaces_of_planes;
+layout(binding = 1) uniform usampler2D shown;
+layout(binding = 0) writeonly uniform uimage2D surfaces;
+
+// What is shown at p; `changed`: it is not the pixel's own.
+Surface shown_at(ivec2 p, out bool changed) {
+    const uint from = texelFetch(shown, p, 0).x;
+    changed = from != 0u;
+    const ivec2 at = changed ? p + kAround[from - 1u] : p;
+    return unpack_surface(texelFetch(surfaces_of_planes, at, 0));
+}
+
+void main() {
+    const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    if (!inside(p)) return;
+    bool changed;
+    Surface s = shown_at(p, changed);
+    for (int i = 0; i < 4; ++i) {
+        const ivec2 at = p + kAround[i];
+        if (!inside(at)) continue;
+        const Surface other = shown_at(at, changed);
+        s.edge = s.edge || (changed && !one_depth(other.inverse_depth, s.inverse_depth));
+    }
+    imageStore(surfaces, p, pack_surface(s));
+}

@@ -42,7 +42,10 @@ std::string Camera::text() const {
     Camera named = *this;
     if (aperture_image.is_read())
         named.aperture_image = ApertureImage(hex_of(aperture_image.hash()));
-    return camera_parameters().text(&named);
+    std::string text = camera_parameters().text(&named);
+    // As yet without the unit that makes it a distance.
+    if (metadata_focus_m) text += " metadata_focus_m=" + text_of(*metadata_focus_m);
+    return text;
 }
 
 const ParameterTable& camera_parameters() {

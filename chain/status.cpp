@@ -12,6 +12,8 @@ const char* name_of(StatusCode code) {
             return "chain";
         case StatusCode::input:
             return "input";
+        case StatusCode::memory:
+            return "memory";
         case StatusCode::output:
             return "output";
         case StatusCode::gl:

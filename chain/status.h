@@ -19,6 +19,7 @@ enum class StatusCode {
     usage,     // an argument of the caller is wrong
     chain,     // the chain or its parameters are invalid
     input,     // an input is missing, unreadable, or lacks a plane a pass needs
+    memory,    // an input takes more memory than there is, or than is allowed
     output,    // an output cannot be written
     gl,        // no usable GL, out of GL memory, or a GL error
     health,    // non-finite values where the caller asked for none

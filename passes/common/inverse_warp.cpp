@@ -409,7 +409,7 @@ Promises promises_of(const Settings& settings) {
 }
 
 // The tiles that can reach a pixel's tile end `ring` tiles from it, and a surface at their edge is
-// told from the pixels up to four pixels from it. Every position of the search lies on a path that
+// told from what is up to four pixels around it. Every position of the search lies on a path that
 // ends at the pixel; what is hidden there comes from cells up to one and a half tiles around, and
 // highlights go a pixel further.
 Reach reach_of(const Settings& settings, const FrameDescription& frame) {

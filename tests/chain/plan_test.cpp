@@ -296,5 +296,14 @@ TEST(Planner, PrintsNameEverythingThatRunsAndIsLeftOut) {
     EXPECT_EQ(plan_as_json(plan).find('\n'), std::string::npos);
 }
 
+// The unit that makes a distance of it may be stated later: it counts by itself.
+TEST(CameraText, HasTheFocusOfTheMetadata) {
+    Camera meters;
+    meters.focus_distance = 2;
+    Camera stated = meters;
+    meters.metadata_focus_m = 2;
+    EXPECT_NE(meters.text(), stated.text());
+}
+
 }  // namespace
 }  // namespace postchain::test

@@ -60,6 +60,18 @@ TEST_F(OutputFilesTest, AnInputIsItselfUnderEveryName) {
     EXPECT_TRUE(files(at("a/folder/free.exr")).check().ok());
 }
 
+// A shipped chain is named by a word, as if it were a file of the working folder.
+TEST_F(OutputFilesTest, WhatIsNotThereIsNotRead) {
+    fs::create_directory(at("report"));
+    OutputFiles all;
+    all.read({at("report/balanced"), "the chain file"});
+    all.write(OutputFolder{at("report"), "a report", "mark", "owner", "name another"});
+    EXPECT_TRUE(all.check().ok()) << all.check().message();
+    make("report/balanced");
+    all.read({at("report/balanced"), "the chain file"});
+    EXPECT_EQ(all.check().code(), StatusCode::usage);
+}
+
 TEST_F(OutputFilesTest, RelativeNamesAreThoseOfTheWorkingFolder) {
     const fs::path before = fs::current_path();
     fs::current_path(folder_.path());

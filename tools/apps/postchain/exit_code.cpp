@@ -13,6 +13,7 @@ int exit_code(const Status& status) {
         case StatusCode::chain:
             return kExitChain;
         case StatusCode::input:
+        case StatusCode::memory:
             return kExitInput;
         case StatusCode::output:
             return kExitOutput;

@@ -26,7 +26,11 @@ Result<io::OutputFiles> files_of(const ExperimentSettings& settings) {
     std::error_code error;
     if (settings.assets.empty() || fs::equivalent(settings.assets, settings.folder, error))
         return files;
-    const fs::path page = fs::weakly_canonical(fs::absolute(settings.folder)) / "index.html";
+    const fs::path folder = fs::absolute(settings.folder, error);
+    if (error) return Status(StatusCode::output, settings.folder + ": " + error.message());
+    const fs::path canonical = fs::weakly_canonical(folder, error);
+    if (error) return Status(StatusCode::output, settings.folder + ": " + error.message());
+    const fs::path page = canonical / "index.html";
     files.write(io::OutputFolder{settings.assets, "the folder of this page's pictures", kAssetsMark,
                                  "Pictures of the page " + page.string() + "\n",
                                  "name another folder with --assets"});

@@ -28,13 +28,15 @@ std::vector<int> shown_channels(const OIIO::ImageSpec& spec) {
 Status check(const OIIO::ImageSpec& spec) {
     const int width = spec.full_width, height = spec.full_height;
     if (spec.deep) return refuse("is a deep picture; flatten it");
+    if (spec.depth > 1 || spec.full_depth > 1)
+        return refuse("is a volume; one flat picture is needed");
     if (shown_channels(spec).empty()) return refuse("has no channel of color or gray");
     for (const int side : {width, height, spec.width, spec.height})
         if (side > kMaxApertureSide)
             return refuse(concat("has ", side, " pixels on a side; at most ", kMaxApertureSide,
                                  " are read: make it smaller (", ApertureImage::kSide,
                                  " are used)"));
-    if (width != height || width < 1)
+    if (width != height || width < 1 || spec.width < 1 || spec.height < 1)
         return refuse(concat("is ", width, "x", height,
                              " pixels; the picture of an aperture is square: crop it, or add black "
                              "at its sides"));
@@ -51,9 +53,13 @@ Result<ImageF> gray_of(OIIO::ImageInput& file, const OIIO::ImageSpec& spec) {
     ImageF gray(spec.full_width, spec.full_height, 1);
     for (int y = 0; y < gray.height; ++y)
         for (int x = 0; x < gray.width; ++x) {
-            const int from_x = x + spec.full_x - spec.x, from_y = y + spec.full_y - spec.y;
+            // A file states where its windows are.
+            const int64_t from_x = int64_t(x) + spec.full_x - spec.x;
+            const int64_t from_y = int64_t(y) + spec.full_y - spec.y;
             if (from_x < 0 || from_y < 0 || from_x >= data.width || from_y >= data.height) continue;
-            const auto value = [&](size_t i) { return data.at(from_x, from_y, shown[i]); };
+            const auto value = [&](size_t i) {
+                return data.at(int(from_x), int(from_y), shown[i]);
+            };
             gray.at(x, y) = shown.size() == 3
                                 ? 0.2126f * value(0) + 0.7152f * value(1) + 0.0722f * value(2)
                                 : value(0);

@@ -83,8 +83,9 @@ std::string OutputFiles::resolved(const std::string& path) {
 void OutputFiles::read(const InputFile& file) {
     struct stat info;
     const std::string what = concat(file.what, " ", file.path);
-    if (::stat(file.path.c_str(), &info) == 0)
-        inputs_.emplace(Identity(info.st_dev, info.st_ino), what);
+    // What is not there is not read: a shipped chain or profile is named by a word.
+    if (::stat(file.path.c_str(), &info) != 0) return;
+    inputs_.emplace(Identity(info.st_dev, info.st_ino), what);
     input_at_.emplace(resolved(file.path), what);
     std::error_code error;
     if (fs::is_symlink(file.path, error))

@@ -14,7 +14,7 @@ Result<SourceFrame> scan_source_frame(const SourceSettings& settings, const Fram
                                       RoleSet wanted, int rows);
 
 // check_signs() of a frame against the next one. `longest_px`: the largest speed in it; vectors
-// that lead further up or down than 256 MiB of rows are left out.
+// that lead further up or down than 128 MiB of rows are left out.
 Result<SignCheck> scan_signs(const SourceSettings& settings, const FrameHeader& header,
                              const FrameHeader& next, double longest_px, int rows);
 

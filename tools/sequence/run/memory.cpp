@@ -84,7 +84,7 @@ uint64_t frame_bytes(const FrameHeader& header, RoleSet present, io::Keep keep, 
 
 Status check_memory(const std::string& path, uint64_t bytes, uint64_t limit) {
     if (limit == 0 || bytes <= limit) return Status();
-    return Status(StatusCode::input,
+    return Status(StatusCode::memory,
                   concat(path, ": this frame takes ", bytes_text(bytes),
                          " of memory, and --max-memory allows ", bytes_text(limit),
                          "; allow more, or render it smaller or with fewer channels"));

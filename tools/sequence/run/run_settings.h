@@ -22,7 +22,7 @@ enum class ErrorPolicy { stop, keep_going };
 
 struct RunSettings {
     io::InputSpec input;
-    std::vector<io::InputFile> other_inputs;  // chain, camera, profile: what is read besides
+    std::vector<io::InputFile> other_inputs;  // chain, camera, profile, pictures
     std::optional<io::FrameRange> frames;     // none: all on disk
     io::PathPattern output;
     SourceSettings source;

@@ -166,13 +166,16 @@ class Walk {
         return Status();
     }
 
-    // Of the frame on its way, and of the neighbors that are kept for it.
+    // Of the frame on its way and of the neighbors that are kept for it, which may be read to be
+    // filtered and written too.
     uint64_t bytes_of(const FrameInputs& inputs) const {
         const OpenedFrame& frame = *inputs.frame;
         const int rows = frame.header.window.height();
-        const uint64_t planes = frame_bytes(frame.header, frame.planes, io::Keep::nothing, rows);
-        return frame_bytes(frame.header, frame.planes, job_.keep(), rows) +
-               planes * inputs.neighbors.size();
+        uint64_t bytes = frame_bytes(frame.header, frame.planes, job_.keep(), rows);
+        for (const auto& [neighbor, other] : inputs.neighbors)
+            bytes += frame_bytes(other->header, other->planes, job_.keep(),
+                                 other->header.window.height());
+        return bytes;
     }
 
     // ------------------------------------------------------------------- caller's thread

@@ -143,6 +143,8 @@ Result<SourceFrame> SequenceReader::read(const FrameInputs& inputs) {
     for (const auto& [neighbor, opened] : inputs.neighbors) {
         Entry& other = *window_.at(opened->number);
         if (Status status = decode(other); !status.ok()) {
+            // What is left out for want of memory would depend on the machine.
+            if (status.code() == StatusCode::memory) return status;
             const std::string why = first_line(status.message());
             frame.description.missing_neighbors[neighbor] = why;
             frame.warnings.push_back(

@@ -160,7 +160,7 @@ Result<SourceStrip> read_source_strip(const SourceSettings& settings, const Fram
     try {
         return read_strip(settings, header, present, keep, first, end);
     } catch (const std::bad_alloc&) {
-        return Status(StatusCode::input,
+        return Status(StatusCode::memory,
                       concat(header.files.color_file().path(), ": not enough memory, ",
                              bytes_text(frame_bytes(header, present, keep, end - first)),
                              " are needed; free some, or render it smaller"));

@@ -38,10 +38,6 @@ double norm(Vec v) {
     return std::sqrt(dot(v, v));
 }
 
-bool finite(const double* rgba) {
-    return std::all_of(rgba, rgba + 4, [](double x) { return std::isfinite(x); });
-}
-
 // A frame before or after.
 struct OtherFrame {
     double offset = 0;  // frames
@@ -132,7 +128,7 @@ class Warp {
         for (int i = 0; i < 4; ++i)
             c[size_t(i)] = (1 - fy) * ((1 - fx) * color.at(x0, y0, i) + fx * color.at(x1, y0, i)) +
                            fy * ((1 - fx) * color.at(x0, y1, i) + fx * color.at(x1, y1, i));
-        if (finite(c.data())) return c;
+        if (reference::finite(c.data())) return c;
         // A weight of 0 times what is not finite is NaN: then the nearest pixel alone counts.
         const double* nearest = color.pixel(int(at.x + 0.5), int(at.y + 0.5));
         std::copy(nearest, nearest + 4, c.begin());

@@ -46,23 +46,17 @@ class BrightEdges {
     bool same(int x, int y, int i, int j) const {
         return one_depth(surface(x, y).inverse_depth, surface(i, j).inverse_depth);
     }
-    bool finite(int x, int y) const {
-        const double* c = color_.pixel(x, y);
-        return std::all_of(c, c + 4, [](double value) { return std::isfinite(value); });
-    }
-    double light(int x, int y) const {
-        const double* c = color_.pixel(x, y);
-        return std::max({c[0], c[1], c[2]});
-    }
+    bool finite_at(int x, int y) const { return finite(color_.pixel(x, y)); }
+    double light(int x, int y) const { return largest(color_.pixel(x, y)); }
 
     // The surface next to a pixel whose light it shows; null: it shows its own.
     const Surface* shown_at(int x, int y) const {
         const Surface& own = surface(x, y);
-        if (!own.edge || !finite(x, y) || light(x, y) <= 0) return nullptr;
+        if (!own.edge || !finite_at(x, y) || light(x, y) <= 0) return nullptr;
         const Surface* brightest = nullptr;
         double most = 0;
         for (const auto& [i, j] : kAround) {
-            if (!inside(x + i, y + j) || same(x, y, x + i, y + j) || !finite(x + i, y + j) ||
+            if (!inside(x + i, y + j) || same(x, y, x + i, y + j) || !finite_at(x + i, y + j) ||
                 light(x + i, y + j) <= most)
                 continue;
             most = light(x + i, y + j);
@@ -85,7 +79,8 @@ class BrightEdges {
             int count = 0;
             for (int j = y - reach; j <= y + reach; ++j)
                 for (int i = x - reach; i <= x + reach; ++i) {
-                    if (!inside(i, j) || surface(i, j).edge || !same(x, y, i, j) || !finite(i, j))
+                    if (!inside(i, j) || surface(i, j).edge || !same(x, y, i, j) ||
+                        !finite_at(i, j))
                         continue;
                     for (size_t c = 0; c < 3; ++c) sum[c] += color_.at(i, j, int(c));
                     ++count;

@@ -4,19 +4,12 @@
 #include <cmath>
 
 #include "chain/work_list.h"
+#include "passes/common/inverse_warp_reference_surfaces.h"
 
 namespace postchain::inverse_warp::reference {
 namespace {
 
 constexpr double kSoftPx = 4;
-
-bool finite(const double* rgba) {
-    return std::all_of(rgba, rgba + 4, [](double x) { return std::isfinite(x); });
-}
-
-double largest(const double* rgb) {
-    return std::max({rgb[0], rgb[1], rgb[2]});
-}
 
 // Light and mean square of one pixel.
 struct Light {

@@ -159,6 +159,14 @@ double longest(const Surface& s, const Settings& settings) {
     return (settings.shutter ? s.path() : 0) + std::abs(s.radius);
 }
 
+bool finite(const double* rgba) {
+    return std::all_of(rgba, rgba + 4, [](double x) { return std::isfinite(x); });
+}
+
+double largest(const double* rgb) {
+    return std::max({rgb[0], rgb[1], rgb[2]});
+}
+
 double half_open_of(const Settings& settings) {
     return settings.shutter ? settings.shutter->half_open : 1;
 }

@@ -67,6 +67,10 @@ double displaced(const Surface& s, const Settings& settings);
 double apart(const Surface& s, const Surface& t, const Settings& settings);
 double longest(const Surface& s, const Settings& settings);
 
+// Of the color of a pixel: all four values are finite; the largest of red, green and blue.
+bool finite(const double* rgba);
+double largest(const double* rgb);
+
 // Half the open time, frames: 1 without a shutter.
 double half_open_of(const Settings& settings);
 

@@ -132,6 +132,19 @@ TEST_F(ForeignTest, NothingOfAFileActsOnTheTerminal) {
         "1m\xe2\x80\xae\xef\xbf\xbd\r";
     EXPECT_EQ(json_lines(json.out).at(0)["files"]["color"]["parts"][0]["channels"].back()["name"],
               "evil" + replaced);
+    // A neighbor that cannot be read is named in the plan and in the sidecar.
+    const std::string frames = at("b" + evil + ".####.exr");
+    write_frame(at("b" + evil + ".0001.exr"), make_planes(48, 32));
+    write_text(at("b" + evil + ".0002.exr"), "no EXR");
+    write_text(at("warp.yaml"), "postchain: 1\npasses: [motion_blur: {mode: inverse_warp}]\n");
+    const auto plan = run({"plan", at("warp.yaml"), "-i", frames, "--frames", "1", "--json"});
+    expect_harmless(plan.out);
+    EXPECT_TRUE(contains(plan.out, ".0002.exr")) << plan.text();
+    EXPECT_EQ(json_lines(plan.out).at(0).count("steps"), 1u);
+    const auto filtered =
+        run({"run", at("warp.yaml"), "-i", frames, "--frames", "1", "-o", at("n.####.exr")});
+    EXPECT_EQ(filtered.code, 0) << filtered.text();
+    EXPECT_TRUE(exists(at("n.0001.exr.json")));
     // What is no control character stays.
     const std::string name = at("grün 日本.0001.exr");
     ASSERT_TRUE(io::write_planes_exr(name, file).ok());

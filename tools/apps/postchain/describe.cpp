@@ -56,7 +56,10 @@ int plan_verb(const Options& options, const std::string& format) {
                     const std::string text = format == "json"  ? plan_as_json(*plan) + "\n"
                                              : format == "dot" ? plan_as_dot(*plan)
                                                                : plan_as_text(*plan);
-                    std::fputs(printable(text, Lines::keep).c_str(), stdout);
+                    // JSON has escapes of its own.
+                    std::fputs(
+                        format == "json" ? text.c_str() : printable(text, Lines::keep).c_str(),
+                        stdout);
                 }
             }
         }

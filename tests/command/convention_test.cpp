@@ -223,7 +223,7 @@ TEST_F(ConventionTest, FocusOfTheMetadata) {
         contains(chain(concat(", meters_per_unit: 0.05, focus_distance: ", double(0.1f) / 0.05)),
                  "scene unit"));
     EXPECT_EQ(meters, read_color(out(1)));
-    // A unit that nobody states: a warning, where a pass needs it.
+    // A unit that is stated nowhere: a warning, where a pass needs it.
     EXPECT_TRUE(contains(chain(""), "a scene unit is taken as 1 m"));
     EXPECT_NE(meters, read_color(out(1)));
     EXPECT_TRUE(contains(sidecar(1)["warnings"].dump(), "meters_per_unit is stated nowhere"));

@@ -137,7 +137,7 @@ TEST(GrownWindow, WhatIsAroundTheFilesPixels) {
         for (const char* name : {"mask", "id"}) expect_placed(in, out, 0, name, 0);
         if (sampled) expect_placed(in, out, 0, "small", 0);
         expect_placed(in, out, 0, "Z", 1e10f);
-        expect_placed(in, out, 0, "half.Z", 0);  // nobody's
+        expect_placed(in, out, 0, "half.Z", 0);  // of no plane
         expect_placed(in, out, 0, "mv.x", 0.5f);
         if (one.parts) {
             EXPECT_EQ(oiio_channels(in, 1), oiio_channels(out, 1));

@@ -1,4 +1,4 @@
-// Files of shapes that nobody here wrote, in combinations that follow from a seed: every
+// Files of shapes as other programs write them, in combinations that follow from a seed: every
 // compression, tiles and levels, windows anywhere, parts and views beside color, deep ones among
 // them. Whatever is not color comes through bit for bit, around the data window as nothing.
 #include <ImfChannelList.h>

@@ -134,7 +134,7 @@ TEST(Writers, AreTheseAndAskWhatMayBeReplaced) {
     for (const auto& [file, times] : expected) EXPECT_TRUE(found.count(file)) << file;
 }
 
-// Who may say that a file is replaced: nobody but the one place, and the words of an option.
+// Who may say that a file is replaced: only the one place, and the words of an option.
 TEST(Writers, OnlyOnePlaceSaysOverwrite) {
     const std::set<std::string> allowed = {"tools/sequence/io/atomic_file.cpp",
                                            "tools/sequence/io/output_files.cpp",

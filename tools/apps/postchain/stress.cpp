@@ -12,6 +12,7 @@
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/stress/matrix.h"
 #include "tools/measure/stress/page.h"
+#include "tools/sequence/io/aperture_file.h"
 #include "tools/sequence/io/json.h"
 #include "tools/sequence/io/output_files.h"
 
@@ -86,9 +87,12 @@ constexpr const char* kText = "stress.txt";
 constexpr const char* kJson = "stress.json";
 constexpr const char* kPage = "index.html";
 
-io::OutputFiles files_of(const Options& options, const StressOptions& stress) {
+io::OutputFiles files_of(const Options& options, const StressOptions& stress,
+                         const std::vector<stress::Subject>& subjects) {
     io::OutputFiles files(stress.on_existing);
     if (!options.chain.empty()) files.read({options.chain, "the chain file"});
+    for (const auto& subject : subjects)
+        for (const auto& picture : io::inputs_of(subject.chain.camera)) files.read(picture);
     if (stress.folder.empty()) return files;
     for (const char* name : {kText, kJson, kPage})
         files.write(io::OutputFile{stress.folder + "/" + name, "the matrix",
@@ -132,7 +136,7 @@ void add_stress(CLI::App& verb, Options& o, StressOptions& stress) {
 int stress_verb(const Options& options, const StressOptions& stress) {
     auto subjects = subjects_of(options);
     if (!subjects.ok()) return fail(subjects.status());
-    const io::OutputFiles files = files_of(options, stress);
+    const io::OutputFiles files = files_of(options, stress, *subjects);
     if (Status status = files.check(); !status.ok()) return fail(status);
     auto context = context_of(options);
     if (!context.ok()) return fail(context.status());

@@ -7,6 +7,7 @@
 #include "tools/measure/report/words.h"
 #include "tools/sequence/io/aperture_file.h"
 #include "tools/sequence/io/exr_writer.h"
+#include "tools/sequence/io/file_stamp.h"
 #include "tools/sequence/io/json.h"
 #include "tools/sequence/run/frame_task.h"
 #include "tools/sequence/run/run_settings.h"
@@ -71,10 +72,8 @@ Result<metrics::Picture> Truth::load(int frame) const {
 
 std::string Truth::identity(int frame) const {
     const std::string& path = files_.at(frame).at(Role::color);
-    std::error_code error;
-    const auto size = fs::file_size(path, error);
-    const auto time = fs::last_write_time(path, error).time_since_epoch().count();
-    return concat(fs::path(path).filename().string(), " ", size, " ", time);
+    const auto stamp = io::FileStamp::of(path);
+    return concat(fs::path(path).filename().string(), " ", stamp.bytes, " ", stamp.time);
 }
 
 Status Truth::survey(const sequence::RunSettings& input, metrics::ToneMapper mapper) {

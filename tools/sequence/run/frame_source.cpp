@@ -261,11 +261,16 @@ std::string SourceFrame::first_nonfinite_text() const {
     return first ? concat("(", (*first)[0], ", ", (*first)[1], ")") : "none";
 }
 
-Result<Plan> plan_source_frame(const Chain& chain, const SourceFrame& frame,
-                               const PlanOptions& options) {
+FrameDescription planned_description(const Chain& chain, const SourceFrame& frame) {
     FrameDescription description = frame.description;
     find_depths(chain, frame.planes, description);
-    auto plan = make_plan(chain, description, options);
+    description.camera = description.camera.overlaid_by(chain.camera);
+    return description;
+}
+
+Result<Plan> plan_source_frame(const Chain& chain, const SourceFrame& frame,
+                               const PlanOptions& options) {
+    auto plan = make_plan(chain, planned_description(chain, frame), options);
     if (plan.ok()) return plan;
     const Status status = plan.status();
     std::string text = frame.input.files.color_file().path() + ": " + status.message();

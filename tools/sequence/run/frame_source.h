@@ -94,6 +94,10 @@ RoleSet planes_needed(const Chain& chain, const SourceSettings& settings, const 
 Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeader header,
                                       RoleSet wanted, io::Keep keep);
 
+// The frame as its plan has it: with the camera of the chain and the depths that its passes ask
+// for.
+FrameDescription planned_description(const Chain& chain, const SourceFrame& frame);
+
 // make_plan() for this frame. An error names the file and, for a plane that is missing, the
 // channel names that were looked for and those that the file has.
 Result<Plan> plan_source_frame(const Chain& chain, const SourceFrame& frame,

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "chain/depth_at.h"
 #include "tools/sequence/run/written_window.h"
 
 namespace postchain::sequence {
@@ -29,9 +28,7 @@ std::vector<std::string> plan_warnings(const Chain& chain, const Plan& plan,
                                   frame.input.display_window.text(),
                                   ": light that the chain moves out of it, into ", lost,
                                   " pixels at most, is lost (--data-window grow keeps it)"));
-    FrameDescription description = frame.description;
-    find_depths(chain, frame.planes, description);
-    description.camera = description.camera.overlaid_by(chain.camera);
+    const FrameDescription description = planned_description(chain, frame);
     const Camera& camera = description.camera;
     if (camera.metadata_focus_m && !camera.meters_per_unit && asks_for_focus(chain, description))
         warnings.push_back(

@@ -1,10 +1,10 @@
 #include "tools/sequence/run/run_sequence.h"
 
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 
 #include "tools/sequence/io/preview.h"
+#include "tools/sequence/run/clock.h"
 #include "tools/sequence/run/fingerprint.h"
 #include "tools/sequence/run/plan_warnings.h"
 #include "tools/sequence/run/run_files.h"
@@ -16,7 +16,6 @@ namespace postchain::sequence {
 namespace {
 
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
 
 constexpr const char* kFingerprintAttribute = "postchain";
 
@@ -127,7 +126,7 @@ class FilterJob final : public FrameJob {
             report.warnings.push_back(concat(report.output, ": ", bad,
                                              " pixels of the result are not finite: Inf clamped to "
                                              "the largest value of its channel, NaN to 0"));
-        report.write_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+        report.write_ms = milliseconds_since(start);
         if (settings_.preview)
             if (Status status = write_preview(report.output, frame.result); !status.ok())
                 return status;

@@ -1,7 +1,6 @@
 #include "tools/sequence/run/runner.h"
 
 #include <algorithm>
-#include <chrono>
 #include <limits>
 #include <new>
 #include <semaphore>
@@ -10,16 +9,11 @@
 #include <thread>
 
 #include "tools/sequence/run/channel.h"
+#include "tools/sequence/run/clock.h"
 #include "tools/sequence/run/memory.h"
 
 namespace postchain::sequence {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double milliseconds_since(Clock::time_point start) {
-    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 // What `stage` throws must not leave its thread: memory runs out in a library, mostly.
 template <class Stage>

@@ -1,25 +1,19 @@
 #include "tools/sequence/run/source_strip.h"
 
 #include <algorithm>
-#include <chrono>
 #include <new>
 #include <utility>
 
 #include "tools/sequence/run/clear_edges.h"
+#include "tools/sequence/run/clock.h"
 #include "tools/sequence/run/memory.h"
 
 namespace postchain::sequence {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
 // Rows above and below those asked for that edges are told by.
 constexpr int kContextRows = 4;
 static_assert(kContextRows >= kClearEdgeRows);
-
-double milliseconds_since(Clock::time_point start) {
-    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 FramePlanes rows_of(const FramePlanes& planes, int first, int end) {
     FramePlanes rows;

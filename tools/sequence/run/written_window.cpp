@@ -4,16 +4,12 @@
 #include <cmath>
 #include <set>
 
-#include "chain/depth_at.h"
-
 namespace postchain::sequence {
 namespace {
 
 // The file's data window and the pixels around it to which the passes that run may move light.
 io::Window reached(const Chain& chain, const Plan& plan, const SourceFrame& frame) {
-    FrameDescription description = frame.description;
-    find_depths(chain, frame.planes, description);
-    description.camera = description.camera.overlaid_by(chain.camera);
+    const FrameDescription description = planned_description(chain, frame);
     std::set<int> left_out;
     for (const Elision& elision : plan.elisions)
         if (elision.kind == ElisionKind::pass) left_out.insert(elision.pass);

@@ -19,7 +19,7 @@
  *           (on the CPU: it allocates), and its uniforms are filled in place; textures are made
  * only for new sizes, and programs never: that is pc_prepare()'s. GL state  Touched by pc_run():
  * program, uniform buffer 0, storage buffers, images, textures (GL_TEXTURE_2D) and sampler objects
- * of the first units (at most 8 of each), the indirect buffer. Left as pc_state says. Nothing else,
+ * of the first units (at most 16 of each), the indirect buffer. Left as pc_state says. Nothing else,
  * by any call; no framebuffer, no vertex array, no pixel store. GL error  The flag is the host's.
  * It is read with PC_VALIDATE, and where GL itself refused an allocation, so that this error is not
  * left behind. Loading   GL is resolved by libepoxy, from whichever of EGL and GLX made the current

@@ -218,7 +218,7 @@ Status CompiledPlan::run(RunObjects& objects, const RunOptions& options) {
                                 options.time_steps ? std::string_view(step.name) : "");
         }
     }
-    glMemoryBarrier(kLastBarriers | (lists_.empty() ? 0 : kLastListBarriers));
+    glMemoryBarrier(kLastBarriers | (lists_.empty() ? 0 : kLastListBarriers) | options.barriers);
     return status;
 }
 

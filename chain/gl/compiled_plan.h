@@ -36,6 +36,7 @@ struct RunOptions {
     Clock* clock = nullptr;   // marks intervals; begun by the caller
     bool time_steps = false;  // each step, not each pass
     bool labels = false;      // a debug group for each step
+    uint32_t barriers = 0;    // GL_*_BARRIER_BIT besides its own, after the last step
     // Called after each step, with its index; a failure ends the run.
     const std::function<Status(int)>* after_step = nullptr;
 };

@@ -19,11 +19,11 @@
  *           (on the CPU: it allocates), and its uniforms are filled in place; textures are made
  * only for new sizes, and programs never: that is pc_prepare()'s. GL state  Touched by pc_run():
  * program, uniform buffer 0, storage buffers, images, textures (GL_TEXTURE_2D) and sampler objects
- * of the first units (at most 16 of each), the indirect buffer. Left as pc_state says. Nothing else,
- * by any call; no framebuffer, no vertex array, no pixel store. GL error  The flag is the host's.
- * It is read with PC_VALIDATE, and where GL itself refused an allocation, so that this error is not
- * left behind. Loading   GL is resolved by libepoxy, from whichever of EGL and GLX made the current
- * context. */
+ * of the first units (at most 16 of each), the indirect buffer. Left as pc_state says. Nothing
+ * else, by any call; no framebuffer, no vertex array, no pixel store. GL error  The flag is the
+ * host's. It is read with PC_VALIDATE, and where GL itself refused an allocation, so that this
+ * error is not left behind. Loading   GL is resolved by libepoxy, from whichever of EGL and GLX
+ * made the current context. */
 #ifndef POSTCHAIN_POSTCHAIN_H
 #define POSTCHAIN_POSTCHAIN_H
 #include <stddef.h>
@@ -139,6 +139,9 @@ PC_API pc_result pc_chain_parameter(pc_chain*, uint32_t index, pc_parameter*);
 PC_API pc_result pc_chain_set_number(pc_chain*, uint32_t pass, const char* key, double value);
 PC_API pc_result pc_chain_set_text(pc_chain*, uint32_t pass, const char* key, const char* value);
 PC_API pc_result pc_chain_set_point(pc_chain*, uint32_t pass, const char* key, double x, double y);
+/* A picture of the aperture: 128 x 128 linear transmittances >= 0, rows from the top, as it is seen
+ * in a highlight behind the focus. */
+PC_API pc_result pc_chain_set_aperture(pc_chain*, const float* values);
 PC_API pc_result pc_chain_unset(pc_chain*, uint32_t pass, const char* key);
 
 /* --------------------------------------------------------------------------------------- frame */
@@ -163,7 +166,8 @@ enum {
     PC_TOP_LEFT = 2,        /* row 0 of the textures is the top; else the bottom, GL's own */
     PC_MOTION_TO_NEXT = 4,  /* vectors point at the next frame; else they are this minus previous,
                                and the motion is taken to go on */
-    PC_MOTION_JITTERED = 8, /* vectors hold jitter_px - previous_jitter_px: it is taken out */
+    PC_MOTION_JITTERED = 8, /* vectors hold the difference of jitter_px and other_jitter_px: it is
+                               taken out */
     PC_HALF_PLANES = 16,    /* planes in between are stored as halves */
     PC_NO_ELISION = 32      /* every pass does its whole work; the picture is the same */
 };
@@ -184,7 +188,8 @@ typedef struct pc_frame {
     /* (stored - motion_bias) * motion_scale = texels of this frame, y counted as rows are stored. 0
      * = 1. Of normalized device coordinates: {w/2, h/2}; of uv: {w, h}. */
     float motion_scale[2], motion_bias[2];
-    float jitter_px[2], previous_jitter_px[2]; /* as the vectors hold it, in the same texels */
+    /* Of this frame, and of the one that the vectors lead to or from; in the same texels. */
+    float jitter_px[2], other_jitter_px[2];
     float pre_exposure; /* color is scene-linear times this, and so is the result; 0 = 1 */
     float focal_length_mm, sensor_width_mm, f_stop, focus_distance; /* 0 = not known */
     float meters_per_unit, shutter_frames; /* 0 = 1; 0 = 0.5. A closed shutter is a value < 0 */
@@ -227,7 +232,7 @@ PC_API pc_result pc_set_timing(pc_instance*, int level); /* 0 off, 1 passes, 2 s
 PC_API pc_result pc_timings(pc_instance*, pc_time* times, uint32_t* count, uint64_t* frame_number);
 typedef struct pc_counters { /* since pc_create(), but for what is alive now */
     uint32_t struct_size, reserved;
-    uint64_t frames, dispatches, barriers, uniform_uploads;
+    uint64_t frames, dispatches, barriers;
     uint64_t programs, plans_made, texture_allocations;
     uint64_t textures_alive, texture_bytes, texture_bytes_peak;
 } pc_counters;

@@ -56,7 +56,7 @@ TEST(GlfwHost, BlursWhatMoves) {
     // The first frame is a cut: antialiased, not blurred.
     const int sharp = mixed(picture_after(1)), blurred = mixed(picture_after(9));
     EXPECT_GT(sharp, 100);
-    EXPECT_GT(blurred, 3 * sharp);
+    EXPECT_GT(blurred, 2 * sharp);
     EXPECT_LT(blurred, kWidth * kHeight / 4);
 }
 

@@ -153,7 +153,8 @@ class Hostile {
         glCreateRenderbuffers(1, &renderbuffer_);
         const char* source = "#version 450 core\nlayout(local_size_x = 1) in; void main() {}\n";
         program_ = glCreateShaderProgramv(GL_COMPUTE_SHADER, 1, &source);
-        glCreateProgramPipelines(1, &pipeline_);
+        glGenProgramPipelines(1, &pipeline_);
+        glBindProgramPipeline(pipeline_);
         // Whatever runs before has left GL's flag alone.
         EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR));
     }
@@ -259,6 +260,8 @@ class Hostile {
     }
     // What tests that read pixels need.
     static void settle() {
+        glUseProgram(0);
+        glBindProgramPipeline(0);
         for (const GLenum target : {GL_PIXEL_PACK_BUFFER, GL_PIXEL_UNPACK_BUFFER})
             glBindBuffer(target, 0);
         for (const GLenum what : {GL_PACK_ROW_LENGTH, GL_PACK_SKIP_ROWS, GL_UNPACK_ROW_LENGTH,

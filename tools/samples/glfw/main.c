@@ -25,7 +25,7 @@ static const char *VERTEX_SHADER =
     "out vec4 here, there;\n"
     "vec4 place(vec2 p, float turn) {\n"
     "    float c = cos(turn), s = sin(turn), d = thing == 0 ? 12.0 : 4.0;\n"
-    "    vec2 q = thing == 0 ? p * 12.0 : mat2(c, s, -s, c) * (p * vec2(2.4, 0.35));\n"
+    "    vec2 q = thing == 0 ? p * 16.0 : mat2(c, s, -s, c) * (p * vec2(2.4, 0.35));\n"
     "    return vec4(q.x * 9.0 / 16.0 * 1.5, q.y * 1.5, d - 0.2, d);\n" /* near 0.1, no far */
     "}\n"
     "void main() {\n"

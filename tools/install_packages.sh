@@ -13,7 +13,7 @@ packages=(
 if [[ ${1:-} == --tests || ${1:-} == --fuzz ]]; then
     packages+=(
         libgtest-dev libgmock-dev libbenchmark-dev clang-format
-        python3 chromium chromium-driver
+        python3 chromium chromium-driver libglfw3-dev xvfb
     )
 fi
 if [[ ${1:-} == --fuzz ]]; then

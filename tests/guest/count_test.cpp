@@ -160,10 +160,9 @@ TEST(Count, AFocusPullAndAnimatedNoiseMakeNoObjects) {
 }
 
 // A cut, a closed shutter, a long focus pull: programs were compiled by pc_prepare().
-TEST(Count, NothingIsCompiledAfterPrepare) {
+void compiles_nothing_after_prepare(const pc::Chain& made) {
     const auto host = canonical_frame(64, 48);
     const auto guest = instance();
-    const auto made = chain(kPasses);
     ASSERT_EQ(pc_prepare(guest.get(), made.get(), &host.frame, 1), PC_OK);
     const uint64_t programs = count(guest).programs;
     const uint64_t textures = count(guest).texture_allocations;
@@ -193,6 +192,11 @@ TEST(Count, NothingIsCompiledAfterPrepare) {
     ASSERT_EQ(count(fresh).texture_allocations, textures);
     ASSERT_EQ(pc_run(fresh.get(), made.get(), &cut, nullptr), PC_OK);
     EXPECT_EQ(count(fresh).texture_allocations, textures);
+}
+
+TEST(Count, NothingIsCompiledAfterPrepare) {
+    compiles_nothing_after_prepare(chain(kPasses));
+    compiles_nothing_after_prepare(paper_chain());
 }
 
 // A window that is dragged through 100 sizes and back.

@@ -50,13 +50,14 @@ struct Counted<kVariable> {
 #define FUNCTIONS(F)                                                                              \
     F(glActiveTexture)                                                                            \
     F(glAttachShader)                                                                             \
-    F(glBindBuffer) F(glBindBufferBase) F(glBindBufferRange) F(glBindImageTexture) F(             \
-        glBindSampler) F(glBindTexture) F(glBindTextureUnit) F(glClearNamedBufferSubData)         \
-        F(glCompileShader) F(glCreateBuffers) F(glCreateProgram) F(glCreateQueries) F(            \
-            glCreateSamplers) F(glCreateShader) F(glCreateTextures) F(glDeleteBuffers)            \
-            F(glDeleteProgram) F(glDeleteQueries) F(glDeleteSamplers) F(glDeleteShader) F(        \
-                glDeleteTextures) F(glDispatchCompute) F(glDispatchComputeIndirect) F(glFinish)   \
-                F(glGetActiveUniformBlockName) F(glGetActiveUniformBlockiv) F(glGetError)         \
+    F(glBindBuffer)                                                                               \
+    F(glBindBufferBase) F(glBindBufferRange) F(glBindImageTexture) F(glBindSampler)               \
+        F(glBindTexture) F(glBindTextureUnit) F(glClearNamedBufferSubData) F(glCompileShader) F(  \
+            glCreateBuffers) F(glCreateProgram) F(glCreateQueries) F(glCreateSamplers)            \
+            F(glCreateShader) F(glCreateTextures) F(glDeleteBuffers) F(glDeleteProgram) F(        \
+                glDeleteQueries) F(glDeleteSamplers) F(glDeleteShader) F(glDeleteTextures)        \
+                F(glDispatchCompute) F(glDispatchComputeIndirect) F(glFinish) F(                  \
+                    glGetActiveUniformBlockName) F(glGetActiveUniformBlockiv) F(glGetError)       \
                     F(glGetGraphicsResetStatus) F(glGetInteger64i_v) F(glGetInteger64v) F(        \
                         glGetIntegeri_v) F(glGetIntegerv) F(glGetNamedBufferParameteriv)          \
                         F(glGetNamedBufferSubData) F(glGetProgramInfoLog) F(glGetProgramiv) F(    \

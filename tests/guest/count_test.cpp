@@ -168,7 +168,8 @@ void compiles_nothing_after_prepare(const pc::Chain& made) {
     const uint64_t textures = count(guest).texture_allocations;
     for (const uint32_t cut : {0u, uint32_t(PC_CAMERA_CUT)}) {
         for (const float shutter : {0.0f, -1.0f, 0.9f}) {
-            for (const float stops : {1.0f, 0.02f, 0.3f, 2.0f, 64.0f}) {
+            for (const float stops :
+                 {1.0f, 0.5f, 0.25f, 0.1f, 0.05f, 0.02f, 0.01f, 0.005f, 64.0f}) {
                 for (const float focus : {0.3f, 1.0f, 3.0f, 40.0f}) {
                     pc_frame frame = host.frame;
                     frame.flags |= cut;
@@ -196,7 +197,11 @@ void compiles_nothing_after_prepare(const pc::Chain& made) {
 
 TEST(Count, NothingIsCompiledAfterPrepare) {
     compiles_nothing_after_prepare(chain(kPasses));
-    compiles_nothing_after_prepare(paper_chain());
+    // With radii up to a large part of the small picture: downsampling by 1, 2 and 4, each a
+    // program.
+    const auto paper = paper_chain();
+    set(paper, 1, "max_radius_px", 40);
+    compiles_nothing_after_prepare(paper);
 }
 
 // A window that is dragged through 100 sizes and back.

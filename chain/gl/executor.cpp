@@ -65,8 +65,9 @@ Status Executor::execute(const Plan& plan, const std::map<Role, unsigned>& input
     }
     gl::RunOptions options;
     options.labels = options_.labels;
+    ++runs_;
     if (timing_) {
-        clock_.begin(++runs_);
+        clock_.begin(runs_);
         options.clock = &clock_;
     }
     const std::function<Status(int)> after_step = [&](int step) {
@@ -168,9 +169,10 @@ Result<std::vector<FramePlanes>> Executor::filter_outputs(const Plan& plan, cons
 
 std::vector<PassTime> Executor::pass_times() {
     std::vector<PassTime> times;
-    if (const gl::Times* newest = clock_.newest())
-        for (const auto& interval : newest->intervals)
-            times.push_back({interval.pass, interval.name, interval.milliseconds});
+    const gl::Times* newest = clock_.newest();
+    if (!newest || newest->frame != runs_) return times;
+    for (const auto& interval : newest->intervals)
+        times.push_back({interval.pass, interval.name, interval.milliseconds});
     return times;
 }
 

@@ -72,8 +72,8 @@ class Executor {
     // reads nothing back.
     std::vector<WorkDone> work_done() const { return work_done_; }
 
-    // Time of each pass in the newest run that the device has finished (after filter(): in that
-    // one); empty where none was timed.
+    // Time of each pass in the last run; empty unless timing was on, and while the device has not
+    // finished (after filter() it has).
     void set_timing(bool on) { timing_ = on; }
     std::vector<PassTime> pass_times();
     const char* timing_source() const { return clock_.source(); }

@@ -72,7 +72,7 @@ class DevicePlanes {
 void add_copy(Plan& plan, int width, int height);
 
 // The times of the last run, once the device has run past them.
-std::vector<PassTime> finished_times(const Executor& executor);
+std::vector<PassTime> finished_times(Executor& executor);
 
 // CPU time of all threads of this process, milliseconds: varies less than the wall clock where
 // other programs run.

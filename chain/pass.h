@@ -60,6 +60,9 @@ class PassPlanner {
     // A new texture, "<index>.<pass>.<name>"; lives from its first to its last use.
     virtual TextureId texture(const std::string& name, Format format, int width, int height) = 0;
     virtual const PlanTexture& describe(TextureId texture) const = 0;
+    // The frame's number, from which random values come. Who asks makes the plan one of this frame
+    // alone (Plan::uses_frame_number); nothing else of a plan depends on the number.
+    virtual int frame_number() = 0;
     // Steps run in the order they are added.
     virtual void step(Step step) = 0;
     // From here on `role` is this texture.

@@ -43,6 +43,10 @@ class Recorder final : public PassPlanner {
         plan_.textures.push_back(texture);
         return TextureId(plan_.textures.size()) - 1;
     }
+    int frame_number() override {
+        plan_.uses_frame_number = true;
+        return context_.frame.frame_number;
+    }
     const PlanTexture& describe(TextureId texture) const override {
         return plan_.textures[size_t(texture)];
     }

@@ -7,54 +7,85 @@ namespace postchain::gl {
 Clock::Clock(const Device& device) : software_(device.software) {}
 
 Clock::~Clock() {
-    for (const Set& set : sets_)
-        if (!set.queries.empty()) glDeleteQueries(GLsizei(set.queries.size()), set.queries.data());
+    for (const Sequence& sequence : sequences_)
+        if (!sequence.queries.empty())
+            glDeleteQueries(GLsizei(sequence.queries.size()), sequence.queries.data());
 }
 
-void Clock::begin() {
-    walls_.clear();
-    current_ = (current_ + 1) % kSets;
-    sets_[current_].used = 0;
-    mark();
+void Clock::begin(uint64_t frame) {
+    current_ = (current_ + 1) % kSequences;
+    sequences_[current_].times.frame = frame;
+    sequences_[current_].marks = 0;
+    take();
 }
 
-void Clock::mark() {
+void Clock::mark(int pass, std::string_view name, std::string_view step) {
+    take();
+    Sequence& sequence = sequences_[current_];
+    auto& intervals = sequence.times.intervals;
+    if (intervals.size() < sequence.marks) intervals.resize(sequence.marks);
+    Times::Interval& interval = intervals[sequence.marks - 2];
+    interval.pass = pass;
+    interval.name.assign(name);
+    if (!step.empty()) interval.name.append(".").append(step);
+}
+
+void Clock::take() {
+    Sequence& sequence = sequences_[current_];
+    const size_t at = sequence.marks++;
     if (software_) {
         glFinish();
-        walls_.push_back(std::chrono::steady_clock::now());
+        if (sequence.walls.size() <= at) sequence.walls.resize(at + 1);
+        sequence.walls[at] = std::chrono::steady_clock::now();
         return;
     }
-    Set& set = sets_[current_];
-    if (set.used == set.queries.size()) {
+    if (at == sequence.queries.size()) {
         GLuint query = 0;
         glCreateQueries(GL_TIMESTAMP, 1, &query);
-        set.queries.push_back(query);
+        sequence.queries.push_back(query);
     }
-    glQueryCounter(set.queries[set.used++], GL_TIMESTAMP);
+    glQueryCounter(sequence.queries[at], GL_TIMESTAMP);
 }
 
-std::optional<std::vector<double>> Clock::read_if_ready() const {
-    std::vector<double> milliseconds;
+bool Clock::read(Sequence& sequence) {
+    if (sequence.marks == 0) return false;
+    sequence.times.intervals.resize(sequence.marks - 1);
+    auto& intervals = sequence.times.intervals;
     if (software_) {
-        for (size_t i = 1; i < walls_.size(); ++i)
-            milliseconds.push_back(
-                std::chrono::duration<double, std::milli>(walls_[i] - walls_[i - 1]).count());
-        return milliseconds;
+        for (size_t i = 0; i < intervals.size(); ++i)
+            intervals[i].milliseconds =
+                std::chrono::duration<double, std::milli>(sequence.walls[i + 1] - sequence.walls[i])
+                    .count();
+        return true;
     }
-    const Set& set = sets_[current_];
-    if (set.used == 0) return milliseconds;
     // Timestamps are taken in order: when the last is there, all are.
     GLint ready = GL_FALSE;
-    glGetQueryObjectiv(set.queries[set.used - 1], GL_QUERY_RESULT_AVAILABLE, &ready);
-    if (!ready) return std::nullopt;
+    glGetQueryObjectiv(sequence.queries[sequence.marks - 1], GL_QUERY_RESULT_AVAILABLE, &ready);
+    if (!ready) return false;
     GLuint64 last = 0;
-    for (size_t i = 0; i < set.used; ++i) {
+    for (size_t i = 0; i < sequence.marks; ++i) {
         GLuint64 now = 0;
-        glGetQueryObjectui64v(set.queries[i], GL_QUERY_RESULT, &now);
-        if (i > 0) milliseconds.push_back(double(now - last) * 1e-6);
+        glGetQueryObjectui64v(sequence.queries[i], GL_QUERY_RESULT, &now);
+        if (i > 0) intervals[i - 1].milliseconds = double(now - last) * 1e-6;
         last = now;
     }
-    return milliseconds;
+    return true;
+}
+
+const Times* Clock::newest() {
+    for (size_t back = 0; back < kSequences; ++back) {
+        Sequence& sequence = sequences_[(current_ + kSequences - back) % kSequences];
+        if (read(sequence)) return &sequence.times;
+    }
+    return nullptr;
+}
+
+void Clock::cancel() {
+    sequences_[current_].marks = 0;
+}
+
+void Clock::abandon() {
+    for (Sequence& sequence : sequences_) sequence.queries.clear();
 }
 
 }  // namespace postchain::gl

@@ -5,37 +5,59 @@
 
 #include <array>
 #include <chrono>
-#include <optional>
+#include <cstdint>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "chain/gl/device.h"
 
 namespace postchain::gl {
 
+// One sequence of marks.
+struct Times {
+    struct Interval {
+        int pass = 0;
+        std::string name;
+        double milliseconds = 0;
+    };
+    uint64_t frame = 0;
+    std::vector<Interval> intervals;
+};
+
 class Clock {
   public:
     explicit Clock(const Device& device);
     ~Clock();
+    Clock(const Clock&) = delete;
+    Clock& operator=(const Clock&) = delete;
     const char* source() const { return software_ ? "wall clock around glFinish" : "GL_TIMESTAMP"; }
 
-    void begin();  // start of a sequence of marks
-    void mark();   // end of one stretch, start of the next
-    // Milliseconds of each interval of the last sequence; nothing until the device is done. Never
-    // waits.
-    std::optional<std::vector<double>> read_if_ready() const;
+    void begin(uint64_t frame);  // start of a sequence of marks
+    // End of an interval and start of the next: "pass", or "pass.step".
+    void mark(int pass, std::string_view name, std::string_view step = {});
+    // The newest sequence that the device has finished; null: none. Never waits.
+    const Times* newest();
+    // The sequence that was begun last is forgotten.
+    void cancel();
+    // Its queries went with their context.
+    void abandon();
 
   private:
-    // A set of queries is used again only after the other sets have been: a frame that is still
-    // under way keeps its own.
-    static constexpr size_t kSets = 4;
-    struct Set {
+    // A sequence is written over only after the others have been: a device may be that many frames
+    // behind.
+    static constexpr size_t kSequences = 4;
+    struct Sequence {
+        Times times;
+        size_t marks = 0;  // 0: there is none; the first is its start
         std::vector<unsigned> queries;
-        size_t used = 0;
+        std::vector<std::chrono::steady_clock::time_point> walls;
     };
+    void take();
+    bool read(Sequence& sequence);
 
     bool software_;
-    std::vector<std::chrono::steady_clock::time_point> walls_;
-    std::array<Set, kSets> sets_;
+    std::array<Sequence, kSequences> sequences_;
     size_t current_ = 0;
 };
 

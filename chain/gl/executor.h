@@ -2,20 +2,22 @@
 // dispatch per step. It knows no pass, and works on the context that is current, no matter who
 // created it.
 //
-// Once a plan's programs and textures are there, run() neither reads GL's error flag nor anything
-// back. Where it allocates it reads the flag, before (what a host left pending goes to the log) and
-// after. filter() clears the flag when it begins and checks all it does.
+// run() reads nothing back, and GL's error flag only where GL refuses an allocation. filter()
+// clears the flag when it begins and checks all it does.
 #pragma once
 
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "chain/frame.h"
 #include "chain/gl/clock.h"
+#include "chain/gl/compiled_plan.h"
 #include "chain/gl/device.h"
 #include "chain/gl/program.h"
+#include "chain/gl/run_objects.h"
 #include "chain/gl/texture_pool.h"
 #include "chain/merge.h"
 #include "chain/plan.h"
@@ -43,13 +45,13 @@ using StageObserver =
 
 struct ExecutorOptions {
     uint64_t frames_kept = 8;  // a texture that so many frames did not use is freed
+    bool labels = false;       // names of steps and textures for GL debuggers (KHR_debug)
 };
 
 class Executor {
   public:
     // `device`: of the context that is current now and at every call.
     explicit Executor(const gl::Device& device, const ExecutorOptions& options = {});
-    ~Executor();
     Executor(const Executor&) = delete;
     Executor& operator=(const Executor&) = delete;
 
@@ -70,10 +72,10 @@ class Executor {
     // reads nothing back.
     std::vector<WorkDone> work_done() const { return work_done_; }
 
-    // Time of each pass in the last run; empty unless timing was on, and while the device has not
-    // finished (after filter() it has).
+    // Time of each pass in the newest run that the device has finished (after filter(): in that
+    // one); empty where none was timed.
     void set_timing(bool on) { timing_ = on; }
-    std::vector<PassTime> pass_times() const;
+    std::vector<PassTime> pass_times();
     const char* timing_source() const { return clock_.source(); }
 
     ExecutorCounters counters() const;
@@ -83,26 +85,19 @@ class Executor {
     Result<std::vector<FramePlanes>> filter_outputs(const Plan& plan, const PlaneView& inputs,
                                                     const std::vector<Outputs>& outputs,
                                                     const StageObserver& observer);
-    // GL names of all textures; 0 for those that nothing needed or that went back to the pool.
-    Result<std::vector<unsigned>> run_textures(const Plan& plan,
-                                               const std::map<Role, unsigned>& inputs,
-                                               const StageObserver& observer);
-    Status execute(const Plan& plan, std::vector<gl::Texture*>& textures,
-                   const std::map<Role, unsigned>& inputs, const StageObserver& observer);
-    Result<gl::Program> program_of(const Plan& plan, const Step& step);
-    Status dispatch(const Plan& plan, const Step& step, const std::vector<unsigned>& names);
+    Status execute(const Plan& plan, const std::map<Role, unsigned>& inputs,
+                   const StageObserver& observer);
+    Status show(const Plan& plan, int step, const StageObserver& observer);
 
     ExecutorOptions options_;
     gl::TexturePool pool_;
     gl::ProgramCache programs_;
     gl::Clock clock_;
-    unsigned block_buffer_ = 0;
-    unsigned sampler_nearest_ = 0;
-    unsigned sampler_linear_ = 0;
+    gl::RunObjects objects_;
+    std::optional<gl::CompiledPlan> running_;  // the last plan, and its textures
     bool timing_ = false;
+    uint64_t runs_ = 0;
     uint64_t dispatches_ = 0;
-    std::vector<PassTime> timed_passes_;  // of the last run, without their times
-    std::vector<gl::Texture*> held_;      // outputs of the last run()
     std::vector<WorkDone> work_done_;
 };
 

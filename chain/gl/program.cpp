@@ -143,8 +143,9 @@ Result<std::string> resolve_includes(const std::string& file, const std::string&
     return out;
 }
 
-ProgramCache::ProgramCache(LogCallback log) : log_(std::move(log)) {
-    if (const char* folder = std::getenv("POSTCHAIN_SHADER_DIR")) folder_ = folder;
+std::string shader_folder_of_environment() {
+    const char* folder = std::getenv("POSTCHAIN_SHADER_DIR");
+    return folder ? folder : "";
 }
 
 ProgramCache::~ProgramCache() {

@@ -1,5 +1,5 @@
-// Compute programs by ProgramKey, compiled once. Sources are embedded; with POSTCHAIN_SHADER_DIR
-// set when the cache is made they are read from that folder instead (development).
+// Compute programs by ProgramKey, compiled once. Sources are embedded, or read from a folder
+// (development).
 #pragma once
 
 #include <map>
@@ -26,9 +26,14 @@ struct Program {
     bool operator==(const Program&) const = default;
 };
 
+// The value of POSTCHAIN_SHADER_DIR; empty: embedded sources.
+std::string shader_folder_of_environment();
+
 class ProgramCache {
   public:
-    explicit ProgramCache(LogCallback log = {});
+    // `folder`: of the sources; empty: those that are embedded.
+    explicit ProgramCache(LogCallback log = {}, std::string folder = {})
+        : log_(std::move(log)), folder_(std::move(folder)) {}
     ~ProgramCache();
     ProgramCache(const ProgramCache&) = delete;
     ProgramCache& operator=(const ProgramCache&) = delete;
@@ -36,7 +41,11 @@ class ProgramCache {
     // replaced by names. In development mode a changed file is compiled again; when that fails the
     // last good program stays and `log` is told once.
     Result<Program> get(const ProgramKey& key);
+    // Is it compiled? Embedded sources alone: a folder may have changed.
+    bool has(const ProgramKey& key) const { return entries_.count(key.text()) > 0; }
     size_t compiled() const { return compiled_; }
+    // Its programs went with their context.
+    void abandon() { entries_.clear(); }
 
   private:
     struct Entry {
@@ -44,7 +53,7 @@ class ProgramCache {
         uint64_t source_hash = 0;
     };
     LogCallback log_;
-    std::string folder_;  // of the environment; empty = embedded sources
+    std::string folder_;
     std::map<std::string, Entry> entries_;
     size_t compiled_ = 0;
 };

@@ -53,15 +53,20 @@ uint64_t bytes_of(const Texture& texture) {
     return like.bytes();
 }
 
-void create(Texture& texture) {
+// Does the texture have storage now? GL's error flag is not asked: it is the host's.
+bool create(Texture& texture) {
+    GLint made = GL_FALSE;
     if (texture.format == Format::work_list) {
         glCreateBuffers(1, &texture.name);
         glNamedBufferStorage(texture.name, GLsizeiptr(bytes_of(texture)), nullptr, 0);
-        return;
+        glGetNamedBufferParameteriv(texture.name, GL_BUFFER_IMMUTABLE_STORAGE, &made);
+        return made == GL_TRUE;
     }
     glCreateTextures(GL_TEXTURE_2D, 1, &texture.name);
     glTextureStorage2D(texture.name, 1, gl_format(texture.format).internal, texture.width,
                        texture.height);
+    glGetTextureParameteriv(texture.name, GL_TEXTURE_IMMUTABLE_FORMAT, &made);
+    return made == GL_TRUE;
 }
 
 void destroy(const Texture& texture) {
@@ -69,13 +74,6 @@ void destroy(const Texture& texture) {
         glDeleteBuffers(1, &texture.name);
     else
         glDeleteTextures(1, &texture.name);
-}
-
-// Zero groups, zero blocks. The blocks themselves need no clearing.
-void empty_list(const Texture& texture) {
-    if (texture.format != Format::work_list) return;
-    glClearNamedBufferSubData(texture.name, GL_R32UI, 0, GLsizeiptr(kWorkListHeaderBytes),
-                              GL_RED_INTEGER, GL_UNSIGNED_INT, nullptr);
 }
 
 }  // namespace
@@ -95,7 +93,6 @@ Result<Texture*> TexturePool::acquire(Format format, int width, int height) {
             continue;
         texture->in_use = true;
         texture->last_used = frame_;
-        empty_list(*texture);
         return texture.get();
     }
     const std::string doing =
@@ -110,14 +107,13 @@ Result<Texture*> TexturePool::acquire(Format format, int width, int height) {
     texture->height = height;
     texture->in_use = true;
     texture->last_used = frame_;
-    if (Status pending = check_error("before " + doing); !pending.ok() && log_)
-        log_(pending.message());
-    create(*texture);
-    if (Status status = check_error(doing); !status.ok()) {
+    if (budget_ > 0 && bytes_ + bytes_of(*texture) > budget_)
+        return Status(StatusCode::memory, concat(doing, ": ", bytes_,
+                                                 " bytes are in use, and the budget is ", budget_));
+    if (!create(*texture)) {
         destroy(*texture);
-        return status;
+        return Status(StatusCode::memory, check_error(doing).message());
     }
-    empty_list(*texture);
     ++allocations_;
     bytes_ += bytes_of(*texture);
     bytes_peak_ = std::max(bytes_peak_, bytes_);
@@ -135,11 +131,17 @@ void TexturePool::begin_frame() {
 
 void TexturePool::trim(uint64_t frames) {
     std::erase_if(textures_, [&](const auto& texture) {
-        if (texture->in_use || texture->last_used + frames >= frame_) return false;
+        if (texture->in_use || texture->plans > 0 || texture->last_used + frames >= frame_)
+            return false;
         bytes_ -= bytes_of(*texture);
         destroy(*texture);
         return true;
     });
+}
+
+void empty_list(unsigned list) {
+    glClearNamedBufferSubData(list, GL_R32UI, 0, GLsizeiptr(kWorkListHeaderBytes), GL_RED_INTEGER,
+                              GL_UNSIGNED_INT, nullptr);
 }
 
 unsigned count_work(unsigned list) {

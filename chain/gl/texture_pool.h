@@ -6,7 +6,6 @@
 #include <memory>
 #include <vector>
 
-#include "chain/gl/device.h"
 #include "chain/image.h"
 #include "chain/plan.h"
 #include "chain/status.h"
@@ -22,37 +21,47 @@ struct Texture {
     int width = 0;
     int height = 0;
     bool in_use = false;
+    int plans = 0;  // that are compiled and write into it
     uint64_t last_used = 0;
 };
 
 class TexturePool {
   public:
-    explicit TexturePool(LogCallback log = {}) : log_(std::move(log)) {}
+    TexturePool() = default;
     ~TexturePool();
     TexturePool(const TexturePool&) = delete;
     TexturePool& operator=(const TexturePool&) = delete;
-    // A texture of undefined content, or an empty work list. StatusCode::gl when memory or the size
-    // limit is exceeded. Where a texture has to be made, an error that was pending before goes to
-    // the log.
+    // A texture of undefined content, or a work list. StatusCode::memory when GL has no memory left
+    // or the budget is spent, StatusCode::gl when the size limit is exceeded. GL's error flag is
+    // read only where GL refuses, so that nothing stays in it.
     Result<Texture*> acquire(Format format, int width, int height);
     void release(Texture* texture);
     void begin_frame();
-    // Deletes the textures that are free and were not acquired in the last `frames` frames.
+    // It is used in this frame, without being acquired again.
+    void touch(Texture* texture) { texture->last_used = frame_; }
+    // Deletes the textures that are free, that no compiled plan writes, and that were not used in
+    // the last `frames` frames.
     void trim(uint64_t frames);
+    void set_budget(uint64_t bytes) { budget_ = bytes; }  // 0 = none
+    // Its textures went with their context.
+    void abandon() { textures_.clear(); }
 
     uint64_t allocations() const { return allocations_; }
     uint64_t alive() const { return textures_.size(); }
+    uint64_t bytes() const { return bytes_; }
     uint64_t bytes_peak() const { return bytes_peak_; }
 
   private:
-    LogCallback log_;
     std::vector<std::unique_ptr<Texture>> textures_;
     uint64_t frame_ = 0;
+    uint64_t budget_ = 0;
     uint64_t allocations_ = 0;
     uint64_t bytes_ = 0;
     uint64_t bytes_peak_ = 0;
 };
 
+// Zero groups, zero blocks. The blocks themselves need no clearing.
+void empty_list(unsigned list);
 // How many blocks a work list holds. Waits for the device.
 unsigned count_work(unsigned list);
 

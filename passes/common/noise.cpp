@@ -188,7 +188,8 @@ TextureId add_table(PassPlanner& planner, const Parameters& parameters) {
     if (parameters.noise == Kind::none) return -1;
     const TextureId noise = planner.texture("noise", Format::rg32f, kSize, kSize);
     shared::NoiseBlock block{};
-    const auto shift = shift_of(parameters, planner.context().frame.frame_number);
+    const int frame_number = parameters.animate_noise ? planner.frame_number() : 0;
+    const auto shift = shift_of(parameters, frame_number);
     block.shift = {shift[0], shift[1]};
     if (parameters.noise == Kind::blue) {
         const auto& ranks = blue_ranks();

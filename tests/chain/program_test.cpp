@@ -43,7 +43,7 @@ const char* kBody =
 TEST_F(Programs, IncludesAndDefinesReachTheCompiler) {
     write("common/value.glsl", "float value() { return FACTOR; }\n");
     write("a.comp", std::string("#version 450 core\n#include \"common/value.glsl\"\n") + kBody);
-    gl::ProgramCache cache;
+    gl::ProgramCache cache({}, gl::shader_folder_of_environment());
     auto program = cache.get({"a.comp", {{"FACTOR", "2.0"}}});
     ASSERT_TRUE(program.ok()) << program.status().message();
     EXPECT_EQ(*cache.get({"a.comp", {{"FACTOR", "2.0"}}}), *program) << "compiled once";
@@ -55,7 +55,7 @@ TEST_F(Programs, IncludesAndDefinesReachTheCompiler) {
 TEST_F(Programs, CompileErrorNamesTheIncludedFileAndItsLine) {
     write("common/value.glsl", "// one\n// two\nfloat value() { return oops; }\n");
     write("a.comp", std::string("#version 450 core\n#include \"common/value.glsl\"\n") + kBody);
-    gl::ProgramCache cache;
+    gl::ProgramCache cache({}, gl::shader_folder_of_environment());
     auto program = cache.get({"a.comp", {}});
     ASSERT_FALSE(program.ok());
     EXPECT_EQ(program.status().code(), StatusCode::gl);
@@ -78,7 +78,8 @@ TEST_F(Programs, FailedReloadKeepsTheLastGoodProgram) {
     const std::string head = "#version 450 core\nfloat value() { return 1.0; }\n";
     write("a.comp", head + kBody);
     std::vector<std::string> said;
-    gl::ProgramCache cache([&](const std::string& text) { said.push_back(text); });
+    gl::ProgramCache cache([&](const std::string& text) { said.push_back(text); },
+                           gl::shader_folder_of_environment());
     auto good = cache.get({"a.comp", {}});
     ASSERT_TRUE(good.ok());
     write("a.comp", "#version 450 core\nbroken\n");
@@ -99,7 +100,7 @@ TEST_F(Programs, BlockOfTheProgram) {
     const std::string value = "float value() { return 1.0; }\n";
     write("a.comp", "#version 450 core\n" + block + value + kBody);
     write("b.comp", "#version 450 core\n" + value + kBody);
-    gl::ProgramCache cache;
+    gl::ProgramCache cache({}, gl::shader_folder_of_environment());
     const auto with = cache.get({"a.comp", {}}), without = cache.get({"b.comp", {}});
     ASSERT_TRUE(with.ok() && without.ok());
     EXPECT_EQ(with->block, "Sizes");  // also where nothing reads it
@@ -110,9 +111,9 @@ TEST_F(Programs, BlockOfTheProgram) {
 
 TEST_F(Programs, TheFolderIsReadFromTheEnvironmentOnce) {
     write("a.comp", std::string("#version 450 core\nfloat value() { return 1.0; }\n") + kBody);
-    gl::ProgramCache from_folder;
+    gl::ProgramCache from_folder({}, gl::shader_folder_of_environment());
     unsetenv("POSTCHAIN_SHADER_DIR");
-    gl::ProgramCache embedded;
+    gl::ProgramCache embedded({}, gl::shader_folder_of_environment());
     EXPECT_TRUE(from_folder.get({"a.comp", {}}).ok());
     EXPECT_FALSE(embedded.get({"a.comp", {}}).ok());
     write("a.comp", std::string("#version 450 core\nfloat value() { return 2.0; }\n") + kBody);

@@ -65,7 +65,7 @@ Json describe_frame(const FrameDescription& frame, const io::Window& window) {
     return json;
 }
 
-Json describe_signs(const sequence::SignCheck& check) {
+Json describe_signs(const SignCheck& check) {
     Json candidates = Json::array();
     for (const auto& candidate : check.candidates)
         candidates.push_back({{"vectors", candidate.text()},
@@ -117,7 +117,7 @@ void print_values(const Json& values, const std::string& prefix = "") {
     }
 }
 
-void print_signs(const sequence::SignCheck& check, int next) {
+void print_signs(const SignCheck& check, int next) {
     if (check.candidates.empty()) {
         std::printf("sign self-check: not possible (%s)\n", printable(check.why_not).c_str());
         return;
@@ -134,17 +134,17 @@ void print_signs(const sequence::SignCheck& check, int next) {
                     note.empty() ? "" : "  <- ", note.c_str());
     }
     switch (check.verdict()) {
-        case sequence::SignVerdict::confirmed:
+        case SignVerdict::confirmed:
             std::printf(
                 "  confirmed: where another one differs, its error is at least %.2f times "
                 "as large\n",
                 check.margin());
             return;
-        case sequence::SignVerdict::undecided:
+        case SignVerdict::undecided:
             std::printf("  undecided: no combination is clearly the best (margin %.2f)\n",
                         check.margin());
             return;
-        case sequence::SignVerdict::contradicted:
+        case SignVerdict::contradicted:
             std::printf(
                 "  the profile's signs are NOT the best ones: another combination has %.2f "
                 "times their error\n",
@@ -221,7 +221,7 @@ int inspect_verb(const Options& options) {
             auto check = next.ok() ? sequence::scan_signs(settings->source, *header, *next,
                                                           source->description.bounds.max_speed_px,
                                                           sequence::strip_rows(*header))
-                                   : Result<sequence::SignCheck>(next.status());
+                                   : Result<SignCheck>(next.status());
             if (check.ok()) {
                 json["sign_check"] = describe_signs(*check);
                 if (!options.json) print_signs(*check, frame + 1);

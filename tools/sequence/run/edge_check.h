@@ -10,7 +10,7 @@
 #include <cstdint>
 
 #include "chain/frame.h"
-#include "tools/sequence/run/strip.h"
+#include "chain/strip.h"
 
 namespace postchain::sequence {
 

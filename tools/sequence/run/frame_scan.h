@@ -1,7 +1,7 @@
 // Frames that are only looked at, strip by strip: memory does not grow with their height.
 #pragma once
 
-#include "tools/sequence/run/sign_check.h"
+#include "chain/sign_check.h"
 #include "tools/sequence/run/source_strip.h"
 
 namespace postchain::sequence {

@@ -1,7 +1,7 @@
 // Rows of a picture whose planes are there in part.
 #pragma once
 
-namespace postchain::sequence {
+namespace postchain {
 
 // The planes hold rows of a picture from `top` on. Asked about are its rows first .. end - 1; the
 // others are there because those look at them.
@@ -14,4 +14,4 @@ struct Strip {
     static Strip whole(int height) { return {0, 0, height, height}; }
 };
 
-}  // namespace postchain::sequence
+}  // namespace postchain

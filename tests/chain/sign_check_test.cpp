@@ -1,11 +1,11 @@
 // The sign self-check on pictures whose motion is known by construction.
-#include "tools/sequence/run/sign_check.h"
+#include "chain/sign_check.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-namespace postchain::sequence {
+namespace postchain {
 namespace {
 
 // A smooth texture without a period inside the picture.
@@ -103,4 +103,4 @@ TEST(SignCheck, ImpossibleCases) {
 }
 
 }  // namespace
-}  // namespace postchain::sequence
+}  // namespace postchain

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "chain/frame.h"
-#include "tools/sequence/run/strip.h"
+#include "chain/strip.h"
 
-namespace postchain::sequence {
+namespace postchain {
 
 struct SignCandidate {
     Role plane = Role::motion;  // motion or motion_back
@@ -70,4 +70,4 @@ class SignChecker {
 // moves leaves the picture, or sizes differ.
 SignCheck check_signs(PlaneView planes, const ImageF& next);
 
-}  // namespace postchain::sequence
+}  // namespace postchain

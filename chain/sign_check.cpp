@@ -1,4 +1,4 @@
-#include "tools/sequence/run/sign_check.h"
+#include "chain/sign_check.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 
 #include "chain/status.h"
 
-namespace postchain::sequence {
+namespace postchain {
 namespace {
 
 constexpr double kCap = 0.25;   // what was hidden in one of the frames must not decide
@@ -169,4 +169,4 @@ SignCheck check_signs(PlaneView planes, const ImageF& next) {
     return checker.result();
 }
 
-}  // namespace postchain::sequence
+}  // namespace postchain

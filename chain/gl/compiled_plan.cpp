@@ -1,0 +1,225 @@
+#include "chain/gl/compiled_plan.h"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <array>
+#include <optional>
+
+#include "chain/gl/debug.h"
+#include "chain/hazards.h"
+
+namespace postchain::gl {
+namespace {
+
+// After the last step: textures are fetched, read back, or taken by the next frame; lists are
+// counted and emptied.
+constexpr GLbitfield kLastBarriers = GL_TEXTURE_FETCH_BARRIER_BIT |
+                                     GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
+                                     GL_TEXTURE_UPDATE_BARRIER_BIT;
+constexpr GLbitfield kLastListBarriers =
+    GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT;
+
+GLbitfield barriers_for(uint32_t waits) {
+    GLbitfield bits = 0;
+    if (waits & kWaitFetch) bits |= GL_TEXTURE_FETCH_BARRIER_BIT;
+    if (waits & kWaitImage) bits |= GL_SHADER_IMAGE_ACCESS_BARRIER_BIT;
+    if (waits & kWaitList) bits |= GL_SHADER_STORAGE_BARRIER_BIT;
+    if (waits & kWaitLaunch) bits |= GL_COMMAND_BARRIER_BIT;
+    return bits;
+}
+
+std::string name_of_step(const Plan& plan, const Step& step) {
+    return plan.passes[size_t(step.pass)].type + "." + step.name;
+}
+
+}  // namespace
+
+bool same_shape(const Plan& a, const Plan& b) {
+    if (a.textures != b.textures || a.steps.size() != b.steps.size() || a.outputs != b.outputs)
+        return false;
+    for (size_t i = 0; i < a.steps.size(); ++i) {
+        const Step &x = a.steps[i], &y = b.steps[i];
+        if (x.pass != y.pass || x.name != y.name || !(x.program == y.program) ||
+            x.bindings != y.bindings || x.block.size() != y.block.size() ||
+            x.block_type != y.block_type || x.groups != y.groups || x.work_list != y.work_list)
+            return false;
+    }
+    return true;
+}
+
+Result<CompiledPlan> CompiledPlan::make(Plan plan, TexturePool& pool, ProgramCache& programs,
+                                        RunObjects& objects, bool labels) {
+    CompiledPlan compiled(std::move(plan), pool);
+    if (Status s = compiled.take_programs(programs, objects.alignment()); !s.ok()) return s;
+    if (Status s = compiled.take_textures(labels); !s.ok()) return s;
+    if (Status s = objects.reserve(compiled.bytes_.size()); !s.ok()) return s;
+    return compiled;
+}
+
+CompiledPlan::~CompiledPlan() {
+    for (Texture* texture : textures_) --texture->plans;
+}
+
+// Textures are taken at their first step and given back after their last, as if the steps ran: so
+// those that live one after the other share one.
+Status CompiledPlan::take_textures(bool labels) {
+    const size_t count = plan_.textures.size();
+    names_.assign(count, 0);
+    image_formats_.assign(count, 0);
+    std::vector<Texture*> taken(count, nullptr);
+    Status status;
+    for (int i = 0; i < int(plan_.steps.size()) && status.ok(); ++i) {
+        for (size_t t = 0; t < count && status.ok(); ++t) {
+            const PlanTexture& texture = plan_.textures[t];
+            if (texture.imported || texture.first_step != i) continue;
+            auto acquired = pool_->acquire(texture.format, texture.width, texture.height);
+            if (!acquired.ok()) {
+                status = acquired.status().at(texture.name);
+                break;
+            }
+            taken[t] = *acquired;
+            names_[t] = taken[t]->name;
+            image_formats_[t] = internal_format(texture.format);
+            if (texture.format == Format::work_list) lists_.push_back(TextureId(t));
+            if (labels)
+                label(texture.format == Format::work_list ? GL_BUFFER : GL_TEXTURE, names_[t],
+                      texture.name);
+        }
+        for (size_t t = 0; t < count; ++t)
+            if (taken[t] && plan_.textures[t].last_step == i &&
+                plan_.textures[t].format != Format::work_list)  // small; filter() counts it
+                pool_->release(taken[t]);
+    }
+    std::vector<int> storage(count, -1);
+    int next = int(count);
+    for (size_t t = 0; t < count; ++t) {
+        if (!taken[t]) {
+            storage[t] = next++;  // the host's: its own
+            continue;
+        }
+        pool_->release(taken[t]);
+        const auto known = std::find(textures_.begin(), textures_.end(), taken[t]);
+        storage[t] = int(known - textures_.begin());
+        if (known != textures_.end()) continue;
+        ++taken[t]->plans;
+        textures_.push_back(taken[t]);
+    }
+    if (status.ok()) find_barriers(storage);
+    return status;
+}
+
+void CompiledPlan::find_barriers(const std::vector<int>& storage) {
+    const std::vector<uint32_t> waits = waits_of(plan_, storage);
+    for (size_t i = 0; i < waits.size(); ++i) {
+        commands_[i].barriers = barriers_for(waits[i]);
+        barriers_ += waits[i] != 0;
+    }
+}
+
+Status CompiledPlan::take_programs(ProgramCache& programs, size_t alignment) {
+    const auto text = [](const std::string& type, size_t bytes) {
+        return type.empty() ? std::string("no block") : concat(type, " of ", bytes, " bytes");
+    };
+    for (const Step& step : plan_.steps) {
+        auto program = programs.get(step.program);
+        if (!program.ok()) return program.status();
+        if (program->block != step.block_type || program->block_bytes != step.block.size())
+            return Status(StatusCode::internal,
+                          concat(name_of_step(plan_, step), ": the step brings ",
+                                 text(step.block_type, step.block.size()), ", ", step.program.file,
+                                 " has ", text(program->block, program->block_bytes)));
+        bytes_.resize((bytes_.size() + alignment - 1) / alignment * alignment);
+        commands_.push_back({program->name, bytes_.size(), step.block.size(), 0});
+        bytes_.insert(bytes_.end(), step.block.begin(), step.block.end());
+        for (const auto& binding : step.bindings) {
+            int& most = binding.access == Access::list    ? used_.lists
+                        : binding.access == Access::write ? used_.images
+                                                          : used_.textures;
+            most = std::max(most, binding.unit + 1);
+        }
+        if (step.work_list >= 0) used_.lists = std::max(used_.lists, 1);
+    }
+    if (std::max({used_.textures, used_.images, used_.lists}) > kMostUnits)
+        return Status(StatusCode::internal, concat("a step uses more than ", kMostUnits, " units"));
+    return Status();
+}
+
+void CompiledPlan::take_values(Plan plan) {
+    plan_ = std::move(plan);
+    for (size_t i = 0; i < commands_.size(); ++i) set_block(int(i), plan_.steps[i].block);
+}
+
+void CompiledPlan::set_block(int step, std::span<const std::byte> bytes) {
+    const Command& command = commands_[size_t(step)];
+    std::copy_n(bytes.begin(), std::min(bytes.size(), command.block_bytes),
+                bytes_.begin() + std::ptrdiff_t(command.block));
+}
+
+void CompiledPlan::import(TextureId texture, unsigned name, unsigned image_format) {
+    names_[size_t(texture)] = name;
+    image_formats_[size_t(texture)] = image_format;
+}
+
+void CompiledPlan::dispatch(const Step& step, const Command& command, const RunObjects& objects,
+                            size_t offset) {
+    glUseProgram(command.program);
+    if (command.block_bytes > 0)
+        glBindBufferRange(GL_UNIFORM_BUFFER, 0, objects.buffer(), GLintptr(offset + command.block),
+                          GLsizeiptr(command.block_bytes));
+    for (const auto& binding : step.bindings) {
+        const unsigned name = names_[size_t(binding.texture)];
+        const auto unit = GLuint(binding.unit);
+        switch (binding.access) {
+            case Access::list:
+                glBindBufferBase(GL_SHADER_STORAGE_BUFFER, unit, name);
+                break;
+            case Access::write:
+                glBindImageTexture(unit, name, 0, GL_FALSE, 0, GL_WRITE_ONLY,
+                                   image_formats_[size_t(binding.texture)]);
+                break;
+            case Access::sample_nearest:
+            case Access::sample_linear:
+                glBindTextureUnit(unit, name);
+                glBindSampler(unit, objects.sampler(binding.access == Access::sample_linear));
+                break;
+        }
+    }
+    if (command.barriers) glMemoryBarrier(command.barriers);
+    if (step.work_list >= 0) {
+        glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, names_[size_t(step.work_list)]);
+        glDispatchComputeIndirect(0);
+    } else {
+        glDispatchCompute(GLuint(step.groups[0]), GLuint(step.groups[1]), GLuint(step.groups[2]));
+    }
+}
+
+Status CompiledPlan::run(RunObjects& objects, const RunOptions& options) {
+    if (commands_.empty()) return Status();
+    for (Texture* texture : textures_) pool_->touch(texture);
+    const size_t offset = objects.upload(bytes_);
+    for (const TextureId list : lists_) empty_list(names_[size_t(list)]);
+    Status status;
+    for (size_t i = 0; i < commands_.size() && status.ok(); ++i) {
+        const Step& step = plan_.steps[i];
+        {
+            std::optional<DebugGroup> group;
+            if (options.labels) group.emplace(name_of_step(plan_, step));
+            dispatch(step, commands_[i], objects, offset);
+        }
+        if (options.after_step) {
+            glMemoryBarrier(kLastBarriers | kLastListBarriers);
+            status = (*options.after_step)(int(i));
+        }
+        const bool last_of_pass = i + 1 == commands_.size() || plan_.steps[i + 1].pass != step.pass;
+        if (options.clock && (last_of_pass || options.time_steps)) {
+            const std::string& pass = plan_.passes[size_t(step.pass)].type;
+            options.clock->mark(step.pass, pass,
+                                options.time_steps ? std::string_view(step.name) : "");
+        }
+    }
+    glMemoryBarrier(kLastBarriers | (lists_.empty() ? 0 : kLastListBarriers) | options.barriers);
+    return status;
+}
+
+}  // namespace postchain::gl

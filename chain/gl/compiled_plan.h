@@ -1,0 +1,101 @@
+// A plan made ready for a device: programs, storage of its textures, barriers, and the bytes of its
+// uniform blocks, so that running it allocates nothing.
+//
+// What it runs by is of two kinds. The shape (programs, textures, bindings, groups, barriers) is
+// settled when it is made. The values (bytes of uniform blocks, names of imported textures) may be
+// replaced before every run.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "chain/gl/clock.h"
+#include "chain/gl/program.h"
+#include "chain/gl/run_objects.h"
+#include "chain/gl/texture_pool.h"
+#include "chain/plan.h"
+#include "chain/status.h"
+
+namespace postchain::gl {
+
+// How many of the first units and binding points a plan's steps use.
+struct UsedUnits {
+    int textures = 0;
+    int images = 0;
+    int lists = 0;  // storage buffers; > 0: the indirect buffer too
+};
+
+// Do both plans differ in values alone? Names of passes and of what is left out do not count.
+bool same_shape(const Plan& a, const Plan& b);
+
+// What a run may do besides.
+struct RunOptions {
+    Clock* clock = nullptr;   // marks intervals; begun by the caller
+    bool time_steps = false;  // each step, not each pass
+    bool labels = false;      // a debug group for each step
+    uint32_t barriers = 0;    // GL_*_BARRIER_BIT besides its own, after the last step
+    // Called after each step, with its index; a failure ends the run.
+    const std::function<Status(int)>* after_step = nullptr;
+};
+
+class CompiledPlan {
+  public:
+    // The most units of a kind that a step may use.
+    static constexpr int kMostUnits = 16;
+
+    // Takes the plan's textures from the pool, with which they stay: plans that do not run at the
+    // same time share them. Programs are compiled unless they are there. Errors of both, and
+    // StatusCode::internal where a step's block is not its program's. The pool must outlive it.
+    static Result<CompiledPlan> make(Plan plan, TexturePool& pool, ProgramCache& programs,
+                                     RunObjects& objects, bool labels);
+    CompiledPlan(CompiledPlan&&) = default;
+    CompiledPlan& operator=(CompiledPlan&&) = delete;
+    ~CompiledPlan();
+
+    const Plan& plan() const { return plan_; }
+    UsedUnits used() const { return used_; }
+    uint32_t barriers() const { return barriers_; }
+    // GL's name of a texture or work list; 0 where no step uses it, or it was not imported yet.
+    unsigned name_of(TextureId texture) const { return names_[size_t(texture)]; }
+
+    // Takes over what a plan of the same shape has of its own.
+    void take_values(Plan plan);
+    // The uniform block of a step, as many bytes as it has.
+    void set_block(int step, std::span<const std::byte> bytes);
+    // The texture that stands for one that is imported, and its GL format where it is written to.
+    void import(TextureId texture, unsigned name, unsigned image_format = 0);
+
+    // Dispatches every step; then everything that they wrote can be used by anybody. Where a step
+    // fails, by `after_step`, no further one runs.
+    Status run(RunObjects& objects, const RunOptions& options = {});
+
+  private:
+    struct Command {
+        unsigned program = 0;
+        size_t block = 0;  // where in bytes_
+        size_t block_bytes = 0;
+        unsigned barriers = 0;  // before it
+    };
+    CompiledPlan(Plan plan, TexturePool& pool) : plan_(std::move(plan)), pool_(&pool) {}
+    Status take_textures(bool labels);
+    Status take_programs(ProgramCache& programs, size_t alignment);
+    void find_barriers(const std::vector<int>& storage);
+    void dispatch(const Step& step, const Command& command, const RunObjects& objects,
+                  size_t offset);
+
+    Plan plan_;
+    TexturePool* pool_;
+    std::vector<Texture*> textures_;       // of the pool, each once
+    std::vector<unsigned> names_;          // of the plan's textures
+    std::vector<unsigned> image_formats_;  // likewise
+    std::vector<TextureId> lists_;
+    std::vector<Command> commands_;
+    std::vector<std::byte> bytes_;  // every block, aligned
+    UsedUnits used_;
+    uint32_t barriers_ = 0;
+};
+
+}  // namespace postchain::gl

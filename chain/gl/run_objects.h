@@ -1,0 +1,43 @@
+// The GL objects that every plan of a context runs with: two samplers, and one buffer for the
+// uniform blocks of a frame. Frames follow each other in it, so that one that is filled does not
+// wait for the one that is drawn.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+
+#include "chain/status.h"
+
+namespace postchain::gl {
+
+class RunObjects {
+  public:
+    RunObjects();
+    ~RunObjects();
+    RunObjects(const RunObjects&) = delete;
+    RunObjects& operator=(const RunObjects&) = delete;
+
+    // Room for frames of so many bytes. StatusCode::memory. The buffer is made anew where it was
+    // smaller.
+    Status reserve(size_t bytes);
+    // Puts a frame's blocks behind those of the last; its offset. At most what was reserved.
+    size_t upload(std::span<const std::byte> bytes);
+    unsigned buffer() const { return buffer_; }
+    // What offsets of blocks are multiples of.
+    size_t alignment() const { return alignment_; }
+    // Clamps to the edge; not mipmapped.
+    unsigned sampler(bool linear) const { return samplers_[linear]; }
+    // Its objects went with their context.
+    void abandon();
+
+  private:
+    static constexpr size_t kFrames = 3;
+    unsigned buffer_ = 0;
+    size_t frame_bytes_ = 0;
+    size_t frame_ = 0;
+    size_t alignment_;
+    std::array<unsigned, 2> samplers_;
+};
+
+}  // namespace postchain::gl

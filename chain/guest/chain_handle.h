@@ -1,0 +1,58 @@
+// What stands behind a pc_chain: a chain, its parameters as a list, and what each one's change
+// costs.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "chain/chain.h"
+#include "chain/guest/failure.h"
+
+namespace postchain::guest {
+
+class ChainHandle {
+  public:
+    // Takes over a chain of passes() (chain/guest/registry.h).
+    explicit ChainHandle(Chain chain);
+    // "motion_blur,fxaa". PC_ERROR_CHAIN: a pass that there is not; the nearest name is told.
+    static Result<Chain> parse(std::string_view passes);
+
+    const Chain& chain() const { return chain_; }
+    uint64_t id() const { return id_; }              // of no other chain of this process
+    uint64_t revision() const { return revision_; }  // changes with every value
+
+    // `pass`: an index, or PC_CAMERA. PC_ERROR_ARGUMENT: no such pass. PC_ERROR_CHAIN: no such key,
+    // or a value that is not of its domain; the chain stays as it was.
+    Failure set(uint32_t pass, std::string_view key, const ParameterValue& value);
+    Failure set_number(uint32_t pass, std::string_view key, double value);
+    // A table of ApertureImage::kSide squared transmittances.
+    Failure set_aperture(const float* values);
+
+    // PC_ERROR_ARGUMENT: past the last row.
+    Failure describe(uint32_t index, pc_parameter& row);
+
+    std::string error;  // of the last call
+
+  private:
+    struct Row {
+        uint32_t pass;
+        const Parameter* parameter;
+        std::vector<const char*> choices;
+        std::string text;
+        int cost = -1;  // not found out yet
+    };
+    const ParameterTable* table_of(uint32_t pass) const;
+
+    Chain chain_;
+    uint64_t id_;
+    uint64_t revision_ = 1;
+    std::vector<Row> rows_;
+};
+
+// PC_COST_*: the most that two values of the row, from the middle of its usual range, were found to
+// change in the plan of a frame.
+uint32_t cost_of(const Chain& chain, uint32_t pass, const Parameter& row);
+
+}  // namespace postchain::guest

@@ -1,0 +1,42 @@
+#include "chain/guest/context.h"
+
+#include <dlfcn.h>
+#include <epoxy/gl.h>
+
+namespace postchain::guest {
+namespace {
+
+// Only where somebody has loaded the library already: whoever made a context has.
+void* loaded_function(const char* library, const char* name) {
+    void* handle = dlopen(library, RTLD_LAZY | RTLD_NOLOAD);
+    if (!handle) return nullptr;
+    void* function = dlsym(handle, name);
+    dlclose(handle);  // the count alone: it was loaded before
+    return function;
+}
+
+}  // namespace
+
+ContextId ContextId::current() {
+    static constexpr const char* kCalls[][2] = {{"libEGL.so.1", "eglGetCurrentContext"},
+                                                {"libGLX.so.0", "glXGetCurrentContext"},
+                                                {"libGL.so.1", "glXGetCurrentContext"}};
+    for (const auto& [library, name] : kCalls) {
+        const auto ask = reinterpret_cast<Ask>(loaded_function(library, name));
+        if (!ask) continue;
+        ContextId id;
+        id.ask_ = ask;
+        id.context_ = ask();
+        if (id) return id;
+    }
+    return {};
+}
+
+Failure check_version() {
+    if (epoxy_is_desktop_gl() && epoxy_gl_version() >= 45) return {};
+    const auto* words = reinterpret_cast<const char*>(glGetString(GL_VERSION));
+    return {PC_ERROR_CONTEXT, concat("the current context is \"", words ? words : "unknown",
+                                     "\"; ask for OpenGL 4.5 core or later when it is made")};
+}
+
+}  // namespace postchain::guest

@@ -1,0 +1,63 @@
+#include "chain/guest/conventions.h"
+
+namespace postchain::guest {
+namespace {
+
+struct Convention {
+    std::string_view engine;
+    pc_depth depth;
+    uint32_t flags;  // of rows and vectors
+    bool pixels;     // vectors are in pixels, else in fractions of the picture
+    float scale_x, scale_y;
+    float bias;
+};
+
+constexpr uint32_t kFlags = PC_TOP_LEFT | PC_MOTION_TO_NEXT | PC_MOTION_JITTERED;
+
+// Rows as the engine's own textures have them; a host that draws them through GL upside down takes
+// PC_TOP_LEFT out and turns the sign of motion_scale[1]. "Read" means in the named file; what was
+// only taken from descriptions is called unverified, and pc_check_motion() decides.
+constexpr Convention kConventions[] = {
+    // Unity, high definition pipeline under OpenGL: MotionVectorCommon.hlsl, EncodeMotionVector():
+    // 0.5 (positionCS - previousPositionCS), both without jitter; depth is not reversed there
+    // (UNITY_REVERSED_Z is not defined for OpenGL) and textures begin at the bottom. The function
+    // was read; rows and the factor of 0.5 are unverified.
+    {"unity", PC_DEPTH_FORWARD, 0, false, 1, 1, 0},
+    // Unreal: Common.ush, EncodeVelocityToTexture(): V 0.499 0.5 + 32767/65535 of V = this minus
+    // previous in clip space, y up. Where VELOCITY_ENCODE_GAMMA is 1 the vectors must be decoded
+    // first: a root was taken. A stored 0 was not written; the host draws those itself. Read.
+    {"unreal", PC_DEPTH_REVERSE_INFINITE, PC_TOP_LEFT, false, 0.5f / (0.499f * 0.5f),
+     -0.5f / (0.499f * 0.5f), 32767.0f / 65535.0f},
+    // Bevy: pbr_prepass_functions.wgsl, calculate_motion_vector(): (clip - previous clip) (0.5,
+    // -0.5), without jitter; the projection is reversed and infinite. Read.
+    {"bevy", PC_DEPTH_REVERSE_INFINITE, PC_TOP_LEFT, false, 1, 1, 0},
+    // Godot from 4.3 on: scene_forward_clustered.glsl: prev_position_uv - position_uv, without
+    // jitter; the projection is reversed, with a far plane. Read; the depth is unverified.
+    {"godot", PC_DEPTH_REVERSE, PC_TOP_LEFT, false, -1, -1, 0},
+    // Falcor: Utils/Math/MathHelpers.slang, calcMotionVector(): previous minus this in fractions of
+    // the picture, y down; the depth of GBufferRaster is Direct3D's, not reversed. Unverified.
+    {"falcor", PC_DEPTH_FORWARD, PC_TOP_LEFT, false, -1, -1, 0},
+    // G3D 10: GBuffer::Field::SS_POSITION_CHANGE, this minus previous in pixels, y down, rows from
+    // the top; the projection has a far plane. Unverified.
+    {"g3d", PC_DEPTH_FORWARD, PC_TOP_LEFT, true, 1, 1, 0},
+};
+
+}  // namespace
+
+bool use_conventions(std::string_view engine, pc_frame& frame) {
+    for (const Convention& convention : kConventions) {
+        if (convention.engine != engine) continue;
+        const float width = float(frame.width ? frame.width : frame.color.width - frame.color.x);
+        const float height =
+            float(frame.height ? frame.height : frame.color.height - frame.color.y);
+        frame.depth_encoding = convention.depth;
+        frame.flags = (frame.flags & ~kFlags) | convention.flags;
+        frame.motion_scale[0] = convention.scale_x * (convention.pixels ? 1 : width);
+        frame.motion_scale[1] = convention.scale_y * (convention.pixels ? 1 : height);
+        frame.motion_bias[0] = frame.motion_bias[1] = convention.bias;
+        return true;
+    }
+    return false;
+}
+
+}  // namespace postchain::guest

@@ -1,0 +1,271 @@
+#include "chain/guest/host_frame.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <glm/gtc/matrix_access.hpp>
+#include <glm/matrix.hpp>
+
+namespace postchain::guest {
+namespace {
+
+// A texture that covers the frame's rectangle, in a format that the member may have.
+Failure check_texture(const char* member, const pc_texture& given, int width, int height,
+                      HostTexture& texture) {
+    texture = {};
+    if (given.name == 0) return {};
+    texture.name = given.name;
+    texture.format = find_format(given.internal_format);
+    if (!texture.format)
+        return {PC_ERROR_INPUT,
+                concat(member, ".internal_format: ", text_of_format(given.internal_format),
+                       " is not a sized format of float, normalized or depth values")};
+    if (given.width <= 0 || given.height <= 0)
+        return {PC_ERROR_INPUT, concat(member, ": its size is ", given.width, "x", given.height)};
+    if (given.x < 0 || given.y < 0 || given.x > given.width - width ||
+        given.y > given.height - height)
+        return {PC_ERROR_INPUT,
+                concat(member, ": a frame of ", width, "x", height, " at ", given.x, ", ", given.y,
+                       " is not inside its ", given.width, "x", given.height, " texels")};
+    texture.whole = given.x == 0 && given.y == 0 && given.width == width && given.height == height;
+    return {};
+}
+
+Failure check_numbers(const pc_frame& given) {
+    const struct {
+        const char* name;
+        float value;
+    } all[] = {{"near_clip", given.near_clip},
+               {"far_clip", given.far_clip},
+               {"motion_scale[0]", given.motion_scale[0]},
+               {"motion_scale[1]", given.motion_scale[1]},
+               {"motion_bias[0]", given.motion_bias[0]},
+               {"motion_bias[1]", given.motion_bias[1]},
+               {"jitter_px[0]", given.jitter_px[0]},
+               {"jitter_px[1]", given.jitter_px[1]},
+               {"other_jitter_px[0]", given.other_jitter_px[0]},
+               {"other_jitter_px[1]", given.other_jitter_px[1]},
+               {"pre_exposure", given.pre_exposure},
+               {"focal_length_mm", given.focal_length_mm},
+               {"sensor_width_mm", given.sensor_width_mm},
+               {"f_stop", given.f_stop},
+               {"focus_distance", given.focus_distance},
+               {"meters_per_unit", given.meters_per_unit},
+               {"shutter_frames", given.shutter_frames},
+               {"max_speed_px", given.max_speed_px},
+               {"nearest", given.nearest},
+               {"farthest", given.farthest}};
+    for (const auto& [name, value] : all)
+        if (!std::isfinite(value)) return {PC_ERROR_CHAIN, concat(name, " is ", value)};
+    for (int i = 0; i < 16; ++i)
+        if (!std::isfinite(given.view_projection[i]) ||
+            !std::isfinite(given.other_view_projection[i]))
+            return {PC_ERROR_CHAIN, concat("view_projection: element ", i, " is not finite")};
+    if (given.pre_exposure < 0)
+        return {PC_ERROR_CHAIN, concat("pre_exposure is ", given.pre_exposure)};
+    if (given.depth_encoding > PC_DEPTH_REVERSE_INFINITE)
+        return {PC_ERROR_ARGUMENT, concat("depth_encoding: there is no ", given.depth_encoding)};
+    if (given.depth_encoding > PC_DEPTH_INVERSE && given.depth.name) {
+        const bool far =
+            given.depth_encoding == PC_DEPTH_FORWARD || given.depth_encoding == PC_DEPTH_REVERSE;
+        if (given.near_clip <= 0)
+            return {PC_ERROR_CHAIN, "near_clip: must be > 0 for this depth_encoding"};
+        if (far && given.far_clip <= given.near_clip)
+            return {PC_ERROR_CHAIN, "far_clip: must be > near_clip for this depth_encoding"};
+    }
+    return {};
+}
+
+bool any(const float (&values)[16]) {
+    return std::any_of(values, values + 16, [](float value) { return value != 0; });
+}
+
+float scale_of(float given) {
+    return given == 0 ? 1 : given;
+}
+
+// Directions to x, y and w of clip space: the first three columns of a view projection.
+glm::dmat3 directions(const float (&columns)[16]) {
+    glm::dmat3 matrix;
+    for (int column = 0; column < 3; ++column) {
+        const float* c = columns + 4 * column;
+        matrix[column] = {c[0], c[1], c[3]};
+    }
+    return matrix;
+}
+
+}  // namespace
+
+bool HostFrame::has_gain() const {
+    return exposure.name != 0 || (given->pre_exposure != 0 && given->pre_exposure != 1);
+}
+
+bool HostFrame::motion_in_place() const {
+    return motion.whole && top_left() && !sky && scale_of(given->motion_scale[0]) == 1 &&
+           scale_of(given->motion_scale[1]) == 1 && given->motion_bias[0] == 0 &&
+           given->motion_bias[1] == 0 && !flag(PC_MOTION_JITTERED);
+}
+
+bool HostFrame::output_is_an_input() const {
+    return output.name != 0 && (output.name == color.name || output.name == depth.name ||
+                                output.name == motion.name || output.name == exposure.name);
+}
+
+Failure check_frame(const pc_frame* given, HostFrame& frame) {
+    frame = {};
+    if (!given) return {PC_ERROR_ARGUMENT, "frame is NULL"};
+    if (given->struct_size != sizeof(pc_frame))
+        return {PC_ERROR_VERSION, concat("pc_frame.struct_size is ", given->struct_size,
+                                         ", this library's is ", sizeof(pc_frame))};
+    frame.given = given;
+    if (given->color.name == 0)
+        return {PC_ERROR_INPUT, "color: name 0, there is no texture to filter"};
+    frame.width = given->width ? given->width : given->color.width - given->color.x;
+    frame.height = given->height ? given->height : given->color.height - given->color.y;
+    if (frame.width <= 0 || frame.height <= 0)
+        return {PC_ERROR_INPUT, concat("the frame is ", frame.width, "x", frame.height,
+                                       ": there is nothing to do")};
+    const struct {
+        const char* name;
+        const pc_texture& texture;
+        HostTexture& checked;
+        int least_channels;
+        bool depth;
+    } members[] = {{"color", given->color, frame.color, 3, false},
+                   {"depth", given->depth, frame.depth, 1, true},
+                   {"motion", given->motion, frame.motion, 2, false},
+                   {"output", given->output, frame.output, 3, false}};
+    for (const auto& member : members) {
+        Failure failure =
+            check_texture(member.name, member.texture, frame.width, frame.height, member.checked);
+        if (!failure.ok()) return failure;
+        const HostFormat* format = member.checked.format;
+        if (!format) continue;
+        if (format->channels < member.least_channels || (format->depth && !member.depth))
+            return {PC_ERROR_INPUT, concat(member.name, ": ", format->text, " has not the ",
+                                           member.least_channels, " channels of it")};
+    }
+    Failure failure = check_texture("exposure", given->exposure, 1, 1, frame.exposure);
+    if (!failure.ok()) return failure;
+    if (frame.output.format && !frame.output.format->image)
+        return {PC_ERROR_INPUT, concat("output: ", frame.output.format->text,
+                                       " cannot be written by a compute shader; give GL_RGBA8, "
+                                       "GL_RGBA16F or another of those in postchain.h")};
+    if (failure = check_numbers(*given); !failure.ok()) return failure;
+    frame.sky = frame.motion.name && frame.depth.name && any(given->view_projection) &&
+                any(given->other_view_projection);
+    return {};
+}
+
+FrameDescription describe(const HostFrame& frame) {
+    const pc_frame& given = *frame.given;
+    FrameDescription description;
+    description.width = description.display_width = frame.width;
+    description.height = description.display_height = frame.height;
+    description.frame_number = int(given.frame_number & 0x7fffffff);
+    description.planes = {Role::color};
+    if (frame.depth.name) description.planes.add(Role::inverse_depth);
+    if (frame.motion.name) description.planes.add(Role::motion);
+    const auto set = [](std::optional<double>& value, float number) {
+        if (number != 0) value = double(number);
+    };
+    Camera& camera = description.camera;
+    set(camera.focal_length_mm, given.focal_length_mm);
+    set(camera.sensor_width_mm, given.sensor_width_mm);
+    set(camera.f_stop, given.f_stop);
+    set(camera.focus_distance, given.focus_distance);
+    set(camera.near_clip, given.near_clip);
+    set(camera.far_clip, given.far_clip);
+    set(camera.meters_per_unit, given.meters_per_unit);
+    set(camera.shutter_frames, given.shutter_frames);
+    if (given.shutter_frames < 0) camera.shutter_frames = 0;
+    FrameBounds& bounds = description.bounds;
+    bounds.camera_cut = frame.flag(PC_CAMERA_CUT);
+    bounds.color_is_half = frame.color.format->half && !frame.has_gain();
+    if (given.max_speed_px > 0) bounds.max_speed_px = double(given.max_speed_px);
+    if (given.nearest > 0) bounds.max_inverse_depth = 1 / double(given.nearest);
+    if (given.farthest > 0) bounds.min_inverse_depth = 1 / double(given.farthest);
+    return description;
+}
+
+PlanKey key_of(const HostFrame& frame, uint64_t chain, uint64_t revision) {
+    const pc_frame& given = *frame.given;
+    PlanKey key;
+    key.chain = chain;
+    key.revision = revision;
+    key.width = frame.width;
+    key.height = frame.height;
+    key.flags = given.flags & (PC_CAMERA_CUT | PC_TOP_LEFT | PC_HALF_PLANES | PC_NO_ELISION);
+    key.formats = {frame.color.format, frame.depth.format, frame.motion.format,
+                   frame.output.format};
+    key.cases = {frame.color_in_place(), frame.depth_in_place(),     frame.motion_in_place(),
+                 frame.output.whole,     frame.output_is_an_input(), frame.sky,
+                 frame.has_gain(),       frame.exposure.name != 0};
+    key.values = {given.near_clip,       given.far_clip,       given.focal_length_mm,
+                  given.sensor_width_mm, given.f_stop,         given.focus_distance,
+                  given.meters_per_unit, given.shutter_frames, given.max_speed_px,
+                  given.nearest,         given.farthest,       0};
+    if (given.debug_view)
+        std::strncpy(key.debug_view.data(), given.debug_view, key.debug_view.size() - 1);
+    return key;
+}
+
+shared::GuestBlock block_of(const HostFrame& frame) {
+    const pc_frame& given = *frame.given;
+    shared::GuestBlock block{};
+    block.size = {frame.width, frame.height};
+    block.color_at = {given.color.x, given.color.y};
+    block.depth_at = {given.depth.x, given.depth.y};
+    block.motion_at = {given.motion.x, given.motion.y};
+    block.exposure_at = {given.exposure.x, given.exposure.y};
+    block.output_at = {given.output.x, given.output.y};
+    block.bottom_up = frame.top_left() ? 0 : 1;
+    const double n = 1 / double(given.near_clip), f = 1 / double(given.far_clip);
+    const auto affine = [&](double offset, double slope) {
+        block.depth_offset = float(offset);
+        block.depth_slope = float(slope);
+    };
+    switch (given.depth_encoding) {
+        case PC_DEPTH_LINEAR:
+            block.distance = 1;
+            break;
+        case PC_DEPTH_FORWARD:
+            affine(n, f - n);
+            break;
+        case PC_DEPTH_FORWARD_INFINITE:
+            affine(n, -n);
+            break;
+        case PC_DEPTH_REVERSE:
+            affine(f, n - f);
+            break;
+        case PC_DEPTH_REVERSE_INFINITE:
+            affine(0, n);
+            break;
+        default:
+            affine(0, 1);
+    }
+    const bool to_next = frame.flag(PC_MOTION_TO_NEXT);
+    block.motion_scale = {scale_of(given.motion_scale[0]), scale_of(given.motion_scale[1])};
+    block.motion_bias = {given.motion_bias[0], given.motion_bias[1]};
+    if (frame.flag(PC_MOTION_JITTERED)) {
+        const float sign = to_next ? -1.0f : 1.0f;
+        block.motion_jitter = {sign * (given.jitter_px[0] - given.other_jitter_px[0]),
+                               sign * (given.jitter_px[1] - given.other_jitter_px[1])};
+    }
+    block.gain = given.pre_exposure == 0 ? 1 : 1 / given.pre_exposure;
+    if (frame.sky) {
+        const glm::dmat3 there = directions(given.other_view_projection) *
+                                 glm::inverse(directions(given.view_projection));
+        const auto row = [&](int i) {
+            const glm::dvec3 r = glm::row(there, i);
+            return glm::vec4(float(r.x), float(r.y), float(r.z), 0);
+        };
+        block.sky_x = row(0);
+        block.sky_y = row(1);
+        block.sky_w = row(2);
+        block.sky_sign = to_next ? 1.0f : -1.0f;
+    }
+    return block;
+}
+
+}  // namespace postchain::guest

@@ -1,0 +1,65 @@
+// A frame as a host hands it in: checked, and what a plan of it depends on.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "chain/frame.h"
+#include "chain/guest/failure.h"
+#include "chain/guest/host_format.h"
+#include "shaders/shared/guest_block.h"
+
+namespace postchain::guest {
+
+// One of the frame's textures.
+struct HostTexture {
+    uint32_t name = 0;
+    const HostFormat* format = nullptr;
+    bool whole = false;  // the frame's rectangle is all of it
+    bool operator==(const HostTexture&) const = default;
+};
+
+// A checked frame. Reads the pc_frame that it was made of, which must stay.
+struct HostFrame {
+    const pc_frame* given = nullptr;
+    int width = 0, height = 0;
+    HostTexture color, depth, motion, exposure, output;
+    bool sky = false;  // vectors of the sky are computed
+
+    bool flag(uint32_t bit) const { return (given->flags & bit) != 0; }
+    bool top_left() const { return flag(PC_TOP_LEFT); }
+    // Is color seen by passes as it is stored?
+    bool has_gain() const;
+    bool color_in_place() const { return color.whole && top_left() && !has_gain(); }
+    bool depth_in_place() const {
+        return depth.whole && top_left() && given->depth_encoding == PC_DEPTH_INVERSE;
+    }
+    bool motion_in_place() const;
+    bool output_is_an_input() const;
+};
+
+// Errors name the member. PC_ERROR_INPUT: a texture; PC_ERROR_CHAIN: camera values that its depth
+// needs, a value that is not finite; PC_ERROR_VERSION: struct_size. Calls no GL, allocates nothing.
+Failure check_frame(const pc_frame* given, HostFrame& frame);
+
+// What a plan is told. Precondition: check_frame().
+FrameDescription describe(const HostFrame& frame);
+
+// All that make_plan() and the conversion's shape depend on, but the frame number: equal keys,
+// equal plans.
+struct PlanKey {
+    uint64_t chain = 0, revision = 0;
+    int width = 0, height = 0;
+    uint32_t flags = 0;
+    std::array<const HostFormat*, 4> formats = {};  // color, depth, motion, output
+    std::array<bool, 8> cases = {};
+    std::array<float, 12> values = {};  // camera and bounds
+    std::array<char, 64> debug_view = {};
+    bool operator==(const PlanKey&) const = default;
+};
+PlanKey key_of(const HostFrame& frame, uint64_t chain, uint64_t revision);
+
+// The uniform block of the steps from and to the host's textures.
+shared::GuestBlock block_of(const HostFrame& frame);
+
+}  // namespace postchain::guest

@@ -1,0 +1,259 @@
+#include "chain/guest/host_plan.h"
+
+#include <algorithm>
+#include <string_view>
+
+#include "chain/planner.h"
+#include "chain/work_list.h"
+
+namespace postchain::guest {
+namespace {
+
+constexpr int kExposureUnit = 3;
+
+std::string flag(bool on) {
+    return on ? "1" : "0";
+}
+
+class Builder {
+  public:
+    Builder(Plan plan, const HostFrame& frame) : frame_(frame) { host_.plan = std::move(plan); }
+
+    Result<HostPlan> build() {
+        const char* view = frame_.given->debug_view;
+        Status status;
+        if (view && *view) {
+            status = add_debug_view(view);
+            if (!status.ok()) return status;
+        } else {
+            add_output();
+        }
+        add_import();
+        std::vector<TextureId> outputs;
+        if (host_.result >= 0) outputs.push_back(host_.result);
+        plan().outputs.clear();
+        if (host_.result >= 0) plan().outputs[Role::color] = host_.result;
+        find_lifetimes(plan(), outputs);
+        return std::move(host_);
+    }
+
+  private:
+    Plan& plan() { return host_.plan; }
+
+    TextureId add_texture(const std::string& name, Format format, bool imported) {
+        PlanTexture texture;
+        texture.name = name;
+        texture.format = format;
+        texture.width = frame_.width;
+        texture.height = frame_.height;
+        texture.imported = imported;
+        plan().textures.push_back(texture);
+        return TextureId(plan().textures.size()) - 1;
+    }
+
+    int add_pass(const char* name) {
+        plan().passes.push_back({name, "", false});
+        return int(plan().passes.size()) - 1;
+    }
+
+    // A step over all pixels that has the guest's block; its bytes are filled before each run.
+    Step make_step(int pass, const char* name, const std::string& file) {
+        Step step;
+        step.pass = pass;
+        step.name = name;
+        step.program = {file, {}};
+        step.set_block(shared::GuestBlock{});
+        step.groups = groups_for(frame_.width, frame_.height);
+        return step;
+    }
+
+    void bind_exposure(Step& step) {
+        step.program.defines["EXPOSURE"] = flag(frame_.exposure.name != 0);
+        if (frame_.exposure.name == 0) return;
+        if (host_.exposure < 0) {
+            host_.exposure = add_texture("host.exposure", Format::r32f, true);
+            plan().textures.back().width = plan().textures.back().height = 1;
+        }
+        step.bindings.push_back({kExposureUnit, host_.exposure});
+    }
+
+    TextureId input(Role role) const {
+        for (size_t i = 0; i < host_.plan.textures.size(); ++i)
+            if (host_.plan.textures[i].imported && host_.plan.textures[i].role == role &&
+                host_.plan.textures[i].name.starts_with("input."))
+                return TextureId(i);
+        return -1;
+    }
+
+    bool is_read(TextureId id) const {
+        for (const auto& step : host_.plan.steps)
+            for (const auto& binding : step.bindings)
+                if (binding.texture == id && binding.access != Access::write) return true;
+        return false;
+    }
+
+    // The texture that the result goes to besides the chain's own.
+    TextureId add_target() {
+        const Format format = plan_format();
+        if (frame_.output.name == 0) return add_texture("export.color", format, false);
+        host_.writes_output = true;
+        return add_texture("host.output", format, true);
+    }
+    Format plan_format() const {
+        const auto found = host_.plan.outputs.find(Role::color);
+        return host_.plan.textures[size_t(found->second)].format;
+    }
+
+    void add_output() {
+        const TextureId color = plan().outputs.at(Role::color);
+        const bool works = !plan().textures[size_t(color)].imported;
+        const bool same = frame_.output.name != 0 && frame_.output.name == frame_.color.name &&
+                          frame_.given->output.x == frame_.given->color.x &&
+                          frame_.given->output.y == frame_.given->color.y;
+        if (!works && (frame_.output.name == 0 || same)) {
+            plan().steps.clear();
+            return;  // color itself
+        }
+        const bool as_is = frame_.top_left() && !frame_.has_gain();
+        if (works && as_is && frame_.output.name == 0) {
+            host_.result = color;
+            return;
+        }
+        if (works && as_is && frame_.output.whole && !frame_.output_is_an_input() &&
+            !is_read(color)) {
+            plan().textures[size_t(color)].imported = true;  // the last pass writes to the host's
+            plan().textures[size_t(color)].name = "host.output";
+            host_.result = color;
+            host_.writes_output = true;
+            return;
+        }
+        Step step = make_step(add_pass("export"), "export", "guest/export.comp");
+        host_.result = add_target();
+        step.bindings = {{0, color}, {0, host_.result, Access::write}};
+        bind_exposure(step);
+        step.taps = uint64_t(frame_.width) * uint64_t(frame_.height);
+        host_.export_step = int(plan().steps.size());
+        plan().steps.push_back(std::move(step));
+    }
+
+    // "0.motion_blur.tile_max" or "0.motion_blur.tile_max:vector".
+    Status add_debug_view(std::string_view view) {
+        const size_t colon = view.find(':');
+        const std::string_view name = view.substr(0, colon);
+        const std::string_view as = colon == view.npos ? "" : view.substr(colon + 1);
+        TextureId shown = -1;
+        for (size_t i = 0; i < plan().textures.size(); ++i)
+            if (plan().textures[i].name == name) shown = TextureId(i);
+        if (shown < 0)
+            return Status(StatusCode::usage,
+                          concat("debug_view: this frame's plan has no texture \"", name,
+                                 "\"; pc_explain() names them"));
+        const PlanTexture& texture = plan().textures[size_t(shown)];
+        const bool list = texture.format == Format::work_list;
+        const bool bits = texture.format == Format::rgba32ui || texture.format == Format::r32ui;
+        const int channels = channels_of(texture.format);
+        std::string kind = list ? "3" : channels == 4 ? "0" : channels == 2 ? "2" : "1";
+        if (as == "color") kind = "0";
+        if (as == "number") kind = "1";
+        if (as == "vector") kind = "2";
+        if (bits || (!as.empty() && (list || (as != "color" && as != "number" && as != "vector"))))
+            return Status(StatusCode::usage, concat("debug_view: \"", view, "\" cannot be drawn; ",
+                                                    "after a colon stands color, number or "
+                                                    "vector, and packed bits are no picture"));
+        // Steps after the last that writes it have nothing to do here.
+        int last = -1;
+        for (int i = 0; i < int(plan().steps.size()); ++i)
+            for (const auto& binding : plan().steps[size_t(i)].bindings)
+                if (binding.texture == shown && plan().steps[size_t(i)].writes(binding)) last = i;
+        plan().steps.resize(size_t(last + 1));
+        const int pass = add_pass("export");
+        host_.result = add_target();
+        const auto add = [&](const char* step_name, const std::string& how, TextureId source) {
+            Step step = make_step(pass, step_name, "guest/debug_view.comp");
+            step.program.defines = {{"VIEW", how}, {"EXPOSURE", "0"}};
+            launch_by(step, how == "4" ? shown : -1);
+            step.bindings.push_back({0, source});
+            step.bindings.push_back({0, host_.result, Access::write});
+            plan().steps.push_back(std::move(step));
+            return int(plan().steps.size()) - 1;
+        };
+        host_.export_step = add("debug_view", kind, list ? input(Role::color) : shown);
+        if (list) host_.debug_step = add("debug_blocks", "4", input(Role::color));
+        return Status();
+    }
+
+    // Every plane that a step reads and that the host has in another form is made before the chain.
+    void add_import() {
+        struct Plane {
+            Role role;
+            const char* define;
+            const char* host;
+            bool in_place;
+            Format format;
+            TextureId HostPlan::*id;
+        };
+        const bool half = frame_.color.format->half && !frame_.has_gain();
+        const Plane planes[] = {{Role::color, "COLOR", "host.color", frame_.color_in_place(),
+                                 half ? Format::rgba16f : Format::rgba32f, &HostPlan::color},
+                                {Role::inverse_depth, "DEPTH", "host.depth",
+                                 frame_.depth_in_place(), Format::r32f, &HostPlan::depth},
+                                {Role::motion, "MOTION", "host.motion", frame_.motion_in_place(),
+                                 Format::rg32f, &HostPlan::motion}};
+        Step step = make_step(0, "import", "guest/import.comp");
+        const uint64_t pixels = uint64_t(frame_.width) * uint64_t(frame_.height);
+        bool needed = false, motion = false;
+        for (int unit = 0; unit < 3; ++unit) {
+            const Plane& plane = planes[unit];
+            const TextureId canonical = input(plane.role);
+            const bool read = canonical >= 0 && is_read(canonical);
+            const bool made = read && !plane.in_place;
+            step.program.defines[plane.define] = flag(made);
+            if (!read) continue;
+            if (!made) {
+                host_.*plane.id = canonical;
+                continue;
+            }
+            needed = true;
+            motion = motion || plane.role == Role::motion;
+            plan().textures[size_t(canonical)].imported = false;
+            plan().textures[size_t(canonical)].format = plane.format;
+            const TextureId host = add_texture(plane.host, plane.format, true);
+            host_.*plane.id = host;
+            step.bindings.push_back({unit, host});
+            step.bindings.push_back({unit, canonical, Access::write});
+            step.taps += pixels;
+        }
+        if (!needed) return;
+        const bool sky = motion && frame_.sky;
+        step.program.defines["SKY"] = flag(sky);
+        if (sky && step.program.defines["DEPTH"] == "0") {
+            if (host_.depth < 0) host_.depth = add_texture("host.depth", Format::r32f, true);
+            step.bindings.push_back({1, host_.depth});
+        }
+        if (step.program.defines["COLOR"] == "1")
+            bind_exposure(step);
+        else
+            step.program.defines["EXPOSURE"] = "0";
+        step.pass = add_pass("import");
+        plan().steps.insert(plan().steps.begin(), std::move(step));
+        host_.import_step = 0;
+        for (int* later : {&host_.export_step, &host_.debug_step})
+            if (*later >= 0) ++*later;
+    }
+
+    const HostFrame& frame_;
+    HostPlan host_;
+};
+
+}  // namespace
+
+Result<HostPlan> make_host_plan(const Chain& chain, const HostFrame& frame) {
+    PlanOptions options;
+    options.precision = frame.flag(PC_HALF_PLANES) ? Precision::fp16 : Precision::fp32;
+    options.elide = !frame.flag(PC_NO_ELISION);
+    auto plan = make_plan(chain, describe(frame), options);
+    if (!plan.ok()) return plan.status();
+    return Builder(std::move(*plan), frame).build();
+}
+
+}  // namespace postchain::guest

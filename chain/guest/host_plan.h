@@ -1,0 +1,28 @@
+// A chain's plan between a host's textures: a step before it that makes canonical planes of what is
+// not in that form, and one after it that writes the host's output, where either is needed.
+#pragma once
+
+#include "chain/chain.h"
+#include "chain/guest/host_frame.h"
+#include "chain/plan.h"
+#include "chain/status.h"
+
+namespace postchain::guest {
+
+struct HostPlan {
+    Plan plan;
+    // Textures that the host hands in; -1 = none, or no step uses it.
+    TextureId color = -1, depth = -1, motion = -1, exposure = -1;
+    // What holds the result; -1: the host's color as it is. It is the host's output where that is
+    // written by the plan.
+    TextureId result = -1;
+    bool writes_output = false;
+    int import_step = -1, export_step = -1;  // those with a GuestBlock
+    int debug_step = -1;                     // of a work list
+};
+
+// Plans the frame as a part of a host's. Errors: those of make_plan(), and PC_ERROR_ARGUMENT where
+// debug_view names no texture of the plan.
+Result<HostPlan> make_host_plan(const Chain& chain, const HostFrame& frame);
+
+}  // namespace postchain::guest

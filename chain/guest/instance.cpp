@@ -1,0 +1,338 @@
+#include "chain/guest/instance.h"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "chain/gl/debug.h"
+#include "chain/guest/validate.h"
+#include "chain/plan_print.h"
+
+namespace postchain::guest {
+namespace {
+
+// Does the host's loader lead to the GL of the current context?
+Failure check_loader(const pc_create_info& info) {
+    using GetString = const unsigned char* (*)(GLenum);
+    if (!info.get_proc_address) return {};
+    for (const char* name : {"glGetString", "glDispatchComputeIndirect", "glBindTextureUnit"})
+        if (!info.get_proc_address(info.user, name))
+            return {PC_ERROR_CONTEXT, concat("get_proc_address knows no ", name)};
+    const auto get_string =
+        reinterpret_cast<GetString>(info.get_proc_address(info.user, "glGetString"));
+    for (const GLenum what : {GL_VERSION, GL_RENDERER}) {
+        const auto* theirs = reinterpret_cast<const char*>(get_string(what));
+        const auto* ours = reinterpret_cast<const char*>(glGetString(what));
+        if (!theirs || !ours || std::strcmp(theirs, ours) != 0)
+            return {PC_ERROR_CONTEXT,
+                    concat("get_proc_address leads to \"", theirs ? theirs : "nothing",
+                           "\", the current context is \"", ours ? ours : "none", "\"")};
+    }
+    return {};
+}
+
+void add_programs(const Plan& plan, std::vector<ProgramKey>& programs) {
+    for (const Step& step : plan.steps)
+        if (std::find(programs.begin(), programs.end(), step.program) == programs.end())
+            programs.push_back(step.program);
+}
+
+}  // namespace
+
+Failure Instance::create(const pc_create_info& info, std::unique_ptr<Instance>& instance) {
+    std::unique_ptr<Instance> made(new Instance(info));
+    if (Failure failure = made->open(); !failure.ok()) return failure;
+    instance = std::move(made);
+    return {};
+}
+
+Failure Instance::open() {
+    const bool own = (info_.flags & PC_OWN_CONTEXT) != 0;
+    context_ = ContextId::current();
+    if (own && context_)
+        return {
+            PC_ERROR_CONTEXT,
+            "PC_OWN_CONTEXT: a context is current on this thread; leave the flag out to use it"};
+    if (own) {
+        auto made = egl::Context::create();
+        if (!made.ok()) return {PC_ERROR_CONTEXT, made.status().message()};
+        own_context_ = std::move(*made);
+        context_ = ContextId::current();
+    }
+    if (!context_)
+        return {PC_ERROR_CONTEXT,
+                "no GL context of EGL or GLX is current on this thread; make the host's current"};
+    if (Failure failure = check_version(); !failure.ok()) return failure;
+    if (Failure failure = check_loader(info_); !failure.ok()) return failure;
+    device_ =
+        gl::describe_current([this](const std::string& message) { log(PC_LOG_WARNING, message); });
+    gl_version_ = uint32_t(epoxy_gl_version());
+    GLint strategy = 0;
+    glGetIntegerv(GL_RESET_NOTIFICATION_STRATEGY, &strategy);
+    tells_loss_ = strategy == GL_LOSE_CONTEXT_ON_RESET;
+    objects_ = std::make_unique<Objects>(device_);
+    objects_->pool.set_budget(info_.texture_budget);
+    return {};
+}
+
+Instance::~Instance() {
+    if (!objects_) return;
+    if (lost_ || !context_.is_current()) abandon();
+    if (objects_) objects_->entries.clear();  // before the pool that their textures are of
+}
+
+void Instance::abandon() {
+    if (!objects_) return;
+    objects_->entries.clear();
+    objects_->pool.abandon();
+    objects_->programs.abandon();
+    objects_->run.abandon();
+    objects_->clock.abandon();
+    objects_.reset();
+}
+
+Failure Instance::check_context() {
+    if (lost_) return {PC_ERROR_CONTEXT, "the context is lost: pc_abandon(), and begin anew"};
+    if (!context_.is_current())
+        return {PC_ERROR_CONTEXT,
+                "the context that this instance was made in is not current on this thread"};
+    if (tells_loss_ && glGetGraphicsResetStatus() != GL_NO_ERROR) {
+        lost_ = true;
+        return {PC_ERROR_CONTEXT, "the context was lost by a reset of the device"};
+    }
+    return {};
+}
+
+void Instance::log(int level, const std::string& message) const {
+    if (!info_.log || message == logged_) return;  // not every frame again
+    logged_ = message;
+    info_.log(info_.user, level, message.c_str());
+}
+
+Failure Instance::programs_of(const ChainHandle& chain, const pc_frame& given,
+                              std::vector<ProgramKey>& programs) {
+    const auto add = [&](const pc_frame& variant) -> Failure {
+        HostFrame frame;
+        if (Failure failure = check_frame(&variant, frame); !failure.ok()) return failure;
+        auto host = make_host_plan(chain.chain(), frame);
+        if (!host.ok()) return host.status();
+        add_programs(host->plan, programs);
+        return {};
+    };
+    if (Failure failure = add(given); !failure.ok()) return failure;
+    // A variant that cannot be planned cannot be run either.
+    pc_frame variant = given;
+    variant.debug_view = nullptr;
+    (void)add(variant);
+    variant.max_speed_px = variant.nearest = variant.farthest = 0;
+    const pc_frame plain = variant;
+    for (const uint32_t cut : {0u, uint32_t(PC_CAMERA_CUT)}) {
+        variant.flags = (given.flags & ~uint32_t(PC_CAMERA_CUT)) | cut;
+        (void)add(variant);
+    }
+    variant = plain;
+    variant.shutter_frames = -1;
+    (void)add(variant);
+    // A radius of the circle of confusion is in proportion to the aperture: a factor of 2 meets
+    // every range of radii for which a pass has a program of its own.
+    for (int stop = -8; stop <= 8; ++stop) {
+        variant = plain;
+        variant.f_stop = std::ldexp(given.f_stop, stop);
+        (void)add(variant);
+    }
+    for (const float part : {0.25f, 0.5f, 2.0f, 4.0f, 16.0f}) {
+        variant = plain;
+        variant.focus_distance = part * given.focus_distance;
+        (void)add(variant);
+    }
+    return {};
+}
+
+Failure Instance::prepare(const ChainHandle& chain, const pc_frame* given, bool wait) {
+    HostFrame frame;
+    if (Failure failure = check_frame(given, frame); !failure.ok()) return failure;
+    if (Failure failure = check_context(); !failure.ok()) return failure;
+    std::vector<ProgramKey> programs;
+    if (Failure failure = programs_of(chain, *given, programs); !failure.ok()) return failure;
+    int compiled = 0;
+    for (const ProgramKey& key : programs) {
+        if (objects_->programs.has(key)) continue;
+        if (!wait && compiled > 0) return {PC_PENDING, ""};
+        if (auto program = objects_->programs.get(key); !program.ok()) return program.status();
+        ++compiled;
+    }
+    objects_->pool.begin_frame();
+    pc_frame cut = *given;
+    cut.flags ^= PC_CAMERA_CUT;
+    HostFrame other;
+    Entry* entry = nullptr;
+    if (check_frame(&cut, other).ok()) (void)find_or_make(chain, other, entry);
+    return find_or_make(chain, frame, entry);
+}
+
+Instance::Entry* Instance::find(const PlanKey& key, uint64_t frame_number) {
+    for (const auto& entry : objects_->entries)
+        if (entry->key == key &&
+            (!entry->compiled.plan().uses_frame_number || entry->frame_number == frame_number))
+            return entry.get();
+    return nullptr;
+}
+
+Failure Instance::find_or_make(const ChainHandle& chain, const HostFrame& frame, Entry*& entry) {
+    const PlanKey key = key_of(frame, chain.id(), chain.revision());
+    const uint64_t number = frame.given->frame_number;
+    entry = find(key, number);
+    if (entry) return {};
+    auto host = make_host_plan(chain.chain(), frame);
+    if (!host.ok()) return host.status();
+    ++plans_;
+    for (const auto& known : objects_->entries) {
+        if (!gl::same_shape(known->compiled.plan(), host->plan)) continue;
+        known->compiled.take_values(std::move(host->plan));
+        known->key = key;
+        known->frame_number = number;
+        known->host = std::move(*host);
+        entry = known.get();
+        return {};
+    }
+    for (const Step& step : host->plan.steps)
+        if (!objects_->programs.has(step.program))
+            return {PC_ERROR_PREPARE, concat("pc_prepare() has seen no frame like this: ",
+                                             step.program.text(), " is not compiled")};
+    Failure failure = make(key, number, *host, entry);
+    if (failure.result != PC_ERROR_MEMORY) return failure;
+    // Once more, without what other sizes hold.
+    objects_->entries.clear();
+    last_ = nullptr;
+    objects_->pool.begin_frame();
+    objects_->pool.trim(0);
+    failure = make(key, number, *host, entry);
+    if (!failure.ok()) objects_->pool.trim(0);
+    return failure;
+}
+
+Failure Instance::make(const PlanKey& key, uint64_t frame_number, HostPlan& host, Entry*& entry) {
+    auto compiled = gl::CompiledPlan::make(host.plan, objects_->pool, objects_->programs,
+                                           objects_->run, (info_.flags & PC_LABELS) != 0);
+    if (!compiled.ok()) return compiled.status();
+    HostPlan about = host;
+    about.plan = {};
+    objects_->entries.push_back(std::unique_ptr<Entry>(
+        new Entry{key, frame_number, std::move(about), std::move(*compiled), frames_}));
+    entry = objects_->entries.back().get();
+    return {};
+}
+
+// Plans of other sizes that did not run for a while, and the one that ran longest ago.
+void Instance::forget_entries(const PlanKey& key) {
+    auto& entries = objects_->entries;
+    const uint64_t kept = info_.keep_frames ? info_.keep_frames : 8;
+    std::erase_if(entries, [&](const auto& entry) {
+        const bool other = entry->key.width != key.width || entry->key.height != key.height;
+        return other && entry->last_run + kept < frames_;
+    });
+    while (entries.size() > kMostEntries)
+        entries.erase(std::min_element(
+            entries.begin(), entries.end(),
+            [](const auto& a, const auto& b) { return a->last_run < b->last_run; }));
+    objects_->pool.trim(kept);
+}
+
+void Instance::import(Entry& entry, const HostFrame& frame) {
+    const HostPlan& host = entry.host;
+    gl::CompiledPlan& compiled = entry.compiled;
+    if (host.color >= 0) compiled.import(host.color, frame.color.name);
+    if (host.depth >= 0) compiled.import(host.depth, frame.depth.name);
+    if (host.motion >= 0) compiled.import(host.motion, frame.motion.name);
+    if (host.exposure >= 0) compiled.import(host.exposure, frame.exposure.name);
+    if (host.writes_output)
+        compiled.import(host.result, frame.output.name, frame.output.format->name);
+    if (host.import_step < 0 && host.export_step < 0) return;
+    const shared::GuestBlock block = block_of(frame);
+    for (const int step : {host.import_step, host.export_step, host.debug_step})
+        if (step >= 0) compiled.set_block(step, std::as_bytes(std::span(&block, 1)));
+}
+
+Failure Instance::dispatch(Entry& entry, const HostFrame& frame) {
+    gl::RunOptions options;
+    options.labels = (info_.flags & PC_LABELS) != 0;
+    options.barriers = frame.given->barriers;
+    if (timing_ > 0) {
+        objects_->clock.begin(frame.given->frame_number);
+        options.clock = &objects_->clock;
+        options.time_steps = timing_ > 1;
+    }
+    const gl::UsedUnits used = entry.compiled.used();
+    if (info_.state == PC_STATE_RESTORE) state_.save(used);
+    const Status status = entry.compiled.run(objects_->run, options);
+    if (info_.state == PC_STATE_RESTORE) state_.restore();
+    if (info_.state == PC_STATE_RESET) GlState::reset(used);
+    dispatches_ += entry.compiled.plan().steps.size();
+    barriers_ += entry.compiled.barriers() + 1;
+    return status;
+}
+
+Failure Instance::run(const ChainHandle& chain, const pc_frame* given, pc_texture& result) {
+    HostFrame frame;
+    if (Failure failure = check_frame(given, frame); !failure.ok()) return failure;
+    if (Failure failure = check_context(); !failure.ok()) return failure;
+    const bool validates = (info_.flags & PC_VALIDATE) != 0;
+    if (validates) {
+        if (Status left = gl::check_error("the host left an error"); !left.ok())
+            log(PC_LOG_WARNING, left.message());
+        if (Failure failure = validate(frame); !failure.ok()) return failure;
+    }
+    ++frames_;
+    objects_->pool.begin_frame();
+    Entry* entry = nullptr;
+    if (Failure failure = find_or_make(chain, frame, entry); !failure.ok()) return failure;
+    entry->last_run = frames_;
+    last_ = entry;
+    const Plan& plan = entry->compiled.plan();
+    if (!plan.steps.empty()) {
+        import(*entry, frame);
+        if (Failure failure = dispatch(*entry, frame); !failure.ok()) return failure;
+    }
+    const TextureId id = entry->host.result;
+    if (entry->host.writes_output) {
+        result = given->output;
+    } else if (id >= 0) {
+        result = {};
+        result.name = entry->compiled.name_of(id);
+        result.internal_format = gl::internal_format(plan.textures[size_t(id)].format);
+        result.width = frame.width;
+        result.height = frame.height;
+    }
+    forget_entries(entry->key);
+    if (!validates) return {};
+    return gl::check_error("pc_run()");
+}
+
+void Instance::capabilities(pc_capabilities& out) const {
+    out.api_version = PC_API_VERSION;
+    out.software = device_.software;
+    out.max_texture_px = uint32_t(device_.limits.texture_px);
+    out.gl_version = gl_version_;
+    std::strncpy(out.renderer, device_.renderer.c_str(), sizeof(out.renderer) - 1);
+    std::strncpy(out.version, POSTCHAIN_VERSION, sizeof(out.version) - 1);
+}
+
+void Instance::count(pc_counters& out) const {
+    out.frames = frames_;
+    out.dispatches = dispatches_;
+    out.barriers = barriers_;
+    out.plans_made = plans_;
+    out.programs = objects_->programs.compiled();
+    out.texture_allocations = objects_->pool.allocations();
+    out.textures_alive = objects_->pool.alive();
+    out.texture_bytes = objects_->pool.bytes();
+    out.texture_bytes_peak = objects_->pool.bytes_peak();
+}
+
+std::string Instance::explain() const {
+    return last_ ? plan_as_json(last_->compiled.plan()) : std::string();
+}
+
+}  // namespace postchain::guest

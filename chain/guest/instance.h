@@ -1,0 +1,103 @@
+// What stands behind a pc_instance: the programs, textures and plans of one GL context.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "chain/egl/context.h"
+#include "chain/gl/clock.h"
+#include "chain/gl/compiled_plan.h"
+#include "chain/gl/device.h"
+#include "chain/gl/program.h"
+#include "chain/gl/run_objects.h"
+#include "chain/gl/texture_pool.h"
+#include "chain/guest/chain_handle.h"
+#include "chain/guest/context.h"
+#include "chain/guest/failure.h"
+#include "chain/guest/gl_state.h"
+#include "chain/guest/host_frame.h"
+#include "chain/guest/host_plan.h"
+
+namespace postchain::guest {
+
+class Instance {
+  public:
+    // On the current context, or on one of its own.
+    static Failure create(const pc_create_info& info, std::unique_ptr<Instance>& instance);
+    ~Instance();  // where its context is not current: as after abandon()
+    Instance(const Instance&) = delete;
+    Instance& operator=(const Instance&) = delete;
+    // The GL names are forgotten, not deleted.
+    void abandon();
+
+    // PC_ERROR_CONTEXT where its context is not current on this thread, or is lost.
+    Failure check_context();
+
+    // Nothing left to compile: PC_OK; else PC_PENDING.
+    Failure prepare(const ChainHandle& chain, const pc_frame* given, bool wait);
+    Failure run(const ChainHandle& chain, const pc_frame* given, pc_texture& result);
+
+    void set_timing(int level) { timing_ = level; }
+    // Null: none is finished.
+    const gl::Times* newest_times() { return objects_->clock.newest(); }
+    void capabilities(pc_capabilities& out) const;
+    void count(pc_counters& out) const;
+    std::string explain() const;  // "" before the first frame
+    const gl::Device& device() const { return device_; }
+    void log(int level, const std::string& message) const;
+
+    std::string error;  // of the last call
+
+  private:
+    // A plan that is ready to run, and for which frames.
+    struct Entry {
+        PlanKey key;
+        uint64_t frame_number = 0;
+        HostPlan host;  // without its plan
+        gl::CompiledPlan compiled;
+        uint64_t last_run = 0;
+    };
+    // Plans that are kept beside each other: of a cut, of a debug view, of other eyes.
+    static constexpr size_t kMostEntries = 8;
+
+    // What lives in the context.
+    struct Objects {
+        explicit Objects(const gl::Device& device) : programs(device.log), clock(device) {}
+        gl::TexturePool pool;
+        gl::ProgramCache programs;
+        gl::RunObjects run;
+        gl::Clock clock;
+        std::vector<std::unique_ptr<Entry>> entries;
+    };
+
+    explicit Instance(const pc_create_info& info) : info_(info) {}
+    Failure open();
+    Entry* find(const PlanKey& key, uint64_t frame_number);
+    // PC_ERROR_PREPARE where a program is not there.
+    Failure find_or_make(const ChainHandle& chain, const HostFrame& frame, Entry*& entry);
+    Failure make(const PlanKey& key, uint64_t frame_number, HostPlan& host, Entry*& entry);
+    void forget_entries(const PlanKey& key);
+    // Of this frame and of those that it may turn into, each once.
+    static Failure programs_of(const ChainHandle& chain, const pc_frame& given,
+                               std::vector<ProgramKey>& programs);
+    static void import(Entry& entry, const HostFrame& frame);
+    Failure dispatch(Entry& entry, const HostFrame& frame);
+
+    pc_create_info info_;
+    std::unique_ptr<egl::Context> own_context_;
+    ContextId context_;
+    bool tells_loss_ = false;
+    bool lost_ = false;
+    uint32_t gl_version_ = 0;
+    gl::Device device_;
+    std::unique_ptr<Objects> objects_;
+    const Entry* last_ = nullptr;
+    GlState state_;
+    int timing_ = 0;
+    uint64_t frames_ = 0, dispatches_ = 0, barriers_ = 0, plans_ = 0;
+    mutable std::string logged_;
+};
+
+}  // namespace postchain::guest

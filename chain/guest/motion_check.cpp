@@ -1,0 +1,90 @@
+#include "chain/guest/motion_check.h"
+
+#include <epoxy/gl.h>
+
+#include <array>
+
+#include "chain/guest/host_frame.h"
+#include "chain/sign_check.h"
+
+namespace postchain::guest {
+namespace {
+
+// Pixels are read densely into memory, whatever the host has set; that is put back.
+class DensePacking {
+  public:
+    DensePacking() {
+        glGetIntegerv(GL_PIXEL_PACK_BUFFER_BINDING, &buffer_);
+        glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
+        for (size_t i = 0; i < kNames.size(); ++i) {
+            glGetIntegerv(kNames[i], &values_[i]);
+            glPixelStorei(kNames[i], kNames[i] == GL_PACK_ALIGNMENT ? 4 : 0);
+        }
+    }
+    ~DensePacking() {
+        for (size_t i = 0; i < kNames.size(); ++i) glPixelStorei(kNames[i], values_[i]);
+        glBindBuffer(GL_PIXEL_PACK_BUFFER, GLuint(buffer_));
+    }
+    DensePacking(const DensePacking&) = delete;
+    DensePacking& operator=(const DensePacking&) = delete;
+
+  private:
+    static constexpr std::array<GLenum, 8> kNames = {
+        GL_PACK_ALIGNMENT,   GL_PACK_ROW_LENGTH,  GL_PACK_IMAGE_HEIGHT, GL_PACK_SKIP_ROWS,
+        GL_PACK_SKIP_PIXELS, GL_PACK_SKIP_IMAGES, GL_PACK_SWAP_BYTES,   GL_PACK_LSB_FIRST};
+    GLint buffer_ = 0;
+    std::array<GLint, kNames.size()> values_;
+};
+
+// The frame's rectangle of a texture, row 0 at the top.
+ImageF read(const pc_texture& texture, const HostFrame& frame, int channels) {
+    ImageF stored(frame.width, frame.height, channels);
+    glGetTextureSubImage(texture.name, 0, texture.x, texture.y, 0, frame.width, frame.height, 1,
+                         channels == 2 ? GL_RG : GL_RGBA, GL_FLOAT,
+                         GLsizei(stored.data.size() * sizeof(float)), stored.data.data());
+    if (frame.top_left()) return stored;
+    ImageF turned(frame.width, frame.height, channels);
+    const size_t row = size_t(frame.width) * size_t(channels);
+    for (int y = 0; y < frame.height; ++y)
+        std::copy_n(stored.pixel(0, y), row, turned.pixel(0, frame.height - 1 - y));
+    return turned;
+}
+
+}  // namespace
+
+Failure check_motion(const pc_frame* given, const pc_texture& other_color, int signs[2],
+                     float& margin) {
+    HostFrame frame;
+    if (Failure failure = check_frame(given, frame); !failure.ok()) return failure;
+    if (frame.motion.name == 0) return {PC_ERROR_INPUT, "motion: name 0, there is none to check"};
+    if (other_color.name == 0 || other_color.width - other_color.x < frame.width ||
+        other_color.height - other_color.y < frame.height)
+        return {PC_ERROR_INPUT, "other_color: there is none, or it does not cover the frame"};
+    const shared::GuestBlock block = block_of(frame);
+    const DensePacking packing;
+    FramePlanes planes;
+    planes[Role::color] = read(given->color, frame, 4);
+    ImageF motion = read(given->motion, frame, 2);
+    // To the other frame: vectors of this minus previous point away from it.
+    const float way = frame.flag(PC_MOTION_TO_NEXT) ? 1.0f : -1.0f;
+    for (size_t pixel = 0; pixel < motion.pixels(); ++pixel)
+        for (int c = 0; c < 2; ++c) {
+            float& v = motion.data[2 * pixel + size_t(c)];
+            v = block.motion_scale[c] * (v - block.motion_bias[c]) - block.motion_jitter[c];
+            v *= c == 1 && block.bottom_up ? -way : way;
+        }
+    planes[Role::motion] = std::move(motion);
+    const SignCheck check = check_signs(planes, read(other_color, frame, 4));
+    signs[0] = signs[1] = 1;
+    margin = float(check.margin());
+    if (margin >= 1) return {};
+    for (const SignCandidate& candidate : check.candidates) {
+        if (!check.told_apart(candidate) || candidate.margin > check.margin()) continue;
+        signs[0] = candidate.sign_x;
+        signs[1] = candidate.sign_y;
+    }
+    margin = 1 / margin;
+    return {};
+}
+
+}  // namespace postchain::guest

@@ -1,0 +1,288 @@
+#include "chain/guest/postchain.h"
+
+#include <algorithm>
+#include <cstring>
+#include <exception>
+#include <new>
+
+#include "chain/guest/chain_handle.h"
+#include "chain/guest/conventions.h"
+#include "chain/guest/handles.h"
+#include "chain/guest/instance.h"
+#include "chain/guest/motion_check.h"
+#include "chain/guest/registry.h"
+
+using postchain::concat;
+using postchain::ParameterValue;
+using postchain::guest::ChainHandle;
+using postchain::guest::create_error;
+using postchain::guest::Failure;
+using postchain::guest::Instance;
+
+namespace {
+
+// No exception crosses the border.
+template <class Work>
+Failure guarded(const Work& work) noexcept {
+    try {
+        return work();
+    } catch (const std::bad_alloc&) {
+        return {PC_ERROR_MEMORY, "out of memory"};  // short: stored in place
+    } catch (const std::exception& e) {
+        return {PC_ERROR_INTERNAL, e.what()};
+    } catch (...) {
+        return {PC_ERROR_INTERNAL, "unknown"};
+    }
+}
+
+template <class Work>
+pc_result call(pc_instance* instance, const Work& work) {
+    if (!instance) return PC_ERROR_ARGUMENT;
+    Failure failure = guarded(work);
+    instance->is->error.swap(failure.text);
+    if (failure.result < 0) instance->is->log(PC_LOG_ERROR, instance->is->error);
+    return failure.result;
+}
+
+template <class Work>
+pc_result call(pc_chain* chain, const Work& work) {
+    if (!chain) return PC_ERROR_ARGUMENT;
+    Failure failure = guarded(work);
+    chain->is.error.swap(failure.text);
+    return failure.result;
+}
+
+template <class Struct>
+Failure check_size(const Struct* given, const char* name) {
+    if (!given) return {PC_ERROR_ARGUMENT, concat(name, " is NULL")};
+    if (given->struct_size == sizeof(Struct)) return {};
+    return {PC_ERROR_VERSION, concat(name, ".struct_size is ", given->struct_size,
+                                     ", this library's is ", sizeof(Struct))};
+}
+
+// Before an instance or a chain is there.
+template <class Work>
+pc_result create(const Work& work) {
+    Failure failure = guarded(work);
+    create_error().swap(failure.text);
+    return failure.result;
+}
+
+}  // namespace
+
+extern "C" {
+
+const char* pc_result_name(pc_result result) {
+    switch (result) {
+        case PC_OK:
+            return "PC_OK";
+        case PC_PENDING:
+            return "PC_PENDING";
+        case PC_ERROR_ARGUMENT:
+            return "PC_ERROR_ARGUMENT";
+        case PC_ERROR_CHAIN:
+            return "PC_ERROR_CHAIN";
+        case PC_ERROR_INPUT:
+            return "PC_ERROR_INPUT";
+        case PC_ERROR_CONTEXT:
+            return "PC_ERROR_CONTEXT";
+        case PC_ERROR_MEMORY:
+            return "PC_ERROR_MEMORY";
+        case PC_ERROR_VERSION:
+            return "PC_ERROR_VERSION";
+        case PC_ERROR_PREPARE:
+            return "PC_ERROR_PREPARE";
+        case PC_ERROR_GL:
+            return "PC_ERROR_GL";
+        case PC_ERROR_INTERNAL:
+            return "PC_ERROR_INTERNAL";
+    }
+    return "unknown";
+}
+
+pc_result pc_create(const pc_create_info* info, pc_instance** instance) {
+    return create([&]() -> Failure {
+        if (!instance) return {PC_ERROR_ARGUMENT, "instance is NULL"};
+        *instance = nullptr;
+        if (Failure failure = check_size(info, "pc_create_info"); !failure.ok()) return failure;
+        if (info->api_version >> 16 != PC_API_VERSION >> 16)
+            return {PC_ERROR_VERSION,
+                    concat("api_version ", info->api_version >> 16, ".", info->api_version & 0xffff,
+                           ": this library has ", PC_API_VERSION >> 16)};
+        if (info->state > PC_STATE_LEAVE)
+            return {PC_ERROR_ARGUMENT, concat("state: there is no ", info->state)};
+        auto made = std::make_unique<pc_instance>();
+        if (Failure failure = Instance::create(*info, made->is); !failure.ok()) return failure;
+        *instance = made.release();
+        return {};
+    });
+}
+
+const char* pc_create_error(void) {
+    return create_error().c_str();
+}
+
+void pc_destroy(pc_instance* instance) {
+    delete instance;
+}
+
+void pc_abandon(pc_instance* instance) {
+    if (instance) instance->is->abandon();
+    delete instance;
+}
+
+const char* pc_last_error(const pc_instance* instance) {
+    return instance ? instance->is->error.c_str() : "instance is NULL";
+}
+
+pc_result pc_query(const pc_instance* instance, pc_capabilities* out) {
+    if (!instance || !check_size(out, "pc_capabilities").ok()) return PC_ERROR_ARGUMENT;
+    instance->is->capabilities(*out);
+    return PC_OK;
+}
+
+pc_result pc_chain_create(const char* names, pc_chain** chain) {
+    return create([&]() -> Failure {
+        if (!chain) return {PC_ERROR_ARGUMENT, "chain is NULL"};
+        *chain = nullptr;
+        auto made = ChainHandle::parse(names ? names : "");
+        if (!made.ok()) return made.status();
+        *chain = new pc_chain{ChainHandle(std::move(*made))};
+        return {};
+    });
+}
+
+void pc_chain_destroy(pc_chain* chain) {
+    delete chain;
+}
+
+const char* pc_chain_error(const pc_chain* chain) {
+    return chain ? chain->is.error.c_str() : "chain is NULL";
+}
+
+pc_result pc_pass(uint32_t index, const char** name, const char** help) {
+    const auto& types = postchain::guest::passes().types();
+    if (index >= types.size()) return PC_ERROR_ARGUMENT;
+    if (name) *name = types[index].name.c_str();
+    if (help) *help = types[index].help.c_str();
+    return PC_OK;
+}
+
+pc_result pc_chain_parameter(pc_chain* chain, uint32_t index, pc_parameter* row) {
+    return call(chain, [&]() -> Failure {
+        if (Failure failure = check_size(row, "pc_parameter"); !failure.ok()) return failure;
+        return chain->is.describe(index, *row);
+    });
+}
+
+pc_result pc_chain_set_number(pc_chain* chain, uint32_t pass, const char* key, double value) {
+    return call(chain, [&] { return chain->is.set_number(pass, key ? key : "", value); });
+}
+
+pc_result pc_chain_set_text(pc_chain* chain, uint32_t pass, const char* key, const char* value) {
+    return call(chain, [&] {
+        return chain->is.set(pass, key ? key : "", std::string(value ? value : ""));
+    });
+}
+
+pc_result pc_chain_set_point(pc_chain* chain, uint32_t pass, const char* key, double x, double y) {
+    return call(chain, [&] {
+        return chain->is.set(pass, key ? key : "", std::array<double, 2>{x, y});
+    });
+}
+
+pc_result pc_chain_set_aperture(pc_chain* chain, const float* values) {
+    return call(chain, [&]() -> Failure {
+        if (!values) return {PC_ERROR_ARGUMENT, "values is NULL"};
+        return chain->is.set_aperture(values);
+    });
+}
+
+pc_result pc_chain_unset(pc_chain* chain, uint32_t pass, const char* key) {
+    return call(chain, [&] { return chain->is.set(pass, key ? key : "", ParameterValue()); });
+}
+
+pc_result pc_use_conventions(const char* engine, pc_frame* frame) {
+    if (!engine || !check_size(frame, "pc_frame").ok()) return PC_ERROR_ARGUMENT;
+    return postchain::guest::use_conventions(engine, *frame) ? PC_OK : PC_ERROR_ARGUMENT;
+}
+
+pc_result pc_prepare(pc_instance* instance, pc_chain* chain, const pc_frame* frame, int wait) {
+    return call(instance, [&]() -> Failure {
+        if (!chain) return {PC_ERROR_ARGUMENT, "chain is NULL"};
+        return instance->is->prepare(chain->is, frame, wait != 0);
+    });
+}
+
+pc_result pc_run(pc_instance* instance, pc_chain* chain, const pc_frame* frame,
+                 pc_texture* result) {
+    pc_texture picture = {};
+    if (frame && frame->struct_size == sizeof(pc_frame)) picture = frame->color;
+    const pc_result code = call(instance, [&]() -> Failure {
+        if (!chain) return {PC_ERROR_ARGUMENT, "chain is NULL"};
+        return instance->is->run(chain->is, frame, picture);
+    });
+    if (result) *result = picture;
+    return code;
+}
+
+pc_result pc_set_timing(pc_instance* instance, int level) {
+    return call(instance, [&]() -> Failure {
+        if (level < 0 || level > 2)
+            return {PC_ERROR_ARGUMENT, concat("level: ", level, " is not 0, 1 or 2")};
+        instance->is->set_timing(level);
+        return {};
+    });
+}
+
+pc_result pc_timings(pc_instance* instance, pc_time* times, uint32_t* count,
+                     uint64_t* frame_number) {
+    return call(instance, [&]() -> Failure {
+        if (!count || (!times && *count > 0)) return {PC_ERROR_ARGUMENT, "times or count is NULL"};
+        if (Failure failure = instance->is->check_context(); !failure.ok()) return failure;
+        const postchain::gl::Times* newest = instance->is->newest_times();
+        if (!newest) return {PC_PENDING, ""};
+        const uint32_t room = *count;
+        *count = uint32_t(newest->intervals.size());
+        if (frame_number) *frame_number = newest->frame;
+        for (uint32_t i = 0; i < std::min(room, *count); ++i) {
+            const auto& interval = newest->intervals[i];
+            std::memset(times[i].name, 0, sizeof(times[i].name));
+            std::strncpy(times[i].name, interval.name.c_str(), sizeof(times[i].name) - 1);
+            times[i].milliseconds = float(interval.milliseconds);
+        }
+        return {};
+    });
+}
+
+pc_result pc_count(const pc_instance* instance, pc_counters* counters) {
+    if (!instance) return PC_ERROR_ARGUMENT;
+    if (!check_size(counters, "pc_counters").ok()) return PC_ERROR_VERSION;
+    instance->is->count(*counters);
+    return PC_OK;
+}
+
+pc_result pc_explain(const pc_instance* instance, char* text, size_t* size) {
+    if (!instance || !size) return PC_ERROR_ARGUMENT;
+    const Failure failure = guarded([&]() -> Failure {
+        const std::string json = instance->is->explain();
+        const size_t room = *size;
+        *size = json.size() + 1;
+        if (!text || room < *size) return {PC_ERROR_ARGUMENT, ""};
+        std::memcpy(text, json.c_str(), *size);
+        return {};
+    });
+    return failure.result;
+}
+
+pc_result pc_check_motion(pc_instance* instance, const pc_frame* frame,
+                          const pc_texture* other_color, int signs[2], float* margin) {
+    return call(instance, [&]() -> Failure {
+        if (!other_color || !signs || !margin)
+            return {PC_ERROR_ARGUMENT, "other_color, signs or margin is NULL"};
+        if (Failure failure = instance->is->check_context(); !failure.ok()) return failure;
+        return postchain::guest::check_motion(frame, *other_color, signs, *margin);
+    });
+}
+
+}  // extern "C"

@@ -1,0 +1,11 @@
+#include "passes/guest_passes.h"
+
+#include "passes/registry.h"
+
+namespace postchain::guest {
+
+const PassRegistry& passes() {
+    return builtin_passes();
+}
+
+}  // namespace postchain::guest

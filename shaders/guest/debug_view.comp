@@ -1,0 +1,45 @@
+#version 450 core
+// One of a plan's textures, drawn over the whole frame.
+//
+//   VIEW 0  color, as it is
+//   VIEW 1  a number: black 0, warm above it, cool below
+//   VIEW 2  a vector: hue its direction, brightness its length, white from kLongest on
+//   VIEW 3  color in gray and dark, for the blocks of a work list to stand out
+//   VIEW 4  a block of a work list, bright
+#include "guest/place.glsl"
+
+layout(binding = 0) uniform sampler2D shown;
+layout(binding = 0) writeonly uniform image2D host_output;
+
+const float kLongest = 32.0;  // pixels
+
+vec3 hue(float turn) {
+    return clamp(abs(fract(turn + vec3(0.0, 2.0, 1.0) / 3.0) * 6.0 - 3.0) - 1.0, 0.0, 1.0);
+}
+
+vec4 view_of(vec4 value) {
+#if VIEW == 1
+    const float size = abs(value.x) / (1.0 + abs(value.x));
+    return vec4(value.x >= 0.0 ? vec3(1.0, 0.6, 0.2) * size : vec3(0.2, 0.5, 1.0) * size, 1.0);
+#elif VIEW == 2
+    const float size = length(value.xy) / kLongest;
+    if (size == 0.0) return vec4(0.0, 0.0, 0.0, 1.0);
+    const vec3 direction = hue(atan(value.y, value.x) / 6.28318530718);
+    return vec4(mix(direction * min(sqrt(size), 1.0), vec3(1.0), clamp(size - 1.0, 0.0, 1.0)), 1.0);
+#elif VIEW == 3
+    const float gray = dot(clamp(value.rgb, 0.0, 1.0), vec3(0.2126, 0.7152, 0.0722));
+    return vec4(vec3(0.3 * gray), 1.0);
+#elif VIEW == 4
+    return vec4(0.9, 0.6, 0.1, 1.0);
+#else
+    return value;
+#endif
+}
+
+void main() {
+    ivec2 p;
+    if (!next_pixel(block.size, p)) return;
+    const ivec2 size = textureSize(shown, 0);
+    const ivec2 at = min(p * size / block.size, size - 1);
+    imageStore(host_output, stored_at(p, block.output_at), view_of(texelFetch(shown, at, 0)));
+}

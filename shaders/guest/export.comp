@@ -1,0 +1,14 @@
+#version 450 core
+// The chain's color -> a host's texture, in its rows and without the gain.
+#include "guest/place.glsl"
+
+layout(binding = 0) uniform sampler2D color;
+layout(binding = 0) writeonly uniform image2D host_output;
+
+void main() {
+    const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(p, block.size))) return;
+    vec4 c = texelFetch(color, p, 0);
+    c.rgb /= gain();
+    imageStore(host_output, stored_at(p, block.output_at), c);
+}

@@ -1,0 +1,79 @@
+#version 450 core
+// A host's textures -> the canonical planes of docs/frame.md. What a host has in canonical form is
+// read in place and is not in here.
+//
+//   COLOR:  host color [, exposure]   -> color, times the gain; NaN and infinities become 0
+//   DEPTH:  host depth                -> inverse depth
+//   MOTION: host motion               -> motion, pixels to the next frame, y down
+//   SKY:    with host depth           -> the same; what is infinitely far and has no vector gets
+//                                        the camera's motion
+#include "guest/place.glsl"
+
+layout(binding = 0) uniform sampler2D host_color;
+layout(binding = 1) uniform sampler2D host_depth;
+layout(binding = 2) uniform sampler2D host_motion;
+#if COLOR
+layout(binding = 0) writeonly uniform image2D color;
+#endif
+#if DEPTH
+layout(binding = 1) writeonly uniform image2D inverse_depth;
+#endif
+#if MOTION
+layout(binding = 2) writeonly uniform image2D motion;
+#endif
+
+// From here on an inverse depth is infinitely far (chain/frame.h).
+const float kFar = 1e-9;
+const float kLargest = 3.402823466e+38;
+
+float inverse_depth_at(ivec2 p) {
+    const float stored = texelFetch(host_depth, stored_at(p, block.depth_at), 0).x;
+    if (!is_finite(stored)) return 0.0;
+    if (block.distance != 0) return stored > 0.0 ? min(1.0 / stored, kLargest) : 0.0;
+    precise const float w = block.depth_offset + block.depth_slope * stored;
+    return max(w, 0.0);
+}
+
+// Where the camera's motion leads what is infinitely far: in pixels, y down.
+vec2 sky_motion(ivec2 p) {
+    const vec2 here = vec2(p) + 0.5;
+    const vec2 size = vec2(block.size);
+    const vec3 at = vec3(2.0 * here.x / size.x - 1.0, 1.0 - 2.0 * here.y / size.y, 1.0);
+    const float w = dot(block.sky_w.xyz, at);
+    if (!(w > 0.0)) return vec2(0.0);
+    const vec2 there = vec2(dot(block.sky_x.xyz, at), -dot(block.sky_y.xyz, at)) / w;
+    return block.sky_sign * (0.5 * size * (there + 1.0) - here);
+}
+
+void main() {
+    const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(p, block.size))) return;
+#if COLOR
+    vec4 c = texelFetch(host_color, stored_at(p, block.color_at), 0);
+    c.rgb *= gain();
+    for (int i = 0; i < 4; ++i)
+        if (!is_finite(c[i])) c[i] = 0.0;
+    imageStore(color, p, c);
+#endif
+#if DEPTH || SKY
+    const float w = inverse_depth_at(p);
+#endif
+#if DEPTH
+    imageStore(inverse_depth, p, vec4(w, 0.0, 0.0, 0.0));
+#endif
+#if MOTION
+    const vec2 stored = texelFetch(host_motion, stored_at(p, block.motion_at), 0).xy;
+    vec2 v = block.motion_scale * (stored - block.motion_bias);
+#if SKY
+    if (w <= kFar && v == vec2(0.0)) {
+        v = sky_motion(p);
+    } else
+#endif
+    {
+        v -= block.motion_jitter;
+        if (block.bottom_up != 0) v.y = -v.y;
+    }
+    if (!is_finite(v.x) || !is_finite(v.y)) v = vec2(0.0);
+    imageStore(motion, p, vec4(v, 0.0, 0.0));
+#endif
+}

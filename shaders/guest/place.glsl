@@ -1,0 +1,21 @@
+// From a pixel of the canonical frame (row 0 at the top) to a texel of a host's texture.
+#include "common/finite.glsl"
+#include "common/work_list.glsl"
+#include "shared/guest_block.h"
+
+ivec2 stored_at(ivec2 p, ivec2 first) {
+    return first + ivec2(p.x, block.bottom_up != 0 ? block.size.y - 1 - p.y : p.y);
+}
+
+#if EXPOSURE
+layout(binding = 3) uniform sampler2D exposure;
+#endif
+
+// What passes see of the host's color, as a factor. An exposure that is none counts as 1.
+float gain() {
+#if EXPOSURE
+    const float value = texelFetch(exposure, block.exposure_at, 0).x;
+    if (is_finite(value) && value > 0.0) return block.gain * value;
+#endif
+    return block.gain;
+}

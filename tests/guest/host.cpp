@@ -1,0 +1,136 @@
+#include "tests/guest/host.h"
+
+#include <epoxy/gl.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace postchain::test {
+namespace {
+
+GLenum external(int channels) {
+    return channels == 1 ? GL_RED : channels == 2 ? GL_RG : channels == 3 ? GL_RGB : GL_RGBA;
+}
+
+bool is_depth(unsigned format) {
+    return format == GL_DEPTH_COMPONENT32F || format == GL_DEPTH_COMPONENT24;
+}
+
+}  // namespace
+
+HostTexture::HostTexture(unsigned format, int width, int height) {
+    make_host_context();
+    glCreateTextures(GL_TEXTURE_2D, 1, &texture_.name);
+    glTextureStorage2D(texture_.name, 1, format, width, height);
+    texture_.internal_format = format;
+    texture_.width = width;
+    texture_.height = height;
+}
+
+HostTexture::HostTexture(unsigned format, const ImageF& pixels, bool bottom_up)
+    : HostTexture(format, pixels.width, pixels.height) {
+    const ImageF turned = bottom_up ? upside_down(pixels) : pixels;
+    glTextureSubImage2D(texture_.name, 0, 0, 0, pixels.width, pixels.height,
+                        is_depth(format) ? GL_DEPTH_COMPONENT : external(pixels.channels), GL_FLOAT,
+                        turned.data.data());
+}
+
+HostTexture HostTexture::inside(unsigned format, const ImageF& pixels, int width, int height, int x,
+                                int y) {
+    ImageF around(width, height, pixels.channels, 77.0f);
+    for (int row = 0; row < pixels.height; ++row)
+        std::copy_n(pixels.pixel(0, row), size_t(pixels.width) * size_t(pixels.channels),
+                    around.pixel(x, y + row));
+    HostTexture texture(format, around);
+    texture.texture_.x = x;
+    texture.texture_.y = y;
+    return texture;
+}
+
+HostTexture::~HostTexture() {
+    if (texture_.name) glDeleteTextures(1, &texture_.name);
+}
+
+HostTexture::HostTexture(HostTexture&& other) noexcept
+    : texture_(std::exchange(other.texture_, {})) {}
+
+ImageF read(const pc_texture& texture, int width, int height, int channels) {
+    ImageF pixels(width, height, channels);
+    glPixelStorei(GL_PACK_ALIGNMENT, 4);
+    glGetTextureSubImage(texture.name, 0, texture.x, texture.y, 0, width, height, 1,
+                         external(channels), GL_FLOAT, GLsizei(pixels.data.size() * sizeof(float)),
+                         pixels.data.data());
+    return pixels;
+}
+
+ImageF upside_down(const ImageF& image) {
+    ImageF turned = image;
+    const size_t row = size_t(image.width) * size_t(image.channels);
+    for (int y = 0; y < image.height; ++y)
+        std::copy_n(image.pixel(0, y), row, turned.pixel(0, image.height - 1 - y));
+    return turned;
+}
+
+void set_camera(pc_frame& frame, const Camera& camera) {
+    frame.focal_length_mm = float(camera.focal_length_mm.value_or(0));
+    frame.sensor_width_mm = float(camera.sensor_width_mm.value_or(0));
+    frame.f_stop = float(camera.f_stop.value_or(0));
+    frame.focus_distance = float(camera.focus_distance.value_or(0));
+    frame.meters_per_unit = float(camera.meters_per_unit.value_or(0));
+    frame.shutter_frames = float(camera.shutter_frames.value_or(0));
+}
+
+HostFrameTextures canonical_frame(int width, int height, uint32_t seed) {
+    TestFrame test = layered_frame(width, height, {9.5f, -4}, {-3, 1}, seed);
+    // What a float cannot hold a host cannot say.
+    Camera& camera = test.description.camera;
+    for (auto* value : {&camera.focal_length_mm, &camera.sensor_width_mm, &camera.f_stop,
+                        &camera.focus_distance, &camera.meters_per_unit, &camera.shutter_frames})
+        if (*value) *value = double(float(**value));
+    camera.near_clip = camera.far_clip = std::nullopt;
+    HostTexture color(GL_RGBA32F, test.planes.at(Role::color));
+    HostTexture depth(GL_R32F, test.planes.at(Role::inverse_depth));
+    HostTexture motion(GL_RG32F, test.planes.at(Role::motion));
+    auto frame = pc::make<pc_frame>();
+    frame.flags = PC_TOP_LEFT | PC_MOTION_TO_NEXT;
+    frame.color = color;
+    frame.depth = depth;
+    frame.motion = motion;
+    frame.depth_encoding = PC_DEPTH_INVERSE;
+    set_camera(frame, camera);
+    return {std::move(test), std::move(color), std::move(depth), std::move(motion), frame};
+}
+
+pc::Instance instance(uint32_t flags, pc_state state) {
+    make_host_context();
+    auto info = pc::create_info();
+    info.flags = flags;
+    info.state = state;
+    pc::Instance made = pc::create(info);
+    EXPECT_TRUE(made) << pc_create_error();
+    return made;
+}
+
+pc::Chain chain(const char* passes) {
+    pc::Chain made = pc::chain(passes);
+    EXPECT_TRUE(made) << pc_create_error();
+    return made;
+}
+
+void set(const pc::Chain& chain, uint32_t pass, const char* key, double value) {
+    EXPECT_EQ(pc_chain_set_number(chain.get(), pass, key, value), PC_OK)
+        << pc_chain_error(chain.get());
+}
+
+pc_texture prepare_and_run(const pc::Instance& instance, const pc::Chain& chain,
+                           const pc_frame& frame) {
+    EXPECT_EQ(pc_prepare(instance.get(), chain.get(), &frame, 1), PC_OK)
+        << pc_last_error(instance.get());
+    pc_texture result = {};
+    EXPECT_EQ(pc_run(instance.get(), chain.get(), &frame, &result), PC_OK)
+        << pc_last_error(instance.get());
+    return result;
+}
+
+}  // namespace postchain::test

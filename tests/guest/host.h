@@ -1,0 +1,65 @@
+// A host for tests of the guest: a context of its own, textures, and frames made of them.
+#pragma once
+
+#include <memory>
+#include <postchain/postchain.hpp>
+#include <string>
+#include <vector>
+
+#include "chain/image.h"
+#include "tests/support/images.h"
+
+namespace postchain::test {
+
+// Makes a GL 4.5 core context current, once in a process: of EGL without a window (host_egl.cpp),
+// or a GLFW window's (host_glx.cpp). Without one the process ends and says why.
+void make_host_context();
+// Takes it from this thread and gives it back.
+void release_host_context();
+void regain_host_context();
+// Another context of the same kind, current until other_context_done().
+void other_context();
+void other_context_done();
+
+// A texture that lives as long as this.
+class HostTexture {
+  public:
+    HostTexture(unsigned format, int width, int height);
+    // With the picture's pixels, top row first or, bottom_up, last.
+    HostTexture(unsigned format, const ImageF& pixels, bool bottom_up = false);
+    ~HostTexture();
+    HostTexture(HostTexture&& other) noexcept;
+    HostTexture& operator=(HostTexture&&) = delete;
+    const pc_texture& texture() const { return texture_; }
+    operator pc_texture() const { return texture_; }
+    // Puts it at x, y of a larger texture, whose other texels are 77.
+    static HostTexture inside(unsigned format, const ImageF& pixels, int width, int height, int x,
+                              int y);
+
+  private:
+    pc_texture texture_ = {};
+};
+
+// The rectangle of a texture, rows as stored.
+ImageF read(const pc_texture& texture, int width, int height, int channels = 4);
+ImageF upside_down(const ImageF& image);
+
+// A canonical frame on the device: GL_RGBA32F, GL_R32F, GL_RG32F, read in place.
+struct HostFrameTextures {
+    TestFrame test;
+    HostTexture color, depth, motion;
+    pc_frame frame;
+};
+HostFrameTextures canonical_frame(int width, int height, uint32_t seed = 1);
+
+// The values of a layered_frame()'s camera.
+void set_camera(pc_frame& frame, const Camera& camera);
+
+// A failure fails the test.
+pc::Instance instance(uint32_t flags = 0, pc_state state = PC_STATE_RESTORE);
+pc::Chain chain(const char* passes);
+void set(const pc::Chain& chain, uint32_t pass, const char* key, double value);
+pc_texture prepare_and_run(const pc::Instance& instance, const pc::Chain& chain,
+                           const pc_frame& frame);
+
+}  // namespace postchain::test

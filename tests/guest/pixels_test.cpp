@@ -1,0 +1,347 @@
+// What the guest makes of a host's textures: the pixels of the command, whatever form they are in.
+#include <epoxy/gl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/guest/host.h"
+#include "tests/support/gpu.h"
+
+namespace postchain::test {
+namespace {
+
+constexpr int kWidth = 96, kHeight = 60;
+const char* const kPasses = "motion_blur,fxaa,depth_of_field";
+
+// The same chain by the executor, from planes in memory, as the command does it.
+ImageF by_executor(const TestFrame& frame, const char* passes = kPasses,
+                   Precision precision = Precision::fp32) {
+    Chain chain;
+    std::istringstream names(passes);
+    for (std::string name; std::getline(names, name, ',');) append(chain, name);
+    FrameDescription description = frame.description;
+    description.bounds.max_speed_px = FrameBounds::kUnknown;
+    PlanOptions options;
+    options.precision = precision;
+    make_host_context();
+    static Executor executor(gl::describe_current());
+    const auto plan = make_plan(chain, description, options);
+    EXPECT_TRUE(plan.ok()) << plan.status().message();
+    auto result = executor.filter(*plan, frame.planes);
+    EXPECT_TRUE(result.ok()) << result.status().message();
+    return result->at(Role::color);
+}
+
+void expect_equal(const ImageF& a, const ImageF& b) {
+    const Difference difference = compare(a, b, 0);
+    EXPECT_TRUE(equal_bits(a, b)) << difference.text;
+}
+
+void expect_near(const ImageF& a, const ImageF& b, double tolerance) {
+    const Difference difference = compare(a, b, tolerance);
+    EXPECT_LE(difference.max, tolerance) << difference.text;
+}
+
+double changed(const ImageF& a, const ImageF& b) {
+    return compare(a, b, 1e-3).fraction;
+}
+
+TEST(Pixels, CanonicalTexturesGiveTheCommandsBits) {
+    const auto host = canonical_frame(kWidth, kHeight);
+    const auto guest = instance();
+    const ImageF filtered =
+        read(prepare_and_run(guest, chain(kPasses), host.frame), kWidth, kHeight);
+    const ImageF expected = by_executor(host.test);
+    expect_equal(filtered, expected);
+    EXPECT_GT(changed(filtered, host.test.planes.at(Role::color)), 0.2);
+    // Nothing is imported or exported, and nothing lost by doing the whole work.
+    EXPECT_THAT(pc::explain(guest.get()), ::testing::Not(::testing::HasSubstr("import.comp")));
+    pc_frame whole = host.frame;
+    whole.flags |= PC_NO_ELISION;
+    expect_equal(read(prepare_and_run(guest, chain(kPasses), whole), kWidth, kHeight), expected);
+}
+
+TEST(Pixels, HalvesInAndHalvesBetween) {
+    auto host = canonical_frame(kWidth, kHeight);
+    const HostTexture color(GL_RGBA16F, host.test.planes.at(Role::color));
+    host.test.planes[Role::color] = read(color, kWidth, kHeight);  // rounded
+    host.test.description.bounds.color_is_half = true;
+    pc_frame frame = host.frame;
+    frame.color = color;
+    frame.flags |= PC_HALF_PLANES;
+    const auto guest = instance();
+    const pc_texture result = prepare_and_run(guest, chain(kPasses), frame);
+    EXPECT_EQ(result.internal_format, unsigned(GL_RGBA16F));
+    expect_equal(read(result, kWidth, kHeight), by_executor(host.test, kPasses, Precision::fp16));
+}
+
+// Rows from the bottom, vectors as they are stored then, a rectangle in larger textures: the same
+// picture, bit for bit, because a scale of 1 or -1 rounds nothing.
+TEST(Pixels, RowsFromTheBottomAndRectangles) {
+    const auto host = canonical_frame(kWidth, kHeight);
+    const ImageF expected = by_executor(host.test);
+    ImageF up = host.test.planes.at(Role::motion);
+    for (size_t i = 1; i < up.data.size(); i += 2) up.data[i] = -up.data[i];
+    const auto at = [](unsigned format, const ImageF& plane, int x, int y) {
+        return HostTexture::inside(format, upside_down(plane), 128, 80, x, y);
+    };
+    const HostTexture color = at(GL_RGBA32F, host.test.planes.at(Role::color), 5, 7);
+    const HostTexture depth = at(GL_R32F, host.test.planes.at(Role::inverse_depth), 32, 20);
+    const HostTexture motion = at(GL_RG32F, up, 0, 1);
+    const HostTexture output(GL_RGBA32F, ImageF(128, 80, 4, 55));
+    pc_frame frame = host.frame;
+    frame.flags = PC_MOTION_TO_NEXT;
+    frame.width = kWidth;
+    frame.height = kHeight;
+    frame.color = color;
+    frame.depth = depth;
+    frame.motion = motion;
+    const auto guest = instance();
+    const pc_texture own = prepare_and_run(guest, chain(kPasses), frame);
+    expect_equal(upside_down(read(own, kWidth, kHeight)), expected);
+
+    frame.output = output;
+    frame.output.x = 11;
+    frame.output.y = 13;
+    const pc_texture result = prepare_and_run(guest, chain(kPasses), frame);
+    EXPECT_EQ(result.name, output.texture().name);
+    expect_equal(upside_down(read(result, kWidth, kHeight)), expected);
+    const ImageF all = read(output, 128, 80);
+    EXPECT_EQ(all.at(10, 13), 55) << "beside the rectangle";
+    EXPECT_EQ(all.at(11 + kWidth, 13 + kHeight - 1), 55);
+    EXPECT_EQ(all.at(11, 12), 55);
+}
+
+TEST(Pixels, OutputsOfEveryKind) {
+    const auto host = canonical_frame(kWidth, kHeight);
+    const ImageF expected = by_executor(host.test);
+    const auto guest = instance();
+    const auto made = chain(kPasses);
+    const struct {
+        unsigned format;
+        double tolerance;
+    } cases[] = {{GL_RGBA32F, 0}, {GL_RGBA16F, 6e-4}, {GL_RGBA16, 1e-5}, {GL_RGBA8, 2.5e-3}};
+    for (const auto& [format, tolerance] : cases) {
+        const HostTexture output(format, kWidth, kHeight);
+        pc_frame frame = host.frame;
+        frame.output = output;
+        const pc_texture result = prepare_and_run(guest, made, frame);
+        EXPECT_EQ(result.name, output.texture().name);
+        expect_near(read(output, kWidth, kHeight), expected, tolerance);
+    }
+    // Into the color itself.
+    const HostTexture color(GL_RGBA32F, host.test.planes.at(Role::color));
+    pc_frame frame = host.frame;
+    frame.color = frame.output = color;
+    prepare_and_run(guest, made, frame);
+    expect_equal(read(color, kWidth, kHeight), expected);
+}
+
+TEST(Pixels, AChainThatDoesNothingHandsColorThrough) {
+    const auto host = canonical_frame(kWidth, kHeight);
+    const auto guest = instance();
+    auto made = chain("motion_blur");
+    pc_frame frame = host.frame;
+    frame.shutter_frames = -1;
+    EXPECT_EQ(prepare_and_run(guest, made, frame).name, host.color.texture().name);
+    frame.shutter_frames = 0;
+    frame.flags |= PC_CAMERA_CUT;
+    EXPECT_EQ(prepare_and_run(guest, made, frame).name, host.color.texture().name);
+    const HostTexture output(GL_RGBA32F, kWidth, kHeight);
+    frame.output = output;
+    prepare_and_run(guest, made, frame);
+    expect_equal(read(output, kWidth, kHeight), host.test.planes.at(Role::color));
+}
+
+// Every encoding of depth, from its own formula.
+TEST(Pixels, DepthEncodings) {
+    const auto host = canonical_frame(kWidth, kHeight);
+    const ImageF expected = by_executor(host.test);
+    const double n = 0.1, f = 400;
+    const auto guest = instance();
+    const auto made = chain(kPasses);
+    for (const pc_depth encoding : {PC_DEPTH_LINEAR, PC_DEPTH_FORWARD, PC_DEPTH_FORWARD_INFINITE,
+                                    PC_DEPTH_REVERSE, PC_DEPTH_REVERSE_INFINITE}) {
+        ImageF stored = host.test.planes.at(Role::inverse_depth);
+        for (float& value : stored.data) {
+            const double w = double(value);
+            const double a = f / (f - n), b = -a * n;  // z = a + b w
+            double z = 0;
+            if (encoding == PC_DEPTH_LINEAR) z = w > 0 ? 1 / w : 0;
+            if (encoding == PC_DEPTH_FORWARD) z = a + b * w;
+            if (encoding == PC_DEPTH_REVERSE) z = 1 - (a + b * w);
+            if (encoding == PC_DEPTH_FORWARD_INFINITE) z = 1 - n * w;
+            if (encoding == PC_DEPTH_REVERSE_INFINITE) z = n * w;
+            value = float(z);
+        }
+        const bool window = encoding != PC_DEPTH_LINEAR;
+        const HostTexture depth(window ? GL_DEPTH_COMPONENT32F : GL_R32F, stored);
+        pc_frame frame = host.frame;
+        frame.depth = depth;
+        frame.depth_encoding = encoding;
+        frame.near_clip = float(n);
+        frame.far_clip = float(f);
+        const ImageF filtered = read(prepare_and_run(guest, made, frame), kWidth, kHeight);
+        // Depth near 1 is coarse; a decision that it turns shows in few pixels.
+        const Difference difference = compare(filtered, expected, 2e-3);
+        EXPECT_LT(difference.fraction, 2e-3) << "encoding " << encoding << ": " << difference.text;
+    }
+}
+
+TEST(Pixels, MotionConventions) {
+    const auto host = canonical_frame(kWidth, kHeight);
+    const ImageF expected = by_executor(host.test);
+    const ImageF& motion = host.test.planes.at(Role::motion);
+    const auto guest = instance();
+    const auto made = chain(kPasses);
+    const auto with = [&](const auto& store, pc_frame frame) {
+        ImageF stored = motion;
+        for (size_t i = 0; i < motion.pixels(); ++i)
+            for (int c = 0; c < 2; ++c)
+                stored.data[2 * i + size_t(c)] = store(motion.data[2 * i + size_t(c)], c);
+        const HostTexture texture(GL_RG32F, stored);
+        frame.motion = texture;
+        return read(prepare_and_run(guest, made, frame), kWidth, kHeight);
+    };
+    // Normalized device coordinates, y up, with a bias; of a power of 2 nothing is rounded.
+    pc_frame frame = host.frame;
+    frame.motion_scale[0] = 64;
+    frame.motion_scale[1] = -32;
+    frame.motion_bias[0] = frame.motion_bias[1] = 0.5f;
+    expect_near(with([](float v, int c) { return (c ? -v / 32 : v / 64) + 0.5f; }, frame), expected,
+                1e-4);
+    // Jitter in the vectors.
+    frame = host.frame;
+    frame.flags = PC_TOP_LEFT | PC_MOTION_JITTERED;  // this minus previous
+    frame.jitter_px[0] = 0.25f;
+    frame.jitter_px[1] = -0.5f;
+    frame.other_jitter_px[0] = -0.25f;
+    const auto add = [](float v, int c) { return v + (c ? -0.5f : 0.5f); };
+    expect_near(with(add, frame), expected, 1e-4);
+    frame.flags &= ~uint32_t(PC_MOTION_JITTERED);
+    EXPECT_GT(changed(with(add, frame), expected), 0.02) << "jitter that is not taken out shows";
+}
+
+// Passes see color times exposure / pre-exposure, and the result is as bright as color was: FXAA
+// finds the edges of a dark picture that its exposure makes bright.
+TEST(Pixels, ExposureDecidesWhatFxaaSees) {
+    auto host = canonical_frame(kWidth, kHeight);
+    const ImageF expected = by_executor(host.test, "fxaa");
+    ASSERT_GT(changed(expected, host.test.planes.at(Role::color)), 0.02);
+    ImageF dark = host.test.planes.at(Role::color);
+    for (size_t i = 0; i < dark.data.size(); ++i)
+        if (i % 4 != 3) dark.data[i] /= 4096;
+    const HostTexture color(GL_RGBA32F, dark), exposure(GL_R32F, ImageF(1, 1, 1, 2048));
+    pc_frame frame = host.frame;
+    frame.color = color;
+    frame.exposure = exposure;
+    frame.pre_exposure = 0.5f;
+    const auto guest = instance();
+    ImageF filtered = read(prepare_and_run(guest, chain("fxaa"), frame), kWidth, kHeight);
+    for (size_t i = 0; i < filtered.data.size(); ++i)
+        if (i % 4 != 3) filtered.data[i] *= 4096;
+    expect_equal(filtered, expected);
+}
+
+TEST(Pixels, ValuesThatAreNotFiniteAreReplaced) {
+    const auto host = canonical_frame(kWidth, kHeight);
+    ImageF color = host.test.planes.at(Role::color),
+           depth = host.test.planes.at(Role::inverse_depth),
+           motion = host.test.planes.at(Role::motion);
+    const float nan = std::nanf(""), inf = INFINITY;
+    TestFrame clean = host.test;
+    color.at(30, 20, 1) = nan;
+    color.at(31, 20, 0) = inf;
+    depth.at(10, 10) = -inf;
+    motion.at(50, 30, 0) = nan;
+    clean.planes[Role::color].at(30, 20, 1) = 0;
+    clean.planes[Role::color].at(31, 20, 0) = 0;
+    clean.planes[Role::inverse_depth].at(10, 10) = 0;
+    clean.planes[Role::motion].at(50, 30, 0) = clean.planes[Role::motion].at(50, 30, 1) = 0;
+    const auto turned = [](const ImageF& plane) { return HostTexture(GL_RGBA32F, plane, true); };
+    ImageF up = motion;
+    for (size_t i = 1; i < up.data.size(); i += 2) up.data[i] = -up.data[i];
+    const HostTexture c = turned(color), d(GL_R32F, depth, true), m(GL_RG32F, up, true);
+    pc_frame frame = host.frame;
+    frame.flags = PC_MOTION_TO_NEXT;
+    frame.color = c;
+    frame.depth = d;
+    frame.motion = m;
+    const auto guest = instance();
+    expect_equal(upside_down(read(prepare_and_run(guest, chain(kPasses), frame), kWidth, kHeight)),
+                 by_executor(clean));
+}
+
+// A camera that turns by 3 degrees about y and rolls by 1 sees the sky move by what a pinhole says.
+TEST(Pixels, SkyWithoutVectorsMovesWithTheCamera) {
+    auto host = canonical_frame(kWidth, kHeight);
+    ImageF& depth = host.test.planes.at(Role::inverse_depth);
+    ImageF& motion = host.test.planes.at(Role::motion);
+    const double focal = 80, turn = 3 * M_PI / 180, roll = M_PI / 180;  // pixels, radians
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+            if (y >= 24) continue;
+            depth.at(x, y) = 0;
+            // The direction of the pixel, turned back by the camera's motion, seen again.
+            const double dx = x + 0.5 - kWidth / 2.0, dy = -(y + 0.5 - kHeight / 2.0);
+            const double ax = dx * std::cos(roll) + dy * std::sin(roll);
+            const double ay = -dx * std::sin(roll) + dy * std::cos(roll);
+            const double bx = ax * std::cos(turn) - focal * std::sin(turn);
+            const double bz = ax * std::sin(turn) + focal * std::cos(turn);
+            motion.at(x, y, 0) = float(focal * bx / bz - dx);
+            motion.at(x, y, 1) = float(-(focal * ay / bz - dy));
+        }
+    const ImageF expected = by_executor(host.test);
+    ImageF stored = motion;
+    for (int y = 0; y < 24; ++y)
+        for (int x = 0; x < kWidth; ++x) stored.at(x, y, 0) = stored.at(x, y, 1) = 0;
+    const HostTexture d(GL_R32F, depth), m(GL_RG32F, stored);
+    pc_frame frame = host.frame;
+    frame.depth = d;
+    frame.motion = m;
+    // Columns of projection times view; the camera looks along -z.
+    const double px = 2 * focal / kWidth, py = 2 * focal / kHeight;
+    const auto put = [&](float(&to)[16], const double(&rows)[3][3]) {
+        for (int column = 0; column < 3; ++column) {
+            to[4 * column + 0] = float(px * rows[0][column]);
+            to[4 * column + 1] = float(py * rows[1][column]);
+            to[4 * column + 2] = 0;
+            to[4 * column + 3] = float(-rows[2][column]);
+        }
+        to[14] = 0.1f;
+    };
+    const double here[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    const double c = std::cos(turn), s = std::sin(turn), cr = std::cos(roll), sr = std::sin(roll);
+    // Roll, then turn, as above with z = -focal.
+    const double there[3][3] = {{c * cr, c * sr, s}, {-sr, cr, 0}, {-s * cr, -s * sr, c}};
+    put(frame.view_projection, here);
+    put(frame.other_view_projection, there);
+    const auto guest = instance();
+    const auto made = chain(kPasses);
+    const ImageF filtered = read(prepare_and_run(guest, made, frame), kWidth, kHeight);
+    const Difference difference = compare(filtered, expected, 2e-3);
+    EXPECT_LT(difference.fraction, 2e-3) << difference.text;
+    // Without matrices the sky stands still.
+    for (float& value : frame.other_view_projection) value = 0;
+    EXPECT_GT(changed(read(prepare_and_run(guest, made, frame), kWidth, kHeight), expected), 0.1);
+}
+
+TEST(Pixels, TheFrameNumberTurnsAnimatedNoiseAlone) {
+    const auto host = canonical_frame(kWidth, kHeight);
+    const auto guest = instance();
+    auto made = chain("motion_blur");
+    const auto at = [&](uint64_t number) {
+        pc_frame frame = host.frame;
+        frame.frame_number = number;
+        return read(prepare_and_run(guest, made, frame), kWidth, kHeight);
+    };
+    expect_equal(at(3), at(4));
+    set(made, 0, "animate_noise", 1);
+    const ImageF three = at(3);
+    EXPECT_GT(changed(three, at(4)), 0.01);
+    expect_equal(at(3), three);
+}
+
+}  // namespace
+}  // namespace postchain::test

@@ -1,1 +1,337 @@
+// What a host can do wrong: each has a status and a message that names it, the host's picture is
+// handed through, and no GL error stays behind.
+#include <epoxy/gl.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <thread>
+
+#include "tests/guest/allocations.h"
+#include "tests/guest/gl_calls.h"
+#include "tests/guest/host.h"
+
+namespace postchain::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr int kWidth = 48, kHeight = 32;
+
+// A guest that has seen a good frame.
+class BadInput : public ::testing::Test {
+  protected:
+    explicit BadInput(uint32_t flags = 0)
+        : host_(canonical_frame(kWidth, kHeight)),
+          output_(GL_RGBA32F, ImageF(kWidth, kHeight, 4, 5)) {
+        guest_ = instance(flags);
+        chain_ = chain("motion_blur,fxaa,depth_of_field");
+        frame_ = host_.frame;
+        frame_.output = output_;
+        prepare_and_run(guest_, chain_, frame_);
+        good_ = read(output_, kWidth, kHeight);
+        const float gray[4] = {5, 5, 5, 5};
+        glClearTexImage(output_.texture().name, 0, GL_RGBA, GL_FLOAT, gray);
+    }
+    // The frame is refused so, its picture handed through, the output untouched; and the next good
+    // frame is filtered.
+    void refused(pc_result code, const std::string& message, const pc_frame& frame) {
+        while (glGetError() != GL_NO_ERROR) {
+        }
+        pc_texture result = {};
+        EXPECT_EQ(pc_run(guest_.get(), chain_.get(), &frame, &result), code)
+            << pc_result_name(pc_run(guest_.get(), chain_.get(), &frame, &result));
+        EXPECT_THAT(pc_last_error(guest_.get()), HasSubstr(message));
+        EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR)) << "a GL error stays";
+        EXPECT_EQ(result.name, frame.color.name) << "the host's picture is handed through";
+        EXPECT_EQ(read(output_, kWidth, kHeight), ImageF(kWidth, kHeight, 4, 5));
+        EXPECT_EQ(pc_run(guest_.get(), chain_.get(), &frame_, &result), PC_OK)
+            << pc_last_error(guest_.get());
+        EXPECT_STREQ(pc_last_error(guest_.get()), "");
+        EXPECT_TRUE(equal_bits(read(output_, kWidth, kHeight), good_));
+        const float gray[4] = {5, 5, 5, 5};
+        glClearTexImage(output_.texture().name, 0, GL_RGBA, GL_FLOAT, gray);
+    }
+    void refused(pc_result code, const std::string& message,
+                 const std::function<void(pc_frame&)>& spoil) {
+        pc_frame frame = frame_;
+        spoil(frame);
+        refused(code, message, frame);
+    }
+
+    HostFrameTextures host_;
+    HostTexture output_;
+    pc::Instance guest_;
+    pc::Chain chain_;
+    pc_frame frame_;
+    ImageF good_;
+};
+
+TEST_F(BadInput, TexturesOfUnequalSize) {
+    const HostTexture small(GL_R32F, kWidth / 2, kHeight / 2);
+    refused(PC_ERROR_INPUT, "depth: a frame of 48x32 at 0, 0 is not inside its 24x16",
+            [&](pc_frame& frame) { frame.depth = small; });
+    refused(PC_ERROR_INPUT, "output", [](pc_frame& frame) { frame.output.x = 1; });
+    refused(PC_ERROR_INPUT, "motion", [](pc_frame& frame) { frame.motion.y = -1; });
+    refused(PC_ERROR_INPUT, "motion",
+            [](pc_frame& frame) { frame.motion.x = std::numeric_limits<int32_t>::max(); });
+    refused(PC_ERROR_INPUT, "color: a frame of 49x32",
+            [](pc_frame& frame) { frame.width = kWidth + 1; });
+}
+
+TEST_F(BadInput, FormatsThatAreNone) {
+    refused(PC_ERROR_INPUT, "color.internal_format: 0x8d7c",
+            [](pc_frame& frame) { frame.color.internal_format = GL_RGBA8UI; });
+    refused(PC_ERROR_INPUT, "motion.internal_format: 0x0",
+            [](pc_frame& frame) { frame.motion.internal_format = 0; });
+    refused(PC_ERROR_INPUT, "motion: GL_R32F has not the 2 channels",
+            [](pc_frame& frame) { frame.motion.internal_format = GL_R32F; });
+    refused(PC_ERROR_INPUT, "color: GL_DEPTH_COMPONENT32F",
+            [](pc_frame& frame) { frame.color.internal_format = GL_DEPTH_COMPONENT32F; });
+    refused(PC_ERROR_INPUT, "output: GL_SRGB8_ALPHA8 cannot be written",
+            [](pc_frame& frame) { frame.output.internal_format = GL_SRGB8_ALPHA8; });
+}
+
+TEST_F(BadInput, Name0AndPlanesThatAreNotGiven) {
+    refused(PC_ERROR_INPUT, "color: name 0", [](pc_frame& frame) { frame.color.name = 0; });
+    refused(PC_ERROR_INPUT, "motion", [](pc_frame& frame) { frame.motion.name = 0; });
+    refused(PC_ERROR_INPUT, "depth", [](pc_frame& frame) { frame.depth.name = 0; });
+}
+
+TEST_F(BadInput, ResizedToNothing) {
+    refused(PC_ERROR_INPUT, "the frame is 0x0",
+            [](pc_frame& frame) { frame.color.width = frame.color.height = 0; });
+    refused(PC_ERROR_INPUT, "-3x", [](pc_frame& frame) { frame.width = -3; });
+    refused(PC_ERROR_INPUT, "depth: its size is 0x0",
+            [](pc_frame& frame) { frame.depth.width = frame.depth.height = 0; });
+}
+
+TEST_F(BadInput, StructsOfAnotherVersion) {
+    refused(PC_ERROR_VERSION, "pc_frame.struct_size is 12", [](pc_frame& frame) {
+        frame.struct_size = 12;
+        frame.color.name = 0;  // it cannot be read from a struct that is not known
+    });
+    EXPECT_EQ(pc_run(guest_.get(), chain_.get(), nullptr, nullptr), PC_ERROR_ARGUMENT);
+    auto info = pc::create_info();
+    pc_instance* made = nullptr;
+    info.struct_size = 4;
+    EXPECT_EQ(pc_create(&info, &made), PC_ERROR_VERSION);
+    EXPECT_THAT(pc_create_error(), HasSubstr("pc_create_info.struct_size is 4"));
+    info = pc::create_info();
+    info.api_version = 0x00020000;
+    EXPECT_EQ(pc_create(&info, &made), PC_ERROR_VERSION);
+    EXPECT_THAT(pc_create_error(), HasSubstr("api_version 2.0"));
+    EXPECT_EQ(made, nullptr);
+    pc_counters counters = {};
+    EXPECT_EQ(pc_count(guest_.get(), &counters), PC_ERROR_VERSION);
+    pc_parameter row = {};
+    EXPECT_EQ(pc_chain_parameter(chain_.get(), 0, &row), PC_ERROR_VERSION);
+}
+
+TEST_F(BadInput, RunBeforePrepare) {
+    const auto fresh = instance();
+    pc_texture result = {};
+    EXPECT_EQ(pc_run(fresh.get(), chain_.get(), &frame_, &result), PC_ERROR_PREPARE);
+    EXPECT_THAT(pc_last_error(fresh.get()), HasSubstr("pc_prepare()"));
+    EXPECT_EQ(result.name, frame_.color.name);
+    // Another chain that needs other programs.
+    const auto other = chain("joint_blur");
+    EXPECT_EQ(pc_run(guest_.get(), other.get(), &frame_, &result), PC_ERROR_PREPARE);
+    EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR));
+}
+
+TEST_F(BadInput, NumbersThatAreNone) {
+    refused(PC_ERROR_CHAIN, "focus_distance is nan",
+            [](pc_frame& frame) { frame.focus_distance = std::nanf(""); });
+    refused(PC_ERROR_CHAIN, "view_projection: element 7",
+            [](pc_frame& frame) { frame.view_projection[7] = INFINITY; });
+    refused(PC_ERROR_CHAIN, "near_clip",
+            [](pc_frame& frame) { frame.depth_encoding = PC_DEPTH_REVERSE_INFINITE; });
+    refused(PC_ERROR_CHAIN, "far_clip", [](pc_frame& frame) {
+        frame.depth_encoding = PC_DEPTH_FORWARD;
+        frame.near_clip = 1;
+        frame.far_clip = 1;
+    });
+    refused(PC_ERROR_ARGUMENT, "depth_encoding: there is no 9",
+            [](pc_frame& frame) { frame.depth_encoding = 9; });
+    refused(PC_ERROR_CHAIN, "focus_distance", [](pc_frame& frame) { frame.focus_distance = 0; });
+    refused(PC_ERROR_ARGUMENT, "no texture \"nothing\"",
+            [](pc_frame& frame) { frame.debug_view = "nothing"; });
+}
+
+TEST_F(BadInput, Chains) {
+    pc_chain* made = nullptr;
+    EXPECT_EQ(pc_chain_create("motion_blur,fxa", &made), PC_ERROR_CHAIN);
+    EXPECT_EQ(made, nullptr);
+    EXPECT_THAT(pc_create_error(), HasSubstr("did you mean fxaa?"));
+    pc_chain* c = chain_.get();
+    EXPECT_EQ(pc_chain_set_number(c, 0, "samples", 24), PC_ERROR_CHAIN);
+    EXPECT_THAT(pc_chain_error(c), HasSubstr("24 is even"));
+    EXPECT_EQ(pc_chain_set_number(c, 0, "sample", 25), PC_ERROR_CHAIN);
+    EXPECT_THAT(pc_chain_error(c), HasSubstr("samples"));
+    EXPECT_EQ(pc_chain_set_number(c, 9, "samples", 25), PC_ERROR_ARGUMENT);
+    EXPECT_EQ(pc_chain_set_number(c, 0, "samples", 25.5), PC_ERROR_CHAIN);
+    EXPECT_EQ(pc_chain_set_text(c, 0, "mode", "nothing"), PC_ERROR_CHAIN);
+    EXPECT_THAT(pc_chain_error(c), HasSubstr("guertin"));
+    EXPECT_EQ(pc_chain_set_text(c, PC_CAMERA, "aperture_image", "star.png"), PC_ERROR_CHAIN);
+    EXPECT_THAT(pc_chain_error(c), HasSubstr("pc_chain_set_aperture"));
+    EXPECT_EQ(pc_chain_set_number(c, 0, nullptr, 1), PC_ERROR_CHAIN);
+    EXPECT_EQ(pc_chain_set_number(c, 0, "shutter_angle_deg", 90), PC_OK);
+    EXPECT_EQ(pc_chain_set_number(c, 0, "shutter_frames", 0.5), PC_ERROR_CHAIN) << "both";
+    EXPECT_EQ(pc_chain_unset(c, 0, "shutter_angle_deg"), PC_OK);
+    std::vector<float> dark(128 * 128, 0.0f);
+    EXPECT_EQ(pc_chain_set_aperture(c, dark.data()), PC_ERROR_INPUT);
+    pc_texture result = {};
+    EXPECT_EQ(pc_run(guest_.get(), nullptr, &frame_, &result), PC_ERROR_ARGUMENT);
+    EXPECT_EQ(result.name, frame_.color.name);
+    EXPECT_EQ(pc_run(nullptr, c, &frame_, &result), PC_ERROR_ARGUMENT);
+}
+
+TEST_F(BadInput, MemoryThatIsRefused) {
+    pc_frame large = frame_;
+    const auto host = canonical_frame(200, 100);
+    large = host.frame;
+    refuse_texture_storage(true);
+    pc_texture result = {};
+    EXPECT_EQ(pc_run(guest_.get(), chain_.get(), &large, &result), PC_ERROR_MEMORY);
+    EXPECT_THAT(pc_last_error(guest_.get()), HasSubstr("allocating a texture of 200x100"));
+    EXPECT_EQ(result.name, large.color.name);
+    refuse_texture_storage(false);
+    EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR)) << "GL's refusal does not stay";
+    EXPECT_EQ(pc_run(guest_.get(), chain_.get(), &large, &result), PC_OK);
+
+    // The process's own: every operator new of the next call fails.
+    frame_.focus_distance *= 1.25f;
+    refuse_memory(true);
+    const pc_result code = pc_run(guest_.get(), chain_.get(), &frame_, &result);
+    refuse_memory(false);
+    EXPECT_EQ(code, PC_ERROR_MEMORY);
+    EXPECT_EQ(result.name, frame_.color.name);
+    EXPECT_EQ(pc_run(guest_.get(), chain_.get(), &frame_, &result), PC_OK);
+}
+
+TEST(Budget, IsKept) {
+    const auto host = canonical_frame(128, 64), large = canonical_frame(512, 256);
+    auto info = pc::create_info();
+    info.texture_budget = 2 << 20;
+    const pc::Instance guest = pc::create(info);
+    ASSERT_TRUE(guest);
+    const auto made = chain("motion_blur,fxaa,depth_of_field");
+    prepare_and_run(guest, made, host.frame);
+    pc_texture result = {};
+    EXPECT_EQ(pc_run(guest.get(), made.get(), &large.frame, &result), PC_ERROR_MEMORY);
+    EXPECT_THAT(pc_last_error(guest.get()), HasSubstr("the budget is 2097152"));
+    EXPECT_EQ(result.name, large.color.texture().name);
+    auto counters = pc::make<pc_counters>();
+    pc_count(guest.get(), &counters);
+    EXPECT_LE(counters.texture_bytes_peak, 2u << 20);
+    EXPECT_EQ(pc_run(guest.get(), made.get(), &host.frame, &result), PC_OK);
+    // Sizes that fit alone but not together take each other's room.
+    const auto other = canonical_frame(160, 80);
+    for (int i = 0; i < 4; ++i) {
+        EXPECT_EQ(pc_run(guest.get(), made.get(), &other.frame, &result), PC_OK)
+            << pc_last_error(guest.get());
+        EXPECT_EQ(pc_run(guest.get(), made.get(), &host.frame, &result), PC_OK);
+    }
+}
+
+class Validated : public BadInput {
+  protected:
+    Validated() : BadInput(PC_VALIDATE) {}
+};
+
+TEST_F(Validated, NamesTargetsSizesAndFormats) {
+    GLuint array = 0, deleted = 0;
+    glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &array);
+    glTextureStorage3D(array, 1, GL_RGBA32F, kWidth, kHeight, 2);
+    glCreateTextures(GL_TEXTURE_2D, 1, &deleted);
+    glDeleteTextures(1, &deleted);
+    const HostTexture integers(GL_RGBA32UI, kWidth, kHeight), half(GL_RGBA16F, kWidth, kHeight);
+    refused(PC_ERROR_INPUT, "is a GL_TEXTURE_2D_ARRAY",
+            [&](pc_frame& frame) { frame.color.name = array; });
+    refused(PC_ERROR_INPUT, "was it deleted?",
+            [&](pc_frame& frame) { frame.depth.name = deleted; });
+    refused(PC_ERROR_INPUT, "is 0x8d70, not GL_RGBA32F",
+            [&](pc_frame& frame) { frame.color.name = integers.texture().name; });
+    refused(PC_ERROR_INPUT, "is GL_RGBA16F, not GL_RGBA32F",
+            [&](pc_frame& frame) { frame.color.name = half.texture().name; });
+    const HostTexture larger(GL_R32F, kWidth + 4, kHeight);
+    refused(PC_ERROR_INPUT, "is 52x32, not 48x32",
+            [&](pc_frame& frame) { frame.depth.name = larger.texture().name; });
+    glDeleteTextures(1, &array);
+}
+
+TEST(Context, NoneAnotherOneAndAnotherThread) {
+    const auto host = canonical_frame(40, 24);
+    auto guest = instance();
+    const auto made = chain("motion_blur");
+    prepare_and_run(guest, made, host.frame);
+    pc_texture result = {};
+    const auto run = [&] { return pc_run(guest.get(), made.get(), &host.frame, &result); };
+
+    other_context();
+    EXPECT_EQ(run(), PC_ERROR_CONTEXT);
+    EXPECT_THAT(pc_last_error(guest.get()), HasSubstr("not current"));
+    EXPECT_EQ(result.name, host.color.texture().name);
+    EXPECT_EQ(pc_prepare(guest.get(), made.get(), &host.frame, 1), PC_ERROR_CONTEXT);
+    uint32_t none = 0;
+    EXPECT_EQ(pc_timings(guest.get(), nullptr, &none, nullptr), PC_ERROR_CONTEXT);
+    other_context_done();
+    EXPECT_EQ(run(), PC_OK);
+
+    pc_result elsewhere = PC_OK;
+    std::thread([&] { elsewhere = run(); }).join();
+    EXPECT_EQ(elsewhere, PC_ERROR_CONTEXT);
+
+    release_host_context();
+    EXPECT_EQ(run(), PC_ERROR_CONTEXT);
+    auto info = pc::create_info();
+    pc_instance* second = nullptr;
+    EXPECT_EQ(pc_create(&info, &second), PC_ERROR_CONTEXT);
+    EXPECT_THAT(pc_create_error(), HasSubstr("no GL context"));
+    // Without its context an instance can only be forgotten.
+    pc_destroy(guest.release());
+    regain_host_context();
+    EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR));
+}
+
+TEST(Context, LostOneCanOnlyBeAbandoned) {
+    const auto host = canonical_frame(40, 24);
+    auto guest = instance();
+    prepare_and_run(guest, chain("motion_blur"), host.frame);
+    GlCalls::start();
+    pc_abandon(guest.release());
+    EXPECT_TRUE(GlCalls::stop().empty()) << "calls no GL";
+}
+
+void* no_compute(void*, const char* name) {
+    return std::string(name) == "glDispatchComputeIndirect" ? nullptr : (void*)&no_compute;
+}
+const unsigned char* another_gl(GLenum) {
+    return reinterpret_cast<const unsigned char*>("4.5 of another driver");
+}
+void* elsewhere(void*, const char*) {
+    return (void*)&another_gl;
+}
+void* this_gl(void*, const char* name) {
+    return std::string(name) == "glGetString" ? (void*)glGetString : (void*)&this_gl;
+}
+
+TEST(Context, ALoaderThatLeadsElsewhere) {
+    make_host_context();
+    auto info = pc::create_info();
+    pc_instance* made = nullptr;
+    info.get_proc_address = no_compute;
+    EXPECT_EQ(pc_create(&info, &made), PC_ERROR_CONTEXT);
+    EXPECT_THAT(pc_create_error(), HasSubstr("knows no glDispatchComputeIndirect"));
+    info.get_proc_address = elsewhere;
+    EXPECT_EQ(pc_create(&info, &made), PC_ERROR_CONTEXT);
+    EXPECT_THAT(pc_create_error(), HasSubstr("4.5 of another driver"));
+    info.get_proc_address = this_gl;
+    EXPECT_EQ(pc_create(&info, &made), PC_OK) << pc_create_error();
+    pc_destroy(made);
+}
+
+}  // namespace
+}  // namespace postchain::test

@@ -118,6 +118,13 @@ pc::Chain chain(const char* passes) {
     return made;
 }
 
+pc::Chain paper_chain(const char* passes) {
+    pc::Chain made = chain(passes);
+    EXPECT_EQ(pc_chain_set_text(made.get(), 0, "mode", "guertin"), PC_OK);
+    EXPECT_EQ(pc_chain_set_text(made.get(), 1, "method", "gilham"), PC_OK);
+    return made;
+}
+
 void set(const pc::Chain& chain, uint32_t pass, const char* key, double value) {
     EXPECT_EQ(pc_chain_set_number(chain.get(), pass, key, value), PC_OK)
         << pc_chain_error(chain.get());

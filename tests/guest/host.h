@@ -58,6 +58,9 @@ void set_camera(pc_frame& frame, const Camera& camera);
 // A failure fails the test.
 pc::Instance instance(uint32_t flags = 0, pc_state state = PC_STATE_RESTORE);
 pc::Chain chain(const char* passes);
+// The methods of the papers, with all of their small steps and work lists: in place 0 the motion
+// blur, in 1 the depth of field.
+pc::Chain paper_chain(const char* passes = "motion_blur,depth_of_field,fxaa");
 void set(const pc::Chain& chain, uint32_t pass, const char* key, double value);
 pc_texture prepare_and_run(const pc::Instance& instance, const pc::Chain& chain,
                            const pc_frame& frame);

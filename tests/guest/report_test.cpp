@@ -1,1 +1,356 @@
+// What the guest says: parameters and their cost, times, counters, the plan, debug views,
+// conventions, and the check of signs.
+#include <epoxy/gl.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <set>
+#include <thread>
+
+#include "chain/planner.h"
+#include "passes/registry.h"
+#include "tests/guest/gl_calls.h"
+#include "tests/guest/host.h"
+
+namespace postchain::test {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr int kWidth = 96, kHeight = 60;
+
+TEST(Parameters, EveryRowOfEveryTableWithItsValue) {
+    const auto made = chain("fxaa,motion_blur");
+    ASSERT_EQ(pc_chain_set_number(made.get(), 1, "samples", 51), PC_OK);
+    ASSERT_EQ(pc_chain_set_text(made.get(), 1, "mode", "single"), PC_OK);
+    ASSERT_EQ(pc_chain_set_number(made.get(), PC_CAMERA, "aperture_blades", 6), PC_OK);
+    const auto rows = pc::parameters(made.get());
+    EXPECT_EQ(rows.size(), builtin_passes().find("fxaa")->parameters->rows().size() +
+                               builtin_passes().find("motion_blur")->parameters->rows().size() +
+                               camera_parameters().rows().size());
+    std::map<std::string, pc_parameter> by_name;
+    for (const auto& row : rows) by_name[std::string(row.pass_name) + "." + row.key] = row;
+    const pc_parameter& samples = by_name.at("motion_blur.samples");
+    EXPECT_EQ(samples.pass, 1u);
+    EXPECT_STREQ(samples.type, "integer");
+    EXPECT_STREQ(samples.unit, "taps");
+    EXPECT_EQ(samples.value, 51);
+    EXPECT_STREQ(samples.text, "51");
+    EXPECT_EQ(samples.min, 1);
+    const pc_parameter& mode = by_name.at("motion_blur.mode");
+    ASSERT_EQ(mode.choice_count, 3u);
+    EXPECT_STREQ(mode.text, "single");
+    EXPECT_EQ(by_name.at("camera.aperture_blades").value, 6);
+    EXPECT_EQ(by_name.at("camera.cats_eye").is_set, 0u);
+    // By what the passes do: a count of taps is a number in a block, a kind of noise a program, a
+    // tile edge the size of tile textures.
+    EXPECT_EQ(samples.cost, uint32_t(PC_COST_UNIFORM));
+    EXPECT_EQ(by_name.at("fxaa.subpix").cost, uint32_t(PC_COST_UNIFORM));
+    EXPECT_EQ(by_name.at("fxaa.blend").cost, uint32_t(PC_COST_PROGRAM));
+    EXPECT_EQ(by_name.at("motion_blur.max_blur_px").cost, uint32_t(PC_COST_TEXTURE));
+    const char *name = nullptr, *help = nullptr;
+    std::set<std::string> passes;
+    for (uint32_t i = 0; pc_pass(i, &name, &help) == PC_OK; ++i) passes.insert(name);
+    EXPECT_EQ(passes.size(), builtin_passes().types().size());
+}
+
+// What is said to cost a uniform does: no program is compiled and no texture made for it.
+TEST(Parameters, AUniformIsAllThatItCosts) {
+    const auto host = canonical_frame(kWidth, kHeight);
+    const auto guest = instance();
+    const auto made = chain("motion_blur,depth_of_field,fxaa");
+    prepare_and_run(guest, made, host.frame);
+    auto before = pc::make<pc_counters>(), after = before;
+    pc_count(guest.get(), &before);
+    size_t tried = 0;
+    for (const auto& [pass, key, value] :
+         std::vector<std::tuple<uint32_t, const char*, double>>{{0, "samples", 31},
+                                                                {0, "depth_softness", 3},
+                                                                {0, "shutter_frames", 0.8},
+                                                                {2, "subpix", 0.2},
+                                                                {2, "exposure_ev", 1}}) {
+        for (const auto& row : pc::parameters(made.get())) {
+            if (row.pass == pass && std::string(row.key) == key) {
+                EXPECT_EQ(row.cost, uint32_t(PC_COST_UNIFORM)) << key;
+            }
+        }
+        set(made, pass, key, value);
+        EXPECT_EQ(pc_run(guest.get(), made.get(), &host.frame, nullptr), PC_OK)
+            << pc_last_error(guest.get());
+        ++tried;
+    }
+    pc_count(guest.get(), &after);
+    EXPECT_EQ(after.programs, before.programs);
+    EXPECT_EQ(after.texture_allocations, before.texture_allocations);
+    EXPECT_EQ(after.plans_made, before.plans_made + tried);
+}
+
+TEST(Reports, TimesOfTheNewestFinishedFrame) {
+    auto host = canonical_frame(kWidth, kHeight);
+    const auto guest = instance();
+    const auto made = chain("motion_blur,fxaa");
+    uint64_t number = 0;
+    uint32_t none = 0;
+    EXPECT_EQ(pc_timings(guest.get(), nullptr, &none, &number), PC_PENDING);
+    ASSERT_EQ(pc_set_timing(guest.get(), 1), PC_OK);
+    host.frame.frame_number = 41;
+    host.frame.pre_exposure = 2;
+    prepare_and_run(guest, made, host.frame);
+    auto times = pc::timings(guest.get(), &number);
+    EXPECT_EQ(number, 41u);
+    std::vector<std::string> names;
+    for (const auto& time : times) {
+        names.push_back(time.name);
+        EXPECT_GT(time.milliseconds, 0) << time.name;
+    }
+    EXPECT_EQ(names, (std::vector<std::string>{"import", "motion_blur", "fxaa", "export"}));
+    ASSERT_EQ(pc_set_timing(guest.get(), 2), PC_OK);
+    host.frame.frame_number = 42;
+    prepare_and_run(guest, made, host.frame);
+    times = pc::timings(guest.get(), &number);
+    EXPECT_EQ(number, 42u);
+    EXPECT_GT(times.size(), 8u);
+    EXPECT_STREQ(times[1].name, "motion_blur.surfaces");
+    EXPECT_EQ(pc_set_timing(guest.get(), 3), PC_ERROR_ARGUMENT);
+    // Less room than there is: what fits, and how many there are.
+    pc_time first;
+    uint32_t count = 1;
+    ASSERT_EQ(pc_timings(guest.get(), &first, &count, nullptr), PC_OK);
+    EXPECT_EQ(count, times.size());
+    EXPECT_STREQ(first.name, "import.import");
+}
+
+TEST(Reports, PlanCountersAndLog) {
+    const auto host = canonical_frame(kWidth, kHeight);
+    std::vector<std::string> said;
+    auto info = pc::create_info();
+    info.user = &said;
+    info.log = [](void* user, int level, const char* text) {
+        static_cast<std::vector<std::string>*>(user)->push_back(std::to_string(level) + text);
+    };
+    const pc::Instance guest = pc::create(info);
+    const auto made = chain("motion_blur,fxaa");
+    EXPECT_EQ(pc::explain(guest.get()), "");
+    prepare_and_run(guest, made, host.frame);
+    const std::string json = pc::explain(guest.get());
+    EXPECT_THAT(json, HasSubstr("\"0.motion_blur.tile_surfaces\""));
+    EXPECT_THAT(json, HasSubstr("\"steps\""));
+    size_t little = 5;
+    char text[5];
+    EXPECT_EQ(pc_explain(guest.get(), text, &little), PC_ERROR_ARGUMENT);
+    EXPECT_EQ(little, json.size() + 1);
+    auto counters = pc::make<pc_counters>();
+    ASSERT_EQ(pc_count(guest.get(), &counters), PC_OK);
+    EXPECT_EQ(counters.frames, 1u);
+    EXPECT_GT(counters.dispatches, 8u);
+    EXPECT_LT(counters.barriers, counters.dispatches) << "one after every step";
+    pc_frame bad = host.frame;
+    bad.color.name = 0;
+    for (int i = 0; i < 3; ++i) pc_run(guest.get(), made.get(), &bad, nullptr);
+    ASSERT_EQ(said.size(), 1u) << "the same is said once";
+    EXPECT_THAT(said[0], HasSubstr("0color: name 0"));
+    auto capabilities = pc::make<pc_capabilities>();
+    ASSERT_EQ(pc_query(guest.get(), &capabilities), PC_OK);
+    EXPECT_GE(capabilities.gl_version, 45u);
+    EXPECT_STREQ(capabilities.renderer, reinterpret_cast<const char*>(glGetString(GL_RENDERER)));
+}
+
+TEST(Reports, PreparingInSlices) {
+    const auto host = canonical_frame(kWidth, kHeight);
+    const auto guest = instance();
+    const auto made = chain("motion_blur,fxaa,depth_of_field");
+    auto counters = pc::make<pc_counters>();
+    uint64_t before = 0;
+    int pending = 0;
+    for (pc_result result = PC_PENDING; result == PC_PENDING; ++pending) {
+        result = pc_prepare(guest.get(), made.get(), &host.frame, 0);
+        ASSERT_GE(result, PC_OK) << pc_last_error(guest.get());
+        pc_count(guest.get(), &counters);
+        EXPECT_LE(counters.programs, before + 1);
+        before = counters.programs;
+    }
+    EXPECT_GT(pending, 10);
+    EXPECT_EQ(pc_run(guest.get(), made.get(), &host.frame, nullptr), PC_OK);
+}
+
+// Whether the frame's number changes a plan is asked of every pass, with each of its values.
+TEST(Reports, PlansThatFollowTheFrameNumberSaySo) {
+    size_t follow = 0, plans = 0;
+    for (const auto& type : builtin_passes().types()) {
+        for (const auto& row : type.parameters->rows()) {
+            std::vector<ParameterValue> values(row.choices.begin(), row.choices.end());
+            if (row.type == ParameterType::boolean) values = {false, true};
+            for (const auto& value : values) {
+                for (const bool animated : {false, true}) {
+                    postchain::Chain made;
+                    Pass* pass = made.append(builtin_passes(), type.name);
+                    if (type.parameters->find("animate_noise")) {
+                        ASSERT_TRUE(
+                            type.parameters->set(pass->parameters(), "animate_noise", animated)
+                                .ok());
+                    }
+                    ASSERT_TRUE(type.parameters->set(pass->parameters(), row.key, value).ok());
+                    FrameDescription frame = layered_frame(40, 24, {5, 1}, {1, 0}).description;
+                    std::vector<Plan> of;
+                    for (const int number : {3, 4}) {
+                        frame.frame_number = number;
+                        auto plan = make_plan(made, frame);
+                        if (plan.ok()) of.push_back(std::move(*plan));
+                    }
+                    if (of.size() < 2) continue;
+                    ++plans;
+                    follow += of[0].uses_frame_number;
+                    if (!(of[0].steps == of[1].steps)) {
+                        EXPECT_TRUE(of[0].uses_frame_number) << type.name << "." << row.key;
+                    }
+                }
+            }
+        }
+    }
+    EXPECT_GT(plans, 50u);
+    EXPECT_GT(follow, 10u);
+    EXPECT_LT(follow, plans);
+}
+
+TEST(DebugView, DrawsATextureInsteadOfThePicture) {
+    const auto host = canonical_frame(kWidth, kHeight);
+    const auto guest = instance();
+    const auto made = paper_chain("motion_blur,depth_of_field");
+    pc_frame frame = host.frame;
+    const auto view = [&](const char* name) {
+        frame.debug_view = name;
+        return read(prepare_and_run(guest, made, frame), kWidth, kHeight);
+    };
+    // A vector to the right is red (hue 0), its opposite cyan; each brighter the longer it is.
+    const ImageF vectors = view("0.motion_blur.half_velocity:vector");
+    const ImageF& motion = host.test.planes.at(Role::motion);
+    int right = 0, left = 0;
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+            const float* c = vectors.pixel(x, y);
+            if (motion.at(x, y, 0) > 5) right += c[0] > c[1] && c[0] > c[2];
+            if (motion.at(x, y, 0) < -2) left += c[0] < c[1] || c[0] < c[2];
+        }
+    EXPECT_GT(right, 100);
+    EXPECT_GT(left, 1000);
+    const ImageF radius = view("1.depth_of_field.coc");
+    EXPECT_GT(compare(radius, vectors, 0.01).fraction, 0.5);
+    // The input itself.
+    EXPECT_TRUE(equal_bits(view("input.color"), host.test.planes.at(Role::color)));
+    // Blocks of a work list are bright, the others dark.
+    const ImageF blocks = view("0.motion_blur.full_blocks");
+    int bright = 0;
+    for (size_t i = 0; i < blocks.pixels(); ++i) bright += blocks.data[4 * i] == 0.9f;
+    EXPECT_GT(bright, 0);
+    EXPECT_EQ(bright % 4, 0);
+    frame.debug_view = "0.motion_blur.full_blocks:vector";
+    EXPECT_EQ(pc_prepare(guest.get(), made.get(), &frame, 1), PC_ERROR_ARGUMENT);
+    frame.debug_view = nullptr;
+    EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_OK);
+}
+
+// A texture that has no period inside the picture, and the same a frame later: moved by 6, -3 px
+// (y up).
+TEST(Conventions, SignsAreChecked) {
+    const auto texture = [](double x, double y, int c) {
+        return float(0.5 + 0.25 * std::sin(0.31 * x + 0.17 * y + c) +
+                     0.2 * std::cos(0.05 * x * x / 20 - 0.23 * y + 2 * c));
+    };
+    ImageF before(64, 48, 4, 1), now = before, motion(64, 48, 2);
+    for (int y = 0; y < 48; ++y)
+        for (int x = 0; x < 64; ++x)
+            for (int c = 0; c < 3; ++c) {
+                before.at(x, y, c) = texture(x, y, c);
+                now.at(x, y, c) = texture(x - 6, y + 3, c);  // rows as stored: y up
+                motion.at(x, y, 0) = 6.0f / 64;
+                motion.at(x, y, 1) = -3.0f / 48;
+            }
+    const HostTexture c(GL_RGBA32F, now), p(GL_RGBA32F, before), m(GL_RG32F, motion);
+    auto frame = pc::make<pc_frame>();
+    frame.color = c;
+    frame.motion = m;
+    const auto guest = instance();
+    const pc_texture other = p;
+    int signs[2] = {};
+    float margin = 0;
+    ASSERT_EQ(pc_use_conventions("unity", &frame), PC_OK);  // fractions, y up, this minus previous
+    EXPECT_EQ(frame.motion_scale[0], 64);
+    ASSERT_EQ(pc_check_motion(guest.get(), &frame, &other, signs, &margin), PC_OK);
+    EXPECT_EQ(signs[0], 1);
+    EXPECT_EQ(signs[1], 1);
+    EXPECT_GT(margin, 1.5f);
+    frame.motion_scale[1] *= -1;
+    ASSERT_EQ(pc_check_motion(guest.get(), &frame, &other, signs, &margin), PC_OK);
+    EXPECT_EQ(signs[0], 1);
+    EXPECT_EQ(signs[1], -1);
+    EXPECT_GT(margin, 1.5f);
+    frame.flags |= PC_MOTION_TO_NEXT;  // but the other picture is the previous one
+    ASSERT_EQ(pc_check_motion(guest.get(), &frame, &other, signs, &margin), PC_OK);
+    EXPECT_EQ(signs[0], -1);
+    frame.motion.name = 0;
+    EXPECT_EQ(pc_check_motion(guest.get(), &frame, &other, signs, &margin), PC_ERROR_INPUT);
+}
+
+// Each engine stores the same motion, (4, 2) px to the right and down, this minus previous, in its
+// own way; a stored value by hand gives it back.
+TEST(Conventions, OfEngines) {
+    const struct {
+        const char* name;
+        float x, y;
+        bool y_up_rows;
+        pc_depth depth;
+    } engines[] = {{"unity", 4.0f / 100, -2.0f / 50, true, PC_DEPTH_FORWARD},
+                   {"unreal", 8.0f / 100 * 0.2495f + 32767.0f / 65535,
+                    -4.0f / 50 * 0.2495f + 32767.0f / 65535, false, PC_DEPTH_REVERSE_INFINITE},
+                   {"bevy", 4.0f / 100, 2.0f / 50, false, PC_DEPTH_REVERSE_INFINITE},
+                   {"godot", -4.0f / 100, -2.0f / 50, false, PC_DEPTH_REVERSE},
+                   {"falcor", -4.0f / 100, -2.0f / 50, false, PC_DEPTH_FORWARD},
+                   {"g3d", 4, 2, false, PC_DEPTH_FORWARD}};
+    for (const auto& engine : engines) {
+        auto frame = pc::make<pc_frame>();
+        frame.width = 100;
+        frame.height = 50;
+        frame.flags = PC_CAMERA_CUT | PC_MOTION_JITTERED;
+        ASSERT_EQ(pc_use_conventions(engine.name, &frame), PC_OK);
+        const float x = (engine.x - frame.motion_bias[0]) * frame.motion_scale[0];
+        float y = (engine.y - frame.motion_bias[1]) * frame.motion_scale[1];
+        EXPECT_EQ((frame.flags & PC_TOP_LEFT) == 0, engine.y_up_rows) << engine.name;
+        if (engine.y_up_rows) y = -y;
+        EXPECT_NEAR(x, 4, 1e-3) << engine.name;
+        EXPECT_NEAR(y, 2, 1e-3) << engine.name;
+        EXPECT_EQ(frame.depth_encoding, engine.depth) << engine.name;
+        EXPECT_TRUE(frame.flags & PC_CAMERA_CUT) << "what is no convention stays";
+        EXPECT_FALSE(frame.flags & PC_MOTION_JITTERED);
+    }
+    auto frame = pc::make<pc_frame>();
+    EXPECT_EQ(pc_use_conventions("quake", &frame), PC_ERROR_ARGUMENT);
+}
+
+// A program without a context: on a thread of its own, for one is current on this one.
+TEST(OwnContext, IsMadeWhereNoneIsCurrent) {
+    make_host_context();
+    auto info = pc::create_info();
+    info.flags = PC_OWN_CONTEXT;
+    pc_instance* made = nullptr;
+    EXPECT_EQ(pc_create(&info, &made), PC_ERROR_CONTEXT);
+    EXPECT_THAT(pc_create_error(), HasSubstr("a context is current"));
+    std::thread([&] {
+        ASSERT_EQ(pc_create(&info, &made), PC_OK) << pc_create_error();
+        {
+            const auto host = canonical_frame(40, 24);
+            const auto blur = chain("motion_blur");
+            EXPECT_EQ(pc_prepare(made, blur.get(), &host.frame, 1), PC_OK) << pc_last_error(made);
+            pc_texture result = {};
+            EXPECT_EQ(pc_run(made, blur.get(), &host.frame, &result), PC_OK);
+            EXPECT_NE(result.name, host.color.texture().name);
+        }
+        pc_destroy(made);
+    }).join();
+}
+
+}  // namespace
+}  // namespace postchain::test

@@ -1,0 +1,117 @@
+#include "tests/guest/gl_calls.h"
+
+#include <epoxy/gl.h>
+
+#include <type_traits>
+
+namespace postchain::test {
+namespace {
+
+bool counting = false, refuses_storage = false, is_lost = false;
+
+// Stands in for the function of one of epoxy's variables.
+template <auto* kVariable>
+struct Counted;
+template <class R, class... A, R (**kVariable)(A...)>
+struct Counted<kVariable> {
+    static inline R (*original)(A...) = nullptr;
+    static inline uint64_t count = 0;
+
+    static R call(A... arguments) {
+        count += counting;
+        if constexpr (std::is_void_v<R>) {
+            if (refuses_storage &&
+                (const void*)kVariable == (const void*)&epoxy_glTextureStorage2D) {
+                glEnable(0xffff);  // an error, as GL would leave one
+                return;
+            }
+        } else if constexpr (std::is_same_v<R, GLenum>) {
+            if (is_lost && (const void*)kVariable == (const void*)&epoxy_glGetGraphicsResetStatus)
+                return GL_UNKNOWN_CONTEXT_RESET;
+            if (is_lost && (const void*)kVariable == (const void*)&epoxy_glGetError)
+                return GL_CONTEXT_LOST;
+        }
+        // The first call of a function makes epoxy look it up by its variable.
+        const struct Again {
+            Again() { *kVariable = original; }
+            ~Again() { install(); }
+        } again;
+        return original(arguments...);
+    }
+    static void install() {
+        if (*kVariable == call) return;
+        original = *kVariable;
+        *kVariable = call;
+    }
+};
+
+#define FUNCTIONS(F)                                                                               \
+    F(glActiveTexture)                                                                             \
+    F(glAttachShader) F(glBindBuffer) F(glBindBufferBase) F(glBindBufferRange)                     \
+        F(glBindImageTexture) F(glBindSampler) F(glBindTexture) F(glBindTextureUnit) F(            \
+            glClearNamedBufferSubData) F(glCompileShader) F(glCreateBuffers) F(glCreateProgram)    \
+            F(glCreateQueries) F(glCreateSamplers) F(glCreateShader) F(glCreateTextures) F(        \
+                glDeleteBuffers) F(glDeleteProgram) F(glDeleteQueries) F(glDeleteSamplers)         \
+                F(glDeleteShader) F(glDeleteTextures) F(glDispatchCompute) F(                      \
+                    glDispatchComputeIndirect) F(glFinish) F(glGetActiveUniformBlockName)          \
+                    F(glGetActiveUniformBlockiv) F(glGetError) F(glGetGraphicsResetStatus) F(      \
+                        glGetInteger64i_v) F(glGetInteger64v) F(glGetIntegeri_v) F(glGetIntegerv)  \
+                        F(glGetNamedBufferParameteriv) F(glGetNamedBufferSubData)                  \
+                            F(glGetProgramInfoLog) F(glGetProgramiv) F(glGetQueryObjectiv)         \
+                                F(glGetQueryObjectui64v) F(glGetShaderInfoLog) F(glGetShaderiv)    \
+                                    F(glGetString) F(glGetTextureLevelParameteriv)                 \
+                                        F(glGetTextureParameteriv) F(glGetTextureSubImage)         \
+                                            F(glIsTexture) F(glLinkProgram) F(glMemoryBarrier)     \
+                                                F(glNamedBufferStorage) F(glNamedBufferSubData)    \
+                                                    F(glObjectLabel) F(glPixelStorei)              \
+                                                        F(glPopDebugGroup) F(glPushDebugGroup)     \
+                                                            F(glQueryCounter)                      \
+                                                                F(glSamplerParameteri)             \
+                                                                    F(glShaderSource)              \
+                                                                        F(glTextureStorage2D)      \
+                                                                            F(glTextureSubImage2D) \
+                                                                                F(glUseProgram)
+
+void install() {
+#define INSTALL(name) Counted<&epoxy_##name>::install();
+    FUNCTIONS(INSTALL)
+#undef INSTALL
+}
+
+}  // namespace
+
+void GlCalls::start() {
+    install();
+#define CLEAR(name) Counted<& epoxy_##name>::count = 0;
+    FUNCTIONS(CLEAR)
+#undef CLEAR
+    counting = true;
+}
+
+std::map<std::string, uint64_t> GlCalls::stop() {
+    counting = false;
+    std::map<std::string, uint64_t> counts;
+#define READ(name) \
+    if (Counted<&epoxy_##name>::count) counts[#name] = Counted<&epoxy_##name>::count;
+    FUNCTIONS(READ)
+#undef READ
+    return counts;
+}
+
+std::vector<std::string> GlCalls::names() {
+#define NAME(name) #name,
+    return {FUNCTIONS(NAME)};
+#undef NAME
+}
+
+void refuse_texture_storage(bool refuse) {
+    install();
+    refuses_storage = refuse;
+}
+
+void report_lost_context(bool lost) {
+    install();
+    is_lost = lost;
+}
+
+}  // namespace postchain::test

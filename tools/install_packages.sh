@@ -13,7 +13,7 @@ packages=(
 if [[ ${1:-} == --tests || ${1:-} == --fuzz ]]; then
     packages+=(
         libgtest-dev libgmock-dev libbenchmark-dev clang-format
-        python3 chromium chromium-driver
+        dpkg-dev file python3 chromium chromium-driver
     )
 fi
 if [[ ${1:-} == --fuzz ]]; then

@@ -112,6 +112,8 @@ def needed(options):
         assert f"soname: [lib{name}.so.0.1]" in text, text
         found = set(re.findall(r"NEEDED.*\[(.+)\]", text))
         expect_equal(found - system, may[name], f"what {library.name} needs")
+        places = set(re.findall(r"(?:RPATH|RUNPATH).*\[(.+)\]", text))
+        assert places <= {"$ORIGIN"}, places
 
 
 def examples(options):
@@ -171,6 +173,7 @@ def command(options):
                         ignore=shutil.ignore_patterns("programs"))
         postchain = moved / "bin/postchain"
         assert "OpenImageIO" not in call("ldd", postchain)
+        assert str(options.build) not in call("readelf", "-d", postchain)
         call(postchain, "scene", "wheels", "-o", moved, "--size", "64x36", "--frames", "1", "-q")
         frame = ["-i", moved / "sharp.####.exr", "--camera", moved / "camera.json"]
 

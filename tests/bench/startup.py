@@ -5,8 +5,8 @@
 
 Each round makes all calls in turn, so that other load meets all of them. CPU time is user and
 system, of all threads, of the whole process. The columns are medians in ms, with the least and the
-most, and multiples of `--version`; with --against, another build of the command is called in turn
-and the last column is the median ratio of pairs. The first round fills Mesa's shader cache and is
+most, and multiples of `--version`; with --against, another build of the command is called in turn,
+and the ratio is the median of pairs. The first round fills Mesa's shader cache and is
 not counted.
 """
 import argparse
@@ -36,6 +36,11 @@ def calls(folder):
             "run paper": run, "run paper --png": [*run, "--png"]}
 
 
+def spread(values):
+    """The median, and the least and the most."""
+    return f"{statistics.median(values):.0f} ({min(values):.0f}-{max(values):.0f})"
+
+
 def main():
     root = pathlib.Path(__file__).resolve().parents[2]
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
@@ -58,15 +63,14 @@ def main():
                         times[call, program].append(ms)
     start = statistics.median(times["--version", programs[0]])
     print(f"{'call':22}{'CPU ms (least-most)':>24}{'x --version':>13}" +
-          ("   of --against" if options.against else ""))
+          (f"{'--against, CPU ms':>24}{'ratio':>8}" if options.against else ""))
     for call in calls(folder):
         own = times[call, programs[0]]
-        middle = statistics.median(own)
-        spread = f"{middle:.0f} ({min(own):.0f}-{max(own):.0f})"
-        row = f"{call:22}{spread:>24}{middle / start:>13.1f}"
+        row = f"{call:22}{spread(own):>24}{statistics.median(own) / start:>13.1f}"
         if options.against:
-            pairs = zip(own, times[call, options.against])
-            row += f"{statistics.median(a / b for a, b in pairs):>15.2f}"
+            other = times[call, options.against]
+            ratio = statistics.median(a / b for a, b in zip(own, other))
+            row += f"{spread(other):>24}{ratio:>8.2f}"
         print(row)
 
 

@@ -9,6 +9,8 @@
 namespace postchain::guest {
 namespace {
 
+constexpr size_t kLongestView = std::tuple_size_v<decltype(PlanKey::debug_view)> - 1;
+
 // A texture that covers the frame's rectangle, in a format that the member may have.
 Failure check_texture(const char* member, const pc_texture& given, int width, int height,
                       HostTexture& texture) {
@@ -151,6 +153,8 @@ Failure check_frame(const pc_frame* given, HostFrame& frame) {
         return {PC_ERROR_INPUT, concat("output: ", frame.output.format->text,
                                        " cannot be written by a compute shader; give GL_RGBA8, "
                                        "GL_RGBA16F or another of those in postchain.h")};
+    if (given->debug_view && strnlen(given->debug_view, kLongestView + 1) > kLongestView)
+        return {PC_ERROR_ARGUMENT, concat("debug_view: longer than ", kLongestView, " letters")};
     if (failure = check_numbers(*given); !failure.ok()) return failure;
     frame.sky = frame.motion.name && frame.depth.name && any(given->view_projection) &&
                 any(given->other_view_projection);
@@ -205,8 +209,7 @@ PlanKey key_of(const HostFrame& frame, uint64_t chain, uint64_t revision) {
                   given.sensor_width_mm, given.f_stop,         given.focus_distance,
                   given.meters_per_unit, given.shutter_frames, given.max_speed_px,
                   given.nearest,         given.farthest,       0};
-    if (given.debug_view)
-        std::strncpy(key.debug_view.data(), given.debug_view, key.debug_view.size() - 1);
+    if (given.debug_view) std::strncpy(key.debug_view.data(), given.debug_view, kLongestView);
     return key;
 }
 

@@ -127,25 +127,23 @@ Failure Instance::programs_of(const ChainHandle& chain, const pc_frame& given,
     variant.debug_view = nullptr;
     (void)add(variant);
     variant.max_speed_px = variant.nearest = variant.farthest = 0;
-    const pc_frame plain = variant;
-    for (const uint32_t cut : {0u, uint32_t(PC_CAMERA_CUT)}) {
-        variant.flags = (given.flags & ~uint32_t(PC_CAMERA_CUT)) | cut;
-        (void)add(variant);
-    }
-    variant = plain;
-    variant.shutter_frames = -1;
-    (void)add(variant);
-    // A radius of the circle of confusion is in proportion to the aperture: a factor of 2 meets
-    // every range of radii for which a pass has a program of its own.
-    for (int stop = -8; stop <= 8; ++stop) {
-        variant = plain;
-        variant.f_stop = std::ldexp(given.f_stop, stop);
-        (void)add(variant);
-    }
-    for (const float part : {0.25f, 0.5f, 2.0f, 4.0f, 16.0f}) {
-        variant = plain;
-        variant.focus_distance = part * given.focus_distance;
-        (void)add(variant);
+    pc_frame open = variant, cut = variant, closed = variant;
+    open.flags &= ~uint32_t(PC_CAMERA_CUT);
+    cut.flags |= PC_CAMERA_CUT;
+    closed.shutter_frames = -1;
+    for (const pc_frame& motion : {open, cut, closed}) {
+        // A radius of the circle of confusion is in proportion to the aperture: a factor of 2 meets
+        // every range of radii for which a pass has a program of its own.
+        for (int stop = -8; stop <= 8; ++stop) {
+            variant = motion;
+            variant.f_stop = std::ldexp(given.f_stop, stop);
+            (void)add(variant);
+        }
+        for (const float part : {0.25f, 0.5f, 2.0f, 4.0f, 16.0f}) {
+            variant = motion;
+            variant.focus_distance = part * given.focus_distance;
+            (void)add(variant);
+        }
     }
     return {};
 }

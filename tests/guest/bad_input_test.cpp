@@ -158,6 +158,9 @@ TEST_F(BadInput, NumbersThatAreNone) {
     refused(PC_ERROR_CHAIN, "focus_distance", [](pc_frame& frame) { frame.focus_distance = 0; });
     refused(PC_ERROR_ARGUMENT, "no texture \"nothing\"",
             [](pc_frame& frame) { frame.debug_view = "nothing"; });
+    static const std::string endless(500, 'x');
+    refused(PC_ERROR_ARGUMENT, "debug_view: longer than",
+            [](pc_frame& frame) { frame.debug_view = endless.c_str(); });
 }
 
 TEST_F(BadInput, Chains) {
@@ -298,8 +301,17 @@ TEST(Context, NoneAnotherOneAndAnotherThread) {
 
 TEST(Context, LostOneCanOnlyBeAbandoned) {
     const auto host = canonical_frame(40, 24);
+    report_loss(true, false);
     auto guest = instance();
-    prepare_and_run(guest, chain("motion_blur"), host.frame);
+    const auto made = chain("motion_blur");
+    prepare_and_run(guest, made, host.frame);
+    report_loss(true, true);
+    pc_texture result = {};
+    EXPECT_EQ(pc_run(guest.get(), made.get(), &host.frame, &result), PC_ERROR_CONTEXT);
+    EXPECT_THAT(pc_last_error(guest.get()), HasSubstr("lost"));
+    EXPECT_EQ(result.name, host.color.texture().name);
+    report_loss(false, false);  // GL tells of it once
+    EXPECT_EQ(pc_run(guest.get(), made.get(), &host.frame, &result), PC_ERROR_CONTEXT);
     GlCalls::start();
     pc_abandon(guest.release());
     EXPECT_TRUE(GlCalls::stop().empty()) << "calls no GL";

@@ -160,16 +160,16 @@ TEST(Count, AFocusPullAndAnimatedNoiseMakeNoObjects) {
 }
 
 // A cut, a closed shutter, a long focus pull: programs were compiled by pc_prepare().
-TEST(Count, NothingIsCompiledAfterPrepare) {
+void compiles_nothing_after_prepare(const pc::Chain& made) {
     const auto host = canonical_frame(64, 48);
     const auto guest = instance();
-    const auto made = chain(kPasses);
     ASSERT_EQ(pc_prepare(guest.get(), made.get(), &host.frame, 1), PC_OK);
     const uint64_t programs = count(guest).programs;
     const uint64_t textures = count(guest).texture_allocations;
     for (const uint32_t cut : {0u, uint32_t(PC_CAMERA_CUT)}) {
         for (const float shutter : {0.0f, -1.0f, 0.9f}) {
-            for (const float stops : {1.0f, 0.02f, 0.3f, 2.0f, 64.0f}) {
+            for (const float stops :
+                 {1.0f, 0.5f, 0.25f, 0.1f, 0.05f, 0.02f, 0.01f, 0.005f, 64.0f}) {
                 for (const float focus : {0.3f, 1.0f, 3.0f, 40.0f}) {
                     pc_frame frame = host.frame;
                     frame.flags |= cut;
@@ -193,6 +193,15 @@ TEST(Count, NothingIsCompiledAfterPrepare) {
     ASSERT_EQ(count(fresh).texture_allocations, textures);
     ASSERT_EQ(pc_run(fresh.get(), made.get(), &cut, nullptr), PC_OK);
     EXPECT_EQ(count(fresh).texture_allocations, textures);
+}
+
+TEST(Count, NothingIsCompiledAfterPrepare) {
+    compiles_nothing_after_prepare(chain(kPasses));
+    // With radii up to a large part of the small picture: downsampling by 1, 2 and 4, each a
+    // program.
+    const auto paper = paper_chain();
+    set(paper, 1, "max_radius_px", 40);
+    compiles_nothing_after_prepare(paper);
 }
 
 // A window that is dragged through 100 sizes and back.

@@ -2,12 +2,15 @@
 
 #include <epoxy/gl.h>
 
-#include <type_traits>
+#include <tuple>
 
 namespace postchain::test {
 namespace {
 
-bool counting = false, refuses_storage = false, is_lost = false;
+bool counting = false, refuses_storage = false, tells_loss = false, is_lost = false;
+
+template <auto* kVariable, auto* kOther>
+constexpr bool is_same = (const void*)kVariable == (const void*)kOther;
 
 // Stands in for the function of one of epoxy's variables.
 template <auto* kVariable>
@@ -19,17 +22,16 @@ struct Counted<kVariable> {
 
     static R call(A... arguments) {
         count += counting;
-        if constexpr (std::is_void_v<R>) {
-            if (refuses_storage &&
-                (const void*)kVariable == (const void*)&epoxy_glTextureStorage2D) {
-                glEnable(0xffff);  // an error, as GL would leave one
+        if constexpr (is_same<kVariable, &epoxy_glTextureStorage2D>) {
+            if (refuses_storage) return glEnable(0xffff);  // an error, as GL would leave one
+        } else if constexpr (is_same<kVariable, &epoxy_glGetIntegerv>) {
+            const auto [name, value] = std::tuple(arguments...);
+            if (tells_loss && name == GL_RESET_NOTIFICATION_STRATEGY) {
+                *value = GL_LOSE_CONTEXT_ON_RESET;
                 return;
             }
-        } else if constexpr (std::is_same_v<R, GLenum>) {
-            if (is_lost && (const void*)kVariable == (const void*)&epoxy_glGetGraphicsResetStatus)
-                return GL_UNKNOWN_CONTEXT_RESET;
-            if (is_lost && (const void*)kVariable == (const void*)&epoxy_glGetError)
-                return GL_CONTEXT_LOST;
+        } else if constexpr (is_same<kVariable, &epoxy_glGetGraphicsResetStatus>) {
+            if (is_lost) return GL_UNKNOWN_CONTEXT_RESET;
         }
         // The first call of a function makes epoxy look it up by its variable.
         const struct Again {
@@ -45,32 +47,29 @@ struct Counted<kVariable> {
     }
 };
 
-#define FUNCTIONS(F)                                                                               \
-    F(glActiveTexture)                                                                             \
-    F(glAttachShader) F(glBindBuffer) F(glBindBufferBase) F(glBindBufferRange)                     \
-        F(glBindImageTexture) F(glBindSampler) F(glBindTexture) F(glBindTextureUnit) F(            \
-            glClearNamedBufferSubData) F(glCompileShader) F(glCreateBuffers) F(glCreateProgram)    \
-            F(glCreateQueries) F(glCreateSamplers) F(glCreateShader) F(glCreateTextures) F(        \
-                glDeleteBuffers) F(glDeleteProgram) F(glDeleteQueries) F(glDeleteSamplers)         \
-                F(glDeleteShader) F(glDeleteTextures) F(glDispatchCompute) F(                      \
-                    glDispatchComputeIndirect) F(glFinish) F(glGetActiveUniformBlockName)          \
-                    F(glGetActiveUniformBlockiv) F(glGetError) F(glGetGraphicsResetStatus) F(      \
-                        glGetInteger64i_v) F(glGetInteger64v) F(glGetIntegeri_v) F(glGetIntegerv)  \
-                        F(glGetNamedBufferParameteriv) F(glGetNamedBufferSubData)                  \
-                            F(glGetProgramInfoLog) F(glGetProgramiv) F(glGetQueryObjectiv)         \
-                                F(glGetQueryObjectui64v) F(glGetShaderInfoLog) F(glGetShaderiv)    \
-                                    F(glGetString) F(glGetTextureLevelParameteriv)                 \
-                                        F(glGetTextureParameteriv) F(glGetTextureSubImage)         \
-                                            F(glIsTexture) F(glLinkProgram) F(glMemoryBarrier)     \
-                                                F(glNamedBufferStorage) F(glNamedBufferSubData)    \
-                                                    F(glObjectLabel) F(glPixelStorei)              \
-                                                        F(glPopDebugGroup) F(glPushDebugGroup)     \
-                                                            F(glQueryCounter)                      \
-                                                                F(glSamplerParameteri)             \
-                                                                    F(glShaderSource)              \
-                                                                        F(glTextureStorage2D)      \
-                                                                            F(glTextureSubImage2D) \
-                                                                                F(glUseProgram)
+#define FUNCTIONS(F)                                                                              \
+    F(glActiveTexture)                                                                            \
+    F(glAttachShader)                                                                             \
+    F(glBindBuffer)                                                                               \
+    F(glBindBufferBase) F(glBindBufferRange) F(glBindImageTexture) F(glBindSampler)               \
+        F(glBindTexture) F(glBindTextureUnit) F(glClearNamedBufferSubData) F(glCompileShader) F(  \
+            glCreateBuffers) F(glCreateProgram) F(glCreateQueries) F(glCreateSamplers)            \
+            F(glCreateShader) F(glCreateTextures) F(glDeleteBuffers) F(glDeleteProgram) F(        \
+                glDeleteQueries) F(glDeleteSamplers) F(glDeleteShader) F(glDeleteTextures)        \
+                F(glDispatchCompute) F(glDispatchComputeIndirect) F(glFinish) F(                  \
+                    glGetActiveUniformBlockName) F(glGetActiveUniformBlockiv) F(glGetError)       \
+                    F(glGetGraphicsResetStatus) F(glGetInteger64i_v) F(glGetInteger64v) F(        \
+                        glGetIntegeri_v) F(glGetIntegerv) F(glGetNamedBufferParameteriv)          \
+                        F(glGetNamedBufferSubData) F(glGetProgramInfoLog) F(glGetProgramiv) F(    \
+                            glGetQueryObjectiv) F(glGetQueryObjectui64v) F(glGetShaderInfoLog)    \
+                            F(glGetShaderiv) F(glGetString) F(glGetTextureLevelParameteriv)       \
+                                F(glGetTextureParameteriv) F(glGetTextureSubImage) F(glIsTexture) \
+                                    F(glLinkProgram) F(glMemoryBarrier) F(glNamedBufferStorage)   \
+                                        F(glNamedBufferSubData) F(glObjectLabel) F(glPixelStorei) \
+                                            F(glPopDebugGroup) F(glPushDebugGroup)                \
+                                                F(glQueryCounter) F(glSamplerParameteri)          \
+                                                    F(glShaderSource) F(glTextureStorage2D)       \
+                                                        F(glTextureSubImage2D) F(glUseProgram)
 
 void install() {
 #define INSTALL(name) Counted<&epoxy_##name>::install();
@@ -109,8 +108,9 @@ void refuse_texture_storage(bool refuse) {
     refuses_storage = refuse;
 }
 
-void report_lost_context(bool lost) {
+void report_loss(bool tells, bool lost) {
     install();
+    tells_loss = tells;
     is_lost = lost;
 }
 

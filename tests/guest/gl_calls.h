@@ -20,7 +20,7 @@ class GlCalls {
 
 // Lets the next calls of a function do nothing: glTextureStorage2D, as if memory were spent.
 void refuse_texture_storage(bool refuse);
-// What glGetGraphicsResetStatus() says.
-void report_lost_context(bool lost);
+// Does the context say that it would tell of its loss, and does it?
+void report_loss(bool tells, bool lost);
 
 }  // namespace postchain::test

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 
 #include "tests/guest/host.h"
 #include "tests/support/gpu.h"
@@ -130,12 +131,12 @@ TEST(Pixels, OutputsOfEveryKind) {
         EXPECT_EQ(result.name, output.texture().name);
         expect_near(read(output, kWidth, kHeight), expected, tolerance);
     }
-    // Into the color itself.
+    // Into the color itself, which the only pass reads around each pixel.
     const HostTexture color(GL_RGBA32F, host.test.planes.at(Role::color));
     pc_frame frame = host.frame;
     frame.color = frame.output = color;
-    prepare_and_run(guest, made, frame);
-    expect_equal(read(color, kWidth, kHeight), expected);
+    prepare_and_run(guest, chain("fxaa"), frame);
+    expect_equal(read(color, kWidth, kHeight), by_executor(host.test, "fxaa"));
 }
 
 TEST(Pixels, AChainThatDoesNothingHandsColorThrough) {
@@ -325,6 +326,58 @@ TEST(Pixels, SkyWithoutVectorsMovesWithTheCamera) {
     // Without matrices the sky stands still.
     for (float& value : frame.other_view_projection) value = 0;
     EXPECT_GT(changed(read(prepare_and_run(guest, made, frame), kWidth, kHeight), expected), 0.1);
+}
+
+// A plan is kept for frames like its own: whatever a frame says differently counts at once.
+TEST(Pixels, NothingOfAFrameBeforeStays) {
+    const auto host = canonical_frame(kWidth, kHeight);
+    const HostTexture half(GL_RGBA16F, host.test.planes.at(Role::color)),
+        exposure(GL_R32F, ImageF(1, 1, 1, 8));
+    const HostTexture up(GL_RGBA32F, host.test.planes.at(Role::color), true);
+    using Change = std::function<void(pc_frame&)>;
+    const std::vector<Change> changes = {
+        [](pc_frame& f) { f.focus_distance *= 1.5f; },
+        [](pc_frame& f) { f.f_stop *= 0.5f; },
+        [](pc_frame& f) { f.focal_length_mm *= 1.2f; },
+        [](pc_frame& f) { f.sensor_width_mm *= 0.8f; },
+        [](pc_frame& f) { f.meters_per_unit = 0.5f; },
+        [](pc_frame& f) { f.shutter_frames = 0.9f; },
+        [](pc_frame& f) { f.flags |= PC_CAMERA_CUT; },
+        [](pc_frame& f) { f.flags |= PC_HALF_PLANES; },
+        [](pc_frame& f) { f.flags &= ~uint32_t(PC_TOP_LEFT); },
+        [](pc_frame& f) { f.flags |= PC_NO_ELISION; },
+        [](pc_frame& f) { f.max_speed_px = 0.1f; },
+        [](pc_frame& f) { f.nearest = 0.01f; },
+        [](pc_frame& f) { f.depth_encoding = PC_DEPTH_LINEAR; },
+        [](pc_frame& f) { f.motion_scale[0] = 2; },
+        [](pc_frame& f) { f.motion_bias[1] = 3; },
+        [](pc_frame& f) { f.pre_exposure = 0.01f; },
+        [](pc_frame& f) { f.motion.name = 0, f.flags |= PC_CAMERA_CUT; },
+        [&](pc_frame& f) { f.exposure = exposure; },
+        [&](pc_frame& f) { f.color = half; },
+        [&](pc_frame& f) { f.color = up; },
+        [](pc_frame& f) { f.width = f.color.width - 7; },
+        [](pc_frame& f) { f.height = f.color.height - 7, f.color.y = 3; }};
+    const auto made = chain("motion_blur,depth_of_field,fxaa");
+    const auto guest = instance();
+    const ImageF plain = read(prepare_and_run(guest, made, host.frame), kWidth, kHeight);
+    for (size_t i = 0; i < changes.size(); ++i) {
+        pc_frame frame = host.frame;
+        changes[i](frame);
+        const int width = frame.width ? frame.width : kWidth;
+        const int height = frame.height ? frame.height : kHeight;
+        const auto fresh = instance();
+        pc_texture result = {}, expected = {};
+        const pc_result code = pc_prepare(guest.get(), made.get(), &frame, 1);
+        ASSERT_EQ(pc_prepare(fresh.get(), made.get(), &frame, 1), code);
+        ASSERT_EQ(pc_run(guest.get(), made.get(), &frame, &result),
+                  pc_run(fresh.get(), made.get(), &frame, &expected));
+        EXPECT_TRUE(equal_bits(read(result, width, height), read(expected, width, height)))
+            << "change " << i;
+        EXPECT_EQ(pc::explain(guest.get()), pc::explain(fresh.get())) << "change " << i;
+        ASSERT_EQ(pc_run(guest.get(), made.get(), &host.frame, &result), PC_OK);
+        EXPECT_TRUE(equal_bits(read(result, kWidth, kHeight), plain)) << "after change " << i;
+    }
 }
 
 TEST(Pixels, TheFrameNumberTurnsAnimatedNoiseAlone) {

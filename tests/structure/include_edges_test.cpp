@@ -34,7 +34,7 @@ const std::vector<std::vector<std::string>>& layers() {
 const Edges& allowed_libraries() {
     static const Edges edges = {
         {"epoxy", {"chain", "tools/measure/scenes"}},
-        {"glm", {"shaders", "tools/measure/scenes"}},
+        {"glm", {"shaders", "chain/guest", "tools/measure/scenes"}},
         {"OpenEXR", {"tools/sequence/io", "tools/apps"}},
         {"Imath", {"tools/sequence/io"}},
         {"OpenImageIO", {"tools/sequence/io"}},

@@ -258,10 +258,16 @@ Result<std::string> read_text_file(const std::string& path, StatusCode code,
         return Status(code, path + ": is a folder, not a file");
     std::ifstream in(path, std::ios::binary);
     if (!in) return Status(code, concat(path, ": cannot be opened: ", std::strerror(errno)));
-    std::string text(limits.bytes + 1, '\0');
-    in.read(text.data(), std::streamsize(text.size()));
+    // One byte more than is allowed shows that the file is too large. A pipe has no size, and a
+    // file may grow: it is read to its end.
+    std::string text;
+    char part[4096];
+    while (text.size() <= limits.bytes && in) {
+        in.read(part, sizeof(part));
+        text.append(part, size_t(in.gcount()));
+    }
     if (in.bad()) return Status(code, path + ": cannot be read");
-    text.resize(size_t(in.gcount()));
+    if (text.size() > limits.bytes) text.resize(limits.bytes + 1);
     return text;
 }
 

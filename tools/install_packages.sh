@@ -13,7 +13,8 @@ packages=(
 if [[ ${1:-} == --tests || ${1:-} == --fuzz ]]; then
     packages+=(
         libgtest-dev libgmock-dev libbenchmark-dev clang-format
-        python3 chromium chromium-driver libglfw3-dev xvfb
+        dpkg-dev file libglfw3-dev xvfb
+        python3 chromium chromium-driver
     )
 fi
 if [[ ${1:-} == --fuzz ]]; then

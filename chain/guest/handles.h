@@ -18,9 +18,6 @@ struct pc_chain {
 namespace postchain::guest {
 
 // Of this thread's last attempt to make one of them.
-inline std::string& create_error() {
-    thread_local std::string text;
-    return text;
-}
+std::string& create_error();
 
 }  // namespace postchain::guest

@@ -209,11 +209,11 @@ TEST_F(SurvivalTest, AnInputThatChangesMeanwhile) {
 }
 
 #if !POSTCHAIN_SANITIZED  // the address sanitizer itself reserves terabytes
-// Whatever needs no GL ends with a message (docs/command.md, "Memory"). Below that the libraries do
-// not load.
+// The command begins in little memory, and whatever needs no GL ends with a message
+// (docs/command.md, "Limits of address space").
 TEST_F(SurvivalTest, LittleAddressSpace) {
     write_sequence(at(""), {1}, 640, 360);
-    for (long mebibytes = 448; mebibytes <= 560; mebibytes += 16) {
+    for (long mebibytes = 24; mebibytes <= 96; mebibytes += 8) {
         Launch launch;
         launch.memory_bytes = mebibytes << 20;
         EXPECT_EQ(run({"--version"}, launch).code, 0) << mebibytes;

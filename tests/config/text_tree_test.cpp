@@ -4,6 +4,12 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <fstream>
+#include <thread>
 
 #include "fake_passes.h"
 
@@ -238,6 +244,30 @@ TEST(Scalar, WritesWhatItReadsBack) {
         ASSERT_THAT(texts(tree.diagnostics), IsEmpty()) << yaml_text_of(value);
         EXPECT_EQ(*value_of(*tree.root.find("a")), value) << yaml_text_of(value);
     }
+}
+
+// Files from the size of a part that is read at once to beyond the limit, and a pipe, which has
+// none.
+TEST(TextFile, IsReadToItsEndOrToItsLimit) {
+    const std::string path = testing::TempDir() + "postchain_text_" + std::to_string(getpid());
+    const TextLimits limits = {20000, 8};
+    for (const size_t size : {0, 1, 4095, 4096, 4097, 19999, 20000, 20001, 50000}) {
+        std::string text;
+        while (text.size() < size) text += char('a' + text.size() % 23);
+        std::ofstream(path, std::ios::binary) << text;
+        const auto read = read_text_file(path, StatusCode::chain, limits);
+        ASSERT_TRUE(read.ok()) << size;
+        EXPECT_EQ(*read, text.substr(0, 20001)) << size;
+    }
+    std::remove(path.c_str());
+    ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
+    const std::string text(15000, 'p');
+    std::thread writer([&] { std::ofstream(path, std::ios::binary) << text; });
+    const auto read = read_text_file(path, StatusCode::chain, limits);
+    writer.join();
+    std::remove(path.c_str());
+    ASSERT_TRUE(read.ok());
+    EXPECT_EQ(*read, text);
 }
 
 }  // namespace

@@ -37,7 +37,7 @@ const Edges& allowed_libraries() {
         {"glm", {"shaders", "chain/guest", "tools/measure/scenes"}},
         {"OpenEXR", {"tools/sequence/io", "tools/apps"}},
         {"Imath", {"tools/sequence/io"}},
-        {"OpenImageIO", {"tools/sequence/io", "tools/apps"}},
+        {"OpenImageIO", {"tools/sequence/io"}},
         {"yaml-cpp", {"config"}},
         {"nlohmann", {"tools"}},
         {"zlib.h", {"tools/measure/report"}},
@@ -201,6 +201,17 @@ TEST(IncludeEdges, ChainHasFourLibraries) {
         }
     }
     EXPECT_GT(count, 50u);
+}
+
+// OpenImageIO is in the module alone, so that no program begins by loading it.
+TEST(IncludeEdges, OpenImageIoIsInTheModuleAlone) {
+    size_t count = 0;
+    for (const auto& include : all_includes()) {
+        if (!include.target.starts_with("OpenImageIO/")) continue;
+        ++count;
+        EXPECT_EQ(include.file, "tools/sequence/io/picture_calls.cpp") << include.place();
+    }
+    EXPECT_GT(count, 0u);
 }
 
 // Metrics know pictures and nothing of chains, so that anything with pixels can be measured.

@@ -1,7 +1,6 @@
 #include "tools/apps/postchain/describe.h"
 
 #include <OpenEXR/OpenEXRConfig.h>
-#include <OpenImageIO/oiioversion.h>
 #include <spdlog/version.h>
 
 #include <CLI/Version.hpp>
@@ -15,6 +14,7 @@
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/printable.h"
 #include "tools/sequence/io/json.h"
+#include "tools/sequence/io/picture_module.h"
 #include "tools/sequence/run/plan_warnings.h"
 #include "tools/sequence/run/sequence_reader.h"
 
@@ -82,11 +82,15 @@ int info_verb(const Options& options) {
     info["postchain"] = kVersion;
     info["libraries"] = {
         {"OpenEXR", OPENEXR_VERSION_STRING},
-        {"OpenImageIO", OIIO_VERSION_STRING},
         {"CLI11", CLI11_VERSION},
         {"spdlog", concat(SPDLOG_VER_MAJOR, ".", SPDLOG_VER_MINOR, ".", SPDLOG_VER_PATCH)},
         {"nlohmann-json", concat(NLOHMANN_JSON_VERSION_MAJOR, ".", NLOHMANN_JSON_VERSION_MINOR, ".",
                                  NLOHMANN_JSON_VERSION_PATCH)}};
+    const auto pictures = io::picture_module(StatusCode::input);
+    if (pictures.ok())
+        info["libraries"]["OpenImageIO"] = (*pictures)->open_image_io;
+    else
+        log::warning(pictures.status().message());
     info["devices"] = io::Json::array();
     for (const auto& device : egl::list_devices())
         info["devices"].push_back(

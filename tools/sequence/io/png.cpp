@@ -1,45 +1,19 @@
 #include "tools/sequence/io/png.h"
 
-#include <OpenImageIO/color.h>
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imagebuf.h>
-#include <OpenImageIO/imagebufalgo.h>
-#include <OpenImageIO/imageio.h>
-
-#include <algorithm>
-#include <cmath>
+#include "tools/sequence/io/picture_module.h"
 
 namespace postchain::io {
 
 Result<std::string> encode_png(const Image<uint8_t>& pixels) {
-    std::vector<unsigned char> png;
-    OIIO::Filesystem::IOVecOutput memory(png);
-    const auto out = OIIO::ImageOutput::create("png");
-    OIIO::ImageSpec spec(pixels.width, pixels.height, pixels.channels, OIIO::TypeDesc::UINT8);
-    spec.attribute("oiio:ColorSpace", "sRGB");
-    if (out == nullptr || !out->set_ioproxy(&memory) || !out->open("memory.png", spec) ||
-        !out->write_image(OIIO::TypeDesc::UINT8, pixels.data.data()) || !out->close())
-        return Status(StatusCode::output,
-                      "cannot encode PNG: " + (out ? out->geterror() : OIIO::geterror()));
-    return std::string(reinterpret_cast<const char*>(png.data()), png.size());
+    const auto pictures = picture_module(StatusCode::output);
+    if (!pictures.ok()) return pictures.status();
+    return (*pictures)->encode_png(pixels);
 }
 
 Result<Image<uint8_t>> magma_of(const ImageF& values) {
-    ImageF shown = values;
-    for (float& v : shown.data) v = v > 0 ? std::min(v, 1.0f) : 0.0f;
-    ImageF colors(values.width, values.height, 3);
-    const OIIO::ImageBuf from(
-        OIIO::ImageSpec(values.width, values.height, 1, OIIO::TypeDesc::FLOAT), shown.data.data());
-    OIIO::ImageBuf to(OIIO::ImageSpec(values.width, values.height, 3, OIIO::TypeDesc::FLOAT),
-                      colors.data.data());
-    if (!OIIO::ImageBufAlgo::color_map(to, from, 0, "magma"))
-        return Status(StatusCode::internal, "magma: " + to.geterror());
-    // OpenImageIO keeps its color maps linear; the published magma is display-referred sRGB.
-    Image<uint8_t> bytes(values.width, values.height, 3);
-    for (size_t i = 0; i < bytes.data.size(); ++i)
-        bytes.data[i] = uint8_t(
-            std::lround(255 * std::clamp(OIIO::linear_to_sRGB(colors.data[i]), 0.0f, 1.0f)));
-    return bytes;
+    const auto pictures = picture_module(StatusCode::output);
+    if (!pictures.ok()) return pictures.status();
+    return (*pictures)->magma_of(values);
 }
 
 std::string base64_of(std::string_view bytes) {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "tools/sequence/io/picture_module.h"
 #include "tools/sequence/io/preview.h"
 #include "tools/sequence/run/clock.h"
 #include "tools/sequence/run/fingerprint.h"
@@ -202,6 +203,9 @@ Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& settings,
                           settings.dump_folder +
                               ": folder of --dump-stages cannot be created: " + error.message());
     }
+    if (settings.preview)
+        if (const auto module = io::picture_module(StatusCode::output); !module.ok())
+            return module.status();
     FilterJob job(chain, settings, files, executor, renderer);
     auto summary = walk_sequence(job, settings, std::move(*tasks), observer, stop);
     if (!summary.ok()) return summary;

@@ -1,0 +1,248 @@
+"""What `cmake --install` gives to other programs. Each check is a test of ctest; `tree` makes the
+installed tree of a built one for the others, and `packages` the Debian packages.
+
+    install_test.py CHECK --build BUILD --prefix PREFIX [--core]
+"""
+import argparse
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import tempfile
+
+HERE = pathlib.Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+
+
+def call(*command, code=0, **options):
+    """stdout and stderr of a command that must end with this exit code."""
+    done = subprocess.run([str(word) for word in command], stdout=subprocess.PIPE,
+                          stderr=subprocess.STDOUT, text=True, check=False, **options)
+    text = " ".join(str(word) for word in command)
+    assert done.returncode == code, f"{text}\nexit code {done.returncode}\n{done.stdout}"
+    return done.stdout
+
+
+def expect_equal(found, expected, what):
+    assert found == expected, (f"{what}\ntoo much: {sorted(found - expected)}\n"
+                               f"missing: {sorted(expected - found)}")
+
+
+def one(pattern, prefix):
+    found = sorted(prefix.glob(pattern))
+    assert len(found) == 1, f"{pattern}: {found}"
+    return found[0]
+
+
+def libraries(options):
+    """Library name -> headers that declare what it shows."""
+    parts = {"postchain": ["postchain.h"]}
+    if not options.core:
+        parts["postchain_config"] = ["chain_from_text.h"]
+    return parts
+
+
+def compilers():
+    """(C, C++) of every family that there is."""
+    pairs = [(os.environ.get("CC", "cc"), os.environ.get("CXX", "c++")), ("clang", "clang++")]
+    return [pair for pair in pairs if shutil.which(pair[0]) and shutil.which(pair[1])]
+
+
+def tree(options):
+    shutil.rmtree(options.prefix, ignore_errors=True)
+    components = ["library", "dev"] + ([] if options.core else ["config", "command"])
+    for component in components:
+        call("cmake", "--install", options.build, "--prefix", options.prefix, "--component",
+             component)
+
+
+def headers(options):
+    """Each compiles alone, without a warning."""
+    folder = options.prefix / "include"
+    files = sorted(folder.glob("postchain/*"))
+    names = {"postchain.h", "postchain.hpp"} | (set() if options.core else {"chain_from_text.h"})
+    expect_equal({file.name for file in files}, names, "headers")
+    flags = ["-fsyntax-only", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow",
+             "-Werror", "-I", folder]
+    with tempfile.TemporaryDirectory() as name:
+        for file in files:
+            source = pathlib.Path(name) / "alone"
+            source.write_text(f"#include <postchain/{file.name}>\n")
+            for c, cpp in compilers():
+                if file.suffix == ".h":
+                    call(c, "-std=c11", *flags, "-x", "c", source)
+                call(cpp, "-std=c++20", *flags, "-x", "c++", source)
+
+
+def symbols(options):
+    """What the shared libraries show is what their headers declare, and their maps list."""
+    for name, own in libraries(options).items():
+        library = one(f"lib/**/lib{name}.so", options.prefix)
+        declared = set()
+        for header in own:
+            text = (options.prefix / "include/postchain" / header).read_text()
+            text = re.sub(r"/\*.*?\*/", "", text, flags=re.S)
+            declared |= set(re.findall(r"PC_API[^;#]*?\b(pc_\w+)\(", text))
+        assert declared, own
+        map_text = (ROOT / f"packaging/{name}.map.in").read_text()
+        listed = set(re.findall(r"^\s+(pc_\w+);$", map_text, flags=re.M))
+        expect_equal(listed, declared, f"packaging/{name}.map.in against {own}")
+        private = set(re.findall(r'^\s+"(.+)";$', map_text, flags=re.M))
+        shown, shown_private = set(), set()
+        for line in call("nm", "-DC", "--defined-only", library).splitlines():
+            kind, symbol = line.split(" ", 2)[1:]
+            symbol, _, version = symbol.partition("@@")
+            if kind == "A":
+                continue  # the name of a version
+            (shown_private if "PRIVATE" in version else shown).add(symbol)
+        expect_equal(shown, declared, f"symbols of {library.name}")
+        expect_equal(shown_private, private, f"private symbols of {library.name}")
+
+
+def needed(options):
+    """The core needs libepoxy and the compiler's libraries, nothing else."""
+    system = {"libstdc++.so.6", "libm.so.6", "libgcc_s.so.1", "libc.so.6",
+              "ld-linux-x86-64.so.2"}
+    may = {"postchain": {"libepoxy.so.0"},
+           "postchain_config": {"libpostchain.so.0.1", "libyaml-cpp.so.0.7"}}
+    for name in libraries(options):
+        library = one(f"lib/**/lib{name}.so", options.prefix)
+        text = call("readelf", "-d", library)
+        assert f"soname: [lib{name}.so.0.1]" in text, text
+        found = set(re.findall(r"NEEDED.*\[(.+)\]", text))
+        expect_equal(found - system, may[name], f"what {library.name} needs")
+        places = set(re.findall(r"(?:RPATH|RUNPATH).*\[(.+)\]", text))
+        assert places <= {"$ORIGIN"}, places
+
+
+def examples(options):
+    """Programs against the installed tree, by find_package and by pkg-config, shared and static."""
+    folder = options.prefix / "programs"
+    components = "core" if options.core else "core;config"
+    call("cmake", "-S", HERE / "program", "-B", folder, f"-DCMAKE_PREFIX_PATH={options.prefix}",
+         f"-DCOMPONENTS={components}", "-DCMAKE_BUILD_TYPE=Debug",
+         "-DCMAKE_C_FLAGS=-Wall -Wextra -Wpedantic -Werror",
+         "-DCMAKE_CXX_FLAGS=-Wall -Wextra -Wpedantic -Werror")
+    call("cmake", "--build", folder, "-j", "2")
+    names = ["c", "cpp"] + ([] if options.core else ["text"])
+    programs = [folder / (name + kind) for name in names for kind in ("", "_static")]
+    unknown = call("cmake", "-S", HERE / "program", "-B", folder / "unknown",
+                   f"-DCMAKE_PREFIX_PATH={options.prefix}", "-DCOMPONENTS=core;windows", code=1)
+    assert "windows" in unknown, unknown
+
+    library_folder = one("lib/**/libpostchain.so", options.prefix).parent
+    environment = dict(os.environ, PKG_CONFIG_PATH=str(library_folder / "pkgconfig"))
+
+    def flags(*names):
+        return call("pkg-config", "--cflags", "--libs", *names, env=environment).split()
+    for c, cpp in compilers():
+        for kind in ("", "-static"):
+            for name, compiler, source, module in (("c", c, "host.c", "postchain"),
+                                                   ("cpp", cpp, "host.cpp", "postchain"),
+                                                   ("text", c, "text.c", "postchain-config")):
+                if name not in names:
+                    continue
+                program = folder / f"{name}{kind}_{c}"
+                standard = "-std=c++20" if compiler == cpp else "-std=c11"
+                call(compiler, standard, "-Wall", "-Wextra", "-Werror", HERE / "program" / source,
+                     "-o", program, *flags(module + kind, "epoxy"),
+                     f"-Wl,-rpath,{library_folder}")
+                programs.append(program)
+    for program in programs:
+        text = call(program)
+        assert "blurred" in text or text.startswith("1 "), f"{program}: {text}"
+        shared = "libpostchain.so" in call("ldd", program)
+        assert shared == ("static" not in program.name), f"{program}: shared is {shared}"
+
+
+FAKE_MODULE = """
+struct calls { const char* version; };
+const struct calls* postchain_picture_calls(void) {
+    static const struct calls calls = {"9.9.9"};
+    return &calls;
+}
+"""
+
+
+def command(options):
+    """The installed command, its tree moved elsewhere, with its module, without, with another's."""
+    with tempfile.TemporaryDirectory() as name:
+        moved = pathlib.Path(name) / "moved"
+        shutil.copytree(options.prefix, moved, symlinks=True,
+                        ignore=shutil.ignore_patterns("programs"))
+        postchain = moved / "bin/postchain"
+        assert "OpenImageIO" not in call("ldd", postchain)
+        assert str(options.build) not in call("readelf", "-d", postchain)
+        call(postchain, "scene", "wheels", "-o", moved, "--size", "64x36", "--frames", "1", "-q")
+        frame = ["-i", moved / "sharp.####.exr", "--camera", moved / "camera.json"]
+
+        def run(out, *more, code=0, chain="paper"):
+            return call(postchain, "run", chain, *frame, "-o", moved / f"{out}.####.exr", *more,
+                        code=code)
+        run("a", "--png")
+        assert (moved / "a.0001.png").read_bytes().startswith(b"\x89PNG\r\n")
+        assert "OpenImageIO 2" in call(postchain, "info")
+
+        aperture = moved / "aperture.yaml"
+        aperture.write_text("postchain: 1\ncamera: {aperture_image: a.0001.png, f_stop: 1}\n"
+                            "passes:\n  - depth_of_field: {}\n")
+        module = one("lib/**/libpostchain_pictures.so", moved)
+        module.unlink()
+
+        def expect_refused(why):
+            for text in (run("b", "--png", code=5), run("b", code=4, chain=aperture)):
+                for word in ("libpostchain_pictures.so", why, "install"):
+                    assert word in text, text
+            assert not list(moved.glob("b.*")), "something was written"
+            text = call(postchain, "info")
+            assert why in text and "OpenImageIO 2" not in text, text
+        expect_refused("cannot open shared object file")
+        run("c")  # all else works
+        source = moved / "fake.c"
+        source.write_text(FAKE_MODULE)
+        call("cc", "-shared", "-fPIC", source, "-o", module)
+        expect_refused("is of version 9.9.9")
+
+
+def packages(options):
+    """The Debian packages hold the installed tree, each file once, and name what they need."""
+    folder = options.prefix.parent / "packages"
+    shutil.rmtree(folder, ignore_errors=True)
+    call("cpack", "-G", "DEB", "--config", options.build / "CPackConfig.cmake", "-B", folder)
+    held = {}
+    for deb in folder.glob("*.deb"):
+        package = call("dpkg-deb", "-f", deb, "Package").strip()
+        held[package] = (call("dpkg-deb", "-c", deb), call("dpkg-deb", "-f", deb, "Depends"))
+    has = {"libpostchain0.1": "libpostchain.so.0.1.0", "libpostchain-dev": "postchain.h"}
+    if not options.core:
+        has.update({"postchain": "bin/postchain",
+                    "libpostchain-config0.1": "libpostchain_config.so.0.1.0"})
+    expect_equal(set(held), set(has), "packages")
+    for package, file in has.items():
+        for other, (files, _) in held.items():
+            assert (f"/{file}\n" in files) == (package == other), f"{file} in {other}"
+    assert "libepoxy0" in held["libpostchain0.1"][1]
+    for word in ("yaml", "openimageio", "openexr"):
+        assert word not in held["libpostchain0.1"][1].lower(), held["libpostchain0.1"]
+    assert "libpostchain0.1 (= " in held["libpostchain-dev"][1], held["libpostchain-dev"][1]
+    if not options.core:
+        assert "libopenimageio" in held["postchain"][1], held["postchain"][1]
+        assert "libpostchain0.1 (= " in held["libpostchain-config0.1"][1]
+
+
+def main():
+    checks = {check.__name__: check for check in (tree, headers, symbols, needed, examples,
+                                                  command, packages)}
+    parser = argparse.ArgumentParser()
+    parser.add_argument("check", choices=checks)
+    parser.add_argument("--build", type=pathlib.Path, required=True)
+    parser.add_argument("--prefix", type=pathlib.Path, required=True)
+    parser.add_argument("--core", action="store_true")
+    options = parser.parse_args()
+    options.build, options.prefix = options.build.resolve(), options.prefix.resolve()
+    checks[options.check](options)
+
+
+if __name__ == "__main__":
+    main()

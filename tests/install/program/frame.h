@@ -1,0 +1,43 @@
+/* The frame of both examples: a white square on black, before a far wall, moving to the right. */
+#ifndef FRAME_H
+#define FRAME_H
+#include <epoxy/gl.h>
+#include <postchain/postchain.h>
+
+enum { FRAME_WIDTH = 64, FRAME_HEIGHT = 48 };
+
+static pc_texture make_texture(GLenum format, GLenum components, const float* values) {
+    pc_texture texture = {0, format, FRAME_WIDTH, FRAME_HEIGHT, 0, 0};
+    glCreateTextures(GL_TEXTURE_2D, 1, &texture.name);
+    glTextureStorage2D(texture.name, 1, format, FRAME_WIDTH, FRAME_HEIGHT);
+    glTextureSubImage2D(texture.name, 0, 0, 0, FRAME_WIDTH, FRAME_HEIGHT, components, GL_FLOAT,
+                        values);
+    return texture;
+}
+
+/* Sets what the engine renders; the current context has the textures. */
+static void make_frame(pc_frame* frame) {
+    static float color[FRAME_HEIGHT][FRAME_WIDTH][4], depth[FRAME_HEIGHT][FRAME_WIDTH],
+        motion[FRAME_HEIGHT][FRAME_WIDTH][2];
+    for (int y = 0; y < FRAME_HEIGHT; ++y)
+        for (int x = 0; x < FRAME_WIDTH; ++x) {
+            const int square = y >= 16 && y < 32 && x >= 24 && x < 40;
+            for (int c = 0; c < 4; ++c) color[y][x][c] = square || c == 3 ? 1.0f : 0.0f;
+            depth[y][x] = square ? 0.25f : 10.0f; /* scene units */
+            motion[y][x][0] = square ? 20.0f : 0.0f;
+        }
+    frame->color = make_texture(GL_RGBA32F, GL_RGBA, &color[0][0][0]);
+    frame->depth = make_texture(GL_R32F, GL_RED, &depth[0][0]);
+    frame->motion = make_texture(GL_RG32F, GL_RG, &motion[0][0][0]);
+    frame->depth_encoding = PC_DEPTH_LINEAR;
+    frame->flags = PC_MOTION_TO_NEXT;
+    frame->shutter_frames = 1;
+}
+
+/* Half of the streak's length away from the edge the square has spread; above it, it has not. */
+static int is_blurred(const pc_texture* result) {
+    static float pixels[FRAME_HEIGHT][FRAME_WIDTH][4];
+    glGetTextureImage(result->name, 0, GL_RGBA, GL_FLOAT, sizeof(pixels), pixels);
+    return pixels[24][42][0] > 0 && pixels[24][42][0] < 1 && pixels[8][32][0] == 0;
+}
+#endif

@@ -82,8 +82,6 @@ inline constexpr const char* kApart =
     "where neighbors part by 5 px a pixel nothing is found: a position that rounds to the next "
     "pixel "
     "leads 5 px further, to another fill";
-inline constexpr const char* kWidePicture =
-    "at 16384 px a float has steps of 0.001 px: a position may round to the other pixel";
 
 // What a pass promises that does nothing else.
 Promises promises_of(const Settings& settings);

@@ -124,8 +124,8 @@ const PassType& pass_type() {
             {"motion", "mode=inverse_warp", "/paths/apart, nothing found/fp32", 4.8,
              inverse_warp::kApart},
             {"motion", "", "/radiance/firefly*fp16", 26,
-             "a single pixel's streak is no more than the taps that meet it: of a change of 1 %, "
-             "some round the other way"}}};
+             "few taps: a single pixel's streak is no more than the taps that meet it, and after a "
+             "change of 1 % some round the other way"}}};
     return type;
 }
 

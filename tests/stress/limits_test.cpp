@@ -3,6 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <fstream>
+#include <set>
+
+#include "passes/registry.h"
+
 #include "tests/stress/subjects.h"
 #include "tests/support/gpu.h"
 
@@ -105,6 +111,27 @@ TEST(Stress, EveryKnownLimitIsMet) {
         for (const auto& limit : type.known_limits)
             EXPECT_TRUE(is_met(type, limit))
                 << type.name << " " << limit.check << " " << limit.parameters << " " << limit.cells;
+}
+
+// docs/stability.md has a row for each: cause, owner, why it is not mended, what to set instead.
+TEST(Stress, EveryKnownLimitHasARowInTheDocumentation) {
+    std::ifstream file(POSTCHAIN_SOURCE_DIR "/docs/stability.md");
+    std::set<std::string> rows;
+    for (std::string line; std::getline(file, line);)
+        if (std::count(line.begin(), line.end(), '|') -
+                std::count(line.begin(), line.end(), '\\') ==
+            7)
+            rows.insert(line.substr(2, line.find(" |", 2) - 2));
+    std::set<std::string> named;
+    for (const auto& type : builtin_passes().types()) {
+        for (const auto& limit : type.known_limits) {
+            const std::string name = limit.reason.substr(0, limit.reason.find(':'));
+            EXPECT_EQ(rows.count(name), 1u) << type.name << ": " << limit.reason;
+            named.insert(name);
+        }
+    }
+    // And no row without a limit, but the head of the table and the line below it.
+    EXPECT_EQ(rows.size(), named.size() + 2);
 }
 
 // 16384 px wide a float position has steps of 0.001 px. The inverse warp adds none to another.

@@ -152,21 +152,4 @@ SignCheck SignChecker::result() const {
     return check;
 }
 
-SignCheck check_signs(PlaneView planes, const ImageF& next) {
-    SignCheck check;
-    const ImageF* color = planes.find(Role::color);
-    if (!color || !planes.find(Role::motion) || next.channels < 3) {
-        check.why_not = "there are no vectors, or no color";
-        return check;
-    }
-    if (next.width != color->width || next.height != color->height) {
-        check.why_not = concat("this frame is ", color->width, "x", color->height,
-                               " pixels, the next one ", next.width, "x", next.height);
-        return check;
-    }
-    SignChecker checker;
-    checker.add(planes, Strip::whole(color->height), next, 0);
-    return checker.result();
-}
-
 }  // namespace postchain::sequence

@@ -65,9 +65,4 @@ class SignChecker {
     std::unique_ptr<Sums> sums_;
 };
 
-// `planes` canonical (color, motion, motion_back if there is one), `next` the color of the next
-// frame at the same place (io::placed()). No candidates where nothing moves by a pixel, all that
-// moves leaves the picture, or sizes differ.
-SignCheck check_signs(PlaneView planes, const ImageF& next);
-
 }  // namespace postchain::sequence

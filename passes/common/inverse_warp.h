@@ -73,17 +73,14 @@ RoleSet optional_planes(bool shutter, Neighbors neighbors);
 
 // Why a small change of its planes can change its color by much more: of known limits.
 inline constexpr const char* kBrightPixel =
-    "a bright pixel in black falls to 0 within one pixel: a change of a path of 10 px by eps moves "
-    "that edge by 10 eps";
+    "bright pixel in black: it falls to 0 within one pixel, and a change of a path of 10 px by eps "
+    "moves that edge by 10 eps";
 inline constexpr const char* kSteepLens =
-    "at f/0.1, focused at the near plane, 1 % of depth is 22 px of radius, 560 px in a picture "
-    "16384 px wide: what was sharp is blurred";
+    "steep lens: at f/0.1, focused at the near plane, 1 % of depth is 22 px of radius, 560 px in a "
+    "picture 16384 px wide: what was sharp is blurred";
 inline constexpr const char* kApart =
-    "where neighbors part by 5 px a pixel nothing is found: a position that rounds to the next "
-    "pixel "
-    "leads 5 px further, to another fill";
-inline constexpr const char* kWidePicture =
-    "at 16384 px a float has steps of 0.001 px: a position may round to the other pixel";
+    "paths that part: where neighbors part by 5 px a pixel nothing is found, and a position that "
+    "rounds to the next pixel leads 5 px further, to another fill";
 
 // What a pass promises that does nothing else.
 Promises promises_of(const Settings& settings);

@@ -195,9 +195,8 @@ class DepthOfField final : public Pass {
 
 const PassType& pass_type() {
     static const char* const order =
-        "depth of field blurs along rows, then along columns, and with a leak test that order "
-        "shows";
-    static const char* const boxes = "depth of field's small copy moves in steps of its boxes";
+        "rows before columns: with a leak test the second pass weighs what the first has mixed";
+    static const char* const boxes = "boxes: the downsampled image moves in steps of its boxes";
     static const PassType type = {
         .name = "depth_of_field",
         .title = "Depth of field",
@@ -206,17 +205,19 @@ const PassType& pass_type() {
         .create = [] { return std::make_unique<DepthOfField>(); },
         .rules = {{kRuleFocusTiles, true,
                    "the blurred image where it is not visible, color and radius where only it is"}},
-        .known_limits = {{"depth", "method=inverse_warp", "/crossed/*near plane, 16384x3/fp32",
-                          1100, inverse_warp::kSteepLens},
-                         {"depth", "method=inverse_warp", "/crossed/*f/0.1 at the near plane", 168,
-                          inverse_warp::kSteepLens},
-                         {"turn", "leak=coc", "/crossed/", 0.03, order},
-                         {"turn", "leak=coc", "", 0.0024, order},
-                         {"grid", "", "/radiance/firefly", 0.76, boxes},
-                         {"grid", "", "/nonfinite/inf in color, clamped/", 0.058, boxes},
-                         {"grid", "", "/crossed/", 0.53, boxes},
-                         {"depth", "", "/crossed/*f/0.1", 86,
-                          "at f/0.1, focused at the near plane, 1 % of depth is 22 px of radius"}}};
+        .known_limits = {
+            {"depth", "method=inverse_warp", "/crossed/*near plane, 16384x3/fp32", 1100,
+             inverse_warp::kSteepLens},
+            {"depth", "method=inverse_warp", "/crossed/*f/0.1 at the near plane", 168,
+             inverse_warp::kSteepLens},
+            {"turn", "leak=coc", "/crossed/", 0.03, order},
+            {"turn", "leak=coc", "", 0.0024, order},
+            {"grid", "", "/radiance/firefly", 0.76, boxes},
+            {"grid", "", "/nonfinite/inf in color, clamped/", 0.058, boxes},
+            {"grid", "", "/crossed/", 0.53, boxes},
+            {"depth", "", "/crossed/*f/0.1", 86,
+             "steep lens: at f/0.1, focused at the near plane, 1 % of depth is 22 px of "
+             "radius"}}};
     return type;
 }
 

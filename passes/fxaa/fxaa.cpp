@@ -297,10 +297,18 @@ std::vector<double> preset_steps(int preset) {
 
 const PassType& pass_type() {
     static const char* const ties =
-        "FXAA's luma is saturated: edges of rows and of columns tie, or differ by the last bits";
+        "ties of FXAA 3.11: rows win over columns and the pixel above over the one below, in a "
+        "turned picture others; and another rounding decides otherwise";
+    static const char* const step =
+        "luma's step at 0: at such radiance it goes from 0 to nearly 1 within rounding of 0";
+    static const char* const threshold =
+        "least threshold: the hint takes the thresholds down to a luma of 1e-4, as much as such a "
+        "change of hue";
     static const char* const edges =
-        "of light of 1e6 beside black FXAA leaves as much as a display shows: how much depends on "
-        "where the edge lies";
+        "light beside black: of light of 1e6 beside black FXAA leaves as much as a display shows, "
+        "and how much depends on where the edge lies";
+    static const char* const onset =
+        "onset at 0.5 px: above that half-velocity the blur begins, and with it FXAA's hint";
     static const PassType type = {
         .name = "fxaa",
         .title = "FXAA",
@@ -320,16 +328,15 @@ const PassType& pass_type() {
             {"turn", "", "/radiance/both signs", 0.032, ties},
             {"turn", "", "/crossed/", 0.0062, ties},
             {"reference", "", "/radiance/both signs, 1e10/", 0.015, ties},
-            {"color", "mode=directional", "/crossed/*firefly 1e10", 32, ties},
+            {"color", "mode=directional", "/crossed/*firefly 1e10", 32, threshold},
             {"reference", "mode=directional", "/crossed/*firefly 1e10, f/0.1 at infinity/fp32",
-             0.0018, ties},
+             0.0018, edges},
             {"reference", "mode=directional", "/crossed/*both signs, 65504, f/0.1 at infinity/fp16",
-             0.008, ties},
-            {"motion", "mode=directional", "/radiance/both signs*/fp32", 20, ties},
+             0.008, step},
+            {"motion", "mode=directional", "/radiance/both signs*/fp32", 20, step},
             {"grid", "", "/crossed/*firefly 1e10", 1.05, edges},
             {"depth", "", "/crossed/*firefly 1e10, f/0.1 at the near plane/fp32", 156, edges},
-            {"motion", "hint=checkerboard", "/speed/*0.5 px", 560,
-             "the blur, and with it FXAA's hint, begins at half-velocities above 0.5 px"}}};
+            {"motion", "hint=checkerboard", "/speed/*0.5 px", 560, onset}}};
     return type;
 }
 

@@ -165,8 +165,7 @@ const PassType& pass_type() {
             {"depth", "", "/lens/f/0.", 27, inverse_warp::kSteepLens},
             {"depth", "", "/crossed/*firefly 1e10, f/0.1 at the near plane/fp32", 480,
              inverse_warp::kSteepLens},
-            {"depth", "", "/crossed/*f/0.1 at the near plane", 255, inverse_warp::kSteepLens},
-            {"reference", "", "/crossed/*16384x3/fp32", 1.25e-4, inverse_warp::kWidePicture}}};
+            {"depth", "", "/crossed/*f/0.1 at the near plane", 255, inverse_warp::kSteepLens}}};
     return type;
 }
 

@@ -103,9 +103,6 @@ class MotionBlur final : public Pass {
 }  // namespace
 
 const PassType& pass_type() {
-    static const char* const no_side =
-        "the direction across the streak has no side when a slow pixel moves exactly along the "
-        "fastest of its tiles; rounding picks one, and a mirror the other";
     static const PassType type{
         .name = "motion_blur",
         .title = "Motion blur",
@@ -126,11 +123,9 @@ const PassType& pass_type() {
              inverse_warp::kBrightPixel},
             {"motion", "mode=inverse_warp", "/paths/apart, nothing found/fp32", 4.8,
              inverse_warp::kApart},
-            {"mirror", "", "/speed/*1 px", 0.05, no_side},
-            {"flip", "", "/speed/*1 px", 0.05, no_side},
             {"motion", "", "/radiance/firefly*fp16", 26,
-             "a single pixel's streak is no more than the taps that meet it: of a change of 1 %, "
-             "some round the other way"}}};
+             "few taps: a single pixel's streak is no more than the taps that meet it, and after a "
+             "change of 1 % some round the other way"}}};
     return type;
 }
 

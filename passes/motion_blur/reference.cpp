@@ -263,24 +263,45 @@ class Reference {
         return clamp01(1 - p_.depth_softness * (q_p / q_s - 1));
     }
 
+    // Sums over the samples of a pixel.
+    struct Sums {
+        double color[4] = {0, 0, 0, 0};  // weight times (sample - pixel)
+        double weight = 0;               // the pixel's own included
+        double moment = 0;               // weight times squared distance
+    };
+
     void gather_pixel(const ImageD& color, int x, int y, double* out, double* hint) const {
         const double* own = color.pixel(x, y);
         std::copy(own, own + 4, out);
         const Vec v_max = dominant_at(x, y);
-        const double reach = length(v_max);
-        if (reach <= still_limit_) return;
+        if (length(v_max) <= still_limit_) return;
 
         const Vec v_c = velocity_[index(x, y)];
         const double speed = length(v_c);
-        const Vec w_max = unit(v_max);
         const bool dominant = p_.static_direction == StaticDirection::dominant;
-        Vec w_c = dominant ? w_max : Vec{-w_max.y, w_max.x};
-        // The side on which v_c lies, from the unscaled vectors: exactly 0 where v_c is v_max.
-        if (dot(dominant ? v_max : Vec{-v_max.y, v_max.x}, v_c) < 0) w_c = -1 * w_c;
-        if (speed > 0) {
-            const double share = clamp01((speed - 0.5) / p_.variance_threshold_px);
-            w_c = unit((1 - share) * w_c + share * unit(v_c));
-        }
+        const Vec still = dominant ? unit(v_max) : unit({-v_max.y, v_max.x});
+        const double share = clamp01((speed - 0.5) / p_.variance_threshold_px);
+        const auto w_c = [&](Vec of_still) {
+            return speed > 0 ? unit((1 - share) * of_still + share * unit(v_c)) : of_still;
+        };
+        // The side on which v_c lies, from the unscaled vectors: exactly 0 where v_c is v_max. On
+        // neither side the samples of both count.
+        const double side = dot(dominant ? v_max : Vec{-v_max.y, v_max.x}, v_c);
+        Sums sums;
+        gather_along(color, x, y, v_max, w_c(side < 0 ? -1 * still : still), sums);
+        if (side == 0 && share > 0 && share < 1)
+            gather_along(color, x, y, v_max, w_c(-1 * still), sums);
+        for (int c = 0; c < 4; ++c) out[c] = own[c] + sums.color[c] / sums.weight;
+        hint[0] = 1;
+        hint[1] = std::sqrt(3 * sums.moment / sums.weight) > 0.5 ? 1 : 0;
+    }
+
+    // Adds the samples along v_max and w_c, and the pixel itself.
+    void gather_along(const ImageD& color, int x, int y, Vec v_max, Vec w_c, Sums& sums) const {
+        const double* own = color.pixel(x, y);
+        const Vec v_c = velocity_[index(x, y)];
+        const Vec w_max = unit(v_max);
+        const double reach = length(v_max);
         const bool by_variance = !variance_.empty();
         const double u = by_variance ? variance_at(x, y) : 0;
         const double j =
@@ -289,8 +310,7 @@ class Reference {
             p_.depth_softness > 0 ? &frame_.planes.at(Role::inverse_depth) : nullptr;
 
         const int taps = p_.samples;
-        double total = taps / (p_.center_weight * rho(v_c)), moment = 0;
-        double sum[4] = {0, 0, 0, 0};
+        sums.weight += taps / (p_.center_weight * rho(v_c));
         for (int i = 0; i < taps; ++i) {
             const double t = -1 + 2 * (i + 1 + j) / (taps + 1);
             const bool to_own = single()      ? false
@@ -317,13 +337,10 @@ class Reference {
             const double weight =
                 f * cone(distance, 1 / rho(v_s)) * w_b + b * cone(distance, 1 / rho(v_c)) * w_a +
                 2 * cylinder(distance, std::min(rho(v_s), rho(v_c))) * std::max(w_a, w_b);
-            for (int c = 0; c < 4; ++c) sum[c] += weight * (color.at(sx, sy, c) - own[c]);
-            total += weight;
-            moment += weight * distance * distance;
+            for (int c = 0; c < 4; ++c) sums.color[c] += weight * (color.at(sx, sy, c) - own[c]);
+            sums.weight += weight;
+            sums.moment += weight * distance * distance;
         }
-        for (int c = 0; c < 4; ++c) out[c] = own[c] + sum[c] / total;
-        hint[0] = 1;
-        hint[1] = std::sqrt(3 * moment / total) > 0.5 ? 1 : 0;
     }
 
     static void put(ImageD& stage, int x, int y, const Tile& tile) {

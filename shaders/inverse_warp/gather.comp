@@ -228,13 +228,14 @@ void main() {
             int next = 0, step_count = 0;
             bool more;
             do {
-                // Beyond the picture its last pixels go on.
-                const vec2 x = floor(p - d + 0.5);
+                // Beyond the picture its last pixels go on. Found as a distance from p: far from the
+                // picture's origin a position has fewer digits.
+                const vec2 to_x = floor(0.5 - d);
+                const vec2 x = p + to_x;
                 const vec2 inside = inside_of(x);
                 const Surface s = unpack_surface(texelFetch(surfaces, ivec2(inside), 0));
                 d = displacement(s, at);
-                const vec2 to = p - d;
-                const vec2 off = abs(x - to);
+                const vec2 off = abs(to_x + d);
                 const float error = max(off.x, off.y);
 #if NEIGHBORS
                 // What lies beyond the picture a neighbor may have seen.
@@ -247,7 +248,7 @@ void main() {
                     (q > nearest * one_depth || (q * one_depth >= nearest && error < residual))) {
                     nearest = q;
                     residual = error;
-                    found_at = s.edge ? inside : inside_of(to);
+                    found_at = s.edge ? inside : inside_of(p - d);
                 }
                 if (q * one_depth < far.inverse_depth ||
                     (q <= far.inverse_depth * one_depth && error < far_residual)) {
@@ -335,7 +336,7 @@ void main() {
                 begin.b = vec2(0.0);
                 vec2 d = displacement_from_neighbor(begin, at);
                 for (int i = 0; i < kSteps; ++i) {
-                    const vec2 x = inside_of(floor(p - d + 0.5));
+                    const vec2 x = inside_of(p + floor(0.5 - d));
                     uvec4 bits;
 #if BEFORE && AFTER
                     if (after) bits = texelFetch(surfaces_after, ivec2(x), 0);

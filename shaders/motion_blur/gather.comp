@@ -126,8 +126,10 @@ void main() {
     if (side < 0.0) w_still = -w_still;
     const float own_share =
         clamp((v_c_squared * inverse_c - kShortestPx) / block.variance_threshold_px, 0.0, 1.0);
-    const vec2 w_c = normalize(mix(w_still, v_c * inverse_c, own_share));
+    vec2 w_c = normalize(mix(w_still, v_c * inverse_c, own_share));
     const float aligned = abs(dot(w_c, w_max));
+    // v_c on neither side: the samples of both, one after the other.
+    bool other_side = side == 0.0 && own_share > 0.0 && own_share < 1.0;
 #endif
 #if VARIANCE
     const float u = variance_at(p);
@@ -145,6 +147,9 @@ void main() {
 
     // precise: the same weights and sums, to the bit, whichever of its forms this program has.
     precise float total = block.center_total * inverse_rho_c;
+#if !SINGLE
+    if (other_side) total *= 2.0;
+#endif
     precise vec4 sum = vec4(0.0);
     float moment = 0.0;
     // Tested at the end: a software renderer runs a body once more to find the test at its start.
@@ -210,6 +215,13 @@ void main() {
             moment += weight * distance * distance;
         }
         ++i;
+#if !SINGLE
+        if (other_side && i == count) {
+            other_side = false;
+            i = 0;
+            w_c = normalize(mix(-w_still, v_c * inverse_c, own_share));
+        }
+#endif
     } while (i < count);
     imageStore(blurred, p, color_p + sum / total);
 #if HINT

@@ -39,9 +39,16 @@ Pan pan(double vx, double vy, bool back = true) {
     return made;
 }
 
+// Of the whole picture as one strip.
+SignCheck check_of(const Pan& made) {
+    SignChecker checker;
+    checker.add(made.planes, Strip::whole(made.next.height), made.next, 0);
+    return checker.result();
+}
+
 TEST(SignCheck, ConfirmsTheTruth) {
     const Pan made = pan(4, -3);
-    const SignCheck check = check_signs(made.planes, made.next);
+    const SignCheck check = check_of(made);
     ASSERT_EQ(check.candidates.size(), 8u);
     // Pixels with 4 columns and 3 rows to either side: 56 x 42.
     EXPECT_EQ(check.pixels, 56u * 42u);
@@ -64,7 +71,7 @@ TEST(SignCheck, FindsEachWrongSign) {
                 motion.data[2 * i] *= float(sign_x);
                 motion.data[2 * i + 1] *= float(sign_y);
             }
-            const SignCheck check = check_signs(made.planes, made.next);
+            const SignCheck check = check_of(made);
             ASSERT_EQ(check.candidates.size(), 4u);
             // The best is the one that takes the flip back.
             EXPECT_EQ(check.candidates[0].sign_x, sign_x);
@@ -78,7 +85,7 @@ TEST(SignCheck, FindsEachWrongSign) {
 // A pan along x has no y whose sign could be told; it must not make the check undecided.
 TEST(SignCheck, APanAlongOneAxis) {
     const Pan made = pan(5, 0);
-    const SignCheck check = check_signs(made.planes, made.next);
+    const SignCheck check = check_of(made);
     EXPECT_EQ(check.verdict(), SignVerdict::confirmed);
     for (const auto& candidate : check.candidates)
         EXPECT_EQ(check.told_apart(candidate), candidate.sign_x < 0) << candidate.text();
@@ -88,17 +95,18 @@ TEST(SignCheck, UndecidedWhereNothingTells) {
     Pan flat = pan(4, -3);
     std::fill(flat.next.data.begin(), flat.next.data.end(), 0.5f);
     flat.planes[Role::color] = flat.next;
-    const SignCheck check = check_signs(flat.planes, flat.next);
+    const SignCheck check = check_of(flat);
     EXPECT_EQ(check.verdict(), SignVerdict::undecided);
     EXPECT_DOUBLE_EQ(check.margin(), 1);
 }
 
 TEST(SignCheck, ImpossibleCases) {
-    EXPECT_TRUE(check_signs(pan(0.5, 0).planes, pan(0.5, 0).next).candidates.empty());
-    EXPECT_TRUE(check_signs(pan(4, 3).planes, ImageF(32, 32, 4)).candidates.empty());
-    EXPECT_TRUE(check_signs({}, ImageF(32, 32, 4)).candidates.empty());
-    // Vectors that leave the picture everywhere.
-    EXPECT_TRUE(check_signs(pan(100, 0).planes, pan(100, 0).next).candidates.empty());
+    const SignCheck slow = check_of(pan(0.5, 0));
+    EXPECT_TRUE(slow.candidates.empty());
+    EXPECT_EQ(slow.why_not, "nothing moves by a pixel");
+    const SignCheck leaving = check_of(pan(100, 0));
+    EXPECT_TRUE(leaving.candidates.empty());
+    EXPECT_EQ(leaving.why_not, "each of the 3072 moving pixels leaves the picture");
     EXPECT_DOUBLE_EQ(SignCheck().margin(), 1);
 }
 

@@ -114,6 +114,25 @@ TEST(ApertureFile, TheDisplayWindowCounts) {
                       x >= 40 && x < 104 && y >= 50 && y < 82 ? 2 : 0);
 }
 
+// Two pictures, one behind the other, by the header of a DDS file.
+TEST(ApertureFile, RefusesAVolume) {
+    const TempFolder folder;
+    std::string bytes = "DDS ";
+    const auto put = [&](uint32_t value) {
+        for (int i = 0; i < 4; ++i) bytes.push_back(char(value >> (8 * i)));
+    };
+    const uint32_t kSize = 124, kFlags = 0x80100f;  // caps, size, format, pitch, depth
+    for (const uint32_t value : {kSize, kFlags, 4u, 4u, 16u, 2u, 0u}) put(value);
+    for (int i = 0; i < 11; ++i) put(0);
+    // 32 bits of a pixel and which of them are red, green, blue and alpha.
+    for (const uint32_t value : {32u, 0x41u, 0u, 32u, 0xffu, 0xff00u, 0xff0000u, 0xff000000u})
+        put(value);
+    for (const uint32_t value : {0x401008u, 0x200000u, 0u, 0u, 0u}) put(value);  // a volume
+    bytes.append(4 * 4 * 4 * 2, char(0xff));
+    test::set_file_bytes(folder.path("a.dds"), bytes);
+    EXPECT_THAT(refused(folder.path("a.dds")), HasSubstr("is a volume"));
+}
+
 TEST(ApertureFile, RefusesWhatIsNoAperture) {
     const TempFolder folder;
     const std::string path = folder.path("a.exr");

@@ -120,7 +120,7 @@ TEST(Gather, StillPixelAmongMovers) {
 }
 
 // As before, but (4, 1) has v = (1.25, 0): the share of its own direction is (1.25 - 0.5) / 1.5 =
-// 0.5. w_p . v_c = 0, no flip: w_c = normalize((0.5, 0.5)), |w_c . w_max| = 0.70711.
+// 0.5. w_p . v_c = 0: on either side w_c = normalize((0.5, +-0.5)), |w_c . w_max| = 0.70711.
 // Outer: f cone(2, 1/4) = 0.5, b cone(2, 0.8) = 0, cylinder(2, 1.25) = 0. Middle along w_c: w_A =
 // 1, w_B = 0.70711: 0.70711 + 1 + 2. total = 3 / (40 * 1.25) = 0.06.
 TEST(Gather, SlowPixelMixesDirections) {
@@ -138,6 +138,31 @@ TEST(Gather, SlowPixelMixesDirections) {
     const Chain across = plain_blur(three({{"variance_threshold_px", 100.0}}));
     const double w_b = 0.0075 / std::sqrt(0.0075 * 0.0075 + 0.9925 * 0.9925);
     expect_pixel(blurred(across, frame), 4, 1, {1 / (0.06 + 3 + w_b + 1)});
+}
+
+// N = 5, |v_max| = 3: t = -2/3, -1/3, 0, 1/3, 2/3. (4, 4) has v = (1.25, 0), along v_max: taps 1
+// and 3 lie at T = 1 along w_c = (0.70711, +-0.70711), of both sides: (5, 5) and (3, 3), (5, 3) and
+// (3, 5). f cone(1, 1/3) w_B = 2/3 0.70711, b cone(1, 0.8) = 0.2, 2 cylinder(1, 1.25) = 2. Taps 0
+// and 4 along w_max at T = 2: 1/3. The middle tap: 1 + 0.70711 + 2. total = 5 / (40 * 1.25) = 0.1.
+// The mean of both sides: each corner has half of its weight.
+TEST(Gather, SlowPixelAlongTheStreakTakesBothSides) {
+    BlurFrame frame(9, 9);
+    frame.set_all_half_velocities(3, 0);
+    frame.set_half_velocity(4, 4, 1.25, 0);
+    frame.color().at(5, 5, 0) = 1;
+    frame.color().at(5, 3, 1) = 1;
+    frame.color().at(3, 3, 2) = 1;
+    const double half = std::sqrt(0.5), corner = 2.0 / 3 * half + 0.2 + 2;
+    const double red = 0.5 * corner / (0.1 + 2 * corner + 2.0 / 3 + 3 + half);
+    const Values values = {{"samples", int64_t(5)}, {"max_blur_px", int64_t(16)}};
+    expect_pixel(blurred(plain_blur(values), frame), 4, 4, {red, red, red});
+    // Across v_max the same holds of w_max with static_direction: dominant: taps 1 and 3 at the
+    // same corners. The middle tap has w_B = 0 now: 0.70711 + 2 0.70711.
+    frame.set_half_velocity(4, 4, 0, 1.25);
+    Values dominant = values;
+    dominant.push_back({"static_direction", "dominant"});
+    const double across = 0.5 * corner / (0.1 + 2 * corner + 2.0 / 3 + 3 * half);
+    expect_pixel(blurred(plain_blur(dominant), frame), 4, 4, {across, across, across});
 }
 
 // Two directions, N = 5: t = -2/3, -1/3, 0, 1/3, 2/3, |v_max| = 3. The center column moves (0, 2),

@@ -87,9 +87,11 @@ class FrameScan : public testing::Test {
         const auto whole = read_source_frame(settings_, open(1), wanted, io::Keep::nothing);
         const auto next = read_source_frame(settings_, open(2), {}, io::Keep::nothing);
         ASSERT_TRUE(whole.ok() && next.ok());
-        const SignCheck signs = check_signs(
-            whole->planes,
-            io::placed(*next->planes.at(Role::color), next->input.window, whole->input.window));
+        SignChecker checker;
+        checker.add(
+            whole->planes, Strip::whole(whole->input.window.height()),
+            io::placed(*next->planes.at(Role::color), next->input.window, whole->input.window), 0);
+        const SignCheck signs = checker.result();
         for (int rows : {1, 2, 5, 16, 40, 41}) {
             SCOPED_TRACE(rows);
             const auto scanned = scan_source_frame(settings_, open(1), wanted, rows);

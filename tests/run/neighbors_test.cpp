@@ -305,6 +305,34 @@ TEST_F(NeighborsTest, OneThatCannotBeReadIsNoneAndIsWarnedOf) {
     }
 }
 
+// One for which there is no memory fails the frame: left out, the picture would depend on the
+// machine.
+TEST_F(NeighborsTest, OneTooLargeForMemoryFailsTheFrame) {
+    write({1, 2, 3, 4});
+    FrameFile overscan;
+    overscan.origin_x = overscan.origin_y = -200;
+    overscan.display = io::Window{0, 0, kWidth - 1, kHeight - 1};
+    test::write_frame(in(3), test::make_planes(kWidth + 400, kHeight + 400, 3), overscan);
+    settings_.source.max_memory = 4 << 20;
+    go();
+    EXPECT_EQ(reports_.at(1).outcome, Outcome::written) << reports_.at(1).status.message();
+    for (const int frame : {2, 3, 4}) {
+        EXPECT_EQ(reports_.at(frame).outcome, Outcome::failed) << frame;
+        EXPECT_EQ(reports_.at(frame).status.code(), StatusCode::memory) << frame;
+        EXPECT_FALSE(fs::exists(out(frame))) << frame;
+    }
+    // Also where the reader alone finds it.
+    SequenceReader reader(settings_.source, settings_.input, [&](const FrameHeader& header) {
+        return planes_needed(chain_, settings_.source, header, settings_.plan);
+    });
+    const auto inputs = reader.open(2, {{Role::color, in(2)}});
+    ASSERT_TRUE(inputs.ok()) << inputs.status().message();
+    EXPECT_EQ(inputs->neighbors.count(Neighbor::after), 1u);
+    const auto frame = reader.read(*inputs);
+    EXPECT_EQ(frame.status().code(), StatusCode::memory);
+    EXPECT_THAT(frame.status().message(), HasSubstr("in.0003.exr"));
+}
+
 // What stands in for a missing frame is the picture of another one, neighbors and all.
 TEST_F(NeighborsTest, AHeldFrameIsThePictureOfItsSource) {
     write({1, 2, 4});

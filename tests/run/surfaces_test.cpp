@@ -147,14 +147,18 @@ FramePlanes two_surfaces(int depth_samples, int motion_samples) {
     return {{Role::inverse_depth, depth}, {Role::motion, motion}};
 }
 
+MixedEdges mixed_edges(const FramePlanes& planes) {
+    return count_mixed_edges(planes, Strip::whole(48)).parts();
+}
+
 TEST(MixedEdges, TellsAveragesFromSamples) {
-    const MixedEdges hard = find_mixed_edges(two_surfaces(1, 1));
+    const MixedEdges hard = mixed_edges(two_surfaces(1, 1));
     EXPECT_EQ(hard.depth, 0);
     EXPECT_EQ(hard.motion, 0);
-    const MixedEdges motion = find_mixed_edges(two_surfaces(1, 8));
+    const MixedEdges motion = mixed_edges(two_surfaces(1, 8));
     EXPECT_EQ(motion.depth, 0);
     EXPECT_GT(motion.motion, 0.3);
-    EXPECT_GT(find_mixed_edges(two_surfaces(8, 8)).depth, 0.3);
+    EXPECT_GT(mixed_edges(two_surfaces(8, 8)).depth, 0.3);
 }
 
 TEST(MixedEdges, SlopesAreNoEdges) {
@@ -164,8 +168,7 @@ TEST(MixedEdges, SlopesAreNoEdges) {
             depth.at(x, y) = float(0.1 + 0.02 * y);
             motion.at(x, y, 0) = float(2 * x);
         }
-    const MixedEdges found =
-        find_mixed_edges({{Role::inverse_depth, depth}, {Role::motion, motion}});
+    const MixedEdges found = mixed_edges({{Role::inverse_depth, depth}, {Role::motion, motion}});
     EXPECT_EQ(found.depth, 0);
     EXPECT_EQ(found.motion, 0);
 }
@@ -194,7 +197,7 @@ struct Square {
 
 TEST(ClearEdges, BelongToTheSurfaceBesideThem) {
     Square square;
-    EXPECT_EQ(fill_clear_edges(square.planes), 36u);
+    EXPECT_EQ(fill_clear_edges(square.planes, Strip::whole(20)), 36u);
     for (int y = 0; y < 20; ++y) {
         for (int x = 0; x < 24; ++x) {
             const bool covered = x >= 5 && y >= 5 && x < 15 && y < 15;
@@ -211,11 +214,11 @@ TEST(ClearEdges, LeaveWhatIsOpaqueOrFarFromAnySurface) {
     Square sky;
     for (size_t i = 0; i < sky.planes.at(Role::color).pixels(); ++i)
         sky.planes.at(Role::color).data[4 * i + 3] = 1;
-    EXPECT_EQ(fill_clear_edges(sky.planes), 0u);
+    EXPECT_EQ(fill_clear_edges(sky.planes, Strip::whole(20)), 0u);
     // A pane of cloud, 4 pixels from the square.
     Square cloud;
     cloud.planes.at(Role::color).at(18, 10, 3) = 0.5f;
-    EXPECT_EQ(fill_clear_edges(cloud.planes), 36u);
+    EXPECT_EQ(fill_clear_edges(cloud.planes, Strip::whole(20)), 36u);
     EXPECT_EQ(cloud.planes.at(Role::inverse_depth).at(18, 10), 1e-10f);
 }
 
@@ -227,7 +230,7 @@ TEST(ClearEdges, BelongToWhatCoversMore) {
     depth.at(0, 0) = 1;
     depth.at(2, 0) = 0.25f;
     FramePlanes planes = {{Role::color, color}, {Role::inverse_depth, depth}};
-    EXPECT_EQ(fill_clear_edges(planes), 1u);
+    EXPECT_EQ(fill_clear_edges(planes, Strip::whole(1)), 1u);
     EXPECT_EQ(planes.at(Role::inverse_depth).at(1, 0), 0.25f);
 }
 

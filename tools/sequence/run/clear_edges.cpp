@@ -33,11 +33,6 @@ bool find_surface(const ImageF& color, const ImageF& depth, int distance, Change
 
 }  // namespace
 
-uint64_t fill_clear_edges(FramePlanes& planes) {
-    return fill_clear_edges(planes,
-                            Strip::whole(planes.empty() ? 0 : planes.begin()->second.height));
-}
-
 uint64_t fill_clear_edges(FramePlanes& planes, const Strip& strip) {
     const auto color = planes.find(Role::color), depth = planes.find(Role::inverse_depth);
     if (color == planes.end() || depth == planes.end()) return 0;

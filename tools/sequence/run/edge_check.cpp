@@ -86,9 +86,4 @@ MixedEdgeCounts count_mixed_edges(const FramePlanes& planes, const Strip& strip)
     return found;
 }
 
-MixedEdges find_mixed_edges(const FramePlanes& planes) {
-    const int height = planes.empty() ? 0 : planes.begin()->second.height;
-    return count_mixed_edges(planes, Strip::whole(height)).parts();
-}
-
 }  // namespace postchain::sequence

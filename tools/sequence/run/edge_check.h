@@ -36,6 +36,5 @@ struct MixedEdgeCounts {
 
 // Of the canonical planes; looks at every fourth row, and at two rows on either side of it.
 MixedEdgeCounts count_mixed_edges(const FramePlanes& planes, const Strip& strip);
-MixedEdges find_mixed_edges(const FramePlanes& planes);  // of all rows
 
 }  // namespace postchain::sequence

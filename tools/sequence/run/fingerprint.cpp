@@ -45,7 +45,7 @@ std::string text_of(const OpenedFrame& frame) {
 
 }  // namespace
 
-std::string mark_of(const std::string& fingerprint, bool strict) {
+std::string provenance_of(const std::string& fingerprint, bool strict) {
     return fingerprint + (strict ? " strict" : "");
 }
 
@@ -55,18 +55,18 @@ bool is_done(const std::string& output, const std::string& fingerprint,
     if (settings.preview && !fs::exists(io::preview_path(output), error)) return false;
     auto existing = io::ExrFile::open(output);
     if (!existing.ok()) return false;
-    std::string mark;
+    std::string provenance;
     for (const auto& part : existing->parts()) {
         const auto found = part.attributes.find("postchain");
         if (found == part.attributes.end()) continue;
         for (const bool strict : {settings.strict, true})
-            if (found->second == mark_of(fingerprint, strict)) mark = found->second;
+            if (found->second == provenance_of(fingerprint, strict)) provenance = found->second;
     }
-    if (mark.empty()) return false;
+    if (provenance.empty()) return false;
     if (!settings.sidecar) return whole(*existing);
     std::ifstream file(sidecar_path(output));
     const auto json = io::Json::parse(file, nullptr, false);
-    return json.is_object() && json.value("work", io::Json()) == mark &&
+    return json.is_object() && json.value("work", io::Json()) == provenance &&
            json.value("output_bytes", io::Json()) == existing->file_bytes();
 }
 

@@ -15,9 +15,9 @@ namespace postchain::sequence {
 std::string fingerprint_of(const Chain& chain, const RunSettings& settings,
                            const FrameInputs& inputs);
 
-// The output's "postchain" attribute and its sidecar's "work": the fingerprint, and whether the
-// frame was made under RunSettings::strict.
-std::string mark_of(const std::string& fingerprint, bool strict);
+// The provenance of an output, its "postchain" attribute and its sidecar's "work": the fingerprint,
+// and whether the frame was made under RunSettings::strict.
+std::string provenance_of(const std::string& fingerprint, bool strict);
 
 // Output, sidecar and preview are there, whole and with this fingerprint. Under
 // RunSettings::strict only what was made so: nothing else says that its values are finite.

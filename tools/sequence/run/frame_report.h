@@ -30,7 +30,7 @@ struct FrameReport {
     std::vector<std::string> warnings;
     std::string profile;
     std::optional<Plan> plan;
-    std::string fingerprint;            // run/fingerprint.h
+    std::string provenance;             // run/fingerprint.h
     std::vector<io::FileStamp> stamps;  // of the files that are read, its neighbors' among them
     FrameBounds bounds;
     InputHealth health;  // its first_nonfinite as in the file

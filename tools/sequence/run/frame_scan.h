@@ -13,8 +13,8 @@ int strip_rows(const FrameHeader& header);
 Result<SourceFrame> scan_source_frame(const SourceSettings& settings, const FrameHeader& header,
                                       RoleSet wanted, int rows);
 
-// check_signs() of a frame against the next one. `longest_px`: the largest speed in it; vectors
-// that lead further up or down than 128 MiB of rows are left out.
+// The sign self-check of a frame against the next one. `longest_px`: the largest speed in it;
+// vectors that lead further up or down than 128 MiB of rows are left out.
 Result<SignCheck> scan_signs(const SourceSettings& settings, const FrameHeader& header,
                              const FrameHeader& next, double longest_px, int rows);
 

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kFingerprintAttribute = "postchain";
+constexpr const char* kProvenanceAttribute = "postchain";
 
 uint64_t count_nonfinite(const ImageF& image) {
     uint64_t count = 0;
@@ -53,14 +53,14 @@ class FilterJob final : public FrameJob {
             return status;
         report.renderer = renderer_;
         const std::string fingerprint = fingerprint_of(chain_, settings_, inputs);
-        report.fingerprint = mark_of(fingerprint, settings_.strict);
+        report.provenance = provenance_of(fingerprint, settings_.strict);
         report.stamps = inputs.frame->stamps;
         for (const auto& [neighbor, other] : inputs.neighbors)
             report.stamps.insert(report.stamps.end(), other->stamps.begin(), other->stamps.end());
         const FrameHeader& header = inputs.frame->header;
         if (Status status = io::check_rewritable(header.files.color_file(),
                                                  header.assignment.at(Role::color).part,
-                                                 {{kFingerprintAttribute, report.fingerprint}});
+                                                 {{kProvenanceAttribute, report.provenance}});
             !status.ok())
             return status;
         std::error_code error;
@@ -115,7 +115,7 @@ class FilterJob final : public FrameJob {
         options.before_commit = [&] { return check_unchanged(report); };
         options.overflow = settings_.overflow;
         options.window = report.window;
-        options.attributes[kFingerprintAttribute] = report.fingerprint;
+        options.attributes[kProvenanceAttribute] = report.provenance;
         auto written =
             io::write_filtered(report.output, frame.source->input, frame.result, options);
         if (!written.ok()) return written.status();

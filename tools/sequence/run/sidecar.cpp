@@ -68,7 +68,7 @@ void add_findings(Json& json, const FrameBounds& bounds, const InputHealth& heal
 std::string sidecar_json(const FrameReport& report, const std::string& version) {
     Json json = summary_json(report);
     json["output_bytes"] = report.write.bytes;
-    json["work"] = report.fingerprint;
+    json["work"] = report.provenance;
     json["profile"] = report.profile;
     if (report.plan) json["plan"] = Json::parse(plan_as_json(*report.plan));
     if (report.plan)

@@ -1,0 +1,85 @@
+// The frames of the stability matrix hold what their names say.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "chain/status.h"
+#include "tools/measure/stress/cell.h"
+
+namespace postchain::stress {
+namespace {
+
+// The scales of the specification are really in the frames.
+TEST(Stress, CellsHoldTheScalesTheyName) {
+    const auto cells = make_cells(40, false);
+    const auto find = [&](const std::string& name) -> const Cell& {
+        for (const auto& cell : cells)
+            if (cell.name == name) return cell;
+        ADD_FAILURE() << name;
+        return cells.front();
+    };
+    // Half-velocities: with a shutter of one frame the motion is twice as long.
+    for (double v : {0.0, 1e-6, 0.499, 0.5, 0.501, 1.0, 40.0, 1e3, 1e6})
+        EXPECT_NEAR(find(concat("object ", v, " px, ground still")).frame.bounds.max_speed_px,
+                    2 * v, 1e-6 * v);
+    const FramePlanes& opposed = find("antiparallel 1 px").planes;
+    EXPECT_FLOAT_EQ(opposed.at(Role::motion).at(40, 20, 0), 1.6f);
+    EXPECT_FLOAT_EQ(opposed.at(Role::motion).at(0, 0, 0), -1.6f);
+    EXPECT_FLOAT_EQ(opposed.at(Role::motion).at(0, 0, 1), -1.2f);
+    const FrameBounds& ratio = find("ratio 1e+30").frame.bounds;
+    EXPECT_NEAR(ratio.max_inverse_depth / ratio.min_inverse_depth, 1e30, 1e24);
+    const FrameBounds& close = find("ratio 1+1e-07").frame.bounds;
+    EXPECT_GT(close.max_inverse_depth, close.min_inverse_depth);
+    EXPECT_LT(close.max_inverse_depth / close.min_inverse_depth, 1 + 2e-7);
+    const FrameBounds& sky = find("near plane before sky").frame.bounds;
+    EXPECT_EQ(sky.min_inverse_depth, 0);
+    EXPECT_EQ(sky.max_inverse_depth, 10);
+    EXPECT_EQ(find("f/0.1, focus at infinity").frame.camera.f_stop, 0.1);
+    EXPECT_EQ(find("16384x3").frame.width, 16384);
+    // A tenth of 80x40 pixels, from the fourth on.
+    EXPECT_EQ(find("nan in motion_back").nonfinite_placed, 320u);
+    EXPECT_EQ(find("nan in every plane").nonfinite_placed, 4 * 320u);
+    EXPECT_EQ(find("inf in depth").nonfinite_placed, 0u);  // a way to write sky
+    for (const auto& cell : cells)
+        for (const auto& [role, plane] : cell.planes)
+            for (float value : plane.data) ASSERT_TRUE(std::isfinite(value)) << cell.name;
+}
+
+// Every value of every row of the crossed cells is in one of the reduced set.
+TEST(Stress, CrossedCellsBringTheWorstTogether) {
+    std::set<std::string> parts;
+    for (const Cell& cell : make_cells(40, true)) {
+        if (cell.row != "crossed" || cell.checks_counts) continue;
+        for (size_t from = 0; from < cell.name.size();) {
+            const size_t comma = std::min(cell.name.find(", ", from), cell.name.size());
+            parts.insert(cell.name.substr(from, comma - from));
+            from = comma + 2;
+        }
+    }
+    for (const char* part : {"1e6 px against 1e6 px", "0.501 px over 1e6 px", "1e6 px over 1e-6 px",
+                             "near plane before sky", "sky in near plane", "depth ratio 1e30",
+                             "firefly 1e10", "1e-8 beside 1e10", "both signs", "65504",
+                             "f/0.1 at the near plane", "f/0.1 at infinity", "41x31"})
+        EXPECT_EQ(parts.count(part), 1u) << part;
+    for (const Cell& cell : make_cells(40, false)) {
+        if (cell.name !=
+            "1e6 px against 1e6 px, near plane before sky, 1e-8 beside 1e10, "
+            "f/0.1 at infinity")
+            continue;
+        const FramePlanes& planes = cell.planes;
+        EXPECT_FLOAT_EQ(planes.at(Role::motion).at(40, 20, 0), 1.6e6f);
+        EXPECT_FLOAT_EQ(planes.at(Role::motion).at(0, 0, 0), -1.6e6f);
+        EXPECT_EQ(planes.at(Role::inverse_depth).at(40, 20), 10);
+        EXPECT_EQ(planes.at(Role::inverse_depth).at(0, 0), 0);
+        EXPECT_LT(planes.at(Role::color).at(7, 0), 1e-8f);
+        EXPECT_GT(planes.at(Role::color).at(8, 0), 1e9f);
+        EXPECT_EQ(cell.frame.camera.f_stop, 0.1);
+        EXPECT_EQ(cell.frame.camera.focus_distance, 1e30);
+        return;
+    }
+    FAIL() << "no such cell";
+}
+
+}  // namespace
+}  // namespace postchain::stress

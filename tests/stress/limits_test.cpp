@@ -1,0 +1,152 @@
+// Known limits: where they hold, that each is needed, and that the documentation names it.
+#include "tools/measure/stress/limits.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <set>
+
+#include "passes/registry.h"
+
+#include "tests/stress/subjects.h"
+#include "tests/support/gpu.h"
+
+namespace postchain::stress {
+namespace {
+
+TEST(Stress, LimitsHoldOnlyWhereListedAndInsideTheirBound) {
+    Chain chain = test::chain_of("fxaa");
+    const auto verdict = [&](const char* row, const char* cell, double value) {
+        CellResult result;
+        result.subject = "paper";
+        result.row = row;
+        result.cell = cell;
+        result.measured = {{"reference", Verdict::failed, value, 1e-4, "at 1,1"},
+                           {"finite", Verdict::failed, 1, 0, {}}};
+        apply_known_limits(chain, result);
+        EXPECT_EQ(result.measured[1].verdict, Verdict::failed);
+        EXPECT_EQ(result.measured[0].limit != nullptr,
+                  result.measured[0].verdict == Verdict::limit);
+        return result.measured[0].verdict;
+    };
+    EXPECT_EQ(verdict("radiance", "both signs, 1e10", 0.0149), Verdict::limit);
+    EXPECT_EQ(verdict("radiance", "both signs, 1e10", 0.0151), Verdict::failed);
+    EXPECT_EQ(verdict("radiance", "negative", 0.0149), Verdict::failed);
+    chain = test::chain_of("motion_blur", {{"mode", "guertin"}});
+    EXPECT_EQ(verdict("radiance", "both signs, 1e10", 0.0149), Verdict::failed);
+    size_t limits = 0;
+    for (const auto& type : test::every_pass().types()) {
+        for (const auto& limit : type.known_limits) {
+            ++limits;
+            // Never of what must hold without exception.
+            for (const char* check : {"finite", "elided", "counted", "identity", "constant",
+                                      "repeat", "range", "shift", "dot"})
+                EXPECT_NE(limit.check, check) << type.name;
+        }
+    }
+    EXPECT_GT(limits, 0u);
+}
+
+// Of one pass the first that names the cell counts, of several passes the widest; and only with
+// these parameters.
+TEST(Stress, LimitsOfSeveralPassesAreTheWidest) {
+    const auto limit_in = [](const Chain& chain, const char* row) {
+        CellResult result;
+        result.row = row;
+        result.cell = "both signs";
+        result.measured = {{"turn", Verdict::failed, 1e-3, 1e-4, {}}};
+        apply_known_limits(chain, result);
+        return result.measured[0].limit ? result.measured[0].limit->bound : 0;
+    };
+    Chain chain = test::chain_of("depth_of_field", {{"method", "gilham"}});
+    EXPECT_EQ(limit_in(chain, "crossed"), 0.03);
+    EXPECT_EQ(limit_in(chain, "radiance"), 0.0024);
+    test::append(chain, "fxaa");
+    EXPECT_EQ(limit_in(chain, "crossed"), 0.03);
+    EXPECT_EQ(limit_in(chain, "radiance"), 0.032);
+    EXPECT_EQ(limit_in(test::chain_of("depth_of_field", {{"method", "gilham"}, {"leak", "none"}}),
+                       "crossed"),
+              0);
+}
+
+// A limit that no cell needs would hide the next fault there: each is met by one at least.
+TEST(Stress, EveryKnownLimitIsMet) {
+    std::vector<Subject> subjects;
+    for (auto& subject : every_pass_and_both_orders())
+        subjects.push_back(with_cells_camera(std::move(subject)));
+    subjects.push_back(with_cells_camera(
+        {"gilham",
+         test::chain_of("depth_of_field", {{"method", "gilham"}, {"downsample", int64_t(4)}})}));
+    subjects.push_back(
+        with_cells_camera({"guertin", test::chain_of("motion_blur", {{"mode", "guertin"}})}));
+    for (const char* name : {"fast", "balanced", "best"})
+        subjects.push_back(with_cells_camera(shipped(name)));
+    const auto is_met = [&](const PassType& type, const KnownLimit& limit) {
+        for (const auto& subject : subjects) {
+            if (!matches(type.name + ": *" + limit.parameters, subject.chain.text())) continue;
+            for (const auto& cell : make_cells(tile_px(subject.chain), false)) {
+                for (Precision precision : {Precision::fp32, Precision::fp16}) {
+                    CellResult result;
+                    result.subject = subject.name;
+                    result.row = cell.row;
+                    result.cell = cell.name;
+                    result.precision = precision;
+                    if (!matches(limit.cells, result.name())) continue;
+                    auto measured = measure(test::executor(), subject, cell, precision);
+                    EXPECT_TRUE(measured.ok()) << measured.status().message();
+                    if (!measured.ok()) return false;
+                    result.measured = std::move(measured->checks);
+                    apply_known_limits(subject.chain, result);
+                    for (const auto& one : result.measured)
+                        if (one.limit && one.limit->reason == limit.reason &&
+                            one.limit->bound == limit.bound)
+                            return true;
+                }
+            }
+        }
+        return false;
+    };
+    for (const auto& type : test::every_pass().types())
+        for (const auto& limit : type.known_limits)
+            EXPECT_TRUE(is_met(type, limit))
+                << type.name << " " << limit.check << " " << limit.parameters << " " << limit.cells;
+}
+
+// docs/stability.md has a row for each: cause, owner, why it is not mended, what to set instead.
+TEST(Stress, EveryKnownLimitHasARowInTheDocumentation) {
+    std::ifstream file(POSTCHAIN_SOURCE_DIR "/docs/stability.md");
+    std::set<std::string> rows;
+    for (std::string line; std::getline(file, line);)
+        if (std::count(line.begin(), line.end(), '|') -
+                std::count(line.begin(), line.end(), '\\') ==
+            7)
+            rows.insert(line.substr(2, line.find(" |", 2) - 2));
+    std::set<std::string> named;
+    for (const auto& type : builtin_passes().types()) {
+        for (const auto& limit : type.known_limits) {
+            const std::string name = limit.reason.substr(0, limit.reason.find(':'));
+            EXPECT_EQ(rows.count(name), 1u) << type.name << ": " << limit.reason;
+            named.insert(name);
+        }
+    }
+    // And no row without a limit, but the head of the table and the line below it.
+    EXPECT_EQ(rows.size(), named.size() + 2);
+}
+
+// 16384 px wide a float position has steps of 0.001 px. The inverse warp adds none to another.
+TEST(Stress, WidePicturesAgreeWithTheReference) {
+    const Subject best = with_cells_camera(shipped("best"));
+    size_t met = 0;
+    for (const auto& cell : make_cells(tile_px(best.chain), false)) {
+        if (cell.row != "crossed" || !matches("16384x3", cell.name)) continue;
+        ++met;
+        const auto measured = measure(test::executor(), best, cell, Precision::fp32);
+        ASSERT_TRUE(measured.ok()) << measured.status().message();
+        EXPECT_LE(find_check(measured->checks, "reference").value, 5e-5);
+    }
+    EXPECT_EQ(met, 1u);
+}
+
+}  // namespace
+}  // namespace postchain::stress

@@ -1,0 +1,20 @@
+// What the tests of the stability matrix are run on.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/measure/stress/check.h"
+
+namespace postchain::stress {
+
+// Every registered pass alone, and the shipped chains `paper` and `dof_first`.
+std::vector<Subject> every_pass_and_both_orders();
+
+// A shipped chain.
+Subject shipped(const std::string& name);
+
+// The check of that name; one with a bound of -1 where there is none.
+const Measured& find_check(const std::vector<Measured>& all, const std::string& check);
+
+}  // namespace postchain::stress

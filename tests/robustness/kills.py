@@ -9,11 +9,13 @@ overwrite), killed again, up to five times, and then left to end. All moments fo
     python3 tests/robustness/kills.py build/tools/apps/postchain/postchain --work /tmp/kills \\
         --kills 1000
 
-The counts are kept in WORK/counts.json: the same command again goes on to the number of --kills.
+The counts are kept in WORK/counts.json: the same command again goes on to the number of --kills. What
+a fault left is kept in WORK/find-PIECE, beside WORK/new-VERB of the undisturbed job.
 """
 import argparse
 import json
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -89,6 +91,9 @@ def piece_of_work(job, command, out, expected, seconds, chance, counts, most):
         left = jobs.temporaries(out)
         counts.add("temporaries never removed", len(left))
         said += [f"{path}: never removed" for path in left]
+    if said:
+        shutil.copytree(out, out.parent / f"find-{counts.values['pieces of work']}",
+                        dirs_exist_ok=True)
     counts.add("pieces of work")
     return said
 
@@ -107,7 +112,7 @@ def main():
     expected, seconds = {}, {}
     for verb in dict.fromkeys(VERBS):
         expected[verb], seconds[verb] = jobs.undisturbed(jobs.JOBS[verb], arguments.postchain, scene,
-                                                         work / "new")
+                                                         work / f"new-{verb}")
     if arguments.again:
         (work / "counts.json").unlink(missing_ok=True)
     counts = Counts(work / "counts.json")

@@ -14,9 +14,9 @@ import subprocess
 import time
 
 TEMPORARY = re.compile(r"\.(.+)\.\d+\.tmp")
-# Keys of JSON by which two runs of a job may differ: where it wrote, what the clock says, and what
-# the process had done before.
-OWN_KEYS = {"output", "command", "times_ms", "timing", "pareto", "counters", "resumed"}
+# Keys of JSON by which two runs of a job may differ: where it wrote, what the clock says (notes tell
+# of times that cannot be trusted), and what the process had done before.
+OWN_KEYS = {"output", "command", "times_ms", "timing", "pareto", "notes", "counters", "resumed"}
 
 
 class Job:

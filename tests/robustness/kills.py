@@ -3,8 +3,9 @@ what a kill must not leave: half files, files of other bits than the undisturbed
 that the job which ends the work has not removed.
 
 Each piece of work is one of `run`, `ab` and `bench` over a generated sequence. It is started, killed
-after a random part of the time that it takes undisturbed, started again with --on-existing skip (ab:
-overwrite), killed again, up to five times, and then left to end. All moments follow from --seed.
+after a random part of the time that it takes, started again with --on-existing skip (ab: overwrite),
+killed again, up to five times, and then left to end. The parts follow from --seed; the time is learned
+from which processes ended before their kill, since it changes with what else the machine does.
 
     python3 tests/robustness/kills.py build/tools/apps/postchain/postchain --work /tmp/kills \\
         --kills 1000
@@ -38,6 +39,19 @@ def kill_after(command, seconds):
     return process.returncode == -signal.SIGKILL
 
 
+class Duration:
+    """About how long a job takes, so that most kills meet it and none of its moments is spared."""
+
+    def __init__(self, seconds):
+        self.seconds = seconds
+
+    def moment(self, chance):
+        return chance.uniform(0.02, 1) * self.seconds
+
+    def learn(self, killed):
+        self.seconds *= 1.02 if killed else 0.9
+
+
 class Counts:
     """Of all calls of this script in one folder."""
 
@@ -63,13 +77,15 @@ class Counts:
                     "temporaries never removed"))
 
 
-def piece_of_work(job, command, out, expected, seconds, chance, counts, most):
+def piece_of_work(job, command, out, expected, durations, chance, counts, most):
     """Kills a job up to `most` times, lets it end, counts; returns sentences."""
     jobs.empty(out)
     said = []
     for again in range(most):
-        # Up to a little more than its time: the last moments are worth as much as the others.
-        if not kill_after(command, chance.uniform(0.02, 1.05) * seconds):
+        duration = durations[again > 0]
+        killed = kill_after(command, duration.moment(chance))
+        duration.learn(killed)
+        if not killed:
             break
         counts.add("kills")
         counts.add("kills of " + job.name)
@@ -109,10 +125,11 @@ def main():
     work = arguments.work.resolve()
     scene, out = work / "in", work / "out"
     jobs.make_scene(arguments.postchain, scene, arguments.frames)
-    expected, seconds = {}, {}
+    expected, durations = {}, {}
     for verb in dict.fromkeys(VERBS):
-        expected[verb], seconds[verb] = jobs.undisturbed(jobs.JOBS[verb], arguments.postchain, scene,
-                                                         work / f"new-{verb}")
+        expected[verb], seconds = jobs.undisturbed(jobs.JOBS[verb], arguments.postchain, scene,
+                                                   work / f"new-{verb}")
+        durations[verb] = [Duration(seconds), Duration(seconds)]  # of a fresh start, of the others
     if arguments.again:
         (work / "counts.json").unlink(missing_ok=True)
     counts = Counts(work / "counts.json")
@@ -122,8 +139,9 @@ def main():
         chance = random.Random(f"{arguments.seed} {piece}")
         job = jobs.JOBS[VERBS[piece % len(VERBS)]]
         most = min(MOST_KILLS, arguments.kills - counts.values["kills"])
-        for sentence in piece_of_work(job, job.command(arguments.postchain, scene, out), out,
-                                      expected[job.name], seconds[job.name], chance, counts, most):
+        command = job.command(arguments.postchain, scene, out)
+        for sentence in piece_of_work(job, command, out, expected[job.name], durations[job.name],
+                                      chance, counts, most):
             print(f"{job.name}: {sentence}", flush=True)
         counts.save()
     for name, count in counts.values.items():

@@ -177,7 +177,7 @@ std::string name_of_temporary(const std::string& temporary) {
 
 }  // namespace
 
-Result<AtomicFile> AtomicFile::create(const std::string& path) {
+Result<AtomicFile> AtomicFile::create(const std::string& path) try {
     const size_t slash = path.rfind('/');
     const std::string name = slash == std::string::npos ? path : path.substr(slash + 1);
     if (name.empty()) return output_error(path, "no file name");
@@ -196,17 +196,19 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) {
     if (live == nullptr) return output_error(path, "is already being written by this process");
     const Opened opened = open_temporary(file.temporary_);
     if (opened.fd < 0) {
+        delist(live);
         const std::string why =
             opened.step == Opened::Step::lock ? concat("cannot lock it: ", reason_of(opened.error))
             : opened.error == EEXIST ? concat("another process is writing ", file.temporary_)
                                      : why_not_in(file.folder_, opened.error);
-        delist(live);
         return output_error(path, why);
     }
     file.fd_ = opened.fd;
     file.live_ = live;
     file.buffer_.reserve(kBufferBytes);
     return file;
+} catch (...) {
+    return status_of_exception(path);
 }
 
 AtomicFile::AtomicFile(AtomicFile&& other) noexcept
@@ -234,7 +236,7 @@ Status AtomicFile::fail(const char* action, int error) {
     return failed_;
 }
 
-Status AtomicFile::flush() {
+Status AtomicFile::flush() try {
     const char* bytes = buffer_.data();
     size_t left = buffer_.size();
     uint64_t at = buffer_start_;
@@ -258,9 +260,11 @@ Status AtomicFile::flush() {
     buffer_.clear();
     buffer_start_ = position_;
     return failed_;
+} catch (...) {
+    return failed_ = status_of_exception(path_);
 }
 
-Status AtomicFile::write(const void* bytes, size_t count) {
+Status AtomicFile::write(const void* bytes, size_t count) try {
     if (!failed_.ok()) return failed_;
     if (buffer_.size() + count > kBufferBytes) {
         if (Status s = flush(); !s.ok()) return s;
@@ -269,17 +273,21 @@ Status AtomicFile::write(const void* bytes, size_t count) {
     position_ += count;
     size_ = std::max(size_, position_);
     return buffer_.size() >= kBufferBytes ? flush() : Status();
+} catch (...) {
+    return failed_ = status_of_exception(path_);
 }
 
-Status AtomicFile::seek(uint64_t position) {
+Status AtomicFile::seek(uint64_t position) try {
     if (position == position_) return failed_;
     Status s = flush();
     position_ = position;
     buffer_start_ = position;
     return s;
+} catch (...) {
+    return failed_ = status_of_exception(path_);
 }
 
-Result<bool> AtomicFile::commit(OnExisting on_existing) {
+Result<bool> AtomicFile::commit(OnExisting on_existing) try {
     if (Status s = flush(); !s.ok()) return s;
     if (::fsync(fd_) != 0) return fail("cannot write", errno);
     // Opened before the file has its name: what fails until then leaves nothing. One who may write
@@ -309,6 +317,8 @@ Result<bool> AtomicFile::commit(OnExisting on_existing) {
         return fail("is complete, but the disk may not keep its name: its folder cannot be synced",
                     folder_error);
     return true;
+} catch (...) {
+    return status_of_exception(path_);
 }
 
 int AtomicFile::move_here(OnExisting on_existing) const {
@@ -343,11 +353,13 @@ void remove_live_temporaries() {
 }
 
 Result<bool> atomic_write_text(const std::string& path, std::string_view text,
-                               OnExisting on_existing) {
+                               OnExisting on_existing) try {
     Result<AtomicFile> file = AtomicFile::create(path);
     if (!file.ok()) return file.status();
     if (Status s = file->write(text.data(), text.size()); !s.ok()) return s;
     return file->commit(on_existing);
+} catch (...) {
+    return status_of_exception(path);
 }
 
 }  // namespace postchain::io

@@ -39,6 +39,7 @@ class AtomicFile {
     // full, file-size limit, any other write error, with the system's reason.
     Status write(const void* bytes, size_t count);
     Status seek(uint64_t position);  // of the next write; the file grows as needed
+    Status flush();                  // what was written can be read from temporary()
     uint64_t position() const { return position_; }
     uint64_t size() const { return size_; }  // bytes written so far
 
@@ -52,7 +53,6 @@ class AtomicFile {
 
   private:
     AtomicFile() = default;
-    Status flush();
     Status fail(const char* action, int error);
     int move_here(OnExisting on_existing) const;  // 0 or errno; EEXIST: the name is taken
 

@@ -11,7 +11,7 @@
 
 namespace postchain::io {
 
-Result<std::string> encode_png(const Image<uint8_t>& pixels) {
+Result<std::string> encode_png(const Image<uint8_t>& pixels) try {
     std::vector<unsigned char> png;
     OIIO::Filesystem::IOVecOutput memory(png);
     const auto out = OIIO::ImageOutput::create("png");
@@ -22,9 +22,11 @@ Result<std::string> encode_png(const Image<uint8_t>& pixels) {
         return Status(StatusCode::output,
                       "cannot encode PNG: " + (out ? out->geterror() : OIIO::geterror()));
     return std::string(reinterpret_cast<const char*>(png.data()), png.size());
+} catch (...) {
+    return status_of_exception("encoding a PNG");
 }
 
-Result<Image<uint8_t>> magma_of(const ImageF& values) {
+Result<Image<uint8_t>> magma_of(const ImageF& values) try {
     ImageF shown = values;
     for (float& v : shown.data) v = v > 0 ? std::min(v, 1.0f) : 0.0f;
     ImageF colors(values.width, values.height, 3);
@@ -40,6 +42,8 @@ Result<Image<uint8_t>> magma_of(const ImageF& values) {
         bytes.data[i] = uint8_t(
             std::lround(255 * std::clamp(OIIO::linear_to_sRGB(colors.data[i]), 0.0f, 1.0f)));
     return bytes;
+} catch (...) {
+    return status_of_exception("colors of an error map");
 }
 
 std::string base64_of(std::string_view bytes) {

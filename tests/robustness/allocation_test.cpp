@@ -149,15 +149,15 @@ class Allocations : public testing::Test {
         std::ofstream(folder_.path(name), std::ios::binary) << text;
         return folder_.path(name);
     }
-    // Two parts, one of them to be kept as stored; tiles and scanlines.
-    void write_frame() const {
+    // Two parts, one of them to be kept as stored. `tile`: its side in that one, 0 for scanlines.
+    void write_frame(int tile) const {
         test::FilePart color, other;
         color.name = "color";
         color.channels = {{"R"}, {"G"}, {"B"}, {"A"}, {"Z", Imf::FLOAT}};
         color.compression = Imf::ZIP_COMPRESSION;
         other.name = "other";
         other.channels = {{"id.X", Imf::UINT}};
-        other.tile = 8;
+        other.tile = tile;
         test::write_file(folder_.path("in.exr"), {color, other});
     }
 
@@ -231,7 +231,7 @@ TEST_F(Allocations, Profile) {
 }
 
 TEST_F(Allocations, ReadingAFrame) {
-    write_frame();
+    write_frame(8);
     for (const int threads : {0, 2}) {
         io::set_exr_threads(threads);
         ImageF color;
@@ -252,8 +252,10 @@ TEST_F(Allocations, ReadingAFrame) {
     io::set_exr_threads(0);
 }
 
+// Scanlines only: where memory runs out in the constructor of its writer of tiles, OpenEXR 3.1 frees
+// what it never had (docs/robustness.md).
 TEST_F(Allocations, WritingAFrame) {
-    write_frame();
+    write_frame(0);
     ImageF color;
     io::WriteOptions options;
     options.on_existing = io::OnExisting::overwrite;

@@ -20,7 +20,6 @@ build=$PWD/build-$preset
 
 # halt_on_error: a program that goes on after a finding ends with exit code 0.
 export ASAN_OPTIONS=detect_leaks=1:halt_on_error=1
-export LSAN_OPTIONS=suppressions=$PWD/tests/robustness/leaks.supp:print_suppressions=0
 export UBSAN_OPTIONS=print_stacktrace=1
 export TSAN_OPTIONS=suppressions=$PWD/tests/robustness/races.supp:second_deadlock_stack=1:halt_on_error=0:exitcode=66
 

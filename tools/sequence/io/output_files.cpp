@@ -246,8 +246,9 @@ void OutputFiles::remove_left_temporaries() const {
     std::map<std::string, std::set<std::string>> names;  // of files, by folder
     for (const auto& [path, index] : file_at_)
         names[fs::path(path).parent_path().string()].insert(name_of(path));
-    for (const auto& [folder, own] : names)
-        remove_dead_temporaries(folder, [&](const auto& name) { return own.count(name) > 0; });
+    for (const auto& at : names)
+        remove_dead_temporaries(at.first,
+                                [&](const auto& name) { return at.second.count(name) > 0; });
     for (const OutputFamily& family : families_) remove_dead_temporaries(family.folder, family.has);
     for (const OutputFolder& own : folders_) {
         const auto any = [](const std::string&) { return true; };

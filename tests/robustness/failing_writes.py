@@ -142,8 +142,8 @@ def try_job(job, arguments, work):
     for i, number in enumerate(numbers):
         call = calls[number - 1][0]
         ways = [way for way in WAYS if way != "short" or call == "write"]
-        if arguments.one_of_each:  # each call in one way, each way at some call
-            ways = [ways[i % len(ways)]]
+        if arguments.one_of_each:  # each call in one way, each way at some call; writes also short
+            ways = [ways[i % len(ways)]] + (["short"] if call == "write" else [])
         for way in ways:
             trials += 1
             for sentence in trial.faults(number, way):

@@ -1,5 +1,8 @@
 #include "chain/status.h"
 
+#include <exception>
+#include <new>
+
 namespace postchain {
 
 const char* name_of(StatusCode code) {
@@ -31,6 +34,30 @@ const char* name_of(StatusCode code) {
 Status Status::at(const std::string& place) const {
     if (ok()) return *this;
     return Status(code_, place + ": " + message_);
+}
+
+Status out_of_memory(const std::string& place) noexcept {
+    try {
+        return Status(StatusCode::memory, place + ": not enough memory");
+    } catch (...) {
+        return Status(StatusCode::memory, "out of memory");  // short enough to need no allocation
+    }
+}
+
+Status status_of_exception(const std::string& place) noexcept {
+    try {
+        throw;
+    } catch (const std::bad_alloc&) {
+        return out_of_memory(place);
+    } catch (const std::exception& error) {
+        try {
+            return Status(StatusCode::internal, place + ": unexpected failure: " + error.what());
+        } catch (...) {
+            return out_of_memory(place);
+        }
+    } catch (...) {
+        return Status(StatusCode::internal, "unknown failure");
+    }
 }
 
 }  // namespace postchain

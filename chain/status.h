@@ -47,6 +47,12 @@ class [[nodiscard]] Status {
     std::string message_;
 };
 
+// "place: not enough memory". Where not even this text can be had, a shorter one.
+Status out_of_memory(const std::string& place) noexcept;
+// The exception now being handled: out_of_memory(), else StatusCode::internal with what it says.
+// Call in a catch block only.
+Status status_of_exception(const std::string& place) noexcept;
+
 // A value, or the Status that says why there is none.
 template <class T>
 class [[nodiscard]] Result {
@@ -71,6 +77,8 @@ class [[nodiscard]] Result {
 template <class... Args>
 std::string concat(const Args&... args) {
     std::ostringstream out;
+    // Else a stream swallows want of memory, and the text ends early.
+    out.exceptions(std::ios::badbit);
     out.imbue(std::locale::classic());
     (out << ... << args);
     return out.str();

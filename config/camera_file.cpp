@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <limits>
+#include <new>
 
 #include "config/reporter.h"
 #include "config/scalar.h"
@@ -297,7 +298,10 @@ std::optional<Diagnostic> CameraFile::check_resolution(const Display& display) c
         StatusCode::input};
 }
 
-CameraFile parse_camera(std::string_view text, const std::string& file_name) {
+namespace {
+
+// What parse_camera() says; throws where memory runs out.
+CameraFile read_camera(std::string_view text, const std::string& file_name) {
     CameraFile file;
     file.file_name = file_name;
     TextTree tree = read_text_tree(text, file_name, StatusCode::input, kCameraLimits);
@@ -307,10 +311,25 @@ CameraFile parse_camera(std::string_view text, const std::string& file_name) {
     return file;
 }
 
-Result<CameraFile> load_camera(const std::string& path) {
+}  // namespace
+
+CameraFile parse_camera(std::string_view text, const std::string& file_name) {
+    try {
+        return read_camera(text, file_name);
+    } catch (const std::bad_alloc&) {
+        CameraFile file;
+        file.file_name = file_name;
+        file.diagnostics = out_of_memory_in(file_name);
+        return file;
+    }
+}
+
+Result<CameraFile> load_camera(const std::string& path) try {
     const Result<std::string> text = read_text_file(path, StatusCode::input, kCameraLimits);
     if (!text.ok()) return text.status();
     return parse_camera(*text, path);
+} catch (...) {
+    return status_of_exception(path);
 }
 
 Camera frame_camera(const Camera& metadata, const CameraFile* file, int frame,

@@ -160,8 +160,11 @@ std::string write_rows(const ParameterTable& table, ConstParameterRef parameters
 
 }  // namespace
 
-ChainFile parse_chain(std::string_view text, const std::string& file_name,
-                      const PassRegistry& registry, const std::vector<std::string>& overrides) {
+namespace {
+
+// What parse_chain() says; throws where memory runs out.
+ChainFile read_chain(std::string_view text, const std::string& file_name,
+                     const PassRegistry& registry, const std::vector<std::string>& overrides) {
     ChainFile file;
     file.file_name = file_name;
     TextTree tree = read_text_tree(text, file_name);
@@ -173,6 +176,20 @@ ChainFile parse_chain(std::string_view text, const std::string& file_name,
         apply_overrides(overrides, parser.entries, registry, file.chain, file.diagnostics);
     }
     return file;
+}
+
+}  // namespace
+
+ChainFile parse_chain(std::string_view text, const std::string& file_name,
+                      const PassRegistry& registry, const std::vector<std::string>& overrides) {
+    try {
+        return read_chain(text, file_name, registry, overrides);
+    } catch (const std::bad_alloc&) {
+        ChainFile file;
+        file.file_name = file_name;
+        file.diagnostics = out_of_memory_in(file_name);
+        return file;
+    }
 }
 
 std::string write_chain(const Chain& chain) {

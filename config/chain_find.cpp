@@ -79,10 +79,12 @@ Result<ChainText> find_chain(const std::string& name_or_path) {
 }
 
 Result<ChainFile> load_chain(const std::string& name_or_path, const PassRegistry& registry,
-                             const std::vector<std::string>& overrides) {
+                             const std::vector<std::string>& overrides) try {
     const Result<ChainText> found = find_chain(name_or_path);
     if (!found.ok()) return found.status();
     return parse_chain(found->text, found->file_name, registry, overrides);
+} catch (...) {
+    return status_of_exception(name_or_path);
 }
 
 }  // namespace postchain

@@ -34,7 +34,15 @@ std::string text_of(const Diagnostics& diagnostics) {
     return text;
 }
 
-Status status_of(const Diagnostics& diagnostics) {
+Diagnostics out_of_memory_in(const std::string& file) {
+    Diagnostic diagnostic;
+    diagnostic.file = file;
+    diagnostic.message = "not enough memory";
+    diagnostic.code = StatusCode::memory;
+    return {diagnostic};
+}
+
+Status status_of(const Diagnostics& diagnostics) try {
     StatusCode code = StatusCode::ok;
     std::string text;
     for (const auto& d : diagnostics) {
@@ -43,6 +51,8 @@ Status status_of(const Diagnostics& diagnostics) {
         text += (text.empty() ? "" : "\n") + d.text();
     }
     return code == StatusCode::ok ? Status() : Status(code, text);
+} catch (...) {
+    return status_of_exception("diagnostics of a text");
 }
 
 }  // namespace postchain

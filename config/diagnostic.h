@@ -32,6 +32,8 @@ using Diagnostics = std::vector<Diagnostic>;
 bool has_errors(const Diagnostics& diagnostics);
 // One line each, in order.
 std::string text_of(const Diagnostics& diagnostics);
+// Of a text for which there was not enough memory (StatusCode::memory).
+Diagnostics out_of_memory_in(const std::string& file);
 // Success, or all errors (no notes, no warnings) as one Status, one line each. The code is that of
 // the first error that is not `usage`, else `usage`.
 Status status_of(const Diagnostics& diagnostics);

@@ -2,6 +2,7 @@
 #include "config/profile.h"
 
 #include <algorithm>
+#include <new>
 
 #include "config/embedded.h"
 #include "config/reporter.h"
@@ -239,7 +240,10 @@ class ProfileParser {
 
 }  // namespace
 
-ProfileFile parse_profile(std::string_view text, const std::string& file_name) {
+namespace {
+
+// What parse_profile() says; throws where memory runs out.
+ProfileFile read_profile(std::string_view text, const std::string& file_name) {
     ProfileFile file;
     TextTree tree = read_text_tree(text, file_name, StatusCode::usage);
     file.diagnostics = std::move(tree.diagnostics);
@@ -248,12 +252,24 @@ ProfileFile parse_profile(std::string_view text, const std::string& file_name) {
     return file;
 }
 
+}  // namespace
+
+ProfileFile parse_profile(std::string_view text, const std::string& file_name) {
+    try {
+        return read_profile(text, file_name);
+    } catch (const std::bad_alloc&) {
+        ProfileFile file;
+        file.diagnostics = out_of_memory_in(file_name);
+        return file;
+    }
+}
+
 const std::vector<Profile>& builtin_profiles() {
     static const std::vector<Profile> profiles = [] {
         std::vector<Profile> all;
         for (const auto& file : embedded_config())
             if (file.path.starts_with("profiles/"))
-                all.push_back(parse_profile(file.text, std::string(file.path)).profile);
+                all.push_back(read_profile(file.text, std::string(file.path)).profile);
         std::stable_sort(all.begin(), all.end(), [](const Profile& a, const Profile& b) {
             return a.priority > b.priority;
         });
@@ -262,7 +278,7 @@ const std::vector<Profile>& builtin_profiles() {
     return profiles;
 }
 
-Result<Profile> find_profile(const std::string& name_or_path) {
+Result<Profile> find_profile(const std::string& name_or_path) try {
     std::vector<std::string> names;
     for (const auto& profile : builtin_profiles()) {
         if (profile.name == name_or_path) return profile;
@@ -275,6 +291,8 @@ Result<Profile> find_profile(const std::string& name_or_path) {
     ProfileFile file = parse_profile(*text, name_or_path);
     if (Status status = file.status(); !status.ok()) return status;
     return std::move(file.profile);
+} catch (...) {
+    return status_of_exception(name_or_path);
 }
 
 }  // namespace postchain

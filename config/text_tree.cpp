@@ -10,6 +10,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <new>
 #include <optional>
 #include <sstream>
 #include <unordered_map>
@@ -223,7 +224,9 @@ TextTree read_text_tree(std::string_view given, const std::string& file_name, St
         return refuse(place_of(deep.mark), too_deep());
     } catch (const YAML::Exception& error) {
         return refuse(place_of(error.mark), "not YAML or JSON: " + error.msg);
-    } catch (const std::exception& error) {  // bad_alloc and the standard library's own
+    } catch (const std::bad_alloc&) {
+        throw;
+    } catch (const std::exception& error) {  // the standard library's own
         return refuse({1, 1}, std::string("cannot be read: ") + error.what());
     }
     tree.root = std::move(builder.root);
@@ -252,23 +255,24 @@ std::string TextNode::describe() const {
 }
 
 Result<std::string> read_text_file(const std::string& path, StatusCode code,
-                                   const TextLimits& limits) {
+                                   const TextLimits& limits) try {
     std::error_code ignored;
     if (std::filesystem::is_directory(path, ignored))
         return Status(code, path + ": is a folder, not a file");
     std::ifstream in(path, std::ios::binary);
+    if (!in && errno == ENOMEM) return out_of_memory(path);
     if (!in) return Status(code, concat(path, ": cannot be opened: ", std::strerror(errno)));
-    // One byte more than is allowed shows that the file is too large. A pipe has no size, and a
-    // file may grow: it is read to its end.
+    // Block by block: a text may be far smaller than its limit, or come from a pipe.
     std::string text;
-    char part[4096];
-    while (text.size() <= limits.bytes && in) {
-        in.read(part, sizeof(part));
-        text.append(part, size_t(in.gcount()));
+    char block[16384];
+    while (in && text.size() <= limits.bytes) {
+        in.read(block, std::min(sizeof(block), limits.bytes + 1 - text.size()));
+        text.append(block, size_t(in.gcount()));
     }
     if (in.bad()) return Status(code, path + ": cannot be read");
-    if (text.size() > limits.bytes) text.resize(limits.bytes + 1);
     return text;
+} catch (...) {
+    return status_of_exception(path);
 }
 
 }  // namespace postchain

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Installs, builds and runs every test but the sanitizer build; --full adds that, the core preset
-# (chain and passes alone) and half a minute of each fuzz target (clang). Usage: tools/test.sh [--full]
+# Installs, builds and runs every test but the sanitizer builds; --full adds the core preset (chain and
+# passes alone), the address and undefined-behavior sanitizers, the thread sanitizer on the programs
+# that have threads, and half a minute of each fuzz target (clang). Usage: tools/test.sh [--full]
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -26,6 +27,7 @@ build_and_test() {
 build_and_test release
 if $full; then
     build_and_test core
-    build_and_test debug
+    tests/robustness/sanitize.sh address
+    tests/robustness/sanitize.sh thread run_tests io_tests metrics_tests
     tests/fuzz/run.sh 30
 fi

@@ -1,43 +1,69 @@
 #!/usr/bin/env bash
-# Builds the fuzz targets with clang and runs each for SECONDS (default 30) from its corpus.
-# Usage: tests/fuzz/run.sh [SECONDS [TARGET ...]]. Exit 1 on a find; its input is kept in
-# build-fuzz/finds/TARGET-*. Several minutes' work grows build-fuzz/corpus, not the repository's.
+# Builds the fuzz targets with clang and runs each for SECONDS (default 30), from the repository's
+# corpus and what earlier calls have found. Executions are counted over all calls, and after each the
+# found corpus is reduced to the smallest inputs that reach the same code.
+# Usage: tests/fuzz/run.sh [SECONDS [TARGET ...]]
+#        tests/fuzz/run.sh --total       what was executed so far, and nothing else
+# Exit 1 on a find; its input is kept in build-fuzz/finds/TARGET-*. Counts and found corpus are in
+# build-fuzz/total and build-fuzz/corpus, not in the repository.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
+# The longest input of each target, bytes; every corpus file fits.
+declare -A max_len=([chain]=4096 [camera]=4096 [profile]=8192 [sequence]=256 [exr]=20000)
+all=(chain camera profile sequence exr)
+build=$PWD/build-fuzz
+
+print_total() {
+    local sum=0 target count
+    for target in "${all[@]}"; do
+        count=$(cat "$build/total/$target" 2>/dev/null || echo 0)
+        echo "$target: $count executions so far"
+        sum=$((sum + count))
+    done
+    echo "all targets: $sum executions so far"
+}
+
+if [[ ${1:-} == --total ]]; then
+    print_total
+    exit 0
+fi
 seconds=${1:-30}
 [[ $seconds =~ ^[1-9][0-9]*$ ]] || {
-    echo "usage: tests/fuzz/run.sh [SECONDS [TARGET ...]]" >&2
+    echo "usage: tests/fuzz/run.sh [SECONDS [TARGET ...]], or --total" >&2
     exit 2
 }
 shift $(($# > 0 ? 1 : 0))
-# The longest input of each target, bytes; every corpus file fits.
-declare -A max_len=([chain]=4096 [camera]=4096 [profile]=8192 [sequence]=256 [exr]=20000)
 targets=("$@")
-((${#targets[@]} > 0)) || targets=(chain camera profile sequence exr)
+((${#targets[@]} > 0)) || targets=("${all[@]}")
 for target in "${targets[@]}"; do
     [[ -n ${max_len[$target]:-} ]] || {
-        echo "tests/fuzz/run.sh: no target $target; there are: ${!max_len[*]}" >&2
+        echo "tests/fuzz/run.sh: no target $target; there are: ${all[*]}" >&2
         exit 2
     }
 done
 
 tools/install_packages.sh --fuzz
 cmake --preset fuzz
-cmake --build --preset fuzz -j "$(nproc)"
+cmake --build --preset fuzz -j "${POSTCHAIN_JOBS:-$(nproc)}"
 
-build=$PWD/build-fuzz
-mkdir -p "$build/finds" "$build/log"
+limits=(-rss_limit_mb=2048 -malloc_limit_mb=512 -timeout=20)
+mkdir -p "$build/finds" "$build/log" "$build/total"
 failed=0
 for target in "${targets[@]}"; do
-    mkdir -p "$build/corpus/$target"
+    fuzzer=$build/tests/fuzz/fuzz_$target
+    corpus=$build/corpus/$target
     log=$build/log/$target.txt
+    mkdir -p "$corpus"
     code=0
-    "$build/tests/fuzz/fuzz_$target" "$build/corpus/$target" "tests/fuzz/corpus/$target" \
-        -max_total_time="$seconds" -max_len="${max_len[$target]}" -rss_limit_mb=2048 \
-        -malloc_limit_mb=512 -timeout=20 -print_final_stats=1 \
+    "$fuzzer" "$corpus" "tests/fuzz/corpus/$target" -max_total_time="$seconds" \
+        -max_len="${max_len[$target]}" "${limits[@]}" -print_final_stats=1 \
         -artifact_prefix="$build/finds/$target-" >"$log" 2>&1 || code=$?
     runs=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log" | tail -n 1)
+    # Without the statistics of an end: the last line of progress.
+    [[ -n $runs ]] || runs=$(sed -n 's/^#\([0-9]*\).*/\1/p' "$log" | tail -n 1)
+    before=$(cat "$build/total/$target" 2>/dev/null || echo 0)
+    echo $((before + ${runs:-0})) >"$build/total/$target"
     if ((code == 0)); then
         echo "$target: ${runs:-0} executions, no find"
     else
@@ -45,5 +71,20 @@ for target in "${targets[@]}"; do
         echo "$target: a find after ${runs:-some} executions (log: $log)"
         grep -E 'ERROR|SUMMARY|runtime error|broken promise|Test unit written' "$log" || tail "$log"
     fi
+    # What the repository's corpus reaches already is not kept a second time.
+    rm -rf "$corpus.merged"
+    mkdir "$corpus.merged"
+    cp -a "tests/fuzz/corpus/$target/." "$corpus.merged/"
+    if "$fuzzer" -merge=1 "$corpus.merged" "$corpus" "${limits[@]}" >>"$log" 2>&1; then
+        for seed in "tests/fuzz/corpus/$target"/*; do rm -f "$corpus.merged/${seed##*/}"; done
+        kept=$(find "$corpus.merged" -type f | wc -l)
+        echo "$target: $(find "$corpus" -type f | wc -l) inputs found, $kept kept"
+        rm -rf "$corpus"
+        mv "$corpus.merged" "$corpus"
+    else
+        echo "$target: the corpus could not be reduced, it is kept as it is (log: $log)"
+        rm -rf "$corpus.merged"
+    fi
 done
+print_total
 exit "$failed"

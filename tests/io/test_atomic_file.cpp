@@ -125,6 +125,25 @@ TEST(AtomicFile, LeavesATemporaryThatIsBeingWritten) {
     EXPECT_THAT(error_of(folder.path("b.txt")), HasSubstr("already being written by this process"));
 }
 
+TEST(AtomicFile, WhatKilledProcessesLeftIsRemovedAndNothingElse) {
+    const TempFolder folder;
+    for (const char* name : {".a.txt.123.tmp", ".a.txt.4567890.tmp", ".b.txt.123.tmp",  // a's, b's
+                             ".a.txt.tmp", ".a.txt.12x.tmp", "a.txt.123.tmp", ".a.txt.123.bak"})
+        test::set_file_bytes(folder.path(name), "x");
+    const int held = ::open(folder.path(".a.txt.4567890.tmp").c_str(), O_WRONLY);
+    ASSERT_EQ(::flock(held, LOCK_EX), 0);
+    remove_dead_temporaries(folder.path(), [](const auto& name) { return name == "a.txt"; });
+    EXPECT_THAT(folder.names(),
+                ElementsAre(".a.txt.123.bak", ".a.txt.12x.tmp", ".a.txt.4567890.tmp", ".a.txt.tmp",
+                            ".b.txt.123.tmp", "a.txt.123.tmp"));
+    ::close(held);
+    remove_dead_temporaries(folder.path(), [](const auto& name) { return name == "a.txt"; });
+    EXPECT_EQ(folder.names().size(), 5u);
+    EXPECT_TRUE(is_temporary_of(".a.txt.123.tmp", "a.txt"));
+    EXPECT_FALSE(is_temporary_of(".a.txt.123.tmp", "txt"));
+    EXPECT_FALSE(is_temporary_of("..123.tmp", ""));
+}
+
 TEST(AtomicFile, ASignalsShutdownRemovesEveryLiveTemporary) {
     const TempFolder folder;
     Result<AtomicFile> a = AtomicFile::create(folder.path("a"));

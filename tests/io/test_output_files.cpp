@@ -204,5 +204,27 @@ TEST_F(OutputFilesTest, AFolderHasOneOwner) {
     EXPECT_EQ(on_file.check().code(), StatusCode::output);
 }
 
+// Its maker was killed before the mark had its name, others in the middle of a file.
+TEST_F(OutputFilesTest, WhatKillsLeaveIsInNoOnesWay) {
+    OutputFiles all = files(at("o.exr"), OnExisting::fail);
+    all.write(OutputFolder{at("r"), "a report", ".mark", "me\n", "name another"});
+    all.write(OutputFamily{folder_.path(), [](const auto& name) { return name == "0.a"; },
+                           "a stage", "name another"});
+    fs::create_directories(at("r/images"));
+    make("r/..mark.77.tmp");
+    fs::remove(at("r/images"));
+    EXPECT_TRUE(all.check().ok()) << all.check().message();
+    fs::create_directories(at("r/images"));
+    EXPECT_EQ(all.check().code(), StatusCode::output) << "a folder of someone else";
+    for (const char* name : {".o.exr.77.tmp", ".0.a.77.tmp", "r/images/.x.exr.77.tmp"}) make(name);
+    for (const char* name : {".other.exr.77.tmp", "r/images/x.exr"}) make(name);
+    all.remove_left_temporaries();
+    for (const char* name :
+         {".o.exr.77.tmp", ".0.a.77.tmp", "r/images/.x.exr.77.tmp", "r/..mark.77.tmp"})
+        EXPECT_FALSE(fs::exists(at(name))) << name;
+    for (const char* name : {".other.exr.77.tmp", "r/images/x.exr", "in.0001.exr"})
+        EXPECT_TRUE(fs::exists(at(name))) << name;
+}
+
 }  // namespace
 }  // namespace postchain::io

@@ -172,7 +172,7 @@ TEST_F(RunnerTest, NothingThatIsThrownLeavesIt) {
     });
     ASSERT_TRUE(summary.ok());
     EXPECT_EQ(summary->failed, 1u);
-    EXPECT_EQ(summary->first_failure.code(), StatusCode::internal);
+    EXPECT_EQ(summary->first_failure.code(), StatusCode::memory);
     EXPECT_NE(summary->first_failure.message().find("memory"), std::string::npos);
 }
 

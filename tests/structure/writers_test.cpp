@@ -134,6 +134,14 @@ TEST(Writers, AreTheseAndAskWhatMayBeReplaced) {
     for (const auto& [file, times] : expected) EXPECT_TRUE(found.count(file)) << file;
 }
 
+// Before its first write a job asks about all of its files, and then removes what killed ones left.
+TEST(Writers, RemoveWhatKillsLeft) {
+    const Counts checks = count(R"(\bfiles(->|\.)check(_names)?\(\))");
+    const Counts removals = count(R"(\bremove_left_temporaries\(\);)");
+    EXPECT_EQ(checks.size(), 5u);  // run, ab and bench, scene, diff, stress
+    for (const auto& [file, times] : checks) EXPECT_TRUE(removals.count(file)) << file;
+}
+
 // Who may say that a file is replaced: only the one place, and the words of an option.
 TEST(Writers, OnlyOnePlaceSaysOverwrite) {
     const std::set<std::string> allowed = {"tools/sequence/io/atomic_file.cpp",

@@ -136,7 +136,9 @@ Status add_maps(const DiffOptions& diff, DiffWork& work) {
                                                 "'; known are ", known));
     }
     if (!work.maps.empty()) work.compare.map = diff.map_metric;
-    return work.files.check();
+    if (Status status = work.files.check(); !status.ok()) return status;
+    work.files.remove_left_temporaries();
+    return Status();
 }
 
 }  // namespace

@@ -188,6 +188,7 @@ int main(int argc, char** argv) {
     try {
         code = postchain::command(argc, argv);
     } catch (const std::bad_alloc&) {
+        code = postchain::kExitInput;  // as StatusCode::memory
         std::fprintf(stderr, "postchain: error: not enough memory\n");
     } catch (const std::system_error& error) {
         std::fprintf(stderr,

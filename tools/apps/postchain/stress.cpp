@@ -138,6 +138,7 @@ int stress_verb(const Options& options, const StressOptions& stress) {
     if (!subjects.ok()) return fail(subjects.status());
     const io::OutputFiles files = files_of(options, stress, *subjects);
     if (Status status = files.check(); !status.ok()) return fail(status);
+    files.remove_left_temporaries();
     auto context = context_of(options);
     if (!context.ok()) return fail(context.status());
     Executor executor((*context)->device());

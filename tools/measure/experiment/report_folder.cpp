@@ -58,6 +58,7 @@ Result<io::OutputFiles> prepare_folder(const ExperimentSettings& settings) {
     auto files = files_of(settings);
     if (!files.ok()) return files;
     if (Status status = files->check(); !status.ok()) return status;
+    files->remove_left_temporaries();
     if (settings.on_existing == io::OnExisting::overwrite)
         if (Status status = remove_report(settings.folder); !status.ok()) return status;
     if (Status status = files->make_folders(); !status.ok()) return status;

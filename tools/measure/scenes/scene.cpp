@@ -326,6 +326,7 @@ Status write_scene(SceneRenderer& renderer, const SceneRequest& request,
         pictures.insert(pictures.end(), {Picture::mb, Picture::dof, Picture::both});
     const io::OutputFiles files = files_of(request, pictures);
     if (Status status = files.check(); !status.ok()) return status;
+    files.remove_left_temporaries();
     std::error_code error;
     std::filesystem::create_directory(request.folder, error);
     if (error)

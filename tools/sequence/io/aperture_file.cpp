@@ -58,10 +58,12 @@ Result<ApertureImage> read(const std::string& path) {
 
 }  // namespace
 
-Result<ApertureImage> read_aperture_image(const std::string& path) {
+Result<ApertureImage> read_aperture_image(const std::string& path) try {
     auto image = read(path);
     if (!image.ok()) return image.status().at(path);
     return image;
+} catch (...) {
+    return status_of_exception(path);
 }
 
 std::vector<InputFile> inputs_of(const Camera& camera) {
@@ -69,7 +71,7 @@ std::vector<InputFile> inputs_of(const Camera& camera) {
     return {{camera.aperture_image.file(), "the picture of the aperture"}};
 }
 
-Status ApertureFiles::read(Camera& camera) {
+Status ApertureFiles::read(Camera& camera) try {
     const std::string& path = camera.aperture_image.file();
     if (camera.aperture_image.is_read() || path.empty()) return Status();
     auto known = read_.find(path);
@@ -80,6 +82,8 @@ Status ApertureFiles::read(Camera& camera) {
     }
     camera.aperture_image = known->second;
     return Status();
+} catch (...) {
+    return status_of_exception(camera.aperture_image.file());
 }
 
 }  // namespace postchain::io

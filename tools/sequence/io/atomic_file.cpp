@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <mutex>
 #include <utility>
+#include <vector>
 
 namespace postchain::io {
 
@@ -114,9 +115,69 @@ int rename_to_new(const std::string& from, const std::string& to) {
     return 0;
 }
 
+// Some file systems have no locks; then no process can be told from a dead one, and none is.
+bool has_no_locks(int error) {
+    return error == ENOLCK || error == ENOSYS || error == EOPNOTSUPP;
+}
+
+// Removes a temporary that no process holds: its writer was killed. True when it is gone.
+bool remove_if_dead(const std::string& path) {
+    const int fd = ::open(path.c_str(), O_WRONLY | O_NOFOLLOW | O_CLOEXEC);
+    if (fd < 0) return errno == ENOENT;
+    const bool dead = ::flock(fd, LOCK_EX | LOCK_NB) == 0 && ::unlink(path.c_str()) == 0;
+    ::close(fd);
+    return dead;
+}
+
+struct Opened {
+    enum class Step { open, lock };
+    int fd = -1;
+    int error = 0;  // of the step that failed; EEXIST of `open`: another process has the name
+    Step step = Step::open;
+};
+
+// Makes the temporary and locks it. What a dead process left under this name, or one with our
+// number in another container, is removed.
+Opened open_temporary(const std::string& path) {
+    // Between open() and the lock another process may take the file for a dead one's and remove it:
+    // then it is made again.
+    constexpr int kAttempts = 16;
+    for (int attempt = 0; attempt < kAttempts; ++attempt) {
+        const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        if (fd < 0) {
+            if (errno != EEXIST) return {-1, errno, Opened::Step::open};
+            if (!remove_if_dead(path)) break;
+            continue;
+        }
+        struct stat info;
+        const int error = ::flock(fd, LOCK_EX | LOCK_NB) == 0 ? 0 : errno;
+        const bool held = error == 0 || has_no_locks(error);
+        if (held && ::fstat(fd, &info) == 0 && info.st_nlink > 0) return {fd, 0, {}};
+        if (!held && error != EWOULDBLOCK) {
+            ::unlink(path.c_str());
+            ::close(fd);
+            return {-1, error, Opened::Step::lock};
+        }
+        ::close(fd);
+    }
+    return {-1, EEXIST, Opened::Step::open};
+}
+
+// NAME of a temporary .NAME.PID.tmp, or nothing.
+std::string name_of_temporary(const std::string& temporary) {
+    constexpr std::string_view kEnd = ".tmp";
+    if (!temporary.starts_with('.') || !temporary.ends_with(kEnd)) return "";
+    const size_t end = temporary.size() - kEnd.size();
+    const size_t dot = temporary.rfind('.', end - 1);
+    if (dot == std::string::npos || dot < 2 || dot + 1 == end) return "";
+    for (size_t i = dot + 1; i < end; ++i)
+        if (temporary[i] < '0' || temporary[i] > '9') return "";
+    return temporary.substr(1, dot - 1);
+}
+
 }  // namespace
 
-Result<AtomicFile> AtomicFile::create(const std::string& path) {
+Result<AtomicFile> AtomicFile::create(const std::string& path) try {
     const size_t slash = path.rfind('/');
     const std::string name = slash == std::string::npos ? path : path.substr(slash + 1);
     if (name.empty()) return output_error(path, "no file name");
@@ -133,34 +194,21 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) {
     // On the list before it exists, so that no moment is left in which a signal would miss it.
     void* live = enlist(file.temporary_);
     if (live == nullptr) return output_error(path, "is already being written by this process");
-    const char* temporary = file.temporary_.c_str();
-    for (int attempt = 0; attempt < 2; ++attempt) {
-        file.fd_ = ::open(temporary, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-        if (file.fd_ >= 0) break;
-        if (errno != EEXIST) {
-            const std::string why = why_not_in(file.folder_, errno);
-            delist(live);
-            return output_error(path, why);
-        }
-        // Left by a dead process, or written by one with our number in another container.
-        const int old = ::open(temporary, O_WRONLY | O_CLOEXEC);
-        const bool dead = old >= 0 && ::flock(old, LOCK_EX | LOCK_NB) == 0;
-        if (dead) ::unlink(temporary);
-        if (old >= 0) ::close(old);
-        if (old >= 0 && !dead) break;
-    }
-    if (file.fd_ < 0) {
+    const Opened opened = open_temporary(file.temporary_);
+    if (opened.fd < 0) {
         delist(live);
-        return output_error(path, concat("another process is writing ", file.temporary_));
+        const std::string why =
+            opened.step == Opened::Step::lock ? concat("cannot lock it: ", reason_of(opened.error))
+            : opened.error == EEXIST ? concat("another process is writing ", file.temporary_)
+                                     : why_not_in(file.folder_, opened.error);
+        return output_error(path, why);
     }
+    file.fd_ = opened.fd;
     file.live_ = live;
-    // Between open() and here another process may have taken the file for a dead one's.
-    if (::flock(file.fd_, LOCK_EX | LOCK_NB) != 0 || ::fstat(file.fd_, &info) != 0 ||
-        info.st_nlink == 0) {
-        return output_error(path, concat("another process is writing ", file.temporary_));
-    }
     file.buffer_.reserve(kBufferBytes);
     return file;
+} catch (...) {
+    return status_of_exception(path);
 }
 
 AtomicFile::AtomicFile(AtomicFile&& other) noexcept
@@ -188,7 +236,7 @@ Status AtomicFile::fail(const char* action, int error) {
     return failed_;
 }
 
-Status AtomicFile::flush() {
+Status AtomicFile::flush() try {
     const char* bytes = buffer_.data();
     size_t left = buffer_.size();
     uint64_t at = buffer_start_;
@@ -212,9 +260,11 @@ Status AtomicFile::flush() {
     buffer_.clear();
     buffer_start_ = position_;
     return failed_;
+} catch (...) {
+    return failed_ = status_of_exception(path_);
 }
 
-Status AtomicFile::write(const void* bytes, size_t count) {
+Status AtomicFile::write(const void* bytes, size_t count) try {
     if (!failed_.ok()) return failed_;
     if (buffer_.size() + count > kBufferBytes) {
         if (Status s = flush(); !s.ok()) return s;
@@ -223,42 +273,75 @@ Status AtomicFile::write(const void* bytes, size_t count) {
     position_ += count;
     size_ = std::max(size_, position_);
     return buffer_.size() >= kBufferBytes ? flush() : Status();
+} catch (...) {
+    return failed_ = status_of_exception(path_);
 }
 
-Status AtomicFile::seek(uint64_t position) {
+Status AtomicFile::seek(uint64_t position) try {
     if (position == position_) return failed_;
     Status s = flush();
     position_ = position;
     buffer_start_ = position;
     return s;
+} catch (...) {
+    return failed_ = status_of_exception(path_);
 }
 
-Result<bool> AtomicFile::commit(OnExisting on_existing) {
+Result<bool> AtomicFile::commit(OnExisting on_existing) try {
     if (Status s = flush(); !s.ok()) return s;
     if (::fsync(fd_) != 0) return fail("cannot write", errno);
-    if (on_existing == OnExisting::overwrite) {
-        if (::rename(temporary_.c_str(), path_.c_str()) != 0) {
-            return fail("cannot move the finished file here", errno);
-        }
-    } else {
-        const int error = rename_to_new(temporary_, path_);
-        if (error == EEXIST && on_existing == OnExisting::skip) return false;
-        if (error == EEXIST) {
-            failed_ = output_error(path_, "exists already, and is not replaced");
-            return failed_;
-        }
-        if (error != 0) return fail("cannot move the finished file here", error);
-    }
-    delist(std::exchange(live_, nullptr));
-    ::close(std::exchange(fd_, -1));
-    // The name is only safe once the folder is on disk. Some file systems cannot sync a folder;
-    // the file itself is synced by then.
+    // Opened before the file has its name: what fails until then leaves nothing. One who may write
+    // in a folder but not read it cannot sync it.
     const int folder = ::open(folder_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (folder < 0 && errno != EACCES && errno != EPERM)
+        return fail("cannot open its folder to sync it", errno);
+    const int error = move_here(on_existing);
+    // The name is only safe once the folder is on disk. Some file systems cannot sync a folder; the
+    // file itself is synced by then.
+    int folder_error = 0;
     if (folder >= 0) {
-        ::fsync(folder);
+        if (error == 0 && ::fsync(folder) != 0 && errno != EINVAL && errno != ENOSYS &&
+            errno != EOPNOTSUPP)
+            folder_error = errno;
         ::close(folder);
     }
+    if (error == EEXIST && on_existing == OnExisting::skip) return false;
+    if (error == EEXIST && on_existing == OnExisting::fail) {
+        failed_ = output_error(path_, "exists already, and is not replaced");
+        return failed_;
+    }
+    if (error != 0) return fail("cannot move the finished file here", error);
+    delist(std::exchange(live_, nullptr));
+    ::close(std::exchange(fd_, -1));
+    if (folder_error != 0)
+        return fail("is complete, but the disk may not keep its name: its folder cannot be synced",
+                    folder_error);
     return true;
+} catch (...) {
+    return status_of_exception(path_);
+}
+
+int AtomicFile::move_here(OnExisting on_existing) const {
+    if (on_existing == OnExisting::overwrite)
+        return ::rename(temporary_.c_str(), path_.c_str()) == 0 ? 0 : errno;
+    return rename_to_new(temporary_, path_);
+}
+
+bool is_temporary_of(const std::string& temporary, const std::string& name) {
+    return !name.empty() && name_of_temporary(temporary) == name;
+}
+
+void remove_dead_temporaries(const std::string& folder,
+                             const std::function<bool(const std::string& name)>& ours) {
+    std::error_code error;
+    std::vector<std::string> found;
+    for (std::filesystem::directory_iterator it(folder, error), end; !error && it != end;
+         it.increment(error)) {
+        const std::string temporary = it->path().filename().string();
+        const std::string name = name_of_temporary(temporary);
+        if (!name.empty() && ours(name)) found.push_back(it->path().string());
+    }
+    for (const std::string& path : found) remove_if_dead(path);
 }
 
 void remove_live_temporaries() {
@@ -270,11 +353,13 @@ void remove_live_temporaries() {
 }
 
 Result<bool> atomic_write_text(const std::string& path, std::string_view text,
-                               OnExisting on_existing) {
+                               OnExisting on_existing) try {
     Result<AtomicFile> file = AtomicFile::create(path);
     if (!file.ok()) return file.status();
     if (Status s = file->write(text.data(), text.size()); !s.ok()) return s;
     return file->commit(on_existing);
+} catch (...) {
+    return status_of_exception(path);
 }
 
 }  // namespace postchain::io

@@ -22,18 +22,25 @@ Imf::FrameBuffer frame_buffer_of(const PartPixels& pixels) {
     return buffer;
 }
 
-Status status_of_exception(StatusCode code, const std::string& place, const std::string& fault) {
+Status status_of_exception(StatusCode code, const std::string& place,
+                           const std::string& fault) try {
     try {
         throw;
     } catch (const std::bad_alloc&) {
-        return Status(code, concat(place, ": not enough memory"));
+        return out_of_memory(place);
     } catch (const std::exception& e) {
         std::string what = e.what();
+        // OpenEXR's threads hand on the text of what they have caught, and nothing else.
+        for (const char* said :
+             {"bad_alloc", "Failed to allocate memory", "Cannot allocate memory"})
+            if (what.find(said) != std::string::npos) return out_of_memory(place);
         std::replace(what.begin(), what.end(), '\n', ' ');
         return Status(code, concat(place, ": ", fault, what));
     } catch (...) {
         return Status(code, concat(place, ": ", fault, "unknown failure inside OpenEXR"));
     }
+} catch (...) {
+    return out_of_memory(place);
 }
 
 }  // namespace postchain::io

@@ -37,8 +37,8 @@ Imf::PixelType imf_type(PixelType type);
 // Slices of the planes' own types and samplings, without any conversion.
 Imf::FrameBuffer frame_buffer_of(const PartPixels& pixels);
 
-// The exception now being handled, as a status. Call in a catch block only. `fault`
-// stands before what OpenEXR says; running out of memory is not the fault of the file.
+// The exception now being handled, as a status of `code`, or of `memory`: running out of memory is
+// not the fault of the file. Call in a catch block only. `fault` stands before what OpenEXR says.
 Status status_of_exception(StatusCode code, const std::string& place,
                            const std::string& fault = {});
 

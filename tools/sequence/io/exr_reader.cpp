@@ -128,7 +128,10 @@ uint64_t ExrFile::file_bytes() const {
     return impl_->bytes;
 }
 
-Result<ExrFile> ExrFile::open(const std::string& path, const ReadLimits& limits) {
+Result<ExrFile> ExrFile::open(const std::string& path, const ReadLimits& limits) try {
+    auto impl = std::make_unique<Impl>();
+    impl->path = path;
+    impl->stream = std::make_unique<FdIStream>(path);
     // O_NONBLOCK: a pipe is refused below instead of waiting here for a writer.
     const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (fd < 0) {
@@ -136,38 +139,32 @@ Result<ExrFile> ExrFile::open(const std::string& path, const ReadLimits& limits)
                                      ? std::string("no such file")
                                      : concat("cannot be opened: ", std::strerror(errno)));
     }
-    struct stat info;
-    if (::fstat(fd, &info) != 0 || !S_ISREG(info.st_mode)) {
-        ::close(fd);
-        return input_error(path, "is not a file");
-    }
-    auto impl = std::make_unique<Impl>();
-    impl->path = path;
+    struct stat info = {};
+    const bool is_file = ::fstat(fd, &info) == 0 && S_ISREG(info.st_mode);
     impl->bytes = uint64_t(info.st_size);
-    impl->stream = std::make_unique<FdIStream>(fd, impl->bytes, path);
+    impl->stream->take(fd, impl->bytes);
+    if (!is_file) return input_error(path, "is not a file");
     const Result<HeaderFacts> facts = scan_header(fd, impl->bytes, limits);
     if (!facts.ok()) return facts.status().at(path);
     impl->facts = *facts;
-    try {
-        static std::once_flag once;
-        std::call_once(once, [] { Imf::Header::setMaxTileSize(kMaxSide, kMaxSide); });
-        // No reconstruction of chunk tables: an incomplete file is refused below.
-        impl->file = std::make_unique<Imf::MultiPartInputFile>(*impl->stream,
-                                                               Imf::globalThreadCount(), false);
-        for (int i = 0; i < impl->file->parts(); ++i) {
-            if (!impl->file->partComplete(i)) {
-                return input_error(
-                    path, "incomplete: its writer did not finish; wait for it or render it again");
-            }
-            impl->parts.push_back(part_of(impl->file->header(i)));
+    static std::once_flag once;
+    std::call_once(once, [] { Imf::Header::setMaxTileSize(kMaxSide, kMaxSide); });
+    // No reconstruction of chunk tables: an incomplete file is refused below.
+    impl->file =
+        std::make_unique<Imf::MultiPartInputFile>(*impl->stream, Imf::globalThreadCount(), false);
+    for (int i = 0; i < impl->file->parts(); ++i) {
+        if (!impl->file->partComplete(i)) {
+            return input_error(
+                path, "incomplete: its writer did not finish; wait for it or render it again");
         }
-    } catch (...) {
-        return status_of_exception(StatusCode::input, path, "damaged or truncated: ");
+        impl->parts.push_back(part_of(impl->file->header(i)));
     }
     return ExrFile(std::move(impl));
+} catch (...) {
+    return status_of_exception(StatusCode::input, path, "damaged or truncated: ");
 }
 
-Status ExrFile::check_channels(int part, const std::vector<std::string>& channels) const {
+Status ExrFile::check_channels(int part, const std::vector<std::string>& channels) const try {
     if (part < 0 || size_t(part) >= parts().size()) {
         return input_error(path(), concat("has no part ", part));
     }
@@ -195,9 +192,11 @@ Status ExrFile::check_channels(int part, const std::vector<std::string>& channel
         }
     }
     return {};
+} catch (...) {
+    return postchain::status_of_exception(path());
 }
 
-Status ExrFile::explain_no_color() const {
+Status ExrFile::explain_no_color() const try {
     // Beside flat color neither is what is wrong.
     for (const ExrPart& p : parts()) {
         if (p.deep || p.luminance_chroma()) continue;
@@ -217,6 +216,8 @@ Status ExrFile::explain_no_color() const {
         }
     }
     return {};
+} catch (...) {
+    return postchain::status_of_exception(path());
 }
 
 int ExrFile::rows_at_once(int part) const {
@@ -226,7 +227,7 @@ int ExrFile::rows_at_once(int part) const {
 }
 
 Result<PartPixels> ExrFile::read_part(int part, const std::vector<std::string>& channels,
-                                      const std::optional<Window>& area) {
+                                      const std::optional<Window>& area) try {
     if (part < 0 || size_t(part) >= parts().size() || parts()[size_t(part)].deep) {
         return check_channels(part, {});
     }
@@ -244,39 +245,39 @@ Result<PartPixels> ExrFile::read_part(int part, const std::vector<std::string>& 
         pixels.window.min_y = top + first_row / step * step;
         pixels.window.max_y = std::min(last, top + (last_row / step + 1) * step - 1);
     }
-    try {
-        for (const ExrChannel& c : info.channels) {
-            const bool wanted = channels.empty() || std::find(channels.begin(), channels.end(),
-                                                              c.name) != channels.end();
-            if (wanted) pixels.planes.push_back(make_plane(c, pixels.window));
-        }
-        for (const std::string& name : channels) {
-            if (pixels.find(name) == nullptr) return check_channels(part, {name});
-        }
-        const Imf::FrameBuffer buffer = frame_buffer_of(pixels);
-        if (info.tiled) {
-            Imf::TiledInputPart in(*impl_->file, part);
-            in.setFrameBuffer(buffer);
-            const int rows = int(in.tileYSize());
-            const int first = (pixels.window.min_y - info.data_window.min_y) / rows;
-            const int last = (pixels.window.max_y - info.data_window.min_y) / rows;
-            in.readTiles(0, in.numXTiles(0) - 1, first, last, 0, 0);
-        } else {
-            Imf::InputPart in(*impl_->file, part);
-            in.setFrameBuffer(buffer);
-            in.readPixels(pixels.window.min_y, pixels.window.max_y);
-        }
-    } catch (...) {
-        return status_of_exception(StatusCode::input, path(), "damaged or truncated: ");
+    for (const ExrChannel& c : info.channels) {
+        const bool wanted = channels.empty() ||
+                            std::find(channels.begin(), channels.end(), c.name) != channels.end();
+        if (wanted) pixels.planes.push_back(make_plane(c, pixels.window));
+    }
+    for (const std::string& name : channels) {
+        if (pixels.find(name) == nullptr) return check_channels(part, {name});
+    }
+    const Imf::FrameBuffer buffer = frame_buffer_of(pixels);
+    if (info.tiled) {
+        Imf::TiledInputPart in(*impl_->file, part);
+        in.setFrameBuffer(buffer);
+        const int rows = int(in.tileYSize());
+        const int first = (pixels.window.min_y - info.data_window.min_y) / rows;
+        const int last = (pixels.window.max_y - info.data_window.min_y) / rows;
+        in.readTiles(0, in.numXTiles(0) - 1, first, last, 0, 0);
+    } else {
+        Imf::InputPart in(*impl_->file, part);
+        in.setFrameBuffer(buffer);
+        in.readPixels(pixels.window.min_y, pixels.window.max_y);
     }
     return pixels;
+} catch (...) {
+    return status_of_exception(StatusCode::input, path(), "damaged or truncated: ");
 }
 
-Result<ImageF> ExrFile::read_channels(int part, const std::vector<std::string>& channels) {
+Result<ImageF> ExrFile::read_channels(int part, const std::vector<std::string>& channels) try {
     if (Status s = check_channels(part, channels); !s.ok()) return s;
     Result<PartPixels> pixels = read_part(part, channels);
     if (!pixels.ok()) return pixels.status();
     return pixels->interleaved(channels, pixels->window);
+} catch (...) {
+    return postchain::status_of_exception(path());
 }
 
 }  // namespace postchain::io

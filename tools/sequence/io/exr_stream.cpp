@@ -14,11 +14,13 @@ constexpr size_t kStreamBuffer = size_t(256) << 10;
 
 }  // namespace
 
-FdIStream::FdIStream(int fd, uint64_t size, const std::string& path)
-    : Imf::IStream(path.c_str()), fd_(fd), size_(size) {}
+void FdIStream::take(int fd, uint64_t size) {
+    fd_ = fd;
+    size_ = size;
+}
 
 FdIStream::~FdIStream() {
-    ::close(fd_);
+    if (fd_ >= 0) ::close(fd_);
 }
 
 bool FdIStream::read(char* to, int count) {

@@ -15,15 +15,16 @@ namespace postchain::io {
 // A file descriptor as OpenEXR wants it: buffered, every read checked.
 class FdIStream final : public Imf::IStream {
   public:
-    FdIStream(int fd, uint64_t size, const std::string& path);
+    explicit FdIStream(const std::string& path) : Imf::IStream(path.c_str()) {}
     ~FdIStream() override;
+    void take(int fd, uint64_t size);  // once, before the first read; the stream closes it
     bool read(char* to, int count) override;
     uint64_t tellg() override { return position_; }
     void seekg(uint64_t position) override { position_ = position; }
 
   private:
-    int fd_;
-    uint64_t size_;
+    int fd_ = -1;
+    uint64_t size_ = 0;
     uint64_t position_ = 0;
     uint64_t start_ = 0;  // file position of buffer_[0]
     std::vector<char> buffer_;

@@ -18,9 +18,12 @@
 #include <ImfTiledInputPart.h>
 #include <ImfTiledOutputFile.h>
 #include <ImfTiledOutputPart.h>
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <numeric>
 
 #include "tools/sequence/io/exr_attributes.h"
@@ -58,6 +61,25 @@ Status check_counts(const std::string& path, const EncodeCounts& counts, HalfOve
                          counts.overflow_pixels > 0 ? "color as float" : "it less bright"));
 }
 
+// OpenEXR 3.1 writes nothing of lines that it could not compress for want of memory, and says
+// nothing either: what it has written is looked at once more, as a reader does.
+Status check_complete(AtomicFile& file) {
+    if (Status s = file.flush(); !s.ok()) return s;
+    FdIStream stream(file.temporary());
+    const int fd = ::open(file.temporary().c_str(), O_RDONLY | O_CLOEXEC);
+    if (fd < 0)
+        return Status(StatusCode::output,
+                      concat(file.path(), ": cannot be read again: ", std::strerror(errno)));
+    stream.take(fd, file.size());
+    const Imf::MultiPartInputFile written(stream, 0, false);
+    for (int part = 0; part < written.parts(); ++part)
+        if (!written.partComplete(part))
+            return Status(
+                StatusCode::memory,
+                concat(file.path(), ": not enough memory: OpenEXR could not compress every line"));
+    return {};
+}
+
 // Runs `write` on an OpenEXR output stream into a new file at `path`, then commits.
 // `write(Imf::OStream&)` may throw, and must have closed its OpenEXR objects when it returns.
 template <class Write>
@@ -68,11 +90,12 @@ Status write_file(const std::string& path, const WriteOptions& options, WriteRep
     AtomicOStream stream(*file);
     try {
         write(stream);
+        // A failure that OpenEXR's destructors swallowed has stuck to the file.
+        if (Status s = check_complete(*file); !s.ok()) return s;
     } catch (...) {
         if (!stream.status.ok()) return stream.status;
         return status_of_exception(StatusCode::output, path);
     }
-    // A failure that OpenEXR's destructors swallowed has stuck to the file: commit() reports it.
     report.bytes = file->size();
     if (options.before_commit)
         if (Status s = options.before_commit(); !s.ok()) return s;
@@ -185,7 +208,7 @@ Window aligned(Window window, const PartPixels& pixels) {
 }  // namespace
 
 Status check_rewritable(ExrFile& file, int color_part,
-                        const std::map<std::string, std::string>& attributes) {
+                        const std::map<std::string, std::string>& attributes) try {
     const Imf::MultiPartInputFile& input = *file.impl().file;
     for (int part = 0; part < input.parts(); ++part) {
         const Imf::Header& header = input.header(part);
@@ -207,10 +230,12 @@ Status check_rewritable(ExrFile& file, int color_part,
                    ", and the output has a text of that name; rename it or leave it out"));
     }
     return {};
+} catch (...) {
+    return postchain::status_of_exception(file.path());
 }
 
 Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, const ImageF& color,
-                                   const WriteOptions& options) {
+                                   const WriteOptions& options) try {
     WriteReport report;
     if (frame.kept == nullptr || color.width != frame.description.width ||
         color.height != frame.description.height || color.channels != 4) {
@@ -290,10 +315,12 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
     };
     if (Status s = write_file(path, options, report, write); !s.ok()) return s;
     return report;
+} catch (...) {
+    return postchain::status_of_exception(path);
 }
 
 Result<WriteReport> write_planes_exr(const std::string& path, const PlanesFile& file,
-                                     const WriteOptions& options) {
+                                     const WriteOptions& options) try {
     WriteReport report;
     if (file.channels.empty()) {
         return Status(StatusCode::internal, concat(path, ": no channels to write"));
@@ -353,11 +380,13 @@ Result<WriteReport> write_planes_exr(const std::string& path, const PlanesFile& 
     };
     if (Status s = write_file(path, options, report, write); !s.ok()) return s;
     return report;
+} catch (...) {
+    return postchain::status_of_exception(path);
 }
 
 Result<WriteReport> write_planes_exr(const std::string& path, const ImageF& image,
                                      const std::vector<std::string>& names,
-                                     OnExisting on_existing) {
+                                     OnExisting on_existing) try {
     PlanesFile file;
     for (size_t i = 0; i < names.size(); ++i) {
         file.channels.push_back({names[i], PixelType::float32, &image, int(i)});
@@ -365,6 +394,8 @@ Result<WriteReport> write_planes_exr(const std::string& path, const ImageF& imag
     WriteOptions options;
     options.on_existing = on_existing;
     return write_planes_exr(path, file, options);
+} catch (...) {
+    return postchain::status_of_exception(path);
 }
 
 }  // namespace postchain::io

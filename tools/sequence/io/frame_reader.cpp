@@ -48,7 +48,7 @@ ExrFile& OpenFrame::file_of(Role role) const {
 }
 
 Result<OpenFrame> open_frame(const std::map<Role, std::string>& files, int frame_number,
-                             const ReadLimits& limits) {
+                             const ReadLimits& limits) try {
     OpenFrame frame;
     frame.frame_number = frame_number;
     std::map<std::string, std::shared_ptr<ExrFile>> opened;
@@ -65,6 +65,8 @@ Result<OpenFrame> open_frame(const std::map<Role, std::string>& files, int frame
         return Status(StatusCode::internal, "open_frame without a color file");
     }
     return frame;
+} catch (...) {
+    return status_of_exception("opening a frame");
 }
 
 FileChannels channels_of(const ExrFile& file) {
@@ -101,7 +103,7 @@ float outside_value(Role role, const ConvertOptions& convention, PixelType type)
 }
 
 Result<InputFrame> read_frame(OpenFrame files, const ChannelAssignment& assignment, RoleSet wanted,
-                              Keep keep, const std::optional<PlanesArea>& area) {
+                              Keep keep, const std::optional<PlanesArea>& area) try {
     wanted.add(Role::color);
     InputFrame frame;
     frame.assignment = assignment;
@@ -191,6 +193,8 @@ Result<InputFrame> read_frame(OpenFrame files, const ChannelAssignment& assignme
     if (color_part.chromaticities) d.luma_weights = luma_weights(*color_part.chromaticities);
     frame.files = std::move(files);
     return frame;
+} catch (...) {
+    return status_of_exception("reading a frame");
 }
 
 std::array<double, 3> luma_weights(const std::array<float, 8>& chromaticities) {

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <set>
 
 namespace postchain::io {
 namespace {
@@ -177,7 +178,9 @@ Status OutputFiles::folder_state(const OutputFolder& folder) const {
     if (!is_folder(folder.path))
         return refused(folder.path, concat("is a file; the folder of ", folder.what,
                                            " cannot be created; ", folder.remedy));
-    const std::vector<std::string> names = names_in(folder.path);
+    std::vector<std::string> names = names_in(folder.path);
+    // All that there is of a folder whose maker was killed before the mark had its name.
+    std::erase_if(names, [&](const auto& name) { return is_temporary_of(name, folder.mark); });
     if (names.empty()) return Status();
     const std::string mark = folder.path + "/" + folder.mark;
     if (!is_there(mark))
@@ -237,6 +240,24 @@ Status OutputFiles::check_existing() const {
 Status OutputFiles::check() const {
     if (Status status = check_names(); !status.ok()) return status;
     return check_existing();
+}
+
+void OutputFiles::remove_left_temporaries() const {
+    std::map<std::string, std::set<std::string>> names;  // of files, by folder
+    for (const auto& [path, index] : file_at_)
+        names[fs::path(path).parent_path().string()].insert(name_of(path));
+    for (const auto& at : names)
+        remove_dead_temporaries(at.first,
+                                [&](const auto& name) { return at.second.count(name) > 0; });
+    for (const OutputFamily& family : families_) remove_dead_temporaries(family.folder, family.has);
+    for (const OutputFolder& own : folders_) {
+        const auto any = [](const std::string&) { return true; };
+        remove_dead_temporaries(own.path, any);
+        std::error_code error;
+        for (fs::recursive_directory_iterator it(own.path, error), end; !error && it != end;
+             it.increment(error))
+            if (it->is_directory(error)) remove_dead_temporaries(it->path().string(), any);
+    }
 }
 
 Status OutputFiles::make_folders() const {

@@ -79,6 +79,9 @@ class OutputFiles {
     Status check_existing(const std::vector<std::string>& paths) const;  // these outputs alone
     Status check() const;                                                // all of it
 
+    // After check(): removes what killed processes have left of these files, .NAME.PID.tmp.
+    void remove_left_temporaries() const;
+
     // Makes the folders of rule 4 with their marks. Errors (output).
     Status make_folders() const;
 

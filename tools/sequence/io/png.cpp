@@ -4,16 +4,20 @@
 
 namespace postchain::io {
 
-Result<std::string> encode_png(const Image<uint8_t>& pixels) {
+Result<std::string> encode_png(const Image<uint8_t>& pixels) try {
     const auto pictures = picture_module(StatusCode::output);
     if (!pictures.ok()) return pictures.status();
     return (*pictures)->encode_png(pixels);
+} catch (...) {
+    return status_of_exception("encoding a PNG");
 }
 
-Result<Image<uint8_t>> magma_of(const ImageF& values) {
+Result<Image<uint8_t>> magma_of(const ImageF& values) try {
     const auto pictures = picture_module(StatusCode::output);
     if (!pictures.ok()) return pictures.status();
     return (*pictures)->magma_of(values);
+} catch (...) {
+    return status_of_exception("colors of an error map");
 }
 
 std::string base64_of(std::string_view bytes) {

@@ -9,7 +9,7 @@
 namespace postchain::io {
 
 Status write_png_preview(const std::string& path, const ImageF& color,
-                         const PreviewOptions& options) {
+                         const PreviewOptions& options) try {
     if (color.empty()) return Status(StatusCode::internal, concat(path, ": no pixels"));
     const int channels = color.channels >= 3 ? 3 : 1;
     const float gain = float(std::exp2(options.exposure_stops));
@@ -29,6 +29,8 @@ Status write_png_preview(const std::string& path, const ImageF& color,
     const auto png = encode_png(bytes);
     if (!png.ok()) return png.status().at(path);
     return atomic_write_text(path, *png, options.on_existing).status();
+} catch (...) {
+    return status_of_exception(path);
 }
 
 std::string preview_path(const std::string& output) {

@@ -126,9 +126,11 @@ Result<FrameRange> FrameRange::parse(std::string_view text) {
             return usage_error(
                 concat("frames '", text, "': more than ", std::to_string(kMaxFrames), " frames"));
         }
+        // The only item names no frame twice.
+        const bool only = range.frames.empty() && comma == std::string_view::npos;
         for (int64_t i = 0; i < count; ++i) {
             const int frame = int(*first + i * *step);
-            if (seen.insert(frame).second) range.frames.push_back(frame);
+            if (only || seen.insert(frame).second) range.frames.push_back(frame);
         }
         if (comma == std::string_view::npos) return range;
         rest.remove_prefix(comma + 1);

@@ -196,6 +196,7 @@ Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& settings,
             StatusCode::output,
             folder + (fs::exists(folder, error) ? ": is not a folder"
                                                 : ": folder does not exist; make it first"));
+    files.remove_left_temporaries();
     if (!settings.dump_folder.empty()) {
         fs::create_directories(settings.dump_folder, error);
         if (error || !fs::is_directory(settings.dump_folder))

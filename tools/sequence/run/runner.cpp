@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <new>
 #include <semaphore>
 #include <set>
 #include <system_error>
@@ -20,10 +19,8 @@ template <class Stage>
 Status guarded(const std::string& place, const Stage& stage) {
     try {
         return stage();
-    } catch (const std::bad_alloc&) {
-        return Status(StatusCode::internal, place + ": not enough memory");
-    } catch (const std::exception& error) {
-        return Status(StatusCode::internal, concat(place, ": unexpected failure: ", error.what()));
+    } catch (...) {
+        return status_of_exception(place);
     }
 }
 

@@ -1,0 +1,298 @@
+// Memory that runs out at the n-th allocation, n = 1, 2, ..., while texts are parsed and frames are
+// read and written: a status says so, nothing aborts, no file is half there and no temporary is
+// left. malloc of the whole process is replaced, so that the libraries are met too.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstdlib>
+#include <fstream>
+#include <functional>
+#include <map>
+
+#include "config/camera_file.h"
+#include "config/chain_find.h"
+#include "config/profile.h"
+#include "passes/registry.h"
+#include "tests/io/exr_files.h"
+#include "tools/sequence/io/aperture_file.h"
+#include "tools/sequence/io/exr_writer.h"
+#include "tools/sequence/io/frame_reader.h"
+#include "tools/sequence/io/preview.h"
+
+namespace {
+
+// Allocations since they are counted, by all threads; the one of this number fails, or all from it
+// on.
+std::atomic<bool> counted = false;
+std::atomic<long> allocations = 0;
+long failing = 0;
+bool for_good = false;
+
+bool is_there_room() {
+    if (!counted.load()) return true;
+    const long number = ++allocations;
+    return for_good ? number < failing : number != failing;
+}
+
+void* none() {
+    errno = ENOMEM;
+    return nullptr;
+}
+
+}  // namespace
+
+// glibc's own, under the names that it keeps for those who replace malloc.
+extern "C" {
+void* __libc_malloc(size_t bytes);
+void* __libc_calloc(size_t count, size_t bytes);
+void* __libc_realloc(void* old, size_t bytes);
+void* __libc_memalign(size_t alignment, size_t bytes);
+
+void* malloc(size_t bytes) {
+    return is_there_room() ? __libc_malloc(bytes) : none();
+}
+void* calloc(size_t count, size_t bytes) {
+    return is_there_room() ? __libc_calloc(count, bytes) : none();
+}
+void* realloc(void* old, size_t bytes) {
+    return is_there_room() ? __libc_realloc(old, bytes) : none();
+}
+void* aligned_alloc(size_t alignment, size_t bytes) {
+    return is_there_room() ? __libc_memalign(alignment, bytes) : none();
+}
+int posix_memalign(void** out, size_t alignment, size_t bytes) {
+    void* made = is_there_room() ? __libc_memalign(alignment, bytes) : nullptr;
+    if (made == nullptr) return ENOMEM;
+    *out = made;
+    return 0;
+}
+}
+
+namespace postchain {
+namespace {
+
+// Allocations that `work` makes when none fails, or makes until `work` ends with one that fails.
+template <class Work>
+long count_during(long number, bool from_there_on, const Work& work) {
+    failing = number;
+    for_good = from_there_on;
+    allocations = 0;
+    counted = true;
+    try {
+        work();
+    } catch (const std::exception& error) {
+        counted = false;
+        ADD_FAILURE() << "allocation " << number << ": " << error.what() << " left the library";
+    }
+    counted = false;
+    return allocations;
+}
+
+class Allocations : public testing::Test {
+  protected:
+    // What `work` did when nothing failed: the same object is looked at every time.
+    using Work = std::function<Status()>;
+
+    // `work` fails at each number, once for good and once not. `whole` looks at what it made: a
+    // failure of the test where it says ok and is not what it is without one.
+    void fail_each(const char* name, const Work& work, const std::function<bool()>& whole) {
+        ASSERT_TRUE(work().ok());  // what is made once only is there
+        ASSERT_TRUE(whole());
+        Status status;
+        const long all = count_during(0, false, [&] { status = work(); });
+        ASSERT_TRUE(status.ok()) << status.message();
+        ASSERT_GT(all, 1) << name;
+        long trials = 0, refused = 0;
+        for (const bool from_there_on : {false, true}) {
+            for (long number = 1; number <= all; ++number) {
+                ++trials;
+                clean_up();
+                count_during(number, from_there_on, [&] { status = work(); });
+                const auto place = testing::Message()
+                                   << name << ", allocation " << number << " of " << all
+                                   << (from_there_on ? " and all after it" : "");
+                EXPECT_EQ(temporaries(), std::vector<std::string>()) << place;
+                if (status.ok()) {
+                    EXPECT_TRUE(whole()) << place << ": is ok, and not whole";
+                    continue;
+                }
+                ++refused;
+                EXPECT_EQ(status.code(), StatusCode::memory) << place << ": " << status.message();
+                EXPECT_NE(status.message().find("memory"), std::string::npos)
+                    << place << ": " << status.message();
+            }
+        }
+        EXPECT_GT(refused, trials / 2) << name;
+        std::printf("%s: %ld allocations, %ld failures, %ld refused\n", name, all, trials, refused);
+        // Nothing that failed has spoiled what comes after it.
+        clean_up();
+        ASSERT_TRUE(work().ok()) << name;
+        EXPECT_TRUE(whole()) << name;
+    }
+
+    void clean_up() const {
+        for (const auto& name : folder_.names())
+            if (name.starts_with("out")) std::filesystem::remove(folder_.path(name));
+    }
+    std::vector<std::string> temporaries() const {
+        std::vector<std::string> found;
+        for (const auto& name : folder_.names())
+            if (name.starts_with(".")) found.push_back(name);
+        return found;
+    }
+    std::string bytes(const std::string& name) const {
+        std::ifstream file(folder_.path(name), std::ios::binary);
+        return {std::istreambuf_iterator<char>(file), {}};
+    }
+    std::string write_text(const std::string& name, const std::string& text) const {
+        std::ofstream(folder_.path(name), std::ios::binary) << text;
+        return folder_.path(name);
+    }
+    // Two parts, one of them to be kept as stored. `tile`: its side in that one, 0 for scanlines.
+    void write_frame(int tile) const {
+        test::FilePart color, other;
+        color.name = "color";
+        color.channels = {{"R"}, {"G"}, {"B"}, {"A"}, {"Z", Imf::FLOAT}};
+        color.compression = Imf::ZIP_COMPRESSION;
+        other.name = "other";
+        other.channels = {{"id.X", Imf::UINT}};
+        other.tile = tile;
+        test::write_file(folder_.path("in.exr"), {color, other});
+    }
+
+    // Only what a library is asked to do may fail: its arguments are made before.
+    test::TempFolder folder_;
+    const std::string out_ = folder_.path("out.exr");
+    const std::map<Role, std::string> files_ = {{Role::color, folder_.path("in.exr")}};
+    const io::ChannelAssignment roles_ = {{Role::color, {0, {"R", "G", "B", "A"}}}};
+};
+
+TEST_F(Allocations, ChainFile) {
+    const std::string path = write_text("chain.yaml",
+                                        "postchain: 1\n"
+                                        "camera: {focal_length_mm: 50, f_stop: 1.8}\n"
+                                        "passes:\n"
+                                        "  - motion_blur: {samples: 25, shutter_frames: 0.5}\n"
+                                        "  - fxaa: {preset: 12, hint: threshold}\n"
+                                        "  - depth_of_field: {method: gilham}\n");
+    const uint64_t expected = load_chain(path, builtin_passes())->chain.hash();
+    const std::vector<std::string> sets = {"motion_blur.samples=9"};
+    Chain chain;
+    const auto work = [&] {
+        auto file = load_chain(path, builtin_passes(), sets);
+        if (!file.ok()) return file.status();
+        if (Status status = file->status(); !status.ok()) return status;
+        chain = std::move(file->chain);
+        return Status();
+    };
+    ASSERT_TRUE(work().ok());
+    const uint64_t changed = chain.hash();
+    EXPECT_NE(changed, expected);
+    fail_each("a chain file", work, [&] { return chain.hash() == changed; });
+}
+
+TEST_F(Allocations, CameraFile) {
+    const std::string path =
+        write_text("camera.json",
+                   "{\"focal_length_mm\": 35, \"f_stop\": 1.5, \"focus_distance\": 3, \"fps\": 24,"
+                   " \"frames\": {\"7\": {\"f_stop\": 2.5}, \"8\": {\"f_stop\": 4}}}");
+    Camera camera;
+    fail_each(
+        "a camera file",
+        [&] {
+            camera = Camera();
+            const auto file = load_camera(path);
+            if (!file.ok()) return file.status();
+            if (Status status = file->status(); !status.ok()) return status;
+            camera = file->camera_for(7, {1920, 1080, 1});
+            return Status();
+        },
+        [&] { return camera.f_stop == 2.5 && camera.focal_length_mm == 35.0; });
+}
+
+TEST_F(Allocations, Profile) {
+    std::ifstream file(POSTCHAIN_SOURCE_DIR "/config/profiles/cycles.yaml");
+    const std::string path =
+        write_text("mine.yaml", std::string(std::istreambuf_iterator<char>(file), {}));
+    std::string title;
+    size_t roles = 0;
+    fail_each(
+        "a profile",
+        [&] {
+            roles = 0;
+            const auto profile = find_profile(path);
+            if (!profile.ok()) return profile.status();
+            title = profile->title;
+            roles = profile->roles.size();
+            return Status();
+        },
+        [&] { return roles >= 3 && !title.empty(); });
+}
+
+TEST_F(Allocations, ReadingAFrame) {
+    write_frame(8);
+    for (const int threads : {0, 2}) {
+        io::set_exr_threads(threads);
+        ImageF color;
+        ImageF expected;
+        const auto work = [&] {
+            color = ImageF();
+            auto open = io::open_frame(files_, 1);
+            if (!open.ok()) return open.status();
+            auto frame = io::read_frame(std::move(*open), roles_, {Role::color}, io::Keep::all);
+            if (!frame.ok()) return frame.status();
+            color = std::move(frame->planes.at(Role::color));
+            return Status();
+        };
+        ASSERT_TRUE(work().ok());
+        expected = color;
+        fail_each("reading a frame", work, [&] { return color == expected; });
+    }
+    io::set_exr_threads(0);
+}
+
+// Scanlines only: where memory runs out in the constructor of its writer of tiles, OpenEXR 3.1 frees
+// what it never had (docs/robustness.md).
+TEST_F(Allocations, WritingAFrame) {
+    write_frame(0);
+    ImageF color;
+    io::WriteOptions options;
+    options.on_existing = io::OnExisting::overwrite;
+    std::string expected;
+    const auto work = [&] {
+        auto open = io::open_frame(files_, 1);
+        if (!open.ok()) return open.status();
+        auto frame = io::read_frame(std::move(*open), roles_, {Role::color}, io::Keep::all);
+        if (!frame.ok()) return frame.status();
+        color = std::move(frame->planes.at(Role::color));
+        return io::write_filtered(out_, *frame, color, options).status();
+    };
+    ASSERT_TRUE(work().ok());
+    expected = bytes("out.exr");
+    ASSERT_GT(expected.size(), 500u);
+    fail_each("writing a frame", work, [&] { return bytes("out.exr") == expected; });
+}
+
+TEST_F(Allocations, WritingPlanes) {
+    const ImageF image(9, 7, 3);
+    const std::vector<std::string> names = {"R", "G", "B"};
+    std::string expected;
+    const auto work = [&] {
+        return io::write_planes_exr(out_, image, names, io::OnExisting::overwrite).status();
+    };
+    ASSERT_TRUE(work().ok());
+    expected = bytes("out.exr");
+    fail_each("writing planes", work, [&] { return bytes("out.exr") == expected; });
+}
+
+TEST_F(Allocations, WritingText) {
+    const std::string text(3'000'000, 'x');  // more than the buffer
+    fail_each(
+        "writing a text",
+        [&] { return io::atomic_write_text(out_, text, io::OnExisting::overwrite).status(); },
+        [&] { return bytes("out.exr") == text; });
+}
+
+}  // namespace
+}  // namespace postchain

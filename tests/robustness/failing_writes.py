@@ -1,0 +1,177 @@
+"""Makes the calls by which the command writes files fail, one at a time, and looks at what is left.
+
+For call n = 1, 2, ... of a job (numbered by the library of file_calls.cpp): the disk has an error
+there (EIO), has no room there (ENOSPC), is full from there on, writes half, or the process is
+killed. Each time:
+
+- a call that a file needs (create, lock, write, fsync, rename, folder made or synced) ends the job
+  with a documented exit code, and a message that names the file or its folder;
+- what a file does not need (close after the sync, the hint to begin writing), and a write of half of
+  what was given, change nothing: exit code 0;
+- every file under its final name is whole: the bits of the undisturbed job, or, where the job
+  replaces files, the old one; none of these is missing;
+- no temporary is left; after a kill, none once the next job has ended;
+- the job after it ends with exit code 0 and the bits of the undisturbed one.
+
+    python3 tests/robustness/failing_writes.py build/tools/apps/postchain/postchain \\
+        build/tests/robustness/libpostchain_file_calls.so --work /tmp/faults [--jobs run,diff]
+
+--one-of-each takes of each job the first call of each kind on each kind of file; --stride K every
+K-th call.
+"""
+import argparse
+import pathlib
+import re
+import sys
+import time
+
+import jobs
+
+# Calls without which a file would not be safely in place.
+NEEDED = {"create", "lock", "write", "fsync", "rename", "link", "mkdir", "open_folder",
+          "fsync_folder"}
+WAYS = ("EIO", "ENOSPC", "full", "short", "kill")
+REASON = {"EIO": "Input/output error", "ENOSPC": "disk full", "full": "disk full"}
+
+
+def read_log(log):
+    """(call, path, outcome) of each call."""
+    lines = [line.split("\t") for line in log.read_text().splitlines()]
+    return [(line[1], line[2], line[4]) for line in lines]
+
+
+def kind_of(path):
+    """The name of a file without frame numbers, hashes and the number of the process."""
+    return re.sub(r"[0-9a-f]{16}|\d+", "#", pathlib.Path(path).name)
+
+
+def chosen(calls, one_of_each, stride):
+    """Numbers of the calls to fail."""
+    if not one_of_each:
+        return range(1, len(calls) + 1, stride)
+    first = {}
+    for number, (call, path, _) in enumerate(calls, 1):
+        first.setdefault((call, kind_of(path)), number)
+    return sorted(first.values())
+
+
+class Trial:
+    """One job with one failing call."""
+
+    def __init__(self, job, arguments, work, old, new):
+        self.job, self.arguments, self.work = job, arguments, work
+        self.old, self.new = old, new  # contents of files before, and of the undisturbed job
+        self.out, self.log = work / "out", work / "log"
+
+    def prepare(self):
+        jobs.empty(self.out)
+        self.log.unlink(missing_ok=True)
+        for path, data in (self.old or {}).items():
+            (self.out / path).write_bytes(data)
+
+    def command(self, on_existing=None):
+        return self.job.command(self.arguments.postchain, self.work / "in", self.out, on_existing)
+
+    def faults(self, number, way):
+        """Sentences about the job with this failure, and about the one after it."""
+        self.prepare()
+        done = jobs.run(self.command(),
+                        jobs.watched(self.arguments.library, self.out, self.log,
+                                     f"{number}:{way}"))
+        calls = read_log(self.log)
+        hit = [(call, path) for call, path, outcome in calls if outcome != "ok"]
+        said = self.faults_of_outcome(done, way, hit)
+        said += self.faults_of_files(way)
+        after = jobs.run(self.command())
+        if after.returncode:
+            said.append(f"the job after it: exit code {after.returncode}: {after.stderr.strip()}")
+        said += jobs.differences(self.out, self.new, whole=True)
+        said += [f"{path}: left behind by the job after it" for path in jobs.temporaries(self.out)]
+        return said
+
+    def faults_of_outcome(self, done, way, hit):
+        if way == "kill":
+            # Threads may end the job before this call comes; then nothing was killed.
+            return [] if done.returncode == (-9 if hit else 0) else [
+                f"exit code {done.returncode}: {done.stderr.strip()}"]
+        needed = [(call, path) for call, path in hit if call in NEEDED] if way != "short" else []
+        if not needed:
+            return [] if done.returncode == 0 else [
+                f"exit code {done.returncode} without need: {done.stderr.strip()}"]
+        said = []
+        if done.returncode not in (1, 5):
+            said.append(f"exit code {done.returncode}, should be 5 (or 1: some frames)")
+        path = pathlib.Path(needed[0][1])
+        match = jobs.TEMPORARY.fullmatch(path.name)
+        name = str(path.parent / match[1]) if match else str(path)
+        if name not in done.stderr:
+            said.append(f"the message does not name {name}: {done.stderr.strip()}")
+        if REASON[way] not in done.stderr and "No space left" not in done.stderr:
+            said.append(f"the message does not say why ({way}): {done.stderr.strip()}")
+        return said
+
+    def faults_of_files(self, way):
+        said = []
+        for path in jobs.files_of(self.out):
+            name = str(path)
+            if self.old and (self.out / path).read_bytes() == self.old.get(name):
+                continue
+            said += jobs.differences_of_file(self.out, path, self.new)
+        said += [f"{path}: was there before and is gone" for path in self.old or {}
+                 if not (self.out / path).is_file()]
+        if way != "kill":
+            said += [f"{path}: left behind" for path in jobs.temporaries(self.out)]
+        return said
+
+
+def try_job(job, arguments, work):
+    """(trials, faults) of all failures of a job."""
+    old = None
+    if job.replaces:
+        first = jobs.JOBS[job.replaces]
+        jobs.undisturbed(first, arguments.postchain, work / "in", work / "out")
+        old = {str(path): (work / "out" / path).read_bytes()
+               for path in jobs.files_of(work / "out")}
+    new, _ = jobs.undisturbed(job, arguments.postchain, work / "in", work / "new")
+    trial = Trial(job, arguments, work, old, new)
+    trial.prepare()
+    jobs.run(trial.command(), jobs.watched(arguments.library, trial.out, trial.log))
+    calls = read_log(trial.log)
+    numbers = chosen(calls, arguments.one_of_each, arguments.stride)
+    trials = faults = 0
+    for i, number in enumerate(numbers):
+        call = calls[number - 1][0]
+        ways = [way for way in WAYS if way != "short" or call == "write"]
+        if arguments.one_of_each:  # each call in one way, each way at some call; writes also short
+            ways = [ways[i % len(ways)]] + (["short"] if call == "write" else [])
+        for way in ways:
+            trials += 1
+            for sentence in trial.faults(number, way):
+                faults += 1
+                print(f"{job.name}, {way} at call {number} ({call}): {sentence}", flush=True)
+    return len(calls), len(numbers), trials, faults
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    jobs.add_options(parser)
+    parser.add_argument("library", type=pathlib.Path, help="built from file_calls.cpp")
+    parser.add_argument("--jobs", default=",".join(jobs.JOBS), help="default: all")
+    parser.add_argument("--one-of-each", action="store_true",
+                        help="the first call of each kind on each kind of file, in one way")
+    parser.add_argument("--stride", type=int, default=1, help="every K-th call")
+    arguments = parser.parse_args()
+    work = arguments.work.resolve()
+    jobs.make_scene(arguments.postchain, work / "in", 2)
+    total = 0
+    for name in arguments.jobs.split(","):
+        start = time.monotonic()
+        calls, tried, trials, faults = try_job(jobs.JOBS[name], arguments, work)
+        print(f"{name}: {tried} of {calls} calls, {trials} failures, {faults} faults, "
+              f"{time.monotonic() - start:.0f} s", flush=True)
+        total += faults
+    return 1 if total else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

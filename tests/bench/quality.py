@@ -43,13 +43,15 @@ BOTH = [
     ("`paper`", "paper"),
     ("`dof_first`", "dof_first"),
     ("Blender's Defocus, then Vector Blur, tuned on the ground truth", "peer_both_best"),
-    ("`fast`", "fast"),
     ("motion blur, then depth of field", "motion_blur: {} ; depth_of_field: {}"),
     ("depth of field, then motion blur", "depth_of_field: {} ; motion_blur: {}"),
-    ("`balanced`: the same, then FXAA", "balanced"),
+    ("the same, then FXAA",
+     "depth_of_field: {} ; motion_blur: {} ; fxaa: {mode: directional}"),
+    ("`fast`: `joint_blur`, 16 samples, frame alone, then FXAA", "fast"),
     ("`joint_blur`, 32 samples, frame alone", "joint_blur: {samples: 32, neighbors: none}"),
     ("`joint_blur`, 128 samples, frame alone", "joint_blur: {samples: 128, neighbors: none}"),
     ("`joint_blur`, 32 samples", "joint_blur: {samples: 32}"),
+    ("`balanced`: the same, then FXAA", "balanced"),
     ("`best`: 128 samples", "best"),
 ]
 TABLES = {"motion": ("mb", MOTION), "lens": ("dof", LENS), "both": ("both", BOTH)}

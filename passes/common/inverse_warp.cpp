@@ -13,16 +13,14 @@ namespace {
 
 using shared::InverseWarpBlock;
 
-// A highlight that few of a pixel's samples meet: so many times as bright as the mean of its tile,
-// out of focus by so much. With the shutter open too the same light meets fewer. Chosen by
+// A sample is denoised where its displacements have this variance (a circle of confusion of 4 px
+// radius), within so much of their spread: for each pixel d away the weight
+// exp(-window d^T covariance^-1 d), where the window grows with the root of the samples. Points of
+// the lens are more even than random ones; with times beside them they are not. Chosen by
 // measurement (docs/results/inverse_warp.md).
-constexpr double kBright = 2;
-constexpr double kBrightWithShutter = 1;
-constexpr double kSoftPx = 4;
-
-// Points of the lens are more even than random ones; with times beside them they are not.
-constexpr double kNoiseVariances = 3;
-constexpr double kNoiseVariancesWithShutter = 8;
+constexpr double kSoftSpread = 8;
+constexpr double kWindow = 5.7;
+constexpr double kWindowWithShutter = 4.2;
 
 constexpr double kLeastHalfOpen = 1.0 / 16;  // frames
 
@@ -65,6 +63,9 @@ InverseWarpBlock block_of(const Settings& settings, const FrameDescription& fram
     block.half_shutter = 1;
     block.max_path_px = 1e15f;
     block.still_limit_px = float(settings.still_limit_px);
+    block.soft_spread = float(kSoftSpread);
+    block.denoise_window = float((settings.shutter ? kWindowWithShutter : kWindow) *
+                                 std::sqrt(double(settings.samples)));
     if (settings.shutter) {
         block.half_shutter = float(settings.shutter->half_open);
         block.max_path_px = float(settings.shutter->max_path_px);
@@ -73,10 +74,6 @@ InverseWarpBlock block_of(const Settings& settings, const FrameDescription& fram
     }
     if (settings.lens) {
         lens::set_block(settings.lens->coc, block);
-        block.bright = float(settings.shutter ? kBrightWithShutter : kBright);
-        block.soft_px = float(kSoftPx);
-        block.noise_variances =
-            float(settings.shutter ? kNoiseVariancesWithShutter : kNoiseVariances);
         const double barrel = lens::barrel_per_px(settings.lens->aperture, frame);
         block.barrel_per_px = float(barrel);
         block.barrel_scale = float(1 - barrel * settings.lens->coc.radius_px(0));
@@ -111,7 +108,7 @@ class Planner {
         add_background();
         add_hint();
         result_ = picture("color", planner_.context().color_format());
-        if (shares()) add_tile_light();
+        if (settings_.denoise) add_soft();
         add_tables();
         if (still_blocks_ >= 0) {
             elide_blocks(planner_, "search in still blocks", settings_.still_rule,
@@ -119,18 +116,16 @@ class Planner {
                           .limit = settings_.still_limit_px,
                           .unit = "px"},
                          still_blocks_, taps_px());
-            add_keep(
-                planner_, still_blocks_,
-                {.color = result_, .given_hint = given_hint_, .hint = hint_, .excess = excess_});
+            add_keep(planner_, still_blocks_,
+                     {.color = result_, .given_hint = given_hint_, .hint = hint_, .soft = soft_});
         }
         add_gather();
-        if (shares()) add_share();
+        if (settings_.denoise) add_denoise();
         planner_.output(Role::color, result_);
         if (hint_ >= 0) planner_.output(Role::hint, hint_);
     }
 
   private:
-    bool shares() const { return settings_.lens && settings_.lens->share_highlights; }
     TextureId picture(const std::string& name, Format format) {
         return planner_.texture(name, format, frame_.width, frame_.height);
     }
@@ -258,16 +253,10 @@ class Planner {
         }
     }
 
-    void add_tile_light() {
-        tile_light_ = planner_.texture("tile_light", Format::r32f, block_.tiles.x, block_.tiles.y);
-        excess_ = picture("excess", planner_.context().color_format());
-        excess_squares_ = picture("excess_squares", Format::r32f);
+    void add_soft() {
         gathered_ = picture("gathered", planner_.context().color_format());
-        Step step = make_step("tile_light");
-        step.bindings = {{0, planner_.input(Role::color)}, {0, tile_light_, Access::write}};
-        step.groups = groups_for(block_.tiles.x, block_.tiles.y);
-        step.taps = pixels_;
-        planner_.step(std::move(step));
+        soft_ = picture("soft", planner_.context().color_format());
+        spread_ = picture("spread", planner_.context().color_format());
     }
 
     // Before the steps that write the result: such steps then stand together in the plan, and two
@@ -285,14 +274,14 @@ class Planner {
         auto& defines = step.program.defines;
         defines["STARTS"] = std::to_string(settings_.search.starts);
         defines["NOISE"] = flag(noise_ >= 0);
-        defines["HIGHLIGHTS"] = flag(shares());
+        defines["DENOISE"] = flag(settings_.denoise);
         defines["HINT"] = flag(hint_ >= 0);
         defines["BEFORE"] = defines["AFTER"] = "0";
         defines["BARREL"] = flag(settings_.lens && settings_.lens->aperture.cats_eye > 0);
         step.bindings = {{0, planner_.input(Role::color), Access::sample_linear},
                          {1, surfaces_},
                          {2, starts_},
-                         {0, shares() ? gathered_ : result_, Access::write}};
+                         {0, settings_.denoise ? gathered_ : result_, Access::write}};
         step.bindings.push_back({11, background_color_});
         step.bindings.push_back({12, background_depth_});
         if (noise_ >= 0) step.bindings.push_back({3, noise_});
@@ -305,10 +294,9 @@ class Planner {
             step.bindings.push_back({before ? 8 : 10, neighbor_surfaces_[i]});
         }
         if (lens_points_ >= 0) step.bindings.push_back({4, lens_points_});
-        if (shares()) {
-            step.bindings.push_back({5, tile_light_});
-            step.bindings.push_back({2, excess_, Access::write});
-            step.bindings.push_back({3, excess_squares_, Access::write});
+        if (settings_.denoise) {
+            step.bindings.push_back({2, soft_, Access::write});
+            step.bindings.push_back({3, spread_, Access::write});
         }
         if (given_hint_ >= 0) step.bindings.push_back({6, given_hint_});
         if (hint_ >= 0) step.bindings.push_back({1, hint_, Access::write});
@@ -318,10 +306,9 @@ class Planner {
         planner_.step(std::move(step));
     }
 
-    void add_share() {
-        Step step = make_step("share_highlights");
-        step.bindings = {
-            {0, gathered_}, {1, excess_}, {2, excess_squares_}, {0, result_, Access::write}};
+    void add_denoise() {
+        Step step = make_step("denoise");
+        step.bindings = {{0, gathered_}, {1, soft_}, {2, spread_}, {0, result_, Access::write}};
         step.groups = groups_for(frame_.width, frame_.height);
         step.taps = 30 * pixels_;
         launch_by(step, moving_blocks_);
@@ -340,7 +327,7 @@ class Planner {
     TextureId surfaces_ = -1, starts_ = -1, moving_blocks_ = -1, still_blocks_ = -1;
     TextureId background_color_ = -1, background_depth_ = -1;
     TextureId noise_ = -1, lens_points_ = -1;
-    TextureId tile_light_ = -1, excess_ = -1, excess_squares_ = -1, gathered_ = -1;
+    TextureId gathered_ = -1, soft_ = -1, spread_ = -1;
     TextureId given_hint_ = -1, hint_ = -1, result_ = -1;
 };
 
@@ -411,12 +398,12 @@ Promises promises_of(const Settings& settings) {
 // The tiles that can reach a pixel's tile end `ring` tiles from it, and a surface at their edge is
 // told from what is up to four pixels around it. Every position of the search lies on a path that
 // ends at the pixel; what is hidden there comes from cells up to one and a half tiles around, and
-// highlights go a pixel further.
+// what is denoised two pixels further.
 Reach reach_of(const Settings& settings, const FrameDescription& frame) {
     // A frame away paths are as long as the motion says.
     if (!searched_neighbors(settings, frame.planes).empty()) return {};
     const double longest = longest_px(settings);
-    return {kBlockPx * (ring_of(longest) + 1) + 6.0, longest + 1.5 * kBlockPx + 6};
+    return {kBlockPx * (ring_of(longest) + 1) + 7.0, longest + 1.5 * kBlockPx + 7};
 }
 
 void plan_warp(PassPlanner& planner, const Settings& settings) {

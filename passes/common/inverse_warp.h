@@ -13,8 +13,8 @@
 //   color [, hint]                                    --keep---> color [, hint]     still_blocks
 //   colors and surfaces of the frames before and after --gather-> what this frame does not show
 //
-// With highlights the gather makes `gathered`, `excess` and `excess_squares`, and share_highlights
-// color of them.
+// Where noise is taken away the gather makes `gathered`, `soft` and `spread`, and denoise color of
+// them.
 //
 // Sources: Yang et al., Image-Based Bidirectional Scene Reprojection, 2011; Bowles et al.,
 // Iterative Image Warping, 2012.
@@ -45,7 +45,6 @@ struct Shutter {
 struct Lens {
     lens::CircleOfConfusion coc;
     lens::Aperture aperture;
-    bool share_highlights = true;  // spread bright light out of focus over the pixels around
 };
 
 // What a pass that blurs by it lets its user choose of the search.
@@ -63,6 +62,7 @@ struct Settings {
                        // 1..lens::kMaxPoints
     Parameters search;
     double still_limit_px = 0.5;  // a tile whose displacements are no longer keeps its color
+    bool denoise = true;          // take the noise of the samples away where they are blurred
     noise::Parameters noise;      // shifts the times of a pixel, turns its points of the lens
     std::string still_rule;       // rule under which still blocks are found on the device
 };

@@ -11,15 +11,15 @@
 #include "chain/work_list.h"
 #include "passes/common/inverse_warp_reference_background.h"
 #include "passes/common/inverse_warp_reference_bright_edges.h"
-#include "passes/common/inverse_warp_reference_highlights.h"
+#include "passes/common/inverse_warp_reference_denoise.h"
 #include "passes/common/inverse_warp_reference_tiles.h"
 #include "passes/common/lens_points.h"
 
 namespace postchain::inverse_warp {
 namespace {
 
-using reference::Highlights;
 using reference::Sample;
+using reference::Soft;
 using reference::Surface;
 using reference::Tile;
 using reference::Vec;
@@ -84,28 +84,26 @@ class Warp {
     void run() {
         tiles_ = reference::tiles_of(surfaces_, width_, height_, s_);
         background_.emplace(frame_.planes.at(Role::color), surfaces_);
-        const bool shares = s_.lens && s_.lens->share_highlights;
-        std::vector<double> lights(tiles_.size(), 0);
-        for (int tile = 0; shares && tile < int(lights.size()); ++tile)
-            lights[size_t(tile)] = reference::light_of_tile(frame_.planes.at(Role::color),
-                                                            tile % columns_, tile / columns_);
-        ImageD color(width_, height_, 4), excess(width_, height_, 4), squares(width_, height_, 1);
+        ImageD color(width_, height_, 4), soft(width_, height_, 4), spread(width_, height_, 4);
         for (int y = 0; y < height_; ++y) {
             for (int x = 0; x < width_; ++x) {
-                std::optional<Highlights> highlights;
-                if (shares) highlights.emplace(s_, lights[tile_index(x, y)]);
-                const double of_mean = expose(x, y, highlights, color.pixel(x, y));
-                if (!shares) continue;
-                for (int c = 0; c < 4; ++c)
-                    excess.at(x, y, c) = of_mean * highlights->excess[size_t(c)];
-                squares.at(x, y) = of_mean * highlights->squares;
+                Soft blurred;
+                const double of_mean = expose(x, y, blurred, color.pixel(x, y));
+                const double* own = frame_.planes.at(Role::color).pixel(x, y);
+                const double of_soft = 1 / std::max(blurred.weight, 1e-6);
+                Vec4 seen;
+                for (size_t c = 0; c < 4; ++c) seen[c] = own[c] + of_soft * blurred.sum[c];
+                std::copy(seen.begin(), seen.begin() + 3, soft.pixel(x, y));
+                soft.at(x, y, 3) = reference::finite(seen.data()) ? of_mean * blurred.weight : 0;
+                for (size_t c = 0; c < 3; ++c) spread.at(x, y, int(c)) = of_soft * blurred.spread[c];
+                spread.at(x, y, 3) = seen[3];
             }
         }
-        if (shares) {
+        if (s_.denoise) {
             frame_.stages["gathered"] = color;
-            frame_.stages["excess"] = excess;
-            frame_.stages["excess_squares"] = squares;
-            reference::share_highlights(s_, excess, squares, color);
+            frame_.stages["soft"] = soft;
+            frame_.stages["spread"] = spread;
+            reference::denoise(s_, soft, spread, color);
         }
         frame_.stages["color"] = color;
         frame_.planes[Role::color] = std::move(color);
@@ -179,7 +177,7 @@ class Warp {
     }
 
     // The pixel's color, and what part of its mean a sample is.
-    double expose(int x, int y, std::optional<Highlights>& highlights, double* out) {
+    double expose(int x, int y, Soft& blurred, double* out) {
         const Tile& t = tiles_[tile_index(x, y)];
         const double* own = frame_.planes.at(Role::color).pixel(x, y);
         std::copy(own, own + 4, out);
@@ -193,9 +191,13 @@ class Warp {
         const Vec p = {double(x), double(y)};
         const ImageD& color = frame_.planes.at(Role::color);
         Vec4 sum = {};  // of the differences to the pixel's own color
-        const auto add = [&](const Vec4& seen, double inverse_depth, double weight) {
-            for (size_t c = 0; c < 4; ++c) sum[c] += weight * (seen[c] - own[c]);
-            if (highlights) highlights->add(seen, inverse_depth);
+        const auto add = [&](const Seen& seen, double weight) {
+            Vec4 difference;
+            for (size_t c = 0; c < 4; ++c) {
+                difference[c] = seen.color[c] - own[c];
+                sum[c] += weight * difference[c];
+            }
+            blurred.add(s_, difference, seen.inverse_depth, seen.path, weight);
         };
         double counted = 0;
         for (int first = 0; first < n; first += kSamplesAtATime) {
@@ -212,7 +214,7 @@ class Warp {
                                             : background_->at(met.at, met.inverse_depth,
                                                               color_at(color, met.far));
                 if (met.found || others_.empty()) {
-                    add(seen, met.inverse_depth, now.weight);
+                    add({seen, met.inverse_depth, met.path}, now.weight);
                 } else {
                     missed.push_back(now);
                     missed_weight += now.weight;
@@ -221,10 +223,9 @@ class Warp {
             }
             double unseen = 0;
             for (const Sample& now : missed) {
-                Vec4 seen;
-                const double q = seen_by_others(p, now, t, background, seen);
-                if (q >= 0)
-                    add(seen, q, now.weight);
+                const Seen seen = seen_by_others(p, now, t, background);
+                if (seen.inverse_depth >= 0)
+                    add(seen, now.weight);
                 else
                     unseen += now.weight;
             }
@@ -271,14 +272,22 @@ class Warp {
         bool found = false;
         Vec at;  // the place that it sees; where nothing is found, of what is hidden there
         double inverse_depth = 0;
-        Vec far;  // the pixel of the farthest surface met
+        Vec path;  // of that surface, a
+        Vec far;   // the pixel of the farthest surface met
+    };
+
+    // A color, and of its surface the inverse depth, -1 where there is none, and the path, a.
+    struct Seen {
+        Vec4 color = {};
+        double inverse_depth = -1;
+        Vec path;
     };
 
     // Of the shutter alone `begin` becomes what the search from it has found. `background`: the
     // farthest surface that the pixel's samples have met.
     Met search(Vec p, const Sample& now, const Tile& t, Surface& begin, Surface& background) const {
         double nearest = -1, residual = kAcceptPx, far_residual = 3.4e38;
-        Vec found, far_at;
+        Vec found, far_at, path;
         Surface far;
         far.inverse_depth = 3.4e38;
         const auto nearer = [&](double a, double b) { return a > b * now.one_depth; };
@@ -305,6 +314,7 @@ class Warp {
                     nearest = s.inverse_depth;
                     residual = error;
                     found = s.edge ? inside : clamped(to);
+                    path = s.a;
                 }
                 if (accepted_surface) *accepted_surface = s;
                 return;
@@ -319,18 +329,17 @@ class Warp {
             from(start.at(now, half_open_), kSteps, nullptr);
             hidden = std::max(hidden, nearest / now.one_depth);
         }
-        if (nearest >= 0) return {true, found, nearest, far_at};
-        return {false, clamped(p - far.at(now, half_open_)), far.inverse_depth, far_at};
+        if (nearest >= 0) return {true, found, nearest, path, far_at};
+        return {false, clamped(p - far.at(now, half_open_)), far.inverse_depth, far.a, far_at};
     }
 
-    // What other frames saw there: its inverse depth, -1 where they saw nothing. In each frame, the
-    // nearer in time first, from the background; where that finds nothing, from the starts.
-    double seen_by_others(Vec p, const Sample& now, const Tile& t, const Surface& background,
-                          Vec4& seen) const {
+    // What other frames saw there. In each frame, the nearer in time first, from the background;
+    // where that finds nothing, from the starts.
+    Seen seen_by_others(Vec p, const Sample& now, const Tile& t, const Surface& background) const {
         std::vector<const OtherFrame*> frames;
         for (const OtherFrame& other : others_) frames.push_back(&other);
         if (frames.size() == 2 && now.u >= 0) std::swap(frames[0], frames[1]);
-        double nearest = -1;
+        Seen seen;
         const auto search = [&](const OtherFrame& other, Surface begin) {
             Sample then = now;
             then.u -= other.offset / half_open_;
@@ -342,18 +351,17 @@ class Warp {
                 d = s.at(then, half_open_);
                 const Vec off = x - p + d;
                 if (std::max(std::abs(off.x), std::abs(off.y)) > kAcceptNeighborPx ||
-                    s.inverse_depth <= nearest * now.one_depth)
+                    s.inverse_depth <= seen.inverse_depth * now.one_depth)
                     continue;
-                nearest = s.inverse_depth;
                 const Vec where = s.edge ? x : clamped(p - d);
-                seen = color_at(*other.color, where);
+                seen = {color_at(*other.color, where), s.inverse_depth, s.a};
             }
         };
         for (const OtherFrame* other : frames) search(*other, background);
         for (const Surface& start : t.starts)
             for (const OtherFrame* other : frames)
-                if (nearest < 0) search(*other, start);
-        return nearest;
+                if (seen.inverse_depth < 0) search(*other, start);
+        return seen;
     }
 
     Vec clamped(Vec at) const {

@@ -9,11 +9,11 @@ void add_keep(PassPlanner& planner, TextureId list, const Kept& kept) {
     step.name = "keep";
     step.program = {"common/keep.comp",
                     {{"HINT", kept.hint < 0 ? "0" : (kept.given_hint < 0 ? "1" : "2")},
-                     {"EXCESS", kept.excess < 0 ? "0" : "1"}}};
+                     {"SOFT", kept.soft < 0 ? "0" : "1"}}};
     step.bindings = {{0, planner.input(Role::color)}, {0, kept.color, Access::write}};
     if (kept.given_hint >= 0) step.bindings.push_back({1, kept.given_hint});
     if (kept.hint >= 0) step.bindings.push_back({1, kept.hint, Access::write});
-    if (kept.excess >= 0) step.bindings.push_back({2, kept.excess, Access::write});
+    if (kept.soft >= 0) step.bindings.push_back({2, kept.soft, Access::write});
     const PlanTexture& size = planner.describe(kept.color);
     step.groups = groups_for(size.width, size.height);
     launch_by(step, list);

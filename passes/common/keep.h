@@ -10,7 +10,7 @@ struct Kept {
     TextureId color = -1;       // takes the pass's input color, bit for bit
     TextureId given_hint = -1;  // goes to `hint`; without it the hint is 0
     TextureId hint = -1;
-    TextureId excess = -1;  // becomes 0
+    TextureId soft = -1;  // becomes 0
 };
 
 // Adds the step "keep" (shaders/common/keep.comp) for the blocks of `list`.

@@ -53,9 +53,9 @@ const ParameterTable& table() {
                       .convergence = Convergence::set,
                       .converged = 512})
             .rows(&Parameters::search, inverse_warp::parameter_table())
-            .boolean("share_highlights", &Parameters::share_highlights,
-                     {.help = "inverse_warp: spread bright light out of focus over the pixels "
-                              "around: smoother discs from few points"})
+            .boolean("denoise", &Parameters::denoise,
+                     {.help = "inverse_warp: take the noise of the samples away where the blur "
+                              "is wider than a few pixels"})
             .rows(&Parameters::aperture, lens::aperture_parameter_table())
             .rows(&Parameters::noise, noise::parameter_table())
             .table();
@@ -65,11 +65,10 @@ const ParameterTable& table() {
 inverse_warp::Settings warp_settings(const Parameters& parameters, const Camera& camera,
                                      const lens::CircleOfConfusion& coc) {
     inverse_warp::Settings settings;
-    settings.lens = {.coc = coc,
-                     .aperture = lens::aperture_of(parameters.aperture, camera),
-                     .share_highlights = parameters.share_highlights};
+    settings.lens = {.coc = coc, .aperture = lens::aperture_of(parameters.aperture, camera)};
     settings.samples = parameters.samples;
     settings.search = parameters.search;
+    settings.denoise = parameters.denoise;
     settings.still_limit_px = kSharpRadiusPx;
     settings.noise = parameters.noise;
     settings.still_rule = kRuleFocusTiles;

@@ -32,7 +32,7 @@ struct Parameters {
     // method: inverse_warp
     int samples = 32;
     inverse_warp::Parameters search;
-    bool share_highlights = true;
+    bool denoise = true;
     lens::ApertureParameters aperture;
     noise::Parameters noise = {.noise = noise::Kind::ign};
 };

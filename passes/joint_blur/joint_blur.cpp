@@ -19,7 +19,7 @@ struct Parameters {
     int max_blur_px = 40;
     shutter::Parameters shutter;
     lens::Parameters lens;
-    bool share_highlights = true;
+    bool denoise = true;
     lens::ApertureParameters aperture;
     noise::Parameters noise = {.noise = noise::Kind::ign};
 };
@@ -45,9 +45,9 @@ const ParameterTable& table() {
                       .help = "largest half-length of a streak"})
             .rows(&P::shutter, shutter::parameter_table())
             .rows(&P::lens, lens::parameter_table())
-            .boolean("share_highlights", &P::share_highlights,
-                     {.help = "spread bright light out of focus over the pixels around: smoother "
-                              "discs from few points"})
+            .boolean("denoise", &P::denoise,
+                     {.help = "take the noise of the samples away where the blur is wider than a "
+                              "few pixels"})
             .rows(&P::aperture, lens::aperture_parameter_table())
             .rows(&P::noise, noise::parameter_table())
             .table();
@@ -130,11 +130,10 @@ class JointBlur final : public Pass {
         inverse_warp::Settings settings;
         settings.shutter = {.half_open = 0.5 * shutter::open_frames(parameters_.shutter, camera),
                             .max_path_px = double(parameters_.max_blur_px)};
-        settings.lens = {.coc = coc,
-                         .aperture = lens::aperture_of(parameters_.aperture, camera),
-                         .share_highlights = parameters_.share_highlights};
+        settings.lens = {.coc = coc, .aperture = lens::aperture_of(parameters_.aperture, camera)};
         settings.samples = parameters_.samples;
         settings.search = parameters_.search;
+        settings.denoise = parameters_.denoise;
         // A few roundings of 2^-24, so that what is unblurred by the frame's bounds is so here too.
         settings.still_limit_px = kUnblurredPx * (1 + 0x1p-18);
         settings.noise = parameters_.noise;

@@ -1,9 +1,9 @@
 #version 450 core
 // Blocks that nothing moves into keep their color, bit for bit.
 //
-//   color [, hint] -> color [, hint] [, excess]   in the blocks of the list
+//   color [, hint] -> color [, hint] [, soft]   in the blocks of the list
 //
-// HINT: 1: there is none, it is 0; 2: it is kept too    EXCESS: 0 is written to it
+// HINT: 1: there is none, it is 0; 2: it is kept too    SOFT: 0 is written to it
 #include "common/work_list.glsl"
 
 layout(binding = 0) uniform sampler2D color;
@@ -14,8 +14,8 @@ layout(binding = 1) uniform sampler2D given_hint;
 #if HINT
 layout(binding = 1) writeonly uniform image2D hint;
 #endif
-#if EXCESS
-layout(binding = 2) writeonly uniform image2D excess;
+#if SOFT
+layout(binding = 2) writeonly uniform image2D soft;
 #endif
 
 void main() {
@@ -27,7 +27,7 @@ void main() {
 #elif HINT
     imageStore(hint, p, vec4(0.0));
 #endif
-#if EXCESS
-    imageStore(excess, p, vec4(0.0));
+#if SOFT
+    imageStore(soft, p, vec4(0.0));
 #endif
 }

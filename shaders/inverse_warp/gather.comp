@@ -7,14 +7,13 @@
 // background around shows of the farthest surface met.
 //
 //   color, surfaces, starts, background_color, background_depth [, lens_points] [, noise] [, hint]
-//       -> color [, excess, excess_squares] [, hint]
+//       -> color [, soft, spread] [, hint]
 //   color, surfaces of the frames before and after
 //
 // SHUTTER, LENS: which of the two are open    STARTS: starts of a tile at most
 // BEFORE, AFTER: that frame is searched       NOISE: noise is read
 // BARREL: the lens barrel cuts the aperture away from the picture's middle
-// HIGHLIGHTS: which part of it is bright light out of focus goes to `excess`, how unevenly its
-//             samples have it to `excess_squares`, for share_highlights.comp
+// DENOISE: what blurred samples have seen goes to `soft` and `spread`, for denoise.comp
 // HINT: written; of the lens alone: read too  LIST: only the blocks of a work list
 #include "common/finite.glsl"
 #include "common/work_list.glsl"
@@ -34,10 +33,9 @@ layout(binding = 3) uniform sampler2D noise;
 #if LENS
 layout(binding = 4) uniform sampler2D lens_points;
 #endif
-#if HIGHLIGHTS
-layout(binding = 5) uniform sampler2D tile_light;
-layout(binding = 2) writeonly uniform image2D excess;
-layout(binding = 3) writeonly uniform image2D excess_squares;
+#if DENOISE
+layout(binding = 2) writeonly uniform image2D soft;
+layout(binding = 3) writeonly uniform image2D spread;
 #endif
 #if HINT && !SHUTTER
 layout(binding = 6) uniform sampler2D given_hint;
@@ -115,19 +113,28 @@ float one_depth_at(int k, vec2 random) {
     return mix(kOneDepthLeast, kOneDepthMost, fract(random.x + 0.618034 * float(k)));
 }
 
-#if HIGHLIGHTS
-struct Highlights {
-    vec4 sum;       // rgb: of light out of focus the part above `bright`; a: samples out of focus
-    float squares;  // sum of the squares of the largest component's part
+#if DENOISE
+// Samples of surfaces whose displacements spread by more than block.soft_spread.
+struct Soft {
+    vec4 sum;     // of differences to the pixel's own color
+    float weight;
+    vec3 spread;  // sum of covariances of the displacements: xx, xy, yy, px^2
 };
 
-void add_highlight(inout Highlights soft, vec4 seen, float inverse_depth, float bright) {
-    if (abs(radius_px(inverse_depth)) < block.soft_px) return;
-    soft.sum.a += 1.0;
-    const float high = max(seen.r, max(seen.g, seen.b));
-    if (high <= bright || !is_finite(seen)) return;
-    soft.sum.rgb += (1.0 - bright / high) * seen.rgb;
-    soft.squares += (high - bright) * (high - bright);
+// path: of the surface on one side of the frame, a
+void add_soft(inout Soft soft, vec4 difference, float inverse_depth, vec2 path, float weight) {
+    vec3 covariance = vec3(0.0);
+#if LENS
+    const float radius = radius_px(inverse_depth);
+    covariance.xz += 0.25 * radius * radius;  // of a disc
+#endif
+#if SHUTTER
+    covariance += path.xxy * path.xyy / 3.0;  // of a straight line
+#endif
+    if (covariance.x + covariance.z < block.soft_spread || !is_finite(difference)) return;
+    soft.sum += weight * difference;
+    soft.weight += weight;
+    soft.spread += weight * covariance;
 }
 #endif
 
@@ -155,9 +162,8 @@ void main() {
 #endif
     if (longest <= block.still_limit_px) {
         imageStore(blurred, pixel, color_p);
-#if HIGHLIGHTS
-        imageStore(excess, pixel, vec4(0.0));
-        imageStore(excess_squares, pixel, vec4(0.0));
+#if DENOISE
+        imageStore(soft, pixel, vec4(0.0));
 #endif
 #if HINT && SHUTTER
         imageStore(hint, pixel, vec4(0.0));
@@ -185,9 +191,8 @@ void main() {
 #if HINT && !SHUTTER
     const float own_radius = abs(own.radius);
 #endif
-#if HIGHLIGHTS
-    const float bright = block.bright * texelFetch(tile_light, tile, 0).x;
-    Highlights soft = Highlights(vec4(0.0), 0.0);
+#if DENOISE
+    Soft blurred_samples = Soft(vec4(0.0), 0.0, vec3(0.0));
 #endif
     vec4 sum = vec4(0.0);
     float moment = 0.0;
@@ -221,7 +226,7 @@ void main() {
             float nearest = -1.0, residual = kAcceptPx;
             float hidden = -1.0;  // starts no nearer than this are not searched
             float far_residual = 3.4e38;
-            vec2 found_at = p, far_at = p;
+            vec2 found_at = p, far_at = p, path = vec2(0.0);
             Surface far = own;  // the farthest met by this sample
             far.inverse_depth = 3.4e38;
             vec2 d = displacement(own, at);
@@ -249,6 +254,9 @@ void main() {
                     nearest = q;
                     residual = error;
                     found_at = s.edge ? inside : inside_of(p - d);
+#if DENOISE && SHUTTER
+                    path = s.a;
+#endif
                 }
                 if (q * one_depth < far.inverse_depth ||
                     (q <= far.inverse_depth * one_depth && error < far_residual)) {
@@ -280,6 +288,9 @@ void main() {
                 }
             } while (more);
             const bool found = nearest >= 0.0;
+#if DENOISE && SHUTTER
+            if (!found) path = far.a;
+#endif
             const vec2 seen_at = found ? found_at : inside_of(p - displacement(far, at));
             vec4 seen;
             if (found)
@@ -297,8 +308,9 @@ void main() {
 #endif
             {
                 sum += at.weight * (seen - color_p);
-#if HIGHLIGHTS
-                add_highlight(soft, seen, found ? nearest : far.inverse_depth, bright);
+#if DENOISE
+                add_soft(blurred_samples, seen - color_p, found ? nearest : far.inverse_depth, path,
+                         at.weight);
 #endif
             }
             ++k;
@@ -313,6 +325,7 @@ void main() {
             const Sample now = sample_at(k, samples, random);
             const float one_depth = one_depth_at(k, random);
             vec4 seen = vec4(0.0);
+            vec2 path = vec2(0.0);
             float nearest = -1.0;
             // In both frames, the nearer in time first, from the background; where that finds
             // nothing, from the starts.
@@ -353,6 +366,7 @@ void main() {
                         s.inverse_depth <= nearest * one_depth)
                         continue;
                     nearest = s.inverse_depth;
+                    path = s.a;
                     const vec2 where = s.edge ? x : inside_of(p - d);
 #if BEFORE && AFTER
                     if (after) seen = color_at(color_after, where);
@@ -370,8 +384,8 @@ void main() {
             if (nearest >= 0.0) {
                 sum += now.weight * (seen - color_p);
                 found_weight += now.weight;
-#if HIGHLIGHTS
-                add_highlight(soft, seen, nearest, bright);
+#if DENOISE
+                add_soft(blurred_samples, seen - color_p, nearest, path, now.weight);
 #endif
             }
         }
@@ -384,9 +398,11 @@ void main() {
     const float onset = clamp(longest / max(block.still_limit_px, 1e-6) - 1.0, 0.0, 1.0);
     const float mean_of = onset / max(counted, 1.0);
     imageStore(blurred, pixel, color_p + mean_of * sum);
-#if HIGHLIGHTS
-    imageStore(excess, pixel, mean_of * soft.sum);
-    imageStore(excess_squares, pixel, vec4(mean_of * soft.squares));
+#if DENOISE
+    const float of_soft = 1.0 / max(blurred_samples.weight, 1e-6);
+    const vec4 soft_color = color_p + of_soft * blurred_samples.sum;
+    imageStore(soft, pixel, vec4(soft_color.rgb, is_finite(soft_color) ? mean_of * blurred_samples.weight : 0.0));
+    imageStore(spread, pixel, vec4(of_soft * blurred_samples.spread, soft_color.a));
 #endif
 #if HINT && SHUTTER
     // Half-length of the even streak with the same second moment about p.

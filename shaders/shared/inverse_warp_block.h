@@ -25,14 +25,16 @@ BLOCK_BEGIN(InverseWarpBlock)
     float near_radius_px;
     float far_radius_px;
     float max_radius_px;
-    float bright;          // a highlight is so many times as bright as the mean of its tile
-    float soft_px;         // and out of focus by so much
+    float soft_spread;     // variance along x and y, px^2, from which on a sample is denoised
+    float denoise_window;  // weight of a pixel d away: exp(-window d^T covariance^-1 d)
     float barrel_per_px;   // how far the barrel's circle is moved, radii per pixel from the middle
     float barrel_scale;    // of points of the lens: 1 - barrel_per_px times the radius at infinity
     float middle_x;        // of the picture, in pixels of the planes
     float middle_y;
-    float noise_variances; // squared differences of light up to so many variances are noise
 BLOCK_END
+
+// Pixels on each side that are denoised together.
+#define INVERSE_WARP_DENOISE_REACH_PX 2
 
 // Times of a pixel at least, however short its path.
 #define INVERSE_WARP_LEAST_TIMES 5

@@ -5,16 +5,16 @@ import collections
 # the same family differ in lens or shutter only.
 GENERATED = [
     ("generated_wheels", "1-12", "wheels"),
-    ("generated_wheels_far", "1-6", "wheels --focus-distance 3"),
-    ("generated_wheels_wide", "1-6", "wheels --f-stop 0.7 --aperture-blades 6"),
+    ("generated_wheels_far", "1-12", "wheels --focus-distance 3"),
+    ("generated_wheels_wide", "1-12", "wheels --f-stop 0.7 --aperture-blades 6"),
     ("generated_poles", "1-12", "poles"),
-    ("generated_poles_far", "1-6", "poles --focus-distance 8"),
-    ("generated_poles_f2.8", "1-6", "poles --f-stop 2.8"),
+    ("generated_poles_far", "1-12", "poles --focus-distance 8"),
+    ("generated_poles_f2.8", "1-12", "poles --f-stop 2.8"),
     ("generated_crossing", "1-12", "crossing"),
-    ("generated_crossing_near", "1-6", "crossing --focus-distance 0.8"),
-    ("generated_crossing_open", "1-6", "crossing --shutter-frames 0.9"),
+    ("generated_crossing_near", "1-12", "crossing --focus-distance 0.8"),
+    ("generated_crossing_open", "1-12", "crossing --shutter-frames 0.9"),
     ("generated_zoom", "1-12", "zoom"),
-    ("generated_zoom_open", "1-6", "zoom --f-stop 1 --shutter-frames 0.9"),
+    ("generated_zoom_open", "1-12", "zoom --f-stop 1 --shutter-frames 0.9"),
     ("generated_still", "1-2", "still"),
 ]
 SIZE, TRUTH_SAMPLES = "320x180", 256

@@ -81,9 +81,7 @@ TEST(Shipped, DofFirstIsPaperInAnotherOrder) {
 TEST(Shipped, FastBalancedAndBestTakeMoreAndMoreSamples) {
     const Chain fast = load("fast").chain, balanced = load("balanced").chain;
     EXPECT_EQ(order(fast), order(balanced));
-    for (const size_t pass : {size_t(0), size_t(1)})
-        EXPECT_LT(std::stoi(value(fast, pass, "samples")),
-                  std::stoi(value(balanced, pass, "samples")));
+    EXPECT_LT(std::stoi(value(fast, 0, "samples")), std::stoi(value(balanced, 0, "samples")));
     const Chain best = load("best").chain;
     EXPECT_THAT(order(best), ElementsAre("joint_blur"));
     EXPECT_GT(std::stoi(value(best, 0, "samples")), std::stoi(value(balanced, 0, "samples")));

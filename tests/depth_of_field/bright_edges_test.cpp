@@ -31,7 +31,7 @@ ImageF filtered(const Lamp& lamp) {
             for (int c = 0; c < 3; ++c) color.at(x, y, c) = x < kEdge ? lamp.light : lamp.mixed;
         }
     return dof(planes_of(std::move(color), std::move(depth)),
-               {kMethod, {"samples", int64_t(256)}, {"share_highlights", false}});
+               {kMethod, {"samples", int64_t(256)}, {"denoise", false}});
 }
 
 // Light to the right of the column, above what is there; a column of 9 that is blurred by 8 px
@@ -95,7 +95,7 @@ TEST(BrightEdges, AgreesWithItsReference) {
                 for (int k = 0; k < 9; ++k) sum += sharp.at(x - 1 + k % 3, y - 1 + k / 3, c);
                 color.at(x, y, c) = sum / 9;
             }
-    const Settings settings = {kMethod, {"share_highlights", false}, {"noise", "none"}};
+    const Settings settings = {kMethod, {"denoise", false}, {"noise", "none"}};
     const ImageF out = dof(planes, settings);
     const Difference difference =
         compare(out, dof_reference(planes, settings).planes.at(Role::color), 1e-3);

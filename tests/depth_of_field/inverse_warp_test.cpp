@@ -30,7 +30,7 @@ TEST(InverseWarpLens, DotBecomesAnEvenDisc) {
             const double r = std::hypot(x - 48, y - 48);
             light += out.at(x, y);
             moment += out.at(x, y) * r * r;
-            // Shared light goes a pixel further.
+            // What is denoised goes up to two pixels further.
             if (r > radius + 3) {
                 EXPECT_LE(out.at(x, y), 1e-6) << x << ", " << y;
             }
@@ -52,46 +52,6 @@ TEST(InverseWarpLens, DotBecomesAnEvenDisc) {
         // The disc's rim lies between pixels.
         EXPECT_NEAR(sum / count, inside, (ring < 3 ? 0.1 : 0.15) * inside) << ring;
     }
-}
-
-// From few points too no light is lost, and shared light speckles less.
-TEST(InverseWarpLens, FewPointsKeepTheLight) {
-    constexpr int kSeeds = 16;
-    const double radius = 19.2;
-    const double mean = 100 / (M_PI * radius * radius);
-    double speckle[2] = {0, 0};
-    for (const bool share : {false, true}) {
-        double light = 0;
-        for (int seed = 0; seed < kSeeds; ++seed) {
-            const ImageF out = dof(dot(1, 100), {kMethod,
-                                                 {"samples", int64_t(24)},
-                                                 {"share_highlights", share},
-                                                 {"seed", int64_t(seed)}});
-            light += sum_of(out) / kSeeds;
-            for (int y = 0; y < 97; ++y)
-                for (int x = 0; x < 97; ++x)
-                    if (std::hypot(x - 48, y - 48) < radius - 2)
-                        speckle[share] += std::pow(out.at(x, y) - mean, 2);
-        }
-        // About 24 pixels meet the dot: a fifth of deviation, a twentieth of the mean over seeds.
-        EXPECT_NEAR(light / 100, 1, 0.15) << share;
-    }
-    EXPECT_LT(speckle[true], 0.3 * speckle[false]);
-}
-
-// With many points there is no noise to share: a lamp's disc keeps its rim.
-TEST(InverseWarpLens, ManyPointsKeepTheRim) {
-    ImageF color = constant_image(97, 97, {0, 0, 0, 1});
-    for (int y = 44; y < 53; ++y)
-        for (int x = 44; x < 53; ++x)
-            for (int c = 0; c < 3; ++c) color.at(x, y, c) = 30;
-    const auto blurred = [&](bool share) {
-        return dof(flat_planes(color, 1),
-                   {kMethod, {"samples", int64_t(1023)}, {"share_highlights", share}});
-    };
-    const Difference difference = compare(blurred(true), blurred(false), 0.05);
-    EXPECT_LE(difference.max, 0.2) << difference.text;
-    EXPECT_LE(difference.fraction, 0.01) << difference.text;
 }
 
 // What is in focus in front of what is not keeps every bit away from its edge.
@@ -158,7 +118,7 @@ TEST(InverseWarpLens, HiddenBackgroundIsBetweenWhatShowsAround) {
 
 TEST(InverseWarpLens, AgreesWithItsReference) {
     FramePlanes planes = deep_planes(131, 77);
-    // Lamps, so that there is light to share.
+    // Lamps, so that there is noise.
     for (int y = 20; y < 60; y += 13)
         for (int x = 15; x < 131; ++x)
             if (x % 29 < 4)
@@ -167,14 +127,14 @@ TEST(InverseWarpLens, AgreesWithItsReference) {
          {Settings{kMethod},
           Settings{kMethod, {"samples", int64_t(7)}, {"starts", int64_t(1)}, {"noise", "blue"}},
           Settings{kMethod,
-                   {"share_highlights", false},
+                   {"denoise", false},
                    {"noise", "none"},
                    {"coc", "range"},
                    {"focus", 4.0},
                    {"range", 2.0}}}) {
         const Stages gpu = dof_stages(planes, settings);
         const ReferenceFrame expected = dof_reference(planes, settings);
-        for (const char* name : {"gathered", "excess", "excess_squares", "color"}) {
+        for (const char* name : {"gathered", "soft", "spread", "color"}) {
             const auto found = gpu.stages.find(stage(name));
             if (found == gpu.stages.end()) continue;
             const Difference difference =

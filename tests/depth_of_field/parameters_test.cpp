@@ -232,7 +232,7 @@ TEST(parameter, every_row_is_tested_here) {
                         "far_blurry", "max_near_fraction", "max_far_fraction", "focus", "range",
                         "max_radius_px", "downsample", "blur_sigma_px", "leak", "hdr_weight",
                         // inverse_warp_test.cpp
-                        "samples", "starts", "neighbors", "share_highlights",
+                        "samples", "starts", "neighbors", "denoise",
                         // aperture_test.cpp
                         "aperture_blades", "aperture_rotation_deg", "aperture_curvature",
                         "aperture_ratio", "cats_eye",

@@ -80,6 +80,17 @@ TEST(JointBlur, OneOfThemAloneIsThatPass) {
               0.01);
 }
 
+// What moves along rows is denoised along rows: lines of a pixel each stay lines.
+TEST(JointBlur, DenoisingStaysWithinTheStreak) {
+    FramePlanes planes = moving_plane(160, 96, 0.25f, 60, 0);
+    for (int y = 0; y < 96; ++y)
+        for (int x = 0; x < 160; ++x)
+            for (int c = 0; c < 3; ++c) planes[Role::color].at(x, y, c) = y % 2 == 0 ? 1 : 0;
+    const ImageF out =
+        filter(chain_of("joint_blur", {}), description_of(planes), planes, whole()).at(Role::color);
+    for (int y = 20; y < 76; ++y) EXPECT_NEAR(out.at(80, y), y % 2 == 0 ? 1 : 0, 0.01) << y;
+}
+
 TEST(JointBlur, AgreesWithItsReference) {
     TestFrame layers = layered_frame(131, 77, {33.5f, 9.25f}, {-14.75f, 3.5f}, 8);
     FramePlanes& planes = layers.planes;
@@ -94,7 +105,7 @@ TEST(JointBlur, AgreesWithItsReference) {
           chain_of("joint_blur", {{"samples", int64_t(9)}, {"starts", int64_t(1)}}),
           chain_of("joint_blur", {{"samples", int64_t(40)},
                                   {"noise", "none"},
-                                  {"share_highlights", false},
+                                  {"denoise", false},
                                   {"max_blur_px", int64_t(9)}})}) {
         PlanOptions options = whole();
         if (chain.links[0].type->name == "joint_blur") options.outputs.add(Role::hint);

@@ -1,0 +1,71 @@
+#include "passes/common/inverse_warp_reference_denoise.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace postchain::inverse_warp::reference {
+namespace {
+
+constexpr double kSoftSpread = 8;  // px^2
+constexpr int kReachPx = 2;
+constexpr double kLeastWeight = 1.0 / 64;
+constexpr double kPixelVariance = 1.0 / 12;
+
+}  // namespace
+
+void Soft::add(const Settings& settings, const std::array<double, 4>& difference,
+               double inverse_depth, Vec path, double sample_weight) {
+    std::array<double, 3> covariance = {};
+    if (settings.lens) {
+        const double radius = settings.lens->coc.radius_px(inverse_depth);
+        covariance[0] += radius * radius / 4;
+        covariance[2] += radius * radius / 4;
+    }
+    if (settings.shutter) {
+        covariance[0] += path.x * path.x / 3;
+        covariance[1] += path.x * path.y / 3;
+        covariance[2] += path.y * path.y / 3;
+    }
+    if (covariance[0] + covariance[2] < kSoftSpread || !finite(difference.data())) return;
+    for (size_t c = 0; c < 4; ++c) sum[c] += sample_weight * difference[c];
+    for (size_t c = 0; c < 3; ++c) spread[c] += sample_weight * covariance[c];
+    weight += sample_weight;
+}
+
+void denoise(const Settings& settings, const ImageD& soft, const ImageD& spread, ImageD& color) {
+    const double window = (settings.shutter ? 4.2 : 5.7) * std::sqrt(settings.samples);
+    const ImageD gathered = color;
+    const auto seen = [&](int x, int y) {
+        const double* s = soft.pixel(x, y);
+        return std::array<double, 4>{s[0], s[1], s[2], spread.at(x, y, 3)};
+    };
+    for (int y = 0; y < color.height; ++y) {
+        for (int x = 0; x < color.width; ++x) {
+            const double share = soft.at(x, y, 3);
+            if (!(share > 0) || !finite(gathered.pixel(x, y))) continue;
+            const double xx = spread.at(x, y, 0) + kPixelVariance, xy = spread.at(x, y, 1);
+            const double yy = spread.at(x, y, 2) + kPixelVariance;
+            double sums[4] = {0, 0, 0, 0}, total = 0;
+            for (int j = std::max(y - kReachPx, 0); j <= std::min(y + kReachPx, color.height - 1);
+                 ++j) {
+                for (int i = std::max(x - kReachPx, 0);
+                     i <= std::min(x + kReachPx, color.width - 1); ++i) {
+                    const double dx = i - x, dy = j - y;
+                    // d^T covariance^-1 d
+                    const double form =
+                        (yy * dx * dx - 2 * xy * dx * dy + xx * dy * dy) / (xx * yy - xy * xy);
+                    const double weight =
+                        soft.at(i, j, 3) * std::max(std::exp(-window * form) - kLeastWeight, 0.0);
+                    if (weight == 0) continue;
+                    const auto own = seen(x, y), around = seen(i, j);
+                    for (size_t c = 0; c < 4; ++c) sums[c] += weight * (around[c] - own[c]);
+                    total += weight;
+                }
+            }
+            for (int c = 0; c < 4; ++c)
+                color.at(x, y, c) = gathered.at(x, y, c) + share / total * sums[c];
+        }
+    }
+}
+
+}  // namespace postchain::inverse_warp::reference

@@ -1,0 +1,28 @@
+// Noise of few samples, for the inverse warp's double-precision reference: what of a pixel's
+// samples is blurred, and how pixels share it. Written from docs/inverse_warp.md.
+#pragma once
+
+#include <array>
+
+#include "chain/image.h"
+#include "passes/common/inverse_warp.h"
+#include "passes/common/inverse_warp_reference_surfaces.h"
+
+namespace postchain::inverse_warp::reference {
+
+// Of one pixel's samples those that are blurred.
+struct Soft {
+    std::array<double, 4> sum = {};  // of differences to the pixel's own color
+    double weight = 0;
+    std::array<double, 3> spread = {};  // sum of covariances: xx, xy, yy, px^2
+
+    // A sample that has seen a surface of this inverse depth and path on one side of the frame.
+    void add(const Settings& settings, const std::array<double, 4>& difference,
+             double inverse_depth, Vec path, double sample_weight);
+};
+
+// Each pixel of `color`, RGBA, gets its share of what blurred samples have seen around it. soft:
+// their mean color (red, green, blue) and their share; spread: their covariance and mean alpha.
+void denoise(const Settings& settings, const ImageD& soft, const ImageD& spread, ImageD& color);
+
+}  // namespace postchain::inverse_warp::reference

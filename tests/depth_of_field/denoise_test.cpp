@@ -1,0 +1,106 @@
+// Noise of few samples that method inverse_warp takes away: how much, and what it leaves alone.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/depth_of_field/support.h"
+
+namespace postchain::test {
+namespace {
+
+const std::pair<std::string, ParameterValue> kMethod = {"method", "inverse_warp"};
+
+ImageF blurred(const FramePlanes& planes, int samples, bool denoise, int seed = 0) {
+    return dof(
+        planes,
+        {kMethod, {"samples", int64_t(samples)}, {"denoise", denoise}, {"seed", int64_t(seed)}});
+}
+
+// Inverse depth 0.25 is in focus, 0.75 has a radius of 16 px, 1 of 24.
+
+// No light is lost, and a lamp's disc speckles less.
+TEST(Denoise, FewPointsKeepTheLight) {
+    constexpr int kSeeds = 16;
+    const double radius = 19.2;
+    const double mean = 100 / (M_PI * radius * radius);
+    ImageF color = constant_image(97, 97, {0, 0, 0, 1});
+    color.at(48, 48) = 100;
+    double speckle[2] = {0, 0};
+    for (const bool denoise : {false, true}) {
+        double light = 0;
+        for (int seed = 0; seed < kSeeds; ++seed) {
+            const ImageF out = blurred(flat_planes(color, 1), 24, denoise, seed);
+            light += sum_of(out) / kSeeds;
+            for (int y = 0; y < 97; ++y)
+                for (int x = 0; x < 97; ++x)
+                    if (std::hypot(x - 48, y - 48) < radius - 2)
+                        speckle[denoise] += std::pow(out.at(x, y) - mean, 2);
+        }
+        // About 24 pixels meet the dot: a fifth of deviation, a twentieth of the mean over seeds.
+        EXPECT_NEAR(light / 100, 1, 0.15) << denoise;
+    }
+    EXPECT_LT(speckle[true], 0.3 * speckle[false]);
+}
+
+// Of a picture of noise the mean over 1023 points is the truth.
+TEST(Denoise, AThirdOfTheErrorAtMost) {
+    const FramePlanes planes = flat_planes(noise_image(96, 96, 4, 5), 0.75f);
+    const ImageF truth = blurred(planes, 1023, false);
+    const auto squared_error = [&](bool denoise) {
+        const ImageF out = blurred(planes, 32, denoise);
+        double sum = 0;
+        for (size_t i = 0; i < out.data.size(); ++i)
+            sum += std::pow(out.data[i] - truth.data[i], 2);
+        return sum;
+    };
+    EXPECT_LT(squared_error(true), 0.33 * squared_error(false));
+}
+
+// With many points there is little noise: a lamp's disc keeps its rim.
+TEST(Denoise, ManyPointsKeepTheRim) {
+    ImageF color = constant_image(97, 97, {0, 0, 0, 1});
+    for (int y = 44; y < 53; ++y)
+        for (int x = 44; x < 53; ++x)
+            for (int c = 0; c < 3; ++c) color.at(x, y, c) = 30;
+    const FramePlanes planes = flat_planes(color, 1);
+    const Difference difference =
+        compare(blurred(planes, 1023, true), blurred(planes, 1023, false), 0.05);
+    EXPECT_LE(difference.max, 0.2) << difference.text;
+    EXPECT_LE(difference.fraction, 0.01) << difference.text;
+}
+
+// A radius of 3 px holds detail of a few pixels: nothing is taken from it, bit for bit.
+TEST(Denoise, SmallCirclesOfConfusionAreLeftAlone) {
+    const FramePlanes planes = flat_planes(noise_image(64, 64, 4, 5), 0.25f + 3.0f / 32);
+    EXPECT_TRUE(equal_bits(blurred(planes, 24, true), blurred(planes, 24, false)));
+}
+
+// Before a background out of focus stands a fence in focus, every other pixel: its samples are not
+// mixed with those of its gaps.
+TEST(Denoise, WhatIsInFocusKeepsItsDetail) {
+    ImageF color = constant_image(96, 64, {0, 0, 0, 1});
+    ImageF depth(96, 64, 1);
+    for (int y = 0; y < 64; ++y)
+        for (int x = 0; x < 96; ++x) {
+            const bool bar = x % 2 == 0;
+            depth.at(x, y) = bar ? 0.25f : 0;  // in focus; 8 px
+            for (int c = 0; c < 3; ++c) color.at(x, y, c) = bar ? 1 : 0;
+        }
+    const ImageF with = blurred(planes_of(color, depth), 24, true);
+    for (int x = 16; x < 80; x += 2) EXPECT_NEAR(with.at(x, 32), 1, 1e-6) << x;
+}
+
+// Premultiplied: white on clear is white everywhere, however much of it a pixel has.
+TEST(Denoise, ColorAndAlphaAreMixedAlike) {
+    ImageF color(96, 64, 4);
+    for (int y = 0; y < 64; ++y)
+        for (int x = 0; x < 96; ++x)
+            for (int c = 0; c < 4; ++c) color.at(x, y, c) = (x / 9 + y / 7) % 2 == 0 ? 1 : 0;
+    const ImageF out = blurred(flat_planes(color, 0.75f), 16, true);
+    for (int y = 0; y < 64; ++y)
+        for (int x = 0; x < 96; ++x)
+            EXPECT_NEAR(out.at(x, y, 0), out.at(x, y, 3), 1e-6) << x << ", " << y;
+}
+
+}  // namespace
+}  // namespace postchain::test

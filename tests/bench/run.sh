@@ -1,11 +1,13 @@
 #!/usr/bin/env bash
 # All figures in one run: each pass per megapixel and tap, what leaving out is worth, each plane in
-# half, the whole chain against oiiotool's copy, memory of a long run against a short one. Needs a
+# half, the whole chain against oiiotool's copy, memory of a long run against a short one, start-up. Needs a
 # build with tests (tools/test.sh).
 # Usage: tests/bench/run.sh [arguments of sequence_bench]
 set -euo pipefail
-programs=$(cd "$(dirname "$0")/../../build/tests/bench" && pwd)
+here=$(cd "$(dirname "$0")" && pwd)
+programs=$(cd "$here/../../build/tests/bench" && pwd)
 "$programs/gpu_bench"
 "$programs/elision_bench"
 "$programs/precision_bench"
 "$programs/sequence_bench" "$@"
+"$here/startup.py"

@@ -137,7 +137,8 @@ def examples(options):
     def flags(*names):
         return call("pkg-config", "--cflags", "--libs", *names, env=environment).split()
     for c, cpp in compilers():
-        for kind in ("", "-static"):
+        # The archives are the same for every compiler.
+        for kind in ("", "-static") if (c, cpp) == compilers()[0] else ("",):
             for name, compiler, source, module in (("c", c, "host.c", "postchain"),
                                                    ("cpp", cpp, "host.cpp", "postchain"),
                                                    ("text", c, "text.c", "postchain-config")):

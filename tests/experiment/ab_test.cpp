@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <cmath>
 
 #include "tests/experiment/support.h"
@@ -229,6 +230,27 @@ TEST_F(Ab, StopsWhenAsked) {
     auto report = run_ab(chain("one", kNothing), chain("two", kNothing), settings(),
                          test::executor(), {}, &stop);
     EXPECT_EQ(report.status().code(), StatusCode::canceled);
+}
+
+// A report is of what lies on disk, or there is none.
+TEST_F(Ab, FilesThatChangeMeanwhileAreAnError) {
+    namespace fs = std::filesystem;
+    for (const char* name : {"in.0001.exr", "in.0003.exr", "truth.0001.exr"}) {
+        const std::string path = folder_.path(name);
+        bool is_changed = false;
+        auto report = run_ab(
+            chain("one", kNothing), chain("two", kNothing), settings(), test::executor(),
+            [&](const ExperimentProgress& progress) {
+                if (progress.done != 1 || is_changed) return;
+                is_changed = true;
+                fs::last_write_time(path, fs::last_write_time(path) + std::chrono::seconds(1));
+            },
+            nullptr);
+        EXPECT_TRUE(is_changed);
+        EXPECT_EQ(report.status().code(), StatusCode::input) << name;
+        EXPECT_THAT(report.status().message(), HasSubstr(std::string(name) + ": was changed"));
+        fs::remove_all(folder_.path("report"));
+    }
 }
 
 TEST_F(Ab, ProgressCountsFramesAndTimings) {

@@ -6,6 +6,7 @@
 #include <atomic>
 
 #include "tests/support/images.h"
+#include "tools/measure/experiment/sweep.h"
 #include "tools/sequence/io/exr_writer.h"
 
 namespace postchain::test {
@@ -100,6 +101,19 @@ Chain parse(const std::string& text, const std::vector<std::string>& sets) {
     ChainFile file = parse_chain(text, "test", builtin_passes(), sets);
     EXPECT_TRUE(file.status().ok()) << file.status().message();
     return std::move(file.chain);
+}
+
+Result<std::vector<experiment::BenchVariant>> sweep(const std::vector<std::string>& texts,
+                                                    int limit,
+                                                    const std::vector<std::string>& sets) {
+    std::vector<experiment::Sweep> sweeps;
+    for (const auto& text : texts) {
+        auto one = experiment::parse_sweep(text);
+        if (!one.ok()) return one.status();
+        sweeps.push_back(*one);
+    }
+    return experiment::sweep_variants({"test.yaml", kChainText, false}, builtin_passes(), sets,
+                                      sweeps, limit);
 }
 
 experiment::ExperimentSettings settings_for(const std::string& folder, const std::string& report) {

@@ -36,6 +36,11 @@ extern const char* const kChainText;
 extern const char* const kOtherOrderText;
 Chain parse(const std::string& text, const std::vector<std::string>& sets = {});
 
+// Variants of kChainText; the parameters are those of experiment::sweep_variants().
+Result<std::vector<experiment::BenchVariant>> sweep(const std::vector<std::string>& texts,
+                                                    int limit = 64,
+                                                    const std::vector<std::string>& sets = {});
+
 experiment::ExperimentSettings settings_for(const std::string& folder, const std::string& report);
 
 }  // namespace postchain::test

@@ -1,125 +1,25 @@
 // What write_filtered() keeps, replaces and refuses. Files are made with OpenEXR; what came out is
 // read with OpenImageIO, which shares no code with tools/sequence/io.
-#include <ImfChromaticities.h>
 #include <ImfPreviewImage.h>
 #include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <half.h>
-
-#include <algorithm>
-#include <limits>
 
 #include "tests/io/exr_files.h"
+#include "tests/io/written_files.h"
 #include "tools/sequence/io/exr_writer.h"
 
 namespace postchain::io {
 namespace {
 
 using test::FilePart;
-using test::oiio_attributes;
 using test::oiio_channels;
-using test::OiioChannel;
 using test::TempFolder;
 using test::write_file;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
-
-const std::vector<std::string> kRgba = {"R", "G", "B", "A"};
-
-InputFrame read_ok(const std::string& path, int part = 0,
-                   const std::vector<std::string>& color = kRgba) {
-    Result<OpenFrame> open = open_frame({{Role::color, path}}, 1);
-    EXPECT_TRUE(open.ok()) << open.status().message();
-    Result<InputFrame> frame =
-        read_frame(*open, {{Role::color, {part, color}}}, {Role::color}, Keep::all);
-    EXPECT_TRUE(frame.ok()) << frame.status().message();
-    return std::move(*frame);
-}
-
-// A picture no input holds: values of each pixel and channel apart, exact in half.
-ImageF new_color(const InputFrame& frame) {
-    ImageF color(frame.description.width, frame.description.height, 4);
-    for (size_t i = 0; i < color.data.size(); ++i) color.data[i] = 4 + float(i % 1021) / 256;
-    return color;
-}
-
-WriteReport write_ok(const std::string& path, InputFrame& frame, const ImageF& color,
-                     WriteOptions options = {}) {
-    const Result<WriteReport> report = write_filtered(path, frame, color, options);
-    EXPECT_TRUE(report.ok()) << report.status().message();
-    return report.ok() ? *report : WriteReport();
-}
-
-// All channels of `out` are those of `in` but for `replaced`, which hold `color`.
-void expect_only_color_changed(const std::string& in, const std::string& out, int part,
-                               const std::vector<std::string>& replaced, const ImageF& color) {
-    const std::vector<OiioChannel> before = oiio_channels(in, part);
-    const std::vector<OiioChannel> after = oiio_channels(out, part);
-    ASSERT_EQ(before.size(), after.size());
-    for (size_t c = 0; c < before.size(); ++c) {
-        EXPECT_EQ(before[c].name, after[c].name);
-        EXPECT_EQ(before[c].type, after[c].type);
-        const auto it = std::find(replaced.begin(), replaced.end(), before[c].name);
-        if (it == replaced.end()) {
-            EXPECT_TRUE(before[c].bytes == after[c].bytes) << before[c].name;
-            continue;
-        }
-        const size_t index = size_t(it - replaced.begin());
-        std::vector<char> expected;
-        for (size_t p = 0; p < color.pixels(); ++p) {
-            const float value = color.data[p * 4 + index];
-            const half h(value);
-            const bool is_half = after[c].type == "half";
-            const char* from =
-                is_half ? reinterpret_cast<const char*>(&h) : reinterpret_cast<const char*>(&value);
-            expected.insert(expected.end(), from, from + (is_half ? 2 : 4));
-        }
-        EXPECT_TRUE(expected == after[c].bytes) << after[c].name;
-    }
-}
-
-// Attributes of `out` beside those of `in`: first what is gone, then what is new.
-std::vector<std::string> attribute_changes(const std::string& in, const std::string& out,
-                                           int part = 0) {
-    const auto before = oiio_attributes(in, part);
-    const auto after = oiio_attributes(out, part);
-    std::vector<std::string> changes;
-    std::vector<std::string> diff;
-    std::set_difference(before.begin(), before.end(), after.begin(), after.end(),
-                        std::back_inserter(diff));
-    for (const auto& line : diff) changes.push_back("- " + line);
-    diff.clear();
-    std::set_difference(after.begin(), after.end(), before.begin(), before.end(),
-                        std::back_inserter(diff));
-    for (const auto& line : diff) changes.push_back("+ " + line);
-    return changes;
-}
-
-FilePart every_type(const std::string& name = {}) {
-    return {.name = name,
-            .channels = {{"R"},
-                         {"G"},
-                         {"B"},
-                         {"A"},
-                         {"Z", Imf::FLOAT},
-                         {"Vector.X", Imf::FLOAT},
-                         {"diffuse.R"},
-                         {"id", Imf::UINT}},
-            .data = {{-7, -3}, {20, 35}},
-            .display = {{0, 0}, {99, 49}},
-            .special_values = true,
-            .edit = [](Imf::Header& h) {
-                h.pixelAspectRatio() = 1.5f;
-                h.screenWindowWidth() = 2;
-                h.insert("comment", Imf::StringAttribute("kept"));
-                Imf::addOwner(h, "owner");
-                Imf::addTimeCode(h, Imf::TimeCode(1, 2, 3, 4));
-                Imf::addChromaticities(h, Imf::Chromaticities({0.7f, 0.3f}));
-            }};
-}
 
 struct Layout {
     Imf::Compression compression;
@@ -336,48 +236,6 @@ TEST(ExrWriter, MetadataThatIsNoLongerTrueIsLeftOut) {
     EXPECT_TRUE(file->parts()[0].attributes.contains("comment"));
 }
 
-TEST(ExrWriter, LossyCompressionNeverTouchesOtherChannels) {
-    const TempFolder folder;
-    const std::string in = folder.path("in.exr");
-    const std::string out = folder.path("out.exr");
-    for (const auto compression :
-         {Imf::PXR24_COMPRESSION, Imf::B44_COMPRESSION, Imf::B44A_COMPRESSION,
-          Imf::DWAA_COMPRESSION, Imf::DWAB_COMPRESSION}) {
-        for (const int tile : {0, 16}) {
-            FilePart part = every_type();
-            part.special_values = false;
-            part.compression = compression;
-            part.tile = tile;
-            write_file(in, {part});
-            InputFrame frame = read_ok(in);
-            const ImageF color = new_color(frame);
-            const WriteReport report =
-                write_ok(out, frame, color, {.on_existing = OnExisting::overwrite});
-            EXPECT_THAT(report.notes, ElementsAre(HasSubstr("replaced by zip")));
-            EXPECT_EQ(ExrFile::open(out)->parts()[0].compression, "zip");
-            expect_only_color_changed(in, out, 0, kRgba, color);
-        }
-    }
-}
-
-TEST(ExrWriter, LossyCompressionOfColorAloneIsKept) {
-    const TempFolder folder;
-    const std::string in = folder.path("in.exr");
-    const std::string out = folder.path("out.exr");
-    FilePart part{.channels = {{"R"}, {"G"}, {"B"}, {"A"}},
-                  .data = {{0, 0}, {63, 63}},
-                  .compression = Imf::DWAA_COMPRESSION};
-    write_file(in, {part});
-    InputFrame frame = read_ok(in);
-    const ImageF color(64, 64, 4, 0.5f);
-    const WriteReport report = write_ok(out, frame, color);
-    EXPECT_THAT(report.notes, IsEmpty());
-    EXPECT_EQ(ExrFile::open(out)->parts()[0].compression, "dwaa");
-    const Result<ImageF> back = ExrFile::open(out)->read_channels(0, kRgba);
-    ASSERT_TRUE(back.ok());
-    for (const float v : back->data) EXPECT_NEAR(v, 0.5f, 0.01f);
-}
-
 TEST(ExrWriter, AMipMappedColorPartKeepsItsFullSizeLevel) {
     const TempFolder folder;
     const std::string in = folder.path("in.exr");
@@ -392,85 +250,6 @@ TEST(ExrWriter, AMipMappedColorPartKeepsItsFullSizeLevel) {
     EXPECT_THAT(report.notes, ElementsAre(HasSubstr("smaller levels")));
     expect_only_color_changed(in, out, 0, kRgba, color);
     EXPECT_FALSE(ExrFile::open(out)->parts()[0].mip_mapped);
-}
-
-TEST(ExrWriter, ColorBeyondHalfIsRefusedOrClampedNeverInf) {
-    const TempFolder folder;
-    const std::string in = folder.path("in.exr");
-    const std::string out = folder.path("out.exr");
-    write_file(in, {every_type()});
-    InputFrame frame = read_ok(in);
-    ImageF color = new_color(frame);
-    color.at(1, 0, 0) = 65505;
-    color.at(1, 0, 1) = 1e6f;  // the same pixel
-    color.at(2, 5, 2) = -70000;
-    color.at(3, 5, 2) = 65504;  // fits
-    Result<WriteReport> refused = write_filtered(out, frame, color, {});
-    ASSERT_FALSE(refused.ok());
-    EXPECT_EQ(refused.status().code(), StatusCode::output);
-    EXPECT_THAT(refused.status().message(), HasSubstr("2 pixels"));
-    EXPECT_THAT(folder.names(), ElementsAre("in.exr"));
-
-    color.at(4, 4, 0) = std::numeric_limits<float>::infinity();
-    color.at(5, 4, 3) = std::numeric_limits<float>::quiet_NaN();
-    const WriteReport report = write_ok(out, frame, color, {.overflow = HalfOverflow::clamp});
-    EXPECT_EQ(report.overflow_pixels, 2u);
-    EXPECT_EQ(report.nonfinite_pixels, 2u);
-    ImageF expected = color;
-    expected.at(1, 0, 0) = expected.at(1, 0, 1) = expected.at(4, 4, 0) = 65504;
-    expected.at(2, 5, 2) = -65504;
-    expected.at(5, 4, 3) = 0;
-    expect_only_color_changed(in, out, 0, kRgba, expected);
-}
-
-TEST(ExrWriter, ColorBeyondFloatIsRefusedOrClampedNeverInf) {
-    const TempFolder folder;
-    const std::string in = folder.path("in.exr");
-    const std::string out = folder.path("out.exr");
-    write_file(in, {{.channels = {{"R", Imf::FLOAT},
-                                  {"G", Imf::FLOAT},
-                                  {"B", Imf::FLOAT},
-                                  {"A", Imf::FLOAT},
-                                  {"Z", Imf::FLOAT}}}});
-    InputFrame frame = read_ok(in);
-    ImageF color = new_color(frame);
-    const float inf = std::numeric_limits<float>::infinity();
-    const float most = std::numeric_limits<float>::max();
-    color.at(0, 0, 0) = most;  // fits
-    color.at(1, 0, 0) = inf;
-    color.at(1, 0, 1) = -inf;  // the same pixel
-    color.at(2, 5, 2) = std::numeric_limits<float>::quiet_NaN();
-    const Result<WriteReport> refused = write_filtered(out, frame, color, {});
-    ASSERT_FALSE(refused.ok());
-    EXPECT_EQ(refused.status().code(), StatusCode::output);
-    EXPECT_THAT(refused.status().message(), HasSubstr("2 pixels"));
-    EXPECT_THAT(refused.status().message(), HasSubstr("--overflow clamp"));
-    EXPECT_THAT(folder.names(), ElementsAre("in.exr"));
-    const WriteReport report = write_ok(out, frame, color, {.overflow = HalfOverflow::clamp});
-    EXPECT_EQ(report.overflow_pixels, 0u);
-    EXPECT_EQ(report.nonfinite_pixels, 2u);
-    ImageF expected = color;
-    expected.at(1, 0, 0) = most;
-    expected.at(1, 0, 1) = -most;
-    expected.at(2, 5, 2) = 0;
-    expect_only_color_changed(in, out, 0, kRgba, expected);
-}
-
-TEST(ExrWriter, RoundsToTheNearestHalf) {
-    // 2049 lies between the halves 2048 and 2050: to even. 2051 between 2050 and 2052: to 2052.
-    const TempFolder folder;
-    const std::string in = folder.path("in.exr");
-    const std::string out = folder.path("out.exr");
-    write_file(in, {every_type()});
-    InputFrame frame = read_ok(in);
-    ImageF color = new_color(frame);
-    for (size_t i = 0; i < color.data.size(); ++i) color.data[i] = float(i % 2 == 0 ? 2049 : 2051);
-    write_ok(out, frame, color);
-    const Result<ImageF> back = ExrFile::open(out)->read_channels(0, kRgba);
-    ASSERT_TRUE(back.ok());
-    for (size_t i = 0; i < back->data.size(); ++i) {
-        ASSERT_EQ(back->data[i], i % 2 == 0 ? 2048.0f : 2052.0f);
-    }
 }
 
 TEST(ExrWriter, ColorFromAFileOfItsOwn) {

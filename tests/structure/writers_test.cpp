@@ -1,7 +1,8 @@
 // Every place that writes a file (docs/command.md, "What is written, and what is never replaced").
 // One place opens files for writing: tools/sequence/io/atomic_file. One decides what may be
 // replaced: tools/sequence/io/output_files. Whoever writes asks it, and is listed here; what each
-// of them does with a stranger's file and with an input is tried in tests/command/replace_test.cpp.
+// of them does with a stranger's file and with an input is tried in tests/command/replace_test.cpp
+// and replace_report_test.cpp.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -107,7 +108,7 @@ TEST(Writers, OpenExrAndOpenImageIoGetNoFileName) {
         }
 }
 
-// A new one belongs into tests/command/replace_test.cpp too.
+// A new one belongs into tests/command/replace_test.cpp or replace_report_test.cpp too.
 TEST(Writers, AreTheseAndAskWhatMayBeReplaced) {
     const Counts expected = {
         {"tools/sequence/run/run_sequence.cpp", 4},  // output, preview, sidecar, stage

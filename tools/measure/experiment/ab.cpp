@@ -33,7 +33,10 @@ class AbRun {
             settings_.run,
             chains_[0]->chain.required() | chains_[0]->chain.optional() |
                 chains_[1]->chain.required() | chains_[1]->chain.optional(),
-            [&](sequence::SourceFrame& frame, sequence::FrameReport&) { return visit(frame); },
+            [&](sequence::SourceFrame& frame, sequence::FrameReport& report) {
+                const Status status = visit(frame);
+                return status.ok() ? io::check_unchanged(report.stamps) : status;
+            },
             [&](const sequence::FrameReport& frame, const sequence::RunProgress&) {
                 for (const auto& warning : frame.warnings) note(warning);
             },
@@ -42,6 +45,7 @@ class AbRun {
         if (stop_ && *stop_) return Status(StatusCode::canceled, "stopped");
         if (!summary->first_failure.ok()) return summary->first_failure;
         if (Status status = time_both(); !status.ok()) return status;
+        if (Status status = io::check_unchanged(basis_.stamps); !status.ok()) return status;
         for (report::Variant& variant : report_.variants) find_means(variant);
         report_.crops = crops_of(std::move(worst_));
         report_.comparison = compare_variants(report_, tiles_);

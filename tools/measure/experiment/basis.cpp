@@ -29,16 +29,23 @@ Result<Basis> open_basis(report::Kind kind, const ExperimentSettings& settings,
     report.kind = kind;
     state_conditions(settings, report);
     const auto mapper = settings.flip.tone_mapper;
+    Basis basis;
+    auto list = io::find_frames(settings.run.input, settings.run.frames);
+    if (!list.ok()) return list.status();
+    basis.files = std::move(list->files);
+    for (const auto& [frame, files] : basis.files)
+        for (const auto& [role, path] : files) basis.stamps.push_back(io::FileStamp::of(path));
     auto survey = survey_input(settings.run, mapper, settings.truth.empty());
     if (!survey.ok()) return survey.status();
     report.frames = survey->frames;
     report.width = survey->width;
     report.height = survey->height;
-    Basis basis;
     basis.exposures = survey->exposures;
     if (!settings.truth.empty()) {
         auto truth = Truth::open(settings.truth, report.frames);
         if (!truth.ok()) return truth.status();
+        for (const std::string& path : truth->paths())
+            basis.stamps.push_back(io::FileStamp::of(path));
         if (Status status = truth->survey(settings.run, mapper); !status.ok()) return status;
         basis.exposures = truth->exposures();
         basis.truth = std::move(*truth);
@@ -48,9 +55,6 @@ Result<Basis> open_basis(report::Kind kind, const ExperimentSettings& settings,
         report.no_truth = settings.no_truth.empty() ? "no truth was given (-r)" : settings.no_truth;
         report.reference = kind == report::Kind::ab ? "a" : "converged";
     }
-    auto list = io::find_frames(settings.run.input, settings.run.frames);
-    if (!list.ok()) return list.status();
-    basis.files = std::move(list->files);
     report.page_frames = spread_frames(report.frames, settings.page_frames);
     report.metrics = metric_columns(kind, basis.truth.has_value());
     report.constants = metrics::metric_constants();

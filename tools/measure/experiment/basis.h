@@ -9,6 +9,7 @@
 
 #include "tools/measure/experiment/experiment.h"
 #include "tools/measure/experiment/truth.h"
+#include "tools/sequence/io/file_stamp.h"
 #include "tools/sequence/run/run_settings.h"
 
 namespace postchain::experiment {
@@ -17,6 +18,7 @@ struct Basis {
     std::optional<Truth> truth;
     metrics::ExposureRange exposures;                  // the same for all variants and frames
     std::map<int, std::map<Role, std::string>> files;  // of the input, by frame
+    std::vector<io::FileStamp> stamps;  // of input and truth, before the first was read
 };
 
 // Fills in all of the report but what the variants bring: folder, command, input, truth, reference,

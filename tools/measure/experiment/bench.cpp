@@ -192,7 +192,9 @@ class BenchRun {
         run.frames = io::FrameRange{open};
         auto summary = sequence::visit_sequence(
             run, wanted_,
-            [&](sequence::SourceFrame& frame, sequence::FrameReport&) { return visit(frame); },
+            [&](sequence::SourceFrame& frame, sequence::FrameReport& report) {
+                return visit(frame, report.stamps);
+            },
             [&](const sequence::FrameReport& frame, const sequence::RunProgress&) {
                 for (const auto& warning : frame.warnings) note(warning);
             },
@@ -209,7 +211,8 @@ class BenchRun {
 
     bool stopped() const { return stop_ && *stop_; }
 
-    Status visit(const sequence::SourceFrame& source) {
+    // `stamps`: of the files that the frame was made of.
+    Status visit(const sequence::SourceFrame& source, const std::vector<io::FileStamp>& stamps) {
         auto frame = BenchFrame::open(settings_, basis_, executor_, wanted_, source,
                                       follows(source.description.frame_number));
         if (!frame.ok()) return frame.status();
@@ -232,7 +235,8 @@ class BenchRun {
                                         contains(stability_frames_, number));
             if (found.ok()) {
                 // What cannot be written now cannot be written for the others either.
-                if (Status status = keep(v, number, std::move(*found)); !status.ok()) return status;
+                if (Status status = keep(v, number, std::move(*found), stamps); !status.ok())
+                    return status;
             } else {
                 std::string& failure = report_.variants[v].failure;
                 failure += concat(failure.empty() ? "" : "; ", "frame ", number, ": ",
@@ -243,8 +247,8 @@ class BenchRun {
         return Status();
     }
 
-    // Pictures, then the result, which says that they are there.
-    Status keep(size_t v, int number, Findings found) {
+    // Pictures, then the result, which says that they are there, and of which files they are.
+    Status keep(size_t v, int number, Findings found, const std::vector<io::FileStamp>& stamps) {
         if (kept(number)) {
             Status status = report::store_image(
                 report_, entry(report::ImageKind::color, int(v), number, name_of_variant(v)),
@@ -263,6 +267,8 @@ class BenchRun {
             result.split->notes.push_back("no model error: " + report_.no_truth);
         auto work = work_of(v, number);
         if (!work.ok()) return work.status();
+        for (const auto& files : {stamps, basis_.stamps})
+            if (Status status = io::check_unchanged(files); !status.ok()) return status;
         if (Status status = store_->keep(name_of_variant(v), number, *work, result); !status.ok())
             return status;
         results_[v][number] = std::move(result);
@@ -284,6 +290,7 @@ class BenchRun {
                 auto work = work_of(v, frame);
                 if (!work.ok()) return work.status();
                 if (Status status = time_one(v, frame, source); !status.ok()) return status;
+                if (Status status = io::check_unchanged(basis_.stamps); !status.ok()) return status;
                 if (variant.timing)
                     if (Status status = store_->keep(name_of_variant(v), *work, *variant.timing);
                         !status.ok())

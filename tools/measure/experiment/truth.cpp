@@ -70,6 +70,12 @@ Result<metrics::Picture> Truth::load(int frame) const {
         io::placed(*source->planes.at(Role::color), source->input.window, windows_.at(frame)));
 }
 
+std::vector<std::string> Truth::paths() const {
+    std::vector<std::string> paths;
+    for (const auto& [frame, files] : files_) paths.push_back(files.at(Role::color));
+    return paths;
+}
+
 std::string Truth::identity(int frame) const {
     const std::string& path = files_.at(frame).at(Role::color);
     const auto stamp = io::FileStamp::of(path);

@@ -32,6 +32,7 @@ class Truth {
 
     // Of the pixels that are filtered of the input's frame.
     Result<metrics::Picture> load(int frame) const;
+    std::vector<std::string> paths() const;  // of all frames
     // Name, size and time of change of the frame's file.
     std::string identity(int frame) const;
 

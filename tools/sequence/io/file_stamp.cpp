@@ -18,16 +18,21 @@ FileStamp FileStamp::of(const std::string& path) {
 Status FileStamp::unchanged() const {
     std::error_code error;
     if (!fs::exists(path, error))
-        return Status(StatusCode::input, path +
-                                             ": was removed while the frame was being made; "
-                                             "the result is not written");
+        return Status(StatusCode::input,
+                      path + ": was removed while it was in use; the result is not written");
     const FileStamp now = of(path);
     if (now.bytes == bytes && now.time == time) return Status();
     return Status(StatusCode::input,
-                  concat(path, ": was changed while the frame was being made (",
+                  concat(path, ": was changed while it was in use (",
                          now.bytes == bytes ? std::string("another time of change")
                                             : concat(bytes, " bytes before, ", now.bytes, " now"),
-                         "); the result is not written, filter this frame again"));
+                         "); the result is not written, run the command again"));
+}
+
+Status check_unchanged(const std::vector<FileStamp>& stamps) {
+    for (const FileStamp& stamp : stamps)
+        if (Status status = stamp.unchanged(); !status.ok()) return status;
+    return Status();
 }
 
 }  // namespace postchain::io

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "chain/status.h"
 
@@ -17,5 +18,8 @@ struct FileStamp {
     // Errors (input): the file has another size or time now, or is gone.
     Status unchanged() const;
 };
+
+// The error of the first file that has changed.
+Status check_unchanged(const std::vector<FileStamp>& stamps);
 
 }  // namespace postchain::io

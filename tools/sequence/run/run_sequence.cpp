@@ -54,9 +54,6 @@ class FilterJob final : public FrameJob {
         report.renderer = renderer_;
         const std::string fingerprint = fingerprint_of(chain_, settings_, inputs);
         report.provenance = provenance_of(fingerprint, settings_.strict);
-        report.stamps = inputs.frame->stamps;
-        for (const auto& [neighbor, other] : inputs.neighbors)
-            report.stamps.insert(report.stamps.end(), other->stamps.begin(), other->stamps.end());
         const FrameHeader& header = inputs.frame->header;
         if (Status status = io::check_rewritable(header.files.color_file(),
                                                  header.assignment.at(Role::color).part,
@@ -112,7 +109,7 @@ class FilterJob final : public FrameJob {
         if (!permit.ok()) return permit.status();
         io::WriteOptions options;
         options.on_existing = *permit;
-        options.before_commit = [&] { return check_unchanged(report); };
+        options.before_commit = [&] { return io::check_unchanged(report.stamps); };
         options.overflow = settings_.overflow;
         options.window = report.window;
         options.attributes[kProvenanceAttribute] = report.provenance;
@@ -135,13 +132,6 @@ class FilterJob final : public FrameJob {
     }
 
   private:
-    // What was read must be what is on disk when the result gets its name: the fingerprint says so.
-    static Status check_unchanged(const FrameReport& report) {
-        for (const io::FileStamp& stamp : report.stamps)
-            if (Status status = stamp.unchanged(); !status.ok()) return status;
-        return Status();
-    }
-
     Status write_preview(const std::string& output, const ImageF& color) const {
         const std::string path = io::preview_path(output);
         const auto permit = files_.permit(path);

@@ -123,6 +123,9 @@ class Walk {
         auto inputs = reader_.open(task.source, task.files);
         if (!inputs.ok()) return inputs.status();
         report.profile = inputs->frame->header.match.profile;
+        report.stamps = inputs->frame->stamps;
+        for (const auto& [neighbor, other] : inputs->neighbors)
+            report.stamps.insert(report.stamps.end(), other->stamps.begin(), other->stamps.end());
         const auto begun = job_.begin(task, *inputs, report);
         if (!begun.ok()) return begun.status();
         if (!*begun) {

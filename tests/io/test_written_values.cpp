@@ -1,0 +1,142 @@
+// Values of the color that write_filtered() writes: beyond the format, rounded, compressed.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "tests/io/exr_files.h"
+#include "tests/io/written_files.h"
+
+namespace postchain::io {
+namespace {
+
+using test::FilePart;
+using test::TempFolder;
+using test::write_file;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+TEST(ExrWriter, ColorBeyondHalfIsRefusedOrClampedNeverInf) {
+    const TempFolder folder;
+    const std::string in = folder.path("in.exr");
+    const std::string out = folder.path("out.exr");
+    write_file(in, {every_type()});
+    InputFrame frame = read_ok(in);
+    ImageF color = new_color(frame);
+    color.at(1, 0, 0) = 65505;
+    color.at(1, 0, 1) = 1e6f;  // the same pixel
+    color.at(2, 5, 2) = -70000;
+    color.at(3, 5, 2) = 65504;  // fits
+    Result<WriteReport> refused = write_filtered(out, frame, color, {});
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.status().code(), StatusCode::output);
+    EXPECT_THAT(refused.status().message(), HasSubstr("2 pixels"));
+    EXPECT_THAT(folder.names(), ElementsAre("in.exr"));
+
+    color.at(4, 4, 0) = std::numeric_limits<float>::infinity();
+    color.at(5, 4, 3) = std::numeric_limits<float>::quiet_NaN();
+    const WriteReport report = write_ok(out, frame, color, {.overflow = HalfOverflow::clamp});
+    EXPECT_EQ(report.overflow_pixels, 2u);
+    EXPECT_EQ(report.nonfinite_pixels, 2u);
+    ImageF expected = color;
+    expected.at(1, 0, 0) = expected.at(1, 0, 1) = expected.at(4, 4, 0) = 65504;
+    expected.at(2, 5, 2) = -65504;
+    expected.at(5, 4, 3) = 0;
+    expect_only_color_changed(in, out, 0, kRgba, expected);
+}
+
+TEST(ExrWriter, ColorBeyondFloatIsRefusedOrClampedNeverInf) {
+    const TempFolder folder;
+    const std::string in = folder.path("in.exr");
+    const std::string out = folder.path("out.exr");
+    write_file(in, {{.channels = {{"R", Imf::FLOAT},
+                                  {"G", Imf::FLOAT},
+                                  {"B", Imf::FLOAT},
+                                  {"A", Imf::FLOAT},
+                                  {"Z", Imf::FLOAT}}}});
+    InputFrame frame = read_ok(in);
+    ImageF color = new_color(frame);
+    const float inf = std::numeric_limits<float>::infinity();
+    const float most = std::numeric_limits<float>::max();
+    color.at(0, 0, 0) = most;  // fits
+    color.at(1, 0, 0) = inf;
+    color.at(1, 0, 1) = -inf;  // the same pixel
+    color.at(2, 5, 2) = std::numeric_limits<float>::quiet_NaN();
+    const Result<WriteReport> refused = write_filtered(out, frame, color, {});
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.status().code(), StatusCode::output);
+    EXPECT_THAT(refused.status().message(), HasSubstr("2 pixels"));
+    EXPECT_THAT(refused.status().message(), HasSubstr("--overflow clamp"));
+    EXPECT_THAT(folder.names(), ElementsAre("in.exr"));
+    const WriteReport report = write_ok(out, frame, color, {.overflow = HalfOverflow::clamp});
+    EXPECT_EQ(report.overflow_pixels, 0u);
+    EXPECT_EQ(report.nonfinite_pixels, 2u);
+    ImageF expected = color;
+    expected.at(1, 0, 0) = most;
+    expected.at(1, 0, 1) = -most;
+    expected.at(2, 5, 2) = 0;
+    expect_only_color_changed(in, out, 0, kRgba, expected);
+}
+
+TEST(ExrWriter, RoundsToTheNearestHalf) {
+    // 2049 lies between the halves 2048 and 2050: to even. 2051 between 2050 and 2052: to 2052.
+    const TempFolder folder;
+    const std::string in = folder.path("in.exr");
+    const std::string out = folder.path("out.exr");
+    write_file(in, {every_type()});
+    InputFrame frame = read_ok(in);
+    ImageF color = new_color(frame);
+    for (size_t i = 0; i < color.data.size(); ++i) color.data[i] = float(i % 2 == 0 ? 2049 : 2051);
+    write_ok(out, frame, color);
+    const Result<ImageF> back = ExrFile::open(out)->read_channels(0, kRgba);
+    ASSERT_TRUE(back.ok());
+    for (size_t i = 0; i < back->data.size(); ++i) {
+        ASSERT_EQ(back->data[i], i % 2 == 0 ? 2048.0f : 2052.0f);
+    }
+}
+
+TEST(ExrWriter, LossyCompressionNeverTouchesOtherChannels) {
+    const TempFolder folder;
+    const std::string in = folder.path("in.exr");
+    const std::string out = folder.path("out.exr");
+    for (const auto compression :
+         {Imf::PXR24_COMPRESSION, Imf::B44_COMPRESSION, Imf::B44A_COMPRESSION,
+          Imf::DWAA_COMPRESSION, Imf::DWAB_COMPRESSION}) {
+        for (const int tile : {0, 16}) {
+            FilePart part = every_type();
+            part.special_values = false;
+            part.compression = compression;
+            part.tile = tile;
+            write_file(in, {part});
+            InputFrame frame = read_ok(in);
+            const ImageF color = new_color(frame);
+            const WriteReport report =
+                write_ok(out, frame, color, {.on_existing = OnExisting::overwrite});
+            EXPECT_THAT(report.notes, ElementsAre(HasSubstr("replaced by zip")));
+            EXPECT_EQ(ExrFile::open(out)->parts()[0].compression, "zip");
+            expect_only_color_changed(in, out, 0, kRgba, color);
+        }
+    }
+}
+
+TEST(ExrWriter, LossyCompressionOfColorAloneIsKept) {
+    const TempFolder folder;
+    const std::string in = folder.path("in.exr");
+    const std::string out = folder.path("out.exr");
+    FilePart part{.channels = {{"R"}, {"G"}, {"B"}, {"A"}},
+                  .data = {{0, 0}, {63, 63}},
+                  .compression = Imf::DWAA_COMPRESSION};
+    write_file(in, {part});
+    InputFrame frame = read_ok(in);
+    const ImageF color(64, 64, 4, 0.5f);
+    const WriteReport report = write_ok(out, frame, color);
+    EXPECT_THAT(report.notes, IsEmpty());
+    EXPECT_EQ(ExrFile::open(out)->parts()[0].compression, "dwaa");
+    const Result<ImageF> back = ExrFile::open(out)->read_channels(0, kRgba);
+    ASSERT_TRUE(back.ok());
+    for (const float v : back->data) EXPECT_NEAR(v, 0.5f, 0.01f);
+}
+
+}  // namespace
+}  // namespace postchain::io

@@ -1,0 +1,107 @@
+#include "tests/io/written_files.h"
+
+#include <ImfChromaticities.h>
+#include <ImfStandardAttributes.h>
+#include <ImfStringAttribute.h>
+#include <gtest/gtest.h>
+#include <half.h>
+
+#include <algorithm>
+#include <iterator>
+
+namespace postchain::io {
+
+using test::FilePart;
+using test::oiio_attributes;
+using test::oiio_channels;
+using test::OiioChannel;
+
+InputFrame read_ok(const std::string& path, int part, const std::vector<std::string>& color) {
+    Result<OpenFrame> open = open_frame({{Role::color, path}}, 1);
+    EXPECT_TRUE(open.ok()) << open.status().message();
+    Result<InputFrame> frame =
+        read_frame(*open, {{Role::color, {part, color}}}, {Role::color}, Keep::all);
+    EXPECT_TRUE(frame.ok()) << frame.status().message();
+    return std::move(*frame);
+}
+
+ImageF new_color(const InputFrame& frame) {
+    ImageF color(frame.description.width, frame.description.height, 4);
+    for (size_t i = 0; i < color.data.size(); ++i) color.data[i] = 4 + float(i % 1021) / 256;
+    return color;
+}
+
+WriteReport write_ok(const std::string& path, InputFrame& frame, const ImageF& color,
+                     WriteOptions options) {
+    const Result<WriteReport> report = write_filtered(path, frame, color, options);
+    EXPECT_TRUE(report.ok()) << report.status().message();
+    return report.ok() ? *report : WriteReport();
+}
+
+void expect_only_color_changed(const std::string& in, const std::string& out, int part,
+                               const std::vector<std::string>& replaced, const ImageF& color) {
+    const std::vector<OiioChannel> before = oiio_channels(in, part);
+    const std::vector<OiioChannel> after = oiio_channels(out, part);
+    ASSERT_EQ(before.size(), after.size());
+    for (size_t c = 0; c < before.size(); ++c) {
+        EXPECT_EQ(before[c].name, after[c].name);
+        EXPECT_EQ(before[c].type, after[c].type);
+        const auto it = std::find(replaced.begin(), replaced.end(), before[c].name);
+        if (it == replaced.end()) {
+            EXPECT_TRUE(before[c].bytes == after[c].bytes) << before[c].name;
+            continue;
+        }
+        const size_t index = size_t(it - replaced.begin());
+        std::vector<char> expected;
+        for (size_t p = 0; p < color.pixels(); ++p) {
+            const float value = color.data[p * 4 + index];
+            const half h(value);
+            const bool is_half = after[c].type == "half";
+            const char* from =
+                is_half ? reinterpret_cast<const char*>(&h) : reinterpret_cast<const char*>(&value);
+            expected.insert(expected.end(), from, from + (is_half ? 2 : 4));
+        }
+        EXPECT_TRUE(expected == after[c].bytes) << after[c].name;
+    }
+}
+
+std::vector<std::string> attribute_changes(const std::string& in, const std::string& out,
+                                           int part) {
+    const auto before = oiio_attributes(in, part);
+    const auto after = oiio_attributes(out, part);
+    std::vector<std::string> changes;
+    std::vector<std::string> diff;
+    std::set_difference(before.begin(), before.end(), after.begin(), after.end(),
+                        std::back_inserter(diff));
+    for (const auto& line : diff) changes.push_back("- " + line);
+    diff.clear();
+    std::set_difference(after.begin(), after.end(), before.begin(), before.end(),
+                        std::back_inserter(diff));
+    for (const auto& line : diff) changes.push_back("+ " + line);
+    return changes;
+}
+
+FilePart every_type(const std::string& name) {
+    return {.name = name,
+            .channels = {{"R"},
+                         {"G"},
+                         {"B"},
+                         {"A"},
+                         {"Z", Imf::FLOAT},
+                         {"Vector.X", Imf::FLOAT},
+                         {"diffuse.R"},
+                         {"id", Imf::UINT}},
+            .data = {{-7, -3}, {20, 35}},
+            .display = {{0, 0}, {99, 49}},
+            .special_values = true,
+            .edit = [](Imf::Header& h) {
+                h.pixelAspectRatio() = 1.5f;
+                h.screenWindowWidth() = 2;
+                h.insert("comment", Imf::StringAttribute("kept"));
+                Imf::addOwner(h, "owner");
+                Imf::addTimeCode(h, Imf::TimeCode(1, 2, 3, 4));
+                Imf::addChromaticities(h, Imf::Chromaticities({0.7f, 0.3f}));
+            }};
+}
+
+}  // namespace postchain::io

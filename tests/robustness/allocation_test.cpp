@@ -252,8 +252,8 @@ TEST_F(Allocations, ReadingAFrame) {
     io::set_exr_threads(0);
 }
 
-// Scanlines only: where memory runs out in the constructor of its writer of tiles, OpenEXR 3.1 frees
-// what it never had (docs/robustness.md).
+// Scanlines only: where memory runs out in the constructor of its writer of tiles, OpenEXR 3.1
+// frees what it never had (docs/robustness.md).
 TEST_F(Allocations, WritingAFrame) {
     write_frame(0);
     ImageF color;

@@ -73,7 +73,7 @@ Json describe_signs(const SignCheck& check) {
                               {"pixels_apart", candidate.pixels_apart},
                               {"margin", candidate.margin},
                               {"as_converted", candidate.as_converted()}});
-    Json json = {{"verdict", sequence::name_of(check.verdict())},
+    Json json = {{"verdict", name_of(check.verdict())},
                  {"pixels", check.pixels},
                  {"still_error", check.still_error},
                  {"margin", check.margin()},

@@ -47,29 +47,68 @@ struct Counted<kVariable> {
     }
 };
 
-#define FUNCTIONS(F)                                                                              \
-    F(glActiveTexture)                                                                            \
-    F(glAttachShader)                                                                             \
-    F(glBindBuffer)                                                                               \
-    F(glBindBufferBase) F(glBindBufferRange) F(glBindImageTexture) F(glBindSampler)               \
-        F(glBindTexture) F(glBindTextureUnit) F(glClearNamedBufferSubData) F(glCompileShader) F(  \
-            glCreateBuffers) F(glCreateProgram) F(glCreateQueries) F(glCreateSamplers)            \
-            F(glCreateShader) F(glCreateTextures) F(glDeleteBuffers) F(glDeleteProgram) F(        \
-                glDeleteQueries) F(glDeleteSamplers) F(glDeleteShader) F(glDeleteTextures)        \
-                F(glDispatchCompute) F(glDispatchComputeIndirect) F(glFinish) F(                  \
-                    glGetActiveUniformBlockName) F(glGetActiveUniformBlockiv) F(glGetError)       \
-                    F(glGetGraphicsResetStatus) F(glGetInteger64i_v) F(glGetInteger64v) F(        \
-                        glGetIntegeri_v) F(glGetIntegerv) F(glGetNamedBufferParameteriv)          \
-                        F(glGetNamedBufferSubData) F(glGetProgramInfoLog) F(glGetProgramiv) F(    \
-                            glGetQueryObjectiv) F(glGetQueryObjectui64v) F(glGetShaderInfoLog)    \
-                            F(glGetShaderiv) F(glGetString) F(glGetTextureLevelParameteriv)       \
-                                F(glGetTextureParameteriv) F(glGetTextureSubImage) F(glIsTexture) \
-                                    F(glLinkProgram) F(glMemoryBarrier) F(glNamedBufferStorage)   \
-                                        F(glNamedBufferSubData) F(glObjectLabel) F(glPixelStorei) \
-                                            F(glPopDebugGroup) F(glPushDebugGroup)                \
-                                                F(glQueryCounter) F(glSamplerParameteri)          \
-                                                    F(glShaderSource) F(glTextureStorage2D)       \
-                                                        F(glTextureSubImage2D) F(glUseProgram)
+#define FUNCTIONS(F)                \
+    F(glActiveTexture)              \
+    F(glAttachShader)               \
+    F(glBindBuffer)                 \
+    F(glBindBufferBase)             \
+    F(glBindBufferRange)            \
+    F(glBindImageTexture)           \
+    F(glBindSampler)                \
+    F(glBindTexture)                \
+    F(glBindTextureUnit)            \
+    F(glClearNamedBufferSubData)    \
+    F(glCompileShader)              \
+    F(glCreateBuffers)              \
+    F(glCreateProgram)              \
+    F(glCreateQueries)              \
+    F(glCreateSamplers)             \
+    F(glCreateShader)               \
+    F(glCreateTextures)             \
+    F(glDeleteBuffers)              \
+    F(glDeleteProgram)              \
+    F(glDeleteQueries)              \
+    F(glDeleteSamplers)             \
+    F(glDeleteShader)               \
+    F(glDeleteTextures)             \
+    F(glDispatchCompute)            \
+    F(glDispatchComputeIndirect)    \
+    F(glFinish)                     \
+    F(glGetActiveUniformBlockName)  \
+    F(glGetActiveUniformBlockiv)    \
+    F(glGetError)                   \
+    F(glGetGraphicsResetStatus)     \
+    F(glGetInteger64i_v)            \
+    F(glGetInteger64v)              \
+    F(glGetIntegeri_v)              \
+    F(glGetIntegerv)                \
+    F(glGetNamedBufferParameteriv)  \
+    F(glGetNamedBufferSubData)      \
+    F(glGetProgramInfoLog)          \
+    F(glGetProgramiv)               \
+    F(glGetQueryObjectiv)           \
+    F(glGetQueryObjectui64v)        \
+    F(glGetShaderInfoLog)           \
+    F(glGetShaderiv)                \
+    F(glGetString)                  \
+    F(glGetTextureLevelParameteriv) \
+    F(glGetTextureParameteriv)      \
+    F(glGetTextureSubImage)         \
+    F(glIsTexture)                  \
+    F(glLinkProgram)                \
+    F(glMemoryBarrier)              \
+    F(glNamedBufferStorage)         \
+    F(glNamedBufferSubData)         \
+    F(glObjectLabel)                \
+    F(glPixelStorei)                \
+    F(glPopDebugGroup)              \
+    F(glPushDebugGroup)             \
+    F(glQueryCounter)               \
+    F(glSamplerParameteri)          \
+    F(glShaderSource)               \
+    F(glTextureStorage2D)           \
+    F(glTextureSubImage2D)          \
+    F(glUseProgram)
 
 void install() {
 #define INSTALL(name) Counted<&epoxy_##name>::install();

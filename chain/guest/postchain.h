@@ -1,3 +1,4 @@
+/* clang-format off: it runs the paragraphs below together. */
 /* The chain as a guest in a host's own OpenGL 4.5 context. C11 and C++20.
  *
  *   pc_create()  pc_chain_create()  pc_prepare()      once
@@ -17,13 +18,16 @@
  *           back and waits for nothing, as long as the values that its plan rests on stay: chain,
  *           sizes, formats, conventions, lens, bounds. Where these change, the plan is made again
  *           (on the CPU: it allocates), and its uniforms are filled in place; textures are made
- * only for new sizes, and programs never: that is pc_prepare()'s. GL state  Touched by pc_run():
- * program, uniform buffer 0, storage buffers, images, textures (GL_TEXTURE_2D) and sampler objects
- * of the first units (at most 16 of each), the indirect buffer. Left as pc_state says. Nothing
- * else, by any call; no framebuffer, no vertex array, no pixel store. GL error  The flag is the
- * host's. It is read with PC_VALIDATE, and where GL itself refused an allocation, so that this
- * error is not left behind. Loading   GL is resolved by libepoxy, from whichever of EGL and GLX
- * made the current context. */
+ *           only for new sizes, and programs never: that is pc_prepare()'s.
+ * GL state  Touched by pc_run(): program, uniform buffer 0, storage buffers, images, textures
+ *           (GL_TEXTURE_2D) and sampler objects of the first units (at most 16 of each), the
+ *           indirect buffer. Left as pc_state says. Nothing else, by any call; no framebuffer, no
+ *           vertex array, no pixel store.
+ * GL error  The flag is the host's. It is read with PC_VALIDATE, and where GL itself refused an
+ *           allocation, so that this error is not left behind.
+ * Loading   GL is resolved by libepoxy, from whichever of EGL and GLX made the current context.
+ */
+/* clang-format on */
 #ifndef POSTCHAIN_POSTCHAIN_H
 #define POSTCHAIN_POSTCHAIN_H
 #include <stddef.h>

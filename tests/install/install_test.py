@@ -85,9 +85,9 @@ def symbols(options):
             text = re.sub(r"/\*.*?\*/", "", text, flags=re.S)
             declared |= set(re.findall(r"PC_API[^;#]*?\b(pc_\w+)\(", text))
         assert declared, own
-        map_text = (ROOT / f"packaging/{name}.map.in").read_text()
+        map_text = (ROOT / f"tools/packaging/{name}.map.in").read_text()
         listed = set(re.findall(r"^\s+(pc_\w+);$", map_text, flags=re.M))
-        expect_equal(listed, declared, f"packaging/{name}.map.in against {own}")
+        expect_equal(listed, declared, f"tools/packaging/{name}.map.in against {own}")
         private = set(re.findall(r'^\s+"(.+)";$', map_text, flags=re.M))
         shown, shown_private = set(), set()
         for line in call("nm", "-DC", "--defined-only", library).splitlines():

@@ -264,7 +264,8 @@ Status OutputFiles::make_folders() const {
     for (const OutputFolder& folder : folders_) {
         std::error_code error;
         fs::create_directories(folder.path, error);
-        if (!fs::is_directory(folder.path, error))
+        std::error_code ignored;  // the reason is why it could not be made
+        if (!fs::is_directory(folder.path, ignored))
             return refused(folder.path, concat("folder cannot be created: ", error.message()));
         const auto marked =
             atomic_write_text(folder.path + "/" + folder.mark, folder.owner, OnExisting::skip);

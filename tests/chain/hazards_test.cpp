@@ -35,6 +35,14 @@ TEST(Hazards, StorageThatIsUsedAgainIsWaitedFor) {
     EXPECT_EQ(waits_of(plan, {0, 1, 2, 3}), (std::vector<uint32_t>{0, kWaitFetch, kWaitFetch}));
 }
 
+TEST(Hazards, AReaderIsWaitedForBeforeItsStorageIsWrittenAgain) {
+    // The wait of the third step makes the first one's write done with; the fourth reads it, and
+    // the fifth writes where it lay.
+    const Plan plan = chain_of({{0, 1}, {0, 2}, {0, 3}, {1, 4}, {0, 5}}, 6);
+    EXPECT_EQ(waits_of(plan, {0, 1, 2, 2, 4, 1}),
+              (std::vector<uint32_t>{0, 0, kWaitImage, kWaitFetch, kWaitImage}));
+}
+
 TEST(Hazards, StepsThatWriteOneTextureTogetherDoNotWaitForEachOther) {
     const Plan plan = chain_of({{0, 1}, {0, 1}, {1, 2}}, 3);
     EXPECT_EQ(waits_of(plan, {0, 1, 2}), (std::vector<uint32_t>{0, 0, kWaitFetch}));

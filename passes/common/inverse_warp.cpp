@@ -256,7 +256,8 @@ class Planner {
     void add_soft() {
         gathered_ = picture("gathered", planner_.context().color_format());
         soft_ = picture("soft", planner_.context().color_format());
-        spread_ = picture("spread", planner_.context().color_format());
+        // In halves the determinant of a narrow streak would be lost in rounding.
+        spread_ = picture("spread", Format::rgba32f);
     }
 
     // Before the steps that write the result: such steps then stand together in the plan, and two

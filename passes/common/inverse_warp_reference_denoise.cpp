@@ -7,6 +7,7 @@ namespace postchain::inverse_warp::reference {
 namespace {
 
 constexpr double kSoftSpread = 8;  // px^2
+constexpr double kMostSpread = 65536;
 constexpr int kReachPx = 2;
 constexpr double kLeastWeight = 1.0 / 64;
 constexpr double kPixelVariance = 1.0 / 12;
@@ -26,9 +27,11 @@ void Soft::add(const Settings& settings, const std::array<double, 4>& difference
         covariance[1] += path.x * path.y / 3;
         covariance[2] += path.y * path.y / 3;
     }
-    if (covariance[0] + covariance[2] < kSoftSpread || !finite(difference.data())) return;
+    const double variance = covariance[0] + covariance[2];
+    if (variance < kSoftSpread || !finite(difference.data())) return;
+    const double kept = std::min(kMostSpread / variance, 1.0);
     for (size_t c = 0; c < 4; ++c) sum[c] += sample_weight * difference[c];
-    for (size_t c = 0; c < 3; ++c) spread[c] += sample_weight * covariance[c];
+    for (size_t c = 0; c < 3; ++c) spread[c] += sample_weight * kept * covariance[c];
     weight += sample_weight;
 }
 

@@ -158,8 +158,7 @@ const PassType& pass_type() {
         .rules = {{kRuleUnblurredTiles, true,
                    "the joint blur of blocks that nothing is blurred into"}},
         .known_limits = {
-            {"motion", "", "/radiance/firefly", 6.5, inverse_warp::kBrightPixel},
-            {"motion", "", "/paths/apart, nothing found/fp32", 4.5, inverse_warp::kApart},
+            {"motion", "", "/radiance/firefly", 10.5, inverse_warp::kBrightPixel},
             {"depth", "", "/paths/apart, nothing found/fp32", 17.5, inverse_warp::kApart},
             {"depth", "", "/lens/f/0.", 27, inverse_warp::kSteepLens},
             {"depth", "", "/crossed/*firefly 1e10, f/0.1 at the near plane/fp32", 480,

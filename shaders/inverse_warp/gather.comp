@@ -121,6 +121,9 @@ struct Soft {
     vec3 spread;  // sum of covariances of the displacements: xx, xy, yy, px^2
 };
 
+// Variance along x and y, px^2: more changes no window, and its determinant would be lost in rounding.
+const float kMostSpread = 65536.0;
+
 // path: of the surface on one side of the frame, a
 void add_soft(inout Soft soft, vec4 difference, float inverse_depth, vec2 path, float weight) {
     vec3 covariance = vec3(0.0);
@@ -131,7 +134,9 @@ void add_soft(inout Soft soft, vec4 difference, float inverse_depth, vec2 path, 
 #if SHUTTER
     covariance += path.xxy * path.xyy / 3.0;  // of a straight line
 #endif
-    if (covariance.x + covariance.z < block.soft_spread || !is_finite(difference)) return;
+    const float variance = covariance.x + covariance.z;
+    if (variance < block.soft_spread || !is_finite(difference)) return;
+    covariance *= min(kMostSpread / variance, 1.0);
     soft.sum += weight * difference;
     soft.weight += weight;
     soft.spread += weight * covariance;

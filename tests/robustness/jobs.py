@@ -42,7 +42,7 @@ JOBS = {job.name: job for job in [
     Job("run", f"run balanced -i {{IN}}/sharp.####.exr {CAMERA} -o {{OUT}}/o.####.exr --png",
         "skip"),
     Job("ab", f"ab fast paper {REPORT}", "overwrite"),
-    Job("bench", f"bench fast {REPORT} --sweep motion_blur.samples=5,9", "skip"),
+    Job("bench", f"bench fast {REPORT} --sweep joint_blur.samples=5,9", "skip"),
     Job("replace", f"run fast -i {{IN}}/sharp.####.exr {CAMERA} -o {{OUT}}/o.####.exr --png",
         "overwrite", replaces="run"),
     Job("stages", f"run fast -i {{IN}}/sharp.0001.exr {CAMERA} -o {{OUT}}/o.exr --no-sidecar "

@@ -76,7 +76,7 @@ TEST(StressCommand, BitsDoNotDependOnTheNumberOfThreads) {
 }
 
 TEST(StressCommand, OneChainWithSettingsAndErrors) {
-    const auto one = command("fast --set motion_blur.samples=5 --only 'fast/size/41x31'");
+    const auto one = command("fast --set joint_blur.samples=5 --only 'fast/size/41x31'");
     EXPECT_EQ(one.code, 0) << one.out;
     EXPECT_NE(one.out.find("2 cells"), std::string::npos) << one.out;
     EXPECT_EQ(command("--only 'no such cell'").code, 2);

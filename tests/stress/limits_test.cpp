@@ -82,6 +82,20 @@ TEST(Stress, EveryKnownLimitIsMet) {
         with_cells_camera({"guertin", test::chain_of("motion_blur", {{"mode", "guertin"}})}));
     for (const char* name : {"fast", "balanced", "best"})
         subjects.push_back(with_cells_camera(shipped(name)));
+    // FXAA behind two passes of the inverse warp.
+    for (const int64_t samples : {16, 32}) {
+        const std::string neighbors = samples == 16 ? "none" : "both";
+        Chain chain = test::chain_of(
+            "depth_of_field",
+            {{"method", "inverse_warp"}, {"samples", samples}, {"neighbors", neighbors}});
+        test::append(chain, "motion_blur",
+                     {{"mode", "inverse_warp"},
+                      {"samples", samples == 16 ? int64_t(9) : int64_t(25)},
+                      {"starts", samples == 16 ? int64_t(3) : int64_t(4)},
+                      {"neighbors", neighbors}});
+        test::append(chain, "fxaa", {{"mode", "directional"}});
+        subjects.push_back(with_cells_camera({concat("lens first, ", samples), chain.clone()}));
+    }
     const auto is_met = [&](const PassType& type, const KnownLimit& limit) {
         for (const auto& subject : subjects) {
             if (!matches(type.name + ": *" + limit.parameters, subject.chain.text())) continue;

@@ -17,7 +17,7 @@ body { background: var(--back); color: var(--ink); font: 15px/1.45 system-ui, sa
   margin: 0 auto; max-width: 1240px; padding: 20px; }
 h1 { font-size: 25px; margin: 0 0 4px; } h2 { font-size: 18px; margin: 34px 0 6px; }
 p { margin: 4px 0; max-width: 980px; } .quiet { color: var(--quiet); }
-.cards { display: grid; grid-template-columns: repeat(auto-fit, minmax(215px, 1fr)); gap: 12px;
+.cards { display: grid; grid-template-columns: repeat(auto-fit, minmax(180px, 1fr)); gap: 12px;
   margin: 16px 0; }
 .card { background: var(--card); border: 1px solid var(--line); border-radius: 8px;
   padding: 12px 14px; }
@@ -106,7 +106,8 @@ def forest(results, questions, metric):
     found = [(question, one) for question, one in found if one]
     names = [scene for scene in results.scenes()
              if any(one.scene == scene for _, found_one in found for one in found_one.scenes)]
-    left, column, row, top = 192, 125, 20, 62
+    left, row, top = 192, 20, 62
+    column = min(125, 980 // max(len(found), 1))
     bottom = top + row * len(names)
     width, height = left + column * len(found) + 10, bottom + 86
     means = [one.mean for _, all_of in found for one in all_of.scenes]

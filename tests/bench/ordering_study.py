@@ -137,8 +137,8 @@ QUESTIONS = [
     ask(JOINT, "32 samples, with neighbors", "ours dof mb", "joint 32", card=True),
     ask(JOINT, "128 samples, frame alone", "alone dof mb", "alone joint 128"),
     ask(JOINT, "128 samples, with neighbors", "ours dof mb", "joint 128", card=True),
-    ask(JOINT, "32 samples, both with FXAA last", "ours dof mb fxaa", "joint 32 fxaa", card=True),
-    ask(JOINT, "32 samples, both with FXAA last, input `gbuf`", "ours dof mb fxaa",
+    ask(JOINT, "32 samples, FXAA last", "ours dof mb fxaa", "joint 32 fxaa", card=True),
+    ask(JOINT, "32 samples, FXAA on gbuf", "ours dof mb fxaa",
         "joint 32 fxaa", GBUF),
     *[question for source in ("sharp", "gbuf") for question in fxaa_questions(source)],
 ]

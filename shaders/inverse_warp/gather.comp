@@ -121,7 +121,8 @@ struct Soft {
     vec3 spread;  // sum of covariances of the displacements: xx, xy, yy, px^2
 };
 
-// Variance along x and y, px^2: more changes no window, and its determinant would be lost in rounding.
+// Variance along x and y, px^2: more changes no window, and its determinant would be lost in
+// rounding.
 const float kMostSpread = 65536.0;
 
 // path: of the surface on one side of the frame, a
@@ -406,7 +407,8 @@ void main() {
 #if DENOISE
     const float of_soft = 1.0 / max(blurred_samples.weight, 1e-6);
     const vec4 soft_color = color_p + of_soft * blurred_samples.sum;
-    imageStore(soft, pixel, vec4(soft_color.rgb, is_finite(soft_color) ? mean_of * blurred_samples.weight : 0.0));
+    const float share = is_finite(soft_color) ? mean_of * blurred_samples.weight : 0.0;
+    imageStore(soft, pixel, vec4(soft_color.rgb, share));
     imageStore(spread, pixel, vec4(of_soft * blurred_samples.spread, soft_color.a));
 #endif
 #if HINT && SHUTTER

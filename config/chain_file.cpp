@@ -158,10 +158,6 @@ std::string write_rows(const ParameterTable& table, ConstParameterRef parameters
     return text;
 }
 
-}  // namespace
-
-namespace {
-
 // What parse_chain() says; throws where memory runs out.
 ChainFile read_chain(std::string_view text, const std::string& file_name,
                      const PassRegistry& registry, const std::vector<std::string>& overrides) {

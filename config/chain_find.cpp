@@ -38,10 +38,23 @@ std::string chain_name(std::string_view path) {
 
 }  // namespace
 
-std::vector<std::string> shipped_chains() {
+std::optional<ChainText> embedded_chain(const std::string& name) {
+    for (const auto& file : embedded_config())
+        if (!name.empty() && chain_name(file.path) == name)
+            return ChainText{std::string(file.path), std::string(file.text), true};
+    return std::nullopt;
+}
+
+std::vector<std::string> embedded_chains() {
     std::set<std::string> names;
     for (const auto& file : embedded_config())
         if (const std::string name = chain_name(file.path); !name.empty()) names.insert(name);
+    return {names.begin(), names.end()};
+}
+
+std::vector<std::string> shipped_chains() {
+    const std::vector<std::string> embedded = embedded_chains();
+    std::set<std::string> names(embedded.begin(), embedded.end());
     std::error_code failed;
     for (fs::directory_iterator it(installed_folder(), failed), end; !failed && it != end;
          it.increment(failed))
@@ -58,9 +71,7 @@ Result<ChainText> find_chain(const std::string& name_or_path) {
             if (!text.ok()) return text.status();
             return ChainText{installed.string(), *text, true};
         }
-        for (const auto& file : embedded_config())
-            if (chain_name(file.path) == name_or_path)
-                return ChainText{std::string(file.path), std::string(file.text), true};
+        if (auto embedded = embedded_chain(name_or_path)) return std::move(*embedded);
     }
     struct stat info;
     if (::stat(name_or_path.c_str(), &info) != 0 && errno != ENOENT)

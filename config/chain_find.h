@@ -1,6 +1,7 @@
 // Finding chains: shipped ones by name, files by path.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,10 @@ struct ChainText {
 // copies inside the program. Errors: StatusCode::chain, with the names there are.
 Result<ChainText> find_chain(const std::string& name_or_path);
 std::vector<std::string> shipped_chains();  // names, sorted
+
+// The copies inside the program alone; no file is opened.
+std::optional<ChainText> embedded_chain(const std::string& name);
+std::vector<std::string> embedded_chains();  // names, sorted
 
 // find_chain and parse_chain.
 Result<ChainFile> load_chain(const std::string& name_or_path, const PassRegistry& registry,

@@ -1,15 +1,14 @@
 #include "config/chain_from_text.h"
 
-#include <exception>
-
 #include "chain/guest/handles.h"
 #include "chain/guest/registry.h"
-#include "config/chain_file.h"
-#include "config/embedded.h"
+#include "chain/text.h"
+#include "config/chain_find.h"
 
 namespace {
 
 using postchain::concat;
+using postchain::guest::create;
 using postchain::guest::Failure;
 
 Failure make_chain(std::string_view text, const std::string& name, pc_chain** chain) {
@@ -24,50 +23,28 @@ Failure make_chain(std::string_view text, const std::string& name, pc_chain** ch
     return {};
 }
 
-// No exception crosses the border.
-template <class Work>
-pc_result create(pc_chain** chain, const Work& work) {
-    Failure failure;
-    try {
-        if (chain) {
-            *chain = nullptr;
-            failure = work();
-        } else {
-            failure = {PC_ERROR_ARGUMENT, "chain is NULL"};
-        }
-    } catch (const std::bad_alloc&) {
-        failure = {PC_ERROR_MEMORY, "out of memory"};
-    } catch (const std::exception& e) {
-        failure = {PC_ERROR_INTERNAL, e.what()};
-    }
-    postchain::guest::create_error().swap(failure.text);
-    return failure.result;
-}
-
 }  // namespace
 
 extern "C" {
 
 pc_result pc_chain_from_text(const char* text, const char* name, pc_chain** chain) {
-    return create(chain, [&]() -> Failure {
+    return create([&]() -> Failure {
+        if (!chain) return {PC_ERROR_ARGUMENT, "chain is NULL"};
+        *chain = nullptr;
         if (!text) return {PC_ERROR_ARGUMENT, "text is NULL"};
         return make_chain(text, name ? name : "chain", chain);
     });
 }
 
 pc_result pc_chain_shipped(const char* name, pc_chain** chain) {
-    return create(chain, [&]() -> Failure {
-        std::string known;
-        for (const auto& file : postchain::embedded_config()) {
-            std::string_view path = file.path;
-            if (!path.starts_with("chains/")) continue;
-            path.remove_prefix(7);
-            path.remove_suffix(5);  // ".yaml"
-            if (name && path == name) return make_chain(file.text, std::string(path), chain);
-            known += concat(known.empty() ? "" : ", ", path);
-        }
-        return {PC_ERROR_CHAIN,
-                concat("there is no chain \"", name ? name : "", "\"; there are ", known)};
+    return create([&]() -> Failure {
+        if (!chain) return {PC_ERROR_ARGUMENT, "chain is NULL"};
+        *chain = nullptr;
+        const std::string wanted = name ? name : "";
+        if (const auto found = postchain::embedded_chain(wanted))
+            return make_chain(found->text, wanted, chain);
+        return {PC_ERROR_CHAIN, concat("there is no chain \"", wanted, "\"; there are ",
+                                       postchain::joined(postchain::embedded_chains()))};
     });
 }
 

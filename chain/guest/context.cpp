@@ -6,7 +6,7 @@
 namespace postchain::guest {
 namespace {
 
-// Only where somebody has loaded the library already: whoever made a context has.
+// Only where the library is loaded already: what made the context has loaded it.
 void* loaded_function(const char* library, const char* name) {
     void* handle = dlopen(library, RTLD_LAZY | RTLD_NOLOAD);
     if (!handle) return nullptr;

@@ -1,7 +1,9 @@
 // What the pointers of the C interface point to.
 #pragma once
 
+#include <exception>
 #include <memory>
+#include <new>
 #include <string>
 
 #include "chain/guest/chain_handle.h"
@@ -19,5 +21,27 @@ namespace postchain::guest {
 
 // Of this thread's last attempt to make one of them.
 std::string& create_error();
+
+// What work() says, or what it throws: no exception crosses the border.
+template <class Work>
+Failure guarded(const Work& work) noexcept {
+    try {
+        return work();
+    } catch (const std::bad_alloc&) {
+        return {PC_ERROR_MEMORY, "out of memory"};  // short: stored in place
+    } catch (const std::exception& e) {
+        return {PC_ERROR_INTERNAL, e.what()};
+    } catch (...) {
+        return {PC_ERROR_INTERNAL, "unknown"};
+    }
+}
+
+// Before an instance or a chain is there: the text goes to create_error().
+template <class Work>
+pc_result create(const Work& work) {
+    Failure failure = guarded(work);
+    create_error().swap(failure.text);
+    return failure.result;
+}
 
 }  // namespace postchain::guest

@@ -113,6 +113,11 @@ bool HostFrame::output_is_an_input() const {
                                 output.name == motion.name || output.name == exposure.name);
 }
 
+bool HostFrame::output_is_color() const {
+    return output.name != 0 && output.name == color.name && given->output.x == given->color.x &&
+           given->output.y == given->color.y;
+}
+
 Failure check_frame(const pc_frame* given, HostFrame& frame) {
     frame = {};
     if (!given) return {PC_ERROR_ARGUMENT, "frame is NULL"};
@@ -204,7 +209,7 @@ PlanKey key_of(const HostFrame& frame, uint64_t chain, uint64_t revision) {
                    frame.output.format};
     key.cases = {frame.color_in_place(), frame.depth_in_place(),     frame.motion_in_place(),
                  frame.output.whole,     frame.output_is_an_input(), frame.sky,
-                 frame.has_gain(),       frame.exposure.name != 0};
+                 frame.has_gain(),       frame.exposure.name != 0,   frame.output_is_color()};
     key.values = {given.near_clip,       given.far_clip,       given.focal_length_mm,
                   given.sensor_width_mm, given.f_stop,         given.focus_distance,
                   given.meters_per_unit, given.shutter_frames, given.max_speed_px,

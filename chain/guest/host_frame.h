@@ -36,6 +36,7 @@ struct HostFrame {
     }
     bool motion_in_place() const;
     bool output_is_an_input() const;
+    bool output_is_color() const;  // the same rectangle of the same texture
 };
 
 // Errors name the member. PC_ERROR_INPUT: a texture; PC_ERROR_CHAIN: camera values that its depth
@@ -52,7 +53,7 @@ struct PlanKey {
     int width = 0, height = 0;
     uint32_t flags = 0;
     std::array<const HostFormat*, 4> formats = {};  // color, depth, motion, output
-    std::array<bool, 8> cases = {};
+    std::array<bool, 9> cases = {};
     std::array<float, 12> values = {};  // camera and bounds
     std::array<char, 64> debug_view = {};
     bool operator==(const PlanKey&) const = default;

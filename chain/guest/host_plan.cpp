@@ -107,10 +107,7 @@ class Builder {
     void add_output() {
         const TextureId color = plan().outputs.at(Role::color);
         const bool works = !plan().textures[size_t(color)].imported;
-        const bool same = frame_.output.name != 0 && frame_.output.name == frame_.color.name &&
-                          frame_.given->output.x == frame_.given->color.x &&
-                          frame_.given->output.y == frame_.given->color.y;
-        if (!works && (frame_.output.name == 0 || same)) {
+        if (!works && (frame_.output.name == 0 || frame_.output_is_color())) {
             plan().steps.clear();
             return;  // color itself
         }

@@ -152,10 +152,16 @@ Failure Instance::prepare(const ChainHandle& chain, const pc_frame* given, bool 
     HostFrame frame;
     if (Failure failure = check_frame(given, frame); !failure.ok()) return failure;
     if (Failure failure = check_context(); !failure.ok()) return failure;
-    std::vector<ProgramKey> programs;
-    if (Failure failure = programs_of(chain, *given, programs); !failure.ok()) return failure;
+    // Without waiting the host calls again and again with one frame: that is planned once.
+    if (const PlanKey key = key_of(frame, chain.id(), chain.revision()); prepared_ != key) {
+        prepared_.reset();
+        prepared_programs_.clear();
+        if (Failure failure = programs_of(chain, *given, prepared_programs_); !failure.ok())
+            return failure;
+        prepared_ = key;
+    }
     int compiled = 0;
-    for (const ProgramKey& key : programs) {
+    for (const ProgramKey& key : prepared_programs_) {
         if (objects_->programs.has(key)) continue;
         if (!wait && compiled > 0) return {PC_PENDING, ""};
         if (auto program = objects_->programs.get(key); !program.ok()) return program.status();

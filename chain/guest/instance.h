@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -93,6 +94,8 @@ class Instance {
     uint32_t gl_version_ = 0;
     gl::Device device_;
     std::unique_ptr<Objects> objects_;
+    std::optional<PlanKey> prepared_;  // of the last prepare(), and the programs that it needs
+    std::vector<ProgramKey> prepared_programs_;
     const Entry* last_ = nullptr;
     GlState state_;
     int timing_ = 0;

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <exception>
-#include <new>
 
 #include "chain/guest/chain_handle.h"
 #include "chain/guest/conventions.h"
@@ -15,25 +13,13 @@
 using postchain::concat;
 using postchain::ParameterValue;
 using postchain::guest::ChainHandle;
+using postchain::guest::create;
 using postchain::guest::create_error;
 using postchain::guest::Failure;
+using postchain::guest::guarded;
 using postchain::guest::Instance;
 
 namespace {
-
-// No exception crosses the border.
-template <class Work>
-Failure guarded(const Work& work) noexcept {
-    try {
-        return work();
-    } catch (const std::bad_alloc&) {
-        return {PC_ERROR_MEMORY, "out of memory"};  // short: stored in place
-    } catch (const std::exception& e) {
-        return {PC_ERROR_INTERNAL, e.what()};
-    } catch (...) {
-        return {PC_ERROR_INTERNAL, "unknown"};
-    }
-}
 
 template <class Work>
 pc_result call(pc_instance* instance, const Work& work) {
@@ -58,14 +44,6 @@ Failure check_size(const Struct* given, const char* name) {
     if (given->struct_size == sizeof(Struct)) return {};
     return {PC_ERROR_VERSION, concat(name, ".struct_size is ", given->struct_size,
                                      ", this library's is ", sizeof(Struct))};
-}
-
-// Before an instance or a chain is there.
-template <class Work>
-pc_result create(const Work& work) {
-    Failure failure = guarded(work);
-    create_error().swap(failure.text);
-    return failure.result;
 }
 
 }  // namespace

@@ -8,42 +8,16 @@ namespace {
 class ReplaceReportTest : public ReplaceTest {
   protected:
     Arguments ab(const std::string& folder = "r", const Arguments& more = {}) const {
-        Arguments command = {"ab",
-                             at("fxaa.yaml"),
-                             at("motion_blur.yaml"),
-                             "-i",
-                             in(),
-                             "-r",
-                             in(),
-                             "--frames",
-                             "1",
-                             "--repeats",
-                             "1",
-                             "-o",
-                             to(folder)};
-        command.insert(command.end(), more.begin(), more.end());
-        return command;
+        return with(
+            with({"ab", at("fxaa.yaml"), at("motion_blur.yaml"), "-o", to(folder)}, reads()), more);
     }
     Arguments bench(const Arguments& more = {}) const {
-        Arguments command = {"bench",
-                             at("fxaa.yaml"),
-                             "-i",
-                             in(),
-                             "-r",
-                             in(),
-                             "--frames",
-                             "1",
-                             "--repeats",
-                             "1",
-                             "-o",
-                             to("r"),
-                             "--split-frames",
-                             "0",
-                             "--under",
-                             "mse=1"};
-        command.insert(command.end(), more.begin(), more.end());
-        return command;
+        return with(with({"bench", at("fxaa.yaml"), "-o", to("r"), "--split-frames", "0", "--under",
+                          "mse=1"},
+                         reads()),
+                    more);
     }
+    Arguments reads() const { return {"-i", in(), "-r", in(), "--frames", "1", "--repeats", "1"}; }
     static Arguments with(Arguments command, const Arguments& more) {
         command.insert(command.end(), more.begin(), more.end());
         return command;

@@ -155,6 +155,32 @@ TEST(Pixels, AChainThatDoesNothingHandsColorThrough) {
     expect_equal(read(output, kWidth, kHeight), host.test.planes.at(Role::color));
 }
 
+// From one rectangle of a texture to another, after a frame that stayed where it was.
+TEST(Pixels, AChainThatDoesNothingCopiesToAnotherRectangle) {
+    const auto host = canonical_frame(kWidth, kHeight);
+    const auto guest = instance();
+    auto made = chain("motion_blur");
+    const ImageF& picture = host.test.planes.at(Role::color);
+    ImageF wide(2 * kWidth, kHeight, 4);
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < 2 * kWidth; ++x)
+            for (int c = 0; c < 4; ++c) wide.at(x, y, c) = x < kWidth ? picture.at(x, y, c) : 55;
+    const HostTexture color(GL_RGBA32F, wide);
+    pc_frame frame = host.frame;
+    frame.shutter_frames = -1;
+    frame.width = kWidth;
+    frame.height = kHeight;
+    frame.color = frame.output = color;
+    prepare_and_run(guest, made, frame);
+    EXPECT_EQ(read(color, 2 * kWidth, kHeight).at(kWidth, 0), 55);
+    frame.output.x = kWidth;
+    prepare_and_run(guest, made, frame);
+    const ImageF all = read(color, 2 * kWidth, kHeight);
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x)
+            EXPECT_EQ(all.at(kWidth + x, y), picture.at(x, y)) << x << ", " << y;
+}
+
 // Every encoding of depth, from its own formula.
 TEST(Pixels, DepthEncodings) {
     const auto host = canonical_frame(kWidth, kHeight);

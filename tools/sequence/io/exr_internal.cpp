@@ -22,8 +22,8 @@ Imf::FrameBuffer frame_buffer_of(const PartPixels& pixels) {
     return buffer;
 }
 
-Status status_of_exception(StatusCode code, const std::string& place,
-                           const std::string& fault) try {
+Status status_of_exr_exception(StatusCode code, const std::string& place,
+                               const std::string& fault) try {
     try {
         throw;
     } catch (const std::bad_alloc&) {

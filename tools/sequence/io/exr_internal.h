@@ -39,7 +39,7 @@ Imf::FrameBuffer frame_buffer_of(const PartPixels& pixels);
 
 // The exception now being handled, as a status of `code`, or of `memory`: running out of memory is
 // not the fault of the file. Call in a catch block only. `fault` stands before what OpenEXR says.
-Status status_of_exception(StatusCode code, const std::string& place,
-                           const std::string& fault = {});
+Status status_of_exr_exception(StatusCode code, const std::string& place,
+                               const std::string& fault = {});
 
 }  // namespace postchain::io

@@ -161,7 +161,7 @@ Result<ExrFile> ExrFile::open(const std::string& path, const ReadLimits& limits)
     }
     return ExrFile(std::move(impl));
 } catch (...) {
-    return status_of_exception(StatusCode::input, path, "damaged or truncated: ");
+    return status_of_exr_exception(StatusCode::input, path, "damaged or truncated: ");
 }
 
 Status ExrFile::check_channels(int part, const std::vector<std::string>& channels) const try {
@@ -193,7 +193,7 @@ Status ExrFile::check_channels(int part, const std::vector<std::string>& channel
     }
     return {};
 } catch (...) {
-    return postchain::status_of_exception(path());
+    return status_of_exception(path());
 }
 
 Status ExrFile::explain_no_color() const try {
@@ -217,7 +217,7 @@ Status ExrFile::explain_no_color() const try {
     }
     return {};
 } catch (...) {
-    return postchain::status_of_exception(path());
+    return status_of_exception(path());
 }
 
 int ExrFile::rows_at_once(int part) const {
@@ -268,7 +268,7 @@ Result<PartPixels> ExrFile::read_part(int part, const std::vector<std::string>& 
     }
     return pixels;
 } catch (...) {
-    return status_of_exception(StatusCode::input, path(), "damaged or truncated: ");
+    return status_of_exr_exception(StatusCode::input, path(), "damaged or truncated: ");
 }
 
 Result<ImageF> ExrFile::read_channels(int part, const std::vector<std::string>& channels) try {
@@ -277,7 +277,7 @@ Result<ImageF> ExrFile::read_channels(int part, const std::vector<std::string>& 
     if (!pixels.ok()) return pixels.status();
     return pixels->interleaved(channels, pixels->window);
 } catch (...) {
-    return postchain::status_of_exception(path());
+    return status_of_exception(path());
 }
 
 }  // namespace postchain::io

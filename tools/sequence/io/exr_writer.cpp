@@ -94,7 +94,7 @@ Status write_file(const std::string& path, const WriteOptions& options, WriteRep
         if (Status s = check_complete(*file); !s.ok()) return s;
     } catch (...) {
         if (!stream.status.ok()) return stream.status;
-        return status_of_exception(StatusCode::output, path);
+        return status_of_exr_exception(StatusCode::output, path);
     }
     report.bytes = file->size();
     if (options.before_commit)
@@ -231,7 +231,7 @@ Status check_rewritable(ExrFile& file, int color_part,
     }
     return {};
 } catch (...) {
-    return postchain::status_of_exception(file.path());
+    return status_of_exception(file.path());
 }
 
 Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, const ImageF& color,
@@ -316,7 +316,7 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
     if (Status s = write_file(path, options, report, write); !s.ok()) return s;
     return report;
 } catch (...) {
-    return postchain::status_of_exception(path);
+    return status_of_exception(path);
 }
 
 Result<WriteReport> write_planes_exr(const std::string& path, const PlanesFile& file,
@@ -381,7 +381,7 @@ Result<WriteReport> write_planes_exr(const std::string& path, const PlanesFile& 
     if (Status s = write_file(path, options, report, write); !s.ok()) return s;
     return report;
 } catch (...) {
-    return postchain::status_of_exception(path);
+    return status_of_exception(path);
 }
 
 Result<WriteReport> write_planes_exr(const std::string& path, const ImageF& image,
@@ -395,7 +395,7 @@ Result<WriteReport> write_planes_exr(const std::string& path, const ImageF& imag
     options.on_existing = on_existing;
     return write_planes_exr(path, file, options);
 } catch (...) {
-    return postchain::status_of_exception(path);
+    return status_of_exception(path);
 }
 
 }  // namespace postchain::io

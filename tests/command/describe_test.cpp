@@ -33,6 +33,54 @@ TEST_F(DescribeTest, PlanAsTextJsonAndDot) {
     EXPECT_EQ(run({"plan", at("all.yaml"), "-i", in(1), "--dot", "--json"}).code, 2);
 }
 
+TEST_F(DescribeTest, AnEstimateIsForTheScheduler) {
+    write_sequence(at(""), {1, 2, 3, 4, 5, 6});
+    const auto plan = [&](const Arguments& more) {
+        Arguments arguments = {"plan", at("motion_blur.yaml"), "-i", in(), "--json"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const auto outcome = run(arguments);
+        EXPECT_EQ(outcome.code, 0) << outcome.text();
+        return json_lines(outcome.out)[0];
+    };
+    const Json one = plan({"--frames", "1"});
+    const Json six = plan({});
+    const Json memory = one["estimate"]["memory_bytes"];
+    // Color, depth and motion as stored and as float, the result twice: more than the planes alone.
+    EXPECT_GT(memory["frame"], 48 * 32 * 4 * (4 + 1 + 2));
+    EXPECT_GE(memory["textures"], one["peak_bytes"]);
+    // Four frames are in memory, of more than four.
+    EXPECT_EQ(int64_t(six["estimate"]["memory_bytes"]["process"]) - int64_t(memory["process"]),
+              3 * int64_t(memory["frame"]));
+    EXPECT_FALSE(one["estimate"].contains("seconds"));
+
+    ASSERT_EQ(filter("motion_blur", {"--frames", "1"}).code, 0);
+    Json times = sidecar(1)["times_ms"];
+    const Json timed = plan({"--frames", "2", "--pilot", out(1) + ".json"})["estimate"]["seconds"];
+    // A frame of the same size and plan takes what the pilot took.
+    EXPECT_NEAR(double(timed["filter"]), double(times["passes"][0]["ms"]) / 1000, 1e-9);
+    EXPECT_NEAR(double(timed["read"]), (double(times["read"]) + double(times["convert"])) / 1000,
+                1e-9);
+    EXPECT_NEAR(double(timed["write"]), double(times["write"]) / 1000, 1e-9);
+    EXPECT_NEAR(double(timed["all"]),
+                double(timed["read"]) + double(timed["filter"]) + double(timed["write"]), 1e-9);
+    // Twice the samples are nearly twice the fetches of the gather.
+    const Json longer = plan({"--frames", "2", "--pilot", out(1) + ".json", "--set",
+                              "motion_blur.samples=51"})["estimate"]["seconds"];
+    EXPECT_GT(double(longer["filter"]), 1.3 * double(timed["filter"]));
+
+    // A pilot without the pass says nothing of it, and what is no sidecar is refused.
+    const auto other =
+        run({"plan", at("fxaa.yaml"), "-i", in(1), "--json", "--pilot", out(1) + ".json"});
+    EXPECT_EQ(other.code, 0);
+    EXPECT_TRUE(contains(other.err, "a pass that the pilot did not")) << other.err;
+    EXPECT_FALSE(json_lines(other.out)[0]["estimate"].contains("seconds"));
+    for (const auto& path : {in(1), at("motion_blur.yaml"), at("none.json")}) {
+        const auto refused = run({"plan", at("fxaa.yaml"), "-i", in(1), "--pilot", path});
+        EXPECT_EQ(refused.code, 4) << path;
+        EXPECT_TRUE(contains(refused.err, path)) << refused.err;
+    }
+}
+
 TEST_F(DescribeTest, PlanSaysWhatIsLeftOutAndRunsTheSame) {
     write_sequence(at(""), {1});
     const Arguments still = {"--set", "motion_blur.shutter_frames=0"};

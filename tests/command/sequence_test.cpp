@@ -43,6 +43,26 @@ TEST_F(SequenceTest, NegativeAndThousandBasedNumbersAndSteps) {
                                 "o.1001.exr", "o.1003.exr", "o.1005.exr"}));
 }
 
+TEST_F(SequenceTest, PartsOfASequenceAreTheWhole) {
+    write_sequence(at(""), {1, 2, 3, 5, 8});
+    ASSERT_EQ(filter("fxaa", {"--chunk", "1/3"}).code, 0);
+    EXPECT_EQ(outputs(), Names({"o.0001.exr"}));
+    ASSERT_EQ(filter("fxaa", {"--chunk", "2/3"}).code, 0);
+    EXPECT_EQ(outputs(), Names({"o.0001.exr", "o.0002.exr", "o.0003.exr"}));
+    ASSERT_EQ(filter("fxaa", {"--chunk", "3/3"}).code, 0);
+    EXPECT_EQ(outputs(),
+              Names({"o.0001.exr", "o.0002.exr", "o.0003.exr", "o.0005.exr", "o.0008.exr"}));
+    // An empty part is no failure: a farm's last tasks may have nothing to do.
+    const auto empty = filter("fxaa", {"--chunk", "1/9", "--frames", "5"});
+    EXPECT_EQ(empty.code, 0) << empty.text();
+    EXPECT_TRUE(contains(empty.err, "0 written of 0 frames")) << empty.err;
+    for (const char* chunk : {"0/3", "4/3", "3", "x"}) {
+        const auto outcome = filter("fxaa", {"--chunk", chunk});
+        EXPECT_EQ(outcome.code, 2) << outcome.text();
+        EXPECT_TRUE(contains(outcome.err, "--chunk")) << outcome.err;
+    }
+}
+
 TEST_F(SequenceTest, BadRangesAreUsageErrors) {
     write_sequence(at(""), {1, 2});
     for (const char* range : {"1:2", "2-1", "1-", "1-2x0", "1,,2", "", "1.5", "x", "1-2 ",

@@ -221,6 +221,61 @@ TEST(FindFrames, AFrameIsMissingWhenAnyOfItsPlanesIs) {
     EXPECT_EQ(list.files.at(2).at(Role::motion), folder.path("m.exr"));  // serves every frame
 }
 
+TEST(Chunk, ReadsIOfN) {
+    const Result<Chunk> chunk = Chunk::parse("3/8");
+    ASSERT_TRUE(chunk.ok());
+    EXPECT_EQ(chunk->index, 3);
+    EXPECT_EQ(chunk->count, 8);
+    for (const char* text : {"", "3", "3/", "/8", "0/8", "9/8", "-1/8", "3/8 ", "3/8/1", "3/-8",
+                             "a/b", "1/1000001", "99999999999/99999999999"}) {
+        const Result<Chunk> bad = Chunk::parse(text);
+        ASSERT_FALSE(bad.ok()) << text;
+        EXPECT_EQ(bad.status().code(), StatusCode::usage);
+        EXPECT_THAT(bad.status().message(), HasSubstr("I/N"));
+    }
+}
+
+TEST(Chunk, PartsAreTheWholeAndNearlyEqual) {
+    for (const size_t size : {0, 1, 7, 8, 9, 100, 1'000'000}) {
+        for (const int count : {1, 2, 3, 8, 1000}) {
+            size_t next = 0, least = size, most = 0;
+            for (int index = 1; index <= count; ++index) {
+                const auto [first, end] = Chunk{index, count}.of(size);
+                EXPECT_EQ(first, next);
+                least = std::min(least, end - first);
+                most = std::max(most, end - first);
+                next = end;
+            }
+            EXPECT_EQ(next, size);
+            EXPECT_LE(most - least, 1u) << size << " frames, " << count << " parts";
+        }
+    }
+}
+
+TEST(Chunk, APartKeepsItsOwnMissingFramesAndGaps) {
+    const TempFolder folder;
+    for (const char* name : {"b.01.exr", "b.02.exr", "b.05.exr", "b.08.exr"})
+        test::set_file_bytes(folder.path(name), "x");
+    FrameList list = list_of(folder.path("b.##.exr"));
+    list.keep({2, 2});
+    EXPECT_THAT(list.frames, ElementsAre(5, 8));
+    EXPECT_THAT(list.gaps, ElementsAre(6, 7));
+    EXPECT_EQ(list.files.size(), 2u);
+
+    FrameList asked = list_of(folder.path("b.##.exr"), "1-8");
+    asked.keep({1, 2});
+    EXPECT_THAT(asked.frames, ElementsAre(1, 2, 3, 4));
+    EXPECT_THAT(asked.missing, ElementsAre(3, 4));
+    // In the order in which they were asked for.
+    FrameList reversed = list_of(folder.path("b.##.exr"), "8,5,2,1");
+    reversed.keep({1, 4});
+    EXPECT_THAT(reversed.frames, ElementsAre(8));
+    reversed.keep({2, 2});
+    EXPECT_THAT(reversed.frames, ElementsAre(8));
+    reversed.keep({1, 2});
+    EXPECT_THAT(reversed.frames, IsEmpty());
+}
+
 TEST(FindFrames, NothingOnDiskIsAnError) {
     const TempFolder folder;
     for (const char* name : {"b.####.exr", "b.exr"}) {

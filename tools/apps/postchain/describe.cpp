@@ -15,16 +15,23 @@
 #include "tools/apps/postchain/printable.h"
 #include "tools/sequence/io/json.h"
 #include "tools/sequence/io/picture_module.h"
+#include "tools/sequence/run/estimate.h"
 #include "tools/sequence/run/plan_warnings.h"
 #include "tools/sequence/run/sequence_reader.h"
 
 namespace postchain {
 
-int plan_verb(const Options& options, const std::string& format) {
+int plan_verb(const Options& options, const std::string& format, const std::string& pilot_path) {
     auto chain = load_chain_of(options);
     if (!chain.ok()) return fail(chain.status());
     auto settings = run_settings_of(options);
     if (!settings.ok()) return fail(settings.status());
+    std::optional<sequence::Pilot> pilot;
+    if (!pilot_path.empty()) {
+        auto read = sequence::read_pilot(pilot_path);
+        if (!read.ok()) return fail(read.status().at("--pilot"));
+        pilot = std::move(*read);
+    }
     io::set_exr_threads(threads_of(options));
     auto list = io::find_frames(settings->input, settings->frames);
     if (!list.ok()) return fail(list.status());
@@ -53,9 +60,21 @@ int plan_verb(const Options& options, const std::string& format) {
                     for (const auto& warning :
                          sequence::plan_warnings(chain->chain, *plan, *source))
                         log::warning(warning);
-                    const std::string text = format == "json"  ? plan_as_json(*plan) + "\n"
-                                             : format == "dot" ? plan_as_dot(*plan)
-                                                               : plan_as_text(*plan);
+                    const auto memory = sequence::memory_of(*inputs, *plan, list->frames.size());
+                    const auto seconds = pilot ? sequence::seconds_of(*plan, *pilot) : std::nullopt;
+                    if (pilot && !seconds)
+                        log::warning(concat("--pilot ", pilot->path, ": frame ", frame,
+                                            " runs a pass that the pilot did not; no time"));
+                    std::string text;
+                    if (format == "json") {
+                        io::Json json = io::Json::parse(plan_as_json(*plan));
+                        json["estimate"] = sequence::estimate_json(memory, seconds);
+                        text = io::json_text(json) + "\n";
+                    } else if (format == "dot") {
+                        text = plan_as_dot(*plan);
+                    } else {
+                        text = plan_as_text(*plan) + sequence::estimate_text(memory, seconds);
+                    }
                     // JSON has escapes of its own.
                     std::fputs(
                         format == "json" ? text.c_str() : printable(text, Lines::keep).c_str(),

@@ -5,7 +5,8 @@
 
 namespace postchain {
 
-int plan_verb(const Options& options, const std::string& format);
+// `pilot`: path of a sidecar, empty = none.
+int plan_verb(const Options& options, const std::string& format, const std::string& pilot);
 int info_verb(const Options& options);
 int schema_verb();
 int passes_verb(const std::string& format);

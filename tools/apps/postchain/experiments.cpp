@@ -41,10 +41,8 @@ experiment::ProgressCallback progress_printer() {
         std::string text = concat(progress.done, "/", progress.total, ", ", progress.what, ", ",
                                   duration(progress.elapsed_s), " elapsed");
         if (progress.remaining_s > 0) text += ", " + duration(progress.remaining_s) + " to go";
-        if (log::progress_is_shown())
-            log::progress(text);
-        else if (progress.done > printed)
-            log::info(text);
+        log::progress(progress.total ? double(progress.done) / double(progress.total) : 0, text);
+        if (!log::progress_is_shown() && progress.done > printed) log::info(text);
         printed = progress.done;
     };
 }
@@ -65,6 +63,7 @@ void add_experiment(CLI::App& verb, Options& o, ExperimentOptions& e, const Para
     add_settings(verb, job_parameters(), sequence::kPlanGroup, &o.job);
     add_device(verb, o);
     verb.add_flag("--json", o.json, "the report as one JSON object on stdout");
+    add_progress(verb, o);
 }
 
 // What the tables do not say: the run, and this process. `cameras`: of the chains, which may name

@@ -18,10 +18,18 @@ constexpr const char* kNames[] = {"detail", "info", "warning", "error"};
 bool g_json = false;
 bool g_terminal = false;
 bool g_line_open = false;
+bool g_openjd = false;
+std::string g_percent;  // the last that was told
 
 spdlog::logger& logger() {
     static const auto made = spdlog::stderr_logger_mt("postchain");
     return *made;
+}
+
+// One line on stdout, which belongs to the messages in that mode.
+void tell(const char* what, const std::string& text) {
+    std::printf("%s: %s\n", what, printable(text).c_str());
+    std::fflush(stdout);
 }
 
 }  // namespace
@@ -45,6 +53,7 @@ void write_as_is(Level level, const std::string& text) {
                                                        spdlog::level::warn, spdlog::level::err};
     const auto index = static_cast<size_t>(level);
     progress("");
+    if (g_openjd && level == Level::error) tell("openjd_fail", text);
     if (g_json) {
         const io::Json line = {{"level", kNames[index]}, {"message", text}};
         logger().log(levels[index], "{}", io::json_text(line));
@@ -62,6 +71,21 @@ void progress(const std::string& text) {
 
 bool progress_is_shown() {
     return g_terminal;
+}
+
+void progress(double share, const std::string& text) {
+    progress(text);
+    if (!g_openjd) return;
+    char percent[16];
+    std::snprintf(percent, sizeof(percent), "%.1f", 100 * share);
+    if (g_percent == percent) return;
+    g_percent = percent;
+    tell("openjd_progress", percent);
+    tell("openjd_status", text);
+}
+
+void tell_openjd() {
+    g_openjd = true;
 }
 
 }  // namespace postchain::log

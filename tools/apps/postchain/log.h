@@ -28,5 +28,13 @@ inline void error(const std::string& text) {
 // stderr is no terminal or with --quiet or JSON.
 void progress(const std::string& text);
 bool progress_is_shown();
+// The same, and how much is done (0 to 1), for the manager of a farm where it is told.
+void progress(double share, const std::string& text);
+
+// From now on stdout gets the lines of Open Job Description, whose runner makes a progress bar and
+// a status of them: openjd_progress (percent) and openjd_status where progress is given with a
+// share, openjd_fail with each error. Source: OpenJobDescription/openjd-specifications, "How Jobs
+// Are Run", stdout/stderr messages.
+void tell_openjd();
 
 }  // namespace postchain::log

@@ -26,19 +26,19 @@
 namespace postchain {
 namespace {
 
-// --log-format json, of a command line that could not be read.
-bool asks_for_json(int argc, char** argv) {
-    const std::string option = "--log-format";
+// --log-format json, --progress openjd of a command line that could not be read.
+bool asks_for(const std::string& option, const std::string& choice, int argc, char** argv) {
     for (int i = 1; i < argc; ++i) {
         const std::string word = argv[i];
-        if (word == option + "=json") return true;
-        if (word == option && i + 1 < argc && std::string(argv[i + 1]) == "json") return true;
+        if (word == option + "=" + choice) return true;
+        if (word == option && i + 1 < argc && argv[i + 1] == choice) return true;
     }
     return false;
 }
 
 int usage_error(const CLI::App& app, const CLI::ParseError& error, int argc, char** argv) {
-    log::set_up(false, false, asks_for_json(argc, argv));
+    log::set_up(false, false, asks_for("--log-format", "json", argc, argv));
+    if (asks_for("--progress", "openjd", argc, argv)) log::tell_openjd();
     const auto given = app.get_subcommands();
     std::string text = error.what();
     if (given.empty() && argc > 1 && argv[1][0] != '-') {
@@ -58,7 +58,7 @@ int command(int argc, char** argv) {
     DiffOptions diff;
     ExperimentOptions experiment;
     StressOptions stress;
-    std::string plan_format = "text", passes_format = "text";
+    std::string plan_format = "text", plan_pilot, passes_format = "text";
     const ParameterTable& job = job_parameters();
 
     CLI::App app("Motion blur, FXAA and depth of field over rendered frames, in any order.",
@@ -75,6 +75,7 @@ int command(int argc, char** argv) {
     for (const char* group : {sequence::kInputGroup, sequence::kOutputGroup, sequence::kPlanGroup})
         add_settings(*run, job, group, &options.job);
     run->add_flag("--json", options.json, "one JSON object per frame on stdout");
+    add_progress(*run, options);
     add_device(*run, options);
 
     CLI::App* plan = app.add_subcommand("plan", "what would run, what is left out and why");
@@ -89,6 +90,10 @@ int command(int argc, char** argv) {
             "--dot", [&] { plan_format = "dot"; }, "graphviz")
         ->excludes(text)
         ->excludes(json);
+
+    plan->add_option("--pilot", plan_pilot,
+                     "sidecar of a frame filtered on such a machine: times are estimated from it")
+        ->type_name("FILE");
 
     CLI::App* inspect =
         app.add_subcommand("inspect", "channels, profile, facts and sign self-check of a file");
@@ -137,8 +142,9 @@ int command(int argc, char** argv) {
         return kExitOk;
     }
     log::set_up(options.verbose, options.quiet, options.log_format == "json");
+    if (options.progress == "openjd") log::tell_openjd();
     if (*run) return run_verb(options);
-    if (*plan) return plan_verb(options, plan_format);
+    if (*plan) return plan_verb(options, plan_format, plan_pilot);
     if (*inspect) return inspect_verb(options);
     if (*diff_app) return diff_verb(options, diff);
     if (*scene_app) return scene_verb(options, scene);

@@ -65,6 +65,17 @@ void add_logging(CLI::App& verb, Options& o) {
         ->capture_default_str();
 }
 
+void add_progress(CLI::App& verb, Options& o) {
+    CLI::Option* option =
+        verb.add_option("--progress", o.progress,
+                        "terminal: a line on stderr where that is one; openjd: lines for Open Job "
+                        "Description on stdout")
+            ->check(CLI::IsMember({"terminal", "openjd"}))
+            ->capture_default_str();
+    // Both would write to stdout.
+    option->excludes(verb.get_option("--json"));
+}
+
 void add_chain(CLI::App& verb, Options& o) {
     verb.add_option("CHAIN", o.chain, "chain file, or the name of a shipped chain")->required();
     verb.add_option("--set", o.sets,

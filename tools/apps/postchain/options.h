@@ -26,12 +26,15 @@ struct Options {
     bool verbose = false;
     bool quiet = false;
     std::string log_format = "text";
+    std::string progress = "terminal";
     bool json = false;
 };
 
 void add_logging(CLI::App& verb, Options& options);
 void add_chain(CLI::App& verb, Options& options);   // CHAIN, --set
 void add_device(CLI::App& verb, Options& options);  // --device, --threads
+// --progress, of the verbs that a farm runs. A verb that prints JSON has its --json already.
+void add_progress(CLI::App& verb, Options& options);
 
 // An empty word is a shell variable that was not set; no option and no argument takes it.
 void refuse_empty_words(CLI::App& verb);

@@ -55,9 +55,10 @@ void say(const sequence::FrameReport& report, const sequence::RunProgress& progr
     } else {
         log::info(frame_line(report));
     }
-    log::progress(concat(progress.done, "/", progress.total, " frames, ",
-                         seconds_text(progress.elapsed_s), " elapsed, ",
-                         seconds_text(progress.remaining_s), " to go"));
+    log::progress(
+        double(progress.done) / double(progress.total),
+        concat(progress.done, "/", progress.total, " frames, ", seconds_text(progress.elapsed_s),
+               " elapsed, ", seconds_text(progress.remaining_s), " to go"));
 }
 
 int code_of(const sequence::RunSummary& summary) {

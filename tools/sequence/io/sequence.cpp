@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <set>
 #include <unordered_set>
 
 namespace postchain::io {
@@ -135,6 +136,26 @@ Result<FrameRange> FrameRange::parse(std::string_view text) {
         if (comma == std::string_view::npos) return range;
         rest.remove_prefix(comma + 1);
     }
+}
+
+Result<Chunk> Chunk::parse(std::string_view text) {
+    std::string_view rest = text;
+    const std::optional<int> index = take_number(rest);
+    std::optional<int> count;
+    if (index && !rest.empty() && rest[0] == '/') {
+        rest.remove_prefix(1);
+        count = take_number(rest);
+    }
+    if (!index || !count || !rest.empty() || *index < 1 || *index > *count ||
+        size_t(*count) > kMaxFrames)
+        return usage_error(concat("'", text, "' is not I/N with I from 1 to N and N up to ",
+                                  std::to_string(kMaxFrames), ", as 3/8"));
+    return Chunk{*index, *count};
+}
+
+std::pair<size_t, size_t> Chunk::of(size_t size) const {
+    // size * count fits: both have a bound.
+    return {size * size_t(index - 1) / size_t(count), size * size_t(index) / size_t(count)};
 }
 
 Result<PathPattern> PathPattern::parse(std::string_view path) {
@@ -312,6 +333,16 @@ Absence absence_of(const PathPattern& pattern) {
 
 std::string why_none(const PathPattern& pattern) {
     return absence_of(pattern).why;
+}
+
+void FrameList::keep(const Chunk& chunk) {
+    const auto [first, end] = chunk.of(frames.size());
+    frames = std::vector<int>(frames.begin() + long(first), frames.begin() + long(end));
+    const std::set<int> kept(frames.begin(), frames.end());
+    std::erase_if(missing, [&](int frame) { return !kept.contains(frame); });
+    std::erase_if(
+        gaps, [&](int gap) { return kept.empty() || gap < *kept.begin() || gap > *kept.rbegin(); });
+    std::erase_if(files, [&](const auto& entry) { return !kept.contains(entry.first); });
 }
 
 Result<FrameList> find_frames(const InputSpec& input, const std::optional<FrameRange>& range) {

@@ -12,6 +12,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "chain/role.h"
@@ -30,6 +31,19 @@ struct FrameRange {
     // Errors (usage): a colon (it means two things), a descending range, more than kMaxFrames
     // frames, anything else that is not a number.
     static Result<FrameRange> parse(std::string_view text);
+};
+
+// "3/8": the third of eight parts of a list of frames. The parts are runs of neighboring frames,
+// their sizes differ by at most one, and together they are the list; where there are more parts
+// than frames, some are empty.
+struct Chunk {
+    int index = 1;  // 1..count
+    int count = 1;
+
+    // Errors (usage): anything else than I/N with 1 <= I <= N <= kMaxFrames.
+    static Result<Chunk> parse(std::string_view text);
+    // Of `size` frames: the first that belongs to this part, and the one after the last.
+    std::pair<size_t, size_t> of(size_t size) const;
 };
 
 // A path whose file name may hold one frame token: "####" and "@@@@" (one digit each), "%04d",
@@ -83,6 +97,8 @@ struct FrameList {
     std::map<int, std::map<Role, std::string>> files;  // of each frame that is not missing
 
     bool is_missing(int frame) const { return !files.contains(frame); }
+    // Leaves the frames of one part, with what is missing among them and the gaps between them.
+    void keep(const Chunk& chunk);
 };
 
 // Why a pattern has no file on disk: "no such file", "the folder x cannot be read: ...".

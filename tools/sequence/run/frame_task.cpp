@@ -49,6 +49,7 @@ Result<std::vector<FrameTask>> plan_tasks(const RunSettings& settings, bool writ
         if (Status status = check_output_name(settings); !status.ok()) return status;
     auto list = io::find_frames(settings.input, settings.frames);
     if (!list.ok()) return list.status();
+    list->keep(settings.chunk);
     gaps = list->gaps;
     if (!list->missing.empty() && settings.missing == MissingPolicy::error)
         return Status(StatusCode::input, missing_text(list->missing, settings));

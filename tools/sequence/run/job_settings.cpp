@@ -166,6 +166,11 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                    "also use these rules, which are off by default: " + rule_names(registry, false),
                .unset_means = "none",
                .group = kPlanGroup})
+        .text("chunk", &JobSettings::chunk,
+              {.unit = "I/N",
+               .help = "only the I-th of N parts of the frames, for a farm: 3/8",
+               .unset_means = "all of them",
+               .group = kOutputGroup})
         .text("output", &JobSettings::output,
               {.unit = "OUT",
                .help = "output frames: out.####.exr",
@@ -215,6 +220,11 @@ Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& 
         auto range = io::FrameRange::parse(job.frames);
         if (!range.ok()) return range.status().at(option_name("frames"));
         settings.frames = std::move(*range);
+    }
+    if (!job.chunk.empty()) {
+        auto chunk = io::Chunk::parse(job.chunk);
+        if (!chunk.ok()) return chunk.status().at(option_name("chunk"));
+        settings.chunk = *chunk;
     }
     auto source = source_settings_of(job, notes);
     if (!source.ok()) return source.status();

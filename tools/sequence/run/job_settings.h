@@ -30,6 +30,7 @@ struct JobSettings {
     std::string no_elide;  // "all", or names of rules with commas
     std::string elide;     // names of rules with commas
 
+    std::string chunk;
     std::string output;
     io::OnExisting on_existing = io::OnExisting::fail;
     MissingPolicy missing = MissingPolicy::error;

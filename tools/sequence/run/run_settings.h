@@ -24,6 +24,7 @@ struct RunSettings {
     io::InputSpec input;
     std::vector<io::InputFile> other_inputs;  // chain, camera, profile, pictures
     std::optional<io::FrameRange> frames;     // none: all on disk
+    io::Chunk chunk;                          // of the frames, the part that is run
     io::PathPattern output;
     SourceSettings source;
     PlanOptions plan;

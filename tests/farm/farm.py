@@ -1,0 +1,268 @@
+"""A sequence split over a farm has the pixels of one run, whatever dies on the way.
+
+    farm.py COMMAND FARM [--frames 40] [--work DIR] [--only slurm|openjd|opencue|local]
+
+FARM: tools/farm. Frames of a generated scene are filtered once in one process, then
+  slurm    by tools/farm/postchain.sbatch on a real Slurm of one node (cluster.py), as 1, 4 and all
+           tasks; as 4 tasks once more while processes are killed, tasks requeued and the node's
+           daemon killed
+  local    the same parts by processes, two at a time, some of them killed: what stands in for Slurm
+           where no node can start, which is then said
+  openjd   the command lines of tools/farm/postchain.openjd.json, and the lines they print
+  opencue  the command line of docs/farm.md
+and each output is compared with the first run's, bit by bit. Exit 1 where one differs.
+"""
+import argparse
+import hashlib
+import json
+import os
+import pathlib
+import random
+import re
+import shlex
+import signal
+import subprocess
+import sys
+import time
+
+from cluster import CannotStart, Cluster
+
+FARM = FRAMES = POSTCHAIN = WORK = None
+failures = []
+
+
+def check(holds, text):
+    if not holds:
+        failures.append(text)
+        print("FAILED:", text)
+
+
+def words(out):
+    return ["balanced", "-i", f"{WORK}/scene/sharp.####.exr", "--camera",
+            f"{WORK}/scene/camera.json", "-o", f"{out}/o.####.exr"]
+
+
+def folder(name):
+    path = WORK / name
+    path.mkdir(parents=True)
+    return path
+
+
+def pictures(path):
+    return {file.name: hashlib.sha256(file.read_bytes()).hexdigest()
+            for file in sorted(path.glob("o.*.exr"))}
+
+
+def compare(what, path, expected):
+    found = pictures(path)
+    check(found.keys() == expected.keys(),
+          f"{what}: {len(found)} frames of {len(expected)}")
+    differing = [name for name in found if found[name] != expected.get(name)]
+    check(not differing, f"{what}: bits differ in {', '.join(differing[:5])}")
+    left = [file.name for file in path.iterdir() if file.name.startswith(".")]
+    check(not left, f"{what}: temporary files stay: {', '.join(left[:5])}")
+    return f"{len(found)} frames, {len(differing)} with other bits"
+
+
+def workers(out):
+    """Processes of the command that write below `out`."""
+    found = []
+    for entry in pathlib.Path("/proc").iterdir():
+        if not entry.name.isdigit():
+            continue
+        try:
+            command = (entry / "cmdline").read_bytes().split(b"\0")
+        except OSError:
+            continue
+        if command and command[0].endswith(b"postchain") and any(
+                word.startswith(str(out).encode()) for word in command):
+            found.append(int(entry.name))
+    return found
+
+
+def kill_one(out, chance):
+    running = workers(out)
+    if not running:
+        return False
+    try:
+        os.kill(chance.choice(running), signal.SIGKILL)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+ENDED = {"COMPLETED", "FAILED", "CANCELLED", "NODE_FAIL", "TIMEOUT", "BOOT_FAIL"}
+
+
+def slurm_round(cluster, name, tasks, expected, kills=0, kill_node=False):
+    out = folder(name)
+    chance = random.Random(tasks)
+    start = time.monotonic()
+    job = cluster.submit(FARM / "postchain.sbatch", tasks, [str(tasks), *words(out)],
+                         f"{WORK}/{name}.%a.log")
+    killed = requeued = 0
+    end = start + 600
+    while time.monotonic() < end:
+        states = cluster.states(job)
+        # Work goes on until something of it is there to lose.
+        if killed < kills and list(out.glob("o.*.exr")) and kill_one(out, chance):
+            killed += 1
+        if kill_node and killed == kills:
+            cluster.kill_node()
+            kill_node = False
+        lost = [task for task, state in states.items() if state in ENDED - {"COMPLETED"}]
+        for task in lost:
+            cluster.requeue(job, task)
+            requeued += 1
+        if len(states) == tasks and all(state == "COMPLETED" for state in states.values()):
+            break
+        time.sleep(0.2)
+    else:
+        check(False, f"{name}: not done after ten minutes: {states}")
+    check(killed == kills, f"{name}: {killed} of {kills} kills came in time")
+    check(requeued >= killed, f"{name}: {requeued} tasks requeued after {killed} kills")
+    print(f"{name}: {tasks} tasks, {killed} killed, {requeued} requeued, "
+          f"{time.monotonic() - start:.0f} s: {compare(name, out, expected)}")
+
+
+def run_slurm(expected):
+    with Cluster(WORK / "cluster", cores=2) as cluster:
+        cluster.environment["POSTCHAIN"] = str(POSTCHAIN)
+        for tasks in [1, 4, FRAMES]:
+            slurm_round(cluster, f"slurm{tasks}", tasks, expected)
+        slurm_round(cluster, "slurm4killed", 4, expected, kills=3, kill_node=True)
+
+
+def local_round(name, parts, expected, kills=0):
+    out = folder(name)
+    chance = random.Random(parts)
+    waiting = list(range(1, parts + 1))
+    running = {}
+    killed = 0
+    while waiting or running:
+        while waiting and len(running) < 2:
+            part = waiting.pop(0)
+            environment = dict(os.environ, SLURM_ARRAY_TASK_ID=str(part), SLURM_CPUS_PER_TASK="1",
+                               POSTCHAIN=str(POSTCHAIN))
+            running[part] = subprocess.Popen(
+                ["bash", FARM / "postchain.sbatch", str(parts), *words(out)], env=environment,
+                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        if killed < kills and list(out.glob("o.*.exr")) and kill_one(out, chance):
+            killed += 1
+        for part, process in list(running.items()):
+            if process.poll() is None:
+                continue
+            del running[part]
+            if process.returncode != 0:
+                check(process.returncode == -signal.SIGKILL,
+                      f"{name}: part {part} ended with {process.returncode}")
+                waiting.append(part)
+        time.sleep(0.02)
+    check(killed == kills, f"{name}: {killed} of {kills} kills came in time")
+    print(f"{name}: {parts} parts, {killed} killed: {compare(name, out, expected)}")
+
+
+def run_local(expected):
+    for parts in [4, FRAMES]:
+        local_round(f"local{parts}", parts, expected)
+    local_round("local4killed", 4, expected, kills=3)
+    # More parts than frames: some are empty, and that is no error.
+    local_round("localmany", FRAMES + 3, expected)
+
+
+def filled(text, values):
+    return re.sub(r"\{\{\s*([\w.]+)\s*\}\}", lambda name: values[name.group(1)], text)
+
+
+def run_openjd(expected):
+    template = json.loads((FARM / "postchain.openjd.json").read_text())
+    out = folder("openjd")
+    given = {"Frames": f"1-{FRAMES}", "InputFolder": f"{WORK}/scene", "InputName": "sharp.####.exr",
+             "Camera": f"{WORK}/scene/camera.json", "OutputFolder": str(out),
+             "OutputName": "o.####.exr", "FramesPerTask": "12"}
+    values = {f"Param.{parameter['name']}":
+              given.get(parameter["name"], str(parameter.get("default", "")))
+              for parameter in template["parameterDefinitions"]}
+    step, = template["steps"]
+    frame, = step["parameterSpace"]["taskParameterDefinitions"]
+    first, last = map(int, filled(frame["range"], values).split("-"))
+    count = int(filled(frame["chunks"]["defaultTaskCount"], values))
+    run = step["script"]["actions"]["onRun"]
+    for start in range(first, last + 1, count):
+        values["Task.Param.Frame"] = f"{start}-{min(start + count - 1, last)}"
+        command = [filled(word, values) for word in [run["command"], *run["args"]]]
+        check(command[0] == "postchain", "openjd: the command is postchain")
+        result = subprocess.run([POSTCHAIN, *command[1:]], capture_output=True, text=True)
+        check(result.returncode == 0, f"openjd: {result.stderr}")
+        lines = result.stdout.splitlines()
+        progress = [float(line.split(": ")[1]) for line in lines
+                    if line.startswith("openjd_progress: ")]
+        check(progress == sorted(progress) and progress and progress[-1] == 100,
+              f"openjd: progress {progress}")
+        check(sum(line.startswith("openjd_status: ") for line in lines) == len(progress),
+              "openjd: a status with each progress")
+        check(len(lines) == 2 * len(progress), f"openjd: other lines on stdout: {lines}")
+    print("openjd:", compare("openjd", out, expected))
+    # What fails says why in a line of its own.
+    values["Task.Param.Frame"] = f"{last + 1}-{last + 2}"
+    for more in [[], ["--no-such-option"]]:
+        command = [filled(word, values) for word in run["args"]]
+        result = subprocess.run([POSTCHAIN, *command, *more], capture_output=True, text=True)
+        check(result.returncode != 0 and result.stdout.startswith("openjd_fail: "),
+              f"openjd: a failure is told: {result.stdout}")
+
+
+def run_opencue(expected):
+    """The command of docs/farm.md, with its tokens replaced as OpenCue does for layers of chunks."""
+    text = (FARM.parent.parent / "docs" / "farm.md").read_text()
+    command = re.search(r"^postchain run (?:\\\n|.)*?#FRAME_START#.*$", text, re.MULTILINE).group(0)
+    out = folder("opencue")
+    chunk = 15
+    for start in range(1, FRAMES + 1, chunk):
+        line = command.replace("\\\n", " ").replace("#FRAME_START#", str(start))
+        line = line.replace("#FRAME_END#", str(min(start + chunk - 1, FRAMES)))
+        line = line.replace("'shot.####.exr'", f"{WORK}/scene/sharp.####.exr")
+        line = line.replace("camera.json", f"{WORK}/scene/camera.json")
+        line = line.replace("'out/shot.####.exr'", f"{out}/o.####.exr")
+        result = subprocess.run([POSTCHAIN, *shlex.split(line)[1:]], capture_output=True, text=True)
+        check(result.returncode == 0, f"opencue: {result.stderr}")
+    print("opencue:", compare("opencue", out, expected))
+
+
+def main():
+    global FARM, FRAMES, POSTCHAIN, WORK
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
+    parser.add_argument("command", type=pathlib.Path)
+    parser.add_argument("farm", type=pathlib.Path)
+    parser.add_argument("--frames", type=int, default=40)
+    parser.add_argument("--work", type=pathlib.Path, default="out/farm")
+    parser.add_argument("--only", choices=["slurm", "local", "openjd", "opencue"])
+    options = parser.parse_args()
+    POSTCHAIN, FARM, FRAMES = options.command.resolve(), options.farm.resolve(), options.frames
+    WORK = options.work.resolve()
+    subprocess.run(["rm", "-rf", WORK], check=True)
+    WORK.mkdir(parents=True)
+    subprocess.run([POSTCHAIN, "scene", "wheels", "-o", WORK / "scene", "--size", "64x36",
+                    "--frames", f"1-{FRAMES}", "-q"], check=True)
+    whole = folder("whole")
+    subprocess.run([POSTCHAIN, "run", *words(whole), "-q"], check=True)
+    expected = pictures(whole)
+    assert len(expected) == FRAMES
+    wanted = [options.only] if options.only else ["slurm", "openjd", "opencue"]
+    if "slurm" in wanted:
+        try:
+            run_slurm(expected)
+        except CannotStart as why:
+            print(f"no Slurm here ({why}); the same parts by local processes")
+            wanted.append("local")
+    if "local" in wanted:
+        run_local(expected)
+    if "openjd" in wanted:
+        run_openjd(expected)
+    if "opencue" in wanted:
+        run_opencue(expected)
+    sys.exit(1 if failures else 0)
+
+
+if __name__ == "__main__":
+    main()

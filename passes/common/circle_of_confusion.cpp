@@ -15,15 +15,19 @@ constexpr double kMaxGain = 1e30;
 
 constexpr double kFarthest = 1e30;  // scene units; fp32 holds it
 
+// `keys`: "f_stop, focus_distance".
+Status not_known(const std::string& keys, bool several) {
+    const char* it = several ? "them" : "it";
+    return Status(StatusCode::chain,
+                  concat(keys, ": not known, and this circle of confusion needs ", it, "; set ", it,
+                         " here, in the chain's camera, by --camera, or in the file's metadata"));
+}
+
 // One value of the lens: the pass's own or the camera's, > 0, or the reason why not.
 Result<double> lens_value(const char* key, const char* unit, const std::optional<double>& own,
                           const std::optional<double>& camera) {
     const auto& value = own ? own : camera;
-    if (!value)
-        return Status(StatusCode::chain,
-                      concat(key,
-                             ": not known, and this circle of confusion needs it; set it here, "
-                             "in the chain's camera, by --camera, or in the file's metadata"));
+    if (!value) return not_known(key, false);
     if (!(*value > 0))
         return Status(StatusCode::chain,
                       concat(key, ": ", *value, unit, " from ", own ? "this pass" : "the camera",
@@ -56,8 +60,24 @@ Status check_ascending(const char* low_key, double low, const char* high_key, do
                "far_blurry, in scene units"));
 }
 
+// Of the thin lens, all that are stated nowhere.
+Status all_known(const Parameters& p, const Camera& camera) {
+    std::string keys;
+    int count = 0;
+    const auto need = [&](const char* key, bool known) {
+        if (known) return;
+        keys += (count++ ? ", " : "") + std::string(key);
+    };
+    need("focal_length_mm", p.focal_length_mm || camera.focal_length_mm);
+    need("f_stop", p.f_stop || camera.f_stop);
+    need("focus_distance", p.focus_distance || p.focus_at || camera.focus_distance);
+    need("sensor_width_mm", p.sensor_width_mm || camera.sensor_width_mm);
+    return count ? not_known(keys, count > 1) : Status();
+}
+
 Status resolve_lens(const Parameters& p, const FrameDescription& frame, CircleOfConfusion& coc) {
     const Camera& camera = frame.camera;
+    if (Status status = all_known(p, camera); !status.ok()) return status;
     const auto focal =
         lens_value("focal_length_mm", " mm", p.focal_length_mm, camera.focal_length_mm);
     if (!focal.ok()) return focal.status();

@@ -179,6 +179,16 @@ TEST_F(DescribeTest, InspectNamesWhatItFound) {
     EXPECT_EQ(lines[0]["match"]["detected"], true);
     EXPECT_EQ(lines[0]["frame"]["width"], 48);
     EXPECT_EQ(lines[0]["files"]["color"]["parts"][0]["attributes"]["comment"], "a shot");
+    EXPECT_EQ(json_lines(json.out)[0]["frame"]["distance"]["nearest"],
+              1 / double(json_lines(json.out)[0]["bounds"]["max_inverse_depth"]));
+    write_sequence(at(""), {3, 4, 6});
+    const auto folder = run({"inspect", at("")});
+    EXPECT_EQ(folder.code, 0) << folder.text();
+    EXPECT_TRUE(contains(folder.out, "in.####.exr: ")) << folder.out;
+    EXPECT_TRUE(contains(folder.out, "1 missing: 5") || contains(folder.out, "missing: 2, 5"))
+        << folder.out;
+    const auto listed = json_lines(run({"inspect", at(""), "--json"}).out).at(0);
+    EXPECT_EQ(listed["sequences"][0]["last"], 6);
     EXPECT_EQ(run({"inspect"}).code, 2);
     EXPECT_EQ(run({"inspect", at("none.exr")}).code, 4);
     EXPECT_EQ(run({"inspect", in(), "--frames", "1-2"}).code, 4);

@@ -63,6 +63,27 @@ TEST_F(SequenceTest, PartsOfASequenceAreTheWhole) {
     }
 }
 
+TEST_F(SequenceTest, AFolderIsMadeWhereItIsAskedFor) {
+    write_sequence(at(""), {1});
+    const auto into = [&](const std::string& folder, const Arguments& more) {
+        Arguments arguments = {"run", at("fxaa.yaml"), "-i", in(1), "-o", at(folder + "/o.exr")};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return run(arguments);
+    };
+    const auto missing = into("new/deep", {});
+    EXPECT_EQ(missing.code, 5);
+    EXPECT_TRUE(contains(missing.err, "--mkdir")) << missing.err;
+    EXPECT_FALSE(exists(at("new")));
+    const auto made = into("new/deep", {"--mkdir"});
+    EXPECT_EQ(made.code, 0) << made.text();
+    EXPECT_TRUE(exists(at("new/deep/o.exr")));
+    // A file in its place is never replaced.
+    const auto file = into("fxaa.yaml", {"--mkdir"});
+    EXPECT_EQ(file.code, 5);
+    EXPECT_TRUE(contains(file.err, "is not a folder")) << file.err;
+    EXPECT_EQ(into("fxaa.yaml/below", {"--mkdir"}).code, 5);
+}
+
 TEST_F(SequenceTest, BadRangesAreUsageErrors) {
     write_sequence(at(""), {1, 2});
     for (const char* range : {"1:2", "2-1", "1-", "1-2x0", "1,,2", "", "1.5", "x", "1-2 ",

@@ -321,6 +321,12 @@ TEST(coc_errors, a_missing_lens_value_is_named_with_its_remedies) {
                                                     HasSubstr("from the camera is not > 0")));
         }
     }
+    // All that are missing in one message.
+    Camera empty = round_camera();
+    empty.f_stop = empty.focus_distance = std::nullopt;
+    EXPECT_THAT(error_of({}, empty), HasSubstr("f_stop, focus_distance: not known, and this circle "
+                                               "of confusion needs them"));
+    EXPECT_THAT(error_of({{"f_stop", 2.0}}, empty), HasSubstr("field: focus_distance: not known"));
     // Sources without a lens need none of it.
     EXPECT_TRUE(make_plan(chain_of("depth_of_field", {{"method", "gilham"}, {"coc", "planes"s}}),
                           [] {

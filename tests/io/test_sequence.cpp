@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/io/exr_files.h"
+#include "tools/sequence/io/folder_scan.h"
 #include "tools/sequence/io/sequence.h"
 
 namespace postchain::io {
@@ -274,6 +275,42 @@ TEST(Chunk, APartKeepsItsOwnMissingFramesAndGaps) {
     EXPECT_THAT(reversed.frames, ElementsAre(8));
     reversed.keep({1, 2});
     EXPECT_THAT(reversed.frames, IsEmpty());
+}
+
+TEST(ScanFolder, FilesThatDifferInTheirNumberAreOneSequence) {
+    const TempFolder folder;
+    for (const char* name :
+         {"a.0008.exr", "a.0009.exr", "a.0012.exr", "a.10000.exr",  // one, longer than its padding
+          "b_v2.9.exr", "b_v2.10.exr",                              // no padding
+          "b_v3.9.exr",                                             // another version
+          "beauty.1001.left.exr", "beauty.1002.left.exr", "still.EXR", "shot_20261121120000.exr",
+          ".a.0008.exr.77.tmp", ".hidden.0001.exr", "a.0008.exr.json", "notes.txt"})
+        test::set_file_bytes(folder.path(name), "x");
+    std::filesystem::create_directory(folder.path("folder.0001.exr"));
+    const auto found = scan_folder(folder.path(""));
+    ASSERT_TRUE(found.ok()) << found.status().message();
+    std::vector<std::string> patterns;
+    for (const auto& sequence : *found) {
+        patterns.push_back(sequence.pattern.substr(folder.path("").size()));
+        // Each is an --input that finds these frames.
+        const FrameList list = list_of(sequence.pattern);
+        EXPECT_EQ(list.frames, sequence.frames) << sequence.pattern;
+        EXPECT_EQ(list.gaps, sequence.gaps) << sequence.pattern;
+    }
+    EXPECT_THAT(patterns,
+                ElementsAre("a.####.exr", "b_v2.#.exr", "b_v3.9.exr", "beauty.####.left.exr",
+                            "shot_20261121120000.exr", "still.EXR"));
+    EXPECT_THAT((*found)[0].frames, ElementsAre(8, 9, 12, 10000));
+}
+
+TEST(ScanFolder, WhatHasNoFrameIsAnError) {
+    const TempFolder folder;
+    const auto empty = scan_folder(folder.path(""));
+    EXPECT_EQ(empty.status().code(), StatusCode::input);
+    EXPECT_THAT(empty.status().message(), HasSubstr("no EXR file"));
+    const auto none = scan_folder(folder.path("none"));
+    EXPECT_EQ(none.status().code(), StatusCode::input);
+    EXPECT_THAT(none.status().message(), HasSubstr("cannot be read"));
 }
 
 TEST(FindFrames, NothingOnDiskIsAnError) {

@@ -1,13 +1,16 @@
 #include "tools/apps/postchain/inspect.h"
 
 #include <cstdio>
+#include <filesystem>
 
 #include "config/profile_match.h"
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/printable.h"
+#include "tools/sequence/io/folder_scan.h"
 #include "tools/sequence/io/json.h"
 #include "tools/sequence/run/frame_scan.h"
+#include "tools/sequence/run/frame_task.h"
 #include "tools/sequence/run/memory.h"
 #include "tools/sequence/run/sidecar.h"
 
@@ -153,11 +156,50 @@ void print_signs(const SignCheck& check, int next) {
     }
 }
 
+// The sequences of a folder, for --input.
+int inspect_folder(const std::string& folder, bool json) {
+    const auto found = io::scan_folder(folder);
+    if (!found.ok()) return fail(found.status());
+    Json list = Json::array();
+    for (const auto& sequence : *found) {
+        const std::vector<int>& frames = sequence.frames;
+        if (json) {
+            list.push_back({{"input", sequence.pattern},
+                            {"first", frames.front()},
+                            {"last", frames.back()},
+                            {"frames", frames.size()},
+                            {"missing", sequence.gaps}});
+            continue;
+        }
+        std::string text = concat(sequence.pattern, ": ");
+        if (frames.size() == 1)
+            text += concat("frame ", frames[0]);
+        else
+            text += concat(frames.size(), " frames, ", frames.front(), " to ", frames.back());
+        if (!sequence.gaps.empty())
+            text += concat("; ", sequence.gaps.size(),
+                           " missing: ", sequence::frames_text(sequence.gaps));
+        std::printf("%s\n", printable(text).c_str());
+    }
+    if (json) print_line({{"folder", folder}, {"sequences", list}});
+    return kExitOk;
+}
+
+// Distances of what is seen, from the bounds of inverse depth; null = the sky.
+Json distances(const FrameBounds& bounds) {
+    const auto distance = [](double inverse) { return inverse > 0 ? Json(1 / inverse) : Json(); };
+    return {{"nearest", distance(bounds.max_inverse_depth)},
+            {"farthest", distance(bounds.min_inverse_depth)}};
+}
+
 }  // namespace
 
 int inspect_verb(const Options& options) {
     if (options.job.input.empty())
-        return fail(Status(StatusCode::usage, "inspect: give a frame or pattern"));
+        return fail(Status(StatusCode::usage, "inspect: give a frame, a pattern or a folder"));
+    std::error_code error;
+    if (std::filesystem::is_directory(options.job.input, error))
+        return inspect_folder(options.job.input, options.json);
     auto settings = run_settings_of(options);
     if (!settings.ok()) return fail(settings.status());
     io::set_exr_threads(threads_of(options));
@@ -206,6 +248,8 @@ int inspect_verb(const Options& options) {
             *header, sequence::planes_of(*header, wanted), io::Keep::all, header->window.height()));
         sequence::add_findings(json, source->description.bounds, source->health,
                                source->surface_health);
+        if (source->description.planes.has(Role::inverse_depth))
+            json["frame"]["distance"] = distances(source->description.bounds);
         if (!options.json) {
             std::fputs(printable(source->match.text() + "\n", Lines::keep).c_str(), stdout);
             for (const char* key : {"frame", "bounds", "health"}) print_values(json[key]);

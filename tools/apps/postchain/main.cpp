@@ -100,7 +100,8 @@ int command(int argc, char** argv) {
     add_settings(*inspect, job, sequence::kInputGroup, &options.job);
     inspect->add_flag("--json", options.json, "one JSON object per frame");
     inspect->get_option("--input")->required(false);
-    inspect->add_option("IN", options.job.input, "frame or pattern, as for --input");
+    inspect->add_option("IN", options.job.input,
+                        "frame or pattern, as for --input; or a folder: the sequences in it");
 
     CLI::App* diff_app =
         app.add_subcommand("diff", "error metrics of an image or sequence against a reference");

@@ -176,6 +176,9 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                .help = "output frames: out.####.exr",
                .group = kOutputGroup,
                .required = true})
+        .boolean(
+            "mkdir", &JobSettings::mkdir,
+            {.help = "make the folder of the outputs where it is not there", .group = kOutputGroup})
         .choice("on_existing", &JobSettings::on_existing, {"fail", "overwrite", "skip"},
                 {.help = "when the output exists; skip: only one made by the same chain from "
                          "the same input",
@@ -246,6 +249,7 @@ Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& 
         if (!output.ok()) return output.status().at(option_name("output"));
         settings.output = std::move(*output);
     }
+    settings.make_folder = job.mkdir;
     settings.on_existing = job.on_existing;
     settings.missing = job.missing;
     settings.on_error = job.on_error;

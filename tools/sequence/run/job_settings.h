@@ -32,6 +32,7 @@ struct JobSettings {
 
     std::string chunk;
     std::string output;
+    bool mkdir = false;
     io::OnExisting on_existing = io::OnExisting::fail;
     MissingPolicy missing = MissingPolicy::error;
     ErrorPolicy on_error = ErrorPolicy::stop;

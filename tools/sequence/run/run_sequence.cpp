@@ -166,6 +166,20 @@ class FilterJob final : public FrameJob {
     const std::string& renderer_;
 };
 
+// The folder of the outputs.
+Status have_folder(const RunSettings& settings) {
+    const std::string folder = settings.output.folder();
+    std::error_code error;
+    if (fs::is_directory(folder, error)) return Status();
+    if (fs::exists(folder, error)) return Status(StatusCode::output, folder + ": is not a folder");
+    if (!settings.make_folder)
+        return Status(StatusCode::output,
+                      folder + ": folder does not exist; make it first, or with --mkdir");
+    fs::create_directories(folder, error);
+    if (!error) return Status();
+    return Status(StatusCode::output, folder + ": cannot be made: " + error.message());
+}
+
 }  // namespace
 
 Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& settings, Executor& executor,
@@ -180,12 +194,7 @@ Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& settings,
     if (settings.on_error == ErrorPolicy::stop)
         if (Status status = files.check_existing(); !status.ok()) return status;
     std::error_code error;
-    const std::string folder = settings.output.folder();
-    if (!fs::is_directory(folder, error))
-        return Status(
-            StatusCode::output,
-            folder + (fs::exists(folder, error) ? ": is not a folder"
-                                                : ": folder does not exist; make it first"));
+    if (Status status = have_folder(settings); !status.ok()) return status;
     files.remove_left_temporaries();
     if (!settings.dump_folder.empty()) {
         fs::create_directories(settings.dump_folder, error);

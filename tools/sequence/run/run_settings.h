@@ -26,6 +26,7 @@ struct RunSettings {
     std::optional<io::FrameRange> frames;     // none: all on disk
     io::Chunk chunk;                          // of the frames, the part that is run
     io::PathPattern output;
+    bool make_folder = false;  // the folder of the output, and those above it
     SourceSettings source;
     PlanOptions plan;
     io::OnExisting on_existing = io::OnExisting::fail;

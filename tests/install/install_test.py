@@ -157,6 +157,16 @@ def examples(options):
         assert shared == ("static" not in program.name), f"{program}: shared is {shared}"
 
 
+def samples(options):
+    """The programs to copy from build alone, against the installed tree."""
+    for name in ("glfw", "ogre"):
+        folder = options.prefix / "samples" / name
+        call("cmake", "-S", ROOT / "tools" / "samples" / name, "-B", folder,
+             f"-DCMAKE_PREFIX_PATH={options.prefix}")
+        call("cmake", "--build", folder, "-j", "2")
+        assert "libpostchain.so" in call("ldd", folder / f"{name}_host"), name
+
+
 FAKE_MODULE = """
 struct calls { const char* version; };
 const struct calls* postchain_picture_calls(void) {
@@ -234,7 +244,7 @@ def packages(options):
 
 def main():
     checks = {check.__name__: check for check in (tree, headers, symbols, needed, examples,
-                                                  command, packages)}
+                                                  samples, command, packages)}
     parser = argparse.ArgumentParser()
     parser.add_argument("check", choices=checks)
     parser.add_argument("--build", type=pathlib.Path, required=True)

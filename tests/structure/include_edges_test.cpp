@@ -24,7 +24,7 @@ const fs::path kRoot = POSTCHAIN_SOURCE_DIR;
 const std::vector<std::vector<std::string>>& layers() {
     static const std::vector<std::vector<std::string>> order = {
         {"shaders"},        {"chain"},         {"passes", "config"},
-        {"tools/sequence"}, {"tools/measure"}, {"tools/apps"},
+        {"tools/sequence"}, {"tools/measure"}, {"tools/apps", "tools/samples"},
     };
     return order;
 }
@@ -33,7 +33,7 @@ const std::vector<std::vector<std::string>>& layers() {
 // What is in none of the lists is the standard library and the system.
 const Edges& allowed_libraries() {
     static const Edges edges = {
-        {"epoxy", {"chain", "tools/measure/scenes"}},
+        {"epoxy", {"chain", "tools/measure/scenes", "tools/samples"}},
         {"glm", {"shaders", "chain/guest", "tools/measure/scenes"}},
         {"OpenEXR", {"tools/sequence/io", "tools/apps"}},
         {"Imath", {"tools/sequence/io"}},
@@ -101,6 +101,10 @@ std::vector<Include> read_includes(const fs::path& file) {
         if (include.quoted && !fs::exists(kRoot / include.target) &&
             fs::exists(kRoot / "shaders" / include.target))
             include.target = "shaders/" + include.target;
+        // A sample builds outside this tree too, and names what lies beside it by its name alone.
+        if (include.quoted && is_in(include.from(), "tools/samples") &&
+            fs::exists(file.parent_path() / include.target))
+            include.target = include.from() + "/" + include.target;
         found.push_back(std::move(include));
     }
     return found;
@@ -135,6 +139,8 @@ std::string fault_of(const Include& include) {
     if (depth < 0) return "includes \"" + include.target + "\", which lies in no layer";
     if (depth > height) return from + " may not include what is above it: " + include.target;
     if (depth == height && from != to) return from + " and " + to + " may not know each other";
+    if (from == "tools/samples" && include.from() != include.to())
+        return "a sample builds alone, with what is installed: " + include.target;
     if (is_another_pass(include.from(), include.to()))
         return include.from() + " may not know another pass: " + include.target;
     return "";
@@ -272,6 +278,9 @@ TEST(IncludeEdges, FaultsAreSeen) {
     EXPECT_TRUE(is_fault("chain/plan.cpp", "yaml-cpp/yaml.h", false));
     EXPECT_TRUE(is_fault("tools/sequence/io/a.cpp", "tools/measure/metrics/flip.h", true));
     EXPECT_TRUE(is_fault("tools/nowhere/a.cpp", "chain/plan.h", true));
+    EXPECT_TRUE(is_fault("tools/samples/ogre/a.cpp", "chain/guest/postchain.h", true));
+    EXPECT_TRUE(is_fault("tools/samples/ogre/a.cpp", "tools/samples/glfw/a.h", true));
+    EXPECT_FALSE(is_fault("tools/samples/ogre/a.cpp", "tools/samples/ogre/a.h", true));
     EXPECT_FALSE(is_fault("passes/fxaa/fxaa.cpp", "chain/pass.h", true));
     EXPECT_FALSE(is_fault("passes/fxaa/fxaa.cpp", "passes/common/warp.h", true));
     EXPECT_FALSE(is_fault("tools/apps/postchain/run.cpp", "tools/sequence/io/sequence.h", true));

@@ -1,0 +1,28 @@
+// Ground truth that OGRE draws itself: the scene of the sample at many times within the shutter and
+// from many points of the lens, and their mean.
+#pragma once
+
+#include "chain/image.h"
+#include "tools/samples/ogre/host.h"
+
+namespace postchain {
+
+struct TruthSettings {
+    int samples = 256;
+    double frame = 0;
+    bool shutter = false,
+         lens = false;        // what is sampled; else the frame's time, the lens's middle
+    int blades = 0;           // corners of the aperture; below 3: a disc
+    double rotation_deg = 0;  // of the first corner, against 180 / blades from the right
+    float lens_sign = 1;      // -1: a lens that is turned by half a turn, for mutants
+};
+
+// Scene-linear RGBA, row 0 at the top. The host's chain must be off.
+ImageF draw_truth(host::Host& host, const TruthSettings& settings);
+
+// The whole of a texture: RGBA, or depth alone; rows as they are stored.
+ImageF read_texture(const Ogre::TexturePtr& texture);
+// The window with the overlay, 8 bits a channel, RGB, row 0 at the top.
+Image<unsigned char> read_window(host::Host& host);
+
+}  // namespace postchain

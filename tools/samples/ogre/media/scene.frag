@@ -1,0 +1,17 @@
+#version 450 core
+// Scene-linear color and velocity. Depth is the depth buffer's.
+uniform sampler2D image;
+uniform float glow;  // 0: lit; else the surface shines, so bright
+
+in vec2 uv;
+in vec3 facing;
+in vec3 here, there;
+layout(location = 0) out vec4 color;
+layout(location = 1) out vec2 velocity;  // this frame minus previous, in normalized device coordinates
+
+void main() {
+    float light = 0.45 + 0.75 * max(dot(normalize(facing), normalize(vec3(0.4, 0.7, 0.6))), 0.0);
+    vec3 surface = texture(image, uv).rgb;
+    color = vec4(glow > 0.0 ? glow * vec3(1.0, 0.8, 0.5) : light * surface, 1.0);
+    velocity = here.xy / here.z - there.xy / there.z;
+}

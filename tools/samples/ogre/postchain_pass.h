@@ -1,0 +1,63 @@
+// postchain as a pass of OGRE's compositor. In a script:
+//
+//   pass render_custom postchain { input 0 scene 0  input 1 scene 1  input 2 scene 2 }
+//
+// where the inputs are color, velocity and depth. It filters color in place.
+#pragma once
+#include <Ogre.h>
+#include <OgreCustomCompositionPass.h>
+#include <postchain/postchain.h>
+
+#include <functional>
+#include <string>
+
+namespace host {
+
+// What OGRE's camera does not know. Focal length and sensor follow from its field of view.
+struct Lens {
+    float f_stop = 1.4f;
+    float focus_distance = 4.2f;  // scene units
+    float sensor_width_mm = 36.0f;
+    float meters_per_unit = 0.1f;
+    float shutter_frames = 0.5f;
+
+    float focal_length_mm(const Ogre::Camera& camera) const;
+};
+
+class PostchainPass : public Ogre::CustomCompositionPass {
+  public:
+    // Registers itself as "postchain", before scripts are parsed that use it.
+    PostchainPass();
+    // With the GL context current, as it is until OGRE's root is shut down.
+    ~PostchainPass() override;
+    PostchainPass(const PostchainPass&) = delete;
+    PostchainPass& operator=(const PostchainPass&) = delete;
+
+    // Takes the chain over; null: the picture stays as it is.
+    void set_chain(pc_chain* chain);
+
+    Lens lens;
+    bool camera_cut = false;  // the velocity of the next frame is not used
+    Ogre::TexturePtr output;  // none: color itself
+    // Called with each frame's description: what else a host says of it (bounds, debug_view).
+    std::function<void(pc_frame&)> adjust;
+    const std::string& error() const { return error_; }  // of the last frame; empty = none
+    const pc_frame& frame() const { return frame_; }     // the last frame, as it was described
+    pc_instance* instance() const { return instance_; }  // null before the first frame
+
+    Ogre::CompositorInstance::RenderSystemOperation* createOperation(
+        Ogre::CompositorInstance* compositor, const Ogre::CompositionPass* pass) override;
+
+  private:
+    class Operation;
+    void run(const Ogre::TexturePtr& color, const Ogre::TexturePtr& velocity,
+             const Ogre::TexturePtr& depth, const Ogre::Camera& camera);
+    bool start();
+
+    pc_instance* instance_ = nullptr;
+    pc_chain* chain_ = nullptr;
+    pc_frame frame_ = {};
+    std::string error_;
+};
+
+}  // namespace host

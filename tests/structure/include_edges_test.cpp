@@ -23,8 +23,13 @@ const fs::path kRoot = POSTCHAIN_SOURCE_DIR;
 // From the bottom up; folders of one entry do not know each other.
 const std::vector<std::vector<std::string>>& layers() {
     static const std::vector<std::vector<std::string>> order = {
-        {"shaders"},        {"chain"},         {"passes", "config"},
-        {"tools/sequence"}, {"tools/measure"}, {"tools/apps", "tools/samples"},
+        {"shaders"},
+        {"chain"},
+        {"passes", "config"},
+        {"tools/sequence"},
+        {"tools/measure"},
+        {"tools/service"},
+        {"tools/apps", "tools/samples"},
     };
     return order;
 }
@@ -45,7 +50,8 @@ const Edges& allowed_libraries() {
         {"spdlog", {"tools/apps"}},
         {"GLFW", {}},
         {"httplib.h", {}},
-        {"sqlite3.h", {}},
+        {"sqlite3.h", {"tools/service/store"}},
+        {"prometheus", {"tools/service/work"}},
         {"imgui.h", {}},
         {"gtest", {}},
         {"gmock", {}},

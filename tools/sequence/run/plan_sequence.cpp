@@ -1,0 +1,46 @@
+#include "tools/sequence/run/plan_sequence.h"
+
+#include "chain/plan_print.h"
+#include "tools/sequence/run/plan_warnings.h"
+#include "tools/sequence/run/sequence_reader.h"
+
+namespace postchain::sequence {
+
+Status plan_sequence(const Chain& chain, const RunSettings& settings, const PlanVisitor& visitor) {
+    auto list = io::find_frames(settings.input, settings.frames);
+    if (!list.ok()) return list.status();
+    SequenceReader reader(settings.source, settings.input, [&](const FrameHeader& header) {
+        return planes_needed(chain, settings.source, header, settings.plan);
+    });
+    const auto plan_of = [&](int frame, PlannedFrame& planned) -> Result<Plan> {
+        const auto files = list->files.find(frame);
+        if (files == list->files.end())
+            return Status(StatusCode::input,
+                          settings.input.color().format(frame) + ": frame is not on disk");
+        auto inputs = reader.open(frame, files->second);
+        if (!inputs.ok()) return inputs.status();
+        auto source = reader.read(*inputs);
+        if (!source.ok()) return source.status();
+        planned.warnings = source->warnings;
+        auto plan = plan_source_frame(chain, *source, settings.plan);
+        if (!plan.ok()) return plan;
+        for (auto& warning : plan_warnings(chain, *plan, *source))
+            planned.warnings.push_back(std::move(warning));
+        planned.memory = memory_of(*inputs, *plan, list->frames.size());
+        return plan;
+    };
+    for (int frame : list->frames) {
+        PlannedFrame planned{frame, Status(StatusCode::internal, "not planned"), {}, {}};
+        planned.plan = plan_of(frame, planned);
+        if (!visitor(planned)) break;
+    }
+    return Status();
+}
+
+io::Json planned_json(const PlannedFrame& planned, const std::optional<Seconds>& seconds) {
+    io::Json json = io::Json::parse(plan_as_json(*planned.plan));
+    json["estimate"] = estimate_json(planned.memory, seconds);
+    return json;
+}
+
+}  // namespace postchain::sequence

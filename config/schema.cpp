@@ -22,7 +22,9 @@ const char* json_type(ParameterType type) {
     return text ? "string" : name_of(type);
 }
 
-void write_row(JsonWriter& json, const Parameter& row) {
+}  // namespace
+
+void write_row_schema(JsonWriter& json, const Parameter& row) {
     json.begin_object();
     json.field("description", description_of(row));
     json.key("type");
@@ -55,6 +57,8 @@ void write_row(JsonWriter& json, const Parameter& row) {
     json.end_object();
 }
 
+namespace {
+
 // Both given, neither null.
 void write_exclusion(JsonWriter& json, const Parameter& row, const Parameter& other) {
     json.begin_object();
@@ -86,7 +90,7 @@ void write_table(JsonWriter& json, const ParameterTable& table, const std::strin
     json.key("properties").begin_object();
     for (const auto& row : table.rows()) {
         json.key(row.key);
-        write_row(json, row);
+        write_row_schema(json, row);
     }
     json.end_object();
     bool any = false;

@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "chain/json_writer.h"
 #include "chain/pass.h"
 
 namespace postchain {
@@ -11,5 +12,8 @@ namespace postchain {
 // JSON Schema (draft 2020-12) of a chain file, indented. Two rules of the parser have no word in
 // it: `excludes` and numbers written in a forbidden form.
 std::string chain_schema(const PassRegistry& registry);
+
+// The schema of one row's value, after its key has been written.
+void write_row_schema(JsonWriter& json, const Parameter& row);
 
 }  // namespace postchain

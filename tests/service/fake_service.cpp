@@ -8,19 +8,6 @@
 
 namespace postchain::service {
 
-const char* name_of(JobKind kind) {
-    constexpr const char* kNames[] = {"run", "ab", "bench"};
-    return kNames[size_t(kind)];
-}
-const char* name_of(JobState state) {
-    constexpr const char* kNames[] = {"queued", "running", "done", "failed", "canceled"};
-    return kNames[size_t(state)];
-}
-const char* name_of(FrameState state) {
-    constexpr const char* kNames[] = {"waiting", "written", "skipped", "missing", "set_aside"};
-    return kNames[size_t(state)];
-}
-
 namespace {
 
 using Json = nlohmann::ordered_json;

@@ -19,8 +19,11 @@ class Roots {
     // byte, longer than PATH_MAX, a part longer than NAME_MAX. The message holds `path` as given
     // and nothing else of the file system.
     Result<std::string> resolve(const std::string& path) const;
-    // "shots/a.0001.exr" of an absolute path in a root: what answers show.
+    // "shots/a.0001.exr" of an absolute path in the first root: what answers show. Of another root
+    // the whole path, which names the same file when it is given back.
     std::string shown(const std::string& path) const;
+    // The same of every path in a message.
+    std::string shown_in(std::string text) const;
 
     const std::vector<std::string>& folders() const { return folders_; }
 

@@ -14,13 +14,12 @@
 #include <functional>
 #include <memory>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "chain/pass.h"
 #include "chain/status.h"
-#include "config/diagnostic.h"
 #include "tools/service/store/job.h"
+#include "tools/service/work/problem.h"
 #include "tools/service/work/roots.h"
 
 namespace postchain::service {
@@ -34,25 +33,6 @@ struct ServiceSettings {
     int attempts = 3;             // of a frame, before it is set aside
     std::string version;          // of the command, for metadata
 };
-
-// Why something that was asked for is not done. http/ makes problem+json of it.
-struct Problem {
-    enum class Kind {
-        invalid,      // 422: the text is no job, plan or chain; `diagnostics` has every fault
-        not_found,    // 404: no such job, report or frame
-        conflict,     // 409: the job's state does not allow it, or the key is another job's
-        forbidden,    // 403: a path outside the roots
-        busy,         // 429: the queue is full; `retry_after_s`
-        unavailable,  // 503: draining, or no GL
-        internal,     // 500
-    };
-    Kind kind = Kind::internal;
-    std::string detail;       // one sentence, with the remedy; no path outside the roots
-    Diagnostics diagnostics;  // file, line, column, path, message: as the command prints them
-    int retry_after_s = 0;
-};
-template <class T>
-using Answer = std::variant<T, Problem>;
 
 struct Picture {
     std::string type;  // "image/png", "image/x-exr"

@@ -1,0 +1,665 @@
+#include "tools/service/store/job_store.h"
+
+#include <sqlite3.h>
+
+#include <charconv>
+#include <chrono>
+
+#include "tools/sequence/io/json.h"
+
+namespace postchain::service {
+namespace {
+
+constexpr int64_t kApplication = 0x70634a53;  // "pcJS"
+constexpr int64_t kVersion = 1;
+
+constexpr const char* kTables = R"sql(
+CREATE TABLE jobs(
+  id INTEGER PRIMARY KEY AUTOINCREMENT, kind TEXT NOT NULL, state TEXT NOT NULL,
+  priority INTEGER NOT NULL, body TEXT NOT NULL, key TEXT NOT NULL, message TEXT NOT NULL DEFAULT '',
+  created_ms INTEGER NOT NULL, started_ms INTEGER NOT NULL DEFAULT 0,
+  ended_ms INTEGER NOT NULL DEFAULT 0, frames INTEGER NOT NULL DEFAULT 0,
+  done INTEGER NOT NULL DEFAULT 0, failed INTEGER NOT NULL DEFAULT 0,
+  exit_code INTEGER NOT NULL DEFAULT 0, verdict TEXT NOT NULL DEFAULT '',
+  begun INTEGER NOT NULL DEFAULT 0, attempts INTEGER NOT NULL DEFAULT 0);
+CREATE UNIQUE INDEX jobs_key ON jobs(key) WHERE key <> '';
+CREATE INDEX jobs_queue ON jobs(state, priority DESC, id);
+CREATE TABLE frames(
+  job INTEGER NOT NULL REFERENCES jobs(id) ON DELETE CASCADE, place INTEGER NOT NULL,
+  frame INTEGER NOT NULL, state TEXT NOT NULL, attempts INTEGER NOT NULL DEFAULT 0,
+  begun INTEGER NOT NULL DEFAULT 0, in_flight INTEGER NOT NULL DEFAULT 0,
+  alone INTEGER NOT NULL DEFAULT 0, output TEXT NOT NULL, message TEXT NOT NULL DEFAULT '',
+  filter_ms REAL NOT NULL DEFAULT 0, sidecar TEXT NOT NULL DEFAULT '',
+  PRIMARY KEY(job, frame)) WITHOUT ROWID;
+CREATE TABLE events(
+  id INTEGER PRIMARY KEY AUTOINCREMENT, job INTEGER NOT NULL REFERENCES jobs(id) ON DELETE CASCADE,
+  time_ms INTEGER NOT NULL, type TEXT NOT NULL, data TEXT NOT NULL);
+CREATE INDEX events_job ON events(job, id);
+)sql";
+
+constexpr const char* kJob =
+    "SELECT id, kind, state, priority, body, message, created_ms, started_ms, ended_ms, frames, "
+    "done, failed, exit_code, verdict FROM jobs ";
+constexpr const char* kFrame =
+    "SELECT frame, state, attempts, output, message, filter_ms, sidecar FROM frames ";
+
+int64_t now_ms() {
+    using namespace std::chrono;
+    return duration_cast<milliseconds>(system_clock::now().time_since_epoch()).count();
+}
+
+// Of an id as it is shown; 0 is no job's.
+int64_t number_of(const std::string& id) {
+    int64_t number = 0;
+    const char* end = id.data() + id.size();
+    const auto parsed = std::from_chars(id.data(), end, number);
+    const bool good = parsed.ec == std::errc() && parsed.ptr == end && number > 0;
+    return good && std::to_string(number) == id ? number : 0;
+}
+
+template <class Enum>
+Enum named(const std::string& name, std::initializer_list<Enum> all) {
+    for (const Enum one : all)
+        if (name == name_of(one)) return one;
+    return *all.begin();
+}
+
+JobState state_of(const std::string& name) {
+    return named(name, {JobState::failed, JobState::queued, JobState::running, JobState::done,
+                        JobState::canceled});
+}
+
+Job job_of(const Statement& row) {
+    Job job;
+    job.id = row.text(0);
+    job.kind = named(row.text(1), {JobKind::run, JobKind::ab, JobKind::bench});
+    job.state = state_of(row.text(2));
+    job.priority = int(row.integer(3));
+    job.body = row.text(4);
+    job.message = row.text(5);
+    job.created_ms = row.integer(6);
+    job.started_ms = row.integer(7);
+    job.ended_ms = row.integer(8);
+    job.frames = int(row.integer(9));
+    job.done = int(row.integer(10));
+    job.failed = int(row.integer(11));
+    job.exit_code = int(row.integer(12));
+    job.verdict = row.text(13);
+    return job;
+}
+
+JobFrame frame_of(const Statement& row) {
+    JobFrame frame;
+    frame.frame = int(row.integer(0));
+    frame.state = named(row.text(1), {FrameState::waiting, FrameState::written, FrameState::skipped,
+                                      FrameState::missing, FrameState::set_aside});
+    frame.attempts = int(row.integer(2));
+    frame.output = row.text(3);
+    frame.message = row.text(4);
+    frame.filter_ms = row.number(5);
+    frame.sidecar = row.text(6);
+    return frame;
+}
+
+// Of the exception now being handled.
+Status status_of(const std::string& path) {
+    try {
+        throw;
+    } catch (const SqlError& error) {
+        const int kind = error.code & 0xff;
+        if (kind == SQLITE_BUSY || kind == SQLITE_LOCKED)
+            return Status(StatusCode::output, path +
+                                                  ": another service has this store; end it, or "
+                                                  "name another file");
+        if (kind == SQLITE_NOTADB)
+            return Status(StatusCode::output,
+                          path + ": is no store of jobs; name another file for the store");
+        if (kind == SQLITE_CORRUPT)
+            return Status(StatusCode::output,
+                          path + ": the store is damaged (" + error.message +
+                              "); move it away, and the service begins a new one");
+        if (kind == SQLITE_FULL)
+            return Status(StatusCode::output, path + ": no room on the disk; nothing was changed");
+        return Status(StatusCode::output, path + ": the store cannot be used: " + error.message);
+    } catch (const Status& refused) {
+        return refused;
+    } catch (...) {
+        return status_of_exception(path);
+    }
+}
+
+constexpr const char* kEnded = "state IN ('done', 'failed', 'canceled')";
+
+void count_frames(Database& database, int64_t job) {
+    Statement(database,
+              "UPDATE jobs SET frames = (SELECT COUNT(*) FROM frames WHERE job = ?1), "
+              "done = (SELECT COUNT(*) FROM frames WHERE job = ?1 AND state IN ('written', "
+              "'skipped')), failed = (SELECT COUNT(*) FROM frames WHERE job = ?1 AND state IN "
+              "('missing', 'set_aside')) WHERE id = ?1")
+        .bind(job)
+        .run();
+}
+
+}  // namespace
+
+JobStore::JobStore(const std::string& path, int attempts)
+    : path_(path), attempts_(attempts), database_(path) {}
+
+template <class Work>
+Status JobStore::change(const Work& work) {
+    std::vector<Event> events;
+    try {
+        const std::lock_guard lock(mutex_);
+        said_.clear();
+        Transaction transaction(database_);
+        work();
+        transaction.commit();
+        events.swap(said_);
+    } catch (...) {
+        return status_of(path_);
+    }
+    const std::lock_guard lock(listener_mutex_);
+    if (listener_)
+        for (const Event& event : events) listener_(event);
+    return Status();
+}
+
+template <class T, class Work>
+Result<T> JobStore::look(const Work& work) const {
+    try {
+        const std::lock_guard lock(mutex_);
+        return T(work());
+    } catch (...) {
+        return status_of(path_);
+    }
+}
+
+Result<std::unique_ptr<JobStore>> JobStore::open(const std::string& path, int attempts) {
+    try {
+        std::unique_ptr<JobStore> store(new JobStore(path, attempts));
+        store->prepare();
+        if (Status status = store->change([&] { store->recover(); }); !status.ok()) return status;
+        if (Status status = store->change([&] { store->prune(); }); !status.ok()) return status;
+        return store;
+    } catch (...) {
+        return status_of(path);
+    }
+}
+
+void JobStore::prepare() {
+    // Before the first lock, so that it is kept until the end of the process.
+    database_.run("PRAGMA locking_mode = EXCLUSIVE");
+    database_.run("BEGIN EXCLUSIVE");
+    const bool empty = database_.number("SELECT COUNT(*) FROM sqlite_master") == 0;
+    const int64_t application = database_.number("PRAGMA application_id");
+    const int64_t version = database_.number("PRAGMA user_version");
+    database_.run("COMMIT");
+    if (!empty && application != kApplication)
+        throw Status(StatusCode::output,
+                     path_ + ": is a database of another program; name another file for the store");
+    if (version > kVersion)
+        throw Status(StatusCode::output,
+                     concat(path_, ": was made by a later version (store version ", version,
+                            ", this program reads up to ", kVersion,
+                            "); use that version, or name another file"));
+    if (!empty)
+        if (const std::string found = database_.text("PRAGMA quick_check(1)"); found != "ok")
+            throw SqlError{SQLITE_CORRUPT, found};
+    database_.run("PRAGMA journal_mode = WAL");
+    database_.run("PRAGMA synchronous = FULL");
+    database_.run("PRAGMA foreign_keys = ON");
+    if (!empty) return;
+    Transaction transaction(database_);
+    database_.run(kTables);
+    database_.run(concat("PRAGMA application_id = ", kApplication).c_str());
+    database_.run(concat("PRAGMA user_version = ", kVersion).c_str());
+    transaction.commit();
+}
+
+void JobStore::add_event(const std::string& id, const std::string& type, const std::string& data) {
+    Event event{0, id, now_ms(), type, data};
+    Statement(database_, "INSERT INTO events(job, time_ms, type, data) VALUES(?, ?, ?, ?)")
+        .bind(number_of(id))
+        .bind(event.time_ms)
+        .bind(type)
+        .bind(data)
+        .run();
+    event.id = database_.last_id();
+    said_.push_back(std::move(event));
+}
+
+// What the last process was doing when it died.
+void JobStore::recover() {
+    std::vector<std::pair<int64_t, int>> found;  // jobs with their attempts
+    {
+        Statement jobs(database_, "SELECT id, attempts FROM jobs WHERE state = 'running'");
+        while (jobs.step()) found.emplace_back(jobs.integer(0), int(jobs.integer(1)));
+    }
+    for (const auto& [job, attempts] : found) {
+        const std::string id = std::to_string(job);
+        Statement flying(database_, "SELECT COUNT(*) FROM frames WHERE job = ? AND in_flight = 1");
+        flying.bind(job).step();
+        const int64_t in_flight = flying.integer(0);
+        // Of several frames in flight one may have killed the process, and the attempt is
+        // nobody's; they go on alone. One that was alone has done it, or stood there when it came.
+        if (in_flight > 1)
+            Statement(database_,
+                      "UPDATE frames SET attempts = attempts - 1 WHERE job = ? AND in_flight = 1")
+                .bind(job)
+                .run();
+        std::vector<int> given_up;
+        {
+            Statement frames(database_,
+                             "SELECT frame FROM frames WHERE job = ? AND in_flight = 1 AND "
+                             "attempts >= ?");
+            frames.bind(job).bind(attempts_);
+            while (frames.step()) given_up.push_back(int(frames.integer(0)));
+        }
+        for (const int frame : given_up) {
+            const std::string message = concat(
+                "the process died while it worked on this frame "
+                "alone, and it had its ",
+                attempts_, " attempts");
+            Statement(database_,
+                      "UPDATE frames SET state = 'set_aside', message = ? WHERE job = ? AND frame "
+                      "= ?")
+                .bind(message)
+                .bind(job)
+                .bind(frame)
+                .run();
+            add_event(id, "set_aside", io::json_text({{"frame", frame}, {"message", message}}));
+        }
+        count_frames(database_, job);
+        if (in_flight == 0 && attempts >= attempts_) {
+            const std::string message =
+                concat("the process died ", attempts, " times while it worked on this job");
+            Statement(database_,
+                      "UPDATE jobs SET state = 'failed', exit_code = 1, message = ?, ended_ms = ? "
+                      "WHERE id = ?")
+                .bind(message)
+                .bind(now_ms())
+                .bind(job)
+                .run();
+            add_event(id, "failed", io::json_text({{"message", message}}));
+            continue;
+        }
+        Statement(database_, "UPDATE jobs SET state = 'queued', attempts = ? WHERE id = ?")
+            .bind(in_flight > 0 ? 0 : attempts)
+            .bind(job)
+            .run();
+        add_event(id, "requeued", io::json_text({{"why", "the process ended"}}));
+    }
+    database_.run("UPDATE frames SET in_flight = 0, alone = 1 WHERE in_flight = 1");
+}
+
+void JobStore::prune() {
+    int64_t jobs = 0, frames = 0;
+    std::vector<int64_t> old;
+    {
+        Statement ended(database_, concat("SELECT id, frames FROM jobs WHERE ", kEnded,
+                                          " ORDER BY ended_ms DESC, id DESC")
+                                       .c_str());
+        while (ended.step()) {
+            ++jobs;
+            frames += ended.integer(1);
+            // The newest stays, however large.
+            if (jobs > 1 && (jobs > kMaxEndedJobs || frames > kMaxEndedFrames))
+                old.push_back(ended.integer(0));
+        }
+    }
+    for (const int64_t job : old)
+        Statement(database_, "DELETE FROM jobs WHERE id = ?").bind(job).run();
+    Statement(database_, concat("DELETE FROM events WHERE id <= (SELECT MAX(id) FROM events) - ? "
+                                "AND job IN (SELECT id FROM jobs WHERE ",
+                                kEnded, ")")
+                             .c_str())
+        .bind(kMaxEvents)
+        .run();
+}
+
+Result<Added> JobStore::add(JobKind kind, const std::string& body, int priority,
+                            const std::string& key, size_t max_queue) {
+    Added added;
+    const Status status = change([&] {
+        if (!key.empty()) {
+            Statement same(database_, concat(kJob, "WHERE key = ?").c_str());
+            if (same.bind(key).step()) {
+                added.job = job_of(same);
+                added.what = added.job.body == body ? Added::What::same : Added::What::other_body;
+                return;
+            }
+        }
+        if (uint64_t(database_.number("SELECT COUNT(*) FROM jobs WHERE state = 'queued'")) >=
+            max_queue) {
+            added.what = Added::What::full;
+            return;
+        }
+        Statement(database_,
+                  "INSERT INTO jobs(kind, state, priority, body, key, created_ms) VALUES(?, "
+                  "'queued', ?, ?, ?, ?)")
+            .bind(name_of(kind))
+            .bind(priority)
+            .bind(body)
+            .bind(key)
+            .bind(now_ms())
+            .run();
+        const std::string id = std::to_string(database_.last_id());
+        add_event(id, "queued", io::json_text({{"kind", name_of(kind)}, {"priority", priority}}));
+        Statement made(database_, concat(kJob, "WHERE id = ?").c_str());
+        made.bind(number_of(id)).step();
+        added.job = job_of(made);
+    });
+    if (!status.ok()) return status;
+    return added;
+}
+
+Result<std::optional<Job>> JobStore::job(const std::string& id) const {
+    return look<std::optional<Job>>([&]() -> std::optional<Job> {
+        Statement found(database_, concat(kJob, "WHERE id = ?").c_str());
+        if (!found.bind(number_of(id)).step()) return std::nullopt;
+        return job_of(found);
+    });
+}
+
+Result<std::optional<Job>> JobStore::job_of_key(const std::string& key) const {
+    return look<std::optional<Job>>([&]() -> std::optional<Job> {
+        Statement found(database_, concat(kJob, "WHERE key = ? AND key <> ''").c_str());
+        if (!found.bind(key).step()) return std::nullopt;
+        return job_of(found);
+    });
+}
+
+Result<std::vector<Job>> JobStore::jobs(const std::string& state, const std::string& before,
+                                        size_t limit) const {
+    return look<std::vector<Job>>([&] {
+        std::vector<Job> jobs;
+        Statement found(database_, concat(kJob,
+                                          "WHERE (?1 = '' OR state = ?1) AND (?2 = 0 OR id < ?2) "
+                                          "ORDER BY id DESC LIMIT ?3")
+                                       .c_str());
+        // A text that is no id has nothing before it.
+        found.bind(state).bind(before.empty() ? 0 : std::max<int64_t>(number_of(before), 1));
+        found.bind(int64_t(limit));
+        while (found.step()) jobs.push_back(job_of(found));
+        return jobs;
+    });
+}
+
+Result<std::vector<JobFrame>> JobStore::frames(const std::string& id) const {
+    return look<std::vector<JobFrame>>([&] {
+        std::vector<JobFrame> frames;
+        Statement found(database_, concat(kFrame, "WHERE job = ? ORDER BY place").c_str());
+        found.bind(number_of(id));
+        while (found.step()) frames.push_back(frame_of(found));
+        return frames;
+    });
+}
+
+Result<std::optional<JobFrame>> JobStore::frame(const std::string& id, int frame) const {
+    return look<std::optional<JobFrame>>([&]() -> std::optional<JobFrame> {
+        Statement found(database_, concat(kFrame, "WHERE job = ? AND frame = ?").c_str());
+        if (!found.bind(number_of(id)).bind(frame).step()) return std::nullopt;
+        return frame_of(found);
+    });
+}
+
+Result<std::vector<Event>> JobStore::events(const std::string& id, int64_t after,
+                                            size_t limit) const {
+    return look<std::vector<Event>>([&] {
+        std::vector<Event> events;
+        Statement found(database_, id.empty()
+                                       ? "SELECT id, job, time_ms, type, data FROM events WHERE "
+                                         "?1 = 0 AND id > ?2 ORDER BY id LIMIT ?3"
+                                       : "SELECT id, job, time_ms, type, data FROM events WHERE "
+                                         "job = ?1 AND id > ?2 ORDER BY id LIMIT ?3");
+        found.bind(id.empty() ? 0 : number_of(id)).bind(after).bind(int64_t(limit));
+        while (found.step())
+            events.push_back(
+                {found.integer(0), found.text(1), found.integer(2), found.text(3), found.text(4)});
+        return events;
+    });
+}
+
+std::map<JobState, size_t> JobStore::counts() const {
+    const auto counts = look<std::map<JobState, size_t>>([&] {
+        std::map<JobState, size_t> found;
+        Statement states(database_, "SELECT state, COUNT(*) FROM jobs GROUP BY state");
+        while (states.step()) found[state_of(states.text(0))] = size_t(states.integer(1));
+        return found;
+    });
+    return counts.ok() ? *counts : std::map<JobState, size_t>();
+}
+
+void JobStore::on_event(std::function<void(const Event&)> listener) {
+    const std::lock_guard lock(listener_mutex_);
+    listener_ = std::move(listener);
+}
+
+Result<std::optional<Job>> JobStore::next(int above) const {
+    return look<std::optional<Job>>([&]() -> std::optional<Job> {
+        Statement found(database_, concat(kJob,
+                                          "WHERE state = 'queued' AND priority >= ? ORDER BY "
+                                          "priority DESC, id LIMIT 1")
+                                       .c_str());
+        if (!found.bind(above).step()) return std::nullopt;
+        return job_of(found);
+    });
+}
+
+Status JobStore::start(const std::string& id) {
+    return change([&] {
+        Statement(database_,
+                  "UPDATE jobs SET state = 'running', attempts = attempts + 1, started_ms = CASE "
+                  "started_ms WHEN 0 THEN ? ELSE started_ms END WHERE id = ? AND state = 'queued'")
+            .bind(now_ms())
+            .bind(number_of(id))
+            .run();
+        if (database_.changes() > 0) add_event(id, "started", "{}");
+    });
+}
+
+Status JobStore::enter_frames(const std::string& id, const std::vector<JobFrame>& frames) {
+    return change([&] {
+        int64_t place = 0;
+        for (const JobFrame& frame : frames)
+            Statement(database_,
+                      "INSERT OR IGNORE INTO frames(job, place, frame, state, output, message) "
+                      "VALUES(?, ?, ?, ?, ?, ?)")
+                .bind(number_of(id))
+                .bind(place++)
+                .bind(frame.frame)
+                .bind(name_of(frame.state))
+                .bind(frame.output)
+                .bind(frame.message)
+                .run();
+        Statement(database_, "UPDATE jobs SET begun = 1 WHERE id = ?").bind(number_of(id)).run();
+        count_frames(database_, number_of(id));
+        add_event(id, "frames", io::json_text({{"frames", frames.size()}}));
+    });
+}
+
+Result<std::vector<FrameToDo>> JobStore::to_do(const std::string& id) const {
+    return look<std::vector<FrameToDo>>([&] {
+        std::vector<FrameToDo> frames;
+        Statement found(database_,
+                        "SELECT frame, attempts, begun, alone FROM frames WHERE job = ? AND state "
+                        "= 'waiting' ORDER BY place");
+        found.bind(number_of(id));
+        while (found.step())
+            frames.push_back({int(found.integer(0)), int(found.integer(1)), found.integer(2) != 0,
+                              found.integer(3) != 0});
+        return frames;
+    });
+}
+
+Result<bool> JobStore::has_begun(const std::string& id) const {
+    return look<bool>([&] {
+        Statement found(database_, "SELECT begun FROM jobs WHERE id = ?");
+        return found.bind(number_of(id)).step() && found.integer(0) != 0;
+    });
+}
+
+Status JobStore::began(const std::string& id) {
+    return change([&] {
+        Statement(database_, "UPDATE jobs SET begun = 1 WHERE id = ?").bind(number_of(id)).run();
+    });
+}
+
+Status JobStore::frame_begins(const std::string& id, int frame) {
+    return change([&] {
+        Statement(database_,
+                  "UPDATE frames SET attempts = attempts + 1, begun = 1, in_flight = 1 WHERE job = "
+                  "? AND frame = ? AND state = 'waiting'")
+            .bind(number_of(id))
+            .bind(frame)
+            .run();
+    });
+}
+
+Status JobStore::frame_ends(const std::string& id, const FrameEnd& end) {
+    return change([&] {
+        const int64_t job = number_of(id);
+        Statement(database_,
+                  "UPDATE frames SET state = ?, in_flight = 0, alone = 0, message = ?, filter_ms = "
+                  "?, sidecar = ? WHERE job = ? AND frame = ? AND state = 'waiting'")
+            .bind(name_of(end.state))
+            .bind(end.message)
+            .bind(end.filter_ms)
+            .bind(end.sidecar)
+            .bind(job)
+            .bind(end.frame)
+            .run();
+        if (database_.changes() == 0) return;
+        const bool good = end.state == FrameState::written || end.state == FrameState::skipped;
+        Statement(database_, good
+                                 ? "UPDATE jobs SET attempts = 0, done = done + 1 WHERE id = ?"
+                                 : "UPDATE jobs SET attempts = 0, failed = failed + 1 WHERE id = ?")
+            .bind(job)
+            .run();
+        io::Json data = {{"frame", end.frame}, {"state", name_of(end.state)}};
+        if (!end.message.empty()) data["message"] = end.message;
+        if (end.state == FrameState::written) data["filter_ms"] = end.filter_ms;
+        Statement counts(database_, "SELECT frames, done, failed FROM jobs WHERE id = ?");
+        counts.bind(job).step();
+        data["frames"] = counts.integer(0);
+        data["done"] = counts.integer(1);
+        data["failed"] = counts.integer(2);
+        add_event(id, "frame", io::json_text(data));
+    });
+}
+
+Status JobStore::frame_fails(const std::string& id, int frame, const std::string& message) {
+    return change([&] {
+        const int64_t job = number_of(id);
+        Statement(database_,
+                  "UPDATE frames SET in_flight = 0, message = ?, state = CASE WHEN attempts >= ? "
+                  "THEN 'set_aside' ELSE 'waiting' END WHERE job = ? AND frame = ? AND state = "
+                  "'waiting'")
+            .bind(message)
+            .bind(attempts_)
+            .bind(job)
+            .bind(frame)
+            .run();
+        if (database_.changes() == 0) return;
+        Statement now(database_, "SELECT state, attempts FROM frames WHERE job = ? AND frame = ?");
+        now.bind(job).bind(frame).step();
+        const bool aside = now.text(0) == "set_aside";
+        Statement(database_, aside
+                                 ? "UPDATE jobs SET attempts = 0, failed = failed + 1 WHERE id = ?"
+                                 : "UPDATE jobs SET attempts = 0 WHERE id = ?")
+            .bind(job)
+            .run();
+        add_event(
+            id, aside ? "set_aside" : "frame_failed",
+            io::json_text({{"frame", frame}, {"attempts", now.integer(1)}, {"message", message}}));
+    });
+}
+
+Status JobStore::release(const std::string& id) {
+    return change([&] {
+        Statement(database_,
+                  "UPDATE frames SET attempts = MAX(attempts - 1, 0), in_flight = 0 WHERE job = ? "
+                  "AND in_flight = 1")
+            .bind(number_of(id))
+            .run();
+    });
+}
+
+Status JobStore::requeue(const std::string& id, const std::string& message) {
+    return change([&] {
+        Statement(database_,
+                  "UPDATE jobs SET state = 'queued', attempts = 0 WHERE id = ? AND state = "
+                  "'running'")
+            .bind(number_of(id))
+            .run();
+        if (database_.changes() > 0) add_event(id, "requeued", io::json_text({{"why", message}}));
+    });
+}
+
+Status JobStore::end(const Job& job) {
+    const Status status = change([&] {
+        Statement(database_,
+                  "UPDATE jobs SET state = ?, message = ?, exit_code = ?, verdict = ?, ended_ms = "
+                  "?, attempts = 0 WHERE id = ? AND state = 'running'")
+            .bind(name_of(job.state))
+            .bind(job.message)
+            .bind(job.exit_code)
+            .bind(job.verdict)
+            .bind(now_ms())
+            .bind(number_of(job.id))
+            .run();
+        if (database_.changes() == 0) return;
+        io::Json data = {{"exit_code", job.exit_code}};
+        if (!job.message.empty()) data["message"] = job.message;
+        if (!job.verdict.empty()) data["verdict"] = job.verdict;
+        add_event(job.id, name_of(job.state), io::json_text(data));
+    });
+    // What is not pruned now is pruned after the next job.
+    if (status.ok()) (void)change([&] { prune(); });
+    return status;
+}
+
+Result<bool> JobStore::cancel(const std::string& id) {
+    bool done = false;
+    const Status status = change([&] {
+        Statement(database_,
+                  "UPDATE jobs SET state = 'canceled', message = 'canceled', ended_ms = ? WHERE id "
+                  "= ? AND state IN ('queued', 'running')")
+            .bind(now_ms())
+            .bind(number_of(id))
+            .run();
+        done = database_.changes() > 0;
+        if (done) add_event(id, "canceled", "{}");
+    });
+    if (!status.ok()) return status;
+    return done;
+}
+
+Result<bool> JobStore::retry(const std::string& id) {
+    bool done = false;
+    const Status status = change([&] {
+        const int64_t job = number_of(id);
+        Statement(database_,
+                  "UPDATE jobs SET state = 'queued', message = '', exit_code = 0, verdict = '', "
+                  "ended_ms = 0, attempts = 0 WHERE id = ? AND state IN ('failed', 'canceled')")
+            .bind(job)
+            .run();
+        done = database_.changes() > 0;
+        if (!done) return;
+        Statement(database_,
+                  "UPDATE frames SET state = 'waiting', attempts = 0, message = '' WHERE job = ? "
+                  "AND state IN ('set_aside', 'missing', 'waiting')")
+            .bind(job)
+            .run();
+        count_frames(database_, job);
+        add_event(id, "requeued", io::json_text({{"why", "asked for"}}));
+    });
+    if (!status.ok()) return status;
+    return done;
+}
+
+Status JobStore::say(const std::string& id, const std::string& type, const std::string& data) {
+    return change([&] { add_event(id, type, data); });
+}
+
+}  // namespace postchain::service

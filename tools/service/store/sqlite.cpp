@@ -1,0 +1,121 @@
+#include "tools/service/store/sqlite.h"
+
+#include <sqlite3.h>
+
+#include <new>
+
+namespace postchain::service {
+namespace {
+
+[[noreturn]] void fail(sqlite3* handle, int code) {
+    if (code == SQLITE_NOMEM) throw std::bad_alloc();
+    throw SqlError{code, handle ? sqlite3_errmsg(handle) : sqlite3_errstr(code)};
+}
+
+void check(sqlite3* handle, int code) {
+    if (code != SQLITE_OK) fail(handle, code);
+}
+
+}  // namespace
+
+Database::Database(const std::string& path) {
+    const int flags =
+        SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_FULLMUTEX | SQLITE_OPEN_EXRESCODE;
+    const int code = sqlite3_open_v2(path.c_str(), &handle_, flags, nullptr);
+    if (code == SQLITE_OK) return;
+    const SqlError error{code, handle_ ? sqlite3_errmsg(handle_) : sqlite3_errstr(code)};
+    sqlite3_close_v2(handle_);
+    throw error;
+}
+
+Database::~Database() {
+    sqlite3_close_v2(handle_);
+}
+
+void Database::run(const char* sql) {
+    check(handle_, sqlite3_exec(handle_, sql, nullptr, nullptr, nullptr));
+}
+
+int64_t Database::number(const char* sql) {
+    Statement statement(*this, sql);
+    return statement.step() ? statement.integer(0) : 0;
+}
+
+std::string Database::text(const char* sql) {
+    Statement statement(*this, sql);
+    return statement.step() ? statement.text(0) : "";
+}
+
+int64_t Database::last_id() const {
+    return sqlite3_last_insert_rowid(handle_);
+}
+
+int Database::changes() const {
+    return sqlite3_changes(handle_);
+}
+
+Statement::Statement(Database& database, const char* sql) : database_(database) {
+    check(database.handle(), sqlite3_prepare_v2(database.handle(), sql, -1, &statement_, nullptr));
+}
+
+Statement::~Statement() {
+    sqlite3_finalize(statement_);
+}
+
+Statement& Statement::bind(int64_t value) {
+    check(database_.handle(), sqlite3_bind_int64(statement_, ++bound_, value));
+    return *this;
+}
+
+Statement& Statement::bind(double value) {
+    check(database_.handle(), sqlite3_bind_double(statement_, ++bound_, value));
+    return *this;
+}
+
+Statement& Statement::bind(std::string_view value) {
+    check(database_.handle(), sqlite3_bind_text64(statement_, ++bound_, value.data(), value.size(),
+                                                  SQLITE_TRANSIENT, SQLITE_UTF8));
+    return *this;
+}
+
+bool Statement::step() {
+    const int code = sqlite3_step(statement_);
+    if (code == SQLITE_ROW) return true;
+    if (code != SQLITE_DONE) fail(database_.handle(), code);
+    return false;
+}
+
+void Statement::run() {
+    while (step()) {
+    }
+}
+
+int64_t Statement::integer(int column) const {
+    return sqlite3_column_int64(statement_, column);
+}
+
+double Statement::number(int column) const {
+    return sqlite3_column_double(statement_, column);
+}
+
+std::string Statement::text(int column) const {
+    const auto* text = reinterpret_cast<const char*>(sqlite3_column_text(statement_, column));
+    return text ? std::string(text, size_t(sqlite3_column_bytes(statement_, column)))
+                : std::string();
+}
+
+Transaction::Transaction(Database& database) : database_(database) {
+    database_.run("BEGIN IMMEDIATE");
+}
+
+Transaction::~Transaction() {
+    // After some errors SQLite has undone it already; then this one does nothing.
+    if (open_) sqlite3_exec(database_.handle(), "ROLLBACK", nullptr, nullptr, nullptr);
+}
+
+void Transaction::commit() {
+    database_.run("COMMIT");
+    open_ = false;
+}
+
+}  // namespace postchain::service

@@ -1,0 +1,659 @@
+#include "tools/service/work/job_request.h"
+
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <functional>
+
+#include "chain/json_writer.h"
+#include "config/reporter.h"
+#include "config/schema.h"
+#include "tools/measure/experiment/experiment.h"
+#include "tools/measure/report/limits.h"
+#include "tools/sequence/io/aperture_file.h"
+#include "tools/sequence/run/memory.h"
+
+namespace postchain::service {
+
+namespace fs = std::filesystem;
+
+PathKind path_kind(const Parameter& row) {
+    if (row.type != ParameterType::text) return PathKind::none;
+    if (row.unit == "IN" || row.unit == "TRUTH") return PathKind::input;
+    if (row.unit == "OUT") return PathKind::output;
+    if (row.unit == "FILE" || row.unit == "DIR") return PathKind::file;
+    return row.key == "profile" ? PathKind::profile : PathKind::none;
+}
+
+namespace {
+
+// A word for a shipped thing, not a file.
+bool is_word(const std::string& text) {
+    return text.find_first_of("/.") == std::string::npos;
+}
+
+std::string joined_path(const std::string& folder, const std::string& name) {
+    return folder == "/" ? folder + name : folder + "/" + name;
+}
+
+// The pattern with its folder resolved; without a token the whole path.
+Result<io::PathPattern> resolve_pattern(const io::PathPattern& pattern, const Roots& roots) {
+    std::string path = pattern.text();
+    if (!pattern.has_token()) {
+        auto resolved = roots.resolve(path);
+        if (!resolved.ok()) return resolved.status();
+        return io::PathPattern::parse(*resolved);
+    }
+    // Also what makes the name itself no file's.
+    if (auto whole = roots.resolve(path); !whole.ok()) return whole.status();
+    auto folder = roots.resolve(pattern.folder());
+    if (!folder.ok()) return folder.status();
+    return io::PathPattern::parse(joined_path(*folder, fs::path(path).filename().string()));
+}
+
+Status check_link(const std::string& path, const Roots& roots, StatusCode code) {
+    struct stat info;
+    if (::lstat(path.c_str(), &info) == 0 && !S_ISLNK(info.st_mode)) return Status();
+    if (roots.resolve(path).ok()) return Status();
+    return Status(code, path + ": is a link that leads outside the folders of this service");
+}
+
+}  // namespace
+
+Status check_folder(const std::string& folder, const Roots& roots) {
+    if (const auto now = roots.resolve(folder); now.ok() && *now == folder) return Status();
+    return Status(StatusCode::output,
+                  folder + ": is no longer in the folders of this service; a link stands there");
+}
+
+Status check_inputs(const io::InputSpec& input, const Roots& roots) {
+    for (const auto& [role, pattern] : input.patterns) {
+        if (const auto now = roots.resolve(pattern.folder()); !now.ok())
+            return Status(StatusCode::input,
+                          pattern.folder() + ": leads outside the folders of this service");
+        for (const auto& [frame, path] : pattern.discover())
+            if (Status status = check_link(path, roots, StatusCode::input); !status.ok())
+                return status;
+    }
+    return Status();
+}
+
+JobReader::JobReader(const Roots& roots, const PassRegistry& registry, const std::string& version)
+    : roots_(roots),
+      registry_(registry),
+      version_(version),
+      table_(sequence::job_parameters(registry)) {}
+
+// One body on its way.
+class RequestParser {
+  public:
+    RequestParser(const JobReader& reader, const std::string& text)
+        : reader_(reader), roots_(reader.roots_), body_(read_json_body(text, faults_)) {}
+
+    Answer<JobRequest> read(RequestKind asked) {
+        if (!faults_.empty()) return problem();
+        kind_ = asked == RequestKind::run ? kind_asked() : asked;
+        list_known();
+        for (const JsonMember& member : body_.members)
+            if (std::find(known_.begin(), known_.end(), member.key) == known_.end())
+                fault(member.key_at, member.key, unknown_word("key", member.key, known_));
+        request_.kind = kind_ == RequestKind::ab      ? JobKind::ab
+                        : kind_ == RequestKind::bench ? JobKind::bench
+                                                      : JobKind::run;
+        integer("priority", -100, 100, request_.priority);
+        request_.sets = list("set");
+        request_.under = list("under");
+        request_.fail_above = list("fail_above");
+        read_tables();
+        read_chain("chain", "chain_text", request_.chain, &request_.text);
+        ChainText of_b;
+        if (kind_ == RequestKind::ab)
+            read_chain("chain_b", "chain_b_text", request_.chain_b, &of_b);
+        if (kind_ == RequestKind::bench) read_sweeps();
+        if (kind_ == RequestKind::preview) read_preview();
+        read_settings();
+        if (kind_ == RequestKind::ab || kind_ == RequestKind::bench) read_limits();
+        if (has_errors(faults_)) return problem();
+        return std::move(request_);
+    }
+
+  private:
+    // ------------------------------------------------------------------------------- faults
+    void fault(size_t at, const std::string& path, const std::string& message) {
+        only_outside_ = false;
+        faults_.push_back(body_.fault(at, path, message));
+    }
+    void fault(const std::string& key, const std::string& message) {
+        const JsonMember* member = body_.find(key);
+        fault(member ? member->value_at : 0, key, message);
+    }
+    // What Roots has to say.
+    void outside(const std::string& key, const std::string& message) {
+        const JsonMember* member = body_.find(key);
+        faults_.push_back(body_.fault(member ? member->value_at : 0, key, message));
+        met_outside_ = true;
+    }
+
+    Problem problem() {
+        Problem problem;
+        problem.kind =
+            met_outside_ && only_outside_ ? Problem::Kind::forbidden : Problem::Kind::invalid;
+        problem.diagnostics = faults_;
+        for (Diagnostic& one : problem.diagnostics) {
+            one.file = roots_.shown_in(one.file);
+            one.message = roots_.shown_in(one.message);
+        }
+        size_t errors = 0;
+        const Diagnostic* first = nullptr;
+        for (const Diagnostic& one : problem.diagnostics)
+            if (one.severity == Severity::error && errors++ == 0) first = &one;
+        if (first)
+            problem.detail = (first->path.empty() ? first->file : first->path) + ": " +
+                             first->message +
+                             (errors > 1 ? concat(" (and ", errors - 1, " more)") : "");
+        return problem;
+    }
+
+    // -------------------------------------------------------------------------------- keys
+    RequestKind kind_asked() {
+        const JsonMember* member = body_.find("kind");
+        if (!member) return RequestKind::run;
+        if (member->value == "run") return RequestKind::run;
+        if (member->value == "ab") return RequestKind::ab;
+        if (member->value == "bench") return RequestKind::bench;
+        fault("kind", "is one of run, ab, bench");
+        return RequestKind::run;
+    }
+
+    bool is_job() const {
+        return kind_ == RequestKind::run || kind_ == RequestKind::ab || kind_ == RequestKind::bench;
+    }
+
+    void add_known(const ParameterTable& table, const char* group) {
+        for (const Parameter& row : table.rows())
+            if (row.group == group) known_.push_back(row.key);
+    }
+
+    void list_known() {
+        known_ = {"chain", "chain_text", "set"};
+        if (is_job()) known_.insert(known_.end(), {"kind", "priority"});
+        add_known(reader_.table_, sequence::kInputGroup);
+        add_known(reader_.table_, sequence::kPlanGroup);
+        if (kind_ == RequestKind::run) add_known(reader_.table_, sequence::kOutputGroup);
+        if (kind_ == RequestKind::ab) {
+            known_.insert(known_.end(), {"chain_b", "chain_b_text", "fail_above"});
+            add_known(experiment::ab_parameters(), "");
+        }
+        if (kind_ == RequestKind::bench) {
+            known_.insert(known_.end(), {"sweep", "under", "fail_above"});
+            add_known(experiment::bench_parameters(), "");
+        }
+        if (kind_ == RequestKind::preview) known_.insert(known_.end(), {"frame", "scale"});
+    }
+
+    void integer(const char* key, int least, int most, int& value) {
+        const JsonMember* member = body_.find(key);
+        if (!member) return;
+        const io::Json& json = member->value;
+        if (!json.is_number_integer() || json < least || json > most)
+            return fault(key, concat("is an integer in ", least, "..", most));
+        value = json.get<int>();
+    }
+
+    std::vector<std::string> list(const char* key) {
+        std::vector<std::string> texts;
+        const JsonMember* member = body_.find(key);
+        if (!member) return texts;
+        if (!member->value.is_array()) {
+            fault(key, "is a list of texts");
+            return texts;
+        }
+        for (size_t i = 0; i < member->value.size(); ++i) {
+            const io::Json& item = member->value[i];
+            if (!item.is_string() || has_zero(item.get_ref<const std::string&>()))
+                fault(member->value_at, concat(key, "[", i, "]"), "is no text");
+            else
+                texts.push_back(item.get<std::string>());
+        }
+        return texts;
+    }
+
+    static bool has_zero(const std::string& text) { return text.find('\0') != std::string::npos; }
+
+    // The value as a row of a table takes it; nothing where it has no such form.
+    static std::optional<ParameterValue> value_of(const io::Json& json) {
+        if (json.is_null()) return ParameterValue();
+        if (json.is_boolean()) return ParameterValue(json.get<bool>());
+        if (json.is_number_unsigned() && json.get<uint64_t>() > uint64_t(INT64_MAX))
+            return std::nullopt;
+        if (json.is_number_integer()) return ParameterValue(json.get<int64_t>());
+        if (json.is_number()) return ParameterValue(json.get<double>());
+        if (json.is_string()) return ParameterValue(json.get<std::string>());
+        return std::nullopt;
+    }
+
+    void read_row(const Parameter& row, const ParameterTable& table, ParameterRef settings) {
+        const JsonMember* member = body_.find(row.key);
+        if (!member) {
+            if (!row.optional && row.default_value == ParameterValue(std::string()))
+                fault(body_.text.find('{'), row.key, "is missing");
+            return;
+        }
+        const auto value = value_of(member->value);
+        if (!value)
+            return fault(row.key, "is " + row.domain() + ", not " + member->value.type_name());
+        if (const auto* text = std::get_if<std::string>(&*value)) {
+            if (text->empty()) return fault(row.key, "is empty");
+            if (has_zero(*text)) return fault(row.key, "has a zero byte");
+        }
+        if (Status status = table.set(settings, row.key, *value); !status.ok())
+            fault(row.key, status.message());
+    }
+
+    void read_rows(const ParameterTable& table, const char* group, ParameterRef settings) {
+        for (const Parameter& row : table.rows())
+            if (row.group == group) read_row(row, table, settings);
+    }
+
+    void read_tables() {
+        // In the service one frame's failure does not end a job, unless that is asked for.
+        job_.on_error = sequence::ErrorPolicy::keep_going;
+        read_rows(reader_.table_, sequence::kInputGroup, &job_);
+        read_rows(reader_.table_, sequence::kPlanGroup, &job_);
+        if (kind_ == RequestKind::run) read_rows(reader_.table_, sequence::kOutputGroup, &job_);
+        if (kind_ == RequestKind::ab) read_rows(experiment::ab_parameters(), "", &request_.ab);
+        if (kind_ == RequestKind::bench)
+            read_rows(experiment::bench_parameters(), "", &request_.bench);
+    }
+
+    // -------------------------------------------------------------------------------- chains
+    void read_chain(const std::string& key, const std::string& text_key,
+                    experiment::NamedChain& chain, ChainText* text) {
+        const JsonMember* named = body_.find(key);
+        const JsonMember* written = body_.find(text_key);
+        if (named && written) return fault(text_key, "contradicts " + key + "; give one of them");
+        if (!named && !written)
+            return fault(body_.text.find('{'), key, "is missing: a chain's name, file or object");
+        // Files that a chain names are looked for from the folder of its text.
+        const std::string from_root = joined_path(roots_.folders().front(), kBodyFile);
+        std::string shown_as;
+        if (written) {
+            if (!written->value.is_string()) return fault(text_key, "is the text of a chain file");
+            *text = {from_root, written->value.get<std::string>(), false};
+            shown_as = text_key;
+        } else if (named->value.is_object()) {
+            *text = {from_root, body_.alone(*named), false};
+            shown_as = kBodyFile;
+        } else if (named->value.is_string()) {
+            if (!find_chain_text(key, named->value.get<std::string>(), *text)) return;
+        } else {
+            return fault(key, "is a chain's name, file or object");
+        }
+        chain.name = shown_as.empty() ? fs::path(text->file_name).stem().string() : key;
+        ChainFile file = parse_chain(text->text, text->file_name, reader_.registry_, sets());
+        for (Diagnostic& one : file.diagnostics) {
+            if (one.file == text->file_name && !shown_as.empty()) one.file = shown_as;
+            if (one.severity == Severity::error) only_outside_ = false;
+            faults_.push_back(std::move(one));
+        }
+        if (!file.status().ok()) return;
+        if (hold_picture(key, file.chain.camera)) {
+            io::ApertureFiles pictures;
+            if (Status status = pictures.read(file.chain.camera); !status.ok())
+                fault(key, "camera.aperture_image: " + status.message());
+        }
+        chain.chain = std::move(file.chain);
+    }
+
+    bool find_chain_text(const std::string& key, const std::string& name, ChainText& text) {
+        std::string path = name;
+        const auto shipped = shipped_chains();
+        if (!is_word(name) || std::find(shipped.begin(), shipped.end(), name) == shipped.end()) {
+            auto resolved = roots_.resolve(name);
+            if (!resolved.ok()) {
+                outside(key, resolved.status().message());
+                return false;
+            }
+            path = *resolved;
+            std::error_code error;
+            if (is_word(name) && !fs::exists(path, error)) {
+                fault(key, unknown_word("chain", name, shipped));
+                return false;
+            }
+        }
+        auto found = find_chain(path);
+        if (!found.ok()) {
+            fault(key, found.status().message());
+            return false;
+        }
+        text = std::move(*found);
+        return true;
+    }
+
+    // Under the roots, and by its real name.
+    bool hold_picture(const std::string& key, Camera& camera) {
+        const std::string file = camera.aperture_image.file();
+        if (file.empty()) return true;
+        auto resolved = roots_.resolve(file);
+        if (!resolved.ok()) {
+            outside(key, "camera.aperture_image: " + resolved.status().message());
+            return false;
+        }
+        camera.aperture_image = ApertureImage(*resolved);
+        return true;
+    }
+
+    // Texts of --set, in which a picture is named from the first root.
+    std::string from_root(const std::string& text) const {
+        const std::string key = "camera.aperture_image=";
+        if (!text.starts_with(key) || text.size() == key.size() || text[key.size()] == '/' ||
+            text == key + "null")
+            return text;
+        return key + joined_path(roots_.folders().front(), text.substr(key.size()));
+    }
+    std::vector<std::string> sets() const {
+        std::vector<std::string> texts;
+        for (const std::string& text : request_.sets) texts.push_back(from_root(text));
+        return texts;
+    }
+
+    void read_sweeps() {
+        std::vector<experiment::Sweep> sweeps;
+        bool good = true;
+        for (const std::string& text : list("sweep")) {
+            auto sweep = experiment::parse_sweep(text);
+            if (!sweep.ok()) {
+                fault("sweep", sweep.status().message());
+                good = false;
+                continue;
+            }
+            if (sweep->key == "camera.aperture_image")
+                for (std::string& value : sweep->values) {
+                    auto resolved = roots_.resolve(value);
+                    if (resolved.ok()) {
+                        value = *resolved;
+                    } else {
+                        outside("sweep", resolved.status().message());
+                        good = false;
+                    }
+                }
+            sweeps.push_back(std::move(*sweep));
+        }
+        if (!good || has_errors(faults_)) return;
+        auto variants = experiment::sweep_variants(request_.text, reader_.registry_, sets(), sweeps,
+                                                   request_.bench.max_variants);
+        if (!variants.ok()) return fault("sweep", variants.status().message());
+        request_.variants = std::move(*variants);
+    }
+
+    // ------------------------------------------------------------------------------ settings
+    // The message without "--key: " in front, which the path says.
+    static std::string without_option(const std::string& key, const std::string& message) {
+        const std::string option = sequence::option_name(key) + ": ";
+        return message.starts_with(option) ? message.substr(option.size()) : message;
+    }
+
+    // What one text of the run's table alone makes; the others are as by default.
+    Status status_of_row(const Parameter& row) const {
+        sequence::JobSettings alone;
+        alone.input = "a.exr";
+        const ParameterValue value = row.get(&job_);
+        if (value == ParameterValue() || value == ParameterValue(std::string())) return Status();
+        row.set(&alone, value);
+        Diagnostics notes;
+        return sequence::run_settings_of(alone, reader_.registry_, notes).status();
+    }
+
+    void hold_file(const Parameter& row, ParameterRef settings) {
+        const ParameterValue value = row.get(settings);
+        const auto* text = std::get_if<std::string>(&value);
+        if (!text || text->empty()) return;
+        if (path_kind(row) == PathKind::profile && is_word(*text)) return;
+        auto resolved = roots_.resolve(*text);
+        if (!resolved.ok()) return outside(row.key, resolved.status().message());
+        row.set(settings, *resolved);
+    }
+
+    std::optional<io::InputSpec> hold_input(const std::string& key, const std::string& text) {
+        auto input = io::InputSpec::parse(text);
+        if (!input.ok()) {
+            fault(key, input.status().message());
+            return std::nullopt;
+        }
+        for (auto& [role, pattern] : input->patterns) {
+            auto resolved = resolve_pattern(pattern, roots_);
+            if (!resolved.ok()) {
+                outside(key, resolved.status().message());
+                return std::nullopt;
+            }
+            pattern = std::move(*resolved);
+        }
+        return std::move(*input);
+    }
+
+    // A camera file may name pictures, and they are read with it.
+    bool hold_camera() {
+        if (job_.camera.empty()) return true;
+        auto camera = load_camera(job_.camera);
+        if (!camera.ok() || !camera->status().ok()) return true;  // said with the settings
+        bool good = hold_picture("camera", camera->camera);
+        for (auto& [number, frame] : camera->frames)
+            good = hold_picture("camera", frame.camera) && good;
+        return good;
+    }
+
+    void read_settings() {
+        const size_t before = faults_.size();
+        request_.input = job_.input;
+        for (const Parameter& row : reader_.table_.rows())
+            if (path_kind(row) == PathKind::file || path_kind(row) == PathKind::profile)
+                hold_file(row, &job_);
+        hold_rows(experiment::ab_parameters(), &request_.ab);
+        hold_rows(experiment::bench_parameters(), &request_.bench);
+        if (!hold_camera() || faults_.size() > before) return;
+        std::optional<io::InputSpec> input;
+        if (!job_.input.empty()) input = hold_input("input", job_.input);
+        for (const Parameter& row : reader_.table_.rows())
+            if (path_kind(row) != PathKind::input && path_kind(row) != PathKind::output &&
+                row.type == ParameterType::text)
+                if (Status status = status_of_row(row); !status.ok())
+                    fault(row.key, without_option(row.key, status.message()));
+        std::optional<io::PathPattern> output = hold_output();
+        hold_truth(request_.ab);
+        hold_truth(request_.bench);
+        if (has_errors(faults_) || !input) return;
+        Diagnostics notes;
+        auto settings = sequence::run_settings_of(job_, reader_.registry_, notes);
+        if (!settings.ok()) return fault(body_.text.find('{'), "", settings.status().message());
+        settings->input = std::move(*input);
+        if (output) settings->output = std::move(*output);
+        settings->version = reader_.version_;
+        request_.run = std::move(*settings);
+        request_.run.other_inputs.push_back({request_.text.file_name, "the chain file"});
+        add_pictures(request_.chain.chain.camera);
+        add_pictures(request_.chain_b.chain.camera);
+        for (const auto& variant : request_.variants) add_pictures(variant.chain.camera);
+        complete(request_.ab);
+        complete(request_.bench);
+        request_.bench.chain_name = request_.chain.name;
+    }
+
+    void hold_rows(const ParameterTable& table, ParameterRef settings) {
+        for (const Parameter& row : table.rows())
+            if (path_kind(row) == PathKind::file) hold_file(row, settings);
+    }
+
+    std::optional<io::PathPattern> hold_output() {
+        if (job_.output.empty()) return std::nullopt;
+        auto output = io::PathPattern::parse(job_.output);
+        if (!output.ok()) {
+            fault("output", output.status().message());
+            return std::nullopt;
+        }
+        auto resolved = resolve_pattern(*output, roots_);
+        if (!resolved.ok()) {
+            outside("output", resolved.status().message());
+            return std::nullopt;
+        }
+        return std::move(*resolved);
+    }
+
+    void hold_truth(experiment::ExperimentSettings& settings) {
+        if (settings.truth.empty()) return;
+        auto truth = hold_input("truth", settings.truth);
+        if (!truth) return;
+        if (truth->separate_files()) return fault("truth", "give one pattern, for color only");
+        settings.truth_is = settings.truth;
+        settings.truth = truth->color().text();
+    }
+
+    void add_pictures(const Camera& camera) {
+        for (auto& picture : io::inputs_of(camera))
+            request_.run.other_inputs.push_back(std::move(picture));
+    }
+
+    void complete(experiment::ExperimentSettings& settings) const {
+        settings.run = request_.run;
+        settings.input = request_.input;
+        settings.resumes = settings.on_existing == io::OnExisting::skip;
+        settings.command = {"postchain", "serve", kind_ == RequestKind::ab ? "ab" : "bench"};
+    }
+
+    void read_limits() {
+        const auto kind = kind_ == RequestKind::ab ? report::Kind::ab : report::Kind::bench;
+        const bool with_truth = kind_ == RequestKind::bench || !request_.ab.truth.empty();
+        const auto columns = experiment::metric_columns(kind, with_truth);
+        for (const char* key : {"under", "fail_above"})
+            for (const auto& text :
+                 key == std::string("under") ? request_.under : request_.fail_above)
+                if (auto limit = report::parse_limit(sequence::option_name(key), text, columns);
+                    !limit.ok())
+                    fault(key, without_option(key, limit.status().message()));
+    }
+
+    void read_preview() {
+        integer("frame", -io::kMaxFrameNumber, io::kMaxFrameNumber, request_.frame);
+        if (!body_.find("frame")) fault(body_.text.find('{'), "frame", "is missing");
+        const JsonMember* scale = body_.find("scale");
+        if (!scale) return;
+        if (!scale->value.is_number() || !(scale->value.get<double>() >= 0.05) ||
+            !(scale->value.get<double>() <= 1))
+            return fault("scale", "is a number in 0.05..1");
+        request_.scale = scale->value.get<double>();
+    }
+
+    const JobReader& reader_;
+    const Roots& roots_;
+    Diagnostics faults_;
+    const JsonBody body_;
+    RequestKind kind_ = RequestKind::run;
+    std::vector<std::string> known_;
+    bool met_outside_ = false;
+    bool only_outside_ = true;
+    sequence::JobSettings job_;
+    JobRequest request_;
+};
+
+namespace {
+
+Answer<JobRequest> read(const JobReader& reader, const std::string& body, RequestKind kind) {
+    try {
+        return RequestParser(reader, body).read(kind);
+    } catch (...) {
+        const Status status = status_of_exception("the request");
+        return Problem{Problem::Kind::internal, status.message(), {}, 0};
+    }
+}
+
+}  // namespace
+
+Answer<JobRequest> JobReader::job(const std::string& body) const {
+    return read(*this, body, RequestKind::run);
+}
+
+Answer<JobRequest> JobReader::plan(const std::string& body) const {
+    return read(*this, body, RequestKind::plan);
+}
+
+Answer<JobRequest> JobReader::preview(const std::string& body) const {
+    return read(*this, body, RequestKind::preview);
+}
+
+std::string job_schema_text(const JobReader& reader) {
+    JsonWriter json(true);
+    const auto texts = [&](const char* key, const char* help) {
+        json.key(key).begin_object();
+        json.field("description", help).field("type", "array");
+        json.key("items").begin_object();
+        json.field("type", "string");
+        json.end_object();
+        json.end_object();
+    };
+    const auto text = [&](const char* key, const char* help) {
+        json.key(key).begin_object();
+        json.field("description", help).field("type", "string");
+        json.end_object();
+    };
+    const auto chain = [&](const char* key) {
+        json.key(key).begin_object();
+        json.field("description", "a shipped chain's name, a chain file, or a chain as an object");
+        json.key("type").value(std::vector<std::string>{"string", "object"});
+        json.end_object();
+    };
+    const auto rows = [&](const ParameterTable& table, const std::string& group) {
+        for (const Parameter& row : table.rows())
+            if (row.group == group) {
+                json.key(row.key);
+                write_row_schema(json, row);
+            }
+    };
+    const auto kind = [&](const char* name, const ParameterTable* own) {
+        json.begin_object();
+        json.field("title", name).field("type", "object");
+        json.field("additionalProperties", false);
+        json.key("required")
+            .value(own ? std::vector<std::string>{"kind", "input", "output"}
+                       : std::vector<std::string>{"input", "output"});
+        json.key("properties").begin_object();
+        json.key("kind").begin_object();
+        json.field("const", name);
+        json.end_object();
+        json.key("priority").begin_object();
+        json.field("type", "integer").field("minimum", -100).field("maximum", 100);
+        json.field("default", 0);
+        json.end_object();
+        chain("chain");
+        text("chain_text", "the text of a chain file, in place of chain");
+        texts("set", "KEY=VALUE, as --set");
+        rows(reader.run_table(), sequence::kInputGroup);
+        rows(reader.run_table(), sequence::kPlanGroup);
+        if (!own) rows(reader.run_table(), sequence::kOutputGroup);
+        if (own) {
+            rows(*own, "");
+            texts("fail_above", "METRIC=NUMBER, as --fail-above");
+        }
+        if (own == &experiment::ab_parameters()) {
+            chain("chain_b");
+            text("chain_b_text", "the text of a chain file, in place of chain_b");
+        }
+        if (own == &experiment::bench_parameters()) {
+            texts("sweep", "KEY=V1,V2,..., as --sweep");
+            texts("under", "METRIC=NUMBER, as --under");
+        }
+        json.end_object();
+        json.end_object();
+    };
+    json.begin_object();
+    json.field("$schema", "https://json-schema.org/draft/2020-12/schema");
+    json.field("title", "a job of the postchain service");
+    json.key("oneOf").begin_array();
+    kind("run", nullptr);
+    kind("ab", &experiment::ab_parameters());
+    kind("bench", &experiment::bench_parameters());
+    json.end_array();
+    json.end_object();
+    return json.text();
+}
+
+}  // namespace postchain::service

@@ -1,0 +1,88 @@
+// What a request asks for: text -> settings, with every path held under the roots.
+//
+//   JSON --keys of the tables of run/job_settings.h and experiment/settings.h--> JobRequest
+//
+// The same function reads a job when it is submitted and when it is worked on: paths are looked up
+// anew each time.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "chain/pass.h"
+#include "config/chain_find.h"
+#include "tools/measure/experiment/ab.h"
+#include "tools/measure/experiment/settings.h"
+#include "tools/measure/experiment/sweep.h"
+#include "tools/sequence/run/job_settings.h"
+#include "tools/service/store/job.h"
+#include "tools/service/work/json_body.h"
+#include "tools/service/work/problem.h"
+#include "tools/service/work/roots.h"
+
+namespace postchain::service {
+
+// Which keys a body may have.
+enum class RequestKind { run, ab, bench, plan, preview };
+
+struct JobRequest {
+    JobKind kind = JobKind::run;
+    int priority = 0;
+    ChainText text;                  // of the first chain, for the sweeps of a bench
+    experiment::NamedChain chain;    // with `set`
+    experiment::NamedChain chain_b;  // of ab
+    std::vector<std::string> sets;
+    sequence::RunSettings run;  // of every kind
+    std::string input;          // as typed
+    experiment::ExperimentSettings ab;
+    experiment::BenchSettings bench;
+    std::vector<experiment::BenchVariant> variants;  // of bench
+    std::vector<std::string> under, fail_above;
+    int frame = 0;     // of a preview
+    double scale = 1;  // of a preview
+};
+
+class JobReader {
+  public:
+    // All of them outlive the reader.
+    JobReader(const Roots& roots, const PassRegistry& registry, const std::string& version);
+
+    // A job. Problems: (invalid), (forbidden); every fault that was found is in `diagnostics`.
+    Answer<JobRequest> job(const std::string& body) const;
+    // The bodies of plan and preview.
+    Answer<JobRequest> plan(const std::string& body) const;
+    Answer<JobRequest> preview(const std::string& body) const;
+
+    const Roots& roots() const { return roots_; }
+    // The table of a run's settings, over this registry.
+    const ParameterTable& run_table() const { return table_; }
+
+  private:
+    friend class RequestParser;
+    const Roots& roots_;
+    const PassRegistry& registry_;
+    const std::string& version_;
+    ParameterTable table_;
+};
+
+// How a text of the tables names files.
+enum class PathKind {
+    none,     // a text of another kind
+    file,     // a file or folder
+    profile,  // a name, or a file
+    input,    // patterns of frames, one or one for each plane
+    output,   // a pattern of frames
+};
+PathKind path_kind(const Parameter& row);
+
+// Every file that the patterns find lies under the roots, links resolved; of an input also the
+// frames that are not asked for, which are neighbors. Errors (input): the first that does not.
+Status check_inputs(const io::InputSpec& input, const Roots& roots);
+// The folder lies under the roots now. Errors (output).
+Status check_folder(const std::string& folder, const Roots& roots);
+
+// JSON Schema of the body of a job, made from the same tables.
+std::string job_schema_text(const JobReader& reader);
+
+}  // namespace postchain::service

@@ -1,0 +1,127 @@
+#include "tools/service/work/roots.h"
+
+#include <limits.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <deque>
+#include <filesystem>
+
+namespace postchain::service {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kMostLinks = 40;  // as the kernel
+
+bool is_in(const std::string& path, const std::string& folder) {
+    return path == folder || path.starts_with(folder == "/" ? folder : folder + "/");
+}
+
+// The parts of a path in front of what is still to be walked.
+void put_before(std::deque<std::string>& parts, const std::string& path) {
+    std::vector<std::string> found;
+    for (size_t at = 0; at <= path.size();) {
+        const size_t end = std::min(path.find('/', at), path.size());
+        if (end > at) found.push_back(path.substr(at, end - at));
+        at = end + 1;
+    }
+    parts.insert(parts.begin(), found.begin(), found.end());
+}
+
+// Every link that is there is followed, also one that leads nowhere: what it would name counts.
+// Empty: too many links.
+std::string without_links(const std::string& absolute) {
+    std::deque<std::string> parts;
+    put_before(parts, absolute);
+    std::string done;  // "" is the file system's root
+    int links = 0;
+    while (!parts.empty()) {
+        const std::string part = parts.front();
+        parts.pop_front();
+        if (part == ".") continue;
+        if (part == "..") {
+            done.erase(std::min(done.rfind('/'), done.size()));
+            continue;
+        }
+        const std::string next = done + "/" + part;
+        struct stat info;
+        if (::lstat(next.c_str(), &info) != 0 || !S_ISLNK(info.st_mode)) {
+            done = next;
+            continue;
+        }
+        if (++links > kMostLinks) return "";
+        char target[PATH_MAX];
+        const ssize_t length = ::readlink(next.c_str(), target, sizeof(target));
+        if (length <= 0 || size_t(length) >= sizeof(target)) return "";
+        if (target[0] == '/') done.clear();
+        put_before(parts, std::string(target, size_t(length)));
+    }
+    return done.empty() ? "/" : done;
+}
+
+// Why no file can have this path; empty: one can.
+std::string fault_of(const std::string& path) {
+    if (path.empty()) return "is empty";
+    if (path.find('\0') != std::string::npos) return "has a zero byte";
+    if (path.size() >= PATH_MAX) return "is too long for a path";
+    for (size_t at = 0; at < path.size();) {
+        const size_t end = std::min(path.find('/', at), path.size());
+        if (end - at > NAME_MAX) return "has a part that is too long for a name";
+        at = end + 1;
+    }
+    return "";
+}
+
+// For a message: as given, a zero byte and what follows left out, and not longer than a line.
+std::string given(const std::string& path) {
+    const std::string text = path.substr(0, path.find('\0'));
+    return text.size() <= 200 ? text : text.substr(0, 200) + "...";
+}
+
+}  // namespace
+
+Result<Roots> Roots::of(const std::vector<std::string>& folders) {
+    Roots roots;
+    for (const std::string& folder : folders) {
+        std::error_code error;
+        const fs::path found = fs::canonical(folder, error);
+        if (error || !fs::is_directory(found, error))
+            return Status(StatusCode::usage, "--root: " + folder + ": is no folder; make it first");
+        roots.folders_.push_back(found.string());
+    }
+    if (roots.folders_.empty())
+        return Status(StatusCode::usage,
+                      "--root: no folder is given; a service reads and writes nowhere else");
+    return roots;
+}
+
+Result<std::string> Roots::resolve(const std::string& path) const {
+    if (const std::string fault = fault_of(path); !fault.empty())
+        return Status(StatusCode::usage, "'" + given(path) + "' " + fault);
+    const bool absolute = path[0] == '/';
+    const std::string whole = absolute ? path : folders_.front() + "/" + path;
+    const std::string resolved = without_links(whole);
+    if (resolved.size() >= PATH_MAX)
+        return Status(StatusCode::usage, "'" + given(path) + "' is too long for a path");
+    for (const std::string& folder : folders_)
+        if (!resolved.empty() && is_in(resolved, folder)) return resolved;
+    return Status(StatusCode::usage,
+                  "'" + given(path) + "' is outside the folders of this service");
+}
+
+std::string Roots::shown(const std::string& path) const {
+    const std::string& first = folders_.front();
+    if (path == first) return ".";
+    return is_in(path, first) && first != "/" ? path.substr(first.size() + 1) : path;
+}
+
+std::string Roots::shown_in(std::string text) const {
+    const std::string first = folders_.front() + "/";
+    if (first == "//") return text;
+    for (size_t at = 0; (at = text.find(first, at)) != std::string::npos;)
+        text.erase(at, first.size());
+    return text;
+}
+
+}  // namespace postchain::service

@@ -14,6 +14,7 @@ struct FakeSettings {
     std::chrono::milliseconds picture{0};  // that a picture takes
     size_t max_queue = 1000;
     size_t picture_bytes = 64;
+    size_t event_bytes = 0;  // more than needed, of each event
 };
 std::unique_ptr<Service> fake_service(const FakeSettings& settings);
 

@@ -40,6 +40,7 @@ int main(int argc, char** argv) {
         {"frame", [&](long v) { fake.frame = ms(v); }},
         {"picture", [&](long v) { fake.picture = ms(v); }},
         {"picture_bytes", [&](long v) { fake.picture_bytes = size_t(v); }},
+        {"event_bytes", [&](long v) { fake.event_bytes = size_t(v); }},
         {"max_queue", [&](long v) { fake.max_queue = size_t(v); }},
         {"token", [&](long v) { settings.guard.token = std::to_string(v); }},
     };

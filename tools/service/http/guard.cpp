@@ -84,6 +84,9 @@ std::optional<Reply> Guard::refuse_shape(const Request& request) const {
             !same_word(*request.header("Transfer-Encoding"), "chunked"))
             return problem(501, "the only Transfer-Encoding is chunked");
     }
+    const std::string* length = request.header("Content-Length");
+    if (length && length->find_first_not_of("0123456789") != std::string::npos)
+        return problem(400, "Content-Length is one number");
     if (request.count("Content-Length") > 1) return problem(400, "Content-Length is given twice");
     if (request.count("Host") != 1) return problem(400, "one Host is needed");
     for (const char* once : {"Authorization", "Content-Type", "Origin", "Idempotency-Key"})

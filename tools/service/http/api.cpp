@@ -202,6 +202,23 @@ void Api::add_results() {
                        .schema = "Frames"});
     routes_.push_back(
         {.method = "GET",
+         .path = "/v1/jobs/{id}/frames/{n}",
+         .summary = "A frame of a job, with its sidecar",
+         .handle =
+             [this](const Call& call, const Respond& respond) {
+                 const auto answer = service_.frames(call.values[0]);
+                 if (const auto* wrong = std::get_if<Problem>(&answer))
+                     return respond(problem(*wrong));
+                 const auto number = number_of<int>(call.values[1]);
+                 for (const JobFrame& frame : std::get<std::vector<JobFrame>>(answer))
+                     if (number && frame.frame == *number)
+                         return respond(
+                             json_reply(200, io::json_text(json_of(frame, frame_detail_fields()))));
+                 respond(problem(404, "the job has no such frame"));
+             },
+         .schema = "FrameDetail"});
+    routes_.push_back(
+        {.method = "GET",
          .path = "/v1/jobs/{id}/events",
          .summary = "Events of a job, until it has ended",
          .handle =

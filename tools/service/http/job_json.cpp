@@ -98,11 +98,19 @@ const std::vector<Field<JobFrame>>& frame_fields() {
          [](const JobFrame& f) { return Json(f.message); }},
         {"filter_ms", about("number", "time to filter, milliseconds"),
          [](const JobFrame& f) { return Json(f.filter_ms); }},
-        {"sidecar",
-         {{"type", {"object", "null"}},
-          {"description", "what ran, what was left out and why, times of each pass"}},
-         [](const JobFrame& f) { return parsed(f.sidecar); }},
     };
+    return fields;
+}
+
+const std::vector<Field<JobFrame>>& frame_detail_fields() {
+    static const std::vector<Field<JobFrame>> fields = [] {
+        std::vector<Field<JobFrame>> all = frame_fields();
+        all.push_back({"sidecar",
+                       {{"type", {"object", "null"}},
+                        {"description", "what ran, what was left out and why, times of each pass"}},
+                       [](const JobFrame& f) { return parsed(f.sidecar); }});
+        return all;
+    }();
     return fields;
 }
 

@@ -18,7 +18,8 @@ struct Field {
 };
 
 const std::vector<Field<Job>>& job_fields();
-const std::vector<Field<JobFrame>>& frame_fields();
+const std::vector<Field<JobFrame>>& frame_fields();         // of a list
+const std::vector<Field<JobFrame>>& frame_detail_fields();  // these, and the sidecar
 
 template <class T>
 io::Json json_of(const T& item, const std::vector<Field<T>>& fields) {

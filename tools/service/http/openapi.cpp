@@ -71,6 +71,7 @@ Json schemas(const std::string& job_schema) {
             {"Jobs", jobs},
             {"Frame", schema_of(frame_fields())},
             {"Frames", list_of("frames", "Frame")},
+            {"FrameDetail", schema_of(frame_detail_fields())},
             {"Diagnostic", diagnostic},
             {"Diagnostics", list_of("diagnostics", "Diagnostic")},
             {"Problem", problem}};

@@ -12,9 +12,10 @@ namespace {
 PageFile page_file(const EmbeddedFile& file) {
     const std::string path(file.path);
     if (path == "index.html") return {"/", "text/html; charset=utf-8", "The page", file.text};
-    const bool style = path.ends_with(".css");
-    return {"/page/" + path, style ? "text/css; charset=utf-8" : "text/javascript; charset=utf-8",
-            style ? "Style of the page" : "Script of the page", file.text};
+    if (path.ends_with(".css"))
+        return {"/page/" + path, "text/css; charset=utf-8", "Its style", file.text};
+    if (path.ends_with(".svg")) return {"/page/" + path, "image/svg+xml", "Its icon", file.text};
+    return {"/page/" + path, "text/javascript; charset=utf-8", "A script of it", file.text};
 }
 
 }  // namespace

@@ -147,7 +147,9 @@ TEST(Writers, RemoveWhatKillsLeft) {
 TEST(Writers, OnlyOnePlaceSaysOverwrite) {
     const std::set<std::string> allowed = {"tools/sequence/io/atomic_file.cpp",
                                            "tools/sequence/io/output_files.cpp",
-                                           "tools/apps/postchain/options.cpp"};
+                                           "tools/apps/postchain/options.cpp",
+                                           // Its own report, taken up again after a crash.
+                                           "tools/service/work/experiment_work.cpp"};
     static const std::regex says(R"((^|[^=!] )\(?(io::)?OnExisting::overwrite)");
     size_t met = 0;
     for (const auto& [file, lines] : sources())

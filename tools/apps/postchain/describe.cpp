@@ -15,8 +15,7 @@
 #include "tools/apps/postchain/printable.h"
 #include "tools/sequence/io/json.h"
 #include "tools/sequence/io/picture_module.h"
-#include "tools/sequence/run/plan_warnings.h"
-#include "tools/sequence/run/sequence_reader.h"
+#include "tools/sequence/run/plan_sequence.h"
 
 namespace postchain {
 
@@ -26,54 +25,33 @@ int plan_verb(const Options& options, const std::string& format) {
     auto settings = run_settings_of(options);
     if (!settings.ok()) return fail(settings.status());
     io::set_exr_threads(threads_of(options));
-    auto list = io::find_frames(settings->input, settings->frames);
-    if (!list.ok()) return fail(list.status());
     int code = kExitOk;
     std::string said;  // of the frame before, without its path
-    sequence::SequenceReader reader(
-        settings->source, settings->input, [&](const sequence::FrameHeader& header) {
-            return sequence::planes_needed(chain->chain, settings->source, header, settings->plan);
-        });
-    for (int frame : list->frames) {
-        const auto files = list->files.find(frame);
-        Status status;
-        if (files == list->files.end()) {
-            status = Status(StatusCode::input,
-                            settings->input.color().format(frame) + ": frame is not on disk");
-        } else {
-            auto inputs = reader.open(frame, files->second);
-            auto source =
-                inputs.ok() ? reader.read(*inputs) : Result<sequence::SourceFrame>(inputs.status());
-            status = source.status();
-            if (source.ok()) {
-                for (const auto& warning : source->warnings) log::warning(warning);
-                auto plan = sequence::plan_source_frame(chain->chain, *source, settings->plan);
-                status = plan.status();
-                if (plan.ok()) {
-                    for (const auto& warning :
-                         sequence::plan_warnings(chain->chain, *plan, *source))
-                        log::warning(warning);
-                    const std::string text = format == "json"  ? plan_as_json(*plan) + "\n"
-                                             : format == "dot" ? plan_as_dot(*plan)
-                                                               : plan_as_text(*plan);
-                    // JSON has escapes of its own.
-                    std::fputs(
-                        format == "json" ? text.c_str() : printable(text, Lines::keep).c_str(),
-                        stdout);
-                }
-            }
+    const auto show = [&](const sequence::PlannedFrame& planned) {
+        for (const auto& warning : planned.warnings) log::warning(warning);
+        if (planned.plan.ok()) {
+            const Plan& plan = *planned.plan;
+            const std::string text = format == "json"  ? plan_as_json(plan) + "\n"
+                                     : format == "dot" ? plan_as_dot(plan)
+                                                       : plan_as_text(plan);
+            // JSON has escapes of its own.
+            std::fputs(format == "json" ? text.c_str() : printable(text, Lines::keep).c_str(),
+                       stdout);
+            return true;
         }
-        if (!status.ok()) {
-            // What two frames lack in the same words is missing in every frame.
-            const size_t words = status.message().find(": ");
-            const std::string what =
-                words == std::string::npos ? status.message() : status.message().substr(words);
-            if (status.code() == StatusCode::chain && what == said) break;
-            said = what;
-            log::error(status.message());
-            if (code == kExitOk) code = exit_code(status);
-        }
-    }
+        // What two frames lack in the same words is missing in every frame.
+        const Status status = planned.plan.status();
+        const size_t words = status.message().find(": ");
+        const std::string what =
+            words == std::string::npos ? status.message() : status.message().substr(words);
+        if (status.code() == StatusCode::chain && what == said) return false;
+        said = what;
+        log::error(status.message());
+        if (code == kExitOk) code = exit_code(status);
+        return true;
+    };
+    if (Status status = sequence::plan_sequence(chain->chain, *settings, show); !status.ok())
+        return fail(status);
     return code;
 }
 

@@ -1,22 +1,22 @@
-// Exit codes of the command (docs/command.md lists them).
+// How a verb ends: its exit code, and what it says of a failure.
 #pragma once
 
 #include "chain/status.h"
+#include "tools/sequence/run/exit_code.h"
 
 namespace postchain {
 
-inline constexpr int kExitOk = 0;
-inline constexpr int kExitSomeFailed = 1;  // some frames failed
-inline constexpr int kExitUsage = 2;
-inline constexpr int kExitChain = 3;
-inline constexpr int kExitInput = 4;
-inline constexpr int kExitOutput = 5;
-inline constexpr int kExitGl = 6;
-inline constexpr int kExitHealth = 7;
-inline constexpr int kExitThreshold = 8;  // an error metric exceeds --fail-above
-inline constexpr int kExitSignal = 128;   // + the signal's number
-
-int exit_code(const Status& status);
+using sequence::exit_code;
+using sequence::kExitChain;
+using sequence::kExitGl;
+using sequence::kExitHealth;
+using sequence::kExitInput;
+using sequence::kExitOk;
+using sequence::kExitOutput;
+using sequence::kExitSignal;
+using sequence::kExitSomeFailed;
+using sequence::kExitThreshold;
+using sequence::kExitUsage;
 
 // Prints the status as an error, unless it has been said already, and returns its exit code.
 int fail(const Status& status);

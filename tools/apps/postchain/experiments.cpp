@@ -12,18 +12,16 @@
 #include "tools/apps/postchain/printable.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/experiment/ab.h"
+#include "tools/measure/experiment/assemble.h"
 #include "tools/measure/experiment/bench.h"
 #include "tools/measure/experiment/choose.h"
 #include "tools/measure/experiment/report_folder.h"
 #include "tools/measure/experiment/sweep.h"
-#include "tools/measure/experiment/truth.h"
 #include "tools/measure/report/limits.h"
 #include "tools/measure/report/lists.h"
-#include "tools/measure/report/page/page.h"
 #include "tools/measure/report/report_json.h"
-#include "tools/measure/report/report_text.h"
 #include "tools/measure/report/words.h"
-#include "tools/sequence/io/aperture_file.h"
+#include "tools/sequence/run/device.h"
 
 namespace postchain {
 namespace {
@@ -67,36 +65,15 @@ void add_experiment(CLI::App& verb, Options& o, ExperimentOptions& e, const Para
     verb.add_flag("--json", o.json, "the report as one JSON object on stdout");
 }
 
-// What the tables do not say: the run, and this process. `cameras`: of the chains, which may name
-// pictures.
+// What the tables do not say: the run, and this process.
 Status complete(experiment::ExperimentSettings& settings, const Options& o,
                 const std::vector<std::string>& chains, const std::vector<Camera>& cameras,
                 int argc, char** argv) {
     auto run = run_settings_of(o);
     if (!run.ok()) return run.status();
-    settings.run = std::move(*run);
-    for (const auto& chain : chains) settings.run.other_inputs.push_back({chain, "the chain file"});
-    for (const auto& camera : cameras)
-        for (auto& picture : io::inputs_of(camera))
-            settings.run.other_inputs.push_back(std::move(picture));
-    settings.input = o.job.input;
-    settings.command.assign(argv, argv + argc);
-    settings.threads = threads_of(o);
-    settings.flip.threads = o.threads;
+    experiment::complete(
+        settings, {std::move(*run), o.job.input, chains, cameras, {argv, argv + argc}, o.threads});
     return Status();
-}
-
-Result<std::vector<report::MetricLimit>> limits_of(const std::string& option,
-                                                   const std::vector<std::string>& texts,
-                                                   report::Kind kind, bool with_truth) {
-    std::vector<report::MetricLimit> limits;
-    for (const auto& text : texts) {
-        auto limit =
-            report::parse_limit(option, text, experiment::metric_columns(kind, with_truth));
-        if (!limit.ok()) return limit.status();
-        limits.push_back(std::move(*limit));
-    }
-    return limits;
 }
 
 // Time and error of each variant, the cheapest first.
@@ -116,22 +93,14 @@ void print_curve(const report::Report& report) {
     }
 }
 
-// All files of the report, a summary on stdout, and the exit code.
+// All files of the report, a summary on stdout, and the exit code. `met`: of choose_under().
 int finish(const report::Report& report, const Options& options, const std::string& assets,
-           const std::vector<report::MetricLimit>& limits) {
-    Status status = report::write_report_json(report);
-    if (status.ok()) status = report::write_report_csv(report);
-    if (status.ok()) status = report::write_report_markdown(report);
-    const std::string page = report.folder + "/index.html";
-    if (status.ok()) status = report::write_page(report, page, {assets});
-    if (!status.ok()) return fail(status);
+           const std::vector<report::MetricLimit>& limits, bool met) {
+    if (Status status = experiment::write_report_files(report, assets); !status.ok())
+        return fail(status);
     for (const auto& note : report.notes) log::warning(note);
-    size_t failed = 0;
-    for (const auto& variant : report.variants) {
-        if (variant.failure.empty()) continue;
-        ++failed;
-        log::error(variant.name + ": " + variant.failure);
-    }
+    for (const auto& variant : report.variants)
+        if (!variant.failure.empty()) log::error(variant.name + ": " + variant.failure);
     if (options.json) {
         std::fputs(report::report_as_json(report).c_str(), stdout);
     } else {
@@ -140,12 +109,12 @@ int finish(const report::Report& report, const Options& options, const std::stri
                         report.comparison->claims.c_str());
         if (report.kind == report::Kind::bench) print_curve(report);
         for (const auto& line : report.under) std::printf("%s\n", printable(line).c_str());
-        std::printf("%s\n", printable(page).c_str());
+        std::printf("%s\n", printable(experiment::page_path(report)).c_str());
     }
-    const auto broken = report::exceeding(report, limits);
+    std::vector<std::string> broken;
+    const int code = experiment::exit_code_of(report, limits, met, broken);
     for (const auto& line : broken) log::error(line);
-    if (!broken.empty()) return kExitThreshold;
-    return failed > 0 ? kExitSomeFailed : kExitOk;
+    return code;
 }
 
 // "paper" of "config/chains/paper.yaml".
@@ -174,13 +143,13 @@ int ab_verb(const Options& options, const ExperimentOptions& e, int argc, char**
             complete(settings, options, chains, {a->chain.camera, b->chain.camera}, argc, argv);
         !status.ok())
         return fail(status);
-    auto limits =
-        limits_of("--fail-above", e.fail_above, report::Kind::ab, !settings.truth.empty());
+    auto limits = experiment::limits_of("--fail-above", e.fail_above, report::Kind::ab,
+                                        !settings.truth.empty());
     if (!limits.ok()) return fail(limits.status());
     const StopOnSignal stop;
     auto context = context_of(options);
     if (!context.ok()) return fail(context.status());
-    settings.renderer = renderer_text((*context)->device());
+    settings.renderer = sequence::renderer_text((*context)->device());
     settings.software = (*context)->device().software;
     Executor executor((*context)->device());
     const experiment::NamedChain first{chain_name(options.chain), std::move(a->chain)};
@@ -190,7 +159,7 @@ int ab_verb(const Options& options, const ExperimentOptions& e, int argc, char**
     log::progress("");
     if (stop.asked()) return stop.exit_code();
     if (!report.ok()) return fail(report.status());
-    return finish(*report, options, settings.assets, *limits);
+    return finish(*report, options, settings.assets, *limits, true);
 }
 
 void add_bench(CLI::App& verb, Options& o, ExperimentOptions& e) {
@@ -209,38 +178,6 @@ void add_bench(CLI::App& verb, Options& o, ExperimentOptions& e) {
         ->take_all();
     add_experiment(verb, o, e, experiment::bench_parameters(), &e.bench);
 }
-
-namespace {
-
-// Without --truth: that of the generated scene, where the input is one.
-Status find_truth(const Options& options, experiment::BenchSettings& settings,
-                  const io::OutputFiles& files, const StopOnSignal& stop) {
-    if (!settings.truth.empty()) return Status();
-    auto survey = experiment::survey_input(settings.run, settings.flip.tone_mapper, false);
-    if (!survey.ok()) return survey.status();
-    const experiment::SceneOfInput scene = experiment::find_scene(settings.run, *survey);
-    if (!scene.request) {
-        settings.no_truth = scene.why_not;
-        return Status();
-    }
-    auto context = context_options_of(options);
-    if (!context.ok()) return context.status();
-    auto pattern = experiment::generate_truth(
-        *scene.request, settings.folder + "/truth", settings.truth_samples, files, *context,
-        [&](int frame, double share) {
-            log::progress(concat("truth of ", scene.request->name, ", frame ", frame, ", ",
-                                 int(100 * share), " %"));
-            return !stop.asked();
-        });
-    log::progress("");
-    if (!pattern.ok()) return pattern.status();
-    settings.truth = *pattern;
-    settings.truth_is = concat("generated: ", scene.request->name, ", ", settings.truth_samples,
-                               " samples per pixel");
-    return Status();
-}
-
-}  // namespace
 
 int bench_verb(const Options& options, const ExperimentOptions& e, int argc, char** argv) {
     auto chain = find_chain(options.chain);
@@ -263,19 +200,26 @@ int bench_verb(const Options& options, const ExperimentOptions& e, int argc, cha
         !status.ok())
         return fail(status);
     settings.chain_name = chain_name(options.chain);
-    auto limits = limits_of("--fail-above", e.fail_above, report::Kind::bench, true);
+    auto limits = experiment::limits_of("--fail-above", e.fail_above, report::Kind::bench, true);
     if (!limits.ok()) return fail(limits.status());
-    auto under = limits_of("--under", e.under, report::Kind::bench, true);
+    auto under = experiment::limits_of("--under", e.under, report::Kind::bench, true);
     if (!under.ok()) return fail(under.status());
     const auto files = experiment::prepare_folder(settings);
     if (!files.ok()) return fail(files.status());
 
     const StopOnSignal stop;
-    if (Status status = find_truth(options, settings, *files, stop); !status.ok())
-        return stop.asked() ? stop.exit_code() : fail(status);
-    auto context = context_of(options);
+    auto device = context_options_of(options);
+    if (!device.ok()) return fail(device.status());
+    const Status found =
+        experiment::find_truth(settings, *files, *device, [&](const std::string& text) {
+            log::progress(text);
+            return !stop.asked();
+        });
+    log::progress("");
+    if (!found.ok()) return stop.asked() ? stop.exit_code() : fail(found);
+    auto context = egl::Context::create(*device);
     if (!context.ok()) return fail(context.status());
-    settings.renderer = renderer_text((*context)->device());
+    settings.renderer = sequence::renderer_text((*context)->device());
     settings.software = (*context)->device().software;
     Executor executor((*context)->device());
     auto report = experiment::run_bench(*variants, settings, *files, executor, progress_printer(),
@@ -285,8 +229,7 @@ int bench_verb(const Options& options, const ExperimentOptions& e, int argc, cha
     if (!report.ok()) return fail(report.status());
     auto met = experiment::choose_under(*report, *under);
     if (!met.ok()) return fail(met.status());
-    const int code = finish(*report, options, settings.assets, *limits);
-    return code == kExitOk && !*met ? kExitThreshold : code;
+    return finish(*report, options, settings.assets, *limits, *met);
 }
 
 }  // namespace postchain

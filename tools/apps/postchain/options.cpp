@@ -1,17 +1,15 @@
 #include "tools/apps/postchain/options.h"
 
 #include <CLI/CLI.hpp>
-#include <charconv>
 #include <cmath>
-#include <cstdlib>
 #include <map>
-#include <thread>
 
 #include "config/chain_find.h"
 #include "passes/registry.h"
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/sequence/io/aperture_file.h"
+#include "tools/sequence/run/device.h"
 
 namespace postchain {
 namespace {
@@ -171,27 +169,14 @@ Result<sequence::RunSettings> run_settings_of(const Options& options) {
 }
 
 int threads_of(const Options& options) {
-    if (options.threads > 0) return options.threads;
-    return std::max(1, int(std::thread::hardware_concurrency()));
+    return sequence::threads_of(options.threads);
 }
 
 Result<egl::ContextOptions> context_options_of(const Options& options) {
-    egl::ContextOptions context;
-    if (options.device == "software") {
-        context.device = egl::ContextOptions::kSoftware;
-    } else if (options.device != "auto") {
-        const char* end = options.device.data() + options.device.size();
-        const auto parsed = std::from_chars(options.device.data(), end, context.device);
-        if (parsed.ec != std::errc() || parsed.ptr != end || context.device < 0)
-            return Status(StatusCode::usage, "--device: '" + options.device +
-                                                 "' is neither auto, software nor a number of "
-                                                 "`postchain info`");
-    }
-    // llvmpipe reads its number of threads from here, once, when the context is made.
-    if (options.threads > 0) setenv("LP_NUM_THREADS", std::to_string(options.threads).c_str(), 1);
-    io::set_exr_threads(threads_of(options));
-    context.debug = options.verbose;
-    context.log = [](const std::string& text) { log::detail(text); };
+    auto context = sequence::context_options_of(options.device, options.threads);
+    if (!context.ok()) return context;
+    context->debug = options.verbose;
+    context->log = [](const std::string& text) { log::detail(text); };
     return context;
 }
 
@@ -199,10 +184,6 @@ Result<std::unique_ptr<egl::Context>> context_of(const Options& options) {
     auto context = context_options_of(options);
     if (!context.ok()) return context.status();
     return egl::Context::create(*context);
-}
-
-std::string renderer_text(const gl::Device& device) {
-    return device.renderer + ", " + device.version;
 }
 
 }  // namespace postchain

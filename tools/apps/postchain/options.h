@@ -56,13 +56,10 @@ void add_on_existing(CLI::App& verb, const std::string& help, io::OnExisting& on
 Result<ChainFile> load_chain_of(const Options& options);
 // Those of options.job, with what its camera file's reader has to say printed.
 Result<sequence::RunSettings> run_settings_of(const Options& options);
-// Applies --threads to OpenEXR and to the software renderer, and reads --device.
+// As of sequence::context_options_of(), with --device and --threads.
 Result<egl::ContextOptions> context_options_of(const Options& options);
 Result<std::unique_ptr<egl::Context>> context_of(const Options& options);
 int threads_of(const Options& options);
-
-// "llvmpipe (LLVM 15.0.6, 256 bits), 4.5 (Core Profile) Mesa 22.3.6"
-std::string renderer_text(const gl::Device& device);
 
 inline constexpr const char* kVersion = POSTCHAIN_VERSION;
 

@@ -7,6 +7,7 @@
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/sequence/io/aperture_file.h"
+#include "tools/sequence/run/device.h"
 #include "tools/sequence/run/frame_task.h"
 #include "tools/sequence/run/run_sequence.h"
 #include "tools/sequence/run/sidecar.h"
@@ -60,15 +61,6 @@ void say(const sequence::FrameReport& report, const sequence::RunProgress& progr
                          seconds_text(progress.remaining_s), " to go"));
 }
 
-int code_of(const sequence::RunSummary& summary) {
-    const size_t bad = summary.failed + summary.missing;
-    // --strict asks about values: its answer must not hide behind frames that were fine.
-    if (summary.first_failure.code() == StatusCode::health) return kExitHealth;
-    if (bad == 0) return summary.held > 0 ? kExitSomeFailed : kExitOk;
-    const size_t good = summary.written + summary.skipped + summary.held;
-    return good > 0 ? kExitSomeFailed : exit_code(summary.first_failure);
-}
-
 }  // namespace
 
 int run_verb(const Options& options) {
@@ -83,7 +75,7 @@ int run_verb(const Options& options) {
     const StopOnSignal stop;
     auto context = context_of(options);
     if (!context.ok()) return fail(context.status());
-    const std::string renderer = renderer_text((*context)->device());
+    const std::string renderer = sequence::renderer_text((*context)->device());
     log::detail("renderer: " + renderer);
     Executor executor((*context)->device());
     auto summary = sequence::run_sequence(
@@ -114,7 +106,7 @@ int run_verb(const Options& options) {
     log::info(concat(text, " of ", summary->total,
                      summary->total == 1 ? " frame in " : " frames in ",
                      seconds_text(summary->elapsed_s)));
-    return stop.asked() ? stop.exit_code() : code_of(*summary);
+    return stop.asked() ? stop.exit_code() : exit_code(*summary);
 }
 
 }  // namespace postchain

@@ -15,6 +15,7 @@
 #include "tools/sequence/io/aperture_file.h"
 #include "tools/sequence/io/json.h"
 #include "tools/sequence/io/output_files.h"
+#include "tools/sequence/run/device.h"
 
 namespace postchain {
 namespace {
@@ -157,14 +158,14 @@ int stress_verb(const Options& options, const StressOptions& stress) {
 
     const std::string text = stress::matrix_as_text(*matrix);
     const std::string json =
-        io::json_text(json_of(*matrix, renderer_text((*context)->device()))) + "\n";
+        io::json_text(json_of(*matrix, sequence::renderer_text((*context)->device()))) + "\n";
     std::fputs(options.json ? json.c_str() : text.c_str(), stdout);
     if (!stress.folder.empty()) {
         auto pictures = stress::pictures_of(executor, *subjects, *matrix);
         if (!pictures.ok()) return fail(pictures.status());
         const std::string page = stress::matrix_as_page(
             *matrix, *pictures,
-            {kVersion, renderer_text((*context)->device()), command_of(options, stress)});
+            {kVersion, sequence::renderer_text((*context)->device()), command_of(options, stress)});
         std::error_code error;
         std::filesystem::create_directories(stress.folder, error);
         if (error)

@@ -8,9 +8,8 @@
 
 namespace postchain::io {
 
-Status write_png_preview(const std::string& path, const ImageF& color,
-                         const PreviewOptions& options) try {
-    if (color.empty()) return Status(StatusCode::internal, concat(path, ": no pixels"));
+Result<std::string> encode_png_preview(const ImageF& color, const PreviewOptions& options) {
+    if (color.empty()) return Status(StatusCode::internal, "no pixels");
     const int channels = color.channels >= 3 ? 3 : 1;
     const float gain = float(std::exp2(options.exposure_stops));
     const auto shown = [&](float v) {
@@ -26,7 +25,12 @@ Status write_png_preview(const std::string& path, const ImageF& color,
                 shown(color.data[i * size_t(color.channels) + size_t(c)]);
         }
     }
-    const auto png = encode_png(bytes);
+    return encode_png(bytes);
+}
+
+Status write_png_preview(const std::string& path, const ImageF& color,
+                         const PreviewOptions& options) try {
+    const auto png = encode_png_preview(color, options);
     if (!png.ok()) return png.status().at(path);
     return atomic_write_text(path, *png, options.on_existing).status();
 } catch (...) {

@@ -18,6 +18,9 @@ struct PreviewOptions {
     OnExisting on_existing = OnExisting::fail;
 };
 // 8-bit RGB PNG of the first three channels (one channel: gray). Values are those over black.
+// Errors (output): the encoder's.
+Result<std::string> encode_png_preview(const ImageF& color, const PreviewOptions& options = {});
+// The same in a file.
 Status write_png_preview(const std::string& path, const ImageF& color,
                          const PreviewOptions& options = {});
 

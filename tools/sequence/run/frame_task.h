@@ -1,6 +1,7 @@
 // The frames of a run: which outputs there are to make, and from which files.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -16,6 +17,9 @@ struct FrameTask {
     std::map<Role, std::string> files;  // empty: missing
     std::string output;
 };
+
+// Called on the reader thread before the first file of a frame is opened; an error is that frame's.
+using FrameStart = std::function<Status(const FrameTask&)>;
 
 // The frames asked for, in their order, with the files that MissingPolicy gives each; `gaps` gets
 // the numbers missing on disk that were not asked for. `writes`: outputs are to be made, and have a

@@ -170,7 +170,7 @@ class FilterJob final : public FrameJob {
 
 Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& settings, Executor& executor,
                                 const std::string& renderer, const FrameObserver& observer,
-                                const std::atomic<bool>* stop) {
+                                const std::atomic<bool>* stop, const FrameStart& start) {
     std::vector<int> gaps;
     auto tasks = plan_tasks(settings, true, gaps);
     if (!tasks.ok()) return tasks.status();
@@ -198,7 +198,7 @@ Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& settings,
         if (const auto module = io::picture_module(StatusCode::output); !module.ok())
             return module.status();
     FilterJob job(chain, settings, files, executor, renderer);
-    auto summary = walk_sequence(job, settings, std::move(*tasks), observer, stop);
+    auto summary = walk_sequence(job, settings, std::move(*tasks), observer, stop, start);
     if (!summary.ok()) return summary;
     summary->gaps = std::move(gaps);
     summary->counters = executor.counters();

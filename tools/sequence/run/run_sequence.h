@@ -10,6 +10,7 @@
 #include "chain/chain.h"
 #include "chain/gl/executor.h"
 #include "tools/sequence/run/frame_report.h"
+#include "tools/sequence/run/frame_task.h"
 #include "tools/sequence/run/run_settings.h"
 
 namespace postchain::sequence {
@@ -22,6 +23,6 @@ namespace postchain::sequence {
 // output is in place fails.
 Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& settings, Executor& executor,
                                 const std::string& renderer, const FrameObserver& observer,
-                                const std::atomic<bool>* stop);
+                                const std::atomic<bool>* stop, const FrameStart& start = {});
 
 }  // namespace postchain::sequence

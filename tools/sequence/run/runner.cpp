@@ -34,11 +34,12 @@ struct Numbered {
 class Walk {
   public:
     Walk(FrameJob& job, const RunSettings& settings, const FrameObserver& observer,
-         const std::atomic<bool>* stop, std::vector<FrameTask> tasks)
+         const std::atomic<bool>* stop, const FrameStart& start, std::vector<FrameTask> tasks)
         : job_(job),
           settings_(settings),
           observer_(observer),
           stop_(stop),
+          frame_start_(start),
           tasks_(std::move(tasks)),
           reader_(
               settings.source, settings.input,
@@ -114,6 +115,8 @@ class Walk {
     Status read(const FrameTask& task, Numbered& next) {
         FrameInFlight& frame = next.frame;
         FrameReport& report = frame.report;
+        if (frame_start_)
+            if (Status status = frame_start_(task); !status.ok()) return status;
         if (task.files.empty()) {
             report.outcome = Outcome::missing;
             report.status = Status(StatusCode::input,
@@ -263,6 +266,7 @@ class Walk {
     const RunSettings& settings_;
     const FrameObserver& observer_;
     const std::atomic<bool>* stop_;
+    const FrameStart& frame_start_;
     const std::vector<FrameTask> tasks_;
     SequenceReader reader_;  // of the reader thread
     MemoryGate gate_;
@@ -284,8 +288,8 @@ class Walk {
 
 Result<RunSummary> walk_sequence(FrameJob& job, const RunSettings& settings,
                                  std::vector<FrameTask> tasks, const FrameObserver& observer,
-                                 const std::atomic<bool>* stop) {
-    return Walk(job, settings, observer, stop, std::move(tasks)).walk();
+                                 const std::atomic<bool>* stop, const FrameStart& start) {
+    return Walk(job, settings, observer, stop, start, std::move(tasks)).walk();
 }
 
 }  // namespace postchain::sequence

@@ -25,6 +25,6 @@ inline constexpr int kFramesInFlight = 4;  // reading, waiting, processing, writ
 // what a library throws becomes a Status.
 Result<RunSummary> walk_sequence(FrameJob& job, const RunSettings& settings,
                                  std::vector<FrameTask> tasks, const FrameObserver& observer,
-                                 const std::atomic<bool>* stop);
+                                 const std::atomic<bool>* stop, const FrameStart& start = {});
 
 }  // namespace postchain::sequence

@@ -109,13 +109,18 @@ function form() {
 
 /** What would run in each frame, and what is left out and why. */
 function planView(answer) {
-    const frames = Array.isArray(answer) ? answer : answer.frames || [answer];
-    return [el("h3", {}, "Plan"), ...frames.slice(0, 20).map((one) => el("div", { class: "card" },
-        el("p", {}, el("strong", {}, `Frame ${one.frame}`), `, ${one.width} × ${one.height}: `,
-            (one.passes || []).map((p) => p.pass + (p.left_out ? " (left out)" : "")).join(", then ")),
-        el("ul", { class: "left-out" }, (one.left_out || []).map((l) => el("li", {},
-            el("span", { class: "what" }, l.what), ` — ${l.reason} `,
-            el("span", { class: "help" }, `(${l.rule})`))))))];
+    return [el("h3", {}, "Plan"), ...answer.frames.slice(0, 20).map((one) => {
+        const plan = one.plan || { passes: [], left_out: [] };
+        const order = plan.passes.map((p) => p.pass + (p.left_out ? " (left out)" : ""));
+        return el("div", { class: "card" },
+            el("p", {}, el("strong", {}, `Frame ${one.frame}`), one.plan
+                ? `, ${plan.width} × ${plan.height}: ${order.join(", then ")}` : ""),
+            one.error ? el("p", { class: "error" }, one.error) : null,
+            (one.warnings || []).map((text) => el("p", { class: "help" }, text)),
+            el("ul", { class: "left-out" }, plan.left_out.map((l) => el("li", {},
+                el("span", { class: "what" }, l.what), ` — ${l.reason} `,
+                el("span", { class: "help" }, `(${l.rule})`)))));
+    })];
 }
 
 function draw() {

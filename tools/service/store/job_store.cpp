@@ -28,7 +28,7 @@ CREATE TABLE frames(
   job INTEGER NOT NULL REFERENCES jobs(id) ON DELETE CASCADE, place INTEGER NOT NULL,
   frame INTEGER NOT NULL, state TEXT NOT NULL, attempts INTEGER NOT NULL DEFAULT 0,
   begun INTEGER NOT NULL DEFAULT 0, in_flight INTEGER NOT NULL DEFAULT 0,
-  alone INTEGER NOT NULL DEFAULT 0, output TEXT NOT NULL, message TEXT NOT NULL DEFAULT '',
+  alone INTEGER NOT NULL DEFAULT 0, held INTEGER NOT NULL DEFAULT 0, output TEXT NOT NULL, message TEXT NOT NULL DEFAULT '',
   filter_ms REAL NOT NULL DEFAULT 0, sidecar TEXT NOT NULL DEFAULT '',
   PRIMARY KEY(job, frame)) WITHOUT ROWID;
 CREATE TABLE events(
@@ -446,16 +446,23 @@ Result<std::optional<Job>> JobStore::next(int above) const {
     });
 }
 
-Status JobStore::start(const std::string& id) {
-    return change([&] {
+Result<int> JobStore::start(const std::string& id) {
+    int attempts = 0;
+    const Status status = change([&] {
         Statement(database_,
                   "UPDATE jobs SET state = 'running', attempts = attempts + 1, started_ms = CASE "
                   "started_ms WHEN 0 THEN ? ELSE started_ms END WHERE id = ? AND state = 'queued'")
             .bind(now_ms())
             .bind(number_of(id))
             .run();
-        if (database_.changes() > 0) add_event(id, "started", "{}");
+        if (database_.changes() == 0) return;
+        add_event(id, "started", "{}");
+        Statement now(database_, "SELECT attempts FROM jobs WHERE id = ?");
+        now.bind(number_of(id)).step();
+        attempts = int(now.integer(0));
     });
+    if (!status.ok()) return status;
+    return attempts;
 }
 
 Status JobStore::enter_frames(const std::string& id, const std::vector<JobFrame>& frames) {
@@ -475,6 +482,24 @@ Status JobStore::enter_frames(const std::string& id, const std::vector<JobFrame>
         Statement(database_, "UPDATE jobs SET begun = 1 WHERE id = ?").bind(number_of(id)).run();
         count_frames(database_, number_of(id));
         add_event(id, "frames", io::json_text({{"frames", frames.size()}}));
+    });
+}
+
+Result<FrameTally> JobStore::tally(const std::string& id) const {
+    return look<FrameTally>([&] {
+        FrameTally tally;
+        Statement found(database_,
+                        "SELECT frame, state, held FROM frames WHERE job = ? AND (state NOT IN "
+                        "('written', 'skipped') OR held = 1) ORDER BY place");
+        found.bind(number_of(id));
+        while (found.step()) {
+            const std::string state = found.text(1);
+            if (state == "waiting") ++tally.waiting;
+            if (state == "missing") ++tally.missing;
+            if (state == "set_aside") tally.set_aside.push_back(int(found.integer(0)));
+            if (found.integer(2) != 0) ++tally.held;
+        }
+        return tally;
     });
 }
 
@@ -520,9 +545,10 @@ Status JobStore::frame_ends(const std::string& id, const FrameEnd& end) {
     return change([&] {
         const int64_t job = number_of(id);
         Statement(database_,
-                  "UPDATE frames SET state = ?, in_flight = 0, alone = 0, message = ?, filter_ms = "
-                  "?, sidecar = ? WHERE job = ? AND frame = ? AND state = 'waiting'")
+                  "UPDATE frames SET state = ?, in_flight = 0, alone = 0, held = ?, message = ?, "
+                  "filter_ms = ?, sidecar = ? WHERE job = ? AND frame = ? AND state = 'waiting'")
             .bind(name_of(end.state))
+            .bind(end.held ? 1 : 0)
             .bind(end.message)
             .bind(end.filter_ms)
             .bind(end.sidecar)
@@ -585,14 +611,15 @@ Status JobStore::release(const std::string& id) {
     });
 }
 
-Status JobStore::requeue(const std::string& id, const std::string& message) {
+Status JobStore::requeue(const std::string& id, const std::string& why, bool counts) {
     return change([&] {
         Statement(database_,
-                  "UPDATE jobs SET state = 'queued', attempts = 0 WHERE id = ? AND state = "
-                  "'running'")
+                  "UPDATE jobs SET state = 'queued', attempts = CASE ? WHEN 0 THEN 0 ELSE attempts "
+                  "END WHERE id = ? AND state = 'running'")
+            .bind(counts ? 1 : 0)
             .bind(number_of(id))
             .run();
-        if (database_.changes() > 0) add_event(id, "requeued", io::json_text({{"why", message}}));
+        if (database_.changes() > 0) add_event(id, "requeued", io::json_text({{"why", why}}));
     });
 }
 

@@ -44,9 +44,16 @@ struct FrameToDo {
 struct FrameEnd {
     int frame = 0;
     FrameState state = FrameState::written;
-    std::string message;
+    std::string message;  // of a frame that is written: what is worth knowing
+    bool held = false;    // another frame's picture stands in
     double filter_ms = 0;
     std::string sidecar;
+};
+
+// The frames of a job by how they ended.
+struct FrameTally {
+    int waiting = 0, held = 0, missing = 0;
+    std::vector<int> set_aside;
 };
 
 struct Added {
@@ -79,10 +86,11 @@ class JobStore {
 
     // The queued job with the largest priority, of those the oldest; of `above` and up.
     Result<std::optional<Job>> next(int above) const;
-    // Running; counts an attempt of the job.
-    Status start(const std::string& id);
+    // Running; counts an attempt of the job and returns how many there were. 0: it waits no more.
+    Result<int> start(const std::string& id);
     // What was decided when it first started. Nothing is entered twice.
     Status enter_frames(const std::string& id, const std::vector<JobFrame>& frames);
+    Result<FrameTally> tally(const std::string& id) const;
     Result<std::vector<FrameToDo>> to_do(const std::string& id) const;
     // False until enter_frames(), and of ab and bench until began().
     Result<bool> has_begun(const std::string& id) const;
@@ -95,7 +103,8 @@ class JobStore {
     // Frames that were begun and given up by a stop: their attempts do not count.
     Status release(const std::string& id);
 
-    Status requeue(const std::string& id, const std::string& message);
+    // Of a job that runs. `counts`: the attempt of the job failed.
+    Status requeue(const std::string& id, const std::string& why, bool counts);
     // `job`: id, state, message, exit_code, verdict.
     Status end(const Job& job);
     // What waits or runs; false where the state does not allow it.

@@ -9,8 +9,7 @@
 #include "chain/json_writer.h"
 #include "config/reporter.h"
 #include "config/schema.h"
-#include "tools/measure/experiment/experiment.h"
-#include "tools/measure/report/limits.h"
+#include "tools/measure/experiment/assemble.h"
 #include "tools/sequence/io/aperture_file.h"
 #include "tools/sequence/run/memory.h"
 
@@ -79,10 +78,12 @@ Status check_inputs(const io::InputSpec& input, const Roots& roots) {
     return Status();
 }
 
-JobReader::JobReader(const Roots& roots, const PassRegistry& registry, const std::string& version)
+JobReader::JobReader(const Roots& roots, const PassRegistry& registry, const std::string& version,
+                     int threads)
     : roots_(roots),
       registry_(registry),
       version_(version),
+      threads_(threads),
       table_(sequence::job_parameters(registry)) {}
 
 // One body on its way.
@@ -103,8 +104,6 @@ class RequestParser {
                                                       : JobKind::run;
         integer("priority", -100, 100, request_.priority);
         request_.sets = list("set");
-        request_.under = list("under");
-        request_.fail_above = list("fail_above");
         read_tables();
         read_chain("chain", "chain_text", request_.chain, &request_.text);
         ChainText of_b;
@@ -470,12 +469,7 @@ class RequestParser {
         if (output) settings->output = std::move(*output);
         settings->version = reader_.version_;
         request_.run = std::move(*settings);
-        request_.run.other_inputs.push_back({request_.text.file_name, "the chain file"});
-        add_pictures(request_.chain.chain.camera);
-        add_pictures(request_.chain_b.chain.camera);
-        for (const auto& variant : request_.variants) add_pictures(variant.chain.camera);
-        complete(request_.ab);
-        complete(request_.bench);
+        complete();
         request_.bench.chain_name = request_.chain.name;
     }
 
@@ -508,28 +502,30 @@ class RequestParser {
         settings.truth = truth->color().text();
     }
 
-    void add_pictures(const Camera& camera) {
-        for (auto& picture : io::inputs_of(camera))
-            request_.run.other_inputs.push_back(std::move(picture));
-    }
-
-    void complete(experiment::ExperimentSettings& settings) const {
-        settings.run = request_.run;
-        settings.input = request_.input;
-        settings.resumes = settings.on_existing == io::OnExisting::skip;
-        settings.command = {"postchain", "serve", kind_ == RequestKind::ab ? "ab" : "bench"};
+    void complete() {
+        experiment::Surroundings around{
+            request_.run, request_.input, {request_.text.file_name}, {}, {}, reader_.threads_};
+        if (kind_ == RequestKind::ab) around.chain_files.push_back(text_b_.file_name);
+        around.cameras = {request_.chain.chain.camera, request_.chain_b.chain.camera};
+        for (const auto& variant : request_.variants)
+            around.cameras.push_back(variant.chain.camera);
+        around.command = {"postchain", "serve", name_of(request_.kind)};
+        experiment::complete(request_.ab, around);
+        request_.run = request_.ab.run;
+        experiment::complete(request_.bench, std::move(around));
     }
 
     void read_limits() {
         const auto kind = kind_ == RequestKind::ab ? report::Kind::ab : report::Kind::bench;
         const bool with_truth = kind_ == RequestKind::bench || !request_.ab.truth.empty();
-        const auto columns = experiment::metric_columns(kind, with_truth);
-        for (const char* key : {"under", "fail_above"})
-            for (const auto& text :
-                 key == std::string("under") ? request_.under : request_.fail_above)
-                if (auto limit = report::parse_limit(sequence::option_name(key), text, columns);
-                    !limit.ok())
-                    fault(key, without_option(key, limit.status().message()));
+        const auto limits = [&](const char* key, const std::vector<std::string>& texts) {
+            auto found = experiment::limits_of(sequence::option_name(key), texts, kind, with_truth);
+            if (found.ok()) return std::move(*found);
+            fault(key, without_option(key, found.status().message()));
+            return std::vector<report::MetricLimit>();
+        };
+        request_.under = limits("under", list("under"));
+        request_.fail_above = limits("fail_above", list("fail_above"));
     }
 
     void read_preview() {
@@ -553,6 +549,7 @@ class RequestParser {
     bool only_outside_ = true;
     sequence::JobSettings job_;
     JobRequest request_;
+    ChainText text_b_;
 };
 
 namespace {

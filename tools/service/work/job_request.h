@@ -15,6 +15,7 @@
 #include "tools/measure/experiment/ab.h"
 #include "tools/measure/experiment/settings.h"
 #include "tools/measure/experiment/sweep.h"
+#include "tools/measure/report/limits.h"
 #include "tools/sequence/run/job_settings.h"
 #include "tools/service/store/job.h"
 #include "tools/service/work/json_body.h"
@@ -38,7 +39,7 @@ struct JobRequest {
     experiment::ExperimentSettings ab;
     experiment::BenchSettings bench;
     std::vector<experiment::BenchVariant> variants;  // of bench
-    std::vector<std::string> under, fail_above;
+    std::vector<report::MetricLimit> under, fail_above;
     int frame = 0;     // of a preview
     double scale = 1;  // of a preview
 };
@@ -46,7 +47,8 @@ struct JobRequest {
 class JobReader {
   public:
     // All of them outlive the reader.
-    JobReader(const Roots& roots, const PassRegistry& registry, const std::string& version);
+    JobReader(const Roots& roots, const PassRegistry& registry, const std::string& version,
+              int threads);
 
     // A job. Problems: (invalid), (forbidden); every fault that was found is in `diagnostics`.
     Answer<JobRequest> job(const std::string& body) const;
@@ -63,6 +65,7 @@ class JobReader {
     const Roots& roots_;
     const PassRegistry& registry_;
     const std::string& version_;
+    const int threads_;
     ParameterTable table_;
 };
 

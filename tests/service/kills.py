@@ -1,0 +1,115 @@
+"""Kills a process with the service in it at random moments (SIGKILL) while it works on one job of
+small frames, starts it again and again until the job is done, and compares all that it wrote with an
+undisturbed run of the command: every frame there once, whole, of the same bits; no temporary left;
+in the store every frame written, none set aside, each with one event of its end.
+
+    python3 tests/service/kills.py build/tools/apps/postchain/postchain \\
+        build/tests/service/service_worker --work /tmp/kills --frames 200 --kills 40
+
+Frames wait for a kill only by chance, so attempts are many here: that a frame which kills its process
+is set aside is tests/service/worker_test.cpp's.
+"""
+import argparse
+import collections
+import json
+import os
+import pathlib
+import random
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "robustness"))
+import jobs  # noqa: E402  (of tests/robustness)
+
+ATTEMPTS = "50"
+
+
+def worker(arguments, work):
+    return [str(arguments.worker), str(work / "store.db"), str(work), str(work / "body.json"), "key",
+            ATTEMPTS]
+
+
+def kill_after(command, seconds):
+    """True when it was still running."""
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL) as process:
+        try:
+            process.wait(timeout=seconds)
+        except subprocess.TimeoutExpired:
+            os.kill(process.pid, signal.SIGKILL)
+            process.wait()
+    return process.returncode == -signal.SIGKILL
+
+
+def faults_of_store(path, frames):
+    """Sentences about what the store says of the one job."""
+    store = sqlite3.connect(path)
+    said = []
+    state, done, failed = store.execute("SELECT state, done, failed FROM jobs").fetchone()
+    if (state, done, failed) != ("done", frames, 0):
+        said.append(f"the job is {state}, {done} done, {failed} failed")
+    states = collections.Counter(row[0] for row in store.execute("SELECT state FROM frames"))
+    if states != {"written": frames}:
+        said.append(f"states of the frames: {dict(states)}")
+    ends = collections.Counter(json.loads(row[0])["frame"] for row in store.execute(
+        "SELECT data FROM events WHERE type = 'frame'"))
+    said += [f"frame {frame} ended {count} times" for frame, count in ends.items() if count != 1]
+    said += [f"frame {frame} never ended" for frame in range(1, frames + 1) if frame not in ends]
+    said += [f"frame {frame} has no sidecar" for (frame,) in store.execute(
+        "SELECT frame FROM frames WHERE sidecar = ''")]
+    if store.execute("PRAGMA integrity_check").fetchone() != ("ok",):
+        said.append("the store is damaged")
+    return said
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("postchain", type=pathlib.Path)
+    parser.add_argument("worker", type=pathlib.Path, help="the built service_worker")
+    parser.add_argument("--work", type=pathlib.Path, required=True)
+    parser.add_argument("--frames", type=int, default=200)
+    parser.add_argument("--kills", type=int, default=40)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--on-existing", default="fail", choices=["fail", "overwrite", "skip"])
+    arguments = parser.parse_args()
+    work = jobs.empty(arguments.work.resolve())
+    scene, out = work / "in", jobs.empty(work / "out")
+    jobs.make_scene(arguments.postchain, scene, arguments.frames)
+    job = jobs.Job("run", "run fast -i {IN}/sharp.####.exr --camera {IN}/camera.json "
+                   "-o {OUT}/o.####.exr", "skip")
+    expected, seconds = jobs.undisturbed(job, arguments.postchain, scene, work / "undisturbed")
+    (work / "body.json").write_text(json.dumps(
+        {"chain": "fast", "input": "in/sharp.####.exr", "camera": "in/camera.json",
+         "output": "out/o.####.exr", "on_existing": arguments.on_existing}))
+    chance = random.Random(arguments.seed)
+    # The job lasts as long as the kills: each process gets on by about one part of it.
+    span = 0.15 + 2.5 * seconds / arguments.kills
+    kills = began = 0
+    start = time.monotonic()
+    left_temporary = 0
+    for _ in range(arguments.kills):
+        began += 1
+        if not kill_after(worker(arguments, work), chance.uniform(0.02, 1) * span):
+            break
+        kills += 1
+        left_temporary += bool(jobs.temporaries(out))
+        wrong = jobs.differences(out, expected, whole=False)
+        if wrong:
+            print("\n".join(wrong))
+            return 1
+    done = jobs.run(worker(arguments, work))
+    said = [] if done.returncode == 0 else [f"exit code {done.returncode}: {done.stdout}{done.stderr}"]
+    said += jobs.differences(out, expected, whole=True)
+    said += [f"{path}: never removed" for path in jobs.temporaries(out)]
+    said += faults_of_store(work / "store.db", arguments.frames)
+    for sentence in said:
+        print(sentence)
+    print(f"{kills} kills, {left_temporary} of them left a temporary, {arguments.frames} frames, "
+          f"{len(said)} faults, {time.monotonic() - start:.0f} s")
+    return 1 if said else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,84 @@
+#include "tools/measure/experiment/assemble.h"
+
+#include "tools/measure/experiment/experiment.h"
+#include "tools/measure/experiment/truth.h"
+#include "tools/measure/report/page/page.h"
+#include "tools/measure/report/report_json.h"
+#include "tools/measure/report/report_text.h"
+#include "tools/sequence/io/aperture_file.h"
+#include "tools/sequence/run/device.h"
+#include "tools/sequence/run/exit_code.h"
+
+namespace postchain::experiment {
+
+void complete(ExperimentSettings& settings, Surroundings around) {
+    settings.run = std::move(around.run);
+    for (const auto& chain : around.chain_files)
+        settings.run.other_inputs.push_back({chain, "the chain file"});
+    for (const auto& camera : around.cameras)
+        for (auto& picture : io::inputs_of(camera))
+            settings.run.other_inputs.push_back(std::move(picture));
+    settings.input = std::move(around.input);
+    settings.command = std::move(around.command);
+    settings.threads = sequence::threads_of(around.threads);
+    settings.flip.threads = around.threads;
+}
+
+Status find_truth(BenchSettings& settings, const io::OutputFiles& files,
+                  const egl::ContextOptions& context,
+                  const std::function<bool(const std::string&)>& progress) {
+    if (!settings.truth.empty()) return Status();
+    auto survey = survey_input(settings.run, settings.flip.tone_mapper, false);
+    if (!survey.ok()) return survey.status();
+    const SceneOfInput scene = find_scene(settings.run, *survey);
+    if (!scene.request) {
+        settings.no_truth = scene.why_not;
+        return Status();
+    }
+    auto pattern =
+        generate_truth(*scene.request, settings.folder + "/truth", settings.truth_samples, files,
+                       context, [&](int frame, double share) {
+                           return progress(concat("truth of ", scene.request->name, ", frame ",
+                                                  frame, ", ", int(100 * share), " %"));
+                       });
+    if (!pattern.ok()) return pattern.status();
+    settings.truth = *pattern;
+    settings.truth_is = concat("generated: ", scene.request->name, ", ", settings.truth_samples,
+                               " samples per pixel");
+    return Status();
+}
+
+std::string page_path(const report::Report& report) {
+    return report.folder + "/index.html";
+}
+
+Status write_report_files(const report::Report& report, const std::string& assets) {
+    Status status = report::write_report_json(report);
+    if (status.ok()) status = report::write_report_csv(report);
+    if (status.ok()) status = report::write_report_markdown(report);
+    if (status.ok()) status = report::write_page(report, page_path(report), {assets});
+    return status;
+}
+
+int exit_code_of(const report::Report& report, const std::vector<report::MetricLimit>& limits,
+                 bool met, std::vector<std::string>& broken) {
+    broken = report::exceeding(report, limits);
+    if (!broken.empty()) return sequence::kExitThreshold;
+    for (const auto& variant : report.variants)
+        if (!variant.failure.empty()) return sequence::kExitSomeFailed;
+    return met ? sequence::kExitOk : sequence::kExitThreshold;
+}
+
+Result<std::vector<report::MetricLimit>> limits_of(const std::string& option,
+                                                   const std::vector<std::string>& texts,
+                                                   report::Kind kind, bool with_truth) {
+    std::vector<report::MetricLimit> limits;
+    for (const auto& text : texts) {
+        auto limit = report::parse_limit(option, text, metric_columns(kind, with_truth));
+        if (!limit.ok()) return limit.status();
+        limits.push_back(std::move(*limit));
+    }
+    return limits;
+}
+
+}  // namespace postchain::experiment

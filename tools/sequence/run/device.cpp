@@ -1,0 +1,38 @@
+#include "tools/sequence/run/device.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cstdlib>
+#include <thread>
+
+#include "tools/sequence/io/exr_reader.h"
+
+namespace postchain::sequence {
+
+int threads_of(int threads) {
+    return threads > 0 ? threads : std::max(1, int(std::thread::hardware_concurrency()));
+}
+
+Result<egl::ContextOptions> context_options_of(const std::string& device, int threads) {
+    egl::ContextOptions context;
+    if (device == "software") {
+        context.device = egl::ContextOptions::kSoftware;
+    } else if (device != "auto") {
+        const char* end = device.data() + device.size();
+        const auto parsed = std::from_chars(device.data(), end, context.device);
+        if (parsed.ec != std::errc() || parsed.ptr != end || context.device < 0)
+            return Status(StatusCode::usage, "--device: '" + device +
+                                                 "' is neither auto, software nor a number of "
+                                                 "`postchain info`");
+    }
+    // llvmpipe reads its number of threads from here, once, when the context is made.
+    if (threads > 0) setenv("LP_NUM_THREADS", std::to_string(threads).c_str(), 1);
+    io::set_exr_threads(threads_of(threads));
+    return context;
+}
+
+std::string renderer_text(const gl::Device& device) {
+    return device.renderer + ", " + device.version;
+}
+
+}  // namespace postchain::sequence

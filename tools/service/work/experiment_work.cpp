@@ -1,0 +1,145 @@
+#include "tools/service/work/experiment_work.h"
+
+#include "tools/measure/experiment/ab.h"
+#include "tools/measure/experiment/assemble.h"
+#include "tools/measure/experiment/bench.h"
+#include "tools/measure/experiment/choose.h"
+#include "tools/measure/experiment/report_folder.h"
+#include "tools/sequence/run/clock.h"
+
+namespace postchain::service {
+namespace {
+
+class ExperimentWork {
+  public:
+    ExperimentWork(const Job& job, JobRequest& request, const WorkPlace& place)
+        : id_(job.id), request_(request), place_(place), roots_(place.reader.roots()) {}
+
+    WorkEnd work() {
+        experiment::ExperimentSettings& settings =
+            request_.kind == JobKind::ab ? request_.ab : request_.bench;
+        settings.renderer = place_.gl.renderer();
+        settings.software = place_.gl.software();
+        if (Status status = check_paths(settings); !status.ok()) return WorkEnd::failed(status);
+        const auto begun = place_.store.has_begun(id_);
+        if (!begun.ok()) return WorkEnd::of(WorkEnd::How::store_failed, begun.status().message());
+        // What stands in the folder after the first start is this job's: ab replaces it, bench goes
+        // on with it.
+        const auto later =
+            request_.kind == JobKind::ab ? io::OnExisting::overwrite : io::OnExisting::skip;
+        if (*begun) settings.on_existing = later;
+        auto files = experiment::prepare_folder(settings);
+        if (!files.ok()) return WorkEnd::failed(files.status());
+        if (Status status = place_.store.began(id_); !status.ok())
+            return WorkEnd::of(WorkEnd::How::store_failed, status.message());
+        settings.on_existing = later;
+        bool met = true;
+        auto report = request_.kind == JobKind::ab ? ab() : bench(*files, met);
+        if (!report.ok()) return end_of(report.status());
+        if (place_.stop) return WorkEnd::of(WorkEnd::How::stopped, "");
+        if (Status status = experiment::write_report_files(*report, settings.assets); !status.ok())
+            return WorkEnd::failed(status);
+        return end_of(*report, met);
+    }
+
+  private:
+    Status check_paths(const experiment::ExperimentSettings& settings) const {
+        if (Status status = check_inputs(settings.run.input, roots_); !status.ok()) return status;
+        if (!settings.truth.empty()) {
+            auto truth = io::InputSpec::parse(settings.truth);
+            if (!truth.ok()) return truth.status();
+            if (Status status = check_inputs(*truth, roots_); !status.ok()) return status;
+        }
+        if (!settings.assets.empty())
+            if (Status status = check_folder(settings.assets, roots_); !status.ok()) return status;
+        // The camera file beside a generated scene is read to find its truth.
+        const std::string beside = settings.run.input.color().folder() + "/camera.json";
+        auto camera = load_camera(beside);
+        if (camera.ok() && camera->camera.aperture_image &&
+            !roots_.resolve(camera->camera.aperture_image.file()).ok())
+            return Status(StatusCode::input,
+                          beside + ": names a picture outside the folders of this service");
+        return check_folder(settings.folder, roots_);
+    }
+
+    experiment::ProgressCallback progress() {
+        return [this](const experiment::ExperimentProgress& progress) {
+            say(progress.what, progress.done, progress.total);
+            place_.remaining(progress.remaining_s);
+            place_.between();
+        };
+    }
+
+    // Once a second at most; what cannot be entered is not missed.
+    void say(const std::string& what, size_t done, size_t total) {
+        if (said_ && sequence::milliseconds_since(*said_) < 1000) return;
+        said_ = sequence::Clock::now();
+        (void)place_.store.say(
+            id_, "progress",
+            io::json_text({{"what", roots_.shown_in(what)}, {"done", done}, {"total", total}}));
+    }
+
+    Result<report::Report> ab() {
+        return experiment::run_ab(request_.chain, request_.chain_b, request_.ab,
+                                  place_.gl.executor(), progress(), &place_.stop);
+    }
+
+    Result<report::Report> bench(const io::OutputFiles& files, bool& met) {
+        const Status found = experiment::find_truth(request_.bench, files, place_.device,
+                                                    [&](const std::string& what) {
+                                                        say(what, 0, 0);
+                                                        return !place_.stop;
+                                                    });
+        if (Status status = place_.gl.make_current(); !status.ok()) return status;
+        if (!found.ok()) return found;
+        auto report = experiment::run_bench(request_.variants, request_.bench, files,
+                                            place_.gl.executor(), progress(), &place_.stop);
+        if (!report.ok()) return report;
+        const auto chosen = experiment::choose_under(*report, request_.under);
+        if (!chosen.ok()) return chosen.status();
+        met = *chosen;
+        return report;
+    }
+
+    WorkEnd end_of(const Status& status) const {
+        if (place_.stop) return WorkEnd::of(WorkEnd::How::stopped, "");
+        if (status.code() == StatusCode::gl)
+            return WorkEnd::of(WorkEnd::How::gl_failed, status.message());
+        return WorkEnd::failed(status);
+    }
+
+    WorkEnd end_of(const report::Report& report, bool met) const {
+        WorkEnd end;
+        std::vector<std::string> lines;
+        end.exit_code = experiment::exit_code_of(report, request_.fail_above, met, lines);
+        for (const auto& variant : report.variants)
+            if (!variant.failure.empty()) lines.push_back(variant.name + ": " + variant.failure);
+        for (const std::string& line : lines)
+            end.message += (end.message.empty() ? "" : "; ") + line;
+        if (report.comparison) {
+            end.verdict = report.comparison->verdict;
+        } else {
+            size_t best = 0;
+            for (const auto& variant : report.variants) best += variant.pareto;
+            end.verdict = concat(report.variants.size(), " variants, ", best, " in the Pareto set");
+            for (const std::string& line : report.under) end.verdict += "; " + line;
+        }
+        for (char& c : end.verdict)
+            if (c == '\n') c = ' ';
+        return end;
+    }
+
+    const std::string id_;
+    JobRequest& request_;
+    const WorkPlace& place_;
+    const Roots& roots_;
+    std::optional<sequence::Clock::time_point> said_;
+};
+
+}  // namespace
+
+WorkEnd work_on_experiment(const Job& job, JobRequest& request, const WorkPlace& place) {
+    return ExperimentWork(job, request, place).work();
+}
+
+}  // namespace postchain::service

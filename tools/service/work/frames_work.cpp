@@ -1,0 +1,317 @@
+#include "tools/service/work/frames_work.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <set>
+
+#include "config/text_tree.h"
+#include "tools/sequence/run/exit_code.h"
+#include "tools/sequence/run/fingerprint.h"
+#include "tools/sequence/run/run_files.h"
+#include "tools/sequence/run/run_sequence.h"
+#include "tools/sequence/run/sidecar.h"
+
+namespace postchain::service {
+namespace {
+
+namespace fs = std::filesystem;
+using sequence::FrameTask;
+using sequence::RunSettings;
+
+constexpr size_t kMaxFramesOfJob = 100'000;
+
+class FramesWork {
+  public:
+    FramesWork(const Job& job, JobRequest& request, const WorkPlace& place)
+        : id_(job.id),
+          chain_(request.chain.chain),
+          settings_(request.run),
+          stops_on_error_(request.run.on_error == sequence::ErrorPolicy::stop),
+          missing_(request.run.missing),
+          place_(place) {
+        // A frame that fails is tried again; the others go on.
+        settings_.on_error = sequence::ErrorPolicy::keep_going;
+    }
+
+    WorkEnd work() {
+        const auto begun = place_.store.has_begun(id_);
+        if (!begun.ok()) return store_failed(begun.status());
+        if (!*begun)
+            if (auto end = begin()) return *end;
+        // Whatever was missing at the beginning has been entered. What goes missing later is a
+        // frame that fails.
+        if (missing_ == sequence::MissingPolicy::error)
+            settings_.missing = sequence::MissingPolicy::skip;
+        for (;;) {
+            const auto waiting = place_.store.to_do(id_);
+            if (!waiting.ok()) return store_failed(waiting.status());
+            if (waiting->empty()) return ending();
+            if (place_.stop) return WorkEnd::of(WorkEnd::How::stopped, "");
+            const Status status = work_on(next_of(*waiting));
+            // Frames that were taken up and given up wait as if nothing had been.
+            const Status released = place_.store.release(id_);
+            if (!store_.ok()) return store_failed(store_);
+            if (!released.ok()) return store_failed(released);
+            if (gl_failed_) return WorkEnd::of(WorkEnd::How::gl_failed, gl_message_);
+            if (!status.ok()) {
+                if (place_.stop) return WorkEnd::of(WorkEnd::How::stopped, "");
+                return rest_left(WorkEnd::failed(status));
+            }
+            if (aside_ && stops_on_error_) return rest_left(WorkEnd::failed(first_failure_));
+        }
+    }
+
+  private:
+    struct Batch {
+        std::vector<int> frames;
+        bool judged = false;  // by one frame: is its output this job's
+        std::set<int> begun;
+    };
+
+    // --------------------------------------------------------------------------- beginning
+    // What the command does before its first frame; and the frames, for good.
+    std::optional<WorkEnd> begin() {
+        std::vector<int> gaps;
+        auto tasks = sequence::plan_tasks(settings_, true, gaps);
+        if (!tasks.ok()) return WorkEnd::failed(tasks.status());
+        if (tasks->size() > kMaxFramesOfJob)
+            return WorkEnd::failed(
+                Status(StatusCode::usage, concat("frames: ", tasks->size(), " are more than ",
+                                                 kMaxFramesOfJob, " of one job; make several")));
+        if (Status status = sequence::files_of_run(chain_, settings_, *tasks).check(); !status.ok())
+            return WorkEnd::failed(status);
+        if (Status status = check_paths(); !status.ok()) return WorkEnd::failed(status);
+        std::vector<JobFrame> frames;
+        for (const FrameTask& task : *tasks) {
+            JobFrame frame;
+            frame.frame = task.frame;
+            frame.output = task.output;
+            if (task.files.empty()) {
+                frame.state = FrameState::missing;
+                frame.message =
+                    sequence::absent_files(task.frame, settings_) + ": frame is not on disk";
+            }
+            frames.push_back(std::move(frame));
+        }
+        if (Status status = place_.store.enter_frames(id_, frames); !status.ok())
+            return store_failed(status);
+        return std::nullopt;
+    }
+
+    Status check_paths() const {
+        const Roots& roots = place_.reader.roots();
+        if (Status status = check_inputs(settings_.input, roots); !status.ok()) return status;
+        if (Status status = check_folder(settings_.output.folder(), roots); !status.ok())
+            return status;
+        if (settings_.dump_folder.empty()) return Status();
+        return check_folder(settings_.dump_folder, roots);
+    }
+
+    // ----------------------------------------------------------------------------- batches
+    // Frames that were in flight when a process died come last, each alone: whatever killed it,
+    // the others are done by then. The others go together, the least tried first.
+    Batch next_of(const std::vector<FrameToDo>& waiting) const {
+        const auto less = [](const FrameToDo& a, const FrameToDo& b) {
+            return std::pair(a.alone, a.attempts) < std::pair(b.alone, b.attempts);
+        };
+        const FrameToDo& first = *std::min_element(waiting.begin(), waiting.end(), less);
+        Batch batch;
+        // Only the command's default asks whose a file is that stands at an output.
+        batch.judged = first.begun && settings_.on_existing == io::OnExisting::fail;
+        if (first.alone || batch.judged) {
+            batch.frames = {first.frame};
+            if (first.begun) batch.begun = {first.frame};
+            return batch;
+        }
+        for (const FrameToDo& frame : waiting) {
+            if (frame.alone || frame.attempts != first.attempts || frame.begun != first.begun)
+                continue;
+            batch.frames.push_back(frame.frame);
+            if (frame.begun) batch.begun.insert(frame.frame);
+        }
+        return batch;
+    }
+
+    Status work_on(const Batch& batch) {
+        if (Status status = check_paths(); !status.ok()) return status;
+        RunSettings settings = settings_;
+        settings.frames = io::FrameRange{batch.frames};
+        batch_ = &batch;
+        if (batch.judged) {
+            // Entered here, since looking at the frame opens its files.
+            if (!entered(place_.store.frame_begins(id_, batch.frames[0]))) return store_;
+            if (is_own(settings)) settings.on_existing = io::OnExisting::skip;
+        } else if (!batch.begun.empty()) {
+            settings.on_existing = io::OnExisting::skip;
+        }
+        return sequence::run_sequence(
+                   chain_, settings, place_.gl.executor(), place_.gl.renderer(),
+                   [&](const sequence::FrameReport& report, const sequence::RunProgress& progress) {
+                       finish(report, progress);
+                   },
+                   &place_.stop, [&](const FrameTask& task) { return start(task); })
+            .status();
+    }
+
+    // Is what stands at the output of the one frame made by this job, whole or not yet with
+    // sidecar and preview.
+    bool is_own(const RunSettings& settings) const {
+        std::vector<int> gaps;
+        const auto tasks = sequence::plan_tasks(settings, true, gaps);
+        std::error_code error;
+        if (!tasks.ok() || tasks->size() != 1 || !fs::exists((*tasks)[0].output, error))
+            return false;
+        const FrameTask& task = (*tasks)[0];
+        if (task.files.empty()) return false;
+        sequence::SequenceReader reader(
+            settings.source, settings.input, [&](const sequence::FrameHeader& header) {
+                return sequence::planes_needed(chain_, settings.source, header, settings.plan);
+            });
+        const auto inputs = reader.open(task.source, task.files);
+        if (!inputs.ok()) return false;
+        RunSettings picture_alone = settings;
+        picture_alone.sidecar = picture_alone.preview = false;
+        return sequence::is_done(task.output, sequence::fingerprint_of(chain_, settings, *inputs),
+                                 picture_alone);
+    }
+
+    // ---------------------------------------------------------------------------- one frame
+    // Reader thread.
+    Status start(const FrameTask& task) {
+        if (!batch_->judged)
+            if (Status status = place_.store.frame_begins(id_, task.frame); !status.ok()) {
+                place_.stop = true;
+                return status;
+            }
+        const Roots& roots = place_.reader.roots();
+        for (const auto& [role, path] : task.files)
+            if (!roots.resolve(path).ok())
+                return Status(StatusCode::input,
+                              path + ": is a link that leads outside the folders of this service");
+        return check_folder(settings_.output.folder(), roots);
+    }
+
+    void finish(const sequence::FrameReport& report, const sequence::RunProgress& progress) {
+        place_.counters.add(report);
+        switch (report.outcome) {
+            case sequence::Outcome::written:
+            case sequence::Outcome::held:
+            case sequence::Outcome::skipped:
+                entered(place_.store.frame_ends(id_, end_of(report)));
+                break;
+            case sequence::Outcome::missing:
+            case sequence::Outcome::failed:
+                failed(report);
+                break;
+        }
+        place_.remaining(progress.remaining_s);
+        place_.between();
+    }
+
+    FrameEnd end_of(const sequence::FrameReport& report) const {
+        const Roots& roots = place_.reader.roots();
+        FrameEnd end;
+        end.frame = report.frame;
+        end.filter_ms = report.filter_ms;
+        // What this job had begun and finds done is its own work, of a process that died.
+        const bool own = batch_->begun.count(report.frame) > 0;
+        if (report.outcome == sequence::Outcome::skipped) {
+            end.state = own ? FrameState::written : FrameState::skipped;
+            const auto text =
+                read_text_file(sequence::sidecar_path(report.output), StatusCode::output);
+            if (settings_.sidecar && text.ok()) end.sidecar = *text;
+            return end;
+        }
+        end.state = FrameState::written;
+        end.sidecar = sequence::sidecar_json(report, settings_.version);
+        for (const std::string& warning : report.warnings)
+            end.message += (end.message.empty() ? "" : "; ") + roots.shown_in(warning);
+        end.held = report.outcome == sequence::Outcome::held;
+        if (end.held)
+            end.message = concat("frame ", report.held_from, " stands in",
+                                 end.message.empty() ? "" : "; ", end.message);
+        return end;
+    }
+
+    void failed(const sequence::FrameReport& report) {
+        const Status& status = report.status;
+        if (first_failure_.ok()) first_failure_ = status;
+        if (status.code() == StatusCode::gl) {
+            gl_failed_ = true;
+            gl_message_ = status.message();
+            place_.stop = true;
+        }
+        entered(place_.store.frame_fails(id_, report.frame,
+                                         place_.reader.roots().shown_in(status.message())));
+        const auto now = place_.store.frame(id_, report.frame);
+        if (now.ok() && *now && (*now)->state == FrameState::set_aside) {
+            aside_ = true;
+            if (stops_on_error_) place_.stop = true;
+        }
+    }
+
+    bool entered(const Status& status) {
+        if (status.ok()) return true;
+        store_ = status;
+        place_.stop = true;
+        return false;
+    }
+
+    // ------------------------------------------------------------------------------- ending
+    WorkEnd store_failed(const Status& status) const {
+        return WorkEnd::of(WorkEnd::How::store_failed, status.message());
+    }
+
+    WorkEnd rest_left(WorkEnd end) const {
+        const auto tally = place_.store.tally(id_);
+        if (tally.ok() && tally->waiting > 0)
+            end.message += concat("; ", tally->waiting, tally->waiting == 1 ? " frame" : " frames",
+                                  " left undone, which a retry goes on with");
+        return end;
+    }
+
+    WorkEnd ending() const {
+        const auto tally = place_.store.tally(id_);
+        const auto job = place_.store.job(id_);
+        if (!tally.ok()) return store_failed(tally.status());
+        if (!job.ok() || !*job) return store_failed(job.status());
+        WorkEnd end;
+        const auto say = [&](const std::string& text) {
+            end.message += (end.message.empty() ? "" : "; ") + text;
+        };
+        if (!tally->set_aside.empty())
+            say(concat(tally->set_aside.size(), " of ", (*job)->frames,
+                       " frames set aside: ", sequence::frames_text(tally->set_aside)));
+        if (tally->missing > 0) say(concat(tally->missing, " frames are not on disk"));
+        if (tally->held > 0) say(concat(tally->held, " frames are held"));
+        if (!end.message.empty()) end.exit_code = sequence::kExitSomeFailed;
+        if (!tally->set_aside.empty()) {
+            end.state = JobState::failed;
+            if ((*job)->done == 0 && !first_failure_.ok())
+                end.exit_code = sequence::exit_code(first_failure_);
+            if (first_failure_.code() == StatusCode::health) end.exit_code = sequence::kExitHealth;
+        }
+        return end;
+    }
+
+    const std::string id_;
+    const Chain& chain_;
+    RunSettings settings_;
+    const bool stops_on_error_;
+    const sequence::MissingPolicy missing_;
+    const WorkPlace& place_;
+    const Batch* batch_ = nullptr;
+    Status first_failure_;
+    Status store_;  // why nothing could be entered
+    bool aside_ = false;
+    bool gl_failed_ = false;
+    std::string gl_message_;
+};
+
+}  // namespace
+
+WorkEnd work_on_frames(const Job& job, JobRequest& request, const WorkPlace& place) {
+    return FramesWork(job, request, place).work();
+}
+
+}  // namespace postchain::service

@@ -1,0 +1,50 @@
+#include "tools/service/work/gl_device.h"
+
+#include <cmath>
+
+#include "chain/planner.h"
+#include "tools/sequence/run/device.h"
+
+namespace postchain::service {
+
+Result<std::unique_ptr<GlDevice>> GlDevice::create(const egl::ContextOptions& options,
+                                                   const PassRegistry& registry) {
+    try {
+        auto context = egl::Context::create(options);
+        if (!context.ok()) return context.status();
+        std::unique_ptr<GlDevice> made(new GlDevice(registry));
+        made->context_ = std::move(*context);
+        made->executor_ = std::make_unique<Executor>(made->context_->device());
+        made->renderer_ = sequence::renderer_text(made->context_->device());
+        if (Status status = made->test(); !status.ok()) return status;
+        return made;
+    } catch (...) {
+        return status_of_exception("the GL context");
+    }
+}
+
+Status GlDevice::test() {
+    constexpr int kSide = 16;
+    constexpr float kValue = 0.25f;
+    Chain chain;
+    if (!chain.append(registry_, "fxaa")) return Status();
+    FrameDescription frame;
+    frame.width = frame.height = frame.display_width = frame.display_height = kSide;
+    frame.planes = {Role::color};
+    PlanOptions options;
+    options.elide = false;
+    auto plan = make_plan(chain, frame, options);
+    if (!plan.ok()) return plan.status();
+    FramePlanes planes;
+    planes.emplace(Role::color, ImageF(kSide, kSide, 4, kValue));
+    auto result = executor_->filter(*plan, planes);
+    if (!result.ok()) return result.status();
+    // One color stays that color, whatever is done to edges.
+    for (const float value : result->at(Role::color).data)
+        if (!(std::abs(value - kValue) < 1e-3f))
+            return Status(StatusCode::gl, concat("a test dispatch gave ", value, " instead of ",
+                                                 kValue, "; the device cannot be trusted"));
+    return Status();
+}
+
+}  // namespace postchain::service

@@ -168,7 +168,7 @@ const showPreview = later(200, async () => {
     running = new AbortController();
     const started = performance.now(), mine = running;
     parts.previewState.textContent = "filtering …";
-    parts.previewState.className = "help";
+    parts.previewState.className = "help preview-state";
     const body = { chain_text: text, input: preview.input, frame: Number(preview.frame || 1),
         scale: Number(preview.scale || 0.5) };
     if (preview.camera) body.camera = preview.camera;
@@ -183,7 +183,7 @@ const showPreview = later(200, async () => {
         if (mine.signal.aborted) return;
         parts.previewState.textContent = [error.message,
             ...(error.errors || []).map((e) => `${e.path ? `${e.path}: ` : ""}${e.message}`)].join("\n");
-        parts.previewState.className = "error";
+        parts.previewState.className = "error preview-state";
     }
 });
 
@@ -213,7 +213,7 @@ export async function showChain() {
             autocapitalize: "off", wrap: "off" }),
         diagnostics: el("ul", { class: "diagnostics", role: "status" }),
         picture: el("div", { class: "picture" }, el("p", {}, "Name frames to see one filtered.")),
-        previewState: el("p", { class: "help", role: "status" }) };
+        previewState: el("p", { class: "help preview-state", role: "status" }) };
     parts.text.value = text;
     parts.text.addEventListener("input", () => {
         text = parts.text.value;
@@ -227,8 +227,8 @@ export async function showChain() {
                 el("a", { href: "#new" }, "Use it in a new job"), ".")),
         el("div", { class: "editor" },
             el("div", {}, parts.forms),
-            el("div", {},
-                el("label", { for: textId, class: "label" }, el("strong", {}, "Text")),
+            el("div", { class: "beside" },
+                el("label", { for: textId, class: "label" }, "Text"),
                 el("div", { class: "text-pane" }, parts.gutter, parts.text), parts.diagnostics,
                 el("h3", {}, "Preview"),
                 el("div", { class: "preview-form" },

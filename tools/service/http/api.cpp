@@ -305,7 +305,7 @@ void Api::add_tools() {
                                    return respond(problem(*wrong));
                                respond(json_reply(200, std::get<std::string>(answer)));
                            },
-                       .body = "JobRequest"});
+                       .body = "PlanRequest"});
     routes_.push_back({.method = "POST",
                        .path = "/v1/preview",
                        .summary = "One frame, filtered",

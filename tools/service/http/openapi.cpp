@@ -50,6 +50,9 @@ Json schemas(const std::string& job_schema) {
                             {"detail", text("what is wrong, and the remedy")},
                             {"errors", {{"type", "array"}, {"items", ref("Diagnostic")}}}}},
                           {"required", {"type", "title", "status"}}};
+    const Json plan = {
+        {"type", "object"},
+        {"description", "chain or chain_text, set, and every key of a job's input and plan"}};
     const Json preview = {{"type", "object"},
                           {"description",
                            "chain or chain_text, set, input, camera and every other key of a job's "
@@ -65,6 +68,7 @@ Json schemas(const std::string& job_schema) {
                              {"properties", {{"text", text("of a chain file")}}},
                              {"required", {"text"}}};
     return {{"JobRequest", job},
+            {"PlanRequest", plan},
             {"PreviewRequest", preview},
             {"ChainText", chain_text},
             {"Job", schema_of(job_fields())},

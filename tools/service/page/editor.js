@@ -181,8 +181,8 @@ const showPreview = later(200, async () => {
             `frame ${body.frame} at scale ${body.scale}, ${Math.round(performance.now() - started)} ms`;
     } catch (error) {
         if (mine.signal.aborted) return;
-        parts.previewState.textContent = [error.message,
-            ...(error.errors || []).map((e) => `${e.path ? `${e.path}: ` : ""}${e.message}`)].join("\n");
+        parts.previewState.textContent = error.errors?.length ? error.errors
+            .map((e) => `${e.path ? `${e.path}: ` : ""}${e.message}`).join("\n") : error.message;
         parts.previewState.className = "error preview-state";
     }
 });

@@ -68,7 +68,7 @@ export function field(key, schema, value, change, options = {}) {
     // The schema's sentence ends with the same range, for readers of the schema.
     const help = (schema.description || "").split("; ")
         .filter((part) => !/^(an? (odd |even )?(integer|number|text)|one of|true or false)\b/.test(part))
-        .join("; ");
+        .join("; ").replace(/ \((IN|OUT|FILE|DIR|RANGE|NAME|SIZE|RULES)\)/g, "");
     return el("div", { class: options.wide ? "field wide" : "field", "data-key": key },
         el("label", { for: id }, options.label || key,
             options.required ? el("span", { class: "required", "aria-hidden": "true" }, " *") : null),

@@ -68,9 +68,10 @@ function form() {
         try {
             await what();
         } catch (refusal) {
-            error.replaceChildren(el("p", { class: "error" }, refusal.message),
-                el("ul", {}, refusal.errors.map((one) => el("li", { class: "error" },
-                    `${one.path ? `${one.path}: ` : ""}${one.message}`))));
+            error.replaceChildren(refusal.errors.length
+                ? el("ul", {}, refusal.errors.map((one) => el("li", { class: "error" },
+                    `${one.path ? `${one.path}: ` : ""}${one.message}`)))
+                : el("p", { class: "error" }, refusal.message));
             for (const one of document.querySelectorAll("#new .field"))
                 one.classList.toggle("bad", refusal.errors.some((e) =>
                     e.path === one.dataset.key || e.path.startsWith(`${one.dataset.key}[`)));
@@ -78,7 +79,7 @@ function form() {
         who.disabled = false;
     };
     plan.addEventListener("click", () => attempt(plan, async () => {
-        const { output, on_existing, missing, on_error, overflow, strict, sidecar, png, dump_stages,
+        const { kind: _, output, on_existing, missing, on_error, overflow, strict, sidecar, png, dump_stages,
             priority, ...rest } = ready();
         planned.replaceChildren(...planView(await post("/v1/plan", rest)));
     }));

@@ -21,6 +21,7 @@
 #include "tools/apps/postchain/printable.h"
 #include "tools/apps/postchain/run.h"
 #include "tools/apps/postchain/scene.h"
+#include "tools/apps/postchain/serve.h"
 #include "tools/apps/postchain/stress.h"
 
 namespace postchain {
@@ -58,6 +59,7 @@ int command(int argc, char** argv) {
     DiffOptions diff;
     ExperimentOptions experiment;
     StressOptions stress;
+    ServeOptions serve;
     std::string plan_format = "text", plan_pilot, passes_format = "text";
     const ParameterTable& job = job_parameters();
 
@@ -119,6 +121,9 @@ int command(int argc, char** argv) {
     CLI::App* stress_app = app.add_subcommand("stress", "the stability matrix");
     add_stress(*stress_app, options, stress);
 
+    CLI::App* serve_app = app.add_subcommand("serve", "takes jobs over HTTP");
+    add_serve(*serve_app, options, serve);
+
     CLI::App* info = app.add_subcommand("info", "GL devices, limits and library versions");
     add_device(*info, options);
     info->add_flag("--json", options.json, "one JSON object");
@@ -152,6 +157,7 @@ int command(int argc, char** argv) {
     if (*ab) return ab_verb(options, experiment, argc, argv);
     if (*bench) return bench_verb(options, experiment, argc, argv);
     if (*stress_app) return stress_verb(options, stress);
+    if (*serve_app) return serve_verb(options, serve);
     if (*info) return info_verb(options);
     if (*schema) return schema_verb();
     if (*passes) return passes_verb(passes_format);

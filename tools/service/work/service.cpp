@@ -5,9 +5,10 @@
 
 #include <atomic>
 #include <filesystem>
+#include <fstream>
 #include <future>
+#include <iterator>
 
-#include "chain/plan_print.h"
 #include "config/chain_file.h"
 #include "config/describe.h"
 #include "config/schema.h"
@@ -26,9 +27,10 @@ namespace {
 
 constexpr int kRetryAfterS = 30;
 constexpr size_t kMaxKeyBytes = 255;
-constexpr size_t kMaxPictures = 64;        // previews and thumbnails that wait
-constexpr int kMaxPlannedFrames = 100;     // of one request
-constexpr uint64_t kLeastRoom = 64 << 20;  // bytes, before a disk counts as full
+constexpr uintmax_t kMaxReportBytes = 512 << 20;  // of a file of a report
+constexpr size_t kMaxPictures = 64;               // previews and thumbnails that wait
+constexpr int kMaxPlannedFrames = 100;            // of one request
+constexpr uint64_t kLeastRoom = 64 << 20;         // bytes, before a disk counts as full
 constexpr auto kTestPatience = std::chrono::seconds(1);
 
 Problem problem(Problem::Kind kind, const std::string& detail, int retry_after_s = 0) {
@@ -338,9 +340,13 @@ Answer<Picture> Service::report_file(const std::string& id, const std::string& n
         !std::filesystem::is_regular_file(*path, error))
         return problem(Problem::Kind::not_found,
                        "the report of job " + id + " has no such file now");
-    auto text = read_text_file(*path, StatusCode::input);
-    if (!text.ok()) return problem_of(text.status(), state_->settings.roots);
-    return Picture{type_of(name), std::move(*text)};
+    // Pages hold their pictures: many times what a text file may have.
+    if (std::filesystem::file_size(*path, error) > kMaxReportBytes || error)
+        return problem(Problem::Kind::internal, "the file is too large to be sent");
+    std::ifstream in(*path, std::ios::binary);
+    Picture file{type_of(name), {std::istreambuf_iterator<char>(in), {}}};
+    if (in.bad()) return problem(Problem::Kind::internal, "the file cannot be read");
+    return file;
 }
 
 Answer<std::string> Service::plan(const std::string& body) {

@@ -1,0 +1,559 @@
+"""Attacks over raw sockets: what a hostile client may try, and that the others are served all the
+while. Over a fake service (serve_fake), so that nothing but HTTP is tried.
+
+usage: attack_test.py SERVE_FAKE"""
+import json
+import re
+import socket
+import struct
+import sys
+import time
+import unittest
+
+from server import Events, Server, parse, read_all, statuses
+
+PROGRAM = None
+GET = "GET /v1/jobs HTTP/1.1\r\nHost: localhost\r\n"
+POST = "POST /v1/jobs HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
+
+
+class Attacked(unittest.TestCase):
+    settings = []
+
+    @classmethod
+    def setUpClass(cls):
+        cls.server = Server([PROGRAM] + cls.settings)
+
+    @classmethod
+    def tearDownClass(cls):
+        code = cls.server.stop()
+        assert code == 0, (code, cls.server.stderr)
+
+    def tearDown(self):
+        """Whatever was tried, the next client is served."""
+        status, _, body = self.server.ask("GET", "/healthz")
+        self.assertEqual((status, json.loads(body)), (200, {"status": "ok"}))
+
+    def refused(self, raw, *expected):
+        """One reply, of these, and no second one: nothing of `raw` was taken for another request."""
+        answer = self.server.send(raw.encode("latin1") if isinstance(raw, str) else raw, 3)
+        self.assertEqual(len(statuses(answer)), 1, answer)
+        self.assertIn(statuses(answer)[0], expected, answer)
+        status, headers, body = parse(answer)
+        self.assertEqual(headers["content-type"], "application/problem+json")
+        self.assertEqual(json.loads(body)["status"], status)
+        return headers, json.loads(body)
+
+    def jobs(self):
+        return len(json.loads(self.server.ask("GET", "/v1/jobs?limit=500")[2])["jobs"])
+
+
+class Smuggling(Attacked):
+    """RFC 9112, 11.2: two readers must not see two different requests."""
+
+    def unchanged(self, raw, *expected):
+        before = self.jobs()
+        self.refused(raw, *expected)
+        self.assertEqual(self.jobs(), before, "a hidden request was run")
+
+    HIDDEN = POST + "Content-Length: 2\r\n\r\n{}"
+
+    def test_length_and_chunked(self):
+        self.unchanged(POST + "Content-Length: 4\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n"
+                       + self.HIDDEN, 400)
+        self.unchanged(POST + "Transfer-Encoding: chunked\r\nContent-Length: 4\r\n\r\n0\r\n\r\n"
+                       + self.HIDDEN, 400)
+
+    def test_two_lengths(self):
+        self.unchanged(POST + "Content-Length: 2\r\nContent-Length: 60\r\n\r\n{}" + self.HIDDEN, 400)
+        self.unchanged(POST + "Content-Length: 2\r\nContent-Length: 2\r\n\r\n{}" + self.HIDDEN, 400)
+
+    def test_lengths_that_are_no_number(self):
+        for length in ["+2", "-1", "0x2", "2, 2", "2;", "1e1", "", "99999999999999999999", "\xb2"]:
+            self.unchanged(POST + f"Content-Length: {length}\r\n\r\n{{}}" + self.HIDDEN, 400, 413)
+
+    def test_codings(self):
+        for coding in ["gzip", "gzip, chunked", "chunked, chunked", "xchunked", "chunked;q=1",
+                       "identity", "\x0bchunked"]:
+            self.unchanged(POST + f"Transfer-Encoding: {coding}\r\n\r\n0\r\n\r\n" + self.HIDDEN,
+                           400, 501)
+        self.unchanged(POST + "Transfer-Encoding: chunked\r\nTransfer-Encoding: gzip\r\n\r\n"
+                       "0\r\n\r\n" + self.HIDDEN, 400, 501)
+
+    def test_chunked_in_1_0(self):
+        raw = POST.replace("1.1", "1.0") + "Transfer-Encoding: chunked\r\n\r\n0\r\n\r\n"
+        self.unchanged(raw + self.HIDDEN, 400)
+
+    def test_space_before_colon(self):
+        self.unchanged(POST + "Content-Length : 60\r\n\r\n" + self.HIDDEN, 400)
+        self.unchanged(POST + "Transfer-Encoding : chunked\r\n\r\n0\r\n\r\n" + self.HIDDEN, 400)
+
+    def test_line_feeds_alone(self):
+        self.unchanged(GET.replace("\r\n", "\n") + "\n" + self.HIDDEN, 400, 505)
+        self.unchanged(GET + "X: a\nContent-Length: 5\r\n\r\n" + self.HIDDEN, 400)
+
+    def test_control_characters(self):
+        for text in ["X: a\0b", "X\0: a", "X: a\rb", "X y: a", ": a", "X"]:
+            self.unchanged(GET + text + "\r\n\r\n" + self.HIDDEN, 400)
+
+    def test_chunks(self):
+        for chunks in ["2\n{}\r\n0\r\n\r\n", "0x2\r\n{}\r\n0\r\n\r\n", "-2\r\n{}\r\n0\r\n\r\n",
+                       "fffffffffffffffff\r\n{}", "2\r\n{}XX0\r\n\r\n", "\r\n{}\r\n0\r\n\r\n"]:
+            self.unchanged(POST + "Transfer-Encoding: chunked\r\n\r\n" + chunks + self.HIDDEN,
+                           400, 413)
+
+    def test_body_where_none_is_taken(self):
+        self.unchanged(GET + "Content-Length: 80\r\n\r\n" + self.HIDDEN, 413)
+        self.unchanged(GET + "Transfer-Encoding: chunked\r\n\r\n" + self.HIDDEN, 413)
+
+    def test_pipelined_requests_are_answered_in_order(self):
+        raw = (GET + "\r\n") * 3 + "GET /nowhere HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n"
+        self.assertEqual(statuses(self.server.send(raw.encode())), [200, 200, 200, 404])
+
+
+class Shapes(Attacked):
+    def test_request_lines(self):
+        for line in ["GET  / HTTP/1.1", "GET / HTTP/1.1 x", "GET / HTTP/9.9", "GET / HTTP/2.0",
+                     "GET /", "G\tT / HTTP/1.1", "GET \x01 HTTP/1.1", "\x16\x03\x01\x02\x00",
+                     "GET / http/1.1", "/ HTTP/1.1", "PRI * HTTP/2.0"]:
+            self.refused(line + "\r\nHost: localhost\r\n\r\n", 400, 505)
+
+    def test_targets(self):
+        for target in ["*", "http://localhost/", "localhost:80", "//x/../..", "/v1/../v1/jobs",
+                       "/v1/jobs/%2e%2e/x", "/v1/jobs/%2E%2E%2Fx", "/v1/jobs/a%2fb", "/v1/jobs/%00",
+                       "/v1/jobs/%zz", "/v1/jobs/%", "/v1/jobs/a%5cb", "/%0d%0aX:%20y", "/v1/jobs#x",
+                       "/v1/jobs?limit=1&limit=2", "/v1/jobs?%00=1", "/v1/jobs?limit=%zz"]:
+            with self.subTest(target):
+                self.refused(f"GET {target} HTTP/1.1\r\nHost: localhost\r\n\r\n"
+                             .replace("\r\n\r\n", "\r\nConnection: close\r\n\r\n"), 400)
+
+    def test_queries(self):
+        for query in ["limit=0", "limit=-1", "limit=501", "limit=1x", "limit=99999999999999999999",
+                      "unknown=1"]:
+            self.assertEqual(self.server.ask("GET", "/v1/jobs?" + query)[0], 400, query)
+        for after in ["x", "-1", "1.5", "99999999999999999999", "0x10"]:
+            self.assertEqual(self.server.ask("GET", "/v1/events?after=" + after)[0], 400, after)
+
+    def test_paths_of_reports(self):
+        self.server.ask("POST", "/v1/jobs", {})
+        for name in ["../x", "..%2fx", "%2e%2e/%2e%2e/etc/passwd", "a//b", "%2fetc%2fpasswd"]:
+            status, _, body = self.server.ask("GET", "/v1/jobs/j1/report/" + name)
+            self.assertIn(status, (400, 404), name)
+            self.assertNotIn(b"passwd", body)
+
+    def test_methods(self):
+        for method, target, allowed in [
+                ("PUT", "/v1/jobs", {"GET", "HEAD", "POST"}), ("POST", "/", {"GET", "HEAD"}),
+                ("GET", "/v1/plan", {"POST"}), ("HEAD", "/v1/events", {"GET"}),
+                ("OPTIONS", "/v1/jobs", {"GET", "HEAD", "POST"}),
+                ("TRACE", "/v1/jobs", {"GET", "HEAD", "POST"}),
+                ("PATCH", "/v1/jobs/j1", {"GET", "HEAD", "DELETE"}),
+                ("XYZZY", "/healthz", {"GET", "HEAD"})]:
+            status, headers, _ = self.server.ask(method, target)
+            self.assertEqual(status, 405, method + target)
+            self.assertEqual(set(headers["allow"].split(", ")), allowed, method + target)
+
+    def test_head(self):
+        _, got, body = self.server.ask("GET", "/v1/passes")
+        status, headers, none = self.server.ask("HEAD", "/v1/passes")
+        self.assertEqual((status, none, headers["content-length"]), (200, b"", str(len(body))))
+        self.assertEqual(got["content-length"], headers["content-length"])
+
+    def test_connect(self):
+        self.refused("CONNECT example.org:443 HTTP/1.1\r\nHost: localhost\r\nConnection: close"
+                     "\r\n\r\n", 400)
+
+    def test_media_types(self):
+        for kind in [None, "text/plain", "application/x-www-form-urlencoded", "application/jsonx",
+                     "multipart/form-data"]:
+            self.assertEqual(self.server.ask("POST", "/v1/jobs", "{}", {"Content-Type": kind})[0],
+                             415, kind)
+        self.assertEqual(self.server.ask("POST", "/v1/jobs", "{}",
+                                         {"Content-Encoding": "gzip"})[0], 415)
+        self.assertEqual(self.server.ask("POST", "/v1/jobs", "{}", {
+            "Content-Type": "Application/JSON; charset=utf-8"})[0], 202)
+
+    def test_no_json(self):
+        for body in ["", "x", "[]", "\xff\xfe", "[" * 100000]:
+            status, headers, text = self.server.ask("POST", "/v1/jobs", body.encode("latin1"))
+            self.assertEqual((status, headers["content-type"]), (422, "application/problem+json"))
+            self.assertTrue(json.loads(text)["errors"])
+
+    def test_header_names_once(self):
+        for name in ["Host", "Authorization", "Origin", "Idempotency-Key"]:
+            self.refused(GET + f"{name}: a\r\n{name}: b\r\nConnection: close\r\n\r\n", 400)
+
+    def test_no_host(self):
+        self.refused("GET / HTTP/1.1\r\nConnection: close\r\n\r\n", 400)
+        self.refused("GET / HTTP/1.0\r\n\r\n", 400)
+
+    def test_expect(self):
+        self.refused(POST + "Content-Length: 2\r\nExpect: 200-ok\r\n\r\n", 400)
+        with self.server.connect() as client:
+            client.sendall((POST + "Content-Length: 2\r\nExpect: 100-continue\r\n"
+                            "Connection: close\r\n\r\n").encode())
+            self.assertEqual(client.recv(100), b"HTTP/1.1 100 Continue\r\n\r\n")
+            client.sendall(b"{}")
+            self.assertEqual(parse(read_all(client))[0], 202)
+
+    def test_no_answer_shows_this_machine(self):
+        """No path, no stack, no name of a program or version in a header."""
+        for target in ["/x", "/v1/jobs/nope", "/v1/jobs/j1/report/nope", "/%"]:
+            _, headers, body = self.server.ask("GET", target)
+            self.assertNotRegex(body.decode(), r"/(home|root|tmp|work|usr|build)|\.cpp|0x[0-9a-f]{6}")
+            self.assertNotIn("server", headers)
+
+    def test_security_headers(self):
+        for target in ["/", "/v1/jobs", "/nowhere", "/v1/jobs/j1/report/index.html"]:
+            _, headers, _ = self.server.ask("GET", target)
+            self.assertEqual(headers["x-content-type-options"], "nosniff")
+            self.assertEqual(headers["referrer-policy"], "no-referrer")
+            self.assertIn("default-src 'none'", headers["content-security-policy"])
+            self.assertIn("frame-ancestors", headers["content-security-policy"])
+            self.assertNotIn("access-control-allow-origin", headers)
+        _, page, _ = self.server.ask("GET", "/")
+        self.assertNotIn("unsafe", page["content-security-policy"])
+        _, report, _ = self.server.ask("GET", "/v1/jobs/j1/report/index.html")
+        self.assertIn("sandbox", report["content-security-policy"])
+        self.assertNotIn("allow-same-origin", report["content-security-policy"])
+
+
+class OtherSites(Attacked):
+    """What a browser that shows a hostile page may send."""
+
+    def test_names_that_point_here(self):
+        for host in ["evil.example", "evil.example:80", "localhost.evil.example", "127.0.0.1.nip.io",
+                     "localhost@evil.example", "0x7f000001", "[::1].evil.example"]:
+            status = self.server.ask("GET", "/v1/jobs", headers={"Host": host})[0]
+            self.assertIn(status, (400, 421), host)
+        for host in ["", " ", "a b", "[::1", "localhost:", "localhost:x", ":80"]:
+            status = self.server.ask("GET", "/v1/jobs", headers={"Host": host})[0]
+            self.assertIn(status, (200, 400, 421) if host == "localhost:" else (400, 421), host)
+        for host in ["localhost", "LOCALHOST:1", "127.0.0.1", "[::1]:8080", "10.1.2.3"]:
+            self.assertEqual(self.server.ask("GET", "/v1/jobs", headers={"Host": host})[0], 200)
+
+    def test_origins(self):
+        before = self.jobs()
+        for origin in ["http://evil.example", "null", "", "http://127.0.0.1", "http://localhost:1",
+                       "file://", "http://127.0.0.1:%d.evil.example" % self.server.port]:
+            self.assertEqual(self.server.ask("POST", "/v1/jobs", {}, {"Origin": origin})[0], 403,
+                             origin)
+            self.assertEqual(self.server.ask("GET", "/v1/jobs", None, {"Origin": origin})[0], 403)
+        self.assertEqual(self.jobs(), before)
+        own = f"http://127.0.0.1:{self.server.port}"
+        self.assertEqual(self.server.ask("POST", "/v1/jobs", {}, {"Origin": own})[0], 202)
+
+    def test_requests_without_origin(self):
+        for site in ["cross-site", "same-site"]:
+            headers = {"Sec-Fetch-Site": site, "Sec-Fetch-Mode": "no-cors"}
+            self.assertEqual(self.server.ask("GET", "/v1/jobs", None, headers)[0], 403)
+            headers["Sec-Fetch-Mode"] = "navigate"
+            self.assertEqual(self.server.ask("GET", "/", None, headers)[0], 200)
+            self.assertEqual(self.server.ask("POST", "/v1/jobs/j1/retry", None, headers)[0], 403)
+
+
+class Sizes(Attacked):
+    def test_long_header(self):
+        self.refused(GET + "X: " + "a" * 20000 + "\r\n\r\n", 431)
+        self.refused(GET + "".join(f"X{i}: a\r\n" for i in range(5000)) + "\r\n", 431)
+
+    def test_long_target(self):
+        self.refused("GET /" + "a" * 5000 + " HTTP/1.1\r\nHost: localhost\r\n\r\n", 414)
+        self.refused("GET /" + "a" * 100000, 431)
+
+    def test_long_body(self):
+        self.refused(POST + "Content-Length: 1048577\r\n\r\n", 413)
+        self.refused(POST + "Content-Length: 18446744073709551615\r\n\r\n", 413)
+        body = "x" * (1024 * 1024 + 1)
+        self.refused(POST + f"Content-Length: {len(body)}\r\n\r\n" + body, 413)
+        self.refused(POST + "Transfer-Encoding: chunked\r\n\r\n"
+                     + ("10000\r\n" + "x" * 65536 + "\r\n") * 17, 413)
+
+    def test_endless_chunk_extension(self):
+        self.refused(POST + "Transfer-Encoding: chunked\r\n\r\n2;" + "x" * 200000, 400)
+
+    def test_memory_does_not_follow_the_length_that_is_claimed(self):
+        before = self.server.memory_kib()
+        held = []
+        for _ in range(100):
+            client = self.server.connect()
+            client.sendall((POST + "Content-Length: 1048576\r\n\r\n{").encode())
+            held.append(client)
+        time.sleep(0.5)
+        self.assertLess(self.server.memory_kib() - before, 50_000)
+        for client in held:
+            client.close()
+
+
+class Slow(Attacked):
+    settings = ["header=600", "body=600", "write=600", "heartbeat=300", "picture_bytes=40000000",
+                "event_bytes=50000", "kept_events=10"]
+
+    def closes(self, client, within):
+        start = time.monotonic()
+        client.settimeout(within)
+        try:
+            while client.recv(65536):
+                pass
+        except ConnectionResetError:
+            pass
+        except TimeoutError:
+            self.fail(f"still open after {within} s")
+        return time.monotonic() - start
+
+    def cut_off(self):
+        return int(re.search(rb"cut_off_total (\d+)", self.server.ask("GET", "/metrics")[2])[1])
+
+    def drip(self, client, data):
+        """A byte every 0.1 s, until the server has had enough."""
+        for i in range(60):
+            try:
+                client.sendall(data[i % len(data):][:1])
+            except (BrokenPipeError, ConnectionResetError):
+                return i
+            time.sleep(0.1)
+        return None
+
+    def test_silence(self):
+        with self.server.connect() as client:
+            self.closes(client, 3)
+
+    def test_header_in_drops(self):
+        with self.server.connect() as client:
+            self.assertIsNotNone(self.drip(client, b"GET / HTTP/1.1\r\n" + b"X: y\r\n" * 20))
+
+    def test_body_in_drops(self):
+        with self.server.connect() as client:
+            client.sendall((POST + "Content-Length: 1000\r\n\r\n").encode())
+            self.assertIsNotNone(self.drip(client, b"x"))
+
+    def test_reader_that_does_not_read(self):
+        with self.server.connect() as client:
+            client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+            client.sendall(b"POST /v1/preview HTTP/1.1\r\nHost: localhost\r\nContent-Type: "
+                           b"application/json\r\nContent-Length: 2\r\n\r\n{}")
+            time.sleep(1)
+            # 40 MB get a second for each 64 KiB: far from over. The others are served.
+            self.assertEqual(self.server.ask("GET", "/v1/jobs")[0], 200)
+
+    def test_listener_that_does_not_read_is_cut_off_and_can_resume(self):
+        with self.server.connect() as client:
+            client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
+            client.sendall(b"GET /v1/events?after=0 HTTP/1.1\r\nHost: localhost\r\n\r\n")
+            before = self.cut_off()
+            for _ in range(200):
+                self.server.ask("POST", "/v1/jobs", {})
+                if self.cut_off() > before:
+                    break
+            time.sleep(1.2)
+            self.assertGreater(self.cut_off(), before)
+        # Everything is still there for who comes back.
+        again = Events(self.server, "/v1/events?after=0")
+        self.assertEqual([again.next()[0] for _ in range(50)], list(range(1, 51)))
+        again.close()
+
+    def test_heartbeat(self):
+        listener = Events(self.server)
+        self.assertEqual(listener.next(3), ("", None))
+        listener.close()
+
+    def test_listener_that_talks(self):
+        listener = Events(self.server)
+        listener.client.sendall(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")
+        self.closes(listener.client, 3)
+        listener.close()
+
+
+class Crowds(Attacked):
+    settings = ["max_connections=40", "max_connections_per_address=30", "max_waiting=4",
+                "picture=700"]
+
+    def test_connections_of_one_address(self):
+        held = [self.server.connect() for _ in range(30)]
+        time.sleep(0.3)
+        status, headers, _ = self.server.ask("GET", "/healthz")
+        self.assertEqual((status, headers["retry-after"]), (429, "5"))
+        for client in held:
+            client.close()
+        time.sleep(0.5)
+
+    def test_connections_in_all(self):
+        held = []
+        for address in ["127.0.0.1", "127.0.0.2"]:
+            for _ in range(20):
+                client = socket.socket()
+                client.bind((address, 0))
+                client.connect(("127.0.0.1", self.server.port))
+                held.append(client)
+        time.sleep(0.3)
+        status, headers, _ = self.server.ask("GET", "/healthz")
+        self.assertEqual((status, headers["retry-after"]), (503, "5"))
+        # A flood beyond that is not even told so; and nothing breaks.
+        for _ in range(300):
+            client = socket.socket()
+            client.bind(("127.0.0.3", 0))
+            client.connect(("127.0.0.1", self.server.port))
+            held.append(client)
+        for client in held:
+            client.close()
+        time.sleep(1)
+
+    def test_requests_that_wait(self):
+        clients = []
+        for _ in range(12):
+            client = self.server.connect()
+            client.sendall(b"POST /v1/preview HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n"
+                           b"Content-Type: application/json\r\nContent-Length: 2\r\n\r\n{}")
+            clients.append(client)
+        got = [parse(read_all(client)) for client in clients]
+        for client in clients:
+            client.close()
+        busy = [headers for status, headers, _ in got if status == 429]
+        self.assertEqual(len(busy), 8, [status for status, _, _ in got])
+        self.assertEqual({headers["retry-after"] for headers in busy}, {"1"})
+
+    def test_clients_that_vanish(self):
+        for _ in range(200):
+            client = self.server.connect()
+            client.sendall(b"POST /v1/preview HTTP/1.1\r\nHost: loc")
+            client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+            client.close()
+        time.sleep(1)
+        metrics = self.server.ask("GET", "/metrics")[2]
+        self.assertEqual(int(re.search(rb"http_connections (\d+)", metrics)[1]), 1)
+
+
+class FullQueue(Attacked):
+    settings = ["max_queue=3"]
+
+    def test_it_says_when_to_come_back(self):
+        got = [self.server.ask("POST", "/v1/jobs", {}) for _ in range(5)]
+        self.assertEqual([status for status, _, _ in got], [202] * 3 + [429] * 2)
+        self.assertEqual(got[-1][1]["retry-after"], "7")
+
+
+class Token(Attacked):
+    settings = ["token=1234567890123456789"]
+    TOKEN = "1234567890123456789"
+
+    def test_nothing_without(self):
+        for method, target in [("GET", "/v1/jobs"), ("POST", "/v1/jobs"), ("GET", "/v1/events"),
+                               ("GET", "/metrics"), ("GET", "/openapi.json"), ("GET", "/nowhere"),
+                               ("PUT", "/v1/jobs"), ("POST", "/v1/session"),
+                               ("GET", "/v1/jobs/j1/report/index.html")]:
+            status, headers, _ = self.server.ask(method, target)
+            self.assertEqual((status, headers["www-authenticate"]), (401, "Bearer"), target)
+        for target in ["/", "/healthz", "/readyz"]:
+            self.assertEqual(self.server.ask("GET", target)[0], 200)
+        self.assertNotIn(b"renderer", self.server.ask("GET", "/readyz")[2])
+
+    def test_wrong_ones(self):
+        for value in ["", "Bearer", "Bearer ", "Bearer x", "Bearer " + self.TOKEN[:-1],
+                      "Bearer " + self.TOKEN + "0", "Bearer " + self.TOKEN * 2,
+                      "Basic " + self.TOKEN, self.TOKEN, "Bearer  " + self.TOKEN,
+                      "Bearer " + self.TOKEN + ", Bearer x"]:
+            status = self.server.ask("GET", "/v1/jobs", None, {"Authorization": value})[0]
+            self.assertEqual(status, 401, value)
+        for cookie in ["postchain_session=", "postchain_session=x", "postchain_session=" + "0" * 64]:
+            self.assertEqual(self.server.ask("GET", "/v1/jobs", None, {"Cookie": cookie})[0], 401)
+
+    def test_the_right_one(self):
+        known = {"Authorization": "bearer " + self.TOKEN}
+        self.assertEqual(self.server.ask("GET", "/v1/jobs", None, known)[0], 200)
+        self.assertEqual(self.server.ask("GET", "/nowhere", None, known)[0], 404)
+        listener = Events(self.server, headers=known)
+        self.assertEqual(listener.status, 200)
+        listener.close()
+
+    def test_session_of_a_page(self):
+        known = {"Authorization": "Bearer " + self.TOKEN}
+        status, headers, _ = self.server.ask("POST", "/v1/session", None, known)
+        self.assertEqual(status, 204)
+        for word in ["HttpOnly", "SameSite=Strict", "Path=/"]:
+            self.assertIn(word, headers["set-cookie"])
+        self.assertNotIn(self.TOKEN, headers["set-cookie"])
+        cookie = {"Cookie": "a=b; " + headers["set-cookie"].split(";")[0]}
+        self.assertEqual(self.server.ask("GET", "/v1/jobs", None, cookie)[0], 200)
+        # A wrong token is not made good by a cookie.
+        self.assertEqual(self.server.ask("GET", "/v1/jobs", None,
+                                         cookie | {"Authorization": "Bearer x"})[0], 401)
+
+    def test_body_of_a_stranger_is_not_read(self):
+        raw = POST + "Content-Length: 1000000\r\n\r\n"
+        self.refused(raw, 401)
+
+
+class Following(Attacked):
+    """Listeners: nothing lost, nothing twice, from memory and from the store."""
+    settings = ["frame=3", "kept_events=20", "heartbeat=200"]
+
+    def test_resume(self):
+        for _ in range(10):
+            self.server.ask("POST", "/v1/jobs", {})
+        ids, last = [], 0
+        while len(ids) < 70:  # 10 jobs of 7 events, most of them no longer in memory
+            listener = Events(self.server, last=last)
+            for _ in range(9):
+                got = listener.next()
+                if got and got[0]:
+                    ids.append(got[0])
+                    last = got[0]
+                if len(ids) == 70:
+                    break
+            listener.close()
+        self.assertEqual(ids, list(range(1, 71)))
+
+    def test_a_job_s_own_events_end_with_it(self):
+        job = json.loads(self.server.ask("POST", "/v1/jobs", {})[2])["id"]
+        listener = Events(self.server, f"/v1/jobs/{job}/events")
+        types, last = [], 0
+        while True:
+            got = listener.next()
+            if got is None:
+                break
+            if got[1]:
+                self.assertEqual(got[1]["job"], job)
+                types.append(got[1]["type"])
+                last = got[0]
+        listener.close()
+        self.assertEqual(types, ["queued", "started"] + ["frame"] * 4 + ["done"])
+        status, _, body = self.server.ask("GET", f"/v1/jobs/{job}/events",
+                                          headers={"Last-Event-ID": str(last)})
+        self.assertEqual((status, body), (204, b""))
+
+    def test_many_listeners(self):
+        listeners = [Events(self.server) for _ in range(200)]
+        job = json.loads(self.server.ask("POST", "/v1/jobs", {})[2])["id"]
+        threads = self.server.threads()
+        for listener in listeners:
+            types = []
+            while not types or types[-1] != "done":
+                got = listener.next()
+                if got[1] and got[1]["job"] == job:
+                    types.append(got[1]["type"])
+            self.assertEqual(types, ["queued", "started"] + ["frame"] * 4 + ["done"])
+            listener.close()
+        self.assertLess(threads, 10)
+
+
+class Draining(unittest.TestCase):
+    def test_listeners_and_idle_clients_are_let_go(self):
+        server = Server([PROGRAM, "picture=500"])
+        listener, idle = Events(server), server.connect()
+        busy = server.connect()
+        busy.sendall(b"POST /v1/preview HTTP/1.1\r\nHost: localhost\r\nContent-Type: "
+                     b"application/json\r\nContent-Length: 2\r\n\r\n{}")
+        time.sleep(0.2)
+        start = time.monotonic()
+        self.assertEqual(server.stop(), 0)
+        self.assertLess(time.monotonic() - start, 4)
+        self.assertIsNone(listener.next())
+        status, headers, _ = parse(read_all(busy))
+        self.assertEqual((status, headers["connection"]), (200, "close"))
+        for client in (listener, idle, busy):
+            client.close()
+
+
+if __name__ == "__main__":
+    PROGRAM = sys.argv.pop(1)
+    unittest.main()

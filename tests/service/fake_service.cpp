@@ -1,0 +1,266 @@
+#include "tests/service/fake_service.h"
+
+#include <algorithm>
+#include <condition_variable>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+namespace postchain::service {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+using std::chrono::milliseconds;
+using std::chrono::system_clock;
+
+constexpr int kFrames = 4;
+
+test::FakeSettings g_settings;  // of the next open()
+
+int64_t now_ms() {
+    return std::chrono::duration_cast<milliseconds>(system_clock::now().time_since_epoch()).count();
+}
+
+Problem no_job() {
+    return {Problem::Kind::not_found, "there is no such job", {}, 0};
+}
+
+}  // namespace
+
+struct Service::State {
+    test::FakeSettings settings;
+    std::mutex mutex;
+    std::condition_variable changed;
+    std::vector<Job> jobs;
+    std::vector<Event> all;
+    std::map<std::string, std::string> keys;  // idempotency key -> id
+    std::function<void(const Event&)> listener;
+    bool stop = false, draining = false;
+    std::thread worker;
+
+    Job* find(const std::string& id) {
+        const auto at =
+            std::find_if(jobs.begin(), jobs.end(), [&](const Job& job) { return job.id == id; });
+        return at == jobs.end() ? nullptr : &*at;
+    }
+
+    void tell(const std::string& job, const std::string& type, std::string data = "{}") {
+        if (settings.event_bytes > 0)
+            data = "{\"padding\": \"" + std::string(settings.event_bytes, 'x') + "\"}";
+        all.push_back({int64_t(all.size()) + 1, job, now_ms(), type, data});
+        if (listener) listener(all.back());
+    }
+
+    void work() {
+        std::unique_lock lock(mutex);
+        while (!stop) {
+            const auto next = std::find_if(jobs.begin(), jobs.end(), [](const Job& job) {
+                return job.state == JobState::queued || job.state == JobState::running;
+            });
+            if (settings.frame.count() == 0 || next == jobs.end()) {
+                changed.wait(lock);
+                continue;
+            }
+            const std::string id = next->id;
+            if (next->state == JobState::queued) {
+                next->state = JobState::running;
+                next->started_ms = now_ms();
+                next->frames = kFrames;
+                tell(id, "started");
+            }
+            changed.wait_for(lock, settings.frame);
+            Job* job = find(id);
+            if (job->state != JobState::running) continue;
+            ++job->done;
+            tell(id, "frame", "{\"frame\": " + std::to_string(job->done) + "}");
+            if (job->done < job->frames) continue;
+            job->state = JobState::done;
+            job->ended_ms = now_ms();
+            tell(id, "done");
+        }
+    }
+};
+
+Service::Service(std::unique_ptr<State> state) : state_(std::move(state)) {}
+
+Service::~Service() {
+    {
+        const std::lock_guard lock(state_->mutex);
+        state_->stop = true;
+    }
+    state_->changed.notify_all();
+    state_->worker.join();
+}
+
+Result<std::unique_ptr<Service>> Service::open(const ServiceSettings&, const PassRegistry&) {
+    auto state = std::make_unique<State>();
+    state->settings = g_settings;
+    State* at = state.get();
+    state->worker = std::thread([at] { at->work(); });
+    return std::unique_ptr<Service>(new Service(std::move(state)));
+}
+
+void Service::drain() {
+    const std::lock_guard lock(state_->mutex);
+    state_->draining = true;
+}
+
+Answer<Job> Service::submit(const std::string& body, const std::string& key, bool* created) {
+    *created = false;
+    const std::lock_guard lock(state_->mutex);
+    const Json json = Json::parse(body, nullptr, false);
+    if (!json.is_object())
+        return Problem{Problem::Kind::invalid,
+                       "the body is no JSON object",
+                       {{"body", 1, 1, Severity::error, "", "no JSON object", StatusCode::chain}},
+                       0};
+    if (json.value("output", "").starts_with("/etc"))
+        return Problem{Problem::Kind::forbidden, "output: outside the roots", {}, 0};
+    if (state_->draining) return Problem{Problem::Kind::unavailable, "draining", {}, 5};
+    if (const auto known = state_->keys.find(key); !key.empty() && known != state_->keys.end()) {
+        const Job& earlier = *state_->find(known->second);
+        if (earlier.body == body) return earlier;
+        return Problem{Problem::Kind::conflict, "the key is another job's", {}, 0};
+    }
+    const auto waiting = std::count_if(state_->jobs.begin(), state_->jobs.end(),
+                                       [](const Job& j) { return j.ended_ms == 0; });
+    if (size_t(waiting) >= state_->settings.max_queue)
+        return Problem{Problem::Kind::busy, "the queue is full", {}, 7};
+    Job job;
+    job.id = "j" + std::to_string(state_->jobs.size() + 1);
+    job.body = body;
+    job.created_ms = now_ms();
+    state_->jobs.push_back(job);
+    if (!key.empty()) state_->keys[key] = job.id;
+    *created = true;
+    state_->tell(job.id, "queued");
+    state_->changed.notify_all();
+    return job;
+}
+
+std::vector<Job> Service::jobs(const std::string& state, const std::string& before,
+                               size_t limit) const {
+    const std::lock_guard lock(state_->mutex);
+    std::vector<Job> found;
+    bool on = before.empty();
+    for (auto at = state_->jobs.rbegin(); at != state_->jobs.rend() && found.size() < limit; ++at) {
+        if (on && (state.empty() || state == name_of(at->state))) found.push_back(*at);
+        if (at->id == before) on = true;
+    }
+    return found;
+}
+
+Answer<Job> Service::job(const std::string& id) const {
+    const std::lock_guard lock(state_->mutex);
+    if (const Job* job = state_->find(id)) return *job;
+    return no_job();
+}
+
+Answer<std::vector<JobFrame>> Service::frames(const std::string& id) const {
+    const std::lock_guard lock(state_->mutex);
+    const Job* job = state_->find(id);
+    if (!job) return no_job();
+    std::vector<JobFrame> frames;
+    for (int i = 1; i <= job->frames; ++i)
+        frames.push_back({i, i <= job->done ? FrameState::written : FrameState::waiting, 1,
+                          "out.exr", "", 12.5, "{\"frame\": 1}"});
+    return frames;
+}
+
+Answer<Job> Service::cancel(const std::string& id) {
+    const std::lock_guard lock(state_->mutex);
+    Job* job = state_->find(id);
+    if (!job) return no_job();
+    if (job->ended_ms != 0) return Problem{Problem::Kind::conflict, "it has ended", {}, 0};
+    job->state = JobState::canceled;
+    job->ended_ms = now_ms();
+    state_->tell(id, "canceled");
+    return *job;
+}
+
+Answer<Job> Service::retry(const std::string& id) {
+    const std::lock_guard lock(state_->mutex);
+    Job* job = state_->find(id);
+    if (!job) return no_job();
+    if (job->state != JobState::canceled && job->state != JobState::failed)
+        return Problem{Problem::Kind::conflict, "it has neither failed nor been canceled", {}, 0};
+    job->state = JobState::queued;
+    job->ended_ms = 0;
+    state_->tell(id, "requeued");
+    state_->changed.notify_all();
+    return *job;
+}
+
+Answer<std::vector<Event>> Service::events(const std::string& id, int64_t after,
+                                           size_t limit) const {
+    const std::lock_guard lock(state_->mutex);
+    if (!id.empty() && !state_->find(id)) return no_job();
+    std::vector<Event> found;
+    for (const Event& event : state_->all)
+        if (event.id > after && (id.empty() || event.job == id) && found.size() < limit)
+            found.push_back(event);
+    return found;
+}
+
+void Service::on_event(std::function<void(const Event&)> listener) {
+    const std::lock_guard lock(state_->mutex);
+    state_->listener = std::move(listener);
+}
+
+void Service::preview(const std::string&, std::function<void(Answer<Picture>)> done) {
+    std::this_thread::sleep_for(state_->settings.picture);
+    done(Picture{"image/png", std::string(state_->settings.picture_bytes, 'p')});
+}
+
+void Service::thumbnail(const std::string& id, int, bool,
+                        std::function<void(Answer<Picture>)> done) {
+    const auto found = job(id);
+    if (const auto* wrong = std::get_if<Problem>(&found)) return done(*wrong);
+    done(Picture{"image/png", "png"});
+}
+
+Answer<Picture> Service::report_file(const std::string& id, const std::string& name) const {
+    const auto found = job(id);
+    if (const auto* wrong = std::get_if<Problem>(&found)) return *wrong;
+    if (name != "index.html") return Problem{Problem::Kind::not_found, "no such file", {}, 0};
+    return Picture{"text/html", "<p>report</p>"};
+}
+
+Answer<std::string> Service::plan(const std::string& body) {
+    if (!Json::accept(body)) return Problem{Problem::Kind::invalid, "no JSON", {}, 0};
+    return std::string("{\"frame\": 1}");
+}
+
+Diagnostics Service::check_chain(const std::string& text) const {
+    if (text.starts_with("postchain: 1")) return {};
+    return {
+        {"chain.yaml", 1, 1, Severity::error, "", "begins with postchain: 1", StatusCode::chain}};
+}
+
+std::string Service::passes() const {
+    return "{}";
+}
+std::string Service::chain_schema() const {
+    return "{\"type\": \"object\"}";
+}
+std::string Service::job_schema() const {
+    return "{\"type\": \"object\"}";
+}
+Health Service::health() {
+    const std::lock_guard lock(state_->mutex);
+    return {true, true, true, state_->draining, "fake", ""};
+}
+std::string Service::metrics() const {
+    return "postchain_fake 1\n";
+}
+
+namespace test {
+
+std::unique_ptr<Service> fake_service(const FakeSettings& settings) {
+    g_settings = settings;
+    return std::move(*Service::open(ServiceSettings{}, PassRegistry(std::vector<PassType>())));
+}
+
+}  // namespace test
+}  // namespace postchain::service

@@ -1,0 +1,133 @@
+"""A server under test, and raw sockets to it, with Python's own library alone."""
+import json
+import re
+import signal
+import socket
+import subprocess
+import threading
+import time
+
+
+class Server:
+    """A program that prints its port, or its address, on the first line."""
+
+    def __init__(self, command, env=None):
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                        text=True, env=env)
+        self.stderr = []
+        line = self.process.stdout.readline()
+        found = re.search(r"(\d+)/?\s*$", line)
+        if not found:
+            raise RuntimeError(f"did not start: {line} {self.process.stderr.read()}")
+        self.port = int(found[1])
+        self.reader = threading.Thread(target=self.read, daemon=True)
+        self.reader.start()
+
+    def read(self):
+        for line in self.process.stderr:
+            self.stderr.append(line)
+
+    def stop(self, number=signal.SIGTERM):
+        if self.process.poll() is None:
+            self.process.send_signal(number)
+        code = self.process.wait(timeout=30)
+        self.reader.join()
+        self.process.stdout.close()
+        self.process.stderr.close()
+        return code
+
+    def threads(self):
+        with open(f"/proc/{self.process.pid}/status", encoding="ascii") as status:
+            return int(re.search(r"Threads:\s+(\d+)", status.read())[1])
+
+    def memory_kib(self):
+        with open(f"/proc/{self.process.pid}/status", encoding="ascii") as status:
+            return int(re.search(r"VmRSS:\s+(\d+)", status.read())[1])
+
+    def connect(self, timeout=10):
+        return socket.create_connection(("127.0.0.1", self.port), timeout)
+
+    def send(self, raw, timeout=10):
+        """All that comes back until the server closes, or says nothing for `timeout`."""
+        with self.connect(timeout) as client:
+            try:
+                client.sendall(raw)
+            except (BrokenPipeError, ConnectionResetError):
+                pass  # it has answered before it read all
+            return read_all(client)
+
+    def ask(self, method, target, body=None, headers=None, timeout=10):
+        """Status, headers with small letters, body."""
+        lines = {"Host": f"127.0.0.1:{self.port}", "Connection": "close"}
+        if body is not None:
+            if not isinstance(body, (bytes, str)):
+                body = json.dumps(body)
+            body = body.encode() if isinstance(body, str) else body
+            lines |= {"Content-Type": "application/json", "Content-Length": str(len(body))}
+        lines |= headers or {}
+        text = f"{method} {target} HTTP/1.1\r\n"
+        text += "".join(f"{k}: {v}\r\n" for k, v in lines.items() if v is not None)
+        return parse(self.send(text.encode("latin1") + b"\r\n" + (body or b""), timeout))
+
+
+def read_all(client):
+    got = b""
+    try:
+        while True:
+            data = client.recv(65536)
+            if not data:
+                return got
+            got += data
+    except (TimeoutError, ConnectionResetError):
+        return got
+
+
+def parse(raw):
+    head, _, body = raw.partition(b"\r\n\r\n")
+    lines = head.decode("latin1").split("\r\n")
+    if not lines[0].startswith("HTTP/1.1 "):
+        return 0, {}, raw
+    headers = dict((k.lower(), v.strip()) for k, _, v in (x.partition(":") for x in lines[1:]))
+    return int(lines[0].split()[1]), headers, body
+
+
+def statuses(raw):
+    return [int(x) for x in re.findall(rb"(?:^|[\n}])HTTP/1\.1 (\d+)", raw)]
+
+
+class Events:
+    """Listens to server-sent events until closed; a socket of its own."""
+
+    def __init__(self, server, target="/v1/events", last=None, headers=None):
+        self.client = server.connect(30)
+        lines = f"GET {target} HTTP/1.1\r\nHost: localhost\r\n"
+        if last is not None:
+            lines += f"Last-Event-ID: {last}\r\n"
+        lines += "".join(f"{k}: {v}\r\n" for k, v in (headers or {}).items())
+        self.client.sendall(lines.encode() + b"\r\n")
+        self.buffer = b""
+        while b"\r\n\r\n" not in self.buffer:
+            data = self.client.recv(4096)
+            if not data:
+                break
+            self.buffer += data
+        head, _, self.buffer = self.buffer.partition(b"\r\n\r\n")
+        self.status = int(head.split()[1])
+
+    def next(self, seconds=10):
+        """(id, data) of the next event; None at the end. A comment is ("", None)."""
+        end = time.monotonic() + seconds
+        while b"\n\n" not in self.buffer:
+            self.client.settimeout(max(0.01, end - time.monotonic()))
+            data = self.client.recv(65536)
+            if not data:
+                return None
+            self.buffer += data
+        text, _, self.buffer = self.buffer.partition(b"\n\n")
+        fields = dict(line.split(": ", 1) for line in text.decode().split("\n") if ": " in line)
+        if "id" not in fields:
+            return "", None
+        return int(fields["id"]), json.loads(fields["data"])
+
+    def close(self):
+        self.client.close()

@@ -1,0 +1,25 @@
+// postchain serve: jobs over HTTP (docs/service.md).
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/apps/postchain/options.h"
+
+namespace postchain {
+
+struct ServeOptions {
+    std::vector<std::string> roots;
+    std::string store;  // empty: in the folder of the user's or the system's states
+    int port = 8080;
+    std::string bind = "127.0.0.1";
+    std::string token_file;
+    std::vector<std::string> hosts;
+    int max_queue = 1000;
+    int max_connections = 4096;
+    int max_connections_per_address = 2048;
+};
+void add_serve(CLI::App& verb, Options& options, ServeOptions& serve);
+int serve_verb(const Options& options, const ServeOptions& serve);
+
+}  // namespace postchain

@@ -1,0 +1,356 @@
+#include "tools/service/http/connection.h"
+
+#include <array>
+#include <boost/asio/post.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/beast/http/read.hpp>
+#include <boost/beast/http/write.hpp>
+#include <ctime>
+
+#include "tools/service/http/problem.h"
+
+namespace postchain::service {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+using boost::system::error_code;
+
+constexpr size_t kBatch = 100;            // events that are written at a time
+constexpr size_t kLongestTarget = 4096;   // bytes
+constexpr size_t kReadAhead = 64 * 1024;  // bytes in memory beside a header
+constexpr std::chrono::milliseconds kLinger{2000};
+
+std::string date() {
+    const std::time_t now = std::time(nullptr);
+    std::tm parts = {};
+    gmtime_r(&now, &parts);
+    char text[64];
+    std::strftime(text, sizeof(text), "%a, %d %b %Y %H:%M:%S GMT", &parts);
+    return text;
+}
+
+// No value has a line break: they are ours, but for ids in Location, which have none either.
+std::string head_of(const Reply& reply, bool keep) {
+    std::string head = "HTTP/1.1 " + std::to_string(reply.status) + " " + reason_of(reply.status);
+    const auto add = [&](const std::string& name, const std::string& value) {
+        head += "\r\n" + name + ": " + value;
+    };
+    add("Date", date());
+    for (const auto& [name, value] : security_headers(reply)) add(name, value);
+    for (const auto& [name, value] : reply.headers) add(name, value);
+    if (reply.status != 204) add("Content-Type", reply.type);
+    if (!reply.events && reply.status != 204)
+        add("Content-Length", std::to_string(reply.body.size()));
+    if (!keep) add("Connection", "close");
+    return head + "\r\n\r\n";
+}
+
+}  // namespace
+
+Connection::Connection(Shared& shared, asio::ip::tcp::socket socket, std::string address)
+    : shared_(shared),
+      socket_(std::move(socket)),
+      address_(std::move(address)),
+      buffer_(shared.settings.max_header + kReadAhead) {}
+
+void Connection::start() {
+    error_code ignored;
+    socket_.set_option(asio::ip::tcp::no_delay(true), ignored);
+    read_header();
+}
+
+void Connection::turn_away(Reply reason) {
+    error_code ignored;
+    socket_.set_option(asio::ip::tcp::no_delay(true), ignored);
+    keep_ = false;
+    reply(std::move(reason));
+}
+
+void Connection::read_header() {
+    state_ = State::header;
+    deadline_in(shared_.settings.header);
+    admitted_.reset();
+    request_ = {};
+    parser_.emplace();
+    parser_->header_limit(shared_.settings.max_header);
+    parser_->body_limit(shared_.settings.max_body);
+    beast::http::async_read_header(
+        socket_, buffer_, *parser_,
+        [self = shared_from_this()](const error_code& error, size_t) { self->on_header(error); });
+}
+
+void Connection::refuse_read(const error_code& error) {
+    namespace http = beast::http;
+    keep_ = false;
+    if (error == http::error::header_limit) return reply(problem(431, "the header is too long"));
+    if (error == http::error::body_limit)
+        return reply(
+            problem(413, concat("the body is longer than ", shared_.settings.max_body, " bytes")));
+    if (error == http::error::bad_version)
+        return reply(problem(505, "this service speaks HTTP/1.1"));
+    const bool malformed =
+        error.category() == http::make_error_code(http::error::bad_method).category() &&
+        error != http::error::end_of_stream && error != http::error::partial_message;
+    if (malformed) return reply(problem(400, "the request is not well formed"));
+    abandon();  // gone, or closed for lateness
+}
+
+void Connection::on_header(const error_code& error) {
+    if (state_ == State::closed) return;
+    if (error) return refuse_read(error);
+    const auto& message = parser_->get();
+    request_.method = std::string(message.method_string());
+    request_.target = std::string(message.target());
+    request_.http_1_0 = message.version() < 11;
+    for (const auto& field : message)
+        request_.headers.emplace_back(std::string(field.name_string()), std::string(field.value()));
+    keep_ = parser_->keep_alive();
+    if (request_.target.size() > kLongestTarget) {
+        keep_ = false;
+        return reply(problem(414, "the address is too long"));
+    }
+    auto admitted = shared_.api.admit(request_);
+    if (auto* refused = std::get_if<Reply>(&admitted)) {
+        // What follows a refused header is not read, so it cannot be taken for a request.
+        if (!parser_->is_done()) keep_ = false;
+        if (refused->status == 400 || refused->status == 501) keep_ = false;
+        return reply(std::move(*refused));
+    }
+    admitted_ = std::move(std::get<Admitted>(admitted));
+    if (parser_->is_done()) return work();
+    state_ = State::body;
+    deadline_in(shared_.settings.body);
+    const std::string* expect = request_.header("Expect");
+    if (!expect) return read_body();
+    if (!same_word(*expect, "100-continue")) {
+        keep_ = false;
+        return reply(problem(400, "Expect takes 100-continue alone"));
+    }
+    head_ = "HTTP/1.1 100 Continue\r\n\r\n";
+    asio::async_write(socket_, asio::buffer(head_),
+                      [self = shared_from_this()](const error_code& failed, size_t) {
+                          if (self->state_ == State::closed) return;
+                          if (failed) return self->abandon();
+                          self->read_body();
+                      });
+}
+
+void Connection::read_body() {
+    beast::http::async_read(
+        socket_, buffer_, *parser_,
+        [self = shared_from_this()](const error_code& error, size_t) { self->on_body(error); });
+}
+
+void Connection::on_body(const error_code& error) {
+    if (state_ == State::closed) return;
+    if (error) return refuse_read(error);
+    request_.body = std::move(parser_->get().body());
+    work();
+}
+
+void Connection::work() {
+    state_ = State::working;
+    const auto respond = [self = shared_from_this(), &io = shared_.io](Reply answer) {
+        asio::post(io, [self, answer = std::move(answer)]() mutable {
+            if (self->state_ == State::closed) return;
+            self->reply(std::move(answer));
+        });
+    };
+    if (admitted_->at_once) return shared_.api.run(*admitted_, request_, respond);
+    {
+        const std::lock_guard lock(shared_.traffic_mutex);
+        if (shared_.traffic.waiting >= shared_.settings.max_waiting) {
+            Reply busy = problem(429, "too many requests wait; ask again soon");
+            busy.headers.emplace_back("Retry-After", "1");
+            return respond(std::move(busy));
+        }
+        ++shared_.traffic.waiting;
+    }
+    const auto counted = [respond, &shared = shared_](Reply answer) {
+        {
+            const std::lock_guard lock(shared.traffic_mutex);
+            --shared.traffic.waiting;
+        }
+        respond(std::move(answer));
+    };
+    asio::post(shared_.pool, [self = shared_from_this(), counted] {
+        try {
+            self->shared_.api.run(*self->admitted_, self->request_, counted);
+        } catch (const std::bad_alloc&) {
+            counted(problem(503, "there is not enough memory for this request"));
+        } catch (const std::exception&) {
+            counted(problem(500, "the request failed"));
+        }
+    });
+}
+
+void Connection::reply(Reply answer) {
+    {
+        const std::lock_guard lock(shared_.traffic_mutex);
+        ++shared_.traffic.replies[answer.status];
+    }
+    if (shared_.settings.log)
+        shared_.settings.log(concat(address_, " ", request_.method, " ", request_.target, " ",
+                                    answer.status, " ", answer.body.size()));
+    if (shared_.closing || finish_) keep_ = false;
+    if (answer.events) keep_ = false;
+    head_ = head_of(answer, keep_);
+    content_ = request_.method == "HEAD" ? "" : std::move(answer.body);
+    state_ = State::writing;
+    // A second more for each 64 KiB: a large picture may take its time.
+    deadline_in(shared_.settings.write + std::chrono::seconds(content_.size() >> 16));
+    const std::array<asio::const_buffer, 2> buffers = {asio::buffer(head_), asio::buffer(content_)};
+    asio::async_write(
+        socket_, buffers,
+        [self = shared_from_this(), wanted = answer.events](const error_code& error, size_t) {
+            if (self->state_ == State::closed) return;
+            if (!error && wanted) return self->listen(*wanted);
+            self->on_written(error);
+        });
+}
+
+void Connection::on_written(const error_code& error) {
+    if (error) return abandon();
+    content_ = {};
+    if (keep_ && !finish_) return read_header();
+    linger();
+}
+
+// A socket closed with bytes unread resets the connection, and the client may lose the reply.
+void Connection::linger() {
+    if (state_ != State::lingering) {
+        deadline_in(kLinger);
+        if (state_ == State::listening) count_listener(-1);
+        error_code ignored;
+        socket_.shutdown(asio::ip::tcp::socket::shutdown_send, ignored);
+    }
+    state_ = State::lingering;
+    socket_.async_read_some(asio::buffer(scrap_),
+                            [self = shared_from_this()](const error_code& error, size_t) {
+                                if (self->state_ == State::closed) return;
+                                if (error) return self->abandon();
+                                self->linger();
+                            });
+}
+
+void Connection::listen(const EventsWanted& wanted) {
+    state_ = State::listening;
+    parser_.reset();
+    buffer_.clear();
+    buffer_.shrink_to_fit();
+    request_ = {};
+    admitted_.reset();
+    job_ = wanted.job;
+    sent_ = wanted.after.value_or(shared_.events.newest());
+    spoke_ = Clock::now();
+    count_listener(+1);
+    watch_listener();
+    send_events();
+}
+
+// Sees that the client has left. One that goes on talking is not understood, and cut off.
+void Connection::watch_listener() {
+    socket_.async_read_some(asio::buffer(scrap_),
+                            [self = shared_from_this()](const error_code&, size_t) {
+                                if (self->state_ == State::listening) self->abandon();
+                            });
+}
+
+void Connection::count_listener(int change) {
+    const std::lock_guard lock(shared_.traffic_mutex);
+    shared_.traffic.listeners += size_t(change);
+}
+
+void Connection::wake() {
+    if (state_ == State::listening) send_events();
+}
+
+void Connection::send_events() {
+    if (sending_ || fetching_) return;
+    if (finish_) return linger();
+    if (shared_.events.covers(sent_)) {
+        EventBatch batch = shared_.events.after(sent_, job_, kBatch);
+        if (!batch.texts.empty()) return send_batch(std::move(batch));
+        sent_ = batch.last;
+        if (ends_) linger();
+        return;
+    }
+    fetching_ = true;
+    asio::post(shared_.event_pool, [self = shared_from_this(), after = sent_] {
+        auto found = self->shared_.service.events(self->job_, after, kBatch);
+        asio::post(self->shared_.io, [self, after, found = std::move(found)] {
+            self->fetching_ = false;
+            if (self->state_ != State::listening) return;
+            const auto* events = std::get_if<std::vector<Event>>(&found);
+            if (!events) return self->abandon();
+            if (!events->empty()) return self->send_batch(batch_of(*events, after));
+            // Nothing of this job before those in memory.
+            self->sent_ = std::max(self->sent_, self->shared_.events.floor());
+            self->send_events();
+        });
+    });
+}
+
+void Connection::send_batch(EventBatch batch) {
+    sending_ = true;
+    batch_ = std::move(batch.texts);
+    sent_ = batch.last;
+    ends_ = batch.ends && !job_.empty();
+    spoke_ = Clock::now();
+    deadline_in(shared_.settings.write);
+    std::vector<asio::const_buffer> buffers;
+    buffers.reserve(batch_.size());
+    for (const EventText& text : batch_) buffers.push_back(asio::buffer(*text));
+    asio::async_write(socket_, buffers,
+                      [self = shared_from_this()](const error_code& error, size_t) {
+                          self->sending_ = false;
+                          self->batch_.clear();
+                          if (self->state_ != State::listening) return;
+                          if (error) return self->abandon();
+                          self->send_events();
+                      });
+}
+
+void Connection::tick(Clock::time_point now) {
+    if (state_ == State::closed || state_ == State::working) return;
+    if (state_ == State::listening && !sending_) {
+        if (now - spoke_ < shared_.settings.heartbeat) return;
+        static const EventText kComment = std::make_shared<const std::string>(":\n\n");
+        EventBatch comment;
+        comment.texts = {kComment};
+        comment.last = sent_;
+        comment.ends = ends_;
+        return send_batch(std::move(comment));
+    }
+    if (now < deadline_) return;
+    if (state_ != State::lingering && state_ != State::header) {
+        const std::lock_guard lock(shared_.traffic_mutex);
+        ++shared_.traffic.cut_off;
+    }
+    abandon();
+}
+
+void Connection::finish() {
+    finish_ = true;
+    if (state_ == State::header) return abandon();
+    if (state_ == State::listening) send_events();
+}
+
+void Connection::abandon() {
+    if (state_ == State::closed) return;
+    if (state_ == State::listening) count_listener(-1);
+    state_ = State::closed;
+    error_code ignored;
+    socket_.close(ignored);
+    {
+        const std::lock_guard lock(shared_.traffic_mutex);
+        --shared_.traffic.connections;
+    }
+    if (const auto found = shared_.per_address.find(address_);
+        found != shared_.per_address.end() && --found->second == 0)
+        shared_.per_address.erase(found);
+    shared_.connections.erase(shared_from_this());
+}
+
+}  // namespace postchain::service

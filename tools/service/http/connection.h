@@ -1,0 +1,78 @@
+// One client: requests one after the other, or events for as long as it listens.
+#pragma once
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/http/parser.hpp>
+#include <boost/beast/http/string_body.hpp>
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/service/http/shared.h"
+
+namespace postchain::service {
+
+class Connection : public std::enable_shared_from_this<Connection> {
+  public:
+    using Clock = std::chrono::steady_clock;
+
+    Connection(Shared& shared, boost::asio::ip::tcp::socket socket, std::string address);
+
+    void start();
+    // Answers this and no more: of a connection over a limit.
+    void turn_away(Reply reply);
+    // Closes it where it is past its deadline, and keeps a quiet listener's line alive.
+    void tick(Clock::time_point now);
+    void wake();     // there are new events
+    void finish();   // after the reply under way; at once where there is none
+    void abandon();  // at once
+    const std::string& address() const { return address_; }
+
+  private:
+    using Parser = boost::beast::http::request_parser<boost::beast::http::string_body>;
+    enum class State { header, body, working, writing, listening, lingering, closed };
+
+    void read_header();
+    void on_header(const boost::system::error_code& error);
+    void read_body();
+    void on_body(const boost::system::error_code& error);
+    void refuse_read(const boost::system::error_code& error);
+    void work();
+    void reply(Reply reply);
+    void on_written(const boost::system::error_code& error);
+    void listen(const EventsWanted& wanted);
+    void watch_listener();
+    void send_events();
+    void send_batch(EventBatch batch);
+    void linger();
+    void count_listener(int change);
+    void deadline_in(std::chrono::milliseconds time) { deadline_ = Clock::now() + time; }
+
+    Shared& shared_;
+    boost::asio::ip::tcp::socket socket_;
+    std::string address_;
+    State state_ = State::header;
+    Clock::time_point deadline_;
+    boost::beast::flat_buffer buffer_;
+    std::optional<Parser> parser_;
+    Request request_;
+    std::optional<Admitted> admitted_;
+    bool keep_ = false;    // the connection, after this reply
+    bool finish_ = false;  // asked to
+    std::string head_;     // of the reply under way
+    std::string content_;
+    // Of a listener.
+    std::string job_;
+    int64_t sent_ = 0;       // id of the last event sent
+    bool sending_ = false;   // a write is under way
+    bool fetching_ = false;  // the store is asked
+    bool ends_ = false;      // the job has ended with what was sent
+    std::vector<EventText> batch_;
+    Clock::time_point spoke_;
+    char scrap_[64] = {};
+};
+
+}  // namespace postchain::service

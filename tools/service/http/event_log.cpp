@@ -1,0 +1,74 @@
+#include "tools/service/http/event_log.h"
+
+#include <algorithm>
+
+#include "tools/service/http/job_json.h"
+
+namespace postchain::service {
+namespace {
+
+bool ends_job(const Event& event) {
+    return event.type == name_of(JobState::done) || event.type == name_of(JobState::failed) ||
+           event.type == name_of(JobState::canceled);
+}
+
+bool has_event_after(const Service& service, int64_t id) {
+    const auto found = service.events("", id, 1);
+    return std::holds_alternative<std::vector<Event>>(found) &&
+           !std::get<std::vector<Event>>(found).empty();
+}
+
+}  // namespace
+
+void EventLog::add(const std::vector<Event>& events) {
+    for (const Event& event : events) {
+        entries_.push_back({event.id, event.job, ends_job(event),
+                            std::make_shared<const std::string>(text_of(event))});
+        newest_ = event.id;
+    }
+    while (entries_.size() > keep_) {
+        floor_ = entries_.front().id;
+        entries_.pop_front();
+    }
+}
+
+EventBatch EventLog::after(int64_t after, const std::string& job, size_t most) const {
+    auto at = std::upper_bound(entries_.begin(), entries_.end(), after,
+                               [](int64_t id, const Entry& entry) { return id < entry.id; });
+    EventBatch batch;
+    batch.last = after;
+    for (; at != entries_.end() && batch.texts.size() < most; ++at) {
+        batch.last = at->id;
+        if (!job.empty() && at->job != job) continue;
+        batch.texts.push_back(at->text);
+        batch.ends = at->ends;
+    }
+    return batch;
+}
+
+EventBatch batch_of(const std::vector<Event>& events, int64_t asked) {
+    EventBatch batch;
+    batch.last = asked;
+    for (const Event& event : events) {
+        batch.texts.push_back(std::make_shared<const std::string>(text_of(event)));
+        batch.last = event.id;
+        batch.ends = ends_job(event);
+    }
+    return batch;
+}
+
+int64_t newest_event(const Service& service) {
+    if (!has_event_after(service, 0)) return 0;
+    int64_t low = 0, high = 1;  // there is one after `low`, none after `high`
+    while (has_event_after(service, high)) {
+        low = high;
+        high *= 2;
+    }
+    while (high - low > 1) {
+        const int64_t middle = low + (high - low) / 2;
+        (has_event_after(service, middle) ? low : high) = middle;
+    }
+    return high;
+}
+
+}  // namespace postchain::service

@@ -1,0 +1,48 @@
+// What is shown of jobs, frames and events. One table for each: JSON and schema come from its rows.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "tools/sequence/io/json.h"
+#include "tools/service/store/job.h"
+
+namespace postchain::service {
+
+template <class T>
+struct Field {
+    std::string name;
+    io::Json schema;  // JSON Schema of the value, with its description
+    std::function<io::Json(const T&)> value;
+};
+
+const std::vector<Field<Job>>& job_fields();
+const std::vector<Field<JobFrame>>& frame_fields();         // of a list
+const std::vector<Field<JobFrame>>& frame_detail_fields();  // these, and the sidecar
+
+template <class T>
+io::Json json_of(const T& item, const std::vector<Field<T>>& fields) {
+    io::Json json = io::Json::object();
+    for (const auto& field : fields) json[field.name] = field.value(item);
+    return json;
+}
+template <class T>
+io::Json schema_of(const std::vector<Field<T>>& fields) {
+    io::Json properties = io::Json::object(), required = io::Json::array();
+    for (const auto& field : fields) {
+        properties[field.name] = field.schema;
+        required.push_back(field.name);
+    }
+    return {{"type", "object"}, {"properties", properties}, {"required", required}};
+}
+
+// One event in the form of server-sent events:
+//   id: 12
+//   data: {"type": "frame", "job": ID, "time": "...", "data": {...}}
+std::string text_of(const Event& event);
+
+// "2026-01-31T12:00:00.000Z"; null for 0.
+io::Json time_of(int64_t ms);
+
+}  // namespace postchain::service

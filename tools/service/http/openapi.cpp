@@ -1,0 +1,147 @@
+#include "tools/service/http/openapi.h"
+
+#include "tools/service/http/job_json.h"
+
+namespace postchain::service {
+namespace {
+
+using io::Json;
+
+Json ref(const std::string& schema) {
+    return {{"$ref", "#/components/schemas/" + schema}};
+}
+
+Json list_of(const std::string& name, const std::string& schema) {
+    return {{"type", "object"},
+            {"properties", {{name, {{"type", "array"}, {"items", ref(schema)}}}}},
+            {"required", {name}}};
+}
+
+Json text(const char* description) {
+    return {{"type", "string"}, {"description", description}};
+}
+
+Json integer(const char* description) {
+    return {{"type", "integer"}, {"description", description}};
+}
+
+Json schemas(const std::string& job_schema) {
+    Json job = Json::parse(job_schema, nullptr, false);
+    if (job.is_discarded()) job = Json::object();
+    // A schema inside a document is named by its place there.
+    job.erase("$schema");
+    Json jobs = list_of("jobs", "Job");
+    jobs["properties"]["next"] = {{"type", {"string", "null"}},
+                                  {"description", "before= of the jobs that follow"}};
+    const Json diagnostic = {
+        {"type", "object"},
+        {"properties",
+         {{"file", text("name of the text")},
+          {"line", integer("from 1; 0 = the whole text")},
+          {"column", integer("from 1, in characters")},
+          {"severity", {{"type", "string"}, {"enum", {"note", "warning", "error"}}}},
+          {"path", text("passes[1].samples")},
+          {"message", text("what is wrong, and the remedy")}}}};
+    const Json problem = {{"type", "object"},
+                          {"properties",
+                           {{"type", text("about:blank")},
+                            {"title", text("of the status")},
+                            {"status", integer("as of the reply")},
+                            {"detail", text("what is wrong, and the remedy")},
+                            {"errors", {{"type", "array"}, {"items", ref("Diagnostic")}}}}},
+                          {"required", {"type", "title", "status"}}};
+    const Json plan = {
+        {"type", "object"},
+        {"description", "chain or chain_text, set, and every key of a job's input and plan"}};
+    const Json preview = {{"type", "object"},
+                          {"description",
+                           "chain or chain_text, set, input, camera and every other key of a job's "
+                           "input and plan, and these"},
+                          {"properties",
+                           {{"frame", integer("which frame of the input")},
+                            {"scale",
+                             {{"type", "number"},
+                              {"minimum", 0.05},
+                              {"maximum", 1},
+                              {"description", "of its size"}}}}}};
+    const Json chain_text = {{"type", "object"},
+                             {"properties", {{"text", text("of a chain file")}}},
+                             {"required", {"text"}}};
+    return {{"JobRequest", job},
+            {"PlanRequest", plan},
+            {"PreviewRequest", preview},
+            {"ChainText", chain_text},
+            {"Job", schema_of(job_fields())},
+            {"Jobs", jobs},
+            {"Frame", schema_of(frame_fields())},
+            {"Frames", list_of("frames", "Frame")},
+            {"FrameDetail", schema_of(frame_detail_fields())},
+            {"Diagnostic", diagnostic},
+            {"Diagnostics", list_of("diagnostics", "Diagnostic")},
+            {"Problem", problem}};
+}
+
+Json parameters_of(const Route& route) {
+    Json parameters = Json::array();
+    for (size_t at = route.path.find('{'); at != std::string::npos;
+         at = route.path.find('{', at + 1)) {
+        std::string name = route.path.substr(at + 1, route.path.find('}', at) - at - 1);
+        const bool number = name == "n";
+        if (name.ends_with("...")) name.resize(name.size() - 3);
+        parameters.push_back({{"name", name},
+                              {"in", "path"},
+                              {"required", true},
+                              {"schema", {{"type", number ? "integer" : "string"}}}});
+    }
+    for (const auto& query : route.queries)
+        parameters.push_back({{"name", query.name},
+                              {"in", "query"},
+                              {"description", query.description},
+                              {"schema", {{"type", "string"}}}});
+    return parameters;
+}
+
+Json operation_of(const Route& route) {
+    Json operation = {{"summary", route.summary}};
+    if (Json parameters = parameters_of(route); !parameters.empty())
+        operation["parameters"] = parameters;
+    if (!route.body.empty())
+        operation["requestBody"] = {
+            {"required", true}, {"content", {{"application/json", {{"schema", ref(route.body)}}}}}};
+    Json success = {{"description", route.status == 204 ? "Done" : "What was asked for"}};
+    if (route.status != 204)
+        success["content"] = {{route.type, route.schema.empty()
+                                               ? Json::object()
+                                               : Json{{"schema", ref(route.schema)}}}};
+    operation["responses"] = {
+        {std::to_string(route.status), success},
+        {"default",
+         {{"description", "Refused, or failed"},
+          {"content", {{"application/problem+json", {{"schema", ref("Problem")}}}}}}}};
+    if (route.open) operation["security"] = Json::array();
+    return operation;
+}
+
+}  // namespace
+
+std::string openapi_of(const std::vector<Route>& routes, const std::string& job_schema,
+                       const std::string& version, bool asks_for_token) {
+    Json paths = Json::object();
+    for (const Route& route : routes) {
+        std::string path = route.path, method = route.method;
+        if (const size_t dots = path.find("...}"); dots != std::string::npos) path.erase(dots, 3);
+        for (char& c : method) c = char(c - 'A' + 'a');
+        paths[path][method] = operation_of(route);
+    }
+    Json document = {
+        {"openapi", "3.1.0"},
+        {"info", {{"title", "postchain"}, {"version", version}}},
+        {"paths", paths},
+        {"components",
+         {{"schemas", schemas(job_schema)},
+          {"securitySchemes", {{"token", {{"type", "http"}, {"scheme", "bearer"}}}}}}}};
+    if (asks_for_token) document["security"] = Json::array({{{"token", Json::array()}}});
+    return io::json_text(document, 2);
+}
+
+}  // namespace postchain::service

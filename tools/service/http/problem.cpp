@@ -1,0 +1,72 @@
+#include "tools/service/http/problem.h"
+
+#include <algorithm>
+
+#include "tools/sequence/io/json.h"
+
+namespace postchain::service {
+namespace {
+
+using io::Json;
+
+int status_of_kind(Problem::Kind kind) {
+    switch (kind) {
+        case Problem::Kind::invalid:
+            return 422;
+        case Problem::Kind::not_found:
+            return 404;
+        case Problem::Kind::conflict:
+            return 409;
+        case Problem::Kind::forbidden:
+            return 403;
+        case Problem::Kind::busy:
+            return 429;
+        case Problem::Kind::unavailable:
+            return 503;
+        case Problem::Kind::internal:
+            return 500;
+    }
+    return 500;
+}
+
+Json array_of(const Diagnostics& diagnostics) {
+    Json array = Json::array();
+    for (const Diagnostic& one : diagnostics)
+        array.push_back({{"file", one.file},
+                         {"line", one.line},
+                         {"column", one.column},
+                         {"severity", name_of(one.severity)},
+                         {"path", one.path},
+                         {"message", one.message}});
+    return array;
+}
+
+Reply reply_of(int status, const std::string& detail, Json errors) {
+    Json body = {{"type", "about:blank"}, {"title", reason_of(status)}, {"status", status}};
+    if (!detail.empty()) body["detail"] = detail;
+    if (!errors.empty()) body["errors"] = std::move(errors);
+    Reply reply;
+    reply.status = status;
+    reply.type = "application/problem+json";
+    reply.body = io::json_text(body) + "\n";
+    return reply;
+}
+
+}  // namespace
+
+Reply problem(int status, const std::string& detail) {
+    return reply_of(status, detail, Json::array());
+}
+
+Reply problem(const Problem& what) {
+    Reply reply = reply_of(status_of_kind(what.kind), what.detail, array_of(what.diagnostics));
+    if (what.kind == Problem::Kind::busy || what.kind == Problem::Kind::unavailable)
+        reply.headers.emplace_back("Retry-After", std::to_string(std::max(1, what.retry_after_s)));
+    return reply;
+}
+
+std::string json_of(const Diagnostics& diagnostics) {
+    return io::json_text(array_of(diagnostics));
+}
+
+}  // namespace postchain::service

@@ -1,0 +1,19 @@
+// Errors as application/problem+json (RFC 9457).
+#pragma once
+
+#include <string>
+
+#include "tools/service/http/message.h"
+#include "tools/service/work/service.h"
+
+namespace postchain::service {
+
+// {"type": "about:blank", "title", "status", "detail"}; `detail` holds no path of this machine.
+Reply problem(int status, const std::string& detail);
+// With "errors" of its diagnostics, and Retry-After where the problem says when.
+Reply problem(const Problem& what);
+
+// [{"file", "line", "column", "severity", "path", "message"}], as text.
+std::string json_of(const Diagnostics& diagnostics);
+
+}  // namespace postchain::service

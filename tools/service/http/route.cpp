@@ -1,0 +1,75 @@
+#include "tools/service/http/route.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "tools/service/http/problem.h"
+
+namespace postchain::service {
+namespace {
+
+std::vector<std::string> segments_of(const std::string& path) {
+    std::vector<std::string> segments;
+    for (size_t at = 1; at <= path.size();) {
+        const size_t end = std::min(path.find('/', at), path.size());
+        segments.push_back(path.substr(at, end - at));
+        at = end + 1;
+    }
+    return segments;
+}
+
+std::optional<std::vector<std::string>> match(const std::string& path,
+                                              const std::vector<std::string>& given) {
+    const auto wanted = segments_of(path);
+    std::vector<std::string> values;
+    for (size_t i = 0; i < wanted.size(); ++i) {
+        if (i >= given.size()) return std::nullopt;
+        const std::string& word = wanted[i];
+        if (word.ends_with("...}")) {
+            std::string rest;
+            for (size_t k = i; k < given.size(); ++k) {
+                if (given[k].empty()) return std::nullopt;
+                rest += (k == i ? "" : "/") + given[k];
+            }
+            values.push_back(std::move(rest));
+            return values;
+        }
+        if (word.starts_with("{")) {
+            if (given[i].empty()) return std::nullopt;
+            values.push_back(given[i]);
+        } else if (word != given[i]) {
+            return std::nullopt;
+        }
+    }
+    if (given.size() != wanted.size()) return std::nullopt;
+    return values;
+}
+
+}  // namespace
+
+std::variant<Match, Reply> find_route(const std::vector<Route>& routes, const std::string& method,
+                                      const Target& target) {
+    std::vector<std::string> allowed;
+    for (const Route& route : routes) {
+        auto values = match(route.path, target.segments);
+        if (!values) continue;
+        const bool streams = route.type == "text/event-stream";
+        if (route.method == method || (method == "HEAD" && route.method == "GET" && !streams)) {
+            for (const auto& [key, value] : target.query)
+                if (std::none_of(route.queries.begin(), route.queries.end(),
+                                 [&key = key](const auto& one) { return one.name == key; }))
+                    return problem(400, "this address takes no '" + key + "'");
+            return Match{&route, std::move(*values)};
+        }
+        allowed.push_back(route.method);
+        if (route.method == "GET" && !streams) allowed.push_back("HEAD");
+    }
+    if (allowed.empty()) return problem(404, "there is nothing at this address");
+    std::string list;
+    for (const auto& one : allowed) list += (list.empty() ? "" : ", ") + one;
+    Reply reply = problem(405, "this address takes " + list);
+    reply.headers.emplace_back("Allow", list);
+    return reply;
+}
+
+}  // namespace postchain::service

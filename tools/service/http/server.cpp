@@ -1,0 +1,187 @@
+#include "tools/service/http/server.h"
+
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <vector>
+
+#include "tools/service/http/connection.h"
+#include "tools/service/http/problem.h"
+
+namespace postchain::service {
+namespace {
+
+namespace asio = boost::asio;
+using asio::ip::tcp;
+using boost::system::error_code;
+
+constexpr std::chrono::milliseconds kTick{200};
+constexpr size_t kPump = 500;  // events read from the store at a time
+
+// One run of a server: accepting, ticking, moving events from the store to who listens.
+class Loop {
+  public:
+    Loop(Shared& shared, const std::atomic<bool>& stop)
+        : shared_(shared), stop_(stop), timer_(shared.io), retry_(shared.io) {}
+
+    void run() {
+        shared_.service.on_event([this](const Event&) { poke(); });
+        accept();
+        tick();
+        shared_.io.run();
+        shared_.service.on_event([](const Event&) {});
+        shared_.pool.join();
+        shared_.event_pool.join();
+    }
+
+  private:
+    // From any thread: there may be new events.
+    void poke() {
+        if (!poked_.exchange(true)) asio::post(shared_.io, [this] { pump(); });
+    }
+
+    void pump() {
+        if (pumping_) return;
+        pumping_ = true;
+        poked_ = false;
+        asio::post(shared_.event_pool, [this, after = shared_.events.newest()] {
+            auto found = shared_.service.events("", after, kPump);
+            asio::post(shared_.io, [this, found = std::move(found)] {
+                pumping_ = false;
+                const auto* events = std::get_if<std::vector<Event>>(&found);
+                if (events && !events->empty()) {
+                    shared_.events.add(*events);
+                    each([](Connection& one) { one.wake(); });
+                }
+                if (poked_ || (events && events->size() == kPump)) pump();
+            });
+        });
+    }
+
+    void accept() {
+        shared_.acceptor.async_accept([this](const error_code& error, tcp::socket socket) {
+            if (!shared_.acceptor.is_open()) return;
+            if (!error) {
+                admit(std::move(socket));
+                return accept();
+            }
+            // No file numbers left, or a client that was gone at once: those that are here go on.
+            retry_.expires_after(kTick);
+            retry_.async_wait([this](const error_code& canceled) {
+                if (!canceled && shared_.acceptor.is_open()) accept();
+            });
+        });
+    }
+
+    void admit(tcp::socket socket) {
+        error_code error;
+        const auto peer = socket.remote_endpoint(error);
+        if (error) return;
+        const std::string address = peer.address().to_string();
+        const ServerSettings& settings = shared_.settings;
+        const bool full = shared_.connections.size() >= settings.max_connections;
+        const bool many = shared_.per_address[address] >= settings.max_connections_per_address;
+        // Even those who are told so are counted, up to twice as many; then the door is shut.
+        const bool crowd = shared_.connections.size() >= settings.max_connections + kToldSo;
+        {
+            const std::lock_guard lock(shared_.traffic_mutex);
+            ++shared_.traffic.accepted;
+            if (full || many) ++shared_.traffic.turned_away;
+            if (!crowd) ++shared_.traffic.connections;
+        }
+        if (crowd) {
+            if (shared_.per_address[address] == 0) shared_.per_address.erase(address);
+            return;
+        }
+        ++shared_.per_address[address];
+        auto connection = std::make_shared<Connection>(shared_, std::move(socket), address);
+        shared_.connections.insert(connection);
+        if (!full && !many) return connection->start();
+        Reply reply = full ? problem(503, "there are too many connections; ask again soon")
+                           : problem(429, "this address has too many connections");
+        reply.headers.emplace_back("Retry-After", "5");
+        connection->turn_away(std::move(reply));
+    }
+
+    template <class F>
+    void each(const F& f) {
+        const std::vector<std::shared_ptr<Connection>> all(shared_.connections.begin(),
+                                                           shared_.connections.end());
+        for (const auto& one : all) f(*one);
+    }
+
+    void tick() {
+        const auto now = Connection::Clock::now();
+        each([&](Connection& one) { one.tick(now); });
+        if (stop_ && !draining_) drain();
+        if (shared_.closing && (shared_.connections.empty() || now > closed_by_)) {
+            each([](Connection& one) { one.abandon(); });
+            return;  // nothing is left to wait for, and run() ends
+        }
+        timer_.expires_after(kTick);
+        timer_.async_wait([this](const error_code&) { tick(); });
+    }
+
+    // Jobs first, while clients may still ask how they are; then the clients.
+    void drain() {
+        draining_ = true;
+        asio::post(shared_.pool, [this] {
+            shared_.service.drain();
+            asio::post(shared_.io, [this] {
+                shared_.closing = true;
+                closed_by_ = Connection::Clock::now() + shared_.settings.closing;
+                error_code ignored;
+                shared_.acceptor.close(ignored);
+                retry_.cancel();
+                each([](Connection& one) { one.finish(); });
+            });
+        });
+    }
+
+    static constexpr size_t kToldSo = 64;
+
+    Shared& shared_;
+    const std::atomic<bool>& stop_;
+    asio::steady_timer timer_, retry_;
+    std::atomic<bool> poked_ = false;
+    bool pumping_ = false;
+    bool draining_ = false;
+    Connection::Clock::time_point closed_by_;
+};
+
+}  // namespace
+
+Server::Server(std::unique_ptr<Shared> shared) : shared_(std::move(shared)) {}
+
+Server::~Server() = default;
+
+Result<std::unique_ptr<Server>> Server::open(const ServerSettings& settings, Service& service) {
+    error_code error;
+    const auto address = asio::ip::make_address(settings.address, error);
+    if (error)
+        return Status(StatusCode::usage, "--bind: '" + settings.address +
+                                             "' is no address; 0.0.0.0 and :: are all of them");
+    auto shared = std::make_unique<Shared>(settings, service);
+    const tcp::endpoint endpoint(address, settings.port);
+    shared->acceptor.open(endpoint.protocol(), error);
+    if (!error) shared->acceptor.set_option(tcp::acceptor::reuse_address(true), error);
+    if (!error) shared->acceptor.bind(endpoint, error);
+    if (error == boost::system::errc::address_not_available)
+        return Status(StatusCode::usage,
+                      "--bind: " + settings.address + " is no address of this machine");
+    if (!error) shared->acceptor.listen(asio::socket_base::max_listen_connections, error);
+    if (error)
+        return Status(StatusCode::output, concat("--port ", settings.port, ": ", error.message(),
+                                                 "; take another, or 0 for one that is free"));
+    return std::unique_ptr<Server>(new Server(std::move(shared)));
+}
+
+uint16_t Server::port() const {
+    error_code ignored;
+    return shared_->acceptor.local_endpoint(ignored).port();
+}
+
+void Server::run(const std::atomic<bool>& stop) {
+    Loop(*shared_, stop).run();
+}
+
+}  // namespace postchain::service

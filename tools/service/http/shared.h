@@ -1,0 +1,51 @@
+// What the connections of a server share. Only the I/O thread uses it, but for the pools.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/thread_pool.hpp>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+
+#include "tools/service/http/api.h"
+#include "tools/service/http/event_log.h"
+#include "tools/service/http/server.h"
+
+namespace postchain::service {
+
+class Connection;
+
+// Of /metrics.
+struct Traffic {
+    std::map<int, uint64_t> replies;  // by status
+    uint64_t accepted = 0;
+    uint64_t turned_away = 0;  // connections over a limit
+    uint64_t cut_off = 0;      // clients past a deadline
+    size_t connections = 0, listeners = 0, waiting = 0;
+};
+
+struct Shared {
+    Shared(const ServerSettings& settings, Service& service);
+
+    std::string metrics() const;  // Prometheus text; from any thread
+
+    ServerSettings settings;
+    Service& service;
+    boost::asio::io_context io{1};
+    boost::asio::ip::tcp::acceptor acceptor{io};
+    boost::asio::thread_pool pool{2};        // for quick calls of the service
+    boost::asio::thread_pool event_pool{1};  // reads events from the store
+    Api api;
+    EventLog events;
+    std::set<std::shared_ptr<Connection>> connections;
+    std::map<std::string, size_t> per_address;
+    bool closing = false;
+
+    mutable std::mutex traffic_mutex;
+    Traffic traffic;
+};
+
+}  // namespace postchain::service

@@ -147,6 +147,10 @@ Status CompiledPlan::take_programs(ProgramCache& programs, size_t alignment) {
 
 void CompiledPlan::take_values(Plan plan) {
     plan_ = std::move(plan);
+    take_blocks();
+}
+
+void CompiledPlan::take_blocks() {
     for (size_t i = 0; i < commands_.size(); ++i) set_block(int(i), plan_.steps[i].block);
 }
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # All figures in one run: each pass per megapixel and tap, what leaving out is worth, each plane in
-# half, the whole chain against oiiotool's copy, memory of a long run against a short one, start-up. Needs a
+# half, a guest's frame on the CPU, the whole chain against oiiotool's copy, memory of a long run against a short one, start-up. Needs a
 # build with tests (tools/test.sh).
 # Usage: tests/bench/run.sh [arguments of sequence_bench]
 set -euo pipefail
@@ -9,5 +9,6 @@ programs=$(cd "$here/../../build/tests/bench" && pwd)
 "$programs/gpu_bench"
 "$programs/elision_bench"
 "$programs/precision_bench"
+"$programs/guest_bench"
 "$programs/sequence_bench" "$@"
 "$here/startup.py"

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string_view>
 
+#include "chain/levels.h"
 #include "chain/work_list.h"
 
 namespace postchain::guest {
@@ -253,6 +254,7 @@ PlanOptions options_of(const HostFrame& frame) {
 Result<HostPlan> make_host_plan(const Chain& chain, const HostFrame& frame) {
     auto plan = make_plan(chain, describe(frame), options_of(frame));
     if (!plan.ok()) return plan.status();
+    order_by_level(*plan);
     return Builder(std::move(*plan), frame).build();
 }
 

@@ -141,11 +141,12 @@ void measure(const NamedChain& chain, pc_state state, const Kind& kind, pc_frame
     silence_gl(false);
     std::sort(times.begin(), times.end());
     const auto a_frame = [](uint64_t number) { return double(number) / kFramesOfARepeat; };
-    std::printf("%-9s %-8s %-28s %8.1f %8.1f %9.1f %9.1f %9.1f %12.1f\n", chain.name,
+    std::printf("%-9s %-8s %-28s %8.1f %8.1f %9.1f %9.1f %9.1f %12.1f %12.1f\n", chain.name,
                 state == PC_STATE_RESTORE ? "restore" : "reset", kind.name, times.front(),
                 times[times.size() / 2], a_frame(calls),
                 a_frame(after.dispatches - before.dispatches),
-                a_frame(after.barriers - before.barriers), a_frame(made));
+                a_frame(after.barriers - before.barriers), a_frame(made),
+                double(after.texture_bytes) * 1e-6);
 }
 
 }  // namespace
@@ -167,8 +168,8 @@ int main(int argc, char** argv) {
         "pc_run() on a GL that does nothing, 1920x1080; microseconds of the quickest and of "
         "the median of %d repeats of %d frames\n",
         repeats, kFramesOfARepeat);
-    std::printf("%-9s %-8s %-28s %8s %8s %9s %9s %9s %12s\n", "chain", "state", "frame", "least",
-                "median", "GL calls", "steps", "barriers", "allocations");
+    std::printf("%-9s %-8s %-28s %8s %8s %9s %9s %9s %12s %12s\n", "chain", "state", "frame",
+                "least", "median", "GL calls", "steps", "barriers", "allocations", "textures, MB");
     for (const Kind& kind : kinds()) {
         const char* animated = kind.animated ? "1" : "0";
         const NamedChain chains[] = {make_chain("paper", "motion_blur,fxaa,depth_of_field",

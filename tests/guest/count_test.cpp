@@ -111,6 +111,17 @@ TEST(Count, TheSteadyStateMakesAllocatesAndReadsNothing) {
     }
 }
 
+// One before each of the eleven levels but the first, and one at the end (chain/levels.h).
+TEST(Count, ThePapersChainHasElevenBarriers) {
+    const auto host = canonical_frame(64, 48);
+    const auto guest = instance();
+    const auto made = paper_chain("motion_blur,depth_of_field,fxaa");
+    prepare_and_run(guest, made, host.frame);
+    const uint64_t before = count(guest).barriers;
+    ASSERT_EQ(pc_run(guest.get(), made.get(), &host.frame, nullptr), PC_OK);
+    EXPECT_EQ(count(guest).barriers - before, 11u);
+}
+
 // Restoring reads what it will put back: so many glGet each frame, and no allocation either.
 TEST(Count, RestoringReadsTheSameEveryFrame) {
     const auto host = canonical_frame(64, 48);

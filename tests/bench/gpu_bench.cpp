@@ -5,13 +5,16 @@
 // Rules of time: docs/benchmarks.md. The wall clock around glFinish on a software renderer, GL
 // timestamps on a GPU (chain/gl/clock.h); two runs to warm up; pass and copy take turns inside one
 // queue, so that both see the same machine; median and quartiles are reported.
-// A tap is a texture fetch by the plan's own count (Step::taps): a bound where a shader leaves
-// early, as motion blur does on still tiles, and a floor for FXAA, which fetches more along edges.
+// B/px are the bytes that the plan moves for each pixel (chain/plan_bytes.h), GB/s those over the
+// median. A tap is a texture fetch by the plan's own count (Step::taps): a bound where a shader
+// leaves early, as motion blur does on still tiles, and a floor for FXAA, which fetches more along
+// edges.
 #include <benchmark/benchmark.h>
 
 #include <cstdio>
 
 #include "chain/egl/context.h"
+#include "chain/plan_bytes.h"
 #include "chain/planner.h"
 #include "passes/registry.h"
 #include "tests/bench/bench_frame.h"
@@ -93,8 +96,12 @@ class Bench {
         Plan plan = plan_of(one, frame_);
         double taps = 0;
         for (const Step& step : plan.steps) taps += double(step.taps);
+        double bytes_px = bytes_per_pixel(plan);
         add_copy(plan, settings_.width, settings_.height);
-        if (one.pass.empty()) taps = double(plan.steps[0].taps);
+        if (one.pass.empty()) {
+            taps = double(plan.steps[0].taps);
+            bytes_px = bytes_per_pixel(plan);
+        }
         repeat(plan, software_ ? 1 : 16);
         const auto inputs = planes_.inputs_of(plan);
         for (int i = 0; i < 2; ++i) require(executor_.run(plan, inputs));
@@ -116,6 +123,8 @@ class Bench {
         state.counters["low"] = quantile(times, 0.25);
         state.counters["high"] = quantile(times, 0.75);
         state.counters["ms/Mpx"] = median / megapixels;
+        state.counters["B/px"] = bytes_px;
+        state.counters["GB/s"] = bytes_px * megapixels / median;
         state.counters["taps/px"] = taps / (1e6 * megapixels);
         state.counters["ns/tap"] = 1e6 * median / taps;
         state.counters["copies"] = median / quantile(copies, 0.5);
@@ -132,17 +141,17 @@ class Bench {
 class Table : public benchmark::BenchmarkReporter {
   public:
     bool ReportContext(const Context&) override {
-        std::printf("%-26s %9s %17s %9s %8s %9s %8s\n", "pass", "ms", "quartiles", "ms/Mpx",
-                    "taps/px", "ns/tap", "copies");
+        std::printf("%-26s %9s %17s %9s %7s %7s %8s %9s %8s\n", "pass", "ms", "quartiles", "ms/Mpx",
+                    "B/px", "GB/s", "taps/px", "ns/tap", "copies");
         return true;
     }
     void ReportRuns(const std::vector<Run>& runs) override {
         for (const Run& run : runs) {
             const auto value = [&](const char* key) { return run.counters.at(key).value; };
-            std::printf("%-26s %9.3f %8.3f-%8.3f %9.3f %8.1f %9.4f %8.2f\n",
+            std::printf("%-26s %9.3f %8.3f-%8.3f %9.3f %7.1f %7.2f %8.1f %9.4f %8.2f\n",
                         run.run_name.function_name.c_str(), value("ms"), value("low"),
-                        value("high"), value("ms/Mpx"), value("taps/px"), value("ns/tap"),
-                        value("copies"));
+                        value("high"), value("ms/Mpx"), value("B/px"), value("GB/s"),
+                        value("taps/px"), value("ns/tap"), value("copies"));
             std::fflush(stdout);
         }
     }

@@ -1,0 +1,98 @@
+// Bytes per pixel of chains, by pass and step, as a table of Markdown: what chain/plan_bytes.h
+// counts, for an engine's frame of which nothing is known, so that everything in it may move.
+//
+//   bytes_table [--halves] [--size=WIDTHxHEIGHT] CHAIN...
+//
+// --halves: color and motion come as halves and planes in between are halves; depth stays fp32.
+// Needs no GL.
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "chain/plan_bytes.h"
+#include "chain/planner.h"
+#include "config/chain_find.h"
+#include "passes/registry.h"
+
+namespace {
+
+using namespace postchain;
+
+[[noreturn]] void fail(const std::string& text) {
+    std::fprintf(stderr, "bytes_table: %s\n", text.c_str());
+    std::exit(2);
+}
+
+// A lens and a shutter under which every pass runs.
+FrameDescription engine_frame(int width, int height, bool halves) {
+    FrameDescription frame;
+    frame.width = frame.display_width = width;
+    frame.height = frame.display_height = height;
+    frame.planes = {Role::color, Role::inverse_depth, Role::motion};
+    frame.camera.focal_length_mm = 50;
+    frame.camera.sensor_width_mm = 36;
+    frame.camera.f_stop = 2;
+    frame.camera.focus_distance = 4;
+    frame.camera.shutter_frames = 0.5;
+    frame.camera.meters_per_unit = 1;
+    frame.bounds.color_is_half = halves;
+    return frame;
+}
+
+Plan plan_of(const std::string& name, const FrameDescription& frame, bool halves) {
+    const Result<ChainFile> file = load_chain(name, builtin_passes());
+    if (!file.ok()) fail(file.status().message());
+    PlanOptions options;
+    options.precision = halves ? Precision::fp16 : Precision::fp32;
+    Result<Plan> plan = make_plan(file->chain, frame, options);
+    if (!plan.ok()) fail(plan.status().message());
+    if (halves)
+        for (PlanTexture& texture : plan->textures)
+            if (texture.imported && texture.role != Role::inverse_depth)
+                texture.format = plane_format(channels_of(texture.format), Precision::fp16);
+    return std::move(*plan);
+}
+
+void print(const std::string& name, const Plan& plan, bool halves) {
+    const double pixels = double(plan.width) * plan.height;
+    const std::vector<StepBytes> bytes = bytes_of_steps(plan);
+    std::printf("| %s, %s | read | written | B/px |\n|---|---|---|---|\n", name.c_str(),
+                halves ? "halves" : "fp32");
+    for (size_t i = 0; i < plan.passes.size(); ++i) {
+        const double sum = bytes_per_pixel(plan, int(i));
+        if (!plan.passes[i].elided)
+            std::printf("| **%s** | | | **%.2f** |\n", plan.passes[i].type.c_str(), sum);
+        for (size_t s = 0; s < plan.steps.size(); ++s)
+            if (plan.steps[s].pass == int(i) && bytes[s].counts)
+                std::printf("| %s | %.2f | %.2f | %.2f |\n", plan.steps[s].name.c_str(),
+                            double(bytes[s].read) / pixels, double(bytes[s].written) / pixels,
+                            double(bytes[s].moved()) / pixels);
+    }
+    std::printf("| **sum** | | | **%.2f** |\n\n", bytes_per_pixel(plan));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    int width = 1920, height = 1080;
+    bool halves = false;
+    std::vector<std::string> chains;
+    for (int i = 1; i < argc; ++i) {
+        const std::string argument = argv[i];
+        if (argument == "--halves")
+            halves = true;
+        else if (argument.rfind("--size=", 0) == 0) {
+            if (std::sscanf(argument.c_str(), "--size=%dx%d", &width, &height) != 2 || width < 1 ||
+                height < 1)
+                fail(argument + ": --size=WIDTHxHEIGHT");
+        } else if (argument.rfind("--", 0) == 0)
+            fail(argument + ": not an option; bytes_table [--halves] [--size=WxH] CHAIN...");
+        else
+            chains.push_back(argument);
+    }
+    if (chains.empty()) fail("no chain; bytes_table [--halves] [--size=WxH] CHAIN...");
+    for (const std::string& chain : chains)
+        print(chain, plan_of(chain, engine_frame(width, height, halves), halves), halves);
+    return 0;
+}

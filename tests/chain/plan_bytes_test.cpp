@@ -1,0 +1,91 @@
+// Bytes that a plan moves, counted by hand.
+#include "chain/plan_bytes.h"
+
+#include <gtest/gtest.h>
+
+namespace postchain::test {
+namespace {
+
+class PlanBytes : public ::testing::Test {
+  protected:
+    PlanBytes() {
+        plan.width = 64;
+        plan.height = 32;
+        plan.passes = {{"first", "", false}, {"second", "", false}};
+    }
+    TextureId texture(Format format, int width = 64, int height = 32) {
+        PlanTexture made;
+        made.format = format;
+        made.width = width;
+        made.height = height;
+        plan.textures.push_back(made);
+        return TextureId(plan.textures.size()) - 1;
+    }
+    void step(int pass, std::vector<Binding> bindings, TextureId list = -1) {
+        Step made;
+        made.pass = pass;
+        made.bindings = std::move(bindings);
+        if (list >= 0) made.bindings.push_back({0, list, Access::list});
+        made.work_list = list;
+        plan.steps.push_back(made);
+    }
+
+    Plan plan;
+};
+
+TEST_F(PlanBytes, ATextureCountsOnceForEachStepThatReadsOrWritesIt) {
+    const TextureId color = texture(Format::rgba32f), luma = texture(Format::r32f),
+                    small = texture(Format::rgba16f, 16, 8), result = texture(Format::rgba16f);
+    step(0, {{0, color}, {0, luma, Access::write}});
+    // The same texture at two units is one.
+    step(1, {{0, color}, {1, luma}, {2, color, Access::sample_linear}, {0, small, Access::write}});
+    step(1, {{0, small}, {1, color}, {0, result, Access::write}});
+
+    const std::vector<StepBytes> bytes = bytes_of_steps(plan);
+    const uint64_t pixels = 64 * 32;
+    EXPECT_EQ(bytes[0].read, 16 * pixels);
+    EXPECT_EQ(bytes[0].written, 4 * pixels);
+    EXPECT_EQ(bytes[1].read, 20 * pixels);
+    EXPECT_EQ(bytes[1].written, 8 * pixels / 16);
+    EXPECT_DOUBLE_EQ(bytes_per_pixel(plan, 0), 20);
+    EXPECT_DOUBLE_EQ(bytes_per_pixel(plan, 1), 20 + 0.5 + 0.5 + 16 + 8);
+    EXPECT_DOUBLE_EQ(bytes_per_pixel(plan), 65);
+}
+
+TEST_F(PlanBytes, ABlockCountsForTheListThatMovesMost) {
+    const TextureId color = texture(Format::rgba32f), depth = texture(Format::r32f),
+                    result = texture(Format::rgba32f);
+    // 8 blocks: 16 bytes of header and 4 for each.
+    const TextureId still = texture(Format::work_list, 8, 1),
+                    full = texture(Format::work_list, 8, 1), sky = texture(Format::work_list, 8, 1);
+    step(0,
+         {{0, depth}, {0, still, Access::list}, {1, full, Access::list}, {2, sky, Access::list}});
+    step(0, {{0, color}, {0, result, Access::write}}, still);
+    step(0, {{0, color}, {1, depth}, {0, result, Access::write}}, full);
+    step(0, {{0, result, Access::write}}, sky);
+
+    const std::vector<StepBytes> bytes = bytes_of_steps(plan);
+    const double list = 48.0 / (64 * 32);
+    EXPECT_TRUE(bytes[0].counts);
+    EXPECT_FALSE(bytes[1].counts);
+    EXPECT_TRUE(bytes[2].counts);
+    EXPECT_FALSE(bytes[3].counts);
+    EXPECT_EQ(bytes[1].moved(), 0u);
+    EXPECT_DOUBLE_EQ(bytes_per_pixel(plan), 4 + 3 * list + 36 + list);
+}
+
+TEST_F(PlanBytes, StepsOfOneListCountTogether) {
+    const TextureId color = texture(Format::rgba32f), between = texture(Format::rgba32f),
+                    result = texture(Format::rgba32f);
+    const TextureId moving = texture(Format::work_list, 8, 1),
+                    still = texture(Format::work_list, 8, 1);
+    step(0, {{0, still, Access::list}, {1, moving, Access::list}});
+    step(0, {{0, color}, {0, result, Access::write}}, still);
+    step(0, {{0, color}, {0, between, Access::write}}, moving);
+    step(1, {{0, between}, {0, result, Access::write}}, moving);
+    EXPECT_EQ(bytes_of_steps(plan)[1].moved(), 0u);
+    EXPECT_NEAR(bytes_per_pixel(plan), 64, 0.1);
+}
+
+}  // namespace
+}  // namespace postchain::test

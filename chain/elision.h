@@ -8,7 +8,9 @@
 
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "chain/json_writer.h"
@@ -28,6 +30,9 @@ inline constexpr const char* kRuleUnusedPlane = "unused_plane";
 inline constexpr const char* kRuleUnusedStep = "unused_step";
 inline constexpr const char* kRuleUnusedOutput = "unused_output";
 inline constexpr const char* kRuleMissingPlane = "missing_plane";
+
+// Names of rules; one of them is found without a string being made.
+using RuleNames = std::set<std::string, std::less<>>;
 
 // Those that belong to no pass.
 const std::vector<ElisionRule>& chain_rules();

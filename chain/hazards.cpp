@@ -5,13 +5,32 @@
 namespace postchain {
 namespace {
 
-constexpr uint32_t kAll = kWaitFetch | kWaitImage | kWaitList | kWaitLaunch;
-
-// Of one storage, since the last barriers.
+// Of one storage: the last steps that wrote and read it; -1 = none.
 struct Use {
-    TextureId writer = -1;  // who wrote it last
-    uint32_t unseen = 0;    // for which kinds of use the write is not yet visible
-    bool read = false;      // a step that may still run reads it
+    TextureId texture = -1;  // that was written
+    int written = -1;
+    int read = -1;
+};
+
+class Waits {
+  public:
+    explicit Waits(size_t steps) : waits_(steps, 0) {}
+
+    // Between step `from` and step `to` stands a barrier for this use. One that stands there
+    // already does it too, whatever it was for.
+    void need(uint32_t wait, int from, int to) {
+        if (from < 0) return;
+        uint32_t between = 0;
+        for (int i = from + 1; i <= to; ++i) between |= waits_[size_t(i)];
+        if (between & wait) return;
+        if (last_ <= from) last_ = to;
+        waits_[size_t(last_)] |= wait;
+    }
+    std::vector<uint32_t> take() { return std::move(waits_); }
+
+  private:
+    std::vector<uint32_t> waits_;
+    int last_ = -1;  // step with the last barrier
 };
 
 }  // namespace
@@ -23,37 +42,32 @@ std::vector<uint32_t> waits_of(const Plan& plan, const std::vector<int>& storage
     const auto use_of = [&](TextureId texture) -> Use& {
         return uses[size_t(storage[size_t(texture)])];
     };
-    std::vector<uint32_t> waits;
-    for (const Step& step : plan.steps) {
-        uint32_t needed = 0;
+    Waits waits(plan.steps.size());
+    for (int i = 0; i < int(plan.steps.size()); ++i) {
+        const Step& step = plan.steps[size_t(i)];
         for (const auto& binding : step.bindings) {
             const Use& use = use_of(binding.texture);
             if (binding.access == Access::list) {
-                needed |= use.unseen & kWaitList;
+                waits.need(kWaitList, use.written, i);
             } else if (binding.access == Access::write) {
-                if (use.writer != binding.texture) needed |= use.unseen & kWaitImage;
-                if (use.read) needed |= kWaitImage;
+                if (use.texture != binding.texture) waits.need(kWaitImage, use.written, i);
+                waits.need(kWaitImage, use.read, i);
             } else {
-                needed |= use.unseen & kWaitFetch;
+                waits.need(kWaitFetch, use.written, i);
             }
         }
-        if (step.work_list >= 0) needed |= use_of(step.work_list).unseen & kWaitLaunch;
-        for (Use& use : uses) {
-            use.unseen &= ~needed;
-            if (needed & kWaitImage) use.read = false;
-        }
+        if (step.work_list >= 0) waits.need(kWaitLaunch, use_of(step.work_list).written, i);
         for (const auto& binding : step.bindings) {
             Use& use = use_of(binding.texture);
             if (step.writes(binding)) {
-                use.writer = binding.texture;
-                use.unseen = kAll;
+                use.texture = binding.texture;
+                use.written = i;
             } else if (binding.access != Access::list) {
-                use.read = true;
+                use.read = i;
             }
         }
-        waits.push_back(needed);
     }
-    return waits;
+    return waits.take();
 }
 
 }  // namespace postchain

@@ -17,9 +17,10 @@ enum Wait : uint32_t {
     kWaitLaunch = 8,  // before a work list launches a step
 };
 
-// One set for each step. `storage`: for each of the plan's textures the number of what holds it;
-// textures that live one after the other may share one. Steps that write one texture together write
-// different pixels of it, and wait for none of each other.
+// One set for each step; steps that wait are as few as their order allows, and each waits for all
+// that those up to the next that waits need. `storage`: for each of the plan's textures the number
+// of what holds it; textures that live one after the other may share one. Steps that write one
+// texture together write different pixels of it, and wait for none of each other.
 std::vector<uint32_t> waits_of(const Plan& plan, const std::vector<int>& storage);
 
 }  // namespace postchain

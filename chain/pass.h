@@ -5,12 +5,15 @@
 // How to add one: docs/adding_a_pass.md.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <map>
 #include <memory>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "chain/elision.h"
@@ -37,9 +40,9 @@ struct PlanContext {
     RoleSet available;            // planes that exist where this pass stands
     RoleSet wanted;               // planes that a later pass reads or that are outputs
     bool color_is_input = false;  // color is the frame's own: the bounds of it hold
-    std::set<std::string> rules;  // of leaving out, by name, that are in use
+    const RuleNames& rules;       // of leaving out, that are in use
 
-    bool uses(const std::string& rule) const { return rules.count(rule) > 0; }
+    bool uses(std::string_view rule) const { return rules.contains(rule); }
     // Storage of color. At fp16 too it holds what the frame's own color does, or a pass left out
     // would change bits.
     Format color_format() const {
@@ -74,10 +77,43 @@ class PassPlanner {
     virtual void elide(Elision elision) = 0;
 };
 
+// A Fact in words that are literals, so that stating one allocates nothing.
+struct StatedFact {
+    const char* name;
+    std::optional<double> value = {};
+    std::optional<double> limit = {};
+    const char* unit = "";
+    Fact::Relation relation = Fact::Relation::at_most;
+
+    Fact fact() const { return {name, value, limit, unit, relation}; }
+};
+
 // Why a pass returns its color bit for bit.
 struct Identity {
-    std::string rule;  // ElisionRule::name
-    Fact fact;
+    std::string_view rule;  // ElisionRule::name
+    StatedFact fact;
+};
+
+// What decides the shape of a pass's plan besides its parameters, as numbers of its own.
+using ShapeNumbers = std::array<uint64_t, 4>;
+
+// Handed to Pass::values: puts bytes into the uniform blocks of the pass's steps.
+class BlockWriter {
+  public:
+    virtual ~BlockWriter() = default;
+    // Every step of the pass that has this type of block, or that of one name.
+    template <class Block>
+    void set(const Block& block) {
+        write({}, Block::kName, std::as_bytes(std::span(&block, 1)));
+    }
+    template <class Block>
+    void set(std::string_view step, const Block& block) {
+        write(step, Block::kName, std::as_bytes(std::span(&block, 1)));
+    }
+
+  private:
+    virtual void write(std::string_view step, std::string_view type,
+                       std::span<const std::byte> bytes) = 0;
 };
 
 // Planes of the double-precision reference, and the named stages it passed through. A stage
@@ -105,6 +141,13 @@ class Pass {
     virtual std::optional<Identity> identity(const PlanContext& context) const = 0;
     // Describes all of the work, also for a frame on which identity() holds.
     virtual void plan(PassPlanner& planner) const = 0;
+    // What plan() takes from the frame's camera, bounds and number, other than bytes of uniform
+    // blocks: where these numbers are equal and the rest of the context is, it makes the same
+    // textures, programs, bindings and groups. Allocates nothing.
+    virtual ShapeNumbers shape(const PlanContext&) const { return {}; }
+    // The blocks of plan() that follow the frame's camera, bounds and number, of another frame with
+    // the same shape(): byte for byte those that plan() would give it. Allocates nothing.
+    virtual void values(const PlanContext&, BlockWriter&) const {}
     // The same in double precision on the CPU, written from the paper and not from the GLSL:
     // reads frame.planes, replaces the planes it outputs, fills frame.stages. Same random values.
     virtual void reference(const PlanContext& context, ReferenceFrame& frame) const = 0;

@@ -1,6 +1,9 @@
 #include "chain/planner.h"
 
+#include <algorithm>
+#include <cassert>
 #include <iterator>
+#include <span>
 
 namespace postchain {
 namespace {
@@ -72,10 +75,16 @@ class Recorder final : public PassPlanner {
     std::string type_;
 };
 
-struct Decision {
-    PlanContext context;
-    std::optional<Identity> identity;  // the pass is elided
-};
+PlanContext context_of(const FrameDescription& frame, const PlanOptions& options,
+                       const RuleNames& rules, const PlanShape::OfPass& pass) {
+    return {frame, options.precision, pass.available, pass.wanted, pass.color_is_input, rules};
+}
+
+// Planes that the pass requires and the frame does not have: what was found instead.
+std::string missing_text(const Pass& pass, const PlanContext& context) {
+    const RoleSet has = context.available | context.frame.not_converted;
+    return "needs " + (pass.roles().required - has).text() + "; the frame has " + has.text();
+}
 
 // What the rules say of one pass; an error when it must run and cannot.
 Result<std::optional<Identity>> judge(const ChainLink& link, const PlanContext& context) {
@@ -86,10 +95,9 @@ Result<std::optional<Identity>> judge(const ChainLink& link, const PlanContext& 
     const RoleSet missing = link.pass->roles().required - context.available;
     // A pass that is off needs no plane; but of a plane that is not there nothing is known.
     if (missing.empty() || (identity && identity->rule != kRuleFacts)) return identity;
-    const RoleSet has = context.available | context.frame.not_converted;
-    const std::string text = "needs " + (missing - has).text() + "; the frame has " + has.text();
-    if (!context.uses(kRuleMissingPlane)) return Status(StatusCode::input, text);
-    return Verdict(Identity{kRuleMissingPlane, {text}});
+    if (!context.uses(kRuleMissingPlane))
+        return Status(StatusCode::input, missing_text(*link.pass, context));
+    return Verdict(Identity{kRuleMissingPlane, {"a plane is missing"}});
 }
 
 // A pass before this one that moves color farther than this (px) makes the planes of other frames
@@ -113,48 +121,56 @@ RoleSet without_neighbors(RoleSet planes) {
     return planes;
 }
 
-struct Decisions {
-    std::vector<Decision> passes;
-    size_t spreading;  // first_spreading_pass()
+// Of an elided pass.
+struct Reason {
+    std::string_view rule;
+    Fact fact;
 };
 
 // First to last: which passes are elided. Last to first: which planes each pass must produce.
-Result<Decisions> decide(const Chain& chain, const FrameDescription& frame,
-                         const PlanOptions& options) {
+// `reasons`: why each pass is elided; null: nobody asks.
+Status decide(const Chain& chain, const FrameDescription& frame, const PlanOptions& options,
+              const RuleNames& rules, PlanShape& shape, std::vector<Reason>* reasons) {
     const size_t spreading = first_spreading_pass(chain, frame);
-    std::vector<Decision> decisions;
-    const std::set<std::string> rules = options.rules(chain);
+    auto& passes = shape.passes;
+    passes.assign(chain.links.size(), {});
+    if (reasons) reasons->assign(passes.size(), {});
     // What identity() sees as wanted: an upper bound, every plane a later pass could read.
-    std::vector<RoleSet> readable(chain.links.size(), options.outputs);
-    for (size_t i = chain.links.size(); i-- > 1;) {
+    RoleSet readable = options.outputs;
+    for (size_t i = passes.size(); i-- > 0;) {
+        passes[i].wanted = readable;
         const RoleUse use = chain.links[i].pass->roles();
-        readable[i - 1] = readable[i] | use.required | use.optional;
+        readable = readable | use.required | use.optional;
     }
     RoleSet available = frame.planes;
     bool color_is_input = true;
-    for (size_t i = 0; i < chain.links.size(); ++i) {
+    for (size_t i = 0; i < passes.size(); ++i) {
+        const Pass& pass = *chain.links[i].pass;
         if (i > spreading) available = without_neighbors(available);
-        Decision decision{{frame, options.precision, available, readable[i], color_is_input, rules},
-                          std::nullopt};
-        auto identity = judge(chain.links[i], decision.context);
+        passes[i].available = available;
+        passes[i].color_is_input = color_is_input;
+        const PlanContext context = context_of(frame, options, rules, passes[i]);
+        auto identity = judge(chain.links[i], context);
         if (!identity.ok())
             return identity.status().at(concat("passes[", i, "].", chain.links[i].type->name));
-        decision.identity = std::move(*identity);
         // What an elided pass would have made is nothing: an earlier plane of that role
         // must not stand in for it.
-        const RoleSet made = chain.links[i].pass->roles().on_demand;
-        available = decision.identity ? available - made : available | made;
-        if (!decision.identity) color_is_input = false;
-        decisions.push_back(std::move(decision));
+        const RoleSet made = pass.roles().on_demand;
+        available = *identity ? available - made : available | made;
+        passes[i].elided = identity->has_value();
+        if (!*identity) color_is_input = false;
+        if (!*identity || !reasons) continue;
+        const auto& [rule, fact] = **identity;
+        (*reasons)[i] = {
+            rule, rule == kRuleMissingPlane ? Fact{missing_text(pass, context)} : fact.fact()};
     }
     RoleSet wanted = options.outputs;
     RoleSet all;
     for (Role role : kAllRoles) all.add(role);
-    for (size_t i = chain.links.size(); i-- > 0;) {
-        Decision& decision = decisions[i];
-        decision.context.wanted = rules.count(kRuleUnusedStep) ? wanted : all;
+    for (size_t i = passes.size(); i-- > 0;) {
+        passes[i].wanted = rules.contains(kRuleUnusedStep) ? wanted : all;
         const RoleUse use = chain.links[i].pass->roles();
-        if (decision.identity) {
+        if (passes[i].elided) {
             wanted = wanted - use.on_demand;
             continue;
         }
@@ -162,20 +178,21 @@ Result<Decisions> decide(const Chain& chain, const FrameDescription& frame,
     }
     // What exists follows what is wanted: a plane on demand exists only if it was made.
     RoleSet existing = frame.planes;
-    for (size_t i = 0; i < chain.links.size(); ++i) {
-        Decision& decision = decisions[i];
+    for (size_t i = 0; i < passes.size(); ++i) {
+        PlanShape::OfPass& pass = passes[i];
         if (i > spreading) existing = without_neighbors(existing);
-        decision.context.available = existing;
+        pass.available = existing;
         const RoleSet made = chain.links[i].pass->roles().on_demand;
-        existing =
-            decision.identity ? existing - made : existing | (made & decision.context.wanted);
+        existing = pass.elided ? existing - made : existing | (made & pass.wanted);
+        if (!pass.elided)
+            pass.numbers = chain.links[i].pass->shape(context_of(frame, options, rules, pass));
     }
-    return Decisions{std::move(decisions), spreading};
+    return Status();
 }
 
 // Takes out every step that writes nothing that an output or a later step needs, if its rule is in
 // use: unused_step where the pass gave a reason, unused_output elsewhere.
-void drop_unread_steps(Plan& plan, const Reasons& reasons, const std::set<std::string>& rules) {
+void drop_unread_steps(Plan& plan, const Reasons& reasons, const RuleNames& rules) {
     std::vector<char> needed(plan.textures.size(), 0);
     for (const auto& [role, id] : plan.outputs) needed[size_t(id)] = 1;
     std::vector<Step> kept;
@@ -240,7 +257,7 @@ void drop_untouched_textures(Plan& plan) {
 
 // Planes that the frame has and no step reads are not handed over, or not even converted.
 void drop_unread_planes(Plan& plan, const FrameDescription& frame, RoleSet outputs,
-                        const std::set<std::string>& rules) {
+                        const RuleNames& rules) {
     const auto elide = [&](const PlanTexture& plane, const char* why) {
         Elision elision;
         elision.kind = ElisionKind::plane;
@@ -264,7 +281,7 @@ void drop_unread_planes(Plan& plan, const FrameDescription& frame, RoleSet outpu
 
 // Without the rules that change no bit: those that decide what is filtered at all remain.
 PlanOptions whole_passes_of(const Chain& chain, const PlanOptions& options) {
-    const std::set<std::string> rules = options.rules(chain);
+    const RuleNames rules = options.rules(chain);
     PlanOptions whole = options;
     whole.elide = true;
     for (const auto& name : PlanOptions().rules(chain)) whole.rules_off.insert(name);
@@ -300,6 +317,32 @@ Saving saving_of(const Plan& plan, std::map<Role, TextureId> current, const Plan
     return saving;
 }
 
+// The frame with the chain's own camera laid over its.
+FrameDescription seen_by(const Chain& chain, const FrameDescription& given) {
+    FrameDescription frame = given;
+    frame.camera = frame.camera.overlaid_by(chain.camera);
+    return frame;
+}
+
+class PlanBlocks final : public BlockWriter {
+  public:
+    PlanBlocks(Plan& plan, int pass) : plan_(plan), pass_(pass) {}
+
+  private:
+    void write(std::string_view name, std::string_view type,
+               std::span<const std::byte> bytes) override {
+        for (Step& step : plan_.steps) {
+            if (step.pass != pass_ || step.block_type != type) continue;
+            if (!name.empty() && step.name != name) continue;
+            assert(step.block.size() == bytes.size());
+            std::copy(bytes.begin(), bytes.end(), step.block.begin());
+        }
+    }
+
+    Plan& plan_;
+    int pass_;
+};
+
 }  // namespace
 
 bool PlanOptions::uses(const ElisionRule& rule) const {
@@ -307,8 +350,8 @@ bool PlanOptions::uses(const ElisionRule& rule) const {
            (rule.on_by_default ? rules_off.count(rule.name) == 0 : rules_on.count(rule.name) > 0);
 }
 
-std::set<std::string> PlanOptions::rules(const Chain& chain) const {
-    std::set<std::string> names;
+RuleNames PlanOptions::rules(const Chain& chain) const {
+    RuleNames names;
     const auto add = [&](const std::vector<ElisionRule>& rules) {
         for (const auto& rule : rules)
             if (uses(rule)) names.insert(rule.name);
@@ -320,10 +363,11 @@ std::set<std::string> PlanOptions::rules(const Chain& chain) const {
 
 Result<Plan> make_plan(const Chain& chain, const FrameDescription& given,
                        const PlanOptions& options) {
-    FrameDescription frame = given;
-    frame.camera = frame.camera.overlaid_by(chain.camera);
-    auto decisions = decide(chain, frame, options);
-    if (!decisions.ok()) return decisions.status();
+    const FrameDescription frame = seen_by(chain, given);
+    const RuleNames rules = options.rules(chain);
+    PlanShape shape;
+    std::vector<Reason> reasons_elided;
+    if (Status s = decide(chain, frame, options, rules, shape, &reasons_elided); !s.ok()) return s;
 
     Plan plan;
     plan.frame_number = frame.frame_number;
@@ -346,35 +390,35 @@ Result<Plan> make_plan(const Chain& chain, const FrameDescription& given,
     Reasons reasons;
     for (size_t i = 0; i < chain.links.size(); ++i) {
         const auto& [type, pass] = chain.links[i];
-        const Decision& decision = decisions->passes[i];
+        const PlanShape::OfPass& decided = shape.passes[i];
+        const PlanContext context = context_of(frame, options, rules, decided);
         plan.passes.push_back(
-            {type->name, type->parameters->text(pass->parameters()), bool(decision.identity)});
-        if (!decision.identity) {
-            Recorder recorder(plan, current, reasons, decision.context, int(i), type->name);
+            {type->name, type->parameters->text(pass->parameters()), decided.elided});
+        if (!decided.elided) {
+            Recorder recorder(plan, current, reasons, context, int(i), type->name);
             pass->plan(recorder);
             continue;
         }
         Elision elision;
         elision.pass = int(i);
-        elision.rule = decision.identity->rule;
-        elision.fact = decision.identity->fact;
-        const RoleSet known = decision.context.available | frame.not_converted;
+        elision.rule = reasons_elided[i].rule;
+        elision.fact = std::move(reasons_elided[i].fact);
+        const RoleSet known = decided.available | frame.not_converted;
         if ((pass->roles().required - known).empty())
-            elision.saving = saving_of(plan, current, decision.context, *pass);
+            elision.saving = saving_of(plan, current, context, *pass);
         plan.elisions.push_back(std::move(elision));
         for (Role role : kAllRoles)
             if (pass->roles().on_demand.has(role)) current.erase(role);
     }
     for (Role role : kAllRoles)
         if (options.outputs.has(role) && current.count(role)) plan.outputs[role] = current[role];
-    const std::set<std::string> rules = options.rules(chain);
     drop_unread_steps(plan, reasons, rules);
     drop_untouched_textures(plan);
     std::vector<TextureId> outputs;
     for (const auto& [role, id] : plan.outputs) outputs.push_back(id);
     find_lifetimes(plan, outputs);
     drop_unread_planes(plan, frame, options.outputs, rules);
-    const size_t spreading = decisions->spreading;
+    const size_t spreading = first_spreading_pass(chain, frame);
     for (size_t i = 0; i < chain.links.size(); ++i) {
         const RoleUse use = chain.links[i].pass->roles();
         for (const Neighbor neighbor : kNeighbors) {
@@ -392,19 +436,36 @@ Result<Plan> make_plan(const Chain& chain, const FrameDescription& given,
     return plan;
 }
 
+Status find_shape(const Chain& chain, const FrameDescription& frame, const PlanOptions& options,
+                  const RuleNames& rules, PlanShape& shape) {
+    return decide(chain, seen_by(chain, frame), options, rules, shape, nullptr);
+}
+
+void write_values(const Chain& chain, const FrameDescription& given, const PlanOptions& options,
+                  const RuleNames& rules, const PlanShape& shape, Plan& plan) {
+    const FrameDescription frame = seen_by(chain, given);
+    plan.frame_number = frame.frame_number;
+    for (size_t i = 0; i < shape.passes.size(); ++i) {
+        if (shape.passes[i].elided) continue;
+        PlanBlocks blocks(plan, int(i));
+        chain.links[i].pass->values(context_of(frame, options, rules, shape.passes[i]), blocks);
+    }
+}
+
 Result<ReferenceFrame> run_reference(const Chain& chain, const FrameDescription& given,
                                      PlaneView planes, const PlanOptions& options) {
-    FrameDescription frame = given;
-    frame.camera = frame.camera.overlaid_by(chain.camera);
-    auto decisions = decide(chain, frame, whole_passes_of(chain, options));
-    if (!decisions.ok()) return decisions.status();
+    const FrameDescription frame = seen_by(chain, given);
+    const PlanOptions whole = whole_passes_of(chain, options);
+    const RuleNames rules = whole.rules(chain);
+    PlanShape shape;
+    if (Status s = decide(chain, frame, whole, rules, shape, nullptr); !s.ok()) return s;
     ReferenceFrame result;
     for (const auto& [role, plane] : planes) result.planes[role] = image_cast<double>(*plane);
     for (size_t i = 0; i < chain.links.size(); ++i) {
-        if (decisions->passes[i].identity) continue;
+        if (shape.passes[i].elided) continue;
         ReferenceFrame one;
         one.planes = std::move(result.planes);
-        chain.links[i].pass->reference(decisions->passes[i].context, one);
+        chain.links[i].pass->reference(context_of(frame, whole, rules, shape.passes[i]), one);
         result.planes = std::move(one.planes);
         for (auto& [name, stage] : one.stages)
             result.stages[concat(i, ".", chain.links[i].type->name, ".", name)] = std::move(stage);

@@ -2,6 +2,8 @@
 
 #include <epoxy/gl.h>
 
+#include <algorithm>
+
 namespace postchain::gl {
 
 Clock::Clock(const Device& device) : software_(device.software) {}
@@ -75,9 +77,29 @@ bool Clock::read(Sequence& sequence) {
 const Times* Clock::newest() {
     for (size_t back = 0; back < kSequences; ++back) {
         Sequence& sequence = sequences_[(current_ + kSequences - back) % kSequences];
-        if (read(sequence)) return &sequence.times;
+        if (!read(sequence)) continue;
+        add_up(sequence.times);
+        return &newest_;
     }
     return nullptr;
+}
+
+void Clock::add_up(const Times& times) {
+    newest_.frame = times.frame;
+    size_t count = 0;
+    for (const Times::Interval& interval : times.intervals) {
+        const auto end = newest_.intervals.begin() + std::ptrdiff_t(count);
+        const auto known = std::find_if(newest_.intervals.begin(), end, [&](const auto& other) {
+            return other.pass == interval.pass && other.name == interval.name;
+        });
+        if (known != end) {
+            known->milliseconds += interval.milliseconds;
+            continue;
+        }
+        if (count == newest_.intervals.size()) newest_.intervals.emplace_back();
+        newest_.intervals[count++] = interval;
+    }
+    newest_.intervals.resize(count);
 }
 
 void Clock::cancel() {

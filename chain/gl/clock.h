@@ -36,7 +36,8 @@ class Clock {
     void begin(uint64_t frame);  // start of a sequence of marks
     // End of an interval and start of the next: "pass", or "pass.step".
     void mark(int pass, std::string_view name, std::string_view step = {});
-    // The newest sequence that the device has finished; null: none. Never waits.
+    // The newest sequence that the device has finished, intervals of one pass and name added up
+    // where the first of them stood; null: none. Never waits.
     const Times* newest();
     // The sequence that was begun last is forgotten.
     void cancel();
@@ -56,9 +57,12 @@ class Clock {
     void take();
     bool read(Sequence& sequence);
 
+    void add_up(const Times& times);
+
     bool software_;
     std::array<Sequence, kSequences> sequences_;
     size_t current_ = 0;
+    Times newest_;
 };
 
 }  // namespace postchain::gl

@@ -3,7 +3,7 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
-#include <array>
+#include <numeric>
 #include <optional>
 
 #include "chain/gl/debug.h"
@@ -62,14 +62,26 @@ CompiledPlan::~CompiledPlan() {
 }
 
 // Textures are taken at their first step and given back after their last, as if the steps ran: so
-// those that live one after the other share one.
+// those that live one after the other share one. Given back where a step waits in any case: sharing
+// must not make another wait.
 Status CompiledPlan::take_textures(bool labels) {
     const size_t count = plan_.textures.size();
+    std::vector<int> own(count);
+    std::iota(own.begin(), own.end(), 0);
+    const std::vector<uint32_t> waits = waits_of(plan_, own);
     names_.assign(count, 0);
     image_formats_.assign(count, 0);
     std::vector<Texture*> taken(count, nullptr);
     Status status;
+    int released = 0;  // textures whose last step is before this one
     for (int i = 0; i < int(plan_.steps.size()) && status.ok(); ++i) {
+        for (size_t t = 0; t < count && waits[size_t(i)]; ++t) {
+            const PlanTexture& texture = plan_.textures[t];
+            if (taken[t] && texture.last_step >= released && texture.last_step < i &&
+                texture.format != Format::work_list)  // small; filter() counts it
+                pool_->release(taken[t]);
+        }
+        if (waits[size_t(i)]) released = i;
         for (size_t t = 0; t < count && status.ok(); ++t) {
             const PlanTexture& texture = plan_.textures[t];
             if (texture.imported || texture.first_step != i) continue;
@@ -86,10 +98,6 @@ Status CompiledPlan::take_textures(bool labels) {
                 label(texture.format == Format::work_list ? GL_BUFFER : GL_TEXTURE, names_[t],
                       texture.name);
         }
-        for (size_t t = 0; t < count; ++t)
-            if (taken[t] && plan_.textures[t].last_step == i &&
-                plan_.textures[t].format != Format::work_list)  // small; filter() counts it
-                pool_->release(taken[t]);
     }
     std::vector<int> storage(count, -1);
     int next = int(count);
@@ -147,6 +155,10 @@ Status CompiledPlan::take_programs(ProgramCache& programs, size_t alignment) {
 
 void CompiledPlan::take_values(Plan plan) {
     plan_ = std::move(plan);
+    take_blocks();
+}
+
+void CompiledPlan::take_blocks() {
     for (size_t i = 0; i < commands_.size(); ++i) set_block(int(i), plan_.steps[i].block);
 }
 

@@ -63,6 +63,12 @@ class CompiledPlan {
 
     // Takes over what a plan of the same shape has of its own.
     void take_values(Plan plan);
+    // Lets `write` change bytes of the plan's blocks in place, and takes them over.
+    template <class Write>
+    void rewrite_values(const Write& write) {
+        write(plan_);
+        take_blocks();
+    }
     // The uniform block of a step, as many bytes as it has.
     void set_block(int step, std::span<const std::byte> bytes);
     // The texture that stands for one that is imported, and its GL format where it is written to.
@@ -81,6 +87,7 @@ class CompiledPlan {
     };
     CompiledPlan(Plan plan, TexturePool& pool) : plan_(std::move(plan)), pool_(&pool) {}
     Status take_textures(bool labels);
+    void take_blocks();
     Status take_programs(ProgramCache& programs, size_t alignment);
     void find_barriers(const std::vector<int>& storage);
     void dispatch(const Step& step, const Command& command, const RunObjects& objects,

@@ -69,6 +69,7 @@ Status Executor::execute(const Plan& plan, const std::map<Role, unsigned>& input
     if (timing_) {
         clock_.begin(runs_);
         options.clock = &clock_;
+        options.time_steps = time_steps_;
     }
     const std::function<Status(int)> after_step = [&](int step) {
         return show(plan, step, observer);

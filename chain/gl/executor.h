@@ -34,8 +34,8 @@ struct ExecutorCounters {
 };
 
 struct PassTime {
-    int pass = 0;  // index into Plan::passes
-    std::string name;
+    int pass = 0;      // index into Plan::passes
+    std::string name;  // "motion_blur"; of a step "motion_blur.gather"
     double milliseconds = 0;
 };
 
@@ -72,9 +72,12 @@ class Executor {
     // reads nothing back.
     std::vector<WorkDone> work_done() const { return work_done_; }
 
-    // Time of each pass in the last run; empty unless timing was on, and while the device has not
-    // finished (after filter() it has).
-    void set_timing(bool on) { timing_ = on; }
+    // Time of each pass, or of each step, in the last run; empty unless timing was on, and while
+    // the device has not finished (after filter() it has).
+    void set_timing(bool on, bool steps = false) {
+        timing_ = on;
+        time_steps_ = steps;
+    }
     std::vector<PassTime> pass_times();
     const char* timing_source() const { return clock_.source(); }
 
@@ -95,7 +98,7 @@ class Executor {
     gl::Clock clock_;
     gl::RunObjects objects_;
     std::optional<gl::CompiledPlan> running_;  // the last plan, and its textures
-    bool timing_ = false;
+    bool timing_ = false, time_steps_ = false;
     uint64_t runs_ = 0;
     uint64_t dispatches_ = 0;
     std::vector<WorkDone> work_done_;

@@ -81,7 +81,7 @@ uint32_t cost_of(const Chain& chain, uint32_t pass, const Parameter& row) {
     return cost;
 }
 
-ChainHandle::ChainHandle(Chain chain) : chain_(std::move(chain)) {
+ChainHandle::ChainHandle(Chain chain) : chain_(std::make_shared<Chain>(std::move(chain))) {
     static std::atomic<uint64_t> last = 0;
     id_ = ++last;
     const auto add = [&](uint32_t pass, const ParameterTable& table) {
@@ -91,8 +91,8 @@ ChainHandle::ChainHandle(Chain chain) : chain_(std::move(chain)) {
             rows_.push_back(std::move(row));
         }
     };
-    for (size_t i = 0; i < chain_.links.size(); ++i)
-        add(uint32_t(i), *chain_.links[i].type->parameters);
+    for (size_t i = 0; i < chain_->links.size(); ++i)
+        add(uint32_t(i), *chain_->links[i].type->parameters);
     add(PC_CAMERA, camera_parameters());
 }
 
@@ -121,21 +121,26 @@ Result<Chain> ChainHandle::parse(std::string_view names) {
 
 const ParameterTable* ChainHandle::table_of(uint32_t pass) const {
     if (pass == PC_CAMERA) return &camera_parameters();
-    return pass < chain_.links.size() ? chain_.links[pass].type->parameters : nullptr;
+    return pass < chain_->links.size() ? chain_->links[pass].type->parameters : nullptr;
+}
+
+Chain& ChainHandle::own() {
+    if (chain_.use_count() > 1) chain_ = std::make_shared<Chain>(chain_->clone());
+    return *chain_;
 }
 
 Failure ChainHandle::set(uint32_t pass, std::string_view key, const ParameterValue& value) {
     const ParameterTable* table = table_of(pass);
     if (!table)
         return {PC_ERROR_ARGUMENT,
-                concat("pass ", pass, ": the chain has ", chain_.links.size(), " passes, from 0")};
-    const std::string place = pass == PC_CAMERA ? "camera" : chain_.links[pass].type->name;
+                concat("pass ", pass, ": the chain has ", chain_->links.size(), " passes, from 0")};
+    const std::string place = pass == PC_CAMERA ? "camera" : chain_->links[pass].type->name;
     const Parameter* row = table->find(key);
     if (row && row->type == ParameterType::text && !std::holds_alternative<std::monostate>(value))
         return {PC_ERROR_CHAIN, concat(place, ".", key,
                                        ": files are read by the tools, not here; a picture of the "
                                        "aperture is given by pc_chain_set_aperture()")};
-    const ParameterRef values = parameters_of(chain_, pass);
+    const ParameterRef values = parameters_of(own(), pass);
     const ParameterValue before = row ? row->get(values) : ParameterValue();
     if (Status s = table->set(values, key, value); !s.ok()) return s.at(place);
     if (Status s = table->check(values); !s.ok()) {
@@ -162,7 +167,7 @@ Failure ChainHandle::set_aperture(const float* values) {
     const size_t count = size_t(ApertureImage::kSide) * size_t(ApertureImage::kSide);
     auto image = ApertureImage::make(std::vector<float>(values, values + count));
     if (!image.ok()) return image.status().at("aperture");
-    chain_.camera.aperture_image = std::move(*image);
+    own().camera.aperture_image = std::move(*image);
     ++revision_;
     return {};
 }
@@ -172,11 +177,11 @@ Failure ChainHandle::describe(uint32_t index, pc_parameter& out) {
         return {PC_ERROR_ARGUMENT, concat("parameter ", index, ": there are ", rows_.size())};
     Row& row = rows_[index];
     const Parameter& parameter = *row.parameter;
-    const ParameterValue value = parameter.get(parameters_of(chain_, row.pass));
+    const ParameterValue value = parameter.get(parameters_of(*chain_, row.pass));
     row.text = text_of(value);
-    if (row.cost < 0) row.cost = int(cost_of(chain_, row.pass, parameter));
+    if (row.cost < 0) row.cost = int(cost_of(*chain_, row.pass, parameter));
     out.pass = row.pass;
-    out.pass_name = row.pass == PC_CAMERA ? "camera" : chain_.links[row.pass].type->name.c_str();
+    out.pass_name = row.pass == PC_CAMERA ? "camera" : chain_->links[row.pass].type->name.c_str();
     out.key = parameter.key.c_str();
     out.type = name_of(parameter.type);
     out.unit = parameter.unit.c_str();

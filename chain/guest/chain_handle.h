@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,7 +20,9 @@ class ChainHandle {
     // "motion_blur,fxaa". PC_ERROR_CHAIN: a pass that there is not; the nearest name is told.
     static Result<Chain> parse(std::string_view passes);
 
-    const Chain& chain() const { return chain_; }
+    const Chain& chain() const { return *chain_; }
+    // As it is now: later changes are made in a copy.
+    std::shared_ptr<const Chain> shared() const { return chain_; }
     uint64_t id() const { return id_; }              // of no other chain of this process
     uint64_t revision() const { return revision_; }  // changes with every value
 
@@ -45,7 +48,9 @@ class ChainHandle {
     };
     const ParameterTable* table_of(uint32_t pass) const;
 
-    Chain chain_;
+    Chain& own();  // no one else's
+
+    std::shared_ptr<Chain> chain_;
     uint64_t id_;
     uint64_t revision_ = 1;
     std::vector<Row> rows_;

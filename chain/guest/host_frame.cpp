@@ -204,18 +204,22 @@ PlanKey key_of(const HostFrame& frame, uint64_t chain, uint64_t revision) {
     key.revision = revision;
     key.width = frame.width;
     key.height = frame.height;
-    key.flags = given.flags & (PC_CAMERA_CUT | PC_TOP_LEFT | PC_HALF_PLANES | PC_NO_ELISION);
+    key.flags = given.flags & (PC_TOP_LEFT | PC_HALF_PLANES | PC_NO_ELISION);
     key.formats = {frame.color.format, frame.depth.format, frame.motion.format,
                    frame.output.format};
     key.cases = {frame.color_in_place(), frame.depth_in_place(),     frame.motion_in_place(),
                  frame.output.whole,     frame.output_is_an_input(), frame.sky,
                  frame.has_gain(),       frame.exposure.name != 0,   frame.output_is_color()};
-    key.values = {given.near_clip,       given.far_clip,       given.focal_length_mm,
-                  given.sensor_width_mm, given.f_stop,         given.focus_distance,
-                  given.meters_per_unit, given.shutter_frames, given.max_speed_px,
-                  given.nearest,         given.farthest,       0};
     if (given.debug_view) std::strncpy(key.debug_view.data(), given.debug_view, kLongestView);
     return key;
+}
+
+FrameValues values_of(const HostFrame& frame) {
+    const pc_frame& given = *frame.given;
+    return {given.near_clip,       given.far_clip,       given.focal_length_mm,
+            given.sensor_width_mm, given.f_stop,         given.focus_distance,
+            given.meters_per_unit, given.shutter_frames, given.max_speed_px,
+            given.nearest,         given.farthest,       frame.flag(PC_CAMERA_CUT) ? 1.0f : 0.0f};
 }
 
 shared::GuestBlock block_of(const HostFrame& frame) {

@@ -46,19 +46,22 @@ Failure check_frame(const pc_frame* given, HostFrame& frame);
 // What a plan is told. Precondition: check_frame().
 FrameDescription describe(const HostFrame& frame);
 
-// All that make_plan() and the conversion's shape depend on, but the frame number: equal keys,
-// equal plans.
+// All that a plan and its conversion depend on, but the frame's values and number. Plans of equal
+// keys have one shape where their PlanShapes (chain/planner.h) are equal.
 struct PlanKey {
     uint64_t chain = 0, revision = 0;
     int width = 0, height = 0;
     uint32_t flags = 0;
     std::array<const HostFormat*, 4> formats = {};  // color, depth, motion, output
     std::array<bool, 9> cases = {};
-    std::array<float, 12> values = {};  // camera and bounds
     std::array<char, 64> debug_view = {};
     bool operator==(const PlanKey&) const = default;
 };
 PlanKey key_of(const HostFrame& frame, uint64_t chain, uint64_t revision);
+
+// The frame's camera and bounds; the last is 1 at a cut.
+using FrameValues = std::array<float, 12>;
+FrameValues values_of(const HostFrame& frame);
 
 // The uniform block of the steps from and to the host's textures.
 shared::GuestBlock block_of(const HostFrame& frame);

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "chain/planner.h"
+#include "chain/levels.h"
 #include "chain/work_list.h"
 
 namespace postchain::guest {
@@ -244,12 +244,17 @@ class Builder {
 
 }  // namespace
 
-Result<HostPlan> make_host_plan(const Chain& chain, const HostFrame& frame) {
+PlanOptions options_of(const HostFrame& frame) {
     PlanOptions options;
     options.precision = frame.flag(PC_HALF_PLANES) ? Precision::fp16 : Precision::fp32;
     options.elide = !frame.flag(PC_NO_ELISION);
-    auto plan = make_plan(chain, describe(frame), options);
+    return options;
+}
+
+Result<HostPlan> make_host_plan(const Chain& chain, const HostFrame& frame) {
+    auto plan = make_plan(chain, describe(frame), options_of(frame));
     if (!plan.ok()) return plan.status();
+    order_by_level(*plan);
     return Builder(std::move(*plan), frame).build();
 }
 

@@ -5,6 +5,7 @@
 #include "chain/chain.h"
 #include "chain/guest/host_frame.h"
 #include "chain/plan.h"
+#include "chain/planner.h"
 #include "chain/status.h"
 
 namespace postchain::guest {
@@ -20,6 +21,9 @@ struct HostPlan {
     int import_step = -1, export_step = -1;  // those with a GuestBlock
     int debug_step = -1;                     // of a work list
 };
+
+// What the host's flags make of a plan.
+PlanOptions options_of(const HostFrame& frame);
 
 // Plans the frame as a part of a host's. Errors: those of make_plan(), and PC_ERROR_ARGUMENT where
 // debug_view names no texture of the plan.

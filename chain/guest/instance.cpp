@@ -153,18 +153,22 @@ Failure Instance::prepare(const ChainHandle& chain, const pc_frame* given, bool 
     if (Failure failure = check_frame(given, frame); !failure.ok()) return failure;
     if (Failure failure = check_context(); !failure.ok()) return failure;
     // Without waiting the host calls again and again with one frame: that is planned once.
-    if (const PlanKey key = key_of(frame, chain.id(), chain.revision()); prepared_ != key) {
+    const PlanKey key = key_of(frame, chain.id(), chain.revision());
+    const FrameValues values = values_of(frame);
+    if (prepared_ != key || prepared_values_ != values) {
         prepared_.reset();
         prepared_programs_.clear();
         if (Failure failure = programs_of(chain, *given, prepared_programs_); !failure.ok())
             return failure;
         prepared_ = key;
+        prepared_values_ = values;
     }
     int compiled = 0;
-    for (const ProgramKey& key : prepared_programs_) {
-        if (objects_->programs.has(key)) continue;
+    for (const ProgramKey& program_key : prepared_programs_) {
+        if (objects_->programs.has(program_key)) continue;
         if (!wait && compiled > 0) return {PC_PENDING, ""};
-        if (auto program = objects_->programs.get(key); !program.ok()) return program.status();
+        if (auto program = objects_->programs.get(program_key); !program.ok())
+            return program.status();
         ++compiled;
     }
     objects_->pool.begin_frame();
@@ -176,27 +180,57 @@ Failure Instance::prepare(const ChainHandle& chain, const pc_frame* given, bool 
     return find_or_make(chain, frame, entry);
 }
 
-Instance::Entry* Instance::find(const PlanKey& key, uint64_t frame_number) {
-    for (const auto& entry : objects_->entries)
-        if (entry->key == key &&
-            (!entry->compiled.plan().uses_frame_number || entry->frame_number == frame_number))
-            return entry.get();
-    return nullptr;
+Failure Instance::find(const Chain& chain, const HostFrame& frame, const PlanKey& key,
+                       Entry*& entry) {
+    entry = nullptr;
+    const FrameValues values = values_of(frame);
+    const uint64_t number = frame.given->frame_number;
+    for (const auto& known : objects_->entries) {
+        const Purpose& purpose = known->purpose;
+        if (purpose.key != key || purpose.values != values) continue;
+        if (known->compiled.plan().uses_frame_number && purpose.frame_number != number) continue;
+        entry = known.get();
+        return {};
+    }
+    const FrameDescription description = describe(frame);
+    bool judged = false;
+    for (const auto& known : objects_->entries) {
+        Purpose& purpose = known->purpose;
+        if (purpose.key != key) continue;
+        if (!judged)
+            if (Status s = find_shape(chain, description, purpose.options, purpose.rules, shape_);
+                !s.ok())
+                return s;
+        judged = true;
+        if (purpose.shape != shape_) continue;
+        known->compiled.rewrite_values([&](Plan& plan) {
+            write_values(chain, description, purpose.options, purpose.rules, shape_, plan);
+        });
+        purpose.values = values;
+        purpose.frame_number = number;
+        entry = known.get();
+        return {};
+    }
+    return {};
 }
 
-Failure Instance::find_or_make(const ChainHandle& chain, const HostFrame& frame, Entry*& entry) {
-    const PlanKey key = key_of(frame, chain.id(), chain.revision());
-    const uint64_t number = frame.given->frame_number;
-    entry = find(key, number);
-    if (entry) return {};
-    auto host = make_host_plan(chain.chain(), frame);
+Failure Instance::find_or_make(const ChainHandle& handle, const HostFrame& frame, Entry*& entry) {
+    const Chain& chain = handle.chain();
+    const PlanKey key = key_of(frame, handle.id(), handle.revision());
+    if (Failure failure = find(chain, frame, key, entry); entry || !failure.ok()) return failure;
+    Purpose purpose{key, options_of(frame), {}, {}, values_of(frame), frame.given->frame_number};
+    purpose.rules = purpose.options.rules(chain);
+    if (Status s = find_shape(chain, describe(frame), purpose.options, purpose.rules, shape_);
+        !s.ok())
+        return s;
+    purpose.shape = shape_;
+    auto host = make_host_plan(chain, frame);
     if (!host.ok()) return host.status();
     ++plans_;
     for (const auto& known : objects_->entries) {
         if (!gl::same_shape(known->compiled.plan(), host->plan)) continue;
         known->compiled.take_values(std::move(host->plan));
-        known->key = key;
-        known->frame_number = number;
+        known->purpose = std::move(purpose);
         known->host = std::move(*host);
         entry = known.get();
         return {};
@@ -205,26 +239,25 @@ Failure Instance::find_or_make(const ChainHandle& chain, const HostFrame& frame,
         if (!objects_->programs.has(step.program))
             return {PC_ERROR_PREPARE, concat("pc_prepare() has seen no frame like this: ",
                                              step.program.text(), " is not compiled")};
-    Failure failure = make(key, number, *host, entry);
+    Failure failure = make(purpose, *host, entry);
     if (failure.result != PC_ERROR_MEMORY) return failure;
     // Once more, without what other sizes hold.
     objects_->entries.clear();
-    last_ = nullptr;
     objects_->pool.begin_frame();
     objects_->pool.trim(0);
-    failure = make(key, number, *host, entry);
+    failure = make(std::move(purpose), *host, entry);
     if (!failure.ok()) objects_->pool.trim(0);
     return failure;
 }
 
-Failure Instance::make(const PlanKey& key, uint64_t frame_number, HostPlan& host, Entry*& entry) {
+Failure Instance::make(Purpose purpose, HostPlan& host, Entry*& entry) {
     auto compiled = gl::CompiledPlan::make(host.plan, objects_->pool, objects_->programs,
                                            objects_->run, (info_.flags & PC_LABELS) != 0);
     if (!compiled.ok()) return compiled.status();
     HostPlan about = host;
     about.plan = {};
     objects_->entries.push_back(std::unique_ptr<Entry>(
-        new Entry{key, frame_number, std::move(about), std::move(*compiled), frames_}));
+        new Entry{std::move(purpose), std::move(about), std::move(*compiled), frames_}));
     entry = objects_->entries.back().get();
     return {};
 }
@@ -234,7 +267,8 @@ void Instance::forget_entries(const PlanKey& key) {
     auto& entries = objects_->entries;
     const uint64_t kept = info_.keep_frames ? info_.keep_frames : 8;
     std::erase_if(entries, [&](const auto& entry) {
-        const bool other = entry->key.width != key.width || entry->key.height != key.height;
+        const PlanKey& its = entry->purpose.key;
+        const bool other = its.width != key.width || its.height != key.height;
         return other && entry->last_run + kept < frames_;
     });
     while (entries.size() > kMostEntries)
@@ -293,7 +327,9 @@ Failure Instance::run(const ChainHandle& chain, const pc_frame* given, pc_textur
     Entry* entry = nullptr;
     if (Failure failure = find_or_make(chain, frame, entry); !failure.ok()) return failure;
     entry->last_run = frames_;
-    last_ = entry;
+    last_.chain = chain.shared();
+    last_.frame = *given;
+    last_.debug_view = entry->purpose.key.debug_view;
     const Plan& plan = entry->compiled.plan();
     if (!plan.steps.empty()) {
         import(*entry, frame);
@@ -309,7 +345,7 @@ Failure Instance::run(const ChainHandle& chain, const pc_frame* given, pc_textur
         result.width = frame.width;
         result.height = frame.height;
     }
-    forget_entries(entry->key);
+    forget_entries(entry->purpose.key);
     if (!validates) return {};
     return gl::check_error("pc_run()");
 }
@@ -336,7 +372,13 @@ void Instance::count(pc_counters& out) const {
 }
 
 std::string Instance::explain() const {
-    return last_ ? plan_as_json(last_->compiled.plan()) : std::string();
+    if (!last_.chain) return {};
+    pc_frame given = last_.frame;
+    given.debug_view = last_.debug_view.data();
+    HostFrame frame;
+    if (!check_frame(&given, frame).ok()) return {};
+    const auto host = make_host_plan(*last_.chain, frame);
+    return host.ok() ? plan_as_json(host->plan) : std::string();
 }
 
 }  // namespace postchain::guest

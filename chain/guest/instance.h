@@ -1,6 +1,7 @@
 // What stands behind a pc_instance: the programs, textures and plans of one GL context.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -45,20 +46,35 @@ class Instance {
     const gl::Times* newest_times() { return objects_->clock.newest(); }
     void capabilities(pc_capabilities& out) const;
     void count(pc_counters& out) const;
-    std::string explain() const;  // "" before the first frame
+    // The last frame's plan, made once more: "" before the first frame.
+    std::string explain() const;
     const gl::Device& device() const { return device_; }
     void log(int level, const std::string& message) const;
 
     std::string error;  // of the last call
 
   private:
-    // A plan that is ready to run, and for which frames.
-    struct Entry {
+    // What a plan is for: frames of the same key and shape share one.
+    struct Purpose {
         PlanKey key;
+        PlanOptions options;
+        RuleNames rules;  // options.rules() of the chain
+        PlanShape shape;
+        FrameValues values = {};  // of the frame whose bytes its blocks have now
         uint64_t frame_number = 0;
+    };
+    // A plan that is ready to run.
+    struct Entry {
+        Purpose purpose;
         HostPlan host;  // without its plan
         gl::CompiledPlan compiled;
         uint64_t last_run = 0;
+    };
+    // The frame that was run last, as far as its plan rests on it.
+    struct LastFrame {
+        std::shared_ptr<const Chain> chain;  // null: there was none
+        pc_frame frame = {};
+        std::array<char, sizeof(PlanKey::debug_view)> debug_view = {};
     };
     // Plans that are kept beside each other: of a cut, of a debug view, of other eyes.
     static constexpr size_t kMostEntries = 8;
@@ -75,10 +91,11 @@ class Instance {
 
     explicit Instance(const pc_create_info& info) : info_(info) {}
     Failure open();
-    Entry* find(const PlanKey& key, uint64_t frame_number);
+    // Null: there is none of this key and shape. One that there is gets the frame's values.
+    Failure find(const Chain& chain, const HostFrame& frame, const PlanKey& key, Entry*& entry);
     // PC_ERROR_PREPARE where a program is not there.
     Failure find_or_make(const ChainHandle& chain, const HostFrame& frame, Entry*& entry);
-    Failure make(const PlanKey& key, uint64_t frame_number, HostPlan& host, Entry*& entry);
+    Failure make(Purpose purpose, HostPlan& host, Entry*& entry);
     void forget_entries(const PlanKey& key);
     // Of this frame and of those that it may turn into, each once.
     static Failure programs_of(const ChainHandle& chain, const pc_frame& given,
@@ -96,7 +113,9 @@ class Instance {
     std::unique_ptr<Objects> objects_;
     std::optional<PlanKey> prepared_;  // of the last prepare(), and the programs that it needs
     std::vector<ProgramKey> prepared_programs_;
-    const Entry* last_ = nullptr;
+    FrameValues prepared_values_ = {};
+    PlanShape shape_;  // of the frame that is looked for
+    LastFrame last_;
     GlState state_;
     int timing_ = 0;
     uint64_t frames_ = 0, dispatches_ = 0, barriers_ = 0, plans_ = 0;

@@ -1,6 +1,7 @@
 #include "passes/common/aperture.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numbers>
 
@@ -66,11 +67,10 @@ std::array<double, 2> Aperture::half_size() const {
 
 Status check_aperture(const ApertureParameters& own, const Camera& camera) {
     if (!camera.aperture_image) return Status();
-    const std::string picture =
-        "the camera's aperture_image" + (camera.aperture_image.file().empty()
-                                             ? std::string()
-                                             : " (" + camera.aperture_image.file() + ")");
     const auto refuse = [&](const char* key, auto pass, auto cameras) {
+        const std::string& file = camera.aperture_image.file();
+        const std::string picture =
+            concat("the camera's aperture_image", file.empty() ? "" : " (" + file + ")");
         return Status(StatusCode::chain, concat(key, ": ", pass ? *pass : *cameras, " from ",
                                                 pass ? "this pass" : "the camera", " and ", picture,
                                                 " are two shapes of one aperture; leave one out"));
@@ -99,6 +99,17 @@ Aperture aperture_of(const ApertureParameters& own, const Camera& camera) {
     aperture.ratio = value(own.aperture_ratio, camera.aperture_ratio, 1.0);
     aperture.cats_eye = value(own.cats_eye, camera.cats_eye, 0.0);
     return aperture;
+}
+
+uint64_t hash_of(const Aperture& aperture) {
+    uint64_t hash = aperture.image ? aperture.image.hash() : uint64_t(aperture.blades);
+    for (const double value :
+         {aperture.rotation_deg, aperture.curvature, aperture.ratio, aperture.cats_eye}) {
+        hash ^= std::bit_cast<uint64_t>(value);
+        hash *= 0x9e3779b97f4a7c15u;
+        hash ^= hash >> 32;
+    }
+    return hash;
 }
 
 double barrel_per_px(const Aperture& aperture, const FrameDescription& frame) {

@@ -42,6 +42,9 @@ struct Aperture {
     std::array<double, 2> half_size() const;
 };
 
+// Of all of its values: equal numbers, the same points of the lens.
+uint64_t hash_of(const Aperture& aperture);
+
 Aperture aperture_of(const ApertureParameters& parameters, const Camera& camera);
 
 // The barrel's front, a unit circle, is seen moved by this much of a ray's place in the picture,

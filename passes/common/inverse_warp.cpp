@@ -79,12 +79,21 @@ InverseWarpBlock block_of(const Settings& settings, const FrameDescription& fram
         block.barrel_scale = float(1 - barrel * settings.lens->coc.radius_px(0));
         block.middle_x = float(0.5 * (frame.display_width - 1) - frame.origin_x);
         block.middle_y = float(0.5 * (frame.display_height - 1) - frame.origin_y);
+        block.lens_sets = lens::sets_of(settings.samples);
     }
     return block;
 }
 
 std::string flag(bool on) {
     return on ? "1" : "0";
+}
+
+// Do surfaces hold their motion, and also that from the frame before?
+bool holds_motion(const Settings& settings, const PlanContext& context) {
+    return settings.shutter || !searched_neighbors(settings, context.available).empty();
+}
+bool holds_motion_back(const Settings& settings, const PlanContext& context) {
+    return holds_motion(settings, context) && context.available.has(Role::motion_back);
 }
 
 class Planner {
@@ -94,9 +103,8 @@ class Planner {
           settings_(settings),
           frame_(planner.context().frame),
           neighbors_(searched_neighbors(settings, planner.context().available)),
-          motion_(settings.shutter || !neighbors_.empty()),
-          back_(motion_ && planner.has(Role::motion_back)),
-          block_(block_of(settings, frame_, back_)),
+          motion_(holds_motion(settings, planner.context())),
+          block_(block_of(settings, frame_, holds_motion_back(settings, planner.context()))),
           pixels_(uint64_t(frame_.width) * uint64_t(frame_.height)) {}
 
     void plan() {
@@ -265,9 +273,8 @@ class Planner {
     void add_tables() {
         noise_ = noise::add_table(planner_, settings_.noise);
         if (!settings_.lens) return;
-        const lens::Points points = lens::lens_points(settings_.lens->aperture, settings_.samples);
-        lens_points_ = lens::add_table(planner_, points);
-        block_.lens_sets = points.sets;
+        lens_points_ = lens::add_table(
+            planner_, lens::lens_points(settings_.lens->aperture, settings_.samples));
     }
 
     void add_gather() {
@@ -321,8 +328,7 @@ class Planner {
     const FrameDescription& frame_;
     const std::vector<Neighbor> neighbors_;
     const bool motion_;  // surfaces hold it
-    const bool back_;
-    InverseWarpBlock block_;
+    const InverseWarpBlock block_;
     const uint64_t pixels_;
     std::vector<TextureId> neighbor_surfaces_;
     TextureId surfaces_ = -1, starts_ = -1, moving_blocks_ = -1, still_blocks_ = -1;
@@ -409,6 +415,19 @@ Reach reach_of(const Settings& settings, const FrameDescription& frame) {
 
 void plan_warp(PassPlanner& planner, const Settings& settings) {
     Planner(planner, settings).plan();
+}
+
+// The points of the lens are a table that plan() makes: of an aperture, not of a frame.
+ShapeNumbers shape_of(const Settings& settings, const PlanContext& context) {
+    uint64_t searched = 0;
+    for (const Neighbor neighbor : searched_neighbors(settings, context.available))
+        searched |= uint64_t(1) << uint64_t(neighbor);
+    return {searched, settings.lens ? lens::hash_of(settings.lens->aperture) : 0};
+}
+
+void write_values(const Settings& settings, const PlanContext& context, BlockWriter& blocks) {
+    blocks.set(block_of(settings, context.frame, holds_motion_back(settings, context)));
+    noise::write_values(settings.noise, context.frame.frame_number, blocks);
 }
 
 }  // namespace postchain::inverse_warp

@@ -94,5 +94,8 @@ std::vector<Neighbor> searched_neighbors(const Settings& settings, RoleSet avail
 // Adds the steps and textures above and hands on color and, where it is wanted, the hint: of a
 // shutter a new one, of the lens alone the one it was given.
 void plan_warp(PassPlanner& planner, const Settings& settings);
+// Pass::shape and Pass::values of it.
+ShapeNumbers shape_of(const Settings& settings, const PlanContext& context);
+void write_values(const Settings& settings, const PlanContext& context, BlockWriter& blocks);
 
 }  // namespace postchain::inverse_warp

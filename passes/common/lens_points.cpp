@@ -33,11 +33,15 @@ std::array<double, 2> Points::at(int point, int set) const {
     return {p[0] / kSteps, p[1] / kSteps};
 }
 
+int sets_of(int count) {
+    return std::min(kMostSets, LENS_POINTS_MAX / count);
+}
+
 Points lens_points(const Aperture& aperture, int count) {
     const Outline outline(aperture);
     Points points;
     points.count = count;
-    points.sets = std::min(kMostSets, LENS_POINTS_MAX / count);
+    points.sets = sets_of(count);
     for (int set = 0; set < points.sets; ++set) {
         for (int i = 0; i < count; ++i) {
             const double within = (i + 0.5) / count;

@@ -10,6 +10,9 @@
 namespace postchain::lens {
 
 // Sets of points, each spread evenly over the aperture on its own and all of them together.
+// How many sets of `count` points there are.
+int sets_of(int count);
+
 struct Points {
     int count = 0;  // of a set
     int sets = 0;

@@ -124,6 +124,20 @@ double gradient_noise(uint32_t x, uint32_t y) {
     return (outer >> 8) * 0x1p-24;  // 24 bits: exact as a float too
 }
 
+shared::NoiseBlock block_of(const Parameters& parameters, int frame_number) {
+    shared::NoiseBlock block{};
+    const auto shift = shift_of(parameters, frame_number);
+    block.shift = {shift[0], shift[1]};
+    if (parameters.noise == Kind::blue) {
+        const auto& ranks = blue_ranks();
+        for (int i = 0; i < int(ranks.size()) / 2; ++i) {
+            const uint32_t pair = ranks[size_t(2 * i)] | uint32_t(ranks[size_t(2 * i + 1)]) << 16;
+            block.ranks[i / 4][i % 4] = int(pair);
+        }
+    }
+    return block;
+}
+
 }  // namespace
 
 const ParameterTable& parameter_table() {
@@ -187,25 +201,20 @@ ImageD table(const Parameters& parameters, int frame_number) {
 TextureId add_table(PassPlanner& planner, const Parameters& parameters) {
     if (parameters.noise == Kind::none) return -1;
     const TextureId noise = planner.texture("noise", Format::rg32f, kSize, kSize);
-    shared::NoiseBlock block{};
     const int frame_number = parameters.animate_noise ? planner.frame_number() : 0;
-    const auto shift = shift_of(parameters, frame_number);
-    block.shift = {shift[0], shift[1]};
-    if (parameters.noise == Kind::blue) {
-        const auto& ranks = blue_ranks();
-        for (int i = 0; i < int(ranks.size()) / 2; ++i) {
-            const uint32_t pair = ranks[size_t(2 * i)] | uint32_t(ranks[size_t(2 * i + 1)]) << 16;
-            block.ranks[i / 4][i % 4] = int(pair);
-        }
-    }
     Step step;
     step.name = "noise";
     step.program = {"common/noise.comp", {{"NOISE", std::to_string(int(parameters.noise))}}};
-    step.set_block(block);
+    step.set_block(block_of(parameters, frame_number));
     step.bindings = {{0, noise, Access::write}};
     step.groups = groups_for(kSize, kSize);
     planner.step(std::move(step));
     return noise;
+}
+
+void write_values(const Parameters& parameters, int frame_number, BlockWriter& blocks) {
+    if (parameters.noise == Kind::none || !parameters.animate_noise) return;
+    blocks.set(block_of(parameters, frame_number));
 }
 
 }  // namespace postchain::noise

@@ -168,6 +168,22 @@ class DepthOfField final : public Pass {
         }
     }
 
+    ShapeNumbers shape(const PlanContext& context) const override {
+        const auto coc = lens::circle_of_confusion(parameters_.lens, context.frame);
+        assert(coc.ok());
+        if (!warps()) return gilham_shape(parameters_, context);
+        return inverse_warp::shape_of(warp_settings(parameters_, context.frame.camera, *coc),
+                                      context);
+    }
+
+    void values(const PlanContext& context, BlockWriter& blocks) const override {
+        const auto coc = lens::circle_of_confusion(parameters_.lens, context.frame);
+        assert(coc.ok());
+        if (!warps()) return write_gilham_values(parameters_, *coc, context, blocks);
+        inverse_warp::write_values(warp_settings(parameters_, context.frame.camera, *coc), context,
+                                   blocks);
+    }
+
     void reference(const PlanContext& context, ReferenceFrame& frame) const override {
         const auto coc = lens::circle_of_confusion(parameters_.lens, context.frame);
         assert(coc.ok());

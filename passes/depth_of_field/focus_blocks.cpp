@@ -19,6 +19,32 @@ TextureId add_mask(PassPlanner& planner, const char* name, int width, int height
     return planner.texture(name, Format::r8, blocks[0], blocks[1]);
 }
 
+// A search of a mask for what the blocks of the downsampled image around each of its pixels need.
+struct Search {
+    const char* step;
+    const char* list;
+    int factor;
+    glm::ivec2 reach;
+};
+
+// The picture's bilinear taps reach one pixel of the downsampled image further, less than a block.
+// Those of the Gaussian come in fours, the last of them with weight 0, but read.
+std::array<Search, 3> searches_of(const GilhamSizes& sizes) {
+    const int reach = (4 * ((sizes.taps + 3) / 4) + kBlockPx - 1) / kBlockPx;
+    return {{{"needed_y", "blur_y_blocks", sizes.factor, {1, 1}},
+             {"needed_x", "blur_x_blocks", 1, {0, reach}},
+             {"needed_small", "small_blocks", 1, {reach, 0}}}};
+}
+
+shared::DepthOfFieldNeededBlock block_of(const Search& search, const GilhamSizes& sizes) {
+    const auto grid = groups_for(sizes.low_width, sizes.low_height);
+    shared::DepthOfFieldNeededBlock block{};
+    block.blocks = {grid[0], grid[1]};
+    block.reach = search.reach;
+    block.factor = search.factor;
+    return block;
+}
+
 }  // namespace
 
 FocusBlocks add_focus_blocks(PassPlanner& planner, const shared::DepthOfFieldBlock& block,
@@ -43,32 +69,26 @@ FocusBlocks add_focus_blocks(PassPlanner& planner, const shared::DepthOfFieldBlo
     sort.taps = uint64_t(across[0]) * uint64_t(height);
     planner.step(std::move(sort));
 
-    const auto needed = [&](const char* name, const char* list_name, int factor, glm::ivec2 reach) {
+    const auto needed = [&](const Search& search) {
         const auto grid = groups_for(sizes.low_width, sizes.low_height);
-        shared::DepthOfFieldNeededBlock search{};
-        search.blocks = {grid[0], grid[1]};
-        search.reach = reach;
-        search.factor = factor;
         Step step;
-        step.name = name;
+        step.name = search.step;
         step.program = {"depth_of_field/needed_blocks.comp", {}};
         const TextureId list =
-            add_work_list(planner, step, 0, list_name, sizes.low_width, sizes.low_height);
-        const TextureId mask = add_mask(planner, name, sizes.low_width, sizes.low_height);
+            add_work_list(planner, step, 0, search.list, sizes.low_width, sizes.low_height);
+        const TextureId mask = add_mask(planner, search.step, sizes.low_width, sizes.low_height);
         step.bindings.push_back({0, read});
         step.bindings.push_back({0, mask, Access::write});
-        step.set_block(search);
+        step.set_block(block_of(search, sizes));
         step.groups = groups_for(grid[0], grid[1]);
         planner.step(std::move(step));
         read = mask;
         return list;
     };
-    // The picture's bilinear taps reach one pixel of the downsampled image further, less than a
-    // block. Those of the Gaussian come in fours, the last of them with weight 0, but read.
-    const int reach = (4 * ((sizes.taps + 3) / 4) + kBlockPx - 1) / kBlockPx;
-    blocks.blur_y = needed("needed_y", "blur_y_blocks", sizes.factor, {1, 1});
-    blocks.blur_x = needed("needed_x", "blur_x_blocks", 1, {0, reach});
-    blocks.small = needed("needed_small", "small_blocks", 1, {reach, 0});
+    const auto [for_picture, for_columns, for_rows] = searches_of(sizes);
+    blocks.blur_y = needed(for_picture);
+    blocks.blur_x = needed(for_columns);
+    blocks.small = needed(for_rows);
 
     const auto elide = [&](const char* item, TextureId list, bool outside, int taps_px, Fact why) {
         elide_blocks(planner, item, kRuleFocusTiles, std::move(why), list, taps_px, outside);
@@ -88,6 +108,11 @@ FocusBlocks add_focus_blocks(PassPlanner& planner, const shared::DepthOfFieldBlo
     elide("blur_x", blocks.blur_x, true, along, unread);
     elide("blur_y", blocks.blur_y, true, along, unread);
     return blocks;
+}
+
+void write_focus_values(const GilhamSizes& sizes, BlockWriter& blocks) {
+    for (const Search& search : searches_of(sizes))
+        blocks.set(search.step, block_of(search, sizes));
 }
 
 }  // namespace postchain::depth_of_field

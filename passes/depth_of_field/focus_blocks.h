@@ -19,5 +19,7 @@ struct FocusBlocks {
 // `guided` whether the downsampled image has a guide plane (leak: depth or coc).
 FocusBlocks add_focus_blocks(PassPlanner& planner, const shared::DepthOfFieldBlock& block,
                              const GilhamSizes& sizes, TextureId row_range, bool guided);
+// The blocks of those steps that follow the width of the blur.
+void write_focus_values(const GilhamSizes& sizes, BlockWriter& blocks);
 
 }  // namespace postchain::depth_of_field

@@ -260,4 +260,17 @@ void plan_gilham(const Parameters& parameters, const lens::CircleOfConfusion& co
     if (carry_hint) planner.output(Role::hint, hint);
 }
 
+// Sizes and programs follow the factor of the downsampling, and that an unset blur_sigma_px.
+ShapeNumbers gilham_shape(const Parameters& parameters, const PlanContext& context) {
+    return {uint64_t(gilham_sizes(parameters, context.frame).factor)};
+}
+
+void write_gilham_values(const Parameters& parameters, const lens::CircleOfConfusion& coc,
+                         const PlanContext& context, BlockWriter& blocks) {
+    const GilhamSizes sizes = gilham_sizes(parameters, context.frame);
+    blocks.set(block_of(coc, sizes, context.frame));
+    blocks.set(blur_block_of(sizes));
+    if (context.uses(kRuleFocusTiles)) write_focus_values(sizes, blocks);
+}
+
 }  // namespace postchain::depth_of_field

@@ -26,5 +26,9 @@ Reach gilham_reach(const Parameters& parameters, const FrameDescription& frame);
 Status check_gilham(const Parameters& parameters, const FrameDescription& frame);
 void plan_gilham(const Parameters& parameters, const lens::CircleOfConfusion& coc,
                  PassPlanner& planner);
+// Pass::shape and Pass::values of it.
+ShapeNumbers gilham_shape(const Parameters& parameters, const PlanContext& context);
+void write_gilham_values(const Parameters& parameters, const lens::CircleOfConfusion& coc,
+                         const PlanContext& context, BlockWriter& blocks);
 
 }  // namespace postchain::depth_of_field

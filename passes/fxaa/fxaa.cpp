@@ -163,7 +163,7 @@ class FxaaPass final : public Pass {
     // Directional: lumas up to two pixels away.
     Reach reach(const FrameDescription&) const override {
         if (parameters_.mode == Mode::directional) return {2, 1};
-        const std::vector<double> steps = preset_steps(parameters_.preset);
+        const std::vector<double>& steps = preset_steps(parameters_.preset);
         return {std::accumulate(steps.begin(), steps.end(), 0.0) + 3, 1};
     }
 
@@ -291,10 +291,11 @@ std::vector<int64_t> presets() {
     return numbers;
 }
 
-std::vector<double> preset_steps(int preset) {
+const std::vector<double>& preset_steps(int preset) {
+    static const std::vector<double> none;
     for (const Preset& row : preset_table())
         if (row.number == preset) return row.steps;
-    return {};
+    return none;
 }
 
 const PassType& pass_type() {

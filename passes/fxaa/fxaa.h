@@ -53,7 +53,7 @@ Thresholds thresholds(const Parameters& parameters);
 // Presets in rising order, and the steps of one along an edge: increments in pixels, the last one
 // made without a fetch. Empty for a number that is no preset.
 std::vector<int64_t> presets();
-std::vector<double> preset_steps(int preset);
+const std::vector<double>& preset_steps(int preset);
 
 // "fxaa": reads color, and hint (optional) unless Parameters::hint is none; writes color.
 const PassType& pass_type();

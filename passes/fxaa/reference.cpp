@@ -121,7 +121,7 @@ Move move_of(const Parameters& parameters, const ImageD& luma, int x, int y,
         double distance = 0;
         double difference = 0;
     };
-    const std::vector<double> steps = preset_steps(parameters.preset);
+    const std::vector<double>& steps = preset_steps(parameters.preset);
     auto walk = [&](double direction) {
         End end;
         for (size_t i = 0; i < steps.size(); ++i) {

@@ -116,6 +116,18 @@ class JointBlur final : public Pass {
         inverse_warp::plan_warp(planner, settings(frame.camera, *coc));
     }
 
+    ShapeNumbers shape(const PlanContext& context) const override {
+        const auto coc = lens::circle_of_confusion(parameters_.lens, context.frame);
+        assert(coc.ok());
+        return inverse_warp::shape_of(settings(context.frame.camera, *coc), context);
+    }
+
+    void values(const PlanContext& context, BlockWriter& blocks) const override {
+        const auto coc = lens::circle_of_confusion(parameters_.lens, context.frame);
+        assert(coc.ok());
+        inverse_warp::write_values(settings(context.frame.camera, *coc), context, blocks);
+    }
+
     void reference(const PlanContext& context, ReferenceFrame& frame) const override {
         const auto coc = lens::circle_of_confusion(parameters_.lens, context.frame);
         assert(coc.ok());

@@ -73,6 +73,17 @@ class Guertin {
         if (planes.hint >= 0) planner.output(Role::hint, planes.hint);
     }
 
+    // Which depths are compared follows the frame's bounds.
+    ShapeNumbers shape(const PlanContext& context) const {
+        const Classes classes = classes_of(context);
+        return {classes.depth, classes.sky};
+    }
+
+    void write_values(const PlanContext& context, BlockWriter& blocks) const {
+        blocks.set(make_block(context, storage(parameters_, context.precision)));
+        noise::write_values(parameters_.noise, context.frame.frame_number, blocks);
+    }
+
   private:
     // Which classes of blocks are told apart (classify.comp).
     struct Classes {
@@ -306,6 +317,15 @@ class Guertin {
 
 void plan_guertin(const Parameters& parameters, PassPlanner& planner) {
     Guertin(parameters).plan(planner);
+}
+
+ShapeNumbers guertin_shape(const Parameters& parameters, const PlanContext& context) {
+    return Guertin(parameters).shape(context);
+}
+
+void write_guertin_values(const Parameters& parameters, const PlanContext& context,
+                          BlockWriter& blocks) {
+    Guertin(parameters).write_values(context, blocks);
 }
 
 }  // namespace postchain::motion_blur

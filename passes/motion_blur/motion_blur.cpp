@@ -86,6 +86,17 @@ class MotionBlur final : public Pass {
                                 warp_settings(parameters_, planner.context().frame.camera));
     }
 
+    ShapeNumbers shape(const PlanContext& context) const override {
+        if (!warps()) return guertin_shape(parameters_, context);
+        return inverse_warp::shape_of(warp_settings(parameters_, context.frame.camera), context);
+    }
+
+    void values(const PlanContext& context, BlockWriter& blocks) const override {
+        if (!warps()) return write_guertin_values(parameters_, context, blocks);
+        inverse_warp::write_values(warp_settings(parameters_, context.frame.camera), context,
+                                   blocks);
+    }
+
     void reference(const PlanContext& context, ReferenceFrame& frame) const override {
         if (!warps()) return run_reference(parameters_, context, frame);
         inverse_warp::warp_reference(context, warp_settings(parameters_, context.frame.camera),

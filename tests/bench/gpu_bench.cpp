@@ -4,14 +4,18 @@
 //
 // Rules of time: docs/benchmarks.md. The wall clock around glFinish on a software renderer, GL
 // timestamps on a GPU (chain/gl/clock.h); two runs to warm up; pass and copy take turns inside one
-// queue, so that both see the same machine; median and quartiles are reported.
+// queue, so that both see the same machine; median and quartiles are reported. The bandwidth that
+// shares are of is measured first, by the same copy of a frame of 3840x2160.
 // B/px are the bytes that the plan moves for each pixel (chain/plan_bytes.h), GB/s those over the
 // median. A tap is a texture fetch by the plan's own count (Step::taps): a bound where a shader
 // leaves early, as motion blur does on still tiles, and a floor for FXAA, which fetches more along
 // edges.
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <cstdio>
+#include <map>
+#include <string_view>
 
 #include "chain/egl/context.h"
 #include "chain/plan_bytes.h"
@@ -26,38 +30,52 @@ using namespace postchain::bench;
 
 using Values = std::vector<std::pair<std::string, ParameterValue>>;
 
-struct Case {
-    std::string name;
-    std::string pass;  // empty: the copy itself
+struct PassValues {
+    std::string pass;
     Values values;
 };
 
+struct Case {
+    std::string name;
+    std::vector<PassValues> passes;  // none: the copy itself
+};
+
 std::vector<Case> cases() {
-    std::vector<Case> all = {{"copy", "", {}}};
+    using Text = std::string;
+    std::vector<Case> all = {{"copy", {}}};
+    // The shipped chains of these names (config/chains).
+    all.push_back(
+        {"paper",
+         {{"motion_blur", {{"mode", Text("guertin")}, {"samples", int64_t(25)}}},
+          {"fxaa", {{"preset", int64_t(12)}, {"hint", Text("checkerboard")}}},
+          {"depth_of_field",
+           {{"method", Text("gilham")}, {"downsample", int64_t(4)}, {"leak", Text("coc")}}}}});
+    all.push_back(
+        {"balanced",
+         {{"joint_blur", {{"samples", int64_t(32)}}}, {"fxaa", {{"mode", Text("directional")}}}}});
     for (const char* mode : {"guertin", "single"})
         for (const int samples : {5, 9, 13, 25, 51, 101})
-            all.push_back({concat("motion_blur/", mode, "/", samples),
-                           "motion_blur",
-                           {{"mode", std::string(mode)}, {"samples", int64_t(samples)}}});
+            all.push_back(
+                {concat("motion_blur/", mode, "/", samples),
+                 {{"motion_blur", {{"mode", Text(mode)}, {"samples", int64_t(samples)}}}}});
     for (const int preset : {10, 12, 29, 39})
-        all.push_back({concat("fxaa/", preset), "fxaa", {{"preset", int64_t(preset)}}});
-    all.push_back({"fxaa/directional", "fxaa", {{"mode", std::string("directional")}}});
+        all.push_back({concat("fxaa/", preset), {{"fxaa", {{"preset", int64_t(preset)}}}}});
+    all.push_back({"fxaa/directional", {{"fxaa", {{"mode", Text("directional")}}}}});
     for (const char* leak : {"none", "depth", "coc"})
         for (const int downsample : {1, 2, 4})
             all.push_back({concat("depth_of_field/", leak, "/", downsample),
-                           "depth_of_field",
-                           {{"leak", std::string(leak)}, {"downsample", int64_t(downsample)}}});
+                           {{"depth_of_field",
+                             {{"leak", Text(leak)}, {"downsample", int64_t(downsample)}}}}});
     return all;
 }
 
 Plan plan_of(const Case& one, const BenchFrame& frame) {
     Chain chain;
-    if (!one.pass.empty()) {
-        Pass* pass = chain.append(builtin_passes(), one.pass);
-        if (!pass) fail("no pass " + one.pass);
-        const ParameterTable& table = *chain.links[0].type->parameters;
-        for (const auto& [key, value] : one.values)
-            require(table.set(pass->parameters(), key, value));
+    for (const auto& [name, values] : one.passes) {
+        Pass* pass = chain.append(builtin_passes(), name);
+        if (!pass) fail("no pass " + name);
+        const ParameterTable& table = *chain.links.back().type->parameters;
+        for (const auto& [key, value] : values) require(table.set(pass->parameters(), key, value));
     }
     PlanOptions options;
     options.elide = false;
@@ -79,18 +97,63 @@ void repeat(Plan& plan, int times) {
         if (texture.last_step >= 0) texture.last_step += (times - 1) * int(steps.size());
 }
 
+// GL's least maximum of a texture's side is larger.
+constexpr int kBandwidthWidth = 3840, kBandwidthHeight = 2160;
+
+// Times of a plan's steps or passes over all runs, each run's sum over the plan.
+class Sums {
+  public:
+    // `time` of a plan that holds `passes` passes again and again.
+    void add(const PassTime& time, size_t passes) {
+        const size_t repeat = size_t(time.pass) / passes;
+        if (repeat >= sums_.size()) sums_.resize(repeat + 1, 0);
+        sums_[repeat] += time.milliseconds;
+    }
+    void end_run() {
+        all_.insert(all_.end(), sums_.begin(), sums_.end());
+        sums_.clear();
+    }
+    const std::vector<double>& all() const { return all_; }
+
+  private:
+    std::vector<double> sums_, all_;
+};
+
 class Bench {
   public:
-    Bench(const Settings& settings, const gl::Device& device)
+    Bench(const Settings& settings, bool steps, const gl::Device& device)
         : settings_(settings),
+          steps_(steps),
           software_(device.software),
           executor_(device),
           frame_(make_frame("mixed", settings.width, settings.height)),
           planes_(frame_.planes) {
-        executor_.set_timing(true);
+        executor_.set_timing(true, steps);
     }
     const BenchFrame& frame() const { return frame_; }
     const char* timing_source() const { return executor_.timing_source(); }
+    double bandwidth() const { return bandwidth_; }
+
+    // GB/s of a copy of a frame that no cache holds; on a software renderer of one of this size.
+    void measure_bandwidth() {
+        Plan plan;
+        plan.width = software_ ? settings_.width : kBandwidthWidth;
+        plan.height = software_ ? settings_.height : kBandwidthHeight;
+        add_copy(plan, plan.width, plan.height);
+        const double bytes = bytes_per_pixel(plan) * plan.width * plan.height;
+        FramePlanes planes;
+        planes[Role::color] = ImageF(plan.width, plan.height, 4, 0.5f);
+        DevicePlanes on_device(planes);
+        const auto inputs = on_device.inputs_of(plan);
+        repeat(plan, software_ ? 1 : 16);
+        std::vector<double> times;
+        for (int i = 0; i < 2 + settings_.iterations; ++i) {
+            require(executor_.run(plan, inputs));
+            for (const PassTime& time : finished_times(executor_))
+                if (i >= 2) times.push_back(time.milliseconds);
+        }
+        bandwidth_ = 1e-6 * bytes / quantile(times, 0.5);
+    }
 
     void run(benchmark::State& state, const Case& one) {
         Plan plan = plan_of(one, frame_);
@@ -98,81 +161,136 @@ class Bench {
         for (const Step& step : plan.steps) taps += double(step.taps);
         double bytes_px = bytes_per_pixel(plan);
         add_copy(plan, settings_.width, settings_.height);
-        if (one.pass.empty()) {
+        if (one.passes.empty()) {
             taps = double(plan.steps[0].taps);
             bytes_px = bytes_per_pixel(plan);
         }
+        const Plan once = plan;
+        const size_t passes = plan.passes.size();
         repeat(plan, software_ ? 1 : 16);
         const auto inputs = planes_.inputs_of(plan);
         for (int i = 0; i < 2; ++i) require(executor_.run(plan, inputs));
 
-        std::vector<double> times, copies;
+        Sums times, copies;
+        std::map<std::string, Sums> by_name;
         for (auto _ : state) {
             require(executor_.run(plan, inputs));
             double seconds = 0;
             for (const PassTime& time : finished_times(executor_)) {
-                (time.name == "copy" ? copies : times).push_back(time.milliseconds);
+                const bool copy = time.name.starts_with("copy");
+                (copy ? copies : times).add(time, passes);
+                if (steps_ && !copy)
+                    by_name[concat(size_t(time.pass) % passes, ".", time.name)].add(time, passes);
                 seconds += 1e-3 * time.milliseconds;
             }
+            times.end_run();
+            copies.end_run();
+            for (auto& [name, sums] : by_name) sums.end_run();
             state.SetIterationTime(seconds);
         }
-        if (one.pass.empty()) times = copies;
+        const std::vector<double>& all = one.passes.empty() ? copies.all() : times.all();
         const double megapixels = 1e-6 * settings_.width * settings_.height;
-        const double median = quantile(times, 0.5);
+        const double median = quantile(all, 0.5);
         state.counters["ms"] = median;
-        state.counters["low"] = quantile(times, 0.25);
-        state.counters["high"] = quantile(times, 0.75);
+        state.counters["low"] = quantile(all, 0.25);
+        state.counters["high"] = quantile(all, 0.75);
         state.counters["ms/Mpx"] = median / megapixels;
         state.counters["B/px"] = bytes_px;
         state.counters["GB/s"] = bytes_px * megapixels / median;
+        state.counters["share"] = 100 * bytes_px * megapixels / median / bandwidth_;
         state.counters["taps/px"] = taps / (1e6 * megapixels);
         state.counters["ns/tap"] = 1e6 * median / taps;
-        state.counters["copies"] = median / quantile(copies, 0.5);
+        state.counters["copies"] = median / quantile(copies.all(), 0.5);
+        rows_.clear();
+        if (steps_ && !one.passes.empty()) add_rows(once, by_name, megapixels);
     }
 
+    // A line for each step of the last run().
+    const std::vector<std::string>& step_rows() const { return rows_; }
+
   private:
+    void add_rows(const Plan& plan, const std::map<std::string, Sums>& by_name, double megapixels) {
+        const std::vector<StepBytes> bytes = bytes_of_steps(plan);
+        for (size_t i = 0; i < plan.steps.size(); ++i) {
+            const Step& step = plan.steps[i];
+            const std::string name = concat(plan.passes[size_t(step.pass)].type, ".", step.name);
+            const auto sums = by_name.find(concat(step.pass, ".", name));
+            if (sums == by_name.end()) continue;
+            const double median = quantile(sums->second.all(), 0.5);
+            const double bytes_px = double(bytes[i].moved()) / (1e6 * megapixels);
+            const double rate = bytes_px * megapixels / median;
+            char row[160];
+            std::snprintf(row, sizeof(row), "  %-34s %9.4f %17s %9.4f %7.1f %7.2f %6.1f",
+                          name.c_str(), median, "", median / megapixels, bytes_px, rate,
+                          100 * rate / bandwidth_);
+            rows_.push_back(row);
+        }
+    }
+
     Settings settings_;
+    bool steps_;
     bool software_;
+    double bandwidth_ = 0;
     Executor executor_;
     BenchFrame frame_;
     DevicePlanes planes_;
+    std::vector<std::string> rows_;
 };
 
 class Table : public benchmark::BenchmarkReporter {
   public:
+    explicit Table(const Bench& bench) : bench_(bench) {}
     bool ReportContext(const Context&) override {
-        std::printf("%-26s %9s %17s %9s %7s %7s %8s %9s %8s\n", "pass", "ms", "quartiles", "ms/Mpx",
-                    "B/px", "GB/s", "taps/px", "ns/tap", "copies");
+        std::printf("%-36s %9s %17s %9s %7s %7s %6s %8s %9s %8s\n", "pass", "ms", "quartiles",
+                    "ms/Mpx", "B/px", "GB/s", "share", "taps/px", "ns/tap", "copies");
         return true;
     }
     void ReportRuns(const std::vector<Run>& runs) override {
         for (const Run& run : runs) {
             const auto value = [&](const char* key) { return run.counters.at(key).value; };
-            std::printf("%-26s %9.3f %8.3f-%8.3f %9.3f %7.1f %7.2f %8.1f %9.4f %8.2f\n",
+            std::printf("%-36s %9.4f %8.4f-%8.4f %9.4f %7.1f %7.2f %6.1f %8.1f %9.4f %8.2f\n",
                         run.run_name.function_name.c_str(), value("ms"), value("low"),
                         value("high"), value("ms/Mpx"), value("B/px"), value("GB/s"),
-                        value("taps/px"), value("ns/tap"), value("copies"));
+                        value("share"), value("taps/px"), value("ns/tap"), value("copies"));
+            for (const std::string& row : bench_.step_rows()) std::printf("%s\n", row.c_str());
             std::fflush(stdout);
         }
     }
+
+  private:
+    const Bench& bench_;
 };
 
-// Takes our own arguments out of argv.
+// Takes --steps out of the arguments.
+bool take_steps(int& argc, char** argv) {
+    const auto end = std::remove_if(argv + 1, argv + argc, [](const char* word) {
+        return std::string_view(word) == "--steps";
+    });
+    const bool steps = end != argv + argc;
+    argc = int(end - argv);
+    return steps;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
     const Settings settings = take_settings(argc, argv, 11);
+    const bool steps = take_steps(argc, argv);
     benchmark::Initialize(&argc, argv);
     if (benchmark::ReportUnrecognizedArguments(argc, argv)) {
-        std::fprintf(stderr, "also: --size=WIDTHxHEIGHT --iterations=N --only=PART_OF_NAME\n");
+        std::fprintf(stderr,
+                     "also: --size=WIDTHxHEIGHT --iterations=N --only=PART_OF_NAME --steps\n");
         return 2;
     }
     const auto context = require(egl::Context::create());
-    Bench bench(settings, context->device());
+    Bench bench(settings, steps, context->device());
     std::printf("%s\n", device_text(context->device()).c_str());
     std::printf("clock: %s; %dx%d, fp32, %.0f %% of the pixels still; median of %d\n",
                 bench.timing_source(), settings.width, settings.height, 100 * bench.frame().still,
                 settings.iterations);
+    bench.measure_bandwidth();
+    std::printf("bandwidth of a copy: %.1f GB/s; share: GB/s as a part of it, percent\n",
+                bench.bandwidth());
     std::printf("copies: time as a multiple of a plain copy of the frame, measured in turn\n");
     const std::vector<Case> all = cases();
     for (const Case& one : all) {
@@ -182,7 +300,7 @@ int main(int argc, char** argv) {
             ->UseManualTime()
             ->Iterations(settings.iterations);
     }
-    Table table;
+    Table table(bench);
     benchmark::RunSpecifiedBenchmarks(&table);
     benchmark::Shutdown();
     return 0;

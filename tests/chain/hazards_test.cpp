@@ -3,6 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <set>
+
+#include "chain/levels.h"
 #include "chain/planner.h"
 #include "passes/registry.h"
 
@@ -36,11 +40,11 @@ TEST(Hazards, StorageThatIsUsedAgainIsWaitedFor) {
 }
 
 TEST(Hazards, AReaderIsWaitedForBeforeItsStorageIsWrittenAgain) {
-    // The wait of the third step makes the first one's write done with; the fourth reads it, and
-    // the fifth writes where it lay.
+    // What the fourth step reads was written by the first: the third waits for both. The fifth
+    // writes where that lay.
     const Plan plan = chain_of({{0, 1}, {0, 2}, {0, 3}, {1, 4}, {0, 5}}, 6);
     EXPECT_EQ(waits_of(plan, {0, 1, 2, 2, 4, 1}),
-              (std::vector<uint32_t>{0, 0, kWaitImage, kWaitFetch, kWaitImage}));
+              (std::vector<uint32_t>{0, 0, kWaitImage | kWaitFetch, 0, kWaitImage}));
 }
 
 TEST(Hazards, StepsThatWriteOneTextureTogetherDoNotWaitForEachOther) {
@@ -60,53 +64,176 @@ TEST(Hazards, AListIsWaitedForByItsReadersAndItsLaunch) {
     EXPECT_EQ(waits_of(plan, {0, 1, 2}), (std::vector<uint32_t>{0, kWaitList | kWaitLaunch, 0}));
 }
 
-// In words of its own: whatever a step uses was made visible since it was written.
-void expect_ordered(const Plan& plan) {
-    std::vector<int> storage(plan.textures.size());
-    for (size_t i = 0; i < storage.size(); ++i) storage[i] = int(i);
+TEST(Hazards, OneStepWaitsForAllThatItsLevelNeeds) {
+    // Two makers, two readers: the second reader's list was filled before the first one waited.
+    Plan plan = chain_of({{0, 1}, {0, 2}, {1, 3}, {2, 4}}, 5);
+    plan.steps[1].bindings[1].access = Access::list;
+    plan.steps[3].bindings[0].access = Access::list;
+    plan.steps[3].work_list = 2;
+    EXPECT_EQ(waits_of(plan, {0, 1, 2, 3, 4}),
+              (std::vector<uint32_t>{0, 0, kWaitFetch | kWaitList | kWaitLaunch, 0}));
+}
+
+TEST(Levels, StepsStandAsLateAsTheirReadersAllow) {
+    // 0 -> 1 -> 2 -> 5 by the first three, 0 -> 3 -> 4 -> 5 by the others, the second branch
+    // shorter.
+    Plan plan = chain_of({{0, 1}, {1, 2}, {2, 3}, {0, 4}, {3, 5}}, 6);
+    plan.steps[4].bindings.push_back({1, 4});
+    EXPECT_EQ(levels_of(plan), (std::vector<int>{0, 1, 2, 2, 3}));
+    plan.steps[3].name = "side";
+    plan.outputs[Role::color] = 5;
+    order_by_level(plan);
+    EXPECT_EQ(plan.steps[3].name, "side");
+    EXPECT_EQ(plan.textures[4].first_step, 3);
+    EXPECT_EQ(plan.textures[5].last_step, 5);
+}
+
+TEST(Levels, WhatWritesOneTextureTogetherStaysInItsOrder) {
+    // The first two write 2, which the last reads; the second is also read by the third.
+    Plan plan = chain_of({{0, 2}, {0, 2}, {3, 4}, {4, 5}}, 6);
+    plan.steps[1].bindings.push_back({1, 3, Access::write});
+    plan.steps[3].bindings.push_back({1, 2});
+    EXPECT_EQ(levels_of(plan), (std::vector<int>{0, 0, 1, 2}));
+}
+
+TEST(Levels, AReaderStandsBeforeWhatWritesOverIt) {
+    EXPECT_EQ(levels_of(chain_of({{0, 1}, {3, 0}}, 4)), (std::vector<int>{0, 1}));
+}
+
+// In words of its own: whatever a step uses was made visible since it was written, and nothing is
+// written over where it may still be read or written.
+void expect_ordered(const Plan& plan, const std::vector<int>& storage) {
     const auto waits = waits_of(plan, storage);
-    for (size_t reader = 0; reader < plan.steps.size(); ++reader)
-        for (const auto& read : plan.steps[reader].bindings) {
-            if (read.access == Access::write) continue;
-            const bool list = read.access == Access::list;
-            for (size_t writer = 0; writer < reader; ++writer)
-                for (const auto& written : plan.steps[writer].bindings) {
-                    if (written.texture != read.texture || !plan.steps[writer].writes(written))
-                        continue;
-                    uint32_t between = 0;
-                    for (size_t i = writer + 1; i <= reader; ++i) between |= waits[i];
-                    EXPECT_TRUE(between & (list ? kWaitList : kWaitFetch))
-                        << plan.steps[writer].name << " -> " << plan.steps[reader].name;
-                    if (plan.steps[reader].work_list == read.texture) {
-                        EXPECT_TRUE(between & kWaitLaunch) << plan.steps[reader].name;
+    for (size_t later = 0; later < plan.steps.size(); ++later)
+        for (size_t earlier = 0; earlier < later; ++earlier) {
+            const Step &first = plan.steps[earlier], &second = plan.steps[later];
+            uint32_t between = 0;
+            for (size_t i = earlier + 1; i <= later; ++i) between |= waits[i];
+            for (const auto& a : first.bindings)
+                for (const auto& b : second.bindings) {
+                    if (storage[size_t(a.texture)] != storage[size_t(b.texture)]) continue;
+                    uint32_t needed = 0;
+                    const bool list = a.access == Access::list;
+                    if (a.texture != b.texture) {
+                        if (second.writes(b)) needed = kWaitImage;
+                    } else if (first.writes(a) && !second.writes(b)) {
+                        needed = list ? kWaitList : kWaitFetch;
+                        if (second.work_list == b.texture) needed |= kWaitLaunch;
+                    } else if (!first.writes(a) && second.writes(b) && !list) {
+                        needed = kWaitImage;
                     }
+                    EXPECT_EQ(between & needed, needed) << first.name << " -> " << second.name;
                 }
         }
 }
 
+Plan plan_of(std::initializer_list<const char*> types,
+             std::initializer_list<std::array<const char*, 3>> values = {}) {
+    Chain chain;
+    for (const char* type : types) chain.append(builtin_passes(), type);
+    for (const auto& [type, key, value] : values)
+        for (auto& link : chain.links)
+            if (link.type->name == type) {
+                const Status status =
+                    link.type->parameters->set(link.pass->parameters(), key, std::string(value));
+                EXPECT_TRUE(status.ok()) << status.message();
+            }
+    FrameDescription frame;
+    frame.width = frame.display_width = 320;
+    frame.height = frame.display_height = 200;
+    frame.planes = {Role::color, Role::inverse_depth, Role::motion};
+    frame.camera.focal_length_mm = 50;
+    frame.camera.sensor_width_mm = 36;
+    frame.camera.f_stop = 2;
+    frame.camera.focus_distance = 4;
+    auto plan = make_plan(chain, frame);
+    EXPECT_TRUE(plan.ok()) << plan.status().message();
+    return std::move(*plan);
+}
+
+Plan papers() {
+    return plan_of({"motion_blur", "fxaa", "depth_of_field"},
+                   {{"motion_blur", "mode", "guertin"},
+                    {"fxaa", "hint", "checkerboard"},
+                    {"depth_of_field", "method", "gilham"},
+                    {"depth_of_field", "leak", "coc"}});
+}
+
+std::vector<int> own_storage(const Plan& plan) {
+    std::vector<int> storage(plan.textures.size());
+    for (size_t i = 0; i < storage.size(); ++i) storage[i] = int(i);
+    return storage;
+}
+
+// Each texture lies where any earlier one lay that no step uses any more.
+std::vector<int> shared_storage(const Plan& plan) {
+    std::vector<int> storage = own_storage(plan);
+    for (size_t t = 0; t < storage.size(); ++t)
+        for (size_t before = 0; before < storage.size(); ++before) {
+            const PlanTexture &a = plan.textures[before], &b = plan.textures[t];
+            if (a.imported || b.imported || a.format == Format::work_list ||
+                b.format == Format::work_list || storage[t] != int(t) || b.first_step < 0)
+                continue;
+            bool free = true;
+            for (size_t other = 0; other < storage.size(); ++other)
+                free = free && (storage[other] != storage[before] || other == t ||
+                                plan.textures[other].last_step < b.first_step);
+            if (free) storage[t] = storage[before];
+        }
+    return storage;
+}
+
+size_t waiting_steps(const Plan& plan, const std::vector<int>& storage) {
+    const auto waits = waits_of(plan, storage);
+    return size_t(std::count_if(waits.begin(), waits.end(), [](uint32_t w) { return w != 0; }));
+}
+
 TEST(Hazards, OfPlansOfTheBuiltInPasses) {
-    size_t waiting = 0, steps = 0;
-    for (const char* type : {"motion_blur", "fxaa", "depth_of_field", "joint_blur"}) {
-        Chain chain;
-        chain.append(builtin_passes(), type);
-        FrameDescription frame;
-        frame.width = frame.display_width = 320;
-        frame.height = frame.display_height = 200;
-        frame.planes = {Role::color, Role::inverse_depth, Role::motion};
-        frame.camera.focal_length_mm = 50;
-        frame.camera.sensor_width_mm = 36;
-        frame.camera.f_stop = 2;
-        frame.camera.focus_distance = 4;
-        const auto plan = make_plan(chain, frame);
-        ASSERT_TRUE(plan.ok()) << plan.status().message();
-        expect_ordered(*plan);
-        std::vector<int> storage(plan->textures.size());
-        for (size_t i = 0; i < storage.size(); ++i) storage[i] = int(i);
-        for (const uint32_t wait : waits_of(*plan, storage)) waiting += wait != 0;
-        steps += plan->steps.size();
+    for (Plan plan :
+         {plan_of({"motion_blur"}), plan_of({"fxaa"}), plan_of({"depth_of_field"}),
+          plan_of({"joint_blur", "fxaa"}), plan_of({"depth_of_field", "motion_blur", "fxaa"}),
+          plan_of({"motion_blur", "motion_blur"}), papers()}) {
+        expect_ordered(plan, own_storage(plan));
+        expect_ordered(plan, shared_storage(plan));
+        EXPECT_GT(waiting_steps(plan, own_storage(plan)), 0u);
+        const auto names = [](const Plan& of) {
+            std::multiset<std::string> all;
+            for (const auto& step : of.steps) all.insert(concat(step.pass, ".", step.name));
+            return all;
+        };
+        const Plan before = plan;
+        order_by_level(plan);
+        EXPECT_EQ(names(plan), names(before));
+        expect_ordered(plan, own_storage(plan));
+        expect_ordered(plan, shared_storage(plan));
+        // What a step reads was written before it, in either order by the same steps.
+        for (size_t i = 0; i < plan.steps.size(); ++i)
+            for (const auto& binding : plan.steps[i].bindings) {
+                if (plan.steps[i].writes(binding) ||
+                    plan.textures[size_t(binding.texture)].imported)
+                    continue;
+                for (size_t later = i + 1; later < plan.steps.size(); ++later)
+                    for (const auto& other : plan.steps[later].bindings)
+                        EXPECT_FALSE(other.texture == binding.texture &&
+                                     plan.steps[later].writes(other))
+                            << plan.steps[later].name << " writes what " << plan.steps[i].name
+                            << " has read";
+            }
+        // One barrier before every level but the first.
+        const auto levels = levels_of(plan);
+        EXPECT_TRUE(std::is_sorted(levels.begin(), levels.end()));
+        EXPECT_EQ(waiting_steps(plan, own_storage(plan)), size_t(levels.back()));
     }
-    EXPECT_GT(waiting, 8u);
-    EXPECT_LT(waiting, steps) << "a barrier after every step";
+}
+
+// Tiles in three steps, blocks, gather; luma, FXAA; downsampling, two blurs, composite. What depth
+// of field finds out by depth alone stands beside motion blur.
+TEST(Levels, ThePapersChainHasEleven) {
+    Plan plan = papers();
+    EXPECT_GT(waiting_steps(plan, own_storage(plan)), 12u);
+    order_by_level(plan);
+    EXPECT_EQ(levels_of(plan).back(), 10);
+    EXPECT_EQ(waiting_steps(plan, own_storage(plan)), 10u);
 }
 
 }  // namespace

@@ -229,7 +229,7 @@ TEST(Planner, RulesInUse) {
     chain.append(with_rules, "copy");
     EXPECT_EQ(
         options.rules(chain),
-        (std::set<std::string>{kRuleConfiguration, kRuleFacts, kRuleCameraCut, kRuleUnusedPlane,
+        (RuleNames{kRuleConfiguration, kRuleFacts, kRuleCameraCut, kRuleUnusedPlane,
                                kRuleUnusedStep, kRuleUnusedOutput, "still"}));
     options.rules_on = {"alike"};
     options.rules_off = {"still", kRuleFacts};

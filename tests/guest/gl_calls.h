@@ -18,6 +18,9 @@ class GlCalls {
     static std::vector<std::string> names();
 };
 
+// From now on none of these functions is called on, only counted: a GL that does nothing, and whose
+// queries leave what they were given.
+void silence_gl(bool silent);
 // Lets the next calls of a function do nothing: glTextureStorage2D, as if memory were spent.
 void refuse_texture_storage(bool refuse);
 // Does the context say that it would tell of its loss, and does it?

@@ -217,7 +217,8 @@ def command(options):
 
 
 def packages(options):
-    """The Debian packages hold the installed tree, each file once, and name what they need."""
+    """The Debian packages hold the installed tree, each file once, and name what they need. Unpacked
+    they have a license each, and the examples of C are built against them and run."""
     folder = options.prefix.parent / "packages"
     shutil.rmtree(folder, ignore_errors=True)
     call("cpack", "-G", "DEB", "--config", options.build / "CPackConfig.cmake", "-B", folder)
@@ -240,6 +241,30 @@ def packages(options):
     if not options.core:
         assert "libopenimageio" in held["postchain"][1], held["postchain"][1]
         assert "libpostchain0.1 (= " in held["libpostchain-config0.1"][1]
+    use_unpacked(options, folder, set(has))
+
+
+def use_unpacked(options, folder, names):
+    root = folder / "root"
+    for deb in folder.glob("*.deb"):
+        call("dpkg", "-x", deb, root)
+    for name in names:
+        text = (root / f"usr/share/doc/{name}/copyright").read_text()
+        assert text == (ROOT / "LICENSE").read_text(), name
+    libraries_at = one("usr/lib/**/libpostchain.so", root).parent
+    environment = dict(os.environ, PKG_CONFIG_PATH=str(libraries_at / "pkgconfig"))
+    programs = {"host": "postchain"} | ({} if options.core else {"text": "postchain-config"})
+    for source, module in programs.items():
+        flags = call("pkg-config", "--cflags", "--libs", module, "epoxy", env=environment).split()
+        assert any(str(root) in flag for flag in flags), flags
+        program = folder / source
+        call("cc", "-std=c11", HERE / f"program/{source}.c", "-o", program, *flags,
+             f"-Wl,-rpath,{libraries_at}")
+        assert str(root) in call("ldd", program)
+        text = call(program)
+        assert "blurred" in text or text.startswith("1 "), f"{program}: {text}"
+    if not options.core:
+        call(root / "usr/bin/postchain", "--version")
 
 
 def main():

@@ -80,7 +80,7 @@ class BenchRun {
             report_.precision, "\n", report_.tone_mapper, " ", settings_.flip.pixels_per_degree,
             " ", report_.exposure_start, " ", report_.exposure_stop, "\n", kConvergedSeeds, " ",
             settings_.repeats, "\n", report_.reference, "\n");
-        std::set<std::string> rules;
+        RuleNames rules;
         for (const auto& variant : variants_) rules.merge(settings_.run.plan.rules(variant.chain));
         for (const auto& rule : rules) text += rule + "\n";
         return text;

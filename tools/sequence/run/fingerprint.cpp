@@ -77,7 +77,7 @@ std::string fingerprint_of(const Chain& chain, const RunSettings& settings,
                               "\n", text_of(*inputs.frame), int(settings.source.nonfinite_color),
                               " ", int(settings.overflow), "\n");
     // Of the rules that are on by default only this one changes pixels.
-    const std::set<std::string> rules = settings.plan.rules(chain);
+    const RuleNames rules = settings.plan.rules(chain);
     for (const auto& rule : settings.plan.rules_on)
         if (rules.count(rule)) text += rule + "\n";
     if (settings.source.cuts.count(frame) && rules.count(kRuleCameraCut)) text += "camera cut\n";

@@ -1,0 +1,100 @@
+// A plan whose values were replaced against a plan that was made for the frame, on random chains.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "chain/gl/compiled_plan.h"
+#include "tests/elision/random_case.h"
+#include "tests/elision/support.h"
+
+namespace postchain::test {
+namespace {
+
+// Another camera, other bounds and another number of the same frame: what an engine changes from
+// one to the next, in small steps and in large ones.
+FrameDescription other_values(const FrameDescription& frame, Random& random) {
+    FrameDescription other = frame;
+    other.frame_number = random.whole(0, 1000);
+    Camera& camera = other.camera;
+    const double step = random.chance(0.5) ? 1.05 : 20;
+    const auto vary = [&](std::optional<double>& value) {
+        if (value && random.chance(0.7)) *value *= random.logarithmic(1 / step, step);
+    };
+    vary(camera.focal_length_mm);
+    vary(camera.sensor_width_mm);
+    vary(camera.f_stop);
+    vary(camera.focus_distance);
+    vary(camera.meters_per_unit);
+    if (random.chance(0.5)) camera.shutter_frames = random.real(0, 1.5);
+    if (random.chance(0.1)) camera.shutter_frames = 0;
+    if (random.chance(0.1)) camera.aperture_blades = random.whole(0, 9);
+    FrameBounds& bounds = other.bounds;
+    bounds.camera_cut = random.chance(0.1);
+    if (random.chance(0.3)) bounds.max_speed_px = random.logarithmic(0.1, 300);
+    if (random.chance(0.2)) bounds.max_speed_px = FrameBounds::kUnknown;
+    if (random.chance(0.3)) bounds.max_inverse_depth = random.logarithmic(0.01, 3);
+    if (random.chance(0.3))
+        bounds.min_inverse_depth = random.chance(0.5) ? 0 : 0.5 * bounds.max_inverse_depth;
+    if (!std::isfinite(bounds.min_inverse_depth)) bounds.min_inverse_depth = 0;
+    return other;
+}
+
+// A frame of a size at which a lens blurs by more than a few pixels, and parameters left to the
+// camera that random_case() always sets.
+void enlarge(RandomCase& one, Random& random) {
+    one.frame.width = one.frame.display_width = 1280;
+    one.frame.height = one.frame.display_height = 720;
+    for (const Neighbor neighbor : kNeighbors)
+        for (const Role role : kFileRoles) one.frame.planes.add(role_of(neighbor, role));
+    for (auto& link : one.chain.links)
+        for (const Parameter& row : link.type->parameters->rows())
+            if (row.optional && random.chance(0.5)) row.set(link.pass->parameters(), {});
+}
+
+TEST(Values, APlanWithAnothersValuesIsThatPlan) {
+    int same = 0, others = 0, moved = 0;
+    for (uint64_t i = 0; i < 4000; ++i) {
+        const uint64_t seed = i * kCasesOfAShape / 4;  // nothing is compiled: many shapes
+        RandomCase one = random_case(seed);
+        Random random(seed + 77);
+        if (random.chance(0.6)) enlarge(one, random);
+        const RuleNames rules = one.elided.rules(one.chain);
+        PlanShape shape;
+        if (!find_shape(one.chain, one.frame, one.elided, rules, shape).ok()) continue;
+        auto plan = make_plan(one.chain, one.frame, one.elided);
+        ASSERT_TRUE(plan.ok()) << plan.status().message();
+        for (int k = 0; k < 4; ++k) {
+            const FrameDescription frame = other_values(one.frame, random);
+            PlanShape found;
+            const Status status = find_shape(one.chain, frame, one.elided, rules, found);
+            const auto fresh = make_plan(one.chain, frame, one.elided);
+            ASSERT_EQ(status.ok(), fresh.ok());
+            if (!status.ok()) {
+                EXPECT_EQ(status.message(), fresh.status().message());
+                continue;
+            }
+            if (found != shape) {
+                ++others;
+                continue;
+            }
+            ++same;
+            ASSERT_TRUE(gl::same_shape(*plan, *fresh)) << seed << "\n" << one.text;
+            write_values(one.chain, frame, one.elided, rules, shape, *plan);
+            EXPECT_EQ(plan->frame_number, frame.frame_number);
+            EXPECT_EQ(plan->uses_frame_number, fresh->uses_frame_number);
+            for (size_t s = 0; s < fresh->steps.size(); ++s) {
+                ASSERT_EQ(plan->steps[s].block, fresh->steps[s].block)
+                    << plan->steps[s].name << ", seed " << seed << "\n"
+                    << one.text;
+            }
+            moved += k > 0;
+        }
+    }
+    // Most frames keep the shape, and enough do not.
+    EXPECT_GT(same, 6000);
+    EXPECT_GT(others, 500);
+    EXPECT_GT(moved, 3000);
+}
+
+}  // namespace
+}  // namespace postchain::test

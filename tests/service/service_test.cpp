@@ -178,6 +178,22 @@ TEST_F(Jobs, StopAtTheFirstFrameThatFailsWhereThatIsAskedFor) {
     EXPECT_NE(job.message.find("left undone"), std::string::npos) << job.message;
 }
 
+TEST_F(Jobs, APartOfASequenceInAFolderThatIsMade) {
+    open();
+    const std::string id = submit(
+        R"({"chain": "fast", "set": ["joint_blur.f_stop=4", "joint_blur.focus_distance=3",)"
+        R"( "joint_blur.focal_length_mm=35", "joint_blur.sensor_width_mm=36"],)"
+        R"( "input": "in.####.exr", "output": "new/deep/o.####.exr", "chunk": "2/3",)"
+        R"( "mkdir": true})");
+    const Job done = ended(id);
+    EXPECT_EQ(done.state, JobState::done) << done.message;
+    EXPECT_EQ(done.frames, 2);
+    for (const int frame : {1, 2, 3, 4, 5, 6})
+        EXPECT_EQ(std::filesystem::exists(root(concat("new/deep/o.000", frame, ".exr"))),
+                  frame == 3 || frame == 4)
+            << frame;
+}
+
 TEST_F(Jobs, FramesThatAreNotThere) {
     open();
     const Job error = ended(submit(body(R"(, "frames": "5-8")")));

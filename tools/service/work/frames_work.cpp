@@ -136,6 +136,7 @@ class FramesWork {
         if (Status status = check_paths(); !status.ok()) return status;
         RunSettings settings = settings_;
         settings.frames = io::FrameRange{batch.frames};
+        settings.chunk = {};  // the job's frames are those of its part
         batch_ = &batch;
         if (batch.judged) {
             // Entered here, since looking at the frame opens its files.

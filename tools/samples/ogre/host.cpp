@@ -6,12 +6,24 @@
 #include <OgreOverlayElement.h>
 #include <OgreOverlayManager.h>
 
+#include <stdexcept>
+
 namespace host {
 
 Host::Host(const HostSettings& settings) {
     log_ = std::make_unique<Ogre::LogManager>();
-    log_->createLog("", true, false, true);  // no file, no console
+    // Warnings and errors go to the console, nothing to a file.
+    log_->createLog("", true, true, true)->setLogDetail(Ogre::LL_LOW);
     root_ = std::make_unique<Ogre::Root>("", "", "");
+    try {
+        start(settings);
+    } catch (const Ogre::Exception& error) {
+        // Its code may be a plugin's, which is unloaded with the root.
+        throw std::runtime_error(error.getDescription());
+    }
+}
+
+void Host::start(const HostSettings& settings) {
     overlays_ = std::make_unique<Ogre::OverlaySystem>();
     open_window(settings);
     postchain_ = std::make_unique<PostchainPass>();
@@ -22,6 +34,7 @@ Host::Host(const HostSettings& settings) {
 
     Ogre::Viewport* viewport = window_->addViewport(&scene_->camera());
     compositor_ = Ogre::CompositorManager::getSingleton().addCompositor(viewport, "Host/Frame");
+    if (compositor_ == nullptr) throw std::runtime_error("there is no compositor Host/Frame");
     compositor_->setEnabled(true);
     Ogre::OverlayManager::getSingleton().getByName("Host/Hud")->show();
 }

@@ -18,9 +18,9 @@ struct HostSettings {
     bool reverse_depth = false;  // 1 at the near plane, 0 at the far one
 };
 
-// Throws Ogre::Exception where OGRE does.
 class Host {
   public:
+    // Throws std::runtime_error: no display, no OpenGL, a file of media/ that is not there.
     explicit Host(const HostSettings& settings);
     ~Host();
     Host(const Host&) = delete;
@@ -40,6 +40,7 @@ class Host {
     void set_text(const std::string& text);
 
   private:
+    void start(const HostSettings& settings);
     void open_window(const HostSettings& settings);
     void load_media();
 

@@ -16,22 +16,20 @@
 
 namespace {
 
-int run(int frames, const char* picture, const char* passes) {
-    host::Host host({});
+int fail(const char* who, const std::string& why) {
+    std::fprintf(stderr, "%s: %s\n", who, why.c_str());
+    return 1;
+}
+
+int run(host::Host& host, int frames, const char* picture, const char* passes) {
     pc_chain* chain = nullptr;
-    if (pc_chain_create(passes, &chain) != PC_OK) {
-        std::fprintf(stderr, "%s: %s\n", passes, pc_create_error());
-        return 1;
-    }
+    if (pc_chain_create(passes, &chain) != PC_OK) return fail("postchain", pc_create_error());
     host.postchain().set_chain(chain);
     for (int i = 0; frames == 0 || i < frames; ++i) {
-        host.postchain().camera_cut = i == 0;
         host.set_text("frame " + std::to_string(i) + "\n" + passes);
         host.draw(i);
-        if (!host.postchain().error().empty()) {
-            std::fprintf(stderr, "postchain: %s\n", host.postchain().error().c_str());
-            return 1;
-        }
+        // The frame was shown as OGRE drew it.
+        if (!host.postchain().error().empty()) return fail("postchain", host.postchain().error());
     }
     if (picture != nullptr) host.window().writeContentsToFile(picture);
     return 0;
@@ -41,10 +39,15 @@ int run(int frames, const char* picture, const char* passes) {
 
 int main(int count, char** arguments) {
     try {
-        return run(count > 1 ? std::atoi(arguments[1]) : 0, count > 2 ? arguments[2] : nullptr,
-                   count > 3 ? arguments[3] : "joint_blur,fxaa");
+        host::Host host({});
+        try {
+            return run(host, count > 1 ? std::atoi(arguments[1]) : 0,
+                       count > 2 ? arguments[2] : nullptr,
+                       count > 3 ? arguments[3] : "joint_blur,fxaa");
+        } catch (const Ogre::Exception& error) {
+            return fail("OGRE", error.getDescription());
+        }
     } catch (const std::exception& error) {
-        std::fprintf(stderr, "OGRE: %s\n", error.what());
-        return 1;
+        return fail("OGRE", error.what());
     }
 }

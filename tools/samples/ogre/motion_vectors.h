@@ -13,7 +13,7 @@ class MotionVectors {
     // Once a frame, when the scene stands as it will be drawn. An object that is new has no
     // velocity.
     void update(Ogre::SceneManager& scene, const Ogre::Camera& camera);
-    // After a cut: the next frame has no velocity.
+    // At a cut: the next frame has no velocity.
     void forget() { previous_.clear(); }
 
   private:

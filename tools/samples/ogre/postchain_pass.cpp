@@ -10,7 +10,8 @@ namespace {
 
 constexpr char kName[] = "postchain";
 
-// A texture of OGRE's as the chain sees it.
+// A texture of OGRE's as the chain sees it. GL says which format it has: OGRE takes another one
+// where a card lacks the script's.
 pc_texture texture_of(const Ogre::TexturePtr& texture) {
     pc_texture result = {};
     texture->getCustomAttribute("GLID", &result.name);
@@ -103,8 +104,6 @@ void PostchainPass::run(const Ogre::TexturePtr& color, const Ogre::TexturePtr& v
     // OGRE draws into textures upside down: row 0 is the top of the picture.
     if (color->getBuffer()->getRenderTarget()->requiresTextureFlipping())
         frame_.flags |= PC_TOP_LEFT;
-    if (camera_cut) frame_.flags |= PC_CAMERA_CUT;
-    camera_cut = false;
 
     // scene.frag: this frame minus previous, in normalized device coordinates, y along the rows.
     frame_.motion_scale[0] = float(frame_.color.width) / 2.0f;

@@ -37,7 +37,6 @@ class PostchainPass : public Ogre::CustomCompositionPass {
     void set_chain(pc_chain* chain);
 
     Lens lens;
-    bool camera_cut = false;  // the velocity of the next frame is not used
     Ogre::TexturePtr output;  // none: color itself
     // Called with each frame's description: what else a host says of it (bounds, debug_view).
     std::function<void(pc_frame&)> adjust;

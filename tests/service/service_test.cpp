@@ -8,6 +8,7 @@
 #include <future>
 #include <nlohmann/json.hpp>
 
+#include "chain/planner.h"
 #include "tests/command/frames.h"
 #include "tests/service/support.h"
 #include "tools/service/store/job_store.h"
@@ -165,6 +166,67 @@ TEST_F(Jobs, APoisonedFrameIsSetAsideAndTheOthersAreDone) {
     EXPECT_EQ(job.created_ms, ended(id).created_ms);
     EXPECT_EQ(frames(id)[2].state, FrameState::written);
     EXPECT_EQ(fs::last_write_time(out(1)), time);
+}
+
+// Frame 3 has a shader that is not there, which GL cannot make; the others need nothing.
+class NoShader final : public Pass {
+  public:
+    RoleUse roles() const override {
+        RoleUse use;
+        use.required = {Role::color};
+        return use;
+    }
+    Promises promises() const override { return {}; }
+    Reach reach(const FrameDescription&) const override { return {}; }
+    Status check(const FrameDescription&) const override { return Status(); }
+    std::optional<Identity> identity(const PlanContext& context) const override {
+        if (context.frame.frame_number == 3) return std::nullopt;
+        return Identity{kRuleFacts, {}};
+    }
+    void plan(PassPlanner& planner) const override {
+        const TextureId result = planner.texture("color", Format::rgba32f, 24, 16);
+        Step step;
+        step.name = "nothing";
+        step.program = {"nowhere.comp", {}};
+        step.bindings = {{0, planner.input(Role::color), Access::sample_nearest},
+                         {0, result, Access::write}};
+        step.groups = {1, 1, 1};
+        planner.step(std::move(step));
+        planner.output(Role::color, result);
+    }
+    void reference(const PlanContext&, ReferenceFrame&) const override {}
+    ParameterRef parameters() override { return &unused_; }
+
+  private:
+    char unused_ = 0;
+};
+
+// What GL refuses may be the device's fault: it is made anew each time.
+TEST_F(Jobs, AFailureOfGlIsOneFramesAndTheOthersAreDone) {
+    static const ParameterTable no_parameters;
+    std::vector<PassType> types = registry_->types();
+    types.push_back(
+        {.name = "no_shader", .title = "", .help = "", .parameters = &no_parameters, .create = [] {
+             return std::make_unique<NoShader>();
+         }});
+    const PassRegistry registry(types);
+    registry_ = &registry;
+    open();
+    std::string broken = body();
+    broken.replace(broken.find("fxaa"), 4, "no_shader");
+    const std::string id = submit(broken);
+    const Job job = ended(id);
+    EXPECT_EQ(job.state, JobState::failed);
+    EXPECT_EQ(job.done, 5) << job.message;
+    EXPECT_EQ(frames(id)[2].state, FrameState::set_aside);
+    EXPECT_EQ(frames(id)[2].attempts, attempts_);
+    EXPECT_NE(frames(id)[2].message.find("nowhere.comp"), std::string::npos);
+    size_t anew = 0;
+    for (const Event& event : events(id)) anew += event.type == "requeued";
+    EXPECT_EQ(anew, size_t(attempts_));
+    EXPECT_TRUE(service_->health().gl);
+    EXPECT_EQ(ended(submit(body(R"(, "on_existing": "overwrite")"))).state, JobState::done);
+    close();
 }
 
 TEST_F(Jobs, StopAtTheFirstFrameThatFailsWhereThatIsAskedFor) {

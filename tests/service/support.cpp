@@ -13,6 +13,7 @@ namespace fs = std::filesystem;
 using namespace service;
 
 void ServiceTest::SetUp() {
+    registry_ = &builtin_passes();
     fs::create_directories(root("out"));
     fs::create_directories(outside());
     write_sequence(root(), {1, 2, 3, 4, 5, 6}, 24, 16);
@@ -46,7 +47,7 @@ ServiceSettings ServiceTest::settings() const {
 }
 
 void ServiceTest::open() {
-    auto opened = Service::open(settings(), builtin_passes());
+    auto opened = Service::open(settings(), *registry_);
     ASSERT_TRUE(opened.ok()) << opened.status().message();
     service_ = std::move(*opened);
 }

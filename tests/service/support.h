@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 
+#include "chain/pass.h"
 #include "tests/io/exr_files.h"
 #include "tools/service/work/service.h"
 
@@ -38,6 +39,7 @@ class ServiceTest : public testing::Test {
     TempFolder folder_;
     int attempts_ = 2;
     size_t max_queue_ = 100;
+    const PassRegistry* registry_;  // the built-in passes, unless a test has its own
     std::unique_ptr<service::Service> service_;
 };
 

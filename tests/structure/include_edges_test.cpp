@@ -24,7 +24,7 @@ const fs::path kRoot = POSTCHAIN_SOURCE_DIR;
 const std::vector<std::vector<std::string>>& layers() {
     static const std::vector<std::vector<std::string>> order = {
         {"shaders"},        {"chain"},         {"passes", "config"},
-        {"tools/sequence"}, {"tools/measure"}, {"tools/apps"},
+        {"tools/sequence"}, {"tools/measure"}, {"tools/service"}, {"tools/apps"},
     };
     return order;
 }
@@ -44,8 +44,8 @@ const Edges& allowed_libraries() {
         {"CLI", {"tools/apps"}},
         {"spdlog", {"tools/apps"}},
         {"GLFW", {}},
-        {"httplib.h", {}},
-        {"sqlite3.h", {}},
+        {"boost", {"tools/service/http"}},
+        {"sqlite3.h", {"tools/service/store"}},
         {"imgui.h", {}},
         {"gtest", {}},
         {"gmock", {}},

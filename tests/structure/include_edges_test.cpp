@@ -24,7 +24,8 @@ const fs::path kRoot = POSTCHAIN_SOURCE_DIR;
 const std::vector<std::vector<std::string>>& layers() {
     static const std::vector<std::vector<std::string>> order = {
         {"shaders"},        {"chain"},         {"passes", "config"},
-        {"tools/sequence"}, {"tools/measure"}, {"tools/service"}, {"tools/apps"},
+        {"tools/sequence"}, {"tools/measure"}, {"tools/service"},
+        {"tools/apps"},
     };
     return order;
 }
@@ -46,6 +47,7 @@ const Edges& allowed_libraries() {
         {"GLFW", {}},
         {"boost", {"tools/service/http"}},
         {"sqlite3.h", {"tools/service/store"}},
+        {"prometheus", {"tools/service/work"}},
         {"imgui.h", {}},
         {"gtest", {}},
         {"gmock", {}},

@@ -235,7 +235,7 @@ class RequestParser {
     void read_row(const Parameter& row, const ParameterTable& table, ParameterRef settings) {
         const JsonMember* member = body_.find(row.key);
         if (!member) {
-            if (!row.optional && row.default_value == ParameterValue(std::string()))
+            if (!row.optional && row.default_value == ParameterValue())
                 fault(body_.text.find('{'), row.key, "is missing");
             return;
         }
@@ -336,7 +336,8 @@ class RequestParser {
         if (file.empty()) return true;
         auto resolved = roots_.resolve(file);
         if (!resolved.ok()) {
-            outside(key, "camera.aperture_image: " + resolved.status().message());
+            // Its name has been made whole by now, and would tell where the roots are.
+            outside(key, "camera.aperture_image is outside the folders of this service");
             return false;
         }
         camera.aperture_image = ApertureImage(*resolved);

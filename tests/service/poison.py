@@ -1,0 +1,76 @@
+"""Two frames of a job kill the process that opens them. The service is started again whenever it has
+died: it must set these two aside after three attempts each, alone, and do all the others, whose bits
+are those of the command.
+
+    python3 tests/service/poison.py build/tools/apps/postchain/postchain \\
+        build/tests/service/service_worker build/tests/service/libpostchain_poison.so --work /tmp/poison
+"""
+import argparse
+import json
+import pathlib
+import signal
+import sqlite3
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "robustness"))
+import jobs  # noqa: E402  (of tests/robustness)
+
+FRAMES = 20
+POISON = [3, 13]  # sharp.0003.exr and sharp.0013.exr end alike
+ATTEMPTS = 3
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("postchain", type=pathlib.Path)
+    parser.add_argument("worker", type=pathlib.Path)
+    parser.add_argument("library", type=pathlib.Path)
+    parser.add_argument("--work", type=pathlib.Path, required=True)
+    arguments = parser.parse_args()
+    work = jobs.empty(arguments.work.resolve())
+    scene, out = work / "in", jobs.empty(work / "out")
+    jobs.make_scene(arguments.postchain, scene, FRAMES)
+    job = jobs.Job("run", "run fast -i {IN}/sharp.####.exr --camera {IN}/camera.json "
+                   "-o {OUT}/o.####.exr", "skip")
+    expected, _ = jobs.undisturbed(job, arguments.postchain, scene, work / "undisturbed")
+    for frame in POISON:
+        for name in (f"o.{frame:04}.exr", f"o.{frame:04}.exr.json"):
+            del expected[name]
+    (work / "body.json").write_text(json.dumps(
+        {"chain": "fast", "input": "in/sharp.####.exr", "camera": "in/camera.json",
+         "output": "out/o.####.exr"}))
+    command = [str(arguments.worker), str(work / "store.db"), str(work), str(work / "body.json"),
+               "key", str(ATTEMPTS)]
+    said, deaths = [], 0
+    while True:
+        done = jobs.run(command, {"LD_PRELOAD": str(arguments.library.resolve()),
+                                  "POSTCHAIN_POISON": "3.exr"})
+        if done.returncode != -signal.SIGKILL:
+            break
+        deaths += 1
+        if deaths > 4 * ATTEMPTS:
+            said.append("it dies again and again")
+            break
+    if done.returncode != 1:
+        said.append(f"exit code {done.returncode}: {done.stdout}{done.stderr}")
+    # Once together with others, then each alone.
+    if not len(POISON) * ATTEMPTS <= deaths <= len(POISON) * (ATTEMPTS + 1):
+        said.append(f"the process died {deaths} times")
+    said += jobs.differences(out, expected, whole=True)
+    said += [f"{path}: never removed" for path in jobs.temporaries(out)]
+    store = sqlite3.connect(work / "store.db")
+    aside = [row[0] for row in store.execute(
+        "SELECT frame FROM frames WHERE state = 'set_aside' ORDER BY frame")]
+    if aside != POISON:
+        said.append(f"set aside: {aside}")
+    state, done_frames, message = store.execute("SELECT state, done, message FROM jobs").fetchone()
+    if (state, done_frames) != ("failed", FRAMES - len(POISON)) or "set aside: 3, 13" not in message:
+        said.append(f"the job: {state}, {done_frames} done, {message}")
+    for sentence in said:
+        print(sentence)
+    print(f"{deaths} deaths, {len(said)} faults")
+    return 1 if said else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

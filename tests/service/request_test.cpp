@@ -1,0 +1,336 @@
+// Jobs from JSON: every fault at once with its place, strict values, and paths that try to leave
+// the roots by every key.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "passes/registry.h"
+#include "tests/command/frames.h"
+#include "tests/io/exr_files.h"
+#include "tools/service/work/job_request.h"
+
+namespace postchain::service {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+class RequestTest : public testing::Test {
+  protected:
+    void SetUp() override {
+        base_ = fs::canonical(folder_.path()).string();
+        fs::create_directories(base_ + "/root/out");
+        fs::create_directories(base_ + "/outside");
+        test::write_sequence(base_ + "/root", {1, 2}, 16, 12);
+        write("root/camera.json", "{\"focal_length_mm\": 50}");
+        write("outside/camera.json", "{\"focal_length_mm\": 50}");
+        write("root/chain.yaml", "postchain: 1\npasses: [fxaa]\n");
+        write("outside/chain.yaml", "postchain: 1\npasses: [fxaa]\n");
+        roots_ = *Roots::of({base_ + "/root"});
+        reader_ = std::make_unique<JobReader>(roots_, builtin_passes(), version_, 1);
+        whole_ = {{"chain", "fast"}, {"input", "in.####.exr"}, {"output", "out/o.####.exr"}};
+    }
+    void write(const std::string& name, const std::string& text) {
+        std::ofstream(base_ + "/" + name) << text;
+    }
+    Problem refused(const std::string& body) {
+        auto read = reader_->job(body);
+        if (auto* problem = std::get_if<Problem>(&read)) return std::move(*problem);
+        ADD_FAILURE() << "was taken: " << body.substr(0, 300);
+        return {};
+    }
+    JobRequest taken(const json& body) {
+        auto read = reader_->job(body.dump());
+        if (auto* request = std::get_if<JobRequest>(&read)) return std::move(*request);
+        ADD_FAILURE() << text_of(std::get<Problem>(read).diagnostics);
+        return {};
+    }
+    json with(const std::string& key, const json& value) const {
+        json body = whole_;
+        body[key] = value;
+        return body;
+    }
+
+    test::TempFolder folder_;
+    std::string base_, version_ = "test";
+    Roots roots_;
+    std::unique_ptr<JobReader> reader_;
+    json whole_;
+};
+
+TEST_F(RequestTest, AWholeJob) {
+    json body = whole_;
+    body.update({{"kind", "run"},
+                 {"priority", -7},
+                 {"frames", "1-2"},
+                 {"camera", "camera.json"},
+                 {"set", {"fxaa.mode=directional"}},
+                 {"strict", true},
+                 {"sidecar", false},
+                 {"on_existing", "skip"},
+                 {"max_memory", "1G"},
+                 {"no_elide", "all"}});
+    const JobRequest request = taken(body);
+    EXPECT_EQ(request.kind, JobKind::run);
+    EXPECT_EQ(request.priority, -7);
+    EXPECT_EQ(request.run.frames->frames, (std::vector<int>{1, 2}));
+    EXPECT_EQ(request.run.input.color().text(), base_ + "/root/in.####.exr");
+    EXPECT_EQ(request.run.output.text(), base_ + "/root/out/o.####.exr");
+    EXPECT_EQ(request.run.source.camera->camera.focal_length_mm, 50);
+    EXPECT_TRUE(request.run.strict);
+    EXPECT_FALSE(request.run.sidecar);
+    EXPECT_FALSE(request.run.plan.elide);
+    EXPECT_EQ(request.run.on_existing, io::OnExisting::skip);
+    EXPECT_EQ(request.run.source.max_memory, uint64_t(1) << 30);
+    EXPECT_EQ(request.run.version, "test");
+    EXPECT_EQ(request.chain.name, "fast");
+    EXPECT_NE(request.chain.chain.text().find("directional"), std::string::npos);
+}
+
+TEST_F(RequestTest, ChainsInEveryForm) {
+    const std::string hash = hex_of(taken(with("chain", "chain.yaml")).chain.chain.hash());
+    EXPECT_EQ(hex_of(taken(with("chain", base_ + "/root/chain.yaml")).chain.chain.hash()), hash);
+    EXPECT_EQ(
+        hex_of(taken(with("chain", {{"postchain", 1}, {"passes", {"fxaa"}}})).chain.chain.hash()),
+        hash);
+    json text = whole_;
+    text.erase("chain");
+    text["chain_text"] = "postchain: 1\npasses: [fxaa]\n";
+    EXPECT_EQ(hex_of(taken(text).chain.chain.hash()), hash);
+    text["chain"] = "fast";
+    EXPECT_EQ(refused(text.dump()).diagnostics.at(0).path, "chain_text");
+}
+
+TEST_F(RequestTest, EveryFaultAtOnceWithItsPlace) {
+    const Problem problem = refused(R"({"chain": "fast",
+  "inpt": "in.####.exr",
+  "output": "out/o.####.exr",
+  "strict": 1,
+  "frames": "5-1",
+  "priority": 101,
+  "on_existing": "never"})");
+    EXPECT_EQ(problem.kind, Problem::Kind::invalid);
+    std::map<std::string, Diagnostic> by_path;
+    for (const Diagnostic& one : problem.diagnostics) by_path[one.path] = one;
+    EXPECT_EQ(by_path.size(), 6u) << text_of(problem.diagnostics);
+    EXPECT_EQ(by_path["inpt"].line, 2);
+    EXPECT_EQ(by_path["inpt"].column, 3);
+    EXPECT_NE(by_path["inpt"].message.find("did you mean 'input'"), std::string::npos);
+    EXPECT_EQ(by_path["input"].message, "is missing");
+    EXPECT_EQ(by_path["strict"].line, 4);
+    EXPECT_EQ(by_path["strict"].column, 13);
+    EXPECT_EQ(by_path["frames"].line, 5);
+    EXPECT_EQ(by_path["priority"].line, 6);
+    EXPECT_EQ(by_path["on_existing"].line, 7);
+    for (const Diagnostic& one : problem.diagnostics) EXPECT_EQ(one.file, "job");
+}
+
+TEST_F(RequestTest, FaultsOfAChainObjectStandWhereItStands) {
+    const Problem problem = refused(R"({"input": "in.####.exr", "output": "out/o.####.exr",
+  "chain": {"postchain": 1,
+    "passes": [{"fxaa": {"mod": "directional"}}]}})");
+    ASSERT_EQ(problem.diagnostics.size(), 1u);
+    EXPECT_EQ(problem.diagnostics[0].file, "job");
+    EXPECT_EQ(problem.diagnostics[0].line, 3);
+    EXPECT_EQ(problem.diagnostics[0].column, 26);
+    EXPECT_EQ(problem.diagnostics[0].path, "passes[0].mod");
+}
+
+TEST_F(RequestTest, FaultsOfAChainTextHaveItsLines) {
+    json body = whole_;
+    body.erase("chain");
+    body["chain_text"] = "postchain: 1\npasses:\n  - fxxa\n";
+    const Problem problem = refused(body.dump());
+    ASSERT_EQ(problem.diagnostics.size(), 1u);
+    EXPECT_EQ(problem.diagnostics[0].file, "chain_text");
+    EXPECT_EQ(problem.diagnostics[0].line, 3);
+}
+
+TEST_F(RequestTest, ValuesAreStrict) {
+    const std::vector<std::pair<std::string, json>> bad = {{"strict", "true"},
+                                                           {"strict", 0},
+                                                           {"sidecar", nullptr},
+                                                           {"frames", 5},
+                                                           {"frames", ""},
+                                                           {"camera", ""},
+                                                           {"priority", 1.0},
+                                                           {"priority", "1"},
+                                                           {"priority", 1e300},
+                                                           {"set", "a=b"},
+                                                           {"set", {1}},
+                                                           {"chain", 5},
+                                                           {"chain", json::array()},
+                                                           {"kind", "walk"},
+                                                           {"kind", 1},
+                                                           {"max_memory", "-1"},
+                                                           {"precision", "fp64"},
+                                                           {"input", {"a", "b"}},
+                                                           {"frames", std::string("1-2\0", 4)},
+                                                           {"sweep", {"a=1"}},
+                                                           {"chain_b", "fast"},
+                                                           {"frame", 1},
+                                                           {"output", "out/o.png/"}};
+    for (const auto& [key, value] : bad) {
+        const Problem problem = refused(with(key, value).dump());
+        ASSERT_FALSE(problem.diagnostics.empty()) << key << " " << value;
+        EXPECT_EQ(problem.diagnostics[0].path.substr(0, key.size()), key) << value;
+    }
+}
+
+TEST_F(RequestTest, TextsThatAreNoJob) {
+    for (const std::string& text :
+         {std::string(), std::string("[]"), std::string("5"), std::string("{"),
+          std::string("{\"a\": }"), std::string("{\"chain\": \"fast\",}"), std::string("\xff\xfe"),
+          std::string("{\"a\": NaN}"), std::string("{} {}"),
+          "{\"a\": \"" + std::string(1 << 20, 'x') + "\"}",
+          "{\"chain\": " + std::string(100, '[') + std::string(100, ']') + "}",
+          std::string("{\"chain\": \"\xff\"}")}) {
+        const Problem problem = refused(text);
+        EXPECT_EQ(problem.kind, Problem::Kind::invalid);
+        EXPECT_FALSE(problem.diagnostics.empty()) << text.substr(0, 50);
+        EXPECT_FALSE(problem.detail.empty());
+    }
+    const Problem twice = refused(R"({"input": "a.exr", "input": "b.exr"})");
+    EXPECT_NE(twice.diagnostics.at(0).message.find("twice"), std::string::npos);
+    const Problem half = refused("{\"a\": 1,\n \"b\" 2}");
+    EXPECT_EQ(half.diagnostics.at(0).line, 2);
+}
+
+// By every key that names files, and in every form.
+TEST_F(RequestTest, NoPathLeavesTheRoots) {
+    fs::create_directory_symlink(base_ + "/outside", base_ + "/root/link");
+    fs::create_symlink(base_ + "/outside/camera.json", base_ + "/root/link.json");
+    write("root/picture_outside.json", "{\"aperture_image\": \"../outside/a.png\"}");
+    write("root/frame_outside.json", "{\"frames\": {\"1\": {\"aperture_image\": \"/a.png\"}}}");
+    const auto chain_with = [](const std::string& picture) {
+        return json{
+            {"postchain", 1}, {"camera", {{"aperture_image", picture}}}, {"passes", {"fxaa"}}};
+    };
+    const std::vector<std::pair<std::string, json>> attacks = {
+        {"input", "../outside/in.####.exr"},
+        {"input", "/in.####.exr"},
+        {"input", "link/in.####.exr"},
+        {"input", "color=in.####.exr,depth=../outside/d.####.exr"},
+        {"input", "link/../../outside/in.0001.exr"},
+        {"output", "../o.####.exr"},
+        {"output", base_ + "/outside/o.####.exr"},
+        {"output", "link/o.####.exr"},
+        {"camera", "../outside/camera.json"},
+        {"camera", "link.json"},
+        {"camera", "picture_outside.json"},
+        {"camera", "frame_outside.json"},
+        {"profile", "../outside/profile.yaml"},
+        {"profile", "/etc/passwd"},
+        {"dump_stages", "../stages"},
+        {"dump_stages", "link"},
+        {"chain", "../outside/chain.yaml"},
+        {"chain", "link/chain.yaml"},
+        {"chain", "/etc/passwd"},
+        {"chain", chain_with("/etc/a.png")},
+        {"chain", chain_with("../outside/a.png")},
+        {"set", {"camera.aperture_image=../outside/a.png"}},
+        {"set", {"camera.aperture_image=/a.png"}},
+    };
+    for (const auto& [key, value] : attacks) {
+        const Problem problem = refused(with(key, value).dump());
+        EXPECT_EQ(problem.kind, Problem::Kind::forbidden) << key << " " << value;
+        EXPECT_EQ(text_of(problem.diagnostics).find(base_ + "/outside/"),
+                  value.is_string() && value.get<std::string>().find(base_) == 0
+                      ? text_of(problem.diagnostics).find(base_ + "/outside/")
+                      : std::string::npos)
+            << text_of(problem.diagnostics);
+    }
+    json ab = whole_;
+    ab.update({{"kind", "ab"}, {"chain_b", "best"}, {"output", "report"}});
+    for (const auto& [key, value] :
+         std::vector<std::pair<std::string, json>>{{"chain_b", "../outside/chain.yaml"},
+                                                   {"truth", "../outside/t.####.exr"},
+                                                   {"truth", "link/t.####.exr"},
+                                                   {"output", "../report"},
+                                                   {"assets", "link/assets"}}) {
+        json body = ab;
+        body[key] = value;
+        EXPECT_EQ(refused(body.dump()).kind, Problem::Kind::forbidden) << key << " " << value;
+    }
+    json bench = whole_;
+    bench.update({{"kind", "bench"},
+                  {"output", "report"},
+                  {"sweep", {"camera.aperture_image=../outside/a.png"}}});
+    EXPECT_EQ(refused(bench.dump()).kind, Problem::Kind::forbidden);
+}
+
+// A row that is added to a table and names files must not pass by the roots.
+TEST_F(RequestTest, EveryTextOfTheTablesIsKnownToNameFilesOrNot) {
+    const std::set<std::string> no_files = {"frames",     "cuts",     "layer", "view",
+                                            "max_memory", "no_elide", "elide"};
+    size_t files = 0;
+    for (const ParameterTable* table :
+         {&reader_->run_table(), &experiment::ab_parameters(), &experiment::bench_parameters()})
+        for (const Parameter& row : table->rows()) {
+            if (row.type != ParameterType::text) continue;
+            const bool names = path_kind(row) != PathKind::none;
+            EXPECT_NE(names, no_files.count(row.key) > 0) << row.key;
+            files += names;
+        }
+    EXPECT_EQ(files, 5u + 2 * 3);
+}
+
+TEST_F(RequestTest, AbAndBenchTakeTheTablesOfTheCommand) {
+    json ab = whole_;
+    ab.update({{"kind", "ab"},
+               {"chain_b", "best"},
+               {"output", "report"},
+               {"repeats", 3},
+               {"ppd", 50.5},
+               {"fail_above", {"flip=0.05"}}});
+    JobRequest request = taken(ab);
+    EXPECT_EQ(request.kind, JobKind::ab);
+    EXPECT_EQ(request.chain_b.name, "best");
+    EXPECT_EQ(request.ab.folder, base_ + "/root/report");
+    EXPECT_EQ(request.ab.repeats, 3);
+    EXPECT_EQ(request.ab.flip.pixels_per_degree, 50.5);
+    ab["fail_above"] = {"flop=1"};
+    EXPECT_EQ(refused(ab.dump()).diagnostics.at(0).path, "fail_above");
+    json bench = whole_;
+    bench.update({{"kind", "bench"},
+                  {"output", "report"},
+                  {"sweep", {"joint_blur.samples=5,9", "fxaa.mode=directional,lottes"}}});
+    bench["chain"] = "fast";
+    const auto read = reader_->job(bench.dump());
+    if (const auto* problem = std::get_if<Problem>(&read)) {
+        EXPECT_EQ(problem->diagnostics.at(0).path, "sweep");  // a word of the passes has changed
+    } else {
+        EXPECT_EQ(std::get<JobRequest>(read).variants.size(), 4u);
+    }
+    bench["sweep"] = {"joint_blur.samples=5,9"};
+    EXPECT_EQ(taken(bench).variants.size(), 2u);
+    bench["sweep"] = {"joint_blur.sample=5"};
+    EXPECT_EQ(refused(bench.dump()).diagnostics.at(0).path, "sweep");
+}
+
+TEST_F(RequestTest, TheSchemaHasEveryKeyThatIsRead) {
+    const json schema = json::parse(job_schema_text(*reader_));
+    const std::map<std::string, json> bodies = {
+        {"run", whole_},
+        {"ab", {{"chain", "fast"}, {"chain_b", "best"}, {"input", "in.####.exr"}, {"output", "r"}}},
+        {"bench", {{"chain", "fast"}, {"input", "in.####.exr"}, {"output", "r"}}}};
+    for (const json& kind : schema["oneOf"]) {
+        const std::string name = kind["title"];
+        json body = bodies.at(name);
+        body["kind"] = name;
+        for (const auto& [key, value] : kind["properties"].items()) {
+            if (body.contains(key)) continue;
+            json more = body;
+            more[key] = json::object();  // a value of no row's type: the key itself is known
+            const Problem problem = refused(more.dump());
+            for (const Diagnostic& one : problem.diagnostics)
+                EXPECT_EQ(one.message.find("unknown key"), std::string::npos) << name << " " << key;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace postchain::service

@@ -1,0 +1,497 @@
+// The service whole: jobs over small frames, and what goes wrong on the way.
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <filesystem>
+#include <fstream>
+#include <future>
+#include <nlohmann/json.hpp>
+
+#include "chain/planner.h"
+#include "tests/command/frames.h"
+#include "tests/service/support.h"
+#include "tools/service/store/job_store.h"
+
+namespace postchain::service {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using test::ServiceTest;
+
+std::string content(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+class Jobs : public ServiceTest {
+  protected:
+    std::string out(int frame) const { return root(concat("out/o.000", frame, ".exr")); }
+    std::vector<Event> events(const std::string& id) const {
+        return std::get<std::vector<Event>>(service_->events(id, 0, 1000));
+    }
+    Picture picture(const std::function<void(std::function<void(Answer<Picture>)>)>& ask) {
+        auto promise = std::make_shared<std::promise<Answer<Picture>>>();
+        auto answer = promise->get_future();
+        ask([promise](Answer<Picture> got) { promise->set_value(std::move(got)); });
+        if (answer.wait_for(std::chrono::seconds(20)) != std::future_status::ready) {
+            ADD_FAILURE() << "no answer";
+            return {};
+        }
+        auto got = answer.get();
+        if (const auto* problem = std::get_if<Problem>(&got)) {
+            ADD_FAILURE() << problem->detail << text_of(problem->diagnostics);
+            return {};
+        }
+        return std::get<Picture>(std::move(got));
+    }
+};
+
+TEST_F(Jobs, AJobIsDone) {
+    open();
+    const std::string id = submit(body());
+    const Job job = ended(id);
+    EXPECT_EQ(job.state, JobState::done) << job.message;
+    EXPECT_EQ(job.exit_code, 0);
+    EXPECT_EQ(job.frames, 6);
+    EXPECT_EQ(job.done, 6);
+    for (const JobFrame& frame : frames(id)) {
+        EXPECT_EQ(frame.state, FrameState::written);
+        EXPECT_EQ(frame.output, concat("out/o.000", frame.frame, ".exr"));
+        EXPECT_EQ(frame.sidecar, content(out(frame.frame) + ".json"));
+        EXPECT_EQ(json::parse(frame.sidecar)["outcome"], "written");
+    }
+    const auto answer = service_->events(id, 0, 100);
+    std::vector<std::string> types;
+    for (const Event& event : std::get<std::vector<Event>>(answer)) {
+        types.push_back(event.type);
+        EXPECT_TRUE(json::parse(event.data).is_object());
+    }
+    EXPECT_EQ(types, (std::vector<std::string>{"queued", "started", "frames", "frame", "frame",
+                                               "frame", "frame", "frame", "frame", "done"}));
+    const std::string metrics = service_->metrics();
+    EXPECT_NE(metrics.find("postchain_frames_total{result=\"written\"} 6\n"), std::string::npos)
+        << metrics;
+    EXPECT_NE(metrics.find("postchain_step_seconds_count{step=\"filter\"} 6\n"), std::string::npos);
+    EXPECT_NE(metrics.find("postchain_build_info{"), std::string::npos);
+    EXPECT_NE(metrics.find("postchain_jobs{state=\"done\"} 1\n"), std::string::npos);
+}
+
+TEST_F(Jobs, ListenersHearEveryEventThatIsInTheStore) {
+    open();
+    std::mutex mutex;
+    std::vector<int64_t> heard;
+    service_->on_event([&](const Event& event) {
+        const std::lock_guard lock(mutex);
+        heard.push_back(event.id);
+    });
+    const std::string id = submit(body());
+    ended(id);
+    const auto events = std::get<std::vector<Event>>(service_->events("", 0, 100));
+    EXPECT_TRUE(wait_for([&] {
+        const std::lock_guard lock(mutex);
+        return heard.size() == events.size();
+    }));
+    service_->on_event({});
+}
+
+TEST_F(Jobs, AStrangersFileIsNeverReplacedByFail) {
+    std::ofstream(out(4)) << "mine";
+    open();
+    const Job job = ended(submit(body()));
+    EXPECT_EQ(job.state, JobState::failed);
+    EXPECT_EQ(job.exit_code, 5);
+    EXPECT_NE(job.message.find("out/o.0004.exr: exists"), std::string::npos) << job.message;
+    EXPECT_EQ(job.message.find(root()), std::string::npos) << job.message;
+    EXPECT_EQ(content(out(4)), "mine");
+    EXPECT_FALSE(fs::exists(out(1)));
+}
+
+// Begun, and then a process died: what is there is judged frame by frame.
+TEST_F(Jobs, AStrangersFileThatCameAfterTheStartStaysToo) {
+    open();
+    const std::string id = submit(body());
+    ASSERT_EQ(ended(id).done, 6);
+    const std::string good = content(out(2));
+    close();
+    {
+        // As a killed process leaves it: 1 and 2 were in flight, 2 in place, of 1 nothing; and a
+        // stranger's at 1 by now.
+        auto store = JobStore::open(settings().store, 2);
+        ASSERT_TRUE(store.ok());
+        const auto again = (*store)->add(JobKind::run, body(), 0, "", 10);
+        ASSERT_GT(*(*store)->start(again->job.id), 0);
+        std::vector<JobFrame> frames(2);
+        for (int i : {0, 1}) {
+            frames[size_t(i)].frame = i + 1;
+            frames[size_t(i)].output = out(i + 1);
+        }
+        ASSERT_TRUE((*store)->enter_frames(again->job.id, frames).ok());
+        for (int frame : {1, 2}) ASSERT_TRUE((*store)->frame_begins(again->job.id, frame).ok());
+        std::ofstream(out(1)) << "a stranger's";
+    }
+    const auto time = fs::last_write_time(out(2));
+    open();
+    const Job job = ended("2");
+    EXPECT_EQ(job.state, JobState::failed);
+    EXPECT_EQ(frames("2")[0].state, FrameState::set_aside);
+    EXPECT_NE(frames("2")[0].message.find("exists"), std::string::npos) << frames("2")[0].message;
+    EXPECT_EQ(content(out(1)), "a stranger's");
+    EXPECT_EQ(frames("2")[1].state, FrameState::written);
+    EXPECT_FALSE(frames("2")[1].sidecar.empty());
+    EXPECT_EQ(content(out(2)), good);
+    EXPECT_EQ(fs::last_write_time(out(2)), time) << "was written again";
+}
+
+TEST_F(Jobs, APoisonedFrameIsSetAsideAndTheOthersAreDone) {
+    std::ofstream(root("in.0003.exr"), std::ios::binary) << "no EXR";
+    open();
+    const std::string id = submit(body());
+    const Job job = ended(id);
+    EXPECT_EQ(job.state, JobState::failed);
+    EXPECT_EQ(job.exit_code, 1);
+    EXPECT_EQ(job.done, 5);
+    EXPECT_EQ(job.failed, 1);
+    EXPECT_NE(job.message.find("1 of 6 frames set aside: 3"), std::string::npos) << job.message;
+    const JobFrame frame = frames(id)[2];
+    EXPECT_EQ(frame.state, FrameState::set_aside);
+    EXPECT_EQ(frame.attempts, attempts_);
+    EXPECT_NE(frame.message.find("in.0003.exr"), std::string::npos) << frame.message;
+    // Mended and tried again: this frame alone is done.
+    const auto time = fs::last_write_time(out(1));
+    test::write_sequence(root(), {3}, 24, 16);
+    ASSERT_TRUE(std::holds_alternative<Job>(service_->retry(id)));
+    EXPECT_EQ(ended(id).state, JobState::done);
+    EXPECT_EQ(job.created_ms, ended(id).created_ms);
+    EXPECT_EQ(frames(id)[2].state, FrameState::written);
+    EXPECT_EQ(fs::last_write_time(out(1)), time);
+}
+
+// Frame 3 has a shader that is not there, which GL cannot make; the others need nothing.
+class NoShader final : public Pass {
+  public:
+    RoleUse roles() const override {
+        RoleUse use;
+        use.required = {Role::color};
+        return use;
+    }
+    Promises promises() const override { return {}; }
+    Reach reach(const FrameDescription&) const override { return {}; }
+    Status check(const FrameDescription&) const override { return Status(); }
+    std::optional<Identity> identity(const PlanContext& context) const override {
+        if (context.frame.frame_number == 3) return std::nullopt;
+        return Identity{kRuleFacts, {}};
+    }
+    void plan(PassPlanner& planner) const override {
+        const TextureId result = planner.texture("color", Format::rgba32f, 24, 16);
+        Step step;
+        step.name = "nothing";
+        step.program = {"nowhere.comp", {}};
+        step.bindings = {{0, planner.input(Role::color), Access::sample_nearest},
+                         {0, result, Access::write}};
+        step.groups = {1, 1, 1};
+        planner.step(std::move(step));
+        planner.output(Role::color, result);
+    }
+    void reference(const PlanContext&, ReferenceFrame&) const override {}
+    ParameterRef parameters() override { return &unused_; }
+
+  private:
+    char unused_ = 0;
+};
+
+// What GL refuses may be the device's fault: it is made anew each time.
+TEST_F(Jobs, AFailureOfGlIsOneFramesAndTheOthersAreDone) {
+    static const ParameterTable no_parameters;
+    std::vector<PassType> types = registry_->types();
+    types.push_back(
+        {.name = "no_shader", .title = "", .help = "", .parameters = &no_parameters, .create = [] {
+             return std::make_unique<NoShader>();
+         }});
+    const PassRegistry registry(types);
+    registry_ = &registry;
+    open();
+    std::string broken = body();
+    broken.replace(broken.find("fxaa"), 4, "no_shader");
+    const std::string id = submit(broken);
+    const Job job = ended(id);
+    EXPECT_EQ(job.state, JobState::failed);
+    EXPECT_EQ(job.done, 5) << job.message;
+    EXPECT_EQ(frames(id)[2].state, FrameState::set_aside);
+    EXPECT_EQ(frames(id)[2].attempts, attempts_);
+    EXPECT_NE(frames(id)[2].message.find("nowhere.comp"), std::string::npos);
+    size_t anew = 0;
+    for (const Event& event : events(id)) anew += event.type == "requeued";
+    EXPECT_EQ(anew, size_t(attempts_));
+    EXPECT_TRUE(service_->health().gl);
+    EXPECT_EQ(ended(submit(body(R"(, "on_existing": "overwrite")"))).state, JobState::done);
+    close();
+}
+
+TEST_F(Jobs, StopAtTheFirstFrameThatFailsWhereThatIsAskedFor) {
+    std::ofstream(root("in.0002.exr"), std::ios::binary) << "no EXR";
+    attempts_ = 1;
+    open();
+    const Job job = ended(submit(body(R"(, "on_error": "stop")")));
+    EXPECT_EQ(job.state, JobState::failed);
+    EXPECT_EQ(job.failed, 1);
+    EXPECT_EQ(job.exit_code, 4);
+    EXPECT_NE(job.message.find("left undone"), std::string::npos) << job.message;
+}
+
+TEST_F(Jobs, FramesThatAreNotThere) {
+    open();
+    const Job error = ended(submit(body(R"(, "frames": "5-8")")));
+    EXPECT_EQ(error.state, JobState::failed);
+    EXPECT_EQ(error.exit_code, 4);
+    EXPECT_EQ(error.done, 0);
+    const std::string id = submit(body(R"(, "frames": "5-8", "missing": "skip")"));
+    const Job skip = ended(id);
+    EXPECT_EQ(skip.state, JobState::done);
+    EXPECT_EQ(skip.exit_code, 1);
+    EXPECT_EQ(skip.done, 2);
+    EXPECT_EQ(frames(id)[3].state, FrameState::missing);
+    const std::string held =
+        submit(body(R"(, "frames": "6-7", "missing": "hold", "on_existing": "overwrite")"));
+    EXPECT_EQ(ended(held).done, 2) << ended(held).message;
+    EXPECT_NE(frames(held)[1].message.find("frame 6 stands in"), std::string::npos);
+}
+
+TEST_F(Jobs, AnOutputFolderThatIsRemovedFailsItsJobAlone) {
+    fs::create_directories(root("gone"));
+    open();
+    std::string in_gone = body();
+    in_gone.replace(in_gone.find("out/"), 4, "gone/");
+    fs::remove_all(root("gone"));
+    const Job job = ended(submit(in_gone));
+    EXPECT_EQ(job.state, JobState::failed);
+    EXPECT_EQ(job.exit_code, 5);
+    EXPECT_NE(job.message.find("gone"), std::string::npos) << job.message;
+    EXPECT_EQ(ended(submit(body())).state, JobState::done);
+}
+
+TEST_F(Jobs, AFolderThatBecomesALinkIsNotFollowed) {
+    fs::create_directories(root("turn"));
+    open();
+    service_->drain();
+    close();
+    open();
+    std::string turned = body();
+    turned.replace(turned.find("out/"), 4, "turn/");
+    // Submitted while it is a folder, worked on when it is a link.
+    auto store_settings = settings();
+    close();
+    {
+        auto store = JobStore::open(store_settings.store, 2);
+        ASSERT_TRUE(store.ok());
+        ASSERT_TRUE((*store)->add(JobKind::run, turned, 0, "", 10).ok());
+    }
+    fs::remove(root("turn"));
+    fs::create_directory_symlink(outside(), root("turn"));
+    open();
+    const Job job = ended("1");
+    EXPECT_EQ(job.state, JobState::failed);
+    EXPECT_TRUE(fs::is_empty(outside()));
+}
+
+TEST_F(Jobs, AFrameThatIsALinkToTheOutsideIsNotRead) {
+    fs::rename(root("in.0004.exr"), outside("in.0004.exr"));
+    fs::create_symlink(outside("in.0004.exr"), root("in.0004.exr"));
+    open();
+    const Job job = ended(submit(body()));
+    EXPECT_EQ(job.state, JobState::failed);
+    EXPECT_NE(job.message.find("leads outside"), std::string::npos) << job.message;
+    EXPECT_FALSE(fs::exists(out(4)));
+}
+
+TEST_F(Jobs, TheLargerPriorityGoesFirst) {
+    for (int frame = 7; frame <= 60; ++frame) test::write_sequence(root(), {frame}, 24, 16);
+    fs::create_directories(root("first"));
+    open();
+    const std::string slow = submit(body(R"(, "priority": -1)"));
+    ASSERT_TRUE(wait_for([&] { return job(slow).done >= 2; }));
+    std::string urgent = body(R"(, "frames": "1-3", "priority": 5)");
+    urgent.replace(urgent.find("out/"), 4, "first/");
+    const std::string id = submit(urgent);
+    const Job first = ended(id);
+    EXPECT_EQ(first.state, JobState::done) << first.message;
+    const Job other = ended(slow);
+    EXPECT_EQ(other.state, JobState::done) << other.message;
+    EXPECT_EQ(other.done, 60);
+    EXPECT_LE(first.ended_ms, other.ended_ms);
+    size_t ends = 0;
+    for (const Event& event : events(slow)) ends += event.type == "frame";
+    EXPECT_EQ(ends, 60u);
+    for (const JobFrame& frame : frames(slow)) EXPECT_LE(frame.attempts, 1) << frame.frame;
+}
+
+TEST_F(Jobs, DrainedWorkGoesOnInTheNextProcess) {
+    for (int frame = 7; frame <= 40; ++frame) test::write_sequence(root(), {frame}, 24, 16);
+    open();
+    const std::string id = submit(body());
+    ASSERT_TRUE(wait_for([&] { return job(id).done >= 2; }));
+    service_->drain();
+    const Job drained = job(id);
+    EXPECT_TRUE(drained.state == JobState::queued || drained.state == JobState::done);
+    bool created = false;
+    const auto late = service_->submit(body(), "", &created);
+    ASSERT_TRUE(std::holds_alternative<Problem>(late));
+    EXPECT_EQ(std::get<Problem>(late).kind, Problem::Kind::unavailable);
+    EXPECT_TRUE(service_->health().draining);
+    close();
+    open();
+    EXPECT_EQ(ended(id).state, JobState::done);
+    EXPECT_EQ(ended(id).done, 40);
+    for (const JobFrame& frame : frames(id)) EXPECT_EQ(frame.attempts, 1) << frame.frame;
+}
+
+TEST_F(Jobs, CanceledAndTriedAgain) {
+    for (int frame = 7; frame <= 40; ++frame) test::write_sequence(root(), {frame}, 24, 16);
+    open();
+    const std::string id = submit(body());
+    ASSERT_TRUE(wait_for([&] { return job(id).done >= 1; }));
+    const auto canceled = service_->cancel(id);
+    ASSERT_TRUE(std::holds_alternative<Job>(canceled));
+    EXPECT_EQ(std::get<Job>(canceled).state, JobState::canceled);
+    const auto twice = service_->cancel(id);
+    EXPECT_EQ(std::get<Problem>(twice).kind, Problem::Kind::conflict);
+    ASSERT_TRUE(std::holds_alternative<Job>(service_->retry(id)));
+    EXPECT_EQ(ended(id).state, JobState::done);
+    EXPECT_EQ(ended(id).done, 40);
+    EXPECT_EQ(std::get<Problem>(service_->retry(id)).kind, Problem::Kind::conflict);
+    EXPECT_EQ(std::get<Problem>(service_->cancel("77")).kind, Problem::Kind::not_found);
+}
+
+TEST_F(Jobs, KeysAndAFullQueue) {
+    max_queue_ = 1;
+    open();
+    service_->drain();
+    close();
+    open();
+    bool created = false;
+    const auto first = service_->submit(body(), "key", &created);
+    ASSERT_TRUE(created);
+    const std::string id = std::get<Job>(first).id;
+    ended(id);
+    const auto same = service_->submit(body(), "key", &created);
+    EXPECT_FALSE(created);
+    EXPECT_EQ(std::get<Job>(same).id, id);
+    const auto other = service_->submit(body(" "), "key", &created);
+    EXPECT_EQ(std::get<Problem>(other).kind, Problem::Kind::conflict);
+    service_->drain();
+    close();
+    {
+        auto store = JobStore::open(settings().store, 2);
+        ASSERT_TRUE(store.ok());
+        EXPECT_EQ((*store)->add(JobKind::run, body(), 0, "", 1)->what, Added::What::made);
+        EXPECT_EQ((*store)->add(JobKind::run, body(), 0, "", 1)->what, Added::What::full);
+    }
+    open();
+    ended("2");
+    // Also when what it names is gone since.
+    for (int frame = 1; frame <= 6; ++frame) fs::remove(root(concat("in.000", frame, ".exr")));
+    EXPECT_EQ(std::get<Job>(service_->submit(body(), "key", &created)).id, id);
+}
+
+TEST_F(Jobs, PreviewsAndThumbnailsWhileAJobIsUnderWay) {
+    open();
+    const std::string id = submit(body());
+    const std::string asked =
+        R"({"chain": "fast", "input": "in.####.exr", "frame": 2, "scale": 0.5,
+            "set": ["camera.focal_length_mm=50", "camera.sensor_width_mm=36",
+                    "camera.f_stop=2", "camera.focus_distance=3"]})";
+    const Picture preview = picture([&](auto done) { service_->preview(asked, std::move(done)); });
+    EXPECT_EQ(preview.type, "image/png");
+    ASSERT_GT(preview.bytes.size(), 30u);
+    EXPECT_EQ(preview.bytes.substr(1, 3), "PNG");
+    EXPECT_EQ(int(uint8_t(preview.bytes[19])), 12) << "half of 24 pixels";
+    EXPECT_EQ(int(uint8_t(preview.bytes[23])), 8);
+    ended(id);
+    for (const bool after : {false, true}) {
+        const Picture small =
+            picture([&](auto done) { service_->thumbnail(id, 1, after, std::move(done)); });
+        EXPECT_EQ(small.bytes.substr(1, 3), "PNG");
+    }
+    std::promise<Answer<Picture>> none;
+    service_->thumbnail(id, 99, true, [&](Answer<Picture> got) { none.set_value(std::move(got)); });
+    EXPECT_EQ(std::get<Problem>(none.get_future().get()).kind, Problem::Kind::not_found);
+}
+
+TEST_F(Jobs, PlansAndChains) {
+    open();
+    const auto planned = service_->plan(
+        R"({"chain": {"postchain": 1, "passes": ["fxaa"]}, "input": "in.####.exr", "frames": "2-3"})");
+    ASSERT_TRUE(std::holds_alternative<std::string>(planned));
+    const json plan = json::parse(std::get<std::string>(planned));
+    ASSERT_EQ(plan["frames"].size(), 2u);
+    EXPECT_EQ(plan["frames"][0]["frame"], 2);
+    EXPECT_TRUE(plan["frames"][0]["plan"].contains("steps"));
+    EXPECT_TRUE(service_->check_chain("postchain: 1\npasses: [fxaa]\n").empty());
+    const Diagnostics faults = service_->check_chain("postchain: 1\npasses: [fxa]\n");
+    ASSERT_EQ(faults.size(), 1u);
+    EXPECT_EQ(faults[0].line, 2);
+    EXPECT_TRUE(json::parse(service_->passes()).is_object());
+    EXPECT_TRUE(json::parse(service_->chain_schema()).is_object());
+    EXPECT_TRUE(json::parse(service_->job_schema()).is_object());
+}
+
+TEST_F(Jobs, HealthSaysWhatIsWrong) {
+    open();
+    const Health health = service_->health();
+    EXPECT_TRUE(health.gl && health.disk && health.queue) << health.why;
+    EXPECT_FALSE(health.draining);
+    EXPECT_FALSE(health.renderer.empty());
+    EXPECT_EQ(health.why, "");
+    fs::remove_all(root());
+    EXPECT_FALSE(service_->health().disk);
+    EXPECT_NE(service_->health().why, "");
+}
+
+TEST_F(Jobs, ReportsAreReadAndNothingBesideThem) {
+    open();
+    const std::string id = submit(
+        R"({"kind": "ab", "chain": {"postchain": 1, "passes": ["fxaa"]},
+            "chain_b": {"postchain": 1, "passes": []}, "input": "in.####.exr", "frames": "1-2",
+            "output": "report", "repeats": 1, "page_frames": 1})");
+    const Job job = ended(id);
+    ASSERT_EQ(job.state, JobState::done) << job.message;
+    EXPECT_FALSE(job.verdict.empty());
+    const auto page = service_->report_file(id, "index.html");
+    ASSERT_TRUE(std::holds_alternative<Picture>(page));
+    EXPECT_EQ(std::get<Picture>(page).bytes, content(root("report/index.html")));
+    std::ofstream(root("secret.json")) << "{}";
+    for (const char* name : {"../secret.json", "/etc/passwd", "", ".", "none.json",
+                             ".postchain-report", "images", "images/../../secret.json"}) {
+        const auto answer = service_->report_file(id, name);
+        ASSERT_TRUE(std::holds_alternative<Problem>(answer)) << name;
+        EXPECT_EQ(std::get<Problem>(answer).kind, Problem::Kind::not_found) << name;
+    }
+}
+
+TEST_F(Jobs, ABenchIsDoneAndTakenUpAgain) {
+    open();
+    const std::string body =
+        R"({"kind": "bench", "chain": {"postchain": 1, "passes": ["fxaa"]},
+            "input": "in.####.exr", "frames": "1-2", "output": "bench", "repeats": 1,
+            "split_frames": 0, "sweep": ["fxaa.preset=12,39"]})";
+    const Job job = ended(submit(body));
+    ASSERT_EQ(job.state, JobState::done) << job.message;
+    EXPECT_NE(job.verdict.find("2 variants"), std::string::npos) << job.verdict;
+    EXPECT_EQ(ended(submit(body)).state, JobState::done);
+}
+
+TEST_F(Jobs, TwoServicesOnOneStore) {
+    open();
+    std::unique_ptr<Service> first = std::move(service_);
+    const auto second = Service::open(
+        settings(), *[] {
+            static const PassRegistry none({});
+            return &none;
+        }());
+    ASSERT_FALSE(second.ok());
+    EXPECT_NE(second.status().message().find("another service"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace postchain::service

@@ -1,0 +1,332 @@
+// The store: states, crashes (a store that is closed in the middle of work is what a killed process
+// leaves), files that are none.
+#include <gtest/gtest.h>
+#include <sqlite3.h>
+#include <sys/resource.h>
+
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+
+#include "tests/io/exr_files.h"
+#include "tools/service/store/job_store.h"
+
+namespace postchain::service {
+namespace {
+
+namespace fs = std::filesystem;
+
+class StoreTest : public testing::Test {
+  protected:
+    void open(int attempts = 3) {
+        store_.reset();
+        auto opened = JobStore::open(path(), attempts);
+        ASSERT_TRUE(opened.ok()) << opened.status().message();
+        store_ = std::move(*opened);
+    }
+    std::string path() const { return folder_.path("store.db"); }
+    std::string refusal() const {
+        const auto opened = JobStore::open(path(), 3);
+        return opened.ok() ? "opened" : opened.status().message();
+    }
+    std::string add(int priority = 0, const std::string& key = "") {
+        const auto added = store_->add(JobKind::run, "{}", priority, key, 100);
+        EXPECT_TRUE(added.ok());
+        return added->job.id;
+    }
+    // A job that runs, with frames 1..count that wait.
+    std::string running(int count) {
+        const std::string id = add();
+        EXPECT_EQ(*store_->start(id), 1);
+        std::vector<JobFrame> frames;
+        for (int frame = 1; frame <= count; ++frame) {
+            frames.emplace_back();
+            frames.back().frame = frame;
+            frames.back().output = "o";
+        }
+        EXPECT_TRUE(store_->enter_frames(id, frames).ok());
+        return id;
+    }
+    std::vector<Event> events(const std::string& id) { return *store_->events(id, 0, 100); }
+    std::vector<FrameToDo> to_do(const std::string& id) { return *store_->to_do(id); }
+    JobFrame frame(const std::string& id, int number) { return **store_->frame(id, number); }
+    Job job(const std::string& id) { return **store_->job(id); }
+
+    test::TempFolder folder_;
+    std::unique_ptr<JobStore> store_;
+};
+
+TEST_F(StoreTest, WhatWasEnteredIsThereAgain) {
+    open();
+    const std::string id = running(3);
+    ASSERT_TRUE(store_->frame_begins(id, 2).ok());
+    ASSERT_TRUE(
+        store_->frame_ends(id, {2, FrameState::written, "note", false, 1.5, "{\"a\": 1}"}).ok());
+    open();
+    EXPECT_EQ(job(id).state, JobState::queued);
+    EXPECT_EQ(job(id).frames, 3);
+    EXPECT_EQ(job(id).done, 1);
+    EXPECT_EQ(frame(id, 2).state, FrameState::written);
+    EXPECT_EQ(frame(id, 2).sidecar, "{\"a\": 1}");
+    EXPECT_EQ(frame(id, 2).filter_ms, 1.5);
+    EXPECT_EQ(frame(id, 2).message, "note");
+    ASSERT_EQ(store_->to_do(id)->size(), 2u);
+    EXPECT_EQ((*store_->to_do(id))[1].frame, 3);
+    EXPECT_TRUE(*store_->has_begun(id));
+}
+
+TEST_F(StoreTest, EndedTwiceCountsOnce) {
+    open();
+    const std::string id = running(2);
+    for (int i = 0; i < 2; ++i)
+        ASSERT_TRUE(store_->frame_ends(id, {1, FrameState::written, "", false, 0, ""}).ok());
+    EXPECT_EQ(job(id).done, 1);
+    size_t ends = 0;
+    for (const Event& event : events(id)) ends += event.type == "frame";
+    EXPECT_EQ(ends, 1u);
+}
+
+// Which of several frames killed the process nobody knows: none of them has an attempt less.
+TEST_F(StoreTest, FramesInFlightTogetherGoOnAloneAndKeepTheirAttempts) {
+    open();
+    const std::string id = running(4);
+    for (int frame : {1, 2, 3}) ASSERT_TRUE(store_->frame_begins(id, frame).ok());
+    open();
+    for (const FrameToDo& frame : to_do(id)) {
+        EXPECT_EQ(frame.alone, frame.frame <= 3) << frame.frame;
+        EXPECT_EQ(frame.begun, frame.frame <= 3) << frame.frame;
+        EXPECT_EQ(frame.attempts, 0) << frame.frame;
+    }
+}
+
+TEST_F(StoreTest, AFrameThatKillsTheProcessAloneIsSetAside) {
+    open();
+    const std::string id = running(2);
+    for (int death = 1; death <= 3; ++death) {
+        if (death > 1) {
+            ASSERT_GT(*store_->start(id), 0);
+        }
+        ASSERT_TRUE(store_->frame_begins(id, 1).ok());
+        EXPECT_EQ(frame(id, 1).state, FrameState::waiting);
+        open();
+        EXPECT_EQ(frame(id, 1).attempts, death);
+    }
+    EXPECT_EQ(frame(id, 1).state, FrameState::set_aside);
+    EXPECT_EQ(job(id).state, JobState::queued) << "the other frame is still to be done";
+    EXPECT_EQ(job(id).failed, 1);
+    EXPECT_EQ(store_->events(id, 0, 100)->back().type, "requeued");
+}
+
+TEST_F(StoreTest, AJobThatKillsTheProcessBeforeItsFirstFrameFails) {
+    open();
+    const std::string id = add();
+    for (int death = 1; death <= 3; ++death) {
+        ASSERT_EQ(*store_->start(id), death);
+        open();
+        EXPECT_EQ(job(id).state, death < 3 ? JobState::queued : JobState::failed);
+    }
+    EXPECT_NE(job(id).message.find("3 times"), std::string::npos) << job(id).message;
+}
+
+TEST_F(StoreTest, WhatWasGivenUpWaitsAsBefore) {
+    open();
+    const std::string id = running(2);
+    ASSERT_TRUE(store_->frame_begins(id, 1).ok());
+    EXPECT_EQ(frame(id, 1).attempts, 1);
+    ASSERT_TRUE(store_->release(id).ok());
+    EXPECT_EQ(frame(id, 1).attempts, 0);
+    ASSERT_TRUE(store_->requeue(id, "stopped", false).ok());
+    open();
+    EXPECT_FALSE((*store_->to_do(id))[0].alone);
+}
+
+TEST_F(StoreTest, FailuresCountUntilTheFrameIsSetAside) {
+    open(2);
+    const std::string id = running(1);
+    for (int attempt = 1; attempt <= 2; ++attempt) {
+        ASSERT_TRUE(store_->frame_begins(id, 1).ok());
+        ASSERT_TRUE(store_->frame_fails(id, 1, "why").ok());
+        EXPECT_EQ(frame(id, 1).state, attempt < 2 ? FrameState::waiting : FrameState::set_aside);
+    }
+    EXPECT_EQ(frame(id, 1).message, "why");
+    Job end = job(id);
+    end.state = JobState::failed;
+    ASSERT_TRUE(store_->end(end).ok());
+    ASSERT_TRUE(*store_->retry(id));
+    EXPECT_EQ(frame(id, 1).state, FrameState::waiting);
+    EXPECT_EQ(frame(id, 1).attempts, 0);
+    EXPECT_EQ(job(id).failed, 0);
+    EXPECT_EQ(job(id).ended_ms, 0);
+}
+
+TEST_F(StoreTest, ThePriorityThenTheOrderOfArrival) {
+    open();
+    const std::string low = add(-5), first = add(0), second = add(0), high = add(7);
+    for (const std::string& id : {high, first, second, low}) {
+        const auto next = store_->next(-100);
+        ASSERT_TRUE(*next);
+        EXPECT_EQ((*next)->id, id);
+        ASSERT_GT(*store_->start(id), 0);
+    }
+    EXPECT_FALSE(*store_->next(-100));
+    EXPECT_FALSE(*store_->next(-100));
+    const std::string other = add(1);
+    EXPECT_FALSE(*store_->next(2));
+    EXPECT_EQ((*store_->next(1))->id, other);
+}
+
+TEST_F(StoreTest, OneKeyIsOneJob) {
+    open();
+    const auto first = store_->add(JobKind::run, "{}", 0, "key", 100);
+    const auto same = store_->add(JobKind::run, "{}", 0, "key", 100);
+    const auto other = store_->add(JobKind::run, "{ }", 0, "key", 100);
+    EXPECT_EQ(first->what, Added::What::made);
+    EXPECT_EQ(same->what, Added::What::same);
+    EXPECT_EQ(same->job.id, first->job.id);
+    EXPECT_EQ(other->what, Added::What::other_body);
+    EXPECT_EQ(store_->add(JobKind::run, "{}", 0, "", 1)->what, Added::What::full);
+    EXPECT_EQ(store_->jobs("", "", 10)->size(), 1u);
+}
+
+TEST_F(StoreTest, CanceledWorkDoesNotEndOtherwise) {
+    open();
+    const std::string id = running(1);
+    ASSERT_TRUE(*store_->cancel(id));
+    EXPECT_FALSE(*store_->cancel(id));
+    Job end = job(id);
+    end.state = JobState::done;
+    ASSERT_TRUE(store_->end(end).ok());
+    ASSERT_TRUE(store_->requeue(id, "", false).ok());
+    EXPECT_EQ(job(id).state, JobState::canceled);
+    EXPECT_EQ(*store_->start(id), 0);
+}
+
+TEST_F(StoreTest, EventsGrowOverRestartsAndAreReadOnFromAnyOfThem) {
+    open();
+    const std::string a = add(), b = add();
+    const int64_t last = store_->events("", 0, 100)->back().id;
+    open();
+    ASSERT_TRUE(*store_->cancel(a));
+    const auto later = store_->events("", last, 100);
+    ASSERT_EQ(later->size(), 1u);
+    EXPECT_GT((*later)[0].id, last);
+    EXPECT_EQ((*later)[0].type, "canceled");
+    EXPECT_EQ((*later)[0].job, a);
+    EXPECT_EQ(store_->events(b, 0, 100)->size(), 1u);
+    EXPECT_EQ(store_->events("", 0, 1)->size(), 1u);
+}
+
+TEST_F(StoreTest, JobsAreReadOnFromAnyOfThem) {
+    open();
+    std::vector<std::string> ids;
+    for (int i = 0; i < 5; ++i) ids.push_back(add());
+    const auto newest = store_->jobs("", "", 2);
+    ASSERT_EQ(newest->size(), 2u);
+    EXPECT_EQ((*newest)[0].id, ids[4]);
+    EXPECT_EQ((*store_->jobs("", ids[3], 2))[0].id, ids[2]);
+    EXPECT_TRUE(store_->jobs("done", "", 9)->empty());
+    EXPECT_EQ(store_->jobs("queued", "", 9)->size(), 5u);
+    for (const char* no_id : {"0", "-1", "x", "1 OR 1=1", "99999999999999999999", "01"})
+        EXPECT_FALSE(*store_->job(no_id)) << no_id;
+}
+
+TEST_F(StoreTest, TheOldestEndedJobsGo) {
+    open();
+    for (int i = 0; i < kMaxEndedJobs + 3; ++i) {
+        const std::string id = add();
+        ASSERT_TRUE(*store_->cancel(id));
+    }
+    const std::string waiting = add();
+    open();
+    EXPECT_EQ(store_->jobs("canceled", "", 100000)->size(), size_t(kMaxEndedJobs));
+    EXPECT_FALSE(*store_->job("1"));
+    EXPECT_TRUE(*store_->job(waiting));
+    EXPECT_TRUE(store_->events("1", 0, 10)->empty());
+}
+
+TEST_F(StoreTest, TwoServicesRefuseEachOther) {
+    open();
+    EXPECT_NE(refusal().find("another service has this store"), std::string::npos) << refusal();
+    store_.reset();
+    EXPECT_EQ(refusal(), "opened");
+}
+
+TEST_F(StoreTest, AFileThatIsNoStoreStays) {
+    const std::string text(5000, 'x');
+    std::ofstream(path()) << text;
+    EXPECT_NE(refusal().find("is no store of jobs"), std::string::npos) << refusal();
+    std::ifstream file(path());
+    EXPECT_EQ(std::string(std::istreambuf_iterator<char>(file), {}), text);
+}
+
+TEST_F(StoreTest, ADatabaseOfAnotherProgramStays) {
+    sqlite3* other = nullptr;
+    ASSERT_EQ(sqlite3_open(path().c_str(), &other), SQLITE_OK);
+    sqlite3_exec(other, "CREATE TABLE jobs(a)", nullptr, nullptr, nullptr);
+    sqlite3_close(other);
+    EXPECT_NE(refusal().find("of another program"), std::string::npos) << refusal();
+}
+
+TEST_F(StoreTest, AStoreOfALaterVersionStays) {
+    open();
+    store_.reset();
+    sqlite3* other = nullptr;
+    ASSERT_EQ(sqlite3_open(path().c_str(), &other), SQLITE_OK);
+    sqlite3_exec(other, "PRAGMA user_version = 99", nullptr, nullptr, nullptr);
+    sqlite3_close(other);
+    EXPECT_NE(refusal().find("later version"), std::string::npos) << refusal();
+}
+
+TEST_F(StoreTest, ADamagedStoreIsSaidToBe) {
+    open();
+    for (int i = 0; i < 50; ++i)
+        ASSERT_TRUE(store_->add(JobKind::run, std::string(3000, 'b'), 0, "", 1000).ok());
+    store_.reset();
+    {
+        std::fstream file(path(), std::ios::in | std::ios::out | std::ios::binary);
+        file.seekp(8192);
+        file << std::string(60000, '\xff');
+    }
+    EXPECT_NE(refusal().find("damaged"), std::string::npos) << refusal();
+}
+
+// What cannot be written is refused whole, and the store goes on when there is room again.
+TEST_F(StoreTest, ADiskThatIsFull) {
+    open();
+    const std::string id = running(2);
+    ASSERT_TRUE(store_->frame_begins(id, 1).ok());
+    std::signal(SIGXFSZ, SIG_IGN);
+    struct rlimit before;
+    ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+    struct rlimit full = before;
+    full.rlim_cur = rlim_t(fs::file_size(path() + "-wal") + 100'000);
+    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &full), 0);
+    const std::string large(20'000, 'b');
+    size_t taken = 0;
+    Status refused;
+    while (refused.ok() && taken < 100) {
+        refused = store_->add(JobKind::run, large, 0, "", 1000).status();
+        taken += refused.ok();
+    }
+    const Status end = store_->frame_ends(id, {1, FrameState::written, large, false, 0, large});
+    const JobFrame meanwhile = frame(id, 1);
+    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
+    EXPECT_EQ(refused.code(), StatusCode::output) << refused.message();
+    EXPECT_EQ(end.code(), StatusCode::output) << end.message();
+    EXPECT_EQ(meanwhile.state, FrameState::waiting);
+    EXPECT_EQ(store_->jobs("queued", "", 1000)->size(), taken);
+    ASSERT_TRUE(store_->frame_ends(id, {1, FrameState::written, "", false, 0, large}).ok());
+    open();
+    EXPECT_EQ(frame(id, 1).state, FrameState::written);
+    EXPECT_EQ(job(id).done, 1);
+    EXPECT_EQ(store_->jobs("", "", 1000)->size(), taken + 1);
+}
+
+TEST_F(StoreTest, AFolderThatIsNotThere) {
+    const auto opened = JobStore::open(folder_.path("nowhere/store.db"), 3);
+    ASSERT_FALSE(opened.ok());
+    EXPECT_EQ(opened.status().code(), StatusCode::output);
+}
+
+}  // namespace
+}  // namespace postchain::service

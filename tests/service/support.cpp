@@ -1,0 +1,103 @@
+#include "tests/service/support.h"
+
+#include <chrono>
+#include <filesystem>
+#include <thread>
+
+#include "passes/registry.h"
+#include "tests/command/frames.h"
+
+namespace postchain::test {
+
+namespace fs = std::filesystem;
+using namespace service;
+
+void ServiceTest::SetUp() {
+    registry_ = &builtin_passes();
+    fs::create_directories(root("out"));
+    fs::create_directories(outside());
+    write_sequence(root(), {1, 2, 3, 4, 5, 6}, 24, 16);
+}
+
+std::string ServiceTest::root(const std::string& name) const {
+    return folder_.path("root" + (name.empty() ? "" : "/" + name));
+}
+
+std::string ServiceTest::outside(const std::string& name) const {
+    return folder_.path("outside" + (name.empty() ? "" : "/" + name));
+}
+
+std::string ServiceTest::body(const std::string& more) {
+    return R"({"chain": {"postchain": 1, "passes": ["fxaa"]}, "input": "in.####.exr",
+ "output": "out/o.####.exr")" +
+           more + "}";
+}
+
+ServiceSettings ServiceTest::settings() const {
+    ServiceSettings settings;
+    settings.store = folder_.path("store.db");
+    settings.device = "software";
+    settings.attempts = attempts_;
+    settings.max_queue = max_queue_;
+    settings.version = "test";
+    auto roots = Roots::of({root()});
+    EXPECT_TRUE(roots.ok()) << roots.status().message();
+    if (roots.ok()) settings.roots = *roots;
+    return settings;
+}
+
+void ServiceTest::open() {
+    auto opened = Service::open(settings(), *registry_);
+    ASSERT_TRUE(opened.ok()) << opened.status().message();
+    service_ = std::move(*opened);
+}
+
+std::string ServiceTest::submit(const std::string& body) {
+    bool created = false;
+    const auto answer = service_->submit(body, "", &created);
+    if (const auto* problem = std::get_if<Problem>(&answer)) {
+        ADD_FAILURE() << problem->detail << "\n" << text_of(problem->diagnostics);
+        return "";
+    }
+    EXPECT_TRUE(created);
+    return std::get<Job>(answer).id;
+}
+
+Problem ServiceTest::refused(const std::string& body) {
+    bool created = false;
+    auto answer = service_->submit(body, "", &created);
+    EXPECT_FALSE(created);
+    if (auto* problem = std::get_if<Problem>(&answer)) return std::move(*problem);
+    ADD_FAILURE() << "was taken: " << body;
+    return {};
+}
+
+Job ServiceTest::job(const std::string& id) const {
+    const auto answer = service_->job(id);
+    if (const auto* job = std::get_if<Job>(&answer)) return *job;
+    ADD_FAILURE() << std::get<Problem>(answer).detail;
+    return {};
+}
+
+std::vector<JobFrame> ServiceTest::frames(const std::string& id) const {
+    const auto answer = service_->frames(id);
+    if (const auto* frames = std::get_if<std::vector<JobFrame>>(&answer)) return *frames;
+    ADD_FAILURE() << std::get<Problem>(answer).detail;
+    return {};
+}
+
+bool ServiceTest::wait_for(const std::function<bool()>& what) {
+    for (int i = 0; i < 6000; ++i) {
+        if (what()) return true;
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return false;
+}
+
+Job ServiceTest::ended(const std::string& id) const {
+    Job now;
+    EXPECT_TRUE(wait_for([&] { return (now = job(id)).ended_ms != 0; })) << "job " << id;
+    return now;
+}
+
+}  // namespace postchain::test

@@ -9,7 +9,7 @@ packages=(
     libepoxy-dev libegl-dev libegl-mesa0 libgl1-mesa-dri libglm-dev
     libopenexr-dev libopenimageio-dev openimageio-tools zlib1g-dev
     libyaml-cpp-dev nlohmann-json3-dev libcli11-dev libspdlog-dev
-    libsqlite3-dev prometheus-cpp-dev
+    libsqlite3-dev prometheus-cpp-dev libboost-dev curl
 )
 if [[ ${1:-} == --tests || ${1:-} == --fuzz ]]; then
     packages+=(

@@ -80,7 +80,7 @@ class Guertin {
     }
 
     void write_values(const PlanContext& context, BlockWriter& blocks) const {
-        blocks.set(make_block(context, storage(parameters_, context.precision)));
+        blocks.set(make_block(context));
         noise::write_values(parameters_.noise, context.frame.frame_number, blocks);
     }
 

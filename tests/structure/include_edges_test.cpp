@@ -49,7 +49,7 @@ const Edges& allowed_libraries() {
         {"CLI", {"tools/apps"}},
         {"spdlog", {"tools/apps"}},
         {"GLFW", {}},
-        {"httplib.h", {}},
+        {"boost", {"tools/service/http"}},
         {"sqlite3.h", {"tools/service/store"}},
         {"prometheus", {"tools/service/work"}},
         {"imgui.h", {}},

@@ -3,10 +3,11 @@
 #include "shaders/embedded.h"
 
 namespace postchain {
+// Made from the files beside this.
+const std::vector<EmbeddedFile>& embedded_service_page();
+}  // namespace postchain
 
-const std::vector<EmbeddedFile>& embedded_service_page();  // made from the files beside this
-
-namespace service {
+namespace postchain::service {
 namespace {
 
 PageFile page_file(const EmbeddedFile& file) {
@@ -29,5 +30,4 @@ const std::vector<PageFile>& page_files() {
     return files;
 }
 
-}  // namespace service
-}  // namespace postchain
+}  // namespace postchain::service

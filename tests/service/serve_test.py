@@ -1,0 +1,130 @@
+"""postchain serve as a process: exit codes, tokens, addresses, signals, READY.
+
+usage: serve_test.py POSTCHAIN"""
+import json
+import os
+import pathlib
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+from server import Events, Server
+
+PROGRAM = None
+
+
+class Serve(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.path = pathlib.Path(self.folder.name)
+        self.addCleanup(self.folder.cleanup)
+
+    def command(self, *more):
+        return [PROGRAM, "serve", "--root", str(self.path), "--store", str(self.path / "jobs.sqlite"),
+                "--port", "0", "--device", "software", *more]
+
+    def fails(self, code, text, *more, command=None):
+        done = subprocess.run(command or self.command(*more), capture_output=True, text=True,
+                              timeout=60)
+        self.assertEqual(done.returncode, code, done.stderr)
+        self.assertIn(text, done.stderr)
+
+    def write(self, name, text):
+        (self.path / name).write_text(text)
+        return str(self.path / name)
+
+    def test_other_addresses_need_a_token(self):
+        self.fails(2, "--token-file is needed", "--bind", "0.0.0.0")
+        self.fails(2, "--token-file is needed", "--bind", "::")
+        self.fails(2, "cannot be read", "--token-file", str(self.path / "none"))
+        self.fails(2, "16 to 512 characters", "--token-file", self.write("short", "0123456789\n"))
+        self.fails(2, "printable ASCII", "--token-file", self.write("blank", "0123456789 0123456789\n"))
+
+    def test_usage(self):
+        token = self.write("token", "0123456789abcdef\n")
+        self.fails(2, "is no address", "--bind", "example.org", "--token-file", token)
+        self.fails(2, "no address of this machine", "--bind", "192.0.2.1", "--token-file", token)
+        self.fails(2, "--root", command=[PROGRAM, "serve"])
+        self.fails(2, "", command=[PROGRAM, "serve", "--root", str(self.path / "none")])
+
+    def test_port_that_is_taken(self):
+        with socket.socket() as other:
+            other.bind(("127.0.0.1", 0))
+            other.listen()
+            port = str(other.getsockname()[1])
+            self.fails(5, "take another",
+                       command=[port if word == "0" else word for word in self.command()])
+
+    def test_store_that_is_taken(self):
+        server = Server(self.command())
+        self.fails(5, "")
+        self.assertEqual(server.stop(), 143)
+
+    def test_token(self):
+        token = self.write("token", "0123456789abcdef\nmore\n")
+        server = Server(self.command("--bind", "0.0.0.0", "--token-file", token))
+        self.assertEqual(server.ask("GET", "/v1/jobs")[0], 401)
+        known = {"Authorization": "Bearer 0123456789abcdef"}
+        self.assertEqual(server.ask("GET", "/v1/jobs", None, known)[0], 200)
+        self.assertEqual(server.stop(), 143)
+        self.assertIn("nothing is encrypted", "".join(server.stderr))
+        self.assertNotIn("0123456789abcdef", "".join(server.stderr))
+
+    def test_host(self):
+        server = Server(self.command("--host", "farm.example"))
+        self.assertEqual(server.ask("GET", "/v1/jobs", None, {"Host": "farm.example"})[0], 200)
+        self.assertEqual(server.ask("GET", "/v1/jobs", None, {"Host": "other.example"})[0], 421)
+        self.assertEqual(server.stop(signal.SIGINT), 130)
+
+    def test_ready_and_stopping(self):
+        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as system:
+            system.bind(str(self.path / "notify"))
+            system.settimeout(20)
+            server = Server(self.command(), dict(os.environ, NOTIFY_SOCKET=str(self.path / "notify")))
+            self.assertEqual(system.recv(100), b"READY=1")
+            self.assertEqual(server.ask("GET", "/readyz")[0], 200)
+            self.assertEqual(server.stop(), 143)
+            self.assertEqual(system.recv(100), b"STOPPING=1")
+
+    def test_jobs_go_on_after_sigterm(self):
+        scene = self.path / "shots"
+        subprocess.run([PROGRAM, "scene", "wheels", "-o", str(scene), "--frames", "1-6", "--size",
+                        "320x180", "--device", "software", "-q"], check=True)
+        (self.path / "out").mkdir()
+        server = Server(self.command())
+        body = {"chain": "balanced", "input": "shots/sharp.####.exr", "camera": "shots/camera.json",
+                "output": "out/a.####.exr"}
+        self.assertEqual(server.ask("POST", "/v1/jobs", body)[0], 202)
+        listener = Events(server, "/v1/jobs/1/events")
+        while listener.next(30)[1]["type"] != "frame":
+            pass
+        start = time.monotonic()
+        self.assertEqual(server.stop(), 143)
+        self.assertLess(time.monotonic() - start, 20)
+        listener.close()
+        written = len(list((self.path / "out").glob("a.*.exr")))
+        self.assertTrue(1 <= written < 6, written)
+        server = Server(self.command())
+        listener = Events(server, "/v1/jobs/1/events")
+        frames = []
+        while True:
+            got = listener.next(60)
+            if got is None:
+                break
+            if got[1] and got[1]["type"] == "frame":
+                frames.append(got[1]["data"]["frame"])
+        listener.close()
+        # Events of both processes, each frame once.
+        self.assertEqual(sorted(frames), [1, 2, 3, 4, 5, 6])
+        job = json.loads(server.ask("GET", "/v1/jobs/1")[2])
+        self.assertEqual((job["state"], job["done"]), ("done", 6))
+        self.assertEqual(server.stop(), 143)
+
+
+if __name__ == "__main__":
+    PROGRAM = os.path.abspath(sys.argv.pop(1))
+    unittest.main()

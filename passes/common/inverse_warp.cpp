@@ -42,9 +42,11 @@ double longest_px(const Settings& settings, const FrameDescription& frame, bool 
     if (settings.shutter) {
         const double speed =
             back ? std::max(bounds.max_speed_px, bounds.max_speed_back_px) : bounds.max_speed_px;
+        const double half_open = settings.shutter->half_open;
+        // In a closed shutter nothing moves, however fast; infinity is a speed that is not known.
+        const double path = half_open > 0 ? half_open * speed : 0;
         // Rounding of a and b: a few 2^-24 of them, and a step of 1/64 px.
-        longest = std::min(settings.shutter->half_open * speed * (1 + 1e-5) + 0.05,
-                           settings.shutter->max_path_px);
+        longest = std::min(path * (1 + 1e-5) + 0.05, settings.shutter->max_path_px);
     }
     if (settings.lens)
         longest += settings.lens->coc.largest_radius_px(bounds.min_inverse_depth,

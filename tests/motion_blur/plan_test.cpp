@@ -1,5 +1,7 @@
 // What the pass plans, leaves out, asks for and refuses.
 
+#include <limits>
+
 #include "passes/motion_blur/motion_blur.h"
 #include "passes/motion_blur/parameters.h"
 #include "tests/motion_blur/support.h"
@@ -55,6 +57,21 @@ TEST(Plan, TexturesAndWhatIsLeftOut) {
     // single has one direction to split.
     const Values single = {{"mode", "single"}, {"sample_split", "variance"}};
     EXPECT_TRUE(leaves_out(plan_of(blur(single), description(9)), "tile_variance"));
+}
+
+// What a closed shutter saves is what a frame without motion does, also where nothing is known of
+// the speed, as in an engine.
+TEST(Plan, SavingOfAClosedShutter) {
+    const auto saving = [](double shutter_frames, double max_speed_px) {
+        const Chain chain = blur({{"mode", "inverse_warp"}, {"shutter_frames", shutter_frames}});
+        const Plan plan = plan_of(chain, description(max_speed_px));
+        EXPECT_TRUE(plan.steps.empty());
+        Saving sum;
+        for (const auto& elision : plan.elisions) sum += elision.saving;
+        return sum;
+    };
+    EXPECT_GT(saving(0.5, 0).taps, 0u);
+    EXPECT_EQ(saving(0, std::numeric_limits<double>::infinity()), saving(0.5, 0));
 }
 
 // Which classes of blocks are told apart, by rules and facts; each has a list and a launch.

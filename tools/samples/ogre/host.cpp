@@ -63,7 +63,7 @@ void Host::open_window(const HostSettings& settings) {
 void Host::load_media() {
     auto& groups = Ogre::ResourceGroupManager::getSingleton();
     groups.addResourceLocation(SAMPLE_MEDIA, "FileSystem", Ogre::RGN_DEFAULT);
-    groups.addResourceLocation(OGRE_MEDIA_FOLDER "/packs/SdkTrays.zip", "Zip", Ogre::RGN_DEFAULT);
+    groups.addResourceLocation(OGRE_MEDIA_FOLDER "/packs/SdkTrays.zip", "Zip", "Fonts");
     groups.initialiseResourceGroup(Ogre::RGN_DEFAULT);
     // OGRE makes a font's material; GL3Plus has no fixed functions, so it needs programs.
     auto font = Ogre::FontManager::getSingleton().getByName("Host/Font", Ogre::RGN_DEFAULT);

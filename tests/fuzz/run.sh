@@ -10,8 +10,9 @@ set -euo pipefail
 cd "$(dirname "$0")/../.."
 
 # The longest input of each target, bytes; every corpus file fits.
-declare -A max_len=([chain]=4096 [camera]=4096 [profile]=8192 [sequence]=256 [exr]=20000)
-all=(chain camera profile sequence exr)
+declare -A max_len=([chain]=4096 [camera]=4096 [profile]=8192 [sequence]=256 [exr]=20000
+    [request]=6000)
+all=(chain camera profile sequence exr request)
 build=$PWD/build-fuzz
 
 print_total() {

@@ -256,11 +256,9 @@ bool exr(std::string_view bytes) {
 }
 
 const std::vector<Target>& targets() {
-    static const std::vector<Target> list = {{"chain", chain},
-                                             {"camera", camera},
-                                             {"profile", profile},
-                                             {"sequence", sequence},
-                                             {"exr", exr}};
+    static const std::vector<Target> list = {{"chain", chain},     {"camera", camera},
+                                             {"profile", profile}, {"sequence", sequence},
+                                             {"exr", exr},         {"request", request}};
     return list;
 }
 

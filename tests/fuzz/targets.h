@@ -18,6 +18,7 @@ bool profile(std::string_view bytes);  // config/profile.h
 bool sequence(
     std::string_view bytes);       // tools/sequence/io/sequence.h: as range, as pattern, as input
 bool exr(std::string_view bytes);  // a whole file, tools/sequence/io/exr_reader.h
+bool request(std::string_view bytes);  // one HTTP request, tools/service/http (request_target.cpp)
 
 struct Target {
     const char* name;  // also the folder in corpus/

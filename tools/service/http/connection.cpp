@@ -4,10 +4,9 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/http/read.hpp>
-#include <boost/beast/http/write.hpp>
-#include <ctime>
 
 #include "tools/service/http/problem.h"
+#include "tools/service/http/wire.h"
 
 namespace postchain::service {
 namespace {
@@ -20,31 +19,6 @@ constexpr size_t kBatch = 100;            // events that are written at a time
 constexpr size_t kLongestTarget = 4096;   // bytes
 constexpr size_t kReadAhead = 64 * 1024;  // bytes in memory beside a header
 constexpr std::chrono::milliseconds kLinger{2000};
-
-std::string date() {
-    const std::time_t now = std::time(nullptr);
-    std::tm parts = {};
-    gmtime_r(&now, &parts);
-    char text[64];
-    std::strftime(text, sizeof(text), "%a, %d %b %Y %H:%M:%S GMT", &parts);
-    return text;
-}
-
-// No value has a line break: they are ours, but for ids in Location, which have none either.
-std::string head_of(const Reply& reply, bool keep) {
-    std::string head = "HTTP/1.1 " + std::to_string(reply.status) + " " + reason_of(reply.status);
-    const auto add = [&](const std::string& name, const std::string& value) {
-        head += "\r\n" + name + ": " + value;
-    };
-    add("Date", date());
-    for (const auto& [name, value] : security_headers(reply)) add(name, value);
-    for (const auto& [name, value] : reply.headers) add(name, value);
-    if (reply.status != 204) add("Content-Type", reply.type);
-    if (!reply.events && reply.status != 204)
-        add("Content-Length", std::to_string(reply.body.size()));
-    if (!keep) add("Connection", "close");
-    return head + "\r\n\r\n";
-}
 
 }  // namespace
 
@@ -81,30 +55,16 @@ void Connection::read_header() {
 }
 
 void Connection::refuse_read(const error_code& error) {
-    namespace http = beast::http;
     keep_ = false;
-    if (error == http::error::header_limit) return reply(problem(431, "the header is too long"));
-    if (error == http::error::body_limit)
-        return reply(
-            problem(413, concat("the body is longer than ", shared_.settings.max_body, " bytes")));
-    if (error == http::error::bad_version)
-        return reply(problem(505, "this service speaks HTTP/1.1"));
-    const bool malformed =
-        error.category() == http::make_error_code(http::error::bad_method).category() &&
-        error != http::error::end_of_stream && error != http::error::partial_message;
-    if (malformed) return reply(problem(400, "the request is not well formed"));
-    abandon();  // gone, or closed for lateness
+    auto refusal = refusal_of(error, shared_.settings.max_body);
+    if (!refusal) return abandon();  // gone, or closed for lateness
+    reply(std::move(*refusal));
 }
 
 void Connection::on_header(const error_code& error) {
     if (state_ == State::closed) return;
     if (error) return refuse_read(error);
-    const auto& message = parser_->get();
-    request_.method = std::string(message.method_string());
-    request_.target = std::string(message.target());
-    request_.http_1_0 = message.version() < 11;
-    for (const auto& field : message)
-        request_.headers.emplace_back(std::string(field.name_string()), std::string(field.value()));
+    request_ = request_of(*parser_);
     keep_ = parser_->keep_alive();
     if (request_.target.size() > kLongestTarget) {
         keep_ = false;

@@ -3,8 +3,6 @@
 
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
-#include <boost/beast/http/parser.hpp>
-#include <boost/beast/http/string_body.hpp>
 #include <chrono>
 #include <memory>
 #include <optional>
@@ -12,6 +10,7 @@
 #include <vector>
 
 #include "tools/service/http/shared.h"
+#include "tools/service/http/wire.h"
 
 namespace postchain::service {
 
@@ -32,7 +31,6 @@ class Connection : public std::enable_shared_from_this<Connection> {
     const std::string& address() const { return address_; }
 
   private:
-    using Parser = boost::beast::http::request_parser<boost::beast::http::string_body>;
     enum class State { header, body, working, writing, listening, lingering, closed };
 
     void read_header();

@@ -35,8 +35,8 @@ inline constexpr int kMaxStarts = 8;
 enum class Neighbors { none, before, both };
 
 struct Shutter {
-    double half_open =
-        0.25;  // half the open time, frames; 0 only in plans of what a closed one saves
+    // Half the open time, frames; 0 only in plans of what a closed shutter saves.
+    double half_open = 0.25;
     double max_path_px = 40;  // longest path on one side of the frame
     double path_px_per_time =
         2;                      // of the shutter alone: a time for so many pixels of a tile's path

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <functional>
 #include <map>
 #include <memory>
@@ -99,11 +100,18 @@ class InOgre : public testing::Test {
         return truths_[key];
     }
     static void expect_near_truth(const Case& c) {
-        const double before = psnr(draw(nullptr), truth(c));
-        const double after = psnr(draw(c.chain), truth(c));
+        const ImageF drawn = draw(nullptr), filtered = draw(c.chain);
+        const double before = psnr(drawn, truth(c)), after = psnr(filtered, truth(c));
         std::printf("%-10s unfiltered %.2f dB, filtered %.2f dB\n", c.name, before, after);
         EXPECT_GE(after, before + 5) << c.name;
         EXPECT_GE(after, c.limit_db) << c.name;
+        // To look at: POSTCHAIN_PICTURES names a folder.
+        if (const char* folder = std::getenv("POSTCHAIN_PICTURES")) {
+            const std::string begin = std::string(folder) + "/" + c.name + "_";
+            write_picture(drawn, begin + "drawn.png");
+            write_picture(filtered, begin + "filtered.png");
+            write_picture(truth(c), begin + "truth.png");
+        }
     }
     // What the limit is for: with this fault the same case fails it.
     static void expect_seen(const Case& c, const char* fault,

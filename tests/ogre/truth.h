@@ -2,6 +2,8 @@
 // from many points of the lens, and their mean.
 #pragma once
 
+#include <string>
+
 #include "chain/image.h"
 #include "tools/samples/ogre/host.h"
 
@@ -22,6 +24,8 @@ ImageF draw_truth(host::Host& host, const TruthSettings& settings);
 
 // The whole of a texture: RGBA, or depth alone; rows as they are stored.
 ImageF read_texture(const Ogre::TexturePtr& texture);
+// As PNG, after (x/(1+x))^(1/2.2).
+void write_picture(const ImageF& linear, const std::string& path);
 // The window with the overlay, 8 bits a channel, RGB, row 0 at the top.
 Image<unsigned char> read_window(host::Host& host);
 

@@ -1,0 +1,120 @@
+#include "chain/decisions.h"
+
+namespace postchain {
+namespace {
+
+// Planes that the pass requires and the frame does not have: what was found instead.
+std::string missing_text(const Pass& pass, const PlanContext& context) {
+    const RoleSet has = context.available | context.frame.not_converted;
+    return "needs " + (pass.roles().required - has).text() + "; the frame has " + has.text();
+}
+
+// What the rules say of one pass; an error when it must run and cannot.
+Result<std::optional<Identity>> judge(const ChainLink& link, const PlanContext& context) {
+    using Verdict = std::optional<Identity>;
+    if (Status status = link.pass->check(context.frame); !status.ok()) return status;
+    Verdict identity = link.pass->identity(context);
+    if (identity && !context.uses(identity->rule)) identity.reset();
+    const RoleSet missing = link.pass->roles().required - context.available;
+    // A pass that is off needs no plane; but of a plane that is not there nothing is known.
+    if (missing.empty() || (identity && identity->rule != kRuleFacts)) return identity;
+    if (!context.uses(kRuleMissingPlane))
+        return Status(StatusCode::input, missing_text(*link.pass, context));
+    return Verdict(Identity{kRuleMissingPlane, {"a plane is missing"}});
+}
+
+// A pass before this one that moves color farther than this (px) makes the planes of other frames
+// strangers to the color: they have not been through it. By the passes' bounds alone, so that rules
+// change nothing of it.
+constexpr double kSpreadWithNeighborsPx = 2;
+
+RoleSet without_neighbors(RoleSet planes) {
+    for (const Neighbor neighbor : kNeighbors)
+        for (const Role role : kFileRoles) planes.remove(role_of(neighbor, role));
+    return planes;
+}
+
+}  // namespace
+
+PlanContext context_of(const FrameDescription& frame, const PlanOptions& options,
+                       const RuleNames& rules, const PlanShape::OfPass& pass) {
+    return {frame, options.precision, pass.available, pass.wanted, pass.color_is_input, rules};
+}
+
+size_t first_spreading_pass(const Chain& chain, const FrameDescription& frame) {
+    double spread_px = 0;
+    for (size_t i = 0; i < chain.links.size(); ++i) {
+        spread_px += chain.links[i].pass->reach(frame).spreads_px;
+        if (spread_px > kSpreadWithNeighborsPx) return i;
+    }
+    return chain.links.size();
+}
+
+FrameDescription seen_by(const Chain& chain, const FrameDescription& given) {
+    FrameDescription frame = given;
+    frame.camera = frame.camera.overlaid_by(chain.camera);
+    return frame;
+}
+
+Status decide(const Chain& chain, const FrameDescription& frame, const PlanOptions& options,
+              const RuleNames& rules, PlanShape& shape, std::vector<Reason>* reasons) {
+    const size_t spreading = first_spreading_pass(chain, frame);
+    auto& passes = shape.passes;
+    passes.assign(chain.links.size(), {});
+    if (reasons) reasons->assign(passes.size(), {});
+    // What identity() sees as wanted: an upper bound, every plane a later pass could read.
+    RoleSet readable = options.outputs;
+    for (size_t i = passes.size(); i-- > 0;) {
+        passes[i].wanted = readable;
+        const RoleUse use = chain.links[i].pass->roles();
+        readable = readable | use.required | use.optional;
+    }
+    RoleSet available = frame.planes;
+    bool color_is_input = true;
+    for (size_t i = 0; i < passes.size(); ++i) {
+        const Pass& pass = *chain.links[i].pass;
+        if (i > spreading) available = without_neighbors(available);
+        passes[i].available = available;
+        passes[i].color_is_input = color_is_input;
+        const PlanContext context = context_of(frame, options, rules, passes[i]);
+        auto identity = judge(chain.links[i], context);
+        if (!identity.ok())
+            return identity.status().at(concat("passes[", i, "].", chain.links[i].type->name));
+        // What an elided pass would have made is nothing: an earlier plane of that role
+        // must not stand in for it.
+        const RoleSet made = pass.roles().on_demand;
+        available = *identity ? available - made : available | made;
+        passes[i].elided = identity->has_value();
+        if (!*identity) color_is_input = false;
+        if (!*identity || !reasons) continue;
+        const auto& [rule, fact] = **identity;
+        (*reasons)[i] = {
+            rule, rule == kRuleMissingPlane ? Fact{missing_text(pass, context)} : fact.fact()};
+    }
+    RoleSet wanted = options.outputs;
+    RoleSet all;
+    for (Role role : kAllRoles) all.add(role);
+    for (size_t i = passes.size(); i-- > 0;) {
+        passes[i].wanted = rules.contains(kRuleUnusedStep) ? wanted : all;
+        const RoleUse use = chain.links[i].pass->roles();
+        if (passes[i].elided) {
+            wanted = wanted - use.on_demand;
+            continue;
+        }
+        wanted = ((wanted - use.on_demand) | use.required | use.optional) | (wanted & use.carried);
+    }
+    // What exists follows what is wanted: a plane on demand exists only if it was made.
+    RoleSet existing = frame.planes;
+    for (size_t i = 0; i < passes.size(); ++i) {
+        PlanShape::OfPass& pass = passes[i];
+        if (i > spreading) existing = without_neighbors(existing);
+        pass.available = existing;
+        const RoleSet made = chain.links[i].pass->roles().on_demand;
+        existing = pass.elided ? existing - made : existing | (made & pass.wanted);
+        if (!pass.elided)
+            pass.numbers = chain.links[i].pass->shape(context_of(frame, options, rules, pass));
+    }
+    return Status();
+}
+
+}  // namespace postchain

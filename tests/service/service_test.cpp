@@ -59,8 +59,10 @@ TEST_F(Jobs, AJobIsDone) {
     for (const JobFrame& frame : frames(id)) {
         EXPECT_EQ(frame.state, FrameState::written);
         EXPECT_EQ(frame.output, concat("out/o.000", frame.frame, ".exr"));
-        EXPECT_EQ(frame.sidecar, content(out(frame.frame) + ".json"));
-        EXPECT_EQ(json::parse(frame.sidecar)["outcome"], "written");
+        const auto whole = std::get<JobFrame>(service_->frame(id, frame.frame));
+        EXPECT_EQ(whole.output, frame.output);
+        EXPECT_EQ(whole.sidecar, content(out(frame.frame) + ".json"));
+        EXPECT_EQ(json::parse(whole.sidecar)["outcome"], "written");
     }
     const auto answer = service_->events(id, 0, 100);
     std::vector<std::string> types;
@@ -139,7 +141,7 @@ TEST_F(Jobs, AStrangersFileThatCameAfterTheStartStaysToo) {
     EXPECT_NE(frames("2")[0].message.find("exists"), std::string::npos) << frames("2")[0].message;
     EXPECT_EQ(content(out(1)), "a stranger's");
     EXPECT_EQ(frames("2")[1].state, FrameState::written);
-    EXPECT_FALSE(frames("2")[1].sidecar.empty());
+    EXPECT_FALSE(std::get<JobFrame>(service_->frame("2", 2)).sidecar.empty());
     EXPECT_EQ(content(out(2)), good);
     EXPECT_EQ(fs::last_write_time(out(2)), time) << "was written again";
 }
@@ -407,6 +409,13 @@ TEST_F(Jobs, PreviewsAndThumbnailsWhileAJobIsUnderWay) {
     EXPECT_EQ(preview.bytes.substr(1, 3), "PNG");
     EXPECT_EQ(int(uint8_t(preview.bytes[19])), 12) << "half of 24 pixels";
     EXPECT_EQ(int(uint8_t(preview.bytes[23])), 8);
+    const Picture exr =
+        picture([&](auto done) { service_->preview(asked, std::move(done), "image/x-exr"); });
+    EXPECT_EQ(exr.type, "image/x-exr");
+    std::ofstream(root("preview.exr"), std::ios::binary) << exr.bytes;
+    const ImageF color = test::read_color(root("preview.exr"));
+    EXPECT_EQ(color.width, 12);
+    EXPECT_EQ(color.height, 8);
     ended(id);
     for (const bool after : {false, true}) {
         const Picture small =

@@ -100,4 +100,7 @@ Result<WriteReport> write_planes_exr(const std::string& path, const ImageF& imag
                                      const std::vector<std::string>& names,
                                      OnExisting on_existing = OnExisting::fail);
 
+// The bytes of such a file.
+Result<std::string> planes_exr_bytes(const ImageF& image, const std::vector<std::string>& names);
+
 }  // namespace postchain::io

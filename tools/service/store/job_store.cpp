@@ -42,6 +42,8 @@ constexpr const char* kJob =
     "done, failed, exit_code, verdict FROM jobs ";
 constexpr const char* kFrame =
     "SELECT frame, state, attempts, output, message, filter_ms, sidecar FROM frames ";
+constexpr const char* kFrameAlone =
+    "SELECT frame, state, attempts, output, message, filter_ms, '' FROM frames ";
 
 int64_t now_ms() {
     using namespace std::chrono;
@@ -388,7 +390,7 @@ Result<std::vector<Job>> JobStore::jobs(const std::string& state, const std::str
 Result<std::vector<JobFrame>> JobStore::frames(const std::string& id) const {
     return look<std::vector<JobFrame>>([&] {
         std::vector<JobFrame> frames;
-        Statement found(database_, concat(kFrame, "WHERE job = ? ORDER BY place").c_str());
+        Statement found(database_, concat(kFrameAlone, "WHERE job = ? ORDER BY place").c_str());
         found.bind(number_of(id));
         while (found.step()) frames.push_back(frame_of(found));
         return frames;

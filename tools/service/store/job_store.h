@@ -77,7 +77,9 @@ class JobStore {
     // Newest first; `state` and `before` may be empty.
     Result<std::vector<Job>> jobs(const std::string& state, const std::string& before,
                                   size_t limit) const;
+    // In the order of the job, without their sidecars.
     Result<std::vector<JobFrame>> frames(const std::string& id) const;
+    // With its sidecar.
     Result<std::optional<JobFrame>> frame(const std::string& id, int frame) const;
     Result<std::vector<Event>> events(const std::string& id, int64_t after, size_t limit) const;
     std::map<JobState, size_t> counts() const;  // jobs; empty where they cannot be counted

@@ -116,20 +116,24 @@ class FramesWork {
         };
         const FrameToDo& first = *std::min_element(waiting.begin(), waiting.end(), less);
         Batch batch;
-        // Only the command's default asks whose a file is that stands at an output.
-        batch.judged = first.begun && settings_.on_existing == io::OnExisting::fail;
-        if (first.alone || batch.judged) {
-            batch.frames = {first.frame};
-            if (first.begun) batch.begun = {first.frame};
-            return batch;
-        }
+        batch.judged = is_judged(first);
         for (const FrameToDo& frame : waiting) {
-            if (frame.alone || frame.attempts != first.attempts || frame.begun != first.begun)
-                continue;
+            const bool alike = frame.alone == first.alone && frame.attempts == first.attempts &&
+                               frame.begun == first.begun && is_judged(frame) == batch.judged;
+            if (!alike) continue;
             batch.frames.push_back(frame.frame);
             if (frame.begun) batch.begun.insert(frame.frame);
+            if (first.alone || batch.judged) break;
         }
         return batch;
+    }
+
+    // Under `fail` what stands at the output of a frame that was begun is this job's, or a
+    // stranger's: that is to be found out.
+    bool is_judged(const FrameToDo& frame) const {
+        std::error_code error;
+        return frame.begun && settings_.on_existing == io::OnExisting::fail &&
+               fs::exists(fs::symlink_status(settings_.output.format(frame.frame), error));
     }
 
     Status work_on(const Batch& batch) {
@@ -141,7 +145,8 @@ class FramesWork {
             // Entered here, since looking at the frame opens its files.
             if (!entered(place_.store.frame_begins(id_, batch.frames[0]))) return store_;
             if (is_own(settings)) settings.on_existing = io::OnExisting::skip;
-        } else if (!batch.begun.empty()) {
+        } else if (!batch.begun.empty() && settings.on_existing != io::OnExisting::fail) {
+            // What this job has made is kept, all else is replaced as it was asked for.
             settings.on_existing = io::OnExisting::skip;
         }
         return sequence::run_sequence(

@@ -14,6 +14,7 @@
 #include "config/describe.h"
 #include "config/schema.h"
 #include "config/text_tree.h"
+#include "tools/sequence/io/exr_writer.h"
 #include "tools/sequence/io/preview.h"
 #include "tools/sequence/run/device.h"
 #include "tools/sequence/run/plan_sequence.h"
@@ -238,6 +239,17 @@ Answer<std::vector<JobFrame>> Service::frames(const std::string& id) const {
     return std::move(*frames);
 }
 
+Answer<JobFrame> Service::frame(const std::string& id, int number) const {
+    const auto known = job(id);
+    if (const auto* refused = std::get_if<Problem>(&known)) return *refused;
+    auto frame = state_->store->frame(id, number);
+    if (!frame.ok()) return problem_of(frame.status());
+    if (!*frame)
+        return problem(Problem::Kind::not_found, concat("job ", id, " has no frame ", number));
+    (*frame)->output = state_->settings.roots.shown((*frame)->output);
+    return std::move(**frame);
+}
+
 Answer<Job> Service::cancel(const std::string& id) {
     const auto done = state_->store->cancel(id);
     if (!done.ok()) return problem_of(done.status());
@@ -276,13 +288,14 @@ void Service::on_event(std::function<void(const Event&)> listener) {
     state_->store->on_event(std::move(listener));
 }
 
-void Service::preview(const std::string& body, std::function<void(Answer<Picture>)> done) {
+void Service::preview(const std::string& body, std::function<void(Answer<Picture>)> done,
+                      const std::string& type) {
     auto read = state_->reader.preview(body);
     if (const auto* refused = std::get_if<Problem>(&read)) return done(*refused);
     // A function that is copied cannot hold a chain.
     const auto request = std::make_shared<JobRequest>(std::move(std::get<JobRequest>(read)));
     state_->picture(
-        [state = state_.get(), request]() -> Result<Picture> {
+        [state = state_.get(), request, type]() -> Result<Picture> {
             if (Status status = check_inputs(request->run.input, state->settings.roots);
                 !status.ok())
                 return status;
@@ -290,9 +303,11 @@ void Service::preview(const std::string& body, std::function<void(Answer<Picture
             if (!prepared.ok()) return prepared.status();
             auto color = state->filter(*prepared);
             if (!color.ok()) return color.status();
-            auto png = io::encode_png_preview(*color);
-            if (!png.ok()) return png.status();
-            return Picture{"image/png", std::move(*png)};
+            const bool exr = type == "image/x-exr";
+            auto bytes = exr ? io::planes_exr_bytes(*color, {"R", "G", "B", "A"})
+                             : io::encode_png_preview(*color);
+            if (!bytes.ok()) return bytes.status();
+            return Picture{exr ? type : "image/png", std::move(*bytes)};
         },
         done);
 }

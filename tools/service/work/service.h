@@ -66,7 +66,9 @@ class Service {
     // Newest first. `before`: an id, to read on; empty = from the newest.
     std::vector<Job> jobs(const std::string& state, const std::string& before, size_t limit) const;
     Answer<Job> job(const std::string& id) const;
+    // In the order of the job, without their sidecars: those of a long job are large.
     Answer<std::vector<JobFrame>> frames(const std::string& id) const;
+    Answer<JobFrame> frame(const std::string& id, int number) const;  // with its sidecar
     Answer<Job> cancel(const std::string& id);
     Answer<Job> retry(const std::string& id);  // of a failed or canceled job: what is not done yet
 
@@ -75,10 +77,13 @@ class Service {
     // Calls from any thread, soon after an event is in the store; quick, and throws nothing.
     void on_event(std::function<void(const Event&)> listener);
 
-    // One frame of an input through a chain, at `scale` of its size, as docs/service.md says.
-    // Answers on the worker's thread: between two frames of the job under way.
-    void preview(const std::string& body, std::function<void(Answer<Picture>)> done);
-    // A thumbnail of a frame of a job, before or after.
+    // One frame of an input through a chain, at `scale` of its size, as docs/service.md says:
+    // filtered between two frames of the job under way. `type`: of the picture, "image/png"
+    // (display transform) or "image/x-exr" (scene-linear, float). `done` is called once, on any
+    // thread.
+    void preview(const std::string& body, std::function<void(Answer<Picture>)> done,
+                 const std::string& type = "image/png");
+    // A thumbnail of a frame of a job, before or after, at most 320 pixels wide and high.
     void thumbnail(const std::string& id, int frame, bool after,
                    std::function<void(Answer<Picture>)> done);
     // A file of a job's report: "index.html", "report.json".

@@ -173,6 +173,12 @@ class Shapes(Attacked):
         self.assertEqual(self.server.ask("POST", "/v1/jobs", "{}", {
             "Content-Type": "Application/JSON; charset=utf-8"})[0], 202)
 
+    def test_type_of_a_preview(self):
+        for accept, expected in [(None, "image/png"), ("*/*", "image/png"),
+                                 ("image/x-exr", "image/x-exr")]:
+            _, headers, _ = self.server.ask("POST", "/v1/preview", {}, {"Accept": accept})
+            self.assertEqual(headers["content-type"], expected)
+
     def test_no_json(self):
         for body in ["", "x", "[]", "\xff\xfe", "[" * 100000]:
             status, headers, text = self.server.ask("POST", "/v1/jobs", body.encode("latin1"))

@@ -168,6 +168,14 @@ Answer<std::vector<JobFrame>> Service::frames(const std::string& id) const {
     return frames;
 }
 
+Answer<JobFrame> Service::frame(const std::string& id, int number) const {
+    const auto found = frames(id);
+    if (const auto* wrong = std::get_if<Problem>(&found)) return *wrong;
+    for (const JobFrame& frame : std::get<std::vector<JobFrame>>(found))
+        if (frame.frame == number) return frame;
+    return Problem{Problem::Kind::not_found, "the job has no such frame", {}, 0};
+}
+
 Answer<Job> Service::cancel(const std::string& id) {
     const std::lock_guard lock(state_->mutex);
     Job* job = state_->find(id);
@@ -208,9 +216,10 @@ void Service::on_event(std::function<void(const Event&)> listener) {
     state_->listener = std::move(listener);
 }
 
-void Service::preview(const std::string&, std::function<void(Answer<Picture>)> done) {
+void Service::preview(const std::string&, std::function<void(Answer<Picture>)> done,
+                      const std::string& type) {
     std::this_thread::sleep_for(state_->settings.picture);
-    done(Picture{"image/png", std::string(state_->settings.picture_bytes, 'p')});
+    done(Picture{type, std::string(state_->settings.picture_bytes, 'p')});
 }
 
 void Service::thumbnail(const std::string& id, int, bool,

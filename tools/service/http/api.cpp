@@ -14,6 +14,7 @@ namespace {
 using io::Json;
 
 constexpr size_t kMostJobs = 500;  // of one answer
+constexpr const char* kExr = "image/x-exr";
 constexpr const char* kPolicy = "Content-Security-Policy";
 
 Reply json_reply(int status, const std::string& text) {
@@ -64,7 +65,8 @@ std::optional<EventsWanted> events_wanted(const Call& call, const std::string& j
     return wanted;
 }
 
-const char* kNoEvent = "Last-Event-ID (or ?after=) is no number of an event";
+constexpr const char* kNoFrame = "a frame is a number";
+constexpr const char* kNoEvent = "Last-Event-ID (or ?after=) is no number of an event";
 
 }  // namespace
 
@@ -200,23 +202,21 @@ void Api::add_results() {
                                respond(json_reply(200, io::json_text({{"frames", list}})));
                            },
                        .schema = "Frames"});
-    routes_.push_back(
-        {.method = "GET",
-         .path = "/v1/jobs/{id}/frames/{n}",
-         .summary = "A frame of a job, with its sidecar",
-         .handle =
-             [this](const Call& call, const Respond& respond) {
-                 const auto answer = service_.frames(call.values[0]);
-                 if (const auto* wrong = std::get_if<Problem>(&answer))
-                     return respond(problem(*wrong));
-                 const auto number = number_of<int>(call.values[1]);
-                 for (const JobFrame& frame : std::get<std::vector<JobFrame>>(answer))
-                     if (number && frame.frame == *number)
-                         return respond(
-                             json_reply(200, io::json_text(json_of(frame, frame_detail_fields()))));
-                 respond(problem(404, "the job has no such frame"));
-             },
-         .schema = "FrameDetail"});
+    routes_.push_back({.method = "GET",
+                       .path = "/v1/jobs/{id}/frames/{n}",
+                       .summary = "A frame of a job, with its sidecar",
+                       .handle =
+                           [this](const Call& call, const Respond& respond) {
+                               const auto number = number_of<int>(call.values[1]);
+                               if (!number) return respond(problem(404, kNoFrame));
+                               const auto answer = service_.frame(call.values[0], *number);
+                               if (const auto* wrong = std::get_if<Problem>(&answer))
+                                   return respond(problem(*wrong));
+                               respond(
+                                   json_reply(200, io::json_text(json_of(std::get<JobFrame>(answer),
+                                                                         frame_detail_fields()))));
+                           },
+                       .schema = "FrameDetail"});
     routes_.push_back(
         {.method = "GET",
          .path = "/v1/jobs/{id}/events",
@@ -267,7 +267,7 @@ void Api::add_results() {
              .handle =
                  [this, after](const Call& call, const Respond& respond) {
                      const auto frame = number_of<int>(call.values[1]);
-                     if (!frame) return respond(problem(404, "a frame is a number"));
+                     if (!frame) return respond(problem(404, kNoFrame));
                      service_.thumbnail(
                          call.values[0], *frame, after,
                          [respond](Answer<Picture> picture) { respond(picture_reply(picture)); });
@@ -306,18 +306,22 @@ void Api::add_tools() {
                                respond(json_reply(200, std::get<std::string>(answer)));
                            },
                        .body = "PlanRequest"});
-    routes_.push_back({.method = "POST",
-                       .path = "/v1/preview",
-                       .summary = "One frame, filtered",
-                       .handle =
-                           [this](const Call& call, const Respond& respond) {
-                               service_.preview(call.request.body,
-                                                [respond](Answer<Picture> picture) {
-                                                    respond(picture_reply(picture));
-                                                });
-                           },
-                       .body = "PreviewRequest",
-                       .type = "image/png"});
+    routes_.push_back(
+        {.method = "POST",
+         .path = "/v1/preview",
+         .summary = "One frame, filtered",
+         .handle =
+             [this](const Call& call, const Respond& respond) {
+                 // By its name alone: what takes anything gets a PNG.
+                 const std::string* accept = call.request.header("Accept");
+                 const bool exr = accept && accept->find(kExr) != std::string::npos;
+                 service_.preview(
+                     call.request.body,
+                     [respond](Answer<Picture> picture) { respond(picture_reply(picture)); },
+                     exr ? kExr : "image/png");
+             },
+         .body = "PreviewRequest",
+         .type = "image/png"});
     routes_.push_back(
         {.method = "POST",
          .path = "/v1/chain/check",

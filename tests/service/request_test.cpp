@@ -11,6 +11,7 @@
 #include "tests/command/frames.h"
 #include "tests/io/exr_files.h"
 #include "tools/service/work/job_request.h"
+#include "tools/service/work/job_schema.h"
 
 namespace postchain::service {
 namespace {

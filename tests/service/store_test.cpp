@@ -10,6 +10,7 @@
 
 #include "tests/io/exr_files.h"
 #include "tools/service/store/job_store.h"
+#include "tools/service/store/upkeep.h"
 
 namespace postchain::service {
 namespace {

@@ -3,39 +3,12 @@
 #include <sqlite3.h>
 
 #include <charconv>
-#include <chrono>
 
 #include "tools/sequence/io/json.h"
+#include "tools/service/store/upkeep.h"
 
 namespace postchain::service {
 namespace {
-
-constexpr int64_t kApplication = 0x70634a53;  // "pcJS"
-constexpr int64_t kVersion = 1;
-
-constexpr const char* kTables = R"sql(
-CREATE TABLE jobs(
-  id INTEGER PRIMARY KEY AUTOINCREMENT, kind TEXT NOT NULL, state TEXT NOT NULL,
-  priority INTEGER NOT NULL, body TEXT NOT NULL, key TEXT NOT NULL, message TEXT NOT NULL DEFAULT '',
-  created_ms INTEGER NOT NULL, started_ms INTEGER NOT NULL DEFAULT 0,
-  ended_ms INTEGER NOT NULL DEFAULT 0, frames INTEGER NOT NULL DEFAULT 0,
-  done INTEGER NOT NULL DEFAULT 0, failed INTEGER NOT NULL DEFAULT 0,
-  exit_code INTEGER NOT NULL DEFAULT 0, verdict TEXT NOT NULL DEFAULT '',
-  begun INTEGER NOT NULL DEFAULT 0, attempts INTEGER NOT NULL DEFAULT 0);
-CREATE UNIQUE INDEX jobs_key ON jobs(key) WHERE key <> '';
-CREATE INDEX jobs_queue ON jobs(state, priority DESC, id);
-CREATE TABLE frames(
-  job INTEGER NOT NULL REFERENCES jobs(id) ON DELETE CASCADE, place INTEGER NOT NULL,
-  frame INTEGER NOT NULL, state TEXT NOT NULL, attempts INTEGER NOT NULL DEFAULT 0,
-  begun INTEGER NOT NULL DEFAULT 0, in_flight INTEGER NOT NULL DEFAULT 0,
-  alone INTEGER NOT NULL DEFAULT 0, held INTEGER NOT NULL DEFAULT 0, output TEXT NOT NULL, message TEXT NOT NULL DEFAULT '',
-  filter_ms REAL NOT NULL DEFAULT 0, sidecar TEXT NOT NULL DEFAULT '',
-  PRIMARY KEY(job, frame)) WITHOUT ROWID;
-CREATE TABLE events(
-  id INTEGER PRIMARY KEY AUTOINCREMENT, job INTEGER NOT NULL REFERENCES jobs(id) ON DELETE CASCADE,
-  time_ms INTEGER NOT NULL, type TEXT NOT NULL, data TEXT NOT NULL);
-CREATE INDEX events_job ON events(job, id);
-)sql";
 
 constexpr const char* kJob =
     "SELECT id, kind, state, priority, body, message, created_ms, started_ms, ended_ms, frames, "
@@ -44,11 +17,6 @@ constexpr const char* kFrame =
     "SELECT frame, state, attempts, output, message, filter_ms, sidecar FROM frames ";
 constexpr const char* kFrameAlone =
     "SELECT frame, state, attempts, output, message, filter_ms, '' FROM frames ";
-
-int64_t now_ms() {
-    using namespace std::chrono;
-    return duration_cast<milliseconds>(system_clock::now().time_since_epoch()).count();
-}
 
 // Of an id as it is shown; 0 is no job's.
 int64_t number_of(const std::string& id) {
@@ -130,18 +98,6 @@ Status status_of(const std::string& path) {
     }
 }
 
-constexpr const char* kEnded = "state IN ('done', 'failed', 'canceled')";
-
-void count_frames(Database& database, int64_t job) {
-    Statement(database,
-              "UPDATE jobs SET frames = (SELECT COUNT(*) FROM frames WHERE job = ?1), "
-              "done = (SELECT COUNT(*) FROM frames WHERE job = ?1 AND state IN ('written', "
-              "'skipped')), failed = (SELECT COUNT(*) FROM frames WHERE job = ?1 AND state IN "
-              "('missing', 'set_aside')) WHERE id = ?1")
-        .bind(job)
-        .run();
-}
-
 }  // namespace
 
 JobStore::JobStore(const std::string& path, int attempts)
@@ -179,43 +135,20 @@ Result<T> JobStore::look(const Work& work) const {
 Result<std::unique_ptr<JobStore>> JobStore::open(const std::string& path, int attempts) {
     try {
         std::unique_ptr<JobStore> store(new JobStore(path, attempts));
-        store->prepare();
-        if (Status status = store->change([&] { store->recover(); }); !status.ok()) return status;
-        if (Status status = store->change([&] { store->prune(); }); !status.ok()) return status;
+        prepare(store->database_, path);
+        if (Status status = store->change([&] {
+                recover(store->database_, attempts,
+                        [&](const std::string& id, const std::string& type,
+                            const std::string& data) { store->add_event(id, type, data); });
+            });
+            !status.ok())
+            return status;
+        if (Status status = store->change([&] { prune(store->database_); }); !status.ok())
+            return status;
         return store;
     } catch (...) {
         return status_of(path);
     }
-}
-
-void JobStore::prepare() {
-    // Before the first lock, so that it is kept until the end of the process.
-    database_.run("PRAGMA locking_mode = EXCLUSIVE");
-    database_.run("BEGIN EXCLUSIVE");
-    const bool empty = database_.number("SELECT COUNT(*) FROM sqlite_master") == 0;
-    const int64_t application = database_.number("PRAGMA application_id");
-    const int64_t version = database_.number("PRAGMA user_version");
-    database_.run("COMMIT");
-    if (!empty && application != kApplication)
-        throw Status(StatusCode::output,
-                     path_ + ": is a database of another program; name another file for the store");
-    if (version > kVersion)
-        throw Status(StatusCode::output,
-                     concat(path_, ": was made by a later version (store version ", version,
-                            ", this program reads up to ", kVersion,
-                            "); use that version, or name another file"));
-    if (!empty)
-        if (const std::string found = database_.text("PRAGMA quick_check(1)"); found != "ok")
-            throw SqlError{SQLITE_CORRUPT, found};
-    database_.run("PRAGMA journal_mode = WAL");
-    database_.run("PRAGMA synchronous = FULL");
-    database_.run("PRAGMA foreign_keys = ON");
-    if (!empty) return;
-    Transaction transaction(database_);
-    database_.run(kTables);
-    database_.run(concat("PRAGMA application_id = ", kApplication).c_str());
-    database_.run(concat("PRAGMA user_version = ", kVersion).c_str());
-    transaction.commit();
 }
 
 void JobStore::add_event(const std::string& id, const std::string& type, const std::string& data) {
@@ -228,95 +161,6 @@ void JobStore::add_event(const std::string& id, const std::string& type, const s
         .run();
     event.id = database_.last_id();
     said_.push_back(std::move(event));
-}
-
-// What the last process was doing when it died.
-void JobStore::recover() {
-    std::vector<std::pair<int64_t, int>> found;  // jobs with their attempts
-    {
-        Statement jobs(database_, "SELECT id, attempts FROM jobs WHERE state = 'running'");
-        while (jobs.step()) found.emplace_back(jobs.integer(0), int(jobs.integer(1)));
-    }
-    for (const auto& [job, attempts] : found) {
-        const std::string id = std::to_string(job);
-        Statement flying(database_, "SELECT COUNT(*) FROM frames WHERE job = ? AND in_flight = 1");
-        flying.bind(job).step();
-        const int64_t in_flight = flying.integer(0);
-        // Of several frames in flight one may have killed the process, and the attempt is
-        // nobody's; they go on alone. One that was alone has done it, or stood there when it came.
-        if (in_flight > 1)
-            Statement(database_,
-                      "UPDATE frames SET attempts = attempts - 1 WHERE job = ? AND in_flight = 1")
-                .bind(job)
-                .run();
-        std::vector<int> given_up;
-        {
-            Statement frames(database_,
-                             "SELECT frame FROM frames WHERE job = ? AND in_flight = 1 AND "
-                             "attempts >= ?");
-            frames.bind(job).bind(attempts_);
-            while (frames.step()) given_up.push_back(int(frames.integer(0)));
-        }
-        for (const int frame : given_up) {
-            const std::string message = concat(
-                "the process died while it worked on this frame "
-                "alone, and it had its ",
-                attempts_, " attempts");
-            Statement(database_,
-                      "UPDATE frames SET state = 'set_aside', message = ? WHERE job = ? AND frame "
-                      "= ?")
-                .bind(message)
-                .bind(job)
-                .bind(frame)
-                .run();
-            add_event(id, "set_aside", io::json_text({{"frame", frame}, {"message", message}}));
-        }
-        count_frames(database_, job);
-        if (in_flight == 0 && attempts >= attempts_) {
-            const std::string message =
-                concat("the process died ", attempts, " times while it worked on this job");
-            Statement(database_,
-                      "UPDATE jobs SET state = 'failed', exit_code = 1, message = ?, ended_ms = ? "
-                      "WHERE id = ?")
-                .bind(message)
-                .bind(now_ms())
-                .bind(job)
-                .run();
-            add_event(id, "failed", io::json_text({{"message", message}}));
-            continue;
-        }
-        Statement(database_, "UPDATE jobs SET state = 'queued', attempts = ? WHERE id = ?")
-            .bind(in_flight > 0 ? 0 : attempts)
-            .bind(job)
-            .run();
-        add_event(id, "requeued", io::json_text({{"why", "the process ended"}}));
-    }
-    database_.run("UPDATE frames SET in_flight = 0, alone = 1 WHERE in_flight = 1");
-}
-
-void JobStore::prune() {
-    int64_t jobs = 0, frames = 0;
-    std::vector<int64_t> old;
-    {
-        Statement ended(database_, concat("SELECT id, frames FROM jobs WHERE ", kEnded,
-                                          " ORDER BY ended_ms DESC, id DESC")
-                                       .c_str());
-        while (ended.step()) {
-            ++jobs;
-            frames += ended.integer(1);
-            // The newest stays, however large.
-            if (jobs > 1 && (jobs > kMaxEndedJobs || frames > kMaxEndedFrames))
-                old.push_back(ended.integer(0));
-        }
-    }
-    for (const int64_t job : old)
-        Statement(database_, "DELETE FROM jobs WHERE id = ?").bind(job).run();
-    Statement(database_, concat("DELETE FROM events WHERE id <= (SELECT MAX(id) FROM events) - ? "
-                                "AND job IN (SELECT id FROM jobs WHERE ",
-                                kEnded, ")")
-                             .c_str())
-        .bind(kMaxEvents)
-        .run();
 }
 
 Result<Added> JobStore::add(JobKind kind, const std::string& body, int priority,
@@ -644,7 +488,7 @@ Status JobStore::end(const Job& job) {
         add_event(job.id, name_of(job.state), io::json_text(data));
     });
     // What is not pruned now is pruned after the next job.
-    if (status.ok()) (void)change([&] { prune(); });
+    if (status.ok()) (void)change([&] { prune(database_); });
     return status;
 }
 

@@ -26,12 +26,6 @@
 
 namespace postchain::service {
 
-// What is kept of ended jobs: the newest, as long as there are no more of them and of their frames.
-inline constexpr int kMaxEndedJobs = 1000;
-inline constexpr int kMaxEndedFrames = 200'000;
-// Events besides those of jobs that have not ended.
-inline constexpr int kMaxEvents = 100'000;
-
 // A frame that is to be done.
 struct FrameToDo {
     int frame = 0;
@@ -118,9 +112,6 @@ class JobStore {
 
   private:
     JobStore(const std::string& path, int attempts);
-    void prepare();
-    void recover();
-    void prune();
     void add_event(const std::string& id, const std::string& type, const std::string& data);
     template <class Work>
     Status change(const Work& work);

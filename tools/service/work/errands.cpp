@@ -42,7 +42,11 @@ void ErrandThread::loop() {
             errand = std::move(errands_.front());
             errands_.pop_front();
         }
-        errand();
+        try {
+            errand();
+        } catch (...) {
+            // It throws nothing; if it does all the same, the next one is not to suffer.
+        }
     }
 }
 

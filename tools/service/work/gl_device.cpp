@@ -23,7 +23,7 @@ Result<std::unique_ptr<GlDevice>> GlDevice::create(const egl::ContextOptions& op
     }
 }
 
-Status GlDevice::test() {
+Status GlDevice::test() try {
     constexpr int kSide = 16;
     constexpr float kValue = 0.25f;
     Chain chain;
@@ -45,6 +45,8 @@ Status GlDevice::test() {
             return Status(StatusCode::gl, concat("a test dispatch gave ", value, " instead of ",
                                                  kValue, "; the device cannot be trusted"));
     return Status();
+} catch (...) {
+    return status_of_exception("the test of the GL device");
 }
 
 }  // namespace postchain::service

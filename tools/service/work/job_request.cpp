@@ -1,14 +1,10 @@
 #include "tools/service/work/job_request.h"
 
-#include <sys/stat.h>
-
 #include <algorithm>
 #include <filesystem>
 #include <functional>
 
-#include "chain/json_writer.h"
 #include "config/reporter.h"
-#include "config/schema.h"
 #include "tools/measure/experiment/assemble.h"
 #include "tools/sequence/io/aperture_file.h"
 #include "tools/sequence/run/memory.h"
@@ -16,67 +12,6 @@
 namespace postchain::service {
 
 namespace fs = std::filesystem;
-
-PathKind path_kind(const Parameter& row) {
-    if (row.type != ParameterType::text) return PathKind::none;
-    if (row.unit == "IN" || row.unit == "TRUTH") return PathKind::input;
-    if (row.unit == "OUT") return PathKind::output;
-    if (row.unit == "FILE" || row.unit == "DIR") return PathKind::file;
-    return row.key == "profile" ? PathKind::profile : PathKind::none;
-}
-
-namespace {
-
-// A word for a shipped thing, not a file.
-bool is_word(const std::string& text) {
-    return text.find_first_of("/.") == std::string::npos;
-}
-
-std::string joined_path(const std::string& folder, const std::string& name) {
-    return folder == "/" ? folder + name : folder + "/" + name;
-}
-
-// The pattern with its folder resolved; without a token the whole path.
-Result<io::PathPattern> resolve_pattern(const io::PathPattern& pattern, const Roots& roots) {
-    std::string path = pattern.text();
-    if (!pattern.has_token()) {
-        auto resolved = roots.resolve(path);
-        if (!resolved.ok()) return resolved.status();
-        return io::PathPattern::parse(*resolved);
-    }
-    // Also what makes the name itself no file's.
-    if (auto whole = roots.resolve(path); !whole.ok()) return whole.status();
-    auto folder = roots.resolve(pattern.folder());
-    if (!folder.ok()) return folder.status();
-    return io::PathPattern::parse(joined_path(*folder, fs::path(path).filename().string()));
-}
-
-Status check_link(const std::string& path, const Roots& roots, StatusCode code) {
-    struct stat info;
-    if (::lstat(path.c_str(), &info) == 0 && !S_ISLNK(info.st_mode)) return Status();
-    if (roots.resolve(path).ok()) return Status();
-    return Status(code, path + ": is a link that leads outside the folders of this service");
-}
-
-}  // namespace
-
-Status check_folder(const std::string& folder, const Roots& roots) {
-    if (const auto now = roots.resolve(folder); now.ok() && *now == folder) return Status();
-    return Status(StatusCode::output,
-                  folder + ": is no longer in the folders of this service; a link stands there");
-}
-
-Status check_inputs(const io::InputSpec& input, const Roots& roots) {
-    for (const auto& [role, pattern] : input.patterns) {
-        if (const auto now = roots.resolve(pattern.folder()); !now.ok())
-            return Status(StatusCode::input,
-                          pattern.folder() + ": leads outside the folders of this service");
-        for (const auto& [frame, path] : pattern.discover())
-            if (Status status = check_link(path, roots, StatusCode::input); !status.ok())
-                return status;
-    }
-    return Status();
-}
 
 JobReader::JobReader(const Roots& roots, const PassRegistry& registry, const std::string& version,
                      int threads)
@@ -576,82 +511,6 @@ Answer<JobRequest> JobReader::plan(const std::string& body) const {
 
 Answer<JobRequest> JobReader::preview(const std::string& body) const {
     return read(*this, body, RequestKind::preview);
-}
-
-std::string job_schema_text(const JobReader& reader) {
-    JsonWriter json(true);
-    const auto texts = [&](const char* key, const char* help) {
-        json.key(key).begin_object();
-        json.field("description", help).field("type", "array");
-        json.key("items").begin_object();
-        json.field("type", "string");
-        json.end_object();
-        json.end_object();
-    };
-    const auto text = [&](const char* key, const char* help) {
-        json.key(key).begin_object();
-        json.field("description", help).field("type", "string");
-        json.end_object();
-    };
-    const auto chain = [&](const char* key) {
-        json.key(key).begin_object();
-        json.field("description", "a shipped chain's name, a chain file, or a chain as an object");
-        json.key("type").value(std::vector<std::string>{"string", "object"});
-        json.end_object();
-    };
-    const auto rows = [&](const ParameterTable& table, const std::string& group) {
-        for (const Parameter& row : table.rows())
-            if (row.group == group) {
-                json.key(row.key);
-                write_row_schema(json, row);
-            }
-    };
-    const auto kind = [&](const char* name, const ParameterTable* own) {
-        json.begin_object();
-        json.field("title", name).field("type", "object");
-        json.field("additionalProperties", false);
-        json.key("required")
-            .value(own ? std::vector<std::string>{"kind", "input", "output"}
-                       : std::vector<std::string>{"input", "output"});
-        json.key("properties").begin_object();
-        json.key("kind").begin_object();
-        json.field("const", name);
-        json.end_object();
-        json.key("priority").begin_object();
-        json.field("type", "integer").field("minimum", -100).field("maximum", 100);
-        json.field("default", 0);
-        json.end_object();
-        chain("chain");
-        text("chain_text", "the text of a chain file, in place of chain");
-        texts("set", "KEY=VALUE, as --set");
-        rows(reader.run_table(), sequence::kInputGroup);
-        rows(reader.run_table(), sequence::kPlanGroup);
-        if (!own) rows(reader.run_table(), sequence::kOutputGroup);
-        if (own) {
-            rows(*own, "");
-            texts("fail_above", "METRIC=NUMBER, as --fail-above");
-        }
-        if (own == &experiment::ab_parameters()) {
-            chain("chain_b");
-            text("chain_b_text", "the text of a chain file, in place of chain_b");
-        }
-        if (own == &experiment::bench_parameters()) {
-            texts("sweep", "KEY=V1,V2,..., as --sweep");
-            texts("under", "METRIC=NUMBER, as --under");
-        }
-        json.end_object();
-        json.end_object();
-    };
-    json.begin_object();
-    json.field("$schema", "https://json-schema.org/draft/2020-12/schema");
-    json.field("title", "a job of the postchain service");
-    json.key("oneOf").begin_array();
-    kind("run", nullptr);
-    kind("ab", &experiment::ab_parameters());
-    kind("bench", &experiment::bench_parameters());
-    json.end_array();
-    json.end_object();
-    return json.text();
 }
 
 }  // namespace postchain::service

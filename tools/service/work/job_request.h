@@ -18,6 +18,7 @@
 #include "tools/measure/report/limits.h"
 #include "tools/sequence/run/job_settings.h"
 #include "tools/service/store/job.h"
+#include "tools/service/work/held_paths.h"
 #include "tools/service/work/json_body.h"
 #include "tools/service/work/problem.h"
 #include "tools/service/work/roots.h"
@@ -68,24 +69,5 @@ class JobReader {
     const int threads_;
     ParameterTable table_;
 };
-
-// How a text of the tables names files.
-enum class PathKind {
-    none,     // a text of another kind
-    file,     // a file or folder
-    profile,  // a name, or a file
-    input,    // patterns of frames, one or one for each plane
-    output,   // a pattern of frames
-};
-PathKind path_kind(const Parameter& row);
-
-// Every file that the patterns find lies under the roots, links resolved; of an input also the
-// frames that are not asked for, which are neighbors. Errors (input): the first that does not.
-Status check_inputs(const io::InputSpec& input, const Roots& roots);
-// The folder lies under the roots now. Errors (output).
-Status check_folder(const std::string& folder, const Roots& roots);
-
-// JSON Schema of the body of a job, made from the same tables.
-std::string job_schema_text(const JobReader& reader);
 
 }  // namespace postchain::service

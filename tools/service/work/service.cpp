@@ -21,6 +21,7 @@
 #include "tools/service/store/job_store.h"
 #include "tools/service/work/errands.h"
 #include "tools/service/work/job_request.h"
+#include "tools/service/work/job_schema.h"
 #include "tools/service/work/preview.h"
 #include "tools/service/work/worker.h"
 

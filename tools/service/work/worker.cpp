@@ -12,6 +12,8 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr int kLeastPriority = -100;
+constexpr std::chrono::milliseconds kFirstWait = 1s;
+constexpr std::chrono::milliseconds kLongestWait = 30s;
 
 }  // namespace
 
@@ -22,7 +24,8 @@ Worker::Worker(JobStore& store, const JobReader& reader, Counters& counters,
       counters_(counters),
       registry_(registry),
       device_options_(device),
-      attempts_(attempts) {}
+      attempts_(attempts),
+      wait_(kFirstWait) {}
 
 Worker::~Worker() {
     if (!thread_.joinable()) return;
@@ -104,7 +107,11 @@ void Worker::run_errands() {
             errand = std::move(errands_.front());
             errands_.pop_front();
         }
-        errand(gl_.get());
+        try {
+            errand(gl_.get());
+        } catch (...) {
+            // It throws nothing; if it does all the same, the job under way is not to suffer.
+        }
     }
 }
 
@@ -135,46 +142,57 @@ bool Worker::make_device() {
 }
 
 void Worker::loop() {
-    std::chrono::milliseconds wait = 1s;  // for what fails now
     make_device();
-    for (;;) {
-        run_errands();
-        {
-            const std::lock_guard lock(mutex_);
-            if (ends_) break;
-        }
-        if (!gl_ && !make_device()) {
-            pause(wait);
-            wait = std::min<std::chrono::milliseconds>(2 * wait, 30s);
-            continue;
-        }
-        Result<std::optional<Job>> job = std::optional<Job>();
-        {
-            std::unique_lock lock(mutex_);
-            awake_ = false;
-            if (draining_) {
-                changed_.wait(lock, [&] { return ends_ || !errands_.empty(); });
-                continue;
-            }
-        }
-        job = store_.next(kLeastPriority);
-        if (job.ok() && *job) {
-            work(**job);
-            wait = 1s;
-            continue;
-        }
-        if (!job.ok()) {
-            set_trouble(job.status().message());
-            pause(wait);
-            wait = std::min<std::chrono::milliseconds>(2 * wait, 30s);
-            continue;
-        }
-        std::unique_lock lock(mutex_);
-        changed_.wait(lock, [&] { return ends_ || draining_ || awake_ || !errands_.empty(); });
+    while (turn()) {
     }
     // Whoever waits for an answer gets one.
     gl_.reset();
     run_errands();
+}
+
+// False when the thread is to end.
+bool Worker::turn() noexcept {
+    try {
+        run_errands();
+        {
+            std::unique_lock lock(mutex_);
+            if (ends_) return false;
+            awake_ = false;
+            if (draining_) {
+                changed_.wait(lock, [&] { return ends_ || !errands_.empty(); });
+                return true;
+            }
+        }
+        if (!gl_ && !make_device()) {
+            wait_longer();
+            return true;
+        }
+        const auto job = store_.next(kLeastPriority);
+        if (!job.ok()) {
+            set_trouble(job.status().message());
+            wait_longer();
+            return true;
+        }
+        wait_ = kFirstWait;
+        if (*job) {
+            work(**job);
+            return true;
+        }
+        std::unique_lock lock(mutex_);
+        changed_.wait(lock, [&] { return ends_ || draining_ || awake_ || !errands_.empty(); });
+    } catch (...) {
+        // Memory that runs out, outside of what becomes a Status: it may be there again.
+        const std::lock_guard lock(mutex_);
+        running_.clear();
+        changed_.notify_all();
+    }
+    return true;
+}
+
+// After what fails now.
+void Worker::wait_longer() {
+    pause(wait_);
+    wait_ = std::min<std::chrono::milliseconds>(2 * wait_, kLongestWait);
 }
 
 void Worker::between(const Job& job) {
@@ -263,12 +281,11 @@ void Worker::work(const Job& job) {
     }
     if (end.how == WorkEnd::How::store_failed) {
         set_trouble(end.message);
-        pause(1s);
+        wait_longer();
     }
     // Until it is entered the job is this thread's; the next process would take it up too.
-    for (std::chrono::milliseconds wait = 1s; !enter_end(job, end);
-         wait = std::min<std::chrono::milliseconds>(2 * wait, 30s)) {
-        pause(wait);
+    while (!enter_end(job, end)) {
+        wait_longer();
         const std::lock_guard lock(mutex_);
         if (draining_ || ends_) break;
     }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <functional>
@@ -45,6 +46,8 @@ class Worker {
   private:
     using Clock = std::chrono::steady_clock;
     void loop();
+    bool turn() noexcept;
+    void wait_longer();
     void run_errands();
     bool make_device();
     void work(const Job& job);
@@ -75,7 +78,8 @@ class Worker {
 
     std::unique_ptr<GlDevice> gl_;  // of the thread
     std::atomic<bool> stop_ = false;
-    bool preempted_ = false;  // of the thread
+    bool preempted_ = false;          // of the thread
+    std::chrono::milliseconds wait_;  // of the thread: before what failed is tried again
     std::thread thread_;
 };
 

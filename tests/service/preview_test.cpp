@@ -1,0 +1,45 @@
+// How a frame is reduced.
+#include "tools/service/work/preview.h"
+
+#include <gtest/gtest.h>
+
+namespace postchain::service {
+namespace {
+
+ImageF row(std::vector<float> values) {
+    ImageF image(int(values.size()), 1, 1);
+    image.data = std::move(values);
+    return image;
+}
+
+TEST(Reduced, AMeanIsOfWhatAPixelCovers) {
+    EXPECT_EQ(mean_reduced(row({1, 3, 5, 7}), 2, 1).data, (std::vector<float>{2, 6}));
+    // Of three pixels each of two covers one and a half.
+    const ImageF thirds = mean_reduced(row({3, 6, 12}), 2, 1);
+    EXPECT_NEAR(thirds.data[0], (3 + 6 * 0.5) / 1.5, 1e-6);
+    EXPECT_NEAR(thirds.data[1], (6 * 0.5 + 12) / 1.5, 1e-6);
+    ImageF block(2, 2, 2);
+    block.data = {1, 10, 2, 20, 3, 30, 6, 40};
+    const ImageF one = mean_reduced(block, 1, 1);
+    EXPECT_NEAR(one.at(0, 0, 0), 3, 1e-6);
+    EXPECT_NEAR(one.at(0, 0, 1), 25, 1e-6);
+}
+
+TEST(Reduced, AMeanKeepsTheLight) {
+    ImageF image(37, 23, 1);
+    double before = 0;
+    for (size_t i = 0; i < image.data.size(); ++i)
+        before += image.data[i] = float((i * 7919) % 101);
+    const ImageF reduced = mean_reduced(image, 11, 5);
+    double after = 0;
+    for (const float value : reduced.data) after += value;
+    EXPECT_NEAR(after / double(reduced.pixels()), before / double(image.pixels()), 1e-3);
+}
+
+TEST(Reduced, DepthsAreNeverMixed) {
+    EXPECT_EQ(middle_reduced(row({1, 3, 5, 7, 9}), 1, 1).data, (std::vector<float>{5}));
+    EXPECT_EQ(middle_reduced(row({1, 3, 5, 7}), 2, 1).data, (std::vector<float>{3, 7}));
+}
+
+}  // namespace
+}  // namespace postchain::service

@@ -1,0 +1,178 @@
+#include "tools/service/store/upkeep.h"
+
+#include <sqlite3.h>
+
+#include <chrono>
+#include <utility>
+#include <vector>
+
+#include "tools/sequence/io/json.h"
+
+namespace postchain::service {
+namespace {
+
+constexpr int64_t kApplication = 0x70634a53;  // "pcJS"
+constexpr int64_t kVersion = 1;
+
+constexpr const char* kTables = R"sql(
+CREATE TABLE jobs(
+  id INTEGER PRIMARY KEY AUTOINCREMENT, kind TEXT NOT NULL, state TEXT NOT NULL,
+  priority INTEGER NOT NULL, body TEXT NOT NULL, key TEXT NOT NULL, message TEXT NOT NULL DEFAULT '',
+  created_ms INTEGER NOT NULL, started_ms INTEGER NOT NULL DEFAULT 0,
+  ended_ms INTEGER NOT NULL DEFAULT 0, frames INTEGER NOT NULL DEFAULT 0,
+  done INTEGER NOT NULL DEFAULT 0, failed INTEGER NOT NULL DEFAULT 0,
+  exit_code INTEGER NOT NULL DEFAULT 0, verdict TEXT NOT NULL DEFAULT '',
+  begun INTEGER NOT NULL DEFAULT 0, attempts INTEGER NOT NULL DEFAULT 0);
+CREATE UNIQUE INDEX jobs_key ON jobs(key) WHERE key <> '';
+CREATE INDEX jobs_queue ON jobs(state, priority DESC, id);
+CREATE TABLE frames(
+  job INTEGER NOT NULL REFERENCES jobs(id) ON DELETE CASCADE, place INTEGER NOT NULL,
+  frame INTEGER NOT NULL, state TEXT NOT NULL, attempts INTEGER NOT NULL DEFAULT 0,
+  begun INTEGER NOT NULL DEFAULT 0, in_flight INTEGER NOT NULL DEFAULT 0,
+  alone INTEGER NOT NULL DEFAULT 0, held INTEGER NOT NULL DEFAULT 0, output TEXT NOT NULL, message TEXT NOT NULL DEFAULT '',
+  filter_ms REAL NOT NULL DEFAULT 0, sidecar TEXT NOT NULL DEFAULT '',
+  PRIMARY KEY(job, frame)) WITHOUT ROWID;
+CREATE TABLE events(
+  id INTEGER PRIMARY KEY AUTOINCREMENT, job INTEGER NOT NULL REFERENCES jobs(id) ON DELETE CASCADE,
+  time_ms INTEGER NOT NULL, type TEXT NOT NULL, data TEXT NOT NULL);
+CREATE INDEX events_job ON events(job, id);
+)sql";
+
+constexpr const char* kEnded = "state IN ('done', 'failed', 'canceled')";
+
+}  // namespace
+
+int64_t now_ms() {
+    using namespace std::chrono;
+    return duration_cast<milliseconds>(system_clock::now().time_since_epoch()).count();
+}
+
+void count_frames(Database& database, int64_t job) {
+    Statement(database,
+              "UPDATE jobs SET frames = (SELECT COUNT(*) FROM frames WHERE job = ?1), "
+              "done = (SELECT COUNT(*) FROM frames WHERE job = ?1 AND state IN ('written', "
+              "'skipped')), failed = (SELECT COUNT(*) FROM frames WHERE job = ?1 AND state IN "
+              "('missing', 'set_aside')) WHERE id = ?1")
+        .bind(job)
+        .run();
+}
+
+void prepare(Database& database, const std::string& path) {
+    // Before the first lock, so that it is kept until the end of the process.
+    database.run("PRAGMA locking_mode = EXCLUSIVE");
+    database.run("BEGIN EXCLUSIVE");
+    const bool empty = database.number("SELECT COUNT(*) FROM sqlite_master") == 0;
+    const int64_t application = database.number("PRAGMA application_id");
+    const int64_t version = database.number("PRAGMA user_version");
+    database.run("COMMIT");
+    if (!empty && application != kApplication)
+        throw Status(StatusCode::output,
+                     path + ": is a database of another program; name another file for the store");
+    if (version > kVersion)
+        throw Status(StatusCode::output,
+                     concat(path, ": was made by a later version (store version ", version,
+                            ", this program reads up to ", kVersion,
+                            "); use that version, or name another file"));
+    if (!empty)
+        if (const std::string found = database.text("PRAGMA quick_check(1)"); found != "ok")
+            throw SqlError{SQLITE_CORRUPT, found};
+    database.run("PRAGMA journal_mode = WAL");
+    database.run("PRAGMA synchronous = FULL");
+    database.run("PRAGMA foreign_keys = ON");
+    if (!empty) return;
+    Transaction transaction(database);
+    database.run(kTables);
+    database.run(concat("PRAGMA application_id = ", kApplication).c_str());
+    database.run(concat("PRAGMA user_version = ", kVersion).c_str());
+    transaction.commit();
+}
+
+void recover(Database& database, int most_attempts, const EventSink& add_event) {
+    std::vector<std::pair<int64_t, int>> found;  // jobs with their attempts
+    {
+        Statement jobs(database, "SELECT id, attempts FROM jobs WHERE state = 'running'");
+        while (jobs.step()) found.emplace_back(jobs.integer(0), int(jobs.integer(1)));
+    }
+    for (const auto& [job, attempts] : found) {
+        const std::string id = std::to_string(job);
+        Statement flying(database, "SELECT COUNT(*) FROM frames WHERE job = ? AND in_flight = 1");
+        flying.bind(job).step();
+        const int64_t in_flight = flying.integer(0);
+        // Of several frames in flight one may have killed the process, and the attempt is
+        // nobody's; they go on alone. One that was alone has done it, or stood there when it came.
+        if (in_flight > 1)
+            Statement(database,
+                      "UPDATE frames SET attempts = attempts - 1 WHERE job = ? AND in_flight = 1")
+                .bind(job)
+                .run();
+        std::vector<int> given_up;
+        {
+            Statement frames(database,
+                             "SELECT frame FROM frames WHERE job = ? AND in_flight = 1 AND "
+                             "attempts >= ?");
+            frames.bind(job).bind(most_attempts);
+            while (frames.step()) given_up.push_back(int(frames.integer(0)));
+        }
+        for (const int frame : given_up) {
+            const std::string message = concat(
+                "the process died while it worked on this frame "
+                "alone, and it had its ",
+                most_attempts, " attempts");
+            Statement(database,
+                      "UPDATE frames SET state = 'set_aside', message = ? WHERE job = ? AND frame "
+                      "= ?")
+                .bind(message)
+                .bind(job)
+                .bind(frame)
+                .run();
+            add_event(id, "set_aside", io::json_text({{"frame", frame}, {"message", message}}));
+        }
+        count_frames(database, job);
+        if (in_flight == 0 && attempts >= most_attempts) {
+            const std::string message =
+                concat("the process died ", attempts, " times while it worked on this job");
+            Statement(database,
+                      "UPDATE jobs SET state = 'failed', exit_code = 1, message = ?, ended_ms = ? "
+                      "WHERE id = ?")
+                .bind(message)
+                .bind(now_ms())
+                .bind(job)
+                .run();
+            add_event(id, "failed", io::json_text({{"message", message}}));
+            continue;
+        }
+        Statement(database, "UPDATE jobs SET state = 'queued', attempts = ? WHERE id = ?")
+            .bind(in_flight > 0 ? 0 : attempts)
+            .bind(job)
+            .run();
+        add_event(id, "requeued", io::json_text({{"why", "the process ended"}}));
+    }
+    database.run("UPDATE frames SET in_flight = 0, alone = 1 WHERE in_flight = 1");
+}
+
+void prune(Database& database) {
+    int64_t jobs = 0, frames = 0;
+    std::vector<int64_t> old;
+    {
+        Statement ended(database, concat("SELECT id, frames FROM jobs WHERE ", kEnded,
+                                         " ORDER BY ended_ms DESC, id DESC")
+                                      .c_str());
+        while (ended.step()) {
+            ++jobs;
+            frames += ended.integer(1);
+            // The newest stays, however large.
+            if (jobs > 1 && (jobs > kMaxEndedJobs || frames > kMaxEndedFrames))
+                old.push_back(ended.integer(0));
+        }
+    }
+    for (const int64_t job : old)
+        Statement(database, "DELETE FROM jobs WHERE id = ?").bind(job).run();
+    Statement(database, concat("DELETE FROM events WHERE id <= (SELECT MAX(id) FROM events) - ? "
+                               "AND job IN (SELECT id FROM jobs WHERE ",
+                               kEnded, ")")
+                            .c_str())
+        .bind(kMaxEvents)
+        .run();
+}
+
+}  // namespace postchain::service

@@ -1,0 +1,68 @@
+#include "tools/service/work/held_paths.h"
+
+#include <sys/stat.h>
+
+#include <filesystem>
+
+namespace postchain::service {
+namespace {
+
+Status check_link(const std::string& path, const Roots& roots, StatusCode code) {
+    struct stat info;
+    if (::lstat(path.c_str(), &info) == 0 && !S_ISLNK(info.st_mode)) return Status();
+    if (roots.resolve(path).ok()) return Status();
+    return Status(code, path + ": is a link that leads outside the folders of this service");
+}
+
+}  // namespace
+
+PathKind path_kind(const Parameter& row) {
+    if (row.type != ParameterType::text) return PathKind::none;
+    if (row.unit == "IN" || row.unit == "TRUTH") return PathKind::input;
+    if (row.unit == "OUT") return PathKind::output;
+    if (row.unit == "FILE" || row.unit == "DIR") return PathKind::file;
+    return row.key == "profile" ? PathKind::profile : PathKind::none;
+}
+
+bool is_word(const std::string& text) {
+    return text.find_first_of("/.") == std::string::npos;
+}
+
+std::string joined_path(const std::string& folder, const std::string& name) {
+    return folder == "/" ? folder + name : folder + "/" + name;
+}
+
+Result<io::PathPattern> resolve_pattern(const io::PathPattern& pattern, const Roots& roots) {
+    std::string path = pattern.text();
+    if (!pattern.has_token()) {
+        auto resolved = roots.resolve(path);
+        if (!resolved.ok()) return resolved.status();
+        return io::PathPattern::parse(*resolved);
+    }
+    // Also what makes the name itself no file's.
+    if (auto whole = roots.resolve(path); !whole.ok()) return whole.status();
+    auto folder = roots.resolve(pattern.folder());
+    if (!folder.ok()) return folder.status();
+    return io::PathPattern::parse(
+        joined_path(*folder, std::filesystem::path(path).filename().string()));
+}
+
+Status check_folder(const std::string& folder, const Roots& roots) {
+    if (const auto now = roots.resolve(folder); now.ok() && *now == folder) return Status();
+    return Status(StatusCode::output,
+                  folder + ": is no longer in the folders of this service; a link stands there");
+}
+
+Status check_inputs(const io::InputSpec& input, const Roots& roots) {
+    for (const auto& [role, pattern] : input.patterns) {
+        if (const auto now = roots.resolve(pattern.folder()); !now.ok())
+            return Status(StatusCode::input,
+                          pattern.folder() + ": leads outside the folders of this service");
+        for (const auto& [frame, path] : pattern.discover())
+            if (Status status = check_link(path, roots, StatusCode::input); !status.ok())
+                return status;
+    }
+    return Status();
+}
+
+}  // namespace postchain::service

@@ -23,9 +23,8 @@ const fs::path kRoot = POSTCHAIN_SOURCE_DIR;
 // From the bottom up; folders of one entry do not know each other.
 const std::vector<std::vector<std::string>>& layers() {
     static const std::vector<std::vector<std::string>> order = {
-        {"shaders"},        {"chain"},         {"passes", "config"},
-        {"tools/sequence"}, {"tools/measure"}, {"tools/service"},
-        {"tools/apps"},
+        {"shaders"},       {"chain"},         {"passes", "config"}, {"tools/sequence"},
+        {"tools/measure"}, {"tools/service"}, {"tools/apps"},
     };
     return order;
 }

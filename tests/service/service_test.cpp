@@ -244,11 +244,11 @@ TEST_F(Jobs, StopAtTheFirstFrameThatFailsWhereThatIsAskedFor) {
 
 TEST_F(Jobs, APartOfASequenceInAFolderThatIsMade) {
     open();
-    const std::string id = submit(
-        R"({"chain": "fast", "set": ["joint_blur.f_stop=4", "joint_blur.focus_distance=3",)"
-        R"( "joint_blur.focal_length_mm=35", "joint_blur.sensor_width_mm=36"],)"
-        R"( "input": "in.####.exr", "output": "new/deep/o.####.exr", "chunk": "2/3",)"
-        R"( "mkdir": true})");
+    const std::string id =
+        submit(R"({"chain": "fast", "set": ["joint_blur.f_stop=4", "joint_blur.focus_distance=3",)"
+               R"( "joint_blur.focal_length_mm=35", "joint_blur.sensor_width_mm=36"],)"
+               R"( "input": "in.####.exr", "output": "new/deep/o.####.exr", "chunk": "2/3",)"
+               R"( "mkdir": true})");
     const Job done = ended(id);
     EXPECT_EQ(done.state, JobState::done) << done.message;
     EXPECT_EQ(done.frames, 2);

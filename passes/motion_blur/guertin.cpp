@@ -1,13 +1,12 @@
 // Plans the report's filter (modes guertin and single).
 //
-//   motion         --tile_rows-----> half_velocity, row_max
-//   row_max        --tile_max------> tile_max
+//   motion         --tile_max------> tile_max [, half_velocity]   the latter where v is stored
 //   tile_max       --neighbor_max--> neighbor_max
 //   tile_max       --tile_variance-> tile_variance   only with sample_split: variance
 //   frame number   --noise---------> noise           only with a jitter
 //   neighbor_max [, tile_depth] [, tile_range]
 //                  --classify------> work lists of blocks: still, sky, uniform, full
-//   half_velocity, neighbor_max, tile_variance, noise, color, inverse_depth
+//   motion or half_velocity, neighbor_max, tile_variance, noise, color, inverse_depth
 //                  --gather--------> color, hint     the hint only where a later pass reads it
 //                                                    keep, gather_sky, gather_uniform: their lists
 //
@@ -34,8 +33,7 @@ class Guertin {
 
     void plan(PassPlanner& planner) const {
         const PlanContext& context = planner.context();
-        const VelocityStorage stored = storage(parameters_, context.precision);
-        const shared::MotionBlurBlock block = make_block(context, stored);
+        const shared::MotionBlurBlock block = make_block(context);
         const Classes classes = classes_of(context);
         if (compares_depth(parameters_) && !classes.depth)
             planner.elide(
@@ -46,9 +44,10 @@ class Guertin {
                  .saving = {.taps = pixels_of(context) * uint64_t(parameters_.samples + 1)}});
 
         Planes planes;
-        planes.half_velocity = planner.texture("half_velocity", velocity_format(stored),
-                                               context.frame.width, context.frame.height);
-        add_tiles(planner, block, stored, classes, planes);
+        if (stored())
+            planes.half_velocity = planner.texture("half_velocity", velocity_format(),
+                                                   context.frame.width, context.frame.height);
+        add_tiles(planner, block, classes, planes);
         add_variance(planner, block, planes);
         if (!jitters() && parameters_.noise.noise != noise::Kind::none)
             planner.unused("noise", {"neither tiles nor taps are jittered"});
@@ -67,9 +66,9 @@ class Guertin {
                            .saving = {.bytes = 2 * pixels_of(context)}});
         }
         if (classes.any())
-            add_classed_gathers(planner, block, stored, classes, planes);
+            add_classed_gathers(planner, block, classes, planes);
         else
-            add_gather(planner, block, stored, planes, {"gather", -1, classes.depth, false});
+            add_gather(planner, block, planes, {"gather", -1, classes.depth, false});
         planner.output(Role::color, planes.color);
         if (planes.hint >= 0) planner.output(Role::hint, planes.hint);
     }
@@ -98,13 +97,23 @@ class Guertin {
     bool single() const { return parameters_.mode == Mode::single; }
     bool jitters() const { return jitters_tiles(parameters_) || jitters_taps(parameters_); }
 
-    static Format velocity_format(VelocityStorage stored) {
-        if (stored == VelocityStorage::fp16) return Format::rg16f;
-        return stored == VelocityStorage::unorm8 ? Format::rg8 : Format::rg32f;
+    bool stored() const { return parameters_.velocity_storage != VelocityStorage::automatic; }
+    Format velocity_format() const {
+        const VelocityStorage storage = parameters_.velocity_storage;
+        if (storage == VelocityStorage::fp16) return Format::rg16f;
+        return storage == VelocityStorage::unorm8 ? Format::rg8 : Format::rg32f;
     }
-    static std::string storage_define(VelocityStorage stored) {
-        if (stored == VelocityStorage::fp16) return "1";
-        return stored == VelocityStorage::unorm8 ? "2" : "0";
+    std::string storage_define() const {
+        switch (parameters_.velocity_storage) {
+            case VelocityStorage::fp16:
+                return "1";
+            case VelocityStorage::unorm8:
+                return "2";
+            case VelocityStorage::fp32:
+                return "3";
+            default:
+                return "0";
+        }
     }
 
     static Step make_step(const std::string& name, std::map<std::string, std::string> defines,
@@ -116,7 +125,7 @@ class Guertin {
         return step;
     }
 
-    shared::MotionBlurBlock make_block(const PlanContext& context, VelocityStorage stored) const {
+    shared::MotionBlurBlock make_block(const PlanContext& context) const {
         const FrameDescription& frame = context.frame;
         const int edge = parameters_.max_blur_px;
         shared::MotionBlurBlock block{};
@@ -125,7 +134,7 @@ class Guertin {
         block.tile_px = edge;
         block.samples = parameters_.samples;
         block.half_shutter = float(0.5 * shutter::open_frames(parameters_.shutter, frame.camera));
-        block.still_limit_px = float(still_limit_px(parameters_, stored));
+        block.still_limit_px = float(still_limit_px(parameters_));
         block.jitter = float(parameters_.jitter);
         block.tile_jitter_slope = float(parameters_.tile_jitter_slope);
         block.center_total = float(parameters_.samples / parameters_.center_weight);
@@ -152,49 +161,36 @@ class Guertin {
         return classes;
     }
 
-    // motion [, inverse_depth] -> half_velocity, tile_max, neighbor_max [, tile_range, tile_depth]
+    // motion [, inverse_depth] -> tile_max, neighbor_max [, half_velocity, tile_range, tile_depth]
     void add_tiles(PassPlanner& planner, const shared::MotionBlurBlock& block,
-                   VelocityStorage stored, const Classes& classes, Planes& planes) const {
-        const PlanContext& context = planner.context();
-        const int tiles_x = block.tiles.x, tiles_y = block.tiles.y, height = context.frame.height;
+                   const Classes& classes, Planes& planes) const {
+        const int tiles_x = block.tiles.x, tiles_y = block.tiles.y;
         const bool depth = classes.depth && (classes.sky || classes.uniform);
-        const auto texture = [&](const char* name, Format format, int rows) {
-            return planner.texture(name, format, tiles_x, rows);
+        const auto texture = [&](const char* name, Format format) {
+            return planner.texture(name, format, tiles_x, tiles_y);
         };
-        const TextureId row_max = texture("row_max", Format::rgba32f, height);
-        planes.tile_max = texture("tile_max", Format::rgba32f, tiles_y);
-        planes.neighbor_max = texture("neighbor_max", Format::rgba32f, tiles_y);
+        planes.tile_max = texture("tile_max", Format::rgba32f);
+        planes.neighbor_max = texture("neighbor_max", Format::rgba32f);
 
-        const std::map<std::string, std::string> ranges = {{"RANGE", flag(classes.uniform)},
-                                                           {"DEPTH", flag(depth)}};
-        Step rows = make_step("tile_rows", ranges, block);
-        rows.program.defines.emplace("STORAGE", storage_define(stored));
-        rows.bindings = {{0, planner.input(Role::motion)},
-                         {0, planes.half_velocity, Access::write},
-                         {1, row_max, Access::write}};
-        rows.groups = groups_for(tiles_x, height);
-        rows.taps = pixels_of(context) * (depth ? 2 : 1);
-        Step columns = make_step("tile_max", ranges, block);
-        columns.bindings = {{0, row_max}, {0, planes.tile_max, Access::write}};
-        columns.groups = groups_for(tiles_x, tiles_y);
-        columns.taps = uint64_t(tiles_x) * uint64_t(height);
+        Step tiles = make_step("tile_max",
+                               {{"STORAGE", storage_define()},
+                                {"RANGE", flag(classes.uniform)},
+                                {"DEPTH", flag(depth)}},
+                               block);
+        tiles.bindings = {{0, planner.input(Role::motion)}, {0, planes.tile_max, Access::write}};
+        tiles.groups = {tiles_x, tiles_y, 1};
+        tiles.taps = pixels_of(planner.context()) * (depth ? 2 : 1);
+        if (stored()) tiles.bindings.push_back({1, planes.half_velocity, Access::write});
         if (classes.uniform) {
-            const TextureId row_range = texture("row_range", Format::rgba32f, height);
-            planes.tile_range = texture("tile_range", Format::rgba32f, tiles_y);
-            rows.bindings.push_back({2, row_range, Access::write});
-            columns.bindings.push_back({1, row_range});
-            columns.bindings.push_back({1, planes.tile_range, Access::write});
+            planes.tile_range = texture("tile_range", Format::rgba32f);
+            tiles.bindings.push_back({2, planes.tile_range, Access::write});
         }
         if (depth) {
-            const TextureId row_depth = texture("row_depth", Format::rg32f, height);
-            planes.tile_depth = texture("tile_depth", Format::rg32f, tiles_y);
-            rows.bindings.push_back({1, planner.input(Role::inverse_depth)});
-            rows.bindings.push_back({3, row_depth, Access::write});
-            columns.bindings.push_back({2, row_depth});
-            columns.bindings.push_back({2, planes.tile_depth, Access::write});
+            planes.tile_depth = texture("tile_depth", Format::rg32f);
+            tiles.bindings.push_back({1, planner.input(Role::inverse_depth)});
+            tiles.bindings.push_back({3, planes.tile_depth, Access::write});
         }
-        planner.step(std::move(rows));
-        planner.step(std::move(columns));
+        planner.step(std::move(tiles));
 
         Step neighbors = make_step("neighbor_max", {{"SINGLE", flag(single())}}, block);
         neighbors.bindings = {{0, planes.tile_max}, {0, planes.neighbor_max, Access::write}};
@@ -219,13 +215,12 @@ class Guertin {
 
     // Blocks are sorted into lists, and each list has a launch of its own.
     void add_classed_gathers(PassPlanner& planner, const shared::MotionBlurBlock& block,
-                             VelocityStorage stored, const Classes& classes,
-                             const Planes& planes) const {
+                             const Classes& classes, const Planes& planes) const {
         const FrameDescription& frame = planner.context().frame;
         const auto blocks = groups_for(frame.width, frame.height);
         const bool depth = classes.depth && (classes.sky || classes.uniform);
         Step classify = make_step("classify",
-                                  {{"STORAGE", storage_define(stored)},
+                                  {{"STORAGE", storage_define()},
                                    {"STILL", flag(classes.still)},
                                    {"SKY", flag(classes.sky)},
                                    {"UNIFORM", flag(classes.uniform)},
@@ -257,25 +252,24 @@ class Guertin {
         if (classes.sky) {
             elide_blocks(planner, "depth in sky blocks", kRuleSkyTiles,
                          {"one depth as far as taps reach"}, sky_blocks, taps);
-            add_gather(planner, block, stored, planes, {"gather_sky", sky_blocks, false, false});
+            add_gather(planner, block, planes, {"gather_sky", sky_blocks, false, false});
         }
         if (classes.uniform) {
             elide_blocks(planner, "motion and depth in uniform blocks", kRuleUniformTiles,
                          {.name = "one motion and one depth layer as far as taps reach; error",
                           .limit = 1e-3},
                          uniform_blocks, (classes.depth ? 2 : 1) * taps - 1);
-            add_gather(planner, block, stored, planes,
-                       {"gather_uniform", uniform_blocks, false, true});
+            add_gather(planner, block, planes, {"gather_uniform", uniform_blocks, false, true});
         }
-        add_gather(planner, block, stored, planes, {"gather", full_blocks, classes.depth, false});
+        add_gather(planner, block, planes, {"gather", full_blocks, classes.depth, false});
     }
 
     void add_gather(PassPlanner& planner, const shared::MotionBlurBlock& block,
-                    VelocityStorage stored, const Planes& planes, const Gather& gather) const {
+                    const Planes& planes, const Gather& gather) const {
         const PlanContext& context = planner.context();
         Step step = make_step(
             "gather",
-            {{"STORAGE", storage_define(stored)},
+            {{"STORAGE", storage_define()},
              {"SINGLE", flag(single())},
              {"VARIANCE", flag(splits_by_variance(parameters_))},
              {"TILE_JITTER", flag(jitters_tiles(parameters_))},
@@ -288,7 +282,7 @@ class Guertin {
             block);
         step.name = gather.name;
         step.bindings = {{0, planner.input(Role::color)},
-                         {1, planes.half_velocity},
+                         {1, stored() ? planes.half_velocity : planner.input(Role::motion)},
                          {2, planes.neighbor_max},
                          {0, planes.color, Access::write}};
         if (gather.depth) step.bindings.push_back({3, planner.input(Role::inverse_depth)});

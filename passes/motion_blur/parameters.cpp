@@ -96,20 +96,14 @@ const ParameterTable& parameter_table() {
                      .help = "inverse_warp: how far a pixel's times are spread at random; 0 shows "
                              "steps in long streaks, 1 noise"})
             .choice("velocity_storage", &P::velocity_storage, {"auto", "fp16", "fp32", "unorm8"},
-                    {.help = "storage of half-velocities: auto follows the chain's precision, "
+                    {.help = "storage of half-velocities: auto stores none and reads the motion, "
                              "unorm8 is the report's encoding, for comparison"})
             .table();
     return table;
 }
 
-VelocityStorage storage(const Parameters& parameters, Precision precision) {
-    if (parameters.velocity_storage != VelocityStorage::automatic)
-        return parameters.velocity_storage;
-    return precision == Precision::fp16 ? VelocityStorage::fp16 : VelocityStorage::fp32;
-}
-
-double still_limit_px(const Parameters& parameters, VelocityStorage storage) {
-    switch (storage) {
+double still_limit_px(const Parameters& parameters) {
+    switch (parameters.velocity_storage) {
         case VelocityStorage::fp16:  // 11 significant bits per component, subnormal step 2^-24
             return parameters.min_speed_px * (1 + 0x1p-10) + 0x1p-24;
         case VelocityStorage::unorm8:  // half a step of r/127 per component, times sqrt(2)

@@ -13,7 +13,7 @@ enum class Mode { guertin, single, inverse_warp };
 enum class SampleSplit { even, variance };
 enum class Border { skip, clamp };
 enum class StaticDirection { perpendicular, dominant };
-enum class VelocityStorage { automatic, fp16, fp32, unorm8 };
+enum class VelocityStorage { automatic, fp16, fp32, unorm8 };  // automatic: none
 
 struct Parameters {
     Mode mode = Mode::inverse_warp;
@@ -39,13 +39,10 @@ struct Parameters {
 
 const ParameterTable& parameter_table();
 
-// How half-velocities are stored; never automatic.
-VelocityStorage storage(const Parameters& parameters, Precision precision);
-
 // A tile is left unblurred when |v_max| is at most this: min_speed_px plus the most by which
 // storing a half-velocity can lengthen it, so that motion that is still by the frame's facts is
 // still by its stored vectors too.
-double still_limit_px(const Parameters& parameters, VelocityStorage storage);
+double still_limit_px(const Parameters& parameters);
 
 // Settings of mode: inverse_warp.
 inverse_warp::Settings warp_settings(const Parameters& parameters, const Camera& camera);

@@ -65,14 +65,14 @@ class Reference {
     Reference(const Parameters& parameters, const PlanContext& context, ReferenceFrame& frame)
         : p_(parameters),
           frame_(frame),
-          storage_(storage(parameters, context.precision)),
+          storage_(parameters.velocity_storage),
           edge_(parameters.max_blur_px),
           width_(context.frame.width),
           height_(context.frame.height),
           columns_((width_ + edge_ - 1) / edge_),
           rows_((height_ + edge_ - 1) / edge_),
           half_shutter_(0.5 * shutter::open_frames(parameters.shutter, context.frame.camera)),
-          still_limit_(still_limit_px(parameters, storage_)),
+          still_limit_(still_limit_px(parameters)),
           hint_(context.wanted.has(Role::hint)) {
         if (jitters_tiles(p_) || jitters_taps(p_))
             noise_ = noise::table(p_.noise, context.frame.frame_number);
@@ -98,7 +98,7 @@ class Reference {
         for (int y = 0; y < height_; ++y) {
             for (int x = 0; x < width_; ++x) {
                 Vec m{motion.at(x, y, 0), motion.at(x, y, 1)};
-                if (!(std::abs(m.x) <= 1e18 && std::abs(m.y) <= 1e18)) m = {};
+                if (!(dot(m, m) <= 1e36)) m = {};
                 Vec v = half_shutter_ * m;
                 const size_t i = index(x, y);
                 squared_[i] = dot(v, v);
@@ -108,7 +108,8 @@ class Reference {
                 velocity_[i] = {load(stored.at(x, y, 0)), load(stored.at(x, y, 1))};
             }
         }
-        frame_.stages["half_velocity"] = std::move(stored);
+        if (storage_ != VelocityStorage::automatic)
+            frame_.stages["half_velocity"] = std::move(stored);
     }
 
     double store(double x) const {
@@ -141,10 +142,7 @@ class Reference {
     }
 
     void tile_max() {
-        ImageD row_stage(columns_, height_, 4), stage(columns_, rows_, 4);
-        for (int y = 0; y < height_; ++y)
-            for (int i = 0; i < columns_; ++i)
-                put(row_stage, i, y, longest(i * edge_, y, (i + 1) * edge_, y + 1));
+        ImageD stage(columns_, rows_, 4);
         tiles_.resize(stage.pixels());
         for (int j = 0; j < rows_; ++j) {
             for (int i = 0; i < columns_; ++i) {
@@ -152,7 +150,6 @@ class Reference {
                 put(stage, i, j, tile(i, j));
             }
         }
-        frame_.stages["row_max"] = std::move(row_stage);
         frame_.stages["tile_max"] = std::move(stage);
     }
 

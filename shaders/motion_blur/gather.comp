@@ -2,7 +2,7 @@
 // The gather: each pixel averages what lies along its tile's dominant direction and along its own,
 // weighed by how likely each sample's blur covers it.
 //
-//   color, half_velocity, inverse_depth, neighbor_max [, tile_variance] [, noise] -> color [, hint]
+//   color, motion or half_velocity, inverse_depth, neighbor_max [, tile_variance] [, noise] -> color [, hint]
 //
 // SINGLE: one direction, w_A = w_B = 1    VARIANCE: taps split by tile_variance, else every second
 // TILE_JITTER, TAP_JITTER: random numbers are read    CLAMP: taps outside move to the border
@@ -15,7 +15,7 @@
 #include "shared/motion_blur_block.h"
 
 layout(binding = 0) uniform sampler2D color;
-layout(binding = 1) uniform sampler2D half_velocity;
+layout(binding = 1) uniform sampler2D velocity;  // STORAGE: half_velocity, else motion
 layout(binding = 2) uniform sampler2D neighbor_max;
 #if DEPTH
 layout(binding = 3) uniform sampler2D inverse_depth;
@@ -36,7 +36,13 @@ layout(binding = 1) writeonly uniform image2D hint;
 const float kShortestPx = 0.5;  // rho(v) = max(|v|, 0.5)
 
 vec2 velocity_at(ivec2 p) {
-    return decode_velocity(texelFetch(half_velocity, p, 0).xy);
+    const vec2 texel = texelFetch(velocity, p, 0).xy;
+#if STORAGE
+    return decode_velocity(texel);
+#else
+    const vec2 v = long_velocity(texel);
+    return clamped_velocity(v, squared_length(v));
+#endif
 }
 
 // 1/|v|, finite for v = 0.
@@ -145,6 +151,10 @@ void main() {
 #endif
     const float spacing = reach / float(count + 1);
 
+#if !STORAGE
+    const float per_motion = 1.0 / block.half_shutter;
+    const float least_inverse_rho = 1.0 / float(block.tile_px);
+#endif
     // precise: the same weights and sums, to the bit, whichever of its forms this program has.
     precise float total = block.center_total * inverse_rho_c;
 #if !SINGLE
@@ -177,6 +187,7 @@ void main() {
 #else
         const bool counts = s == nearest_inside;
 #endif
+#if STORAGE || UNIFORM
 #if UNIFORM
         const vec2 v_s = v_c;
 #else
@@ -184,10 +195,20 @@ void main() {
 #endif
         const float inverse_s = inverse_length(dot(v_s, v_s));
         const float inverse_rho_s = min(inverse_s, 1.0 / kShortestPx);
-#if SINGLE
-        const float w_b = 1.0;
+        float w_b = abs(dot(v_s, d)) * inverse_s;
 #else
-        const float w_b = abs(dot(v_s, d)) * inverse_s;
+        // Of the motion itself: its direction is v_S's, and of its length the clamp is enough.
+        const vec2 m_s = texelFetch(velocity, s, 0).xy;
+        const float squared_s = dot(m_s, m_s);
+        const float inverse_s = inverse_length(squared_s);
+        const bool moves = squared_s <= kLargestSquare;
+        const float inverse_rho_s =
+            moves ? clamp(inverse_s * per_motion, least_inverse_rho, 1.0 / kShortestPx)
+                  : 1.0 / kShortestPx;
+        float w_b = moves ? abs(dot(m_s, d)) * inverse_s : 0.0;
+#endif
+#if SINGLE
+        w_b = 1.0;
 #endif
         precise float front = clamp(1.0 - distance * inverse_rho_s, 0.0, 1.0) * w_b;
         precise float back = clamp(1.0 - distance * inverse_rho_c, 0.0, 1.0) * w_a;

@@ -1,50 +1,128 @@
 #version 450 core
-// The second half of TileMax: of a tile's rows the one of largest length. Ties: the first row, so
-// that over the whole tile the first pixel in row order wins.
+// TileMax: of each tile the half-velocity of largest length. One work group for a tile.
 //
-//   row_max   -> tile_max     x y: v, z: its squared length before the clamp, w: smallest |v|
-//   row_range -> tile_range   RANGE: x y: smallest components of v, z w: largest
-//   row_depth -> tile_depth   DEPTH: x: smallest inverse depth, y: largest
-#include "common/work_group.glsl"
+//   motion        -> tile_max        x y: v, z: its squared length before the clamp, w: smallest |v|
+//                 -> half_velocity   STORAGE: v of each pixel
+//                 -> tile_range      RANGE: x y: smallest components of v, z w: largest
+//   inverse_depth -> tile_depth      DEPTH: x: smallest inverse depth, y: largest
+//
+// Lengths are compared before the clamp: after it, everything long has length r and the last bit
+// would decide. Ties: the first in row order.
 #include "shared/motion_blur_block.h"
 
-layout(binding = 0) uniform sampler2D row_max;
+// Few threads, with many pixels each: what they have found is put together by one of them.
+const int kThreads = 64;
+layout(local_size_x = kThreads) in;
+
+layout(binding = 0) uniform sampler2D motion;
 layout(binding = 0) writeonly uniform image2D tile_max;
+#if STORAGE
+layout(binding = 1) writeonly uniform image2D half_velocity;
+#endif
 #if RANGE
-layout(binding = 1) uniform sampler2D row_range;
-layout(binding = 1) writeonly uniform image2D tile_range;
+layout(binding = 2) writeonly uniform image2D tile_range;
 #endif
 #if DEPTH
-layout(binding = 2) uniform sampler2D row_depth;
-layout(binding = 2) writeonly uniform image2D tile_depth;
+layout(binding = 1) uniform sampler2D inverse_depth;
+layout(binding = 3) writeonly uniform image2D tile_depth;
 #endif
 
-void main() {
-    const ivec2 tile = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(tile, block.tiles))) return;
-    const int first = tile.y * block.tile_px;
-    const int last = min(first + block.tile_px, block.size.y) - 1;
-    vec4 result = texelFetch(row_max, ivec2(tile.x, first), 0);
-    for (int y = first + 1; y <= last; ++y) {
-        const vec4 row = texelFetch(row_max, ivec2(tile.x, y), 0);
-        if (row.z > result.z) result.xyz = row.xyz;
-        result.w = min(result.w, row.w);
-    }
-    imageStore(tile_max, tile, result);
+#include "motion_blur/velocity.glsl"
+
+// Of some pixels of the tile.
+struct Part {
+    vec3 largest;  // v and its squared length before the clamp
+    int index;     // of its pixel, in row order
+    float smallest_squared;
 #if RANGE
-    vec4 range = texelFetch(row_range, ivec2(tile.x, first), 0);
-    for (int y = first + 1; y <= last; ++y) {
-        const vec4 row = texelFetch(row_range, ivec2(tile.x, y), 0);
-        range = vec4(min(range.xy, row.xy), max(range.zw, row.zw));
-    }
-    imageStore(tile_range, tile, range);
+    vec4 range;
 #endif
 #if DEPTH
-    vec2 depths = texelFetch(row_depth, ivec2(tile.x, first), 0).xy;
-    for (int y = first + 1; y <= last; ++y) {
-        const vec2 row = texelFetch(row_depth, ivec2(tile.x, y), 0).xy;
-        depths = vec2(min(depths.x, row.x), max(depths.y, row.y));
+    vec2 depths;
+#endif
+};
+shared Part parts[kThreads];
+
+void add(inout Part part, Part other) {
+    if (other.largest.z > part.largest.z ||
+        (other.largest.z == part.largest.z && other.index < part.index)) {
+        part.largest = other.largest;
+        part.index = other.index;
     }
-    imageStore(tile_depth, tile, vec4(depths, 0.0, 0.0));
+    part.smallest_squared = min(part.smallest_squared, other.smallest_squared);
+#if RANGE
+    part.range =
+        vec4(min(part.range.xy, other.range.xy), max(part.range.zw, other.range.zw));
+#endif
+#if DEPTH
+    part.depths = vec2(min(part.depths.x, other.depths.x), max(part.depths.y, other.depths.y));
+#endif
+}
+
+void main() {
+    const ivec2 tile = ivec2(gl_WorkGroupID.xy);
+    const int thread = int(gl_LocalInvocationIndex);
+    const float radius = float(block.tile_px);
+    const ivec2 first = tile * block.tile_px;
+    Part part;
+    part.largest = vec3(0.0, 0.0, -1.0);
+    part.index = 0;
+    part.smallest_squared = radius * radius;
+#if RANGE
+    part.range = vec4(radius, radius, -radius, -radius);
+#endif
+#if DEPTH
+    part.depths = vec2(texelFetch(inverse_depth, first, 0).x);
+#endif
+    // Every 64th pixel in row order. Tested at the end: a software renderer runs a body once more
+    // to find the test at its start.
+    const ivec2 size = min(ivec2(block.tile_px), block.size - first);
+    const int count = size.x * size.y;
+    int next = thread;
+    do {
+        // One beyond the end is taken for the last, which changes no extreme.
+        const int index = min(next, count - 1);
+        const int row = int((float(index) + 0.5) / float(size.x));
+        const ivec2 p = first + ivec2(index - row * size.x, row);
+        vec2 v = long_velocity(texelFetch(motion, p, 0).xy);
+        const float squared = squared_length(v);
+#if STORAGE
+        const vec2 stored = encode_velocity(clamped_velocity(v, squared));
+        imageStore(half_velocity, p, vec4(stored, 0.0, 0.0));
+        v = decode_velocity(stored);
+        part.smallest_squared = min(part.smallest_squared, squared_length(v));
+#else
+        part.smallest_squared = min(part.smallest_squared, squared);
+#endif
+        if (squared > part.largest.z) {
+            part.largest = vec3(v, squared);
+            part.index = index;
+        }
+#if RANGE
+#if !STORAGE
+        v = clamped_velocity(v, squared);
+#endif
+        part.range = vec4(min(part.range.xy, v), max(part.range.zw, v));
+#endif
+#if DEPTH
+        const float q = texelFetch(inverse_depth, p, 0).x;
+        part.depths = vec2(min(part.depths.x, q), max(part.depths.y, q));
+#endif
+        next += kThreads;
+    } while (next < count);
+
+    parts[thread] = part;
+    barrier();
+    if (thread != 0) return;
+    for (int i = 1; i < kThreads; ++i) add(part, parts[i]);
+#if !STORAGE
+    part.largest.xy = clamped_velocity(part.largest.xy, part.largest.z);
+#endif
+    imageStore(tile_max, tile, vec4(part.largest, sqrt(part.smallest_squared)));
+#if RANGE
+    imageStore(tile_range, tile, part.range);
+#endif
+#if DEPTH
+    imageStore(tile_depth, tile, vec4(part.depths, 0.0, 0.0));
 #endif
 }

@@ -41,7 +41,7 @@ Elided by_facts(const Chain& chain, const FramePlanes& planes, Precision precisi
 TEST(IdentityByFacts, MotionBlurAroundItsLeastSpeed) {
     Count count;
     const ImageF color = half_noise(33, 18, 4, 1);
-    for (const char* storage : {"fp32", "fp16", "unorm8"})
+    for (const char* storage : {"auto", "fp32", "fp16", "unorm8"})
         for (const double shutter : {0.5, 1.0 / 3, 2.0})
             for (const double least : {0.5, 2.3, 0.01, 0.0})
                 for (const int steps : {-3, -1, 0, 1, 3, 300})

@@ -226,7 +226,7 @@ TEST(DebugView, DrawsATextureInsteadOfThePicture) {
         return read(prepare_and_run(guest, made, frame), kWidth, kHeight);
     };
     // A vector to the right is red (hue 0), its opposite cyan; each brighter the longer it is.
-    const ImageF vectors = view("0.motion_blur.half_velocity:vector");
+    const ImageF vectors = view("input.motion:vector");
     const ImageF& motion = host.test.planes.at(Role::motion);
     int right = 0, left = 0;
     for (int y = 0; y < kHeight; ++y)

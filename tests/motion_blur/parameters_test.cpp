@@ -188,6 +188,11 @@ TEST(Parameter, ChoicesAndSwitches) {
     // ... and these give the same.
     EXPECT_TRUE(equal_bits(picture({{"noise", "none"}}),
                            picture({{"jitter", 0.0}, {"tile_jitter", false}})));
+    // Not stored, a velocity longer than 16 px is clamped in another way.
+    const ImageF in_place = picture({{"velocity_storage", "auto"}});
+    const ImageF stored = picture({{"velocity_storage", "fp32"}});
+    EXPECT_EQ(compare(in_place, stored, 1e-5).fraction, 0);
+    frame = random_frame(90, 70, 10, 1.5f, 61);
     EXPECT_TRUE(equal_bits(picture({{"velocity_storage", "auto"}}),
                            picture({{"velocity_storage", "fp32"}})));
 }

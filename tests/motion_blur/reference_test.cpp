@@ -51,8 +51,10 @@ std::vector<Case> cases() {
         {"angle", plain({{"shutter_angle_deg", 77.0}, {"center_weight", 3.0}})},
         {"one tap", jittered({{"samples", int64_t(1)}})},
         {"slope", jittered({{"tile_jitter_slope", 0.2}, {"samples", int64_t(9)}})},
-        {"fp16", jittered({}), Precision::fp16, 0x1p-7, 1.1e-3},  // quantum of 8 .. 16 px
-        {"fp16 velocity", plain({{"velocity_storage", "fp16"}}), Precision::fp32, 0x1p-7},
+        {"fp16", jittered({}), Precision::fp16, 0, 1.1e-3},
+        {"fp32 velocity", plain({{"velocity_storage", "fp32"}})},
+        {"fp16 velocity", plain({{"velocity_storage", "fp16"}}), Precision::fp32,
+         0x1p-7},  // quantum of 8 .. 16 px
         {"unorm8", plain({{"velocity_storage", "unorm8"}}), Precision::fp32, 1 / 255.0},
         {"min speed", jittered({{"min_speed_px", 9.0}})},
     };

@@ -200,33 +200,28 @@ class FxaaPass final : public Pass {
         const bool hinted = uses_hint(context);
         const shared::FxaaBlock block = make_block(context.frame);
         const TextureId color = planner.input(Role::color);
-        const TextureId luma = planner.texture("luma", Format::r32f, width, height);
         const TextureId result = planner.texture("fxaa", context.color_format(), width, height);
 
+        const int square = shared::kFxaaSquarePx;
         Step step;
-        step.name = "luma";
-        step.program.file = "fxaa/luma.comp";
-        step.program.defines["LUMA_DISPLAY"] = std::to_string(parameters_.luma == Luma::display);
-        step.bindings = {{0, color, Access::sample_nearest}, {0, luma, Access::write}};
-        step.set_block(block);
-        step.groups = groups_for(width, height);
-        step.taps = uint64_t(width) * uint64_t(height);
-        planner.step(step);
-
         step.name = "fxaa";
         step.program.file = "fxaa/fxaa.comp";
-        step.program.defines.clear();
-        step.program.defines["DIRECTIONAL"] = std::to_string(parameters_.mode == Mode::directional);
-        step.program.defines["BLEND_TONEMAPPED"] =
-            std::to_string(parameters_.blend == Blend::tonemapped);
-        step.program.defines["HINT"] =
-            std::to_string(hinted ? static_cast<int>(parameters_.hint) : 0);
-        step.bindings = {{0, color, Access::sample_nearest},
-                         {1, luma, Access::sample_nearest},
-                         {0, result, Access::write}};
-        if (hinted) step.bindings.push_back({2, planner.input(Role::hint), Access::sample_nearest});
-        // What every pixel reads: itself, the five lumas of stage 1, the hint. Edges read more.
-        step.taps = uint64_t(width) * uint64_t(height) * (hinted ? 7 : 6);
+        step.program.defines = {
+            {"DIRECTIONAL", std::to_string(parameters_.mode == Mode::directional)},
+            {"REACH_PX", std::to_string(luma_reach_px(block))},
+            {"LUMA_DISPLAY", std::to_string(parameters_.luma == Luma::display)},
+            {"BLEND_TONEMAPPED", std::to_string(parameters_.blend == Blend::tonemapped)},
+            {"HINT", std::to_string(hinted ? static_cast<int>(parameters_.hint) : 0)}};
+        step.bindings = {{0, color, Access::sample_nearest}, {0, result, Access::write}};
+        if (hinted) step.bindings.push_back({1, planner.input(Role::hint), Access::sample_nearest});
+        step.set_block(block);
+        step.groups = {(width + square - 1) / square, (height + square - 1) / square, 1};
+        // The color of every pixel for its luma, with what lies around the squares, and once more
+        // for itself; the hint. Edges read more.
+        const int region = square + 2 * luma_reach_px(block);
+        step.taps = uint64_t(step.groups[0]) * uint64_t(step.groups[1]) * uint64_t(region) *
+                        uint64_t(region) +
+                    uint64_t(width) * uint64_t(height) * (hinted ? 2 : 1);
         planner.step(step);
         planner.output(Role::color, result);
     }
@@ -236,7 +231,6 @@ class FxaaPass final : public Pass {
         ImageD luma = reference_luma(parameters_, color, context.frame.luma_weights);
         const ImageD* hint = uses_hint(context) ? &frame.planes.at(Role::hint) : nullptr;
         color = reference_fxaa(parameters_, color, luma, hint);
-        frame.stages["luma"] = std::move(luma);
         frame.stages["fxaa"] = color;
     }
 
@@ -245,6 +239,14 @@ class FxaaPass final : public Pass {
   private:
     bool uses_hint(const PlanContext& context) const {
         return parameters_.hint != Hint::none && context.available.has(Role::hint);
+    }
+
+    // How far around a pixel lumas are read: both texels of where the walk fetches last, or those
+    // of the structure tensor.
+    int luma_reach_px(const shared::FxaaBlock& block) const {
+        if (parameters_.mode == Mode::directional) return 2;
+        const int last = std::max(block.walk_length - 2, 0);
+        return block.walk[last / 4][last % 4] / 2 + 1;
     }
 
     std::array<double, 3> weights_of(const FrameDescription& frame) const {

@@ -9,7 +9,7 @@
 
 namespace postchain::fxaa {
 
-// Stage "luma": 1 channel, same size as color (4 channels). `weights` are the luminance weights
+// Luma: 1 channel, same size as color (4 channels). `weights` are the luminance weights
 // of the file's primaries, used by Luma::display alone.
 ImageD reference_luma(const Parameters& parameters, const ImageD& color,
                       const std::array<double, 3>& weights);

@@ -4,17 +4,12 @@
 // differences at M, N, S, E, W. Nothing is classified: but for the threshold the filter is
 // continuous in the lumas.
 //
-// Needs block, luma_plane, luma_at(), color_at(), is_finite(), brightness_weight().
+// Needs block, luma_at(), four_lumas(), color_at(), is_finite(), brightness_weight().
 
 // Standard deviations, pixels. Where the tensor has no direction both are kRound.
 const float kAcross = 0.46;
 const float kAlong = 0.8;
 const float kRound = 0.5;
-
-// Lumas of the pixels p, p + (1, 0), p + (0, 1), p + (1, 1), in the order w, z, x, y.
-vec4 four_lumas(ivec2 p) {
-    return textureGather(luma_plane, (vec2(p) + 1.0) / vec2(block.size));
-}
 
 const float kLargestFloat = 3.4028235e38;
 

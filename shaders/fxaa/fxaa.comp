@@ -1,18 +1,20 @@
 #version 450 core
-// FXAA, stage "fxaa".
+// FXAA, stage "fxaa". A work group does a square of kFxaaSquarePx pixels: it finds the luma of each pixel
+// of it and of those around it that its pixels may read, once, and keeps them in shared memory.
 //
-//   color, luma [, hint] --> color
+//   color [, hint] --> color
 //
+// REACH_PX: how far around a pixel lumas are read.
 // DIRECTIONAL 0: mode: search. 1: mode: directional.
 // HINT 0: none. 1: checkerboard. 2: threshold.
 #include "common/work_group.glsl"
 #include "shared/fxaa_block.h"
 #include "fxaa/blend.glsl"
+#include "fxaa/luma.glsl"
 
 layout(binding = 0) uniform sampler2D color_plane;
-layout(binding = 1) uniform sampler2D luma_plane;
 #if HINT
-layout(binding = 2) uniform sampler2D hint_plane;
+layout(binding = 1) uniform sampler2D hint_plane;
 #endif
 layout(binding = 0) uniform writeonly image2D result_plane;
 
@@ -29,8 +31,26 @@ ivec2 inside(ivec2 p) {
     return clamp(p, ivec2(0), block.size - 1);
 }
 
+const int kRegionPx = kFxaaSquarePx + 2 * REACH_PX;
+shared float lumas[kRegionPx * kRegionPx];
+
+// First pixel of the region.
+ivec2 region() {
+    return ivec2(gl_WorkGroupID.xy) * kFxaaSquarePx - REACH_PX;
+}
+
+// Of a pixel of the region; one outside the picture has the luma of the nearest inside.
 float luma_at(int x, int y) {
-    return texelFetch(luma_plane, ivec2(x, y), 0).r;
+    const ivec2 at = ivec2(x, y) - region();
+    return lumas[at.y * kRegionPx + at.x];
+}
+
+// Lumas of the pixels p, p + (1, 0), p + (0, 1), p + (1, 1), in the order w, z, x, y of a gather.
+vec4 four_lumas(ivec2 p) {
+    const ivec2 at = p - region();
+    const int first = at.y * kRegionPx + at.x;
+    return vec4(lumas[first + kRegionPx], lumas[first + kRegionPx + 1], lumas[first + 1],
+                lumas[first]);
 }
 
 vec4 color_at(ivec2 p) {
@@ -43,12 +63,19 @@ vec4 color_at(ivec2 p) {
 #include "fxaa/search.glsl"
 #endif
 
-void main() {
-    const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(p, block.size))) return;
+void find_lumas() {
+    // Tested at the end: a software renderer runs a body once more to find the test at its start.
+    int i = int(gl_LocalInvocationIndex);
+    do {
+        const int index = min(i, kRegionPx * kRegionPx - 1);
+        const ivec2 at = ivec2(index % kRegionPx, index / kRegionPx);
+        lumas[index] = luma_of(color_at(region() + at).rgb);
+        i += kBlockPx * kBlockPx;
+    } while (i < kRegionPx * kRegionPx);
+}
 
+vec4 result_at(ivec2 p) {
     const vec4 center = color_at(p);
-    vec4 result;
 #if HINT
     const vec2 gates = texelFetch(hint_plane, p, 0).xy;
     float hint = block.hint_gate == 0 ? gates.x : gates.y;
@@ -59,11 +86,23 @@ void main() {
     // between the plain filter and the two taps.
     const vec4 taps =
         blend(center, color_at(p + ivec2(0, -1)), kCheckerboardOffset * block.subpix);
-    result = hint >= 1.0 ? taps : blend(filtered(p, center, 1.0), taps, hint);
+    return hint >= 1.0 ? taps : blend(filtered(p, center, 1.0), taps, hint);
 #elif HINT == 2
-    result = filtered(p, center, 1.0 - hint);
+    return filtered(p, center, 1.0 - hint);
 #else
-    result = filtered(p, center, 1.0);
+    return filtered(p, center, 1.0);
 #endif
-    imageStore(result_plane, p, result);
+}
+
+void main() {
+    find_lumas();
+    barrier();
+    const ivec2 first = ivec2(gl_WorkGroupID.xy) * kFxaaSquarePx + ivec2(gl_LocalInvocationID.xy);
+    ivec2 offset = ivec2(0);
+    do {
+        const ivec2 p = first + offset;
+        if (all(lessThan(p, block.size))) imageStore(result_plane, p, result_at(p));
+        offset.x += kBlockPx;
+        if (offset.x == kFxaaSquarePx) offset = ivec2(0, offset.y + kBlockPx);
+    } while (offset.y < kFxaaSquarePx);
 }

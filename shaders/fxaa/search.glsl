@@ -2,17 +2,16 @@
 //
 // N is up on the screen (row y - 1). Every comparison that a tie can decide is computed in fp32
 // in the paper's order of operations; `precise` forbids fusing and reordering.
-// Deviations: the lumas along the edge are means of two or four gathered texels instead of one
+// Deviations: the lumas along the edge are means of two or four texels instead of one
 // bilinear fetch (the same numbers, without a filter weight that rounds); a range that is
 // no more than rounding is no edge also when both thresholds are 0.
 //
-// Needs block, luma_plane, luma_at(), color_at(), blend().
+// Needs block, luma_at(), four_lumas(), color_at(), blend().
 
-// Mean luma across the edge between the lines of p and q, `halves` half texels along it. The
-// gather point is the corner between four texels, half a texel from where rounding could matter.
+// Mean luma across the edge between the lines of p and q, `halves` half texels along it.
 float line_luma(ivec2 p, ivec2 q, ivec2 along, int halves) {
     const ivec2 corner = min(p, q) + along * (halves >> 1);
-    const vec4 four = textureGather(luma_plane, (vec2(corner) + 1.0) / vec2(block.size));
+    const vec4 four = four_lumas(corner);
     precise float here = 0.5 * (four.w + (along.x != 0 ? four.x : four.z));
     precise float next = 0.5 * (four.y + (along.x != 0 ? four.z : four.x));
     precise float both = 0.5 * (here + next);
@@ -23,17 +22,19 @@ float line_luma(ivec2 p, ivec2 q, ivec2 along, int halves) {
 // luma it saw less the pair's mean.
 void walk(ivec2 p, ivec2 q, ivec2 along, int sense, float pair_mean, float stop_at,
           out int reached, out float end) {
-    // Tested at the end: a software renderer runs a body once more to find the test at its start.
+    reached = 0;
+    end = 0.0;
+    // Tested at its start: with all tests at the end of its body llvmpipe (Mesa 22.3) reads wrong
+    // values of shared memory in this loop.
     const int last = block.walk_length - 1;
-    int i = 0;
-    bool open;
-    do {
+    bool open = true;
+    for (int i = 0; i < last; ++i) {
         reached = block.walk[i >> 2][i & 3];
         precise float difference = line_luma(p, q, along, sense * reached) - pair_mean;
         end = difference;
         open = abs(difference) < stop_at;
-        ++i;
-    } while (open && i < last);
+        if (!open) break;
+    }
     if (open) reached = block.walk[last >> 2][last & 3];  // the last step moves without a fetch
 }
 

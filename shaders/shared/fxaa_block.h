@@ -1,8 +1,17 @@
-// Uniform block of both FXAA stages (shaders/fxaa/*.comp, passes/fxaa/fxaa.cpp).
+// Uniform block of FXAA (shaders/fxaa/fxaa.comp, passes/fxaa/fxaa.cpp).
 #ifndef POSTCHAIN_SHARED_FXAA_BLOCK_H
 #define POSTCHAIN_SHARED_FXAA_BLOCK_H
 
 #include "shared/block.h"
+
+// Edge of the square that a work group does, in pixels.
+#ifdef __cplusplus
+namespace postchain::shared {
+#endif
+const int kFxaaSquarePx = 32;
+#ifdef __cplusplus
+}  // namespace postchain::shared
+#endif
 
 BLOCK_BEGIN(FxaaBlock)
     ivec2 size;                // of the planes, pixels

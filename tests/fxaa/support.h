@@ -27,6 +27,9 @@ FramePlanes planes_of(const ImageF& color, const ImageF& hint = {});
 // The picture after FXAA on the GPU.
 ImageF run(const SettingList& settings, const ImageF& color, const ImageF& hint = {});
 
+// Luma of each pixel as FXAA finds it on the GPU for itself.
+ImageF luma_on_gpu(const Chain& chain, const FrameDescription& frame, const FramePlanes& planes);
+
 // An opaque gray picture of function(x, y).
 template <class Function>
 ImageF gray_picture(int width, int height, Function function) {

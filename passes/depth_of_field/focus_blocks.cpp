@@ -1,6 +1,6 @@
 // Plans the sorting of blocks.
 //
-//   row_range --focus_blocks-> sharp, blurred, mixed; blurs
+//   depth     --coc----------> sharp, blurred, mixed; blurs
 //   blurs     --needed_y-----> blur_y blocks; needed_y     read by the picture's bilinear taps
 //   needed_y  --needed_x-----> blur_x blocks; needed_x     read by the Gaussian along y
 //   needed_x  --needed_small-> small blocks                read by the Gaussian along x
@@ -21,28 +21,23 @@ TextureId add_mask(PassPlanner& planner, const char* name, int width, int height
 
 }  // namespace
 
-FocusBlocks add_focus_blocks(PassPlanner& planner, const shared::DepthOfFieldBlock& block,
-                             const GilhamSizes& sizes, TextureId row_range, bool guided) {
-    const int width = block.size.x, height = block.size.y;
-    const auto across = groups_for(width, height);
+FocusBlocks sort_focus_blocks(PassPlanner& planner, Step& sort, int width, int height) {
     FocusBlocks blocks;
-
-    Step sort;
-    sort.name = "focus_blocks";
-    sort.program = {"depth_of_field/focus_blocks.comp", {}};
+    sort.program.defines.emplace("SORT", "1");
     if (planner.context().precision == Precision::fp16)
         sort.program.defines.emplace("HALF_RADIUS", "1");
     blocks.sharp = add_work_list(planner, sort, 0, "sharp_blocks", width, height);
     blocks.blurred = add_work_list(planner, sort, 1, "blurred_blocks", width, height);
     blocks.mixed = add_work_list(planner, sort, 2, "mixed_blocks", width, height);
-    TextureId read = add_mask(planner, "blurs", width, height);
-    sort.bindings.push_back({0, row_range});
-    sort.bindings.push_back({0, read, Access::write});
-    sort.set_block(block);
-    sort.groups = groups_for(across[0], across[1]);
-    sort.taps = uint64_t(across[0]) * uint64_t(height);
-    planner.step(std::move(sort));
+    blocks.blurs = add_mask(planner, "blurs", width, height);
+    sort.bindings.push_back({2, blocks.blurs, Access::write});
+    return blocks;
+}
 
+void add_needed_blocks(PassPlanner& planner, FocusBlocks& blocks,
+                       const shared::DepthOfFieldBlock& block, const GilhamSizes& sizes,
+                       bool guided) {
+    TextureId read = blocks.blurs;
     const auto needed = [&](const char* name, const char* list_name, int factor, glm::ivec2 reach) {
         const auto grid = groups_for(sizes.low_width, sizes.low_height);
         shared::DepthOfFieldNeededBlock search{};
@@ -81,13 +76,12 @@ FocusBlocks add_focus_blocks(PassPlanner& planner, const shared::DepthOfFieldBlo
            .unit = "px",
            .relation = Fact::Relation::at_least});
     // Of a pixel of the downsampled image: what downsampling, and the Gaussian along x or y, fetch.
-    const int down = sizes.factor * sizes.factor * (guided ? 2 : 1);
+    const int down = sizes.factor * sizes.factor;
     const int along = (2 * sizes.taps + 1) * (guided ? 2 : 1);
     const Fact unread = {"no block of the result reads them"};
     elide("downsample", blocks.small, true, down, unread);
     elide("blur_x", blocks.blur_x, true, along, unread);
     elide("blur_y", blocks.blur_y, true, along, unread);
-    return blocks;
 }
 
 }  // namespace postchain::depth_of_field

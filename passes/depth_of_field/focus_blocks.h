@@ -13,11 +13,16 @@ namespace postchain::depth_of_field {
 struct FocusBlocks {
     TextureId sharp = -1, blurred = -1, mixed = -1;  // of the picture
     TextureId small = -1, blur_x = -1, blur_y = -1;  // of the downsampled image
+    TextureId blurs = -1;                            // mask: 1 where a block of the picture blurs
 };
 
-// Adds the steps that fill the lists. `row_range` is what coc.comp writes of each run of pixels,
-// `guided` whether the downsampled image has a guide plane (leak: depth or coc).
-FocusBlocks add_focus_blocks(PassPlanner& planner, const shared::DepthOfFieldBlock& block,
-                             const GilhamSizes& sizes, TextureId row_range, bool guided);
+// Makes `sort`, a step of coc.comp over width x height pixels, fill the picture's lists and mask.
+FocusBlocks sort_focus_blocks(PassPlanner& planner, Step& sort, int width, int height);
+
+// Adds the steps that fill the lists of the downsampled image. `guided`: the Gaussian reads a guide
+// plane (leak: depth or coc).
+void add_needed_blocks(PassPlanner& planner, FocusBlocks& blocks,
+                       const shared::DepthOfFieldBlock& block, const GilhamSizes& sizes,
+                       bool guided);
 
 }  // namespace postchain::depth_of_field

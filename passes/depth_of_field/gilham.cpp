@@ -1,7 +1,7 @@
 // The method `gilham`. After D. Gilham, ShaderX5, 2006; docs/depth_of_field.md.
 //
-//   inverse_depth --coc--> coc (full size) ---------------------------------+
-//   color --downsample--> small, guide --blur_x--> --blur_y--> blur_y --+   |
+//   inverse_depth --coc--> guide, coc (full size) --------------------------+
+//   color --downsample--> small; guide --blur_x--> --blur_y--> blur_y --+   |
 //   color --------------------------------------------------------------+---+--composite--> color
 //   hint ----------------------------------------------------------------------(composite)-> hint
 //
@@ -193,25 +193,26 @@ void plan_gilham(const Parameters& parameters, const lens::CircleOfConfusion& co
     coc_step.name = "coc";
     coc_step.program = {"depth_of_field/coc.comp", {{coc.lens ? "COC_LENS" : "COC_PLANES", "1"}}};
     coc_step.bindings = {{0, depth, Access::sample_nearest}, {0, radius, Access::write}};
+    TextureId guide = -1;
+    if (parameters.leak != Leak::none) {
+        const bool by_depth = parameters.leak == Leak::depth;
+        // Always 32 bits: a ratio of two depths 2 % apart decides.
+        guide = planner.texture(by_depth ? "small_depth" : "small_radius", Format::r32f,
+                                sizes.low_width, sizes.low_height);
+        coc_step.program.defines.emplace(by_depth ? "GUIDE_DEPTH" : "GUIDE_RADIUS", "1");
+        coc_step.program.defines.emplace("FACTOR", std::to_string(sizes.factor));
+        coc_step.bindings.push_back({1, guide, Access::write});
+    }
+    FocusBlocks blocks;
+    if (by_blocks) blocks = sort_focus_blocks(planner, coc_step, frame.width, frame.height);
     coc_step.set_block(block);
     coc_step.groups = groups_for(frame.width, frame.height);
-    coc_step.taps = pixels_of(planner.describe(radius));
-    TextureId row_range = -1;
-    if (by_blocks) {
-        const int runs = coc_step.groups[0];
-        row_range = planner.texture("row_range", Format::rg32f, runs, frame.height);
-        coc_step.program.defines.emplace("RANGE", "1");
-        coc_step.bindings.push_back({1, row_range, Access::write});
-        coc_step.groups = groups_for(runs, frame.height);
-    }
+    coc_step.taps = pixels_of(planner.describe(radius)) * (guide < 0 ? 1 : 2);
     planner.step(std::move(coc_step));
-    FocusBlocks blocks;
-    if (by_blocks)
-        blocks = add_focus_blocks(planner, block, sizes, row_range, parameters.leak != Leak::none);
+    if (by_blocks) add_needed_blocks(planner, blocks, block, sizes, guide >= 0);
 
     const TextureId small = planner.texture("small", plane_format(4, context.precision),
                                             sizes.low_width, sizes.low_height);
-    TextureId guide = -1;
     Step down;
     down.name = "downsample";
     down.program = {"depth_of_field/gilham_downsample.comp",
@@ -219,18 +220,9 @@ void plan_gilham(const Parameters& parameters, const lens::CircleOfConfusion& co
     if (half) down.program.defines.emplace("HALF_STORAGE", "1");
     if (parameters.hdr_weight) down.program.defines.emplace("HDR_WEIGHT", "1");
     down.bindings = {{0, sharp, Access::sample_nearest}, {0, small, Access::write}};
-    if (parameters.leak != Leak::none) {
-        const bool by_depth = parameters.leak == Leak::depth;
-        // Always 32 bits: a ratio of two depths 2 % apart decides.
-        guide = planner.texture(by_depth ? "small_depth" : "small_radius", Format::r32f,
-                                sizes.low_width, sizes.low_height);
-        down.program.defines.emplace(by_depth ? "GUIDE_DEPTH" : "GUIDE_RADIUS", "1");
-        down.bindings.push_back({1, by_depth ? depth : radius, Access::sample_nearest});
-        down.bindings.push_back({1, guide, Access::write});
-    }
     down.set_block(block);
     down.groups = groups_for(sizes.low_width, sizes.low_height);
-    down.taps = uint64_t(frame.width) * uint64_t(frame.height) * (guide < 0 ? 1 : 2);
+    down.taps = uint64_t(frame.width) * uint64_t(frame.height);
     launch_by(down, blocks.small);
     planner.step(std::move(down));
 

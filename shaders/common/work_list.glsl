@@ -16,25 +16,7 @@
 
 #include "common/work_group.glsl"
 
-// Of the launch. A device may allow no more than 65535 groups a side, and the last row is launched
-// in full whatever the list holds.
-const uint kGroupsPerRow = 64u;
-
-#define WORK_LIST   \
-    uint groups_x;  \
-    uint groups_y;  \
-    uint groups_z;  \
-    uint count;     \
-    uint blocks[];
-
-#define ADD_TO_WORK_LIST(list, block_xy)                                    \
-    {                                                                       \
-        const uint place = atomicAdd(list.count, 1u);                       \
-        list.blocks[place] = uint((block_xy).x) | uint((block_xy).y) << 16; \
-        atomicMax(list.groups_x, min(place + 1u, kGroupsPerRow));           \
-        atomicMax(list.groups_y, place / kGroupsPerRow + 1u);               \
-        list.groups_z = 1u;                                                 \
-    }
+#include "common/work_list_fill.glsl"
 
 #ifdef LIST
 #if LIST

@@ -1,8 +1,7 @@
 #version 450 core
 // Box mean over FACTOR x FACTOR pixels from the top left; out-of-bounds pixels do not count.
 // HDR_WEIGHT: a pixel weighs 1/(1 + max(rgb, 0)), so that a small highlight does not flicker as
-// it crosses boxes. GUIDE_DEPTH and GUIDE_RADIUS add the plain mean of w or of |R|, by which the
-// Gaussian tells who may leak into whom.
+// it crosses boxes.
 #include "common/finite.glsl"
 #include "common/work_list.glsl"
 #include "shared/depth_of_field_block.h"
@@ -10,18 +9,6 @@
 
 layout(binding = 0) uniform sampler2D color;
 layout(binding = 0) writeonly uniform image2D small;
-#if defined(GUIDE_DEPTH) || defined(GUIDE_RADIUS)
-layout(binding = 1) uniform sampler2D guide_source;
-layout(binding = 1) writeonly uniform image2D small_guide;
-#endif
-
-float guide_of(float value) {
-#ifdef GUIDE_DEPTH
-    return value > 0.0 ? min(value, 1.0e37) : 0.0;  // the mean of 16 stays finite
-#else
-    return abs(value);
-#endif
-}
 
 void main() {
     ivec2 low;
@@ -34,10 +21,6 @@ void main() {
     bool all_equal = true;
     vec4 sum = vec4(0.0);
     float total = 0.0;
-#if defined(GUIDE_DEPTH) || defined(GUIDE_RADIUS)
-    float guide_anchor = guide_of(texelFetch(guide_source, first, 0).x);
-    float guide_sum = 0.0;
-#endif
     for (int y = first.y; y < end.y; ++y) {
         for (int x = first.x; x < end.x; ++x) {
             vec4 c = texelFetch(color, ivec2(x, y), 0);
@@ -52,15 +35,7 @@ void main() {
                 sum += weight * c;
                 total += weight;
             }
-#if defined(GUIDE_DEPTH) || defined(GUIDE_RADIUS)
-            guide_sum += guide_of(texelFetch(guide_source, ivec2(x, y), 0).x) - guide_anchor;
-#endif
         }
     }
     imageStore(small, low, storable(all_equal ? first_color : sum / total));
-#if defined(GUIDE_DEPTH) || defined(GUIDE_RADIUS)
-    ivec2 count = end - first;
-    float guide = guide_anchor + guide_sum / float(count.x * count.y);
-    imageStore(small_guide, low, vec4(guide, 0.0, 0.0, 0.0));
-#endif
 }

@@ -25,7 +25,7 @@ Plan plan_of(const Chain& chain, const FramePlanes& planes, const PlanOptions& o
 }
 
 // coc, four that sort blocks, downsample, two blurs, three composites.
-constexpr size_t kSteps = 11;
+constexpr size_t kSteps = 10;
 
 void expect_elided(const Plan& plan, const std::string& rule, const std::string& reason) {
     ASSERT_EQ(plan.passes.size(), 1u);

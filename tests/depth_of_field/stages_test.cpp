@@ -106,6 +106,8 @@ TEST(every_stage_too, half_storage_stays_within_its_rounding) {
         const double bound = 0.008;
         const Difference difference = compare(gpu.stages.at(name), expected, bound);
         EXPECT_LE(difference.max, bound) << name << ": " << difference.text;
+        // A guide is fp32 always, and made of depths.
+        if (name == stage("small_radius")) continue;
         EXPECT_GT(difference.max, 1e-6) << name << " is not stored as half";
     }
 }

@@ -3,9 +3,9 @@
 // group for a block of 16 x 16 pixels.
 //
 //   inverse_depth -> coc
-//                 -> small_guide         GUIDE_DEPTH, GUIDE_RADIUS: the mean of w or of |R| over boxes
-//                                        of FACTOR x FACTOR pixels, by which the Gaussian tells who
-//                                        may leak into whom
+//                 -> small_guide         GUIDE_DEPTH, GUIDE_RADIUS: the mean of w or of |R| over
+//                                        boxes of FACTOR x FACTOR pixels, by which the Gaussian
+//                                        tells who may leak into whom
 //                 -> work lists, blurs   SORT: of the block
 //
 //   sharp     every |R| is at most 0.5 px: colors return bit for bit

@@ -1,6 +1,6 @@
 #version 450 core
-// FXAA, stage "fxaa". A work group does a square of kFxaaSquarePx pixels: it finds the luma of each pixel
-// of it and of those around it that its pixels may read, once, and keeps them in shared memory.
+// FXAA, stage "fxaa". A work group does a square of kFxaaSquarePx pixels: it finds the luma of each
+// of them and of those around that they may read, once, and keeps them in shared memory.
 //
 //   color [, hint] --> color
 //

@@ -2,7 +2,8 @@
 // The gather: each pixel averages what lies along its tile's dominant direction and along its own,
 // weighed by how likely each sample's blur covers it.
 //
-//   color, motion or half_velocity, inverse_depth, neighbor_max [, tile_variance] [, noise] -> color [, hint]
+//   color, motion or half_velocity, inverse_depth, neighbor_max [, tile_variance] [, noise]
+//   -> color [, hint]
 //
 // SINGLE: one direction, w_A = w_B = 1    VARIANCE: taps split by tile_variance, else every second
 // TILE_JITTER, TAP_JITTER: random numbers are read    CLAMP: taps outside move to the border

@@ -1,7 +1,7 @@
 #version 450 core
 // TileMax: of each tile the half-velocity of largest length. One work group for a tile.
 //
-//   motion        -> tile_max        x y: v, z: its squared length before the clamp, w: smallest |v|
+//   motion        -> tile_max        x y: v, z: its squared length before the clamp, w: least |v|
 //                 -> half_velocity   STORAGE: v of each pixel
 //                 -> tile_range      RANGE: x y: smallest components of v, z w: largest
 //   inverse_depth -> tile_depth      DEPTH: x: smallest inverse depth, y: largest

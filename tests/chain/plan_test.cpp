@@ -227,10 +227,9 @@ TEST(Planner, RulesInUse) {
     // Those of the passes in the chain, and of no other.
     EXPECT_EQ(options.rules(chain).count("still"), 0u);
     chain.append(with_rules, "copy");
-    EXPECT_EQ(
-        options.rules(chain),
-        (RuleNames{kRuleConfiguration, kRuleFacts, kRuleCameraCut, kRuleUnusedPlane,
-                               kRuleUnusedStep, kRuleUnusedOutput, "still"}));
+    EXPECT_EQ(options.rules(chain),
+              (RuleNames{kRuleConfiguration, kRuleFacts, kRuleCameraCut, kRuleUnusedPlane,
+                         kRuleUnusedStep, kRuleUnusedOutput, "still"}));
     options.rules_on = {"alike"};
     options.rules_off = {"still", kRuleFacts};
     EXPECT_EQ(options.rules(chain).count("still"), 0u);

@@ -12,7 +12,7 @@ TEST_F(ReplaceTest, Run) {
         "run",   at("fxaa.yaml"), "-i",        in(), "--frames", "1", "-o", to("o.####.exr"),
         "--png", "--dump-stages", to("stages")};
     for (const char* file :
-         {"o.0001.exr", "o.0001.exr.json", "o.0001.png", "stages/0.fxaa.luma.0001.exr"})
+         {"o.0001.exr", "o.0001.exr.json", "o.0001.png", "stages/0.fxaa.fxaa.0001.exr"})
         check({file, command, option("--camera"), kCamera});
 }
 

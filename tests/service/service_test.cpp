@@ -183,7 +183,7 @@ class NoShader final : public Pass {
     Status check(const FrameDescription&) const override { return Status(); }
     std::optional<Identity> identity(const PlanContext& context) const override {
         if (context.frame.frame_number == 3) return std::nullopt;
-        return Identity{kRuleFacts, {}};
+        return Identity{kRuleFacts, {"nothing to do"}};
     }
     void plan(PassPlanner& planner) const override {
         const TextureId result = planner.texture("color", Format::rgba32f, 24, 16);

@@ -65,7 +65,9 @@ std::vector<Case> cases() {
         for (const int downsample : {1, 2, 4})
             all.push_back({concat("depth_of_field/", leak, "/", downsample),
                            {{"depth_of_field",
-                             {{"leak", Text(leak)}, {"downsample", int64_t(downsample)}}}}});
+                             {{"method", Text("gilham")},
+                              {"leak", Text(leak)},
+                              {"downsample", int64_t(downsample)}}}}});
     return all;
 }
 

@@ -1,6 +1,7 @@
 #include "tools/service/http/connection.h"
 
 #include <array>
+#include <atomic>
 #include <boost/asio/post.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/http/read.hpp>
@@ -127,7 +128,10 @@ void Connection::work() {
         }
         ++shared_.traffic.waiting;
     }
-    const auto counted = [respond, &shared = shared_](Reply answer) {
+    // One answer for each request, also where a handler fails after it has given one.
+    const auto answered = std::make_shared<std::atomic<bool>>(false);
+    const auto counted = [respond, answered, &shared = shared_](Reply answer) {
+        if (answered->exchange(true)) return;
         {
             const std::lock_guard lock(shared.traffic_mutex);
             --shared.traffic.waiting;

@@ -23,6 +23,9 @@ export ASAN_OPTIONS=detect_leaks=1:halt_on_error=1
 export UBSAN_OPTIONS=print_stacktrace=1
 export TSAN_OPTIONS=suppressions=$PWD/tests/robustness/races.supp:second_deadlock_stack=1:halt_on_error=0:exitcode=66
 
+# The sanitizer opens the program's modules in its place, and does not know where the program looks.
+export LD_LIBRARY_PATH=$build/modules${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}
+
 cmake --preset "$preset" -DBUILD_TESTING=ON >/dev/null
 if (($# == 0)); then
     cmake --build --preset "$preset" -j "$jobs"

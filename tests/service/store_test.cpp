@@ -87,7 +87,7 @@ TEST_F(StoreTest, EndedTwiceCountsOnce) {
     EXPECT_EQ(ends, 1u);
 }
 
-// Which of several frames killed the process nobody knows: none of them has an attempt less.
+// It is not known which of several frames killed the process: none of them has an attempt less.
 TEST_F(StoreTest, FramesInFlightTogetherGoOnAloneAndKeepTheirAttempts) {
     open();
     const std::string id = running(4);

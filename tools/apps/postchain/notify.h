@@ -6,7 +6,7 @@
 namespace postchain {
 
 // Sends "READY=1" and the like to the socket that $NOTIFY_SOCKET names. False: there is none, or
-// nobody listens.
+// there is no listener.
 bool notify_system(const std::string& state);
 
 }  // namespace postchain

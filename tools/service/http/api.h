@@ -18,7 +18,7 @@ namespace postchain::service {
 struct Admitted {
     Target target;
     Match match;
-    // Nobody waits for a thread for it: its answer is at hand.
+    // It waits for no thread: its answer is at hand.
     bool at_once = false;
 };
 

@@ -139,8 +139,8 @@ Answer<Job> Service::submit(const std::string& body, const std::string& key, boo
     return job;
 }
 
-std::vector<Job> Service::jobs(const std::string& state, const std::string& before,
-                               size_t limit) const {
+Answer<std::vector<Job>> Service::jobs(const std::string& state, const std::string& before,
+                                       size_t limit) const {
     const std::lock_guard lock(state_->mutex);
     std::vector<Job> found;
     bool on = before.empty();

@@ -148,8 +148,11 @@ void Api::add_jobs() {
                      limit.empty() ? std::optional<size_t>(50) : number_of<size_t>(limit);
                  if (!most || *most < 1 || *most > kMostJobs)
                      return respond(problem(400, concat("limit is 1 to ", kMostJobs)));
-                 auto jobs =
+                 auto answer =
                      service_.jobs(query_of(call, "state"), query_of(call, "before"), *most + 1);
+                 if (const auto* wrong = std::get_if<Problem>(&answer))
+                     return respond(problem(*wrong));
+                 auto& jobs = std::get<std::vector<Job>>(answer);
                  const bool more = jobs.size() > *most;
                  if (more) jobs.pop_back();
                  Json list = Json::array();

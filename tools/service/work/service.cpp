@@ -215,10 +215,10 @@ Answer<Job> Service::submit(const std::string& body, const std::string& idempote
                    kRetryAfterS);
 }
 
-std::vector<Job> Service::jobs(const std::string& state, const std::string& before,
-                               size_t limit) const {
+Answer<std::vector<Job>> Service::jobs(const std::string& state, const std::string& before,
+                                       size_t limit) const {
     auto jobs = state_->store->jobs(state, before, limit);
-    if (!jobs.ok()) return {};
+    if (!jobs.ok()) return problem_of(jobs.status());
     for (Job& job : *jobs) job = state_->shown(std::move(job));
     return std::move(*jobs);
 }

@@ -64,7 +64,8 @@ class Service {
     // the body is the same too. `created` gets whether there is a new one.
     Answer<Job> submit(const std::string& body, const std::string& idempotency_key, bool* created);
     // Newest first. `before`: an id, to read on; empty = from the newest.
-    std::vector<Job> jobs(const std::string& state, const std::string& before, size_t limit) const;
+    Answer<std::vector<Job>> jobs(const std::string& state, const std::string& before,
+                                  size_t limit) const;
     Answer<Job> job(const std::string& id) const;
     // In the order of the job, without their sidecars: those of a long job are large.
     Answer<std::vector<JobFrame>> frames(const std::string& id) const;

@@ -16,7 +16,8 @@ struct Reason {
 };
 
 // First to last: which passes are elided. Last to first: which planes each pass must produce.
-// `frame`: of seen_by(). `reasons`: one for each pass; null: they are not asked for. Errors: of make_plan().
+// `frame`: of seen_by(). `reasons`: one for each pass; null: they are not asked for. Errors: of
+// make_plan().
 Status decide(const Chain& chain, const FrameDescription& frame, const PlanOptions& options,
               const RuleNames& rules, PlanShape& shape, std::vector<Reason>* reasons);
 

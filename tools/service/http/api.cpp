@@ -118,25 +118,25 @@ void Api::run(const Admitted& admitted, const Request& request, const Respond& r
 }
 
 void Api::add_jobs() {
-    routes_.push_back(
-        {.method = "POST",
-         .path = "/v1/jobs",
-         .summary = "Submits a job",
-         .handle =
-             [this](const Call& call, const Respond& respond) {
-                 const std::string* key = call.request.header("Idempotency-Key");
-                 if (key && (key->empty() || key->size() > 200))
-                     return respond(problem(400, "Idempotency-Key has 1 to 200 characters"));
-                 bool created = false;
-                 const auto answer = service_.submit(call.request.body, key ? *key : "", &created);
-                 Reply reply = job_reply(created ? 202 : 200, answer);
-                 if (const Job* job = std::get_if<Job>(&answer))
-                     reply.headers.emplace_back("Location", "/v1/jobs/" + job->id);
-                 respond(std::move(reply));
-             },
-         .body = "JobRequest",
-         .status = 202,
-         .schema = "Job"});
+    routes_.push_back({.method = "POST",
+                       .path = "/v1/jobs",
+                       .summary = "Submits a job",
+                       .handle =
+                           [this](const Call& call, const Respond& respond) {
+                               const std::string* key = call.request.header("Idempotency-Key");
+                               if (key && key->empty())
+                                   return respond(problem(400, "Idempotency-Key is empty"));
+                               bool created = false;
+                               const auto answer =
+                                   service_.submit(call.request.body, key ? *key : "", &created);
+                               Reply reply = job_reply(created ? 202 : 200, answer);
+                               if (const Job* job = std::get_if<Job>(&answer))
+                                   reply.headers.emplace_back("Location", "/v1/jobs/" + job->id);
+                               respond(std::move(reply));
+                           },
+                       .body = "JobRequest",
+                       .status = 202,
+                       .schema = "Job"});
     routes_.push_back(
         {.method = "GET",
          .path = "/v1/jobs",

@@ -99,7 +99,8 @@ void recover(Database& database, int most_attempts, const EventSink& add_event) 
         flying.bind(job).step();
         const int64_t in_flight = flying.integer(0);
         // Of several frames in flight one may have killed the process, and the attempt
-        // counts for none; they go on alone. One that was alone has done it, or stood there when it came.
+        // counts for none; they go on alone. One that was alone has done it, or stood there when it
+        // came.
         if (in_flight > 1)
             Statement(database,
                       "UPDATE frames SET attempts = attempts - 1 WHERE job = ? AND in_flight = 1")

@@ -202,14 +202,16 @@ ImageF plane(std::initializer_list<float> values) {
 
 TEST(Cryptomatte, RerankingKeepsTheLargest) {
     Reranking ranking(3, 1, 2);
-    ranking.add(5, plane({0.2f, 0.3f, 0}), 0);
-    ranking.add(3, plane({0.5f, 0.3f, 0}), 0);
+    ranking.add(5, plane({0.2f, 0.3f, 0}), 0, {0, 0, 2, 0});
+    ranking.add(3, plane({0.5f, 0.3f, 0}), 0, {0, 0, 2, 0});
     EXPECT_EQ(ranking.pixels_short(), 0u);
-    ranking.add(4, plane({0.1f, 0.4f, 0.6f}), 0);
+    ranking.add(4, plane({0.1f, 0.4f, 0.6f}), 0, {0, 0, 2, 0});
     EXPECT_THAT(ranking.result().ids, ElementsAre(3, 5, 4, 3, 4, 0));
     EXPECT_THAT(ranking.result().coverages, ElementsAre(0.5f, 0.2f, 0.4f, 0.3f, 0.6f, 0));
     EXPECT_EQ(ranking.pixels_short(), 2u);
     EXPECT_EQ(ranking.largest_lost(), 0.3f);
+    ranking.add(9, plane({1, 1, 1}), 0, {2, 0, 2, 0});
+    EXPECT_THAT(ranking.result().ids, ElementsAre(3, 5, 4, 3, 9, 4));
 }
 
 }  // namespace

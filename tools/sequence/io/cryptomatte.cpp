@@ -259,32 +259,33 @@ ImageF coverage_of(const RankedCoverage& ranks, const std::vector<CryptoId>& ids
     return matte;
 }
 
-void Reranking::add(CryptoId id, const ImageF& coverage, int channel) {
+void Reranking::add(CryptoId id, const ImageF& coverage, int channel, const Window& area) {
+    for (int y = area.min_y; y <= area.max_y; ++y)
+        for (int x = area.min_x; x <= area.max_x; ++x)
+            if (const float value = coverage.at(x, y, channel); value > 0)
+                insert(size_t(y) * size_t(result_.width) + size_t(x), id, value);
+}
+
+void Reranking::insert(size_t pixel, CryptoId id, float value) {
     const size_t ranks = size_t(result_.ranks);
-    for (size_t pixel = 0; pixel < result_.pixels(); ++pixel) {
-        float value = coverage.data[pixel * size_t(coverage.channels) + size_t(channel)];
-        if (!(value > 0)) continue;
-        CryptoId* ids = result_.ids.data() + pixel * ranks;
-        float* values = result_.coverages.data() + pixel * ranks;
-        size_t place = 0;
-        while (place < ranks &&
-               (values[place] > value || (values[place] == value && ids[place] < id)))
-            ++place;
-        // What falls off the end has no rank.
-        float lost = value;
-        if (place < ranks) {
-            lost = values[ranks - 1];
-            std::move_backward(ids + place, ids + ranks - 1, ids + ranks);
-            std::move_backward(values + place, values + ranks - 1, values + ranks);
-            ids[place] = id;
-            values[place] = value;
-        }
-        if (lost > 0) {
-            if (short_.empty()) short_.resize(result_.pixels());
-            short_[pixel] = true;
-            largest_lost_ = std::max(largest_lost_, lost);
-        }
+    CryptoId* ids = result_.ids.data() + pixel * ranks;
+    float* values = result_.coverages.data() + pixel * ranks;
+    size_t place = 0;
+    while (place < ranks && (values[place] > value || (values[place] == value && ids[place] < id)))
+        ++place;
+    // What falls off the end has no rank.
+    float lost = value;
+    if (place < ranks) {
+        lost = values[ranks - 1];
+        std::move_backward(ids + place, ids + ranks - 1, ids + ranks);
+        std::move_backward(values + place, values + ranks - 1, values + ranks);
+        ids[place] = id;
+        values[place] = value;
     }
+    if (lost <= 0) return;
+    if (short_.empty()) short_.resize(result_.pixels());
+    short_[pixel] = true;
+    largest_lost_ = std::max(largest_lost_, lost);
 }
 
 uint64_t Reranking::pixels_short() const {

@@ -84,14 +84,16 @@ ImageF coverage_of(const RankedCoverage& ranks, const std::vector<CryptoId>& ids
 class Reranking {
   public:
     Reranking(int width, int height, int ranks) : result_(width, height, ranks) {}
-    // Channel `channel` of `coverage` is that of `id`, which was not added before.
-    void add(CryptoId id, const ImageF& coverage, int channel);
+    // Channel `channel` of `coverage` is that of `id`, which was not added before. Pixels outside
+    // `area` (x, y from 0) have none of it.
+    void add(CryptoId id, const ImageF& coverage, int channel, const Window& area);
 
     const RankedCoverage& result() const { return result_; }
     uint64_t pixels_short() const;  // in which more ids cover than there are ranks
     float largest_lost() const { return largest_lost_; }  // coverage of an id that has no rank
 
   private:
+    void insert(size_t pixel, CryptoId id, float value);
     RankedCoverage result_;
     std::vector<bool> short_;
     float largest_lost_ = 0;

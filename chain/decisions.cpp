@@ -30,7 +30,7 @@ constexpr double kSpreadWithNeighborsPx = 2;
 
 RoleSet without_neighbors(RoleSet planes) {
     for (const Neighbor neighbor : kNeighbors)
-        for (const Role role : kFileRoles) planes.remove(role_of(neighbor, role));
+        for (const Role role : kNeighborRoles) planes.remove(role_of(neighbor, role));
     return planes;
 }
 
@@ -50,6 +50,10 @@ size_t first_spreading_pass(const Chain& chain, const FrameDescription& frame) {
     return chain.links.size();
 }
 
+RoleSet outputs_of(const PlanOptions& options, const FrameDescription& frame) {
+    return options.outputs | (frame.planes & RoleSet{Role::layers});
+}
+
 FrameDescription seen_by(const Chain& chain, const FrameDescription& given) {
     FrameDescription frame = given;
     frame.camera = frame.camera.overlaid_by(chain.camera);
@@ -63,7 +67,7 @@ Status decide(const Chain& chain, const FrameDescription& frame, const PlanOptio
     passes.assign(chain.links.size(), {});
     if (reasons) reasons->assign(passes.size(), {});
     // What identity() sees as wanted: an upper bound, every plane a later pass could read.
-    RoleSet readable = options.outputs;
+    RoleSet readable = outputs_of(options, frame);
     for (size_t i = passes.size(); i-- > 0;) {
         passes[i].wanted = readable;
         const RoleUse use = chain.links[i].pass->roles();
@@ -91,7 +95,7 @@ Status decide(const Chain& chain, const FrameDescription& frame, const PlanOptio
         (*reasons)[i] = {
             rule, rule == kRuleMissingPlane ? Fact{missing_text(pass, context)} : fact.fact()};
     }
-    RoleSet wanted = options.outputs;
+    RoleSet wanted = outputs_of(options, frame);
     RoleSet all;
     for (Role role : kAllRoles) all.add(role);
     for (size_t i = passes.size(); i-- > 0;) {

@@ -30,6 +30,14 @@ const char* name_of(Role role) {
             return "motion_after";
         case Role::motion_back_after:
             return "motion_back_after";
+        case Role::layers:
+            return "layers";
+        case Role::layers_before:
+            return "layers_before";
+        case Role::layers_after:
+            return "layers_after";
+        case Role::mattes:
+            return "mattes";
     }
     return "unknown";
 }
@@ -43,10 +51,14 @@ int channels_of(Role role) {
         case Role::color:
         case Role::color_before:
         case Role::color_after:
+        case Role::layers:
+        case Role::layers_before:
+        case Role::layers_after:
             return 4;
         case Role::inverse_depth:
         case Role::inverse_depth_before:
         case Role::inverse_depth_after:
+        case Role::mattes:
             return 1;
         case Role::motion:
         case Role::motion_back:

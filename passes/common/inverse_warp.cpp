@@ -371,7 +371,7 @@ RoleSet optional_planes(bool shutter, Neighbors neighbors) {
     planes = planes | RoleSet{Role::motion, Role::motion_back};
     for (const Neighbor neighbor : kNeighbors)
         if (neighbor == Neighbor::before || neighbors == Neighbors::both)
-            for (const Role role : kFileRoles) planes.add(role_of(neighbor, role));
+            for (const Role role : kNeighborRoles) planes.add(role_of(neighbor, role));
     return planes - required_planes(shutter);
 }
 
@@ -385,6 +385,9 @@ std::vector<Neighbor> searched_neighbors(const Settings& settings, RoleSet avail
         bool all = available.has(Role::motion);
         for (const Role role : {Role::color, Role::inverse_depth, Role::motion})
             all = all && available.has(role_of(neighbor, role));
+        // What fills color from there fills the layers too, or they would not sum to it.
+        if (available.has(Role::layers))
+            all = all && available.has(role_of(neighbor, Role::layers));
         if (all) found.push_back(neighbor);
     }
     return found;

@@ -259,10 +259,11 @@ ImageF coverage_of(const RankedCoverage& ranks, const std::vector<CryptoId>& ids
     return matte;
 }
 
-void Reranking::add(CryptoId id, const ImageF& coverage, int channel, const Window& area) {
+void Reranking::add(CryptoId id, const ImageF& coverage, int channel, const Window& area,
+                    int first_row) {
     for (int y = area.min_y; y <= area.max_y; ++y)
         for (int x = area.min_x; x <= area.max_x; ++x)
-            if (const float value = coverage.at(x, y, channel); value > 0)
+            if (const float value = coverage.at(x, first_row + y, channel); value > 0)
                 insert(size_t(y) * size_t(result_.width) + size_t(x), id, value);
 }
 

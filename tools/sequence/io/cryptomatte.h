@@ -84,9 +84,10 @@ ImageF coverage_of(const RankedCoverage& ranks, const std::vector<CryptoId>& ids
 class Reranking {
   public:
     Reranking(int width, int height, int ranks) : result_(width, height, ranks) {}
-    // Channel `channel` of `coverage` is that of `id`, which was not added before. Pixels outside
-    // `area` (x, y from 0) have none of it.
-    void add(CryptoId id, const ImageF& coverage, int channel, const Window& area);
+    // Channel `channel` of `coverage`, from its row `first_row` on, is that of `id`, which was not
+    // added before. Pixels outside `area` (x, y from 0) have none of it.
+    void add(CryptoId id, const ImageF& coverage, int channel, const Window& area,
+             int first_row = 0);
 
     const RankedCoverage& result() const { return result_; }
     uint64_t pixels_short() const;  // in which more ids cover than there are ranks

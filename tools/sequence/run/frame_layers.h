@@ -56,6 +56,10 @@ struct FrameLayers {
     std::vector<MatteSource> mattes;  // in the order of LayerSettings::mattes
     std::vector<std::string> warnings;
 
+    // Whether Role::layers has anything to do here.
+    bool any_filtered() const {
+        return !filtered.empty() || (filter_cryptomattes && !cryptomattes.empty());
+    }
     std::string text() const;  // what the filtered pixels follow from, for the fingerprint
 };
 

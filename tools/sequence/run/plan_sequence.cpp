@@ -6,7 +6,8 @@
 
 namespace postchain::sequence {
 
-Status plan_sequence(const Chain& chain, const RunSettings& settings, const PlanVisitor& visitor) {
+Status plan_sequence(const Chain& chain, const RunSettings& asked, const PlanVisitor& visitor) {
+    const RunSettings settings = settings_for(asked, {&chain});
     auto list = io::find_frames(settings.input, settings.frames);
     if (!list.ok()) return list.status();
     SequenceReader reader(settings.source, settings.input, [&](const FrameHeader& header) {

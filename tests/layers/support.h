@@ -1,0 +1,39 @@
+// Frames whose lights sum to color, and the chains that filter them.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "chain/layers.h"
+#include "tests/support/gpu.h"
+#include "tests/support/images.h"
+
+namespace postchain::test {
+
+// Splits color into so many lights, each another part of it from pixel to pixel, one of them
+// brighter than all of it and the last negative there; they sum to it but for rounding. Replaces
+// layers that the frame has; lights its neighbors alike, where it has some.
+void add_lights(TestFrame& frame, int count);
+
+// Two layers that both move, one out of focus, with highlights up to 40 and holes in its alpha.
+TestFrame bright_frame(int width, int height);
+
+// The crop of a path-traced picture (tests/data/motion_blur), 160 x 160.
+TestFrame traced_frame();
+
+// The sum of the layers that stand in `layers`.
+ImageF sum_of(const ImageF& layers, int height);
+
+// Largest difference of any channel, as a part of the largest value of `b`.
+double relative_difference(const ImageF& a, const ImageF& b);
+
+struct NamedChain {
+    std::string name;
+    Chain chain;
+};
+// Every mode and method of every shipped pass, and chains of several.
+std::vector<NamedChain> every_mode();
+
+}  // namespace postchain::test

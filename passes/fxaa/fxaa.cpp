@@ -6,6 +6,7 @@
 
 #include "chain/layered_step.h"
 #include "chain/work_list.h"
+#include "passes/common/wide_color.h"
 #include "passes/fxaa/reference.h"
 #include "shaders/shared/fxaa_block.h"
 
@@ -237,11 +238,11 @@ class FxaaPass final : public Pass {
     }
 
     void reference(const PlanContext& context, ReferenceFrame& frame) const override {
-        ImageD& color = frame.planes.at(Role::color);
-        ImageD luma = reference_luma(parameters_, color, context.frame.luma_weights);
+        const ImageD color = wide_color(frame);
+        const ImageD luma = reference_luma(parameters_, color, context.frame.luma_weights);
         const ImageD* hint = uses_hint(context) ? &frame.planes.at(Role::hint) : nullptr;
-        color = reference_fxaa(parameters_, color, luma, hint);
-        frame.stages["fxaa"] = color;
+        set_wide_color(frame, reference_fxaa(parameters_, color, luma, hint));
+        frame.stages["fxaa"] = frame.planes.at(Role::color);
     }
 
     ParameterRef parameters() override { return &parameters_; }

@@ -88,6 +88,37 @@ TEST(Layers, ALayerThatIsColorIsFilteredAsColor) {
     }
 }
 
+// Each light against the double-precision reference, which gives it the weights that it finds for
+// color; stages too.
+TEST(Layers, AgreeWithTheReferenceInEveryMode) {
+    TestFrame alone = bright_frame(45, 37);
+    TestFrame neighbored = alone;
+    add_neighbors(neighbored);
+    add_lights(alone, 2);
+    add_lights(neighbored, 2);
+    for (const NamedChain& one : every_mode()) {
+        for (const TestFrame* frame : {&alone, &neighbored}) {
+            if (frame == &neighbored && one.chain.optional().of(Neighbor::before).empty()) continue;
+            const Stages gpu = filter_with_stages(one.chain, frame->description, frame->planes);
+            const ReferenceFrame expected = reference(one.chain, frame->description, frame->planes);
+            // Highlights of 40; a tap or a decision that rounds the other way moves single pixels.
+            const Difference out =
+                compare(gpu.outputs.at(Role::layers), expected.planes.at(Role::layers), 2e-3);
+            EXPECT_LE(out.fraction, 0.02) << one.name << ": " << out.text;
+            int stages = 0;
+            for (const auto& [name, stage] : expected.stages) {
+                if (name.find("layers") == std::string::npos) continue;
+                ++stages;
+                ASSERT_TRUE(gpu.stages.count(name)) << one.name << ": " << name;
+                const Difference difference = compare(gpu.stages.at(name), stage, 2e-3);
+                EXPECT_LE(difference.fraction, 0.02)
+                    << one.name << ", " << name << ": " << difference.text;
+            }
+            EXPECT_GT(stages, 0) << one.name;
+        }
+    }
+}
+
 // At most the units that GL 4.3 promises: 8 images, 16 samplers.
 TEST(Layers, NoStepNeedsMoreUnitsThanEveryDeviceHas) {
     TestFrame frame = bright_frame(40, 31);

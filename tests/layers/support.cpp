@@ -8,23 +8,6 @@
 namespace postchain::test {
 namespace {
 
-ImageF lights_of(const ImageF& color, int count, uint32_t seed) {
-    std::vector<ImageF> lights;
-    ImageF rest = color;
-    for (int i = 0; i + 1 < count; ++i) {
-        const ImageF part = noise_image(color.width, color.height, 4, seed + uint32_t(i), 0.0f,
-                                        i == 0 ? 1.7f : 0.4f);
-        ImageF light = color;
-        for (size_t k = 0; k < light.data.size(); ++k) {
-            light.data[k] *= part.data[k];
-            rest.data[k] -= light.data[k];
-        }
-        lights.push_back(std::move(light));
-    }
-    lights.push_back(std::move(rest));
-    return stack_planes(lights);
-}
-
 template <class T>
 std::vector<T> read(std::ifstream& in, size_t count) {
     std::vector<T> values(count);
@@ -34,19 +17,6 @@ std::vector<T> read(std::ifstream& in, size_t count) {
 }
 
 }  // namespace
-
-void add_lights(TestFrame& frame, int count) {
-    frame.description.layers = count;
-    frame.description.planes.add(Role::layers);
-    frame.planes[Role::layers] = lights_of(frame.planes.at(Role::color), count, 31);
-    for (const Neighbor neighbor : kNeighbors) {
-        const auto color = frame.planes.find(role_of(neighbor, Role::color));
-        if (color == frame.planes.end()) continue;
-        const Role there = role_of(neighbor, Role::layers);
-        frame.description.planes.add(there);
-        frame.planes[there] = lights_of(color->second, count, 71);
-    }
-}
 
 TestFrame bright_frame(int width, int height) {
     TestFrame frame = layered_frame(width, height, {23.0f, -11.0f}, {-3.0f, 5.0f}, 5);

@@ -12,11 +12,6 @@
 
 namespace postchain::test {
 
-// Splits color into so many lights, each another part of it from pixel to pixel, one of them
-// brighter than all of it and the last negative there; they sum to it but for rounding. Replaces
-// layers that the frame has; lights its neighbors alike, where it has some.
-void add_lights(TestFrame& frame, int count);
-
 // Two layers that both move, one out of focus, with highlights up to 40 and holes in its alpha.
 TestFrame bright_frame(int width, int height);
 

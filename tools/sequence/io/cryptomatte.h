@@ -6,7 +6,7 @@
 //   channels NAME00 r g b a, NAME01 ... (id, coverage, id, coverage of two ranks each)
 //     --ranks_of--> RankedCoverage --coverage_of--> the matte of some ids
 //
-// An id is the MurmurHash3 of a name, its bits stored as a float. Docs: docs/cryptomatte.md.
+// An id is the MurmurHash3 of a name, its bits stored as a float. Docs: docs/layers.md.
 #pragma once
 
 #include <array>

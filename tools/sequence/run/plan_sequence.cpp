@@ -1,6 +1,7 @@
 #include "tools/sequence/run/plan_sequence.h"
 
 #include "chain/plan_print.h"
+#include "tools/sequence/run/layer_record.h"
 #include "tools/sequence/run/plan_warnings.h"
 #include "tools/sequence/run/sequence_reader.h"
 
@@ -23,6 +24,7 @@ Status plan_sequence(const Chain& chain, const RunSettings& asked, const PlanVis
         auto source = reader.read(*inputs);
         if (!source.ok()) return source.status();
         planned.warnings = source->warnings;
+        planned.layers = source->layers;
         auto plan = plan_source_frame(chain, *source, settings.plan);
         if (!plan.ok()) return plan;
         for (auto& warning : plan_warnings(chain, *plan, *source))
@@ -31,7 +33,7 @@ Status plan_sequence(const Chain& chain, const RunSettings& asked, const PlanVis
         return plan;
     };
     for (int frame : list->frames) {
-        PlannedFrame planned{frame, Status(StatusCode::internal, "not planned"), {}, {}};
+        PlannedFrame planned{frame, Status(StatusCode::internal, "not planned"), {}, {}, {}};
         planned.plan = plan_of(frame, planned);
         if (!visitor(planned)) break;
     }
@@ -40,6 +42,8 @@ Status plan_sequence(const Chain& chain, const RunSettings& asked, const PlanVis
 
 io::Json planned_json(const PlannedFrame& planned, const std::optional<Seconds>& seconds) {
     io::Json json = io::Json::parse(plan_as_json(*planned.plan));
+    if (io::Json layers = layers_json(planned.layers, {}); !layers.empty())
+        json["layers"] = std::move(layers);
     json["estimate"] = estimate_json(planned.memory, seconds);
     return json;
 }

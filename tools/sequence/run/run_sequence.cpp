@@ -21,6 +21,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Coverage of one id, of a pixel: what is lost below is not seen.
+constexpr float kLostCoverage = 0.02f;
 constexpr const char* kProvenanceAttribute = "postchain";
 
 uint64_t count_nonfinite(const ImageF& image) {
@@ -126,6 +128,12 @@ class FilterJob final : public FrameJob {
                                                 executor_, report.cryptomattes);
             if (!filtered.ok()) return filtered.status().at(report.inputs.at(Role::color));
             frame.cryptomattes = std::move(*filtered);
+            for (const CryptomatteReport& one : report.cryptomattes)
+                if (one.largest_lost > kLostCoverage)
+                    report.warnings.push_back(concat(
+                        report.inputs.at(Role::color), ": cryptomatte ", one.name, ": ",
+                        one.pixels_short, " pixels have more ids than ranks, and up to ",
+                        one.largest_lost, " of a pixel is lost (render it with more ranks)"));
         }
         frame.source->planes.clear();
         return Status();

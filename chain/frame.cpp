@@ -10,7 +10,8 @@ const char* name_of(Precision precision) {
 
 int stacked_planes(Role role, const FrameDescription& frame) {
     if (!is_stacked(role)) return 0;
-    if (role != Role::mattes) return frame.layers;
+    if (role == Role::layers || role == Role::layers_before || role == Role::layers_after)
+        return frame.layers;
     int most = -1;
     for (const int index : frame.mattes) most = std::max(most, index);
     return most + 1;

@@ -66,7 +66,7 @@ class PassPlanner {
     virtual TextureId input(Role role) const = 0;
     // A new texture, "<index>.<pass>.<name>"; lives from its first to its last use.
     virtual TextureId texture(const std::string& name, Format format, int width, int height) = 0;
-    // An array of such textures, one for each further layer (input(Role::layers) has as many); only
+    // An array of such textures, one for each further layer, context().frame.layers of them; only
     // where has(Role::layers) holds.
     virtual TextureId layers(const std::string& name, Format format, int width, int height) = 0;
     virtual const PlanTexture& describe(TextureId texture) const = 0;

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "chain/decisions.h"
+#include "chain/matte.h"
 
 namespace postchain {
 namespace {
@@ -51,7 +52,7 @@ class Recorder final : public PassPlanner {
     }
     TextureId layers(const std::string& name, Format format, int width, int height) override {
         const TextureId id = texture(name, format, width, height);
-        plan_.textures[size_t(id)].layers = plan_.textures[size_t(input(Role::layers))].layers;
+        plan_.textures[size_t(id)].layers = context_.frame.layers;
         return id;
     }
     int frame_number() override {
@@ -292,8 +293,32 @@ Result<Plan> make_plan(const Chain& chain, const FrameDescription& given,
         const auto& pass = chain.links[i].pass;
         const PlanShape::OfPass& decided = shape.passes[i];
         const PlanContext context = context_of(frame, options, rules, decided);
-        plan.passes.push_back(
-            {type->name, type->parameters->text(pass->parameters()), decided.elided});
+        const std::string& matte_name = chain.links[i].matte;
+        plan.passes.push_back({type->name,
+                               type->parameters->text(pass->parameters()) +
+                                   (matte_name.empty() ? std::string() : " matte=" + matte_name),
+                               decided.elided});
+        if (const int matte = matte_of(frame, i); !decided.elided && matte >= 0) {
+            const std::map<Role, TextureId> before = current;
+            const FrameDescription held = with_held_layers(frame);
+            const PlanContext held_context = context_of(held, options, rules, decided);
+            Recorder holding(plan, current, reasons, held_context, int(i), type->name);
+            hold_out(holding, matte, frame.layers);
+            const std::map<Role, TextureId> held_planes = current;
+            pass->plan(holding);
+            if (Status s = check_layers(held_planes, current); !s.ok())
+                return s.at(concat("passes[", i, "].", type->name));
+            const Matted filtered = {before.at(Role::color), current.at(Role::color),
+                                     held_planes.at(Role::layers), current.at(Role::layers),
+                                     before.count(Role::layers) ? before.at(Role::layers) : -1};
+            for (const Role role : kHeldRoles) {
+                current.erase(role);
+                if (before.count(role)) current[role] = before.at(role);
+            }
+            Recorder laying(plan, current, reasons, context, int(i), type->name);
+            lay_over(laying, matte, filtered);
+            continue;
+        }
         if (!decided.elided) {
             const std::map<Role, TextureId> before = current;
             Recorder recorder(plan, current, reasons, context, int(i), type->name);
@@ -368,7 +393,17 @@ Result<ReferenceFrame> run_reference(const Chain& chain, const FrameDescription&
         if (shape.passes[i].elided) continue;
         ReferenceFrame one;
         one.planes = std::move(result.planes);
-        chain.links[i].pass->reference(context_of(frame, whole, rules, shape.passes[i]), one);
+        const auto& pass = *chain.links[i].pass;
+        if (const int matte = matte_of(frame, i); matte >= 0) {
+            const auto before = one.planes;
+            hold_out_reference(one.planes, matte);
+            const FrameDescription held = with_held_layers(frame);
+            pass.reference(context_of(held, whole, rules, shape.passes[i]), one);
+            lay_over_reference(one.planes, before, matte);
+            one.stages.clear();  // of the held layers
+        } else {
+            pass.reference(context_of(frame, whole, rules, shape.passes[i]), one);
+        }
         result.planes = std::move(one.planes);
         for (auto& [name, stage] : one.stages)
             result.stages[concat(i, ".", chain.links[i].type->name, ".", name)] = std::move(stage);

@@ -38,6 +38,10 @@ const char* name_of(Role role) {
             return "layers_after";
         case Role::mattes:
             return "mattes";
+        case Role::mattes_before:
+            return "mattes_before";
+        case Role::mattes_after:
+            return "mattes_after";
     }
     return "unknown";
 }
@@ -59,6 +63,8 @@ int channels_of(Role role) {
         case Role::inverse_depth_before:
         case Role::inverse_depth_after:
         case Role::mattes:
+        case Role::mattes_before:
+        case Role::mattes_after:
             return 1;
         case Role::motion:
         case Role::motion_back:

@@ -25,9 +25,11 @@ enum class Role : uint8_t {
     layers_before,
     layers_after,
     mattes,  // one channel each, 0..1: what passes leave as it is (chain/layers.h)
+    mattes_before,
+    mattes_after,
 };
 
-inline constexpr std::array<Role, 17> kAllRoles = {Role::color,
+inline constexpr std::array<Role, 19> kAllRoles = {Role::color,
                                                    Role::inverse_depth,
                                                    Role::motion,
                                                    Role::motion_back,
@@ -43,7 +45,9 @@ inline constexpr std::array<Role, 17> kAllRoles = {Role::color,
                                                    Role::layers,
                                                    Role::layers_before,
                                                    Role::layers_after,
-                                                   Role::mattes};
+                                                   Role::mattes,
+                                                   Role::mattes_before,
+                                                   Role::mattes_after};
 
 // What the files of one frame can have, one plane each.
 inline constexpr std::array<Role, 4> kFileRoles = {Role::color, Role::inverse_depth, Role::motion,
@@ -54,14 +58,16 @@ enum class Neighbor : uint8_t { before, after };
 inline constexpr std::array<Neighbor, 2> kNeighbors = {Neighbor::before, Neighbor::after};
 const char* name_of(Neighbor neighbor);
 
-// What is seen of another frame: the same, and its layers.
-inline constexpr std::array<Role, 5> kNeighborRoles = {
-    Role::color, Role::inverse_depth, Role::motion, Role::motion_back, Role::layers};
+// What is seen of another frame: the same, its layers and mattes.
+inline constexpr std::array<Role, 6> kNeighborRoles = {
+    Role::color, Role::inverse_depth, Role::motion, Role::motion_back, Role::layers, Role::mattes};
 
 // That frame's plane: (before, motion) -> motion_before. `role`: one of kNeighborRoles.
 constexpr Role role_of(Neighbor neighbor, Role role) {
     if (role == Role::layers)
         return neighbor == Neighbor::before ? Role::layers_before : Role::layers_after;
+    if (role == Role::mattes)
+        return neighbor == Neighbor::before ? Role::mattes_before : Role::mattes_after;
     const Role first = neighbor == Neighbor::before ? Role::color_before : Role::color_after;
     return Role(uint8_t(first) + uint8_t(role));
 }
@@ -72,7 +78,7 @@ int channels_of(
 // Planes of this role lie one below another: FrameDescription says how many.
 constexpr bool is_stacked(Role role) {
     return role == Role::layers || role == Role::layers_before || role == Role::layers_after ||
-           role == Role::mattes;
+           role == Role::mattes || role == Role::mattes_before || role == Role::mattes_after;
 }
 
 class RoleSet {

@@ -74,7 +74,7 @@ TEST(Role, OfANeighborHasTheNameAndTheChannelsOfItsOwnFrame) {
         }
     }
     for (Role role : kNeighborRoles) all.remove(role);
-    EXPECT_EQ(all, (RoleSet{Role::hint, Role::mattes}));
+    EXPECT_EQ(all, RoleSet{Role::hint});
 }
 
 }  // namespace

@@ -237,8 +237,9 @@ RoleSet planes_needed(const Chain& chain, const SourceSettings& settings, const 
         frame.planes = own;
         for (Neighbor neighbor : neighbors)
             for (Role role : kNeighborRoles)
-                if (const Role there = role_of(neighbor, role); own.has(role) && usable.has(there))
-                    frame.planes.add(there);
+                if (own.has(role) && usable.has(is_stacked(role) ? role_of(neighbor, Role::color)
+                                                                 : role_of(neighbor, role)))
+                    frame.planes.add(role_of(neighbor, role));
         frame.bounds.camera_cut = camera_cut;
         const auto plan = make_plan(chain, frame, options);
         if (!plan.ok()) return RoleSet();
@@ -293,7 +294,9 @@ FrameDescription planned_description(const Chain& chain, const SourceFrame& fram
     std::vector<std::string> mattes;
     for (const MatteSource& matte : frame.layers.mattes) mattes.push_back(matte.name);
     description.mattes = matte_indices(chain, mattes);
-    if (mattes_of(chain).empty()) description.planes.remove(Role::mattes);
+    if (mattes_of(chain).empty())
+        for (Role role : {Role::mattes, Role::mattes_before, Role::mattes_after})
+            description.planes.remove(role);
     find_depths(chain, frame.planes, description);
     description.camera = description.camera.overlaid_by(chain.camera);
     return description;

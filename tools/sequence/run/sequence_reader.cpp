@@ -80,10 +80,12 @@ Result<std::shared_ptr<SequenceReader::Entry>> SequenceReader::enter(
     if (!header.ok()) return header.status();
     const RoleSet wanted = planes_of_(*header);
     const RoleSet own = roles_in_files(*header);
-    entry->planes = RoleSet{Role::color} | (wanted & own);
+    // Mattes are there where a chain names them, and are then read with whatever else is.
+    entry->planes = RoleSet{Role::color} | (own & (wanted | RoleSet{Role::mattes}));
     for (Neighbor neighbor : kNeighbors) {
         for (Role role : kNeighborRoles) {
-            if (!own.has(role) || !wanted.of(neighbor).has(role)) continue;
+            const Role with = role == Role::mattes ? Role::color : role;
+            if (!own.has(role) || !wanted.of(neighbor).has(with)) continue;
             entry->planes.add(role);
             entry->planes.add(role_of(neighbor, role));
         }

@@ -235,8 +235,87 @@ Status check_rewritable(ExrFile& file, int color_part,
     return status_of_exception(file.path());
 }
 
+namespace {
+
+// A part of the output that is encoded anew.
+struct RewrittenPart {
+    PartPixels read;   // of a part that the frame does not hold
+    PartPixels moved;  // where the data window grows
+    PartPixels fresh;  // the channels that are replaced
+    std::vector<ImageF> images;
+    Imf::FrameBuffer buffer;
+
+    // Channels of `part` in `layers`, over what `kept` has, placed in `window`. Counts what does
+    // not fit its channel.
+    EncodeCounts replace(const PartPixels& kept, const Window& window, const InputFrame& frame,
+                         const std::vector<const FilteredLayer*>& layers);
+};
+
+EncodeCounts RewrittenPart::replace(const PartPixels& kept, const Window& window,
+                                    const InputFrame& frame,
+                                    const std::vector<const FilteredLayer*>& layers) {
+    static const std::map<std::string, float> kNothing;
+    const auto outside = frame.outside.find(kept.part);
+    const bool same = window == kept.window;
+    if (!same)
+        moved = kept.placed(window, outside == frame.outside.end() ? kNothing : outside->second);
+    const PartPixels& under = same ? kept : moved;
+    fresh.part = under.part;
+    fresh.window = under.window;
+    std::vector<EncodeTarget> targets;
+    images.reserve(layers.size());
+    for (const FilteredLayer* layer : layers) {
+        if (window != frame.window) images.push_back(placed(*layer->image, frame.window, window));
+        const ImageF& image = window == frame.window ? *layer->image : images.back();
+        for (size_t i = 0; i < layer->channels.size(); ++i) {
+            const PartPixels::Plane* old = under.find(layer->channels[i]);
+            PartPixels::Plane& plane = fresh.planes.emplace_back();
+            plane.channel = old->channel;
+            plane.width = old->width;
+            plane.height = old->height;
+            plane.bytes = std::make_unique_for_overwrite<std::byte[]>(plane.total_bytes());
+            targets.push_back({&image, int(i), plane.channel.type, plane.bytes.get(), !layer->ids});
+        }
+    }
+    const EncodeCounts counts = encode_channels(targets);
+    buffer = frame_buffer_of(under);
+    const Imf::FrameBuffer replaced = frame_buffer_of(fresh);
+    for (auto it = replaced.begin(); it != replaced.end(); ++it)
+        buffer.insert(it.name(), it.slice());
+    return counts;
+}
+
+// The layers by their part, color's among them.
+Result<std::map<int, std::vector<const FilteredLayer*>>> by_part(
+    const std::string& path, const InputFrame& frame, const FilteredLayer& color,
+    const std::vector<FilteredLayer>& layers) {
+    std::map<int, std::vector<const FilteredLayer*>> parts;
+    parts[color.part].push_back(&color);
+    const auto& in_file = frame.files.color_file().parts();
+    for (const FilteredLayer& layer : layers) {
+        const bool fits = layer.part >= 0 && size_t(layer.part) < in_file.size() &&
+                          in_file[size_t(layer.part)].data_window == frame.data_window &&
+                          layer.image->width == frame.description.width &&
+                          layer.image->height == frame.description.height &&
+                          size_t(layer.image->channels) >= layer.channels.size();
+        if (!fits)
+            return Status(StatusCode::internal, concat(path, ": a layer does not fit the frame"));
+        parts[layer.part].push_back(&layer);
+    }
+    return parts;
+}
+
+size_t channels_in(const std::vector<const FilteredLayer*>& layers) {
+    size_t count = 0;
+    for (const FilteredLayer* layer : layers) count += layer->channels.size();
+    return count;
+}
+
+}  // namespace
+
 Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, const ImageF& color,
-                                   const WriteOptions& options) try {
+                                   const WriteOptions& options,
+                                   const std::vector<FilteredLayer>& layers) try {
     WriteReport report;
     if (frame.kept == nullptr || color.width != frame.description.width ||
         color.height != frame.description.height || color.channels != 4) {
@@ -249,68 +328,63 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
         return report;
     }
 
-    if (Status s = check_rewritable(frame.files.color_file(), frame.kept->part, options.attributes);
+    const int color_part = frame.kept->part;
+    if (Status s = check_rewritable(frame.files.color_file(), color_part, options.attributes);
         !s.ok())
         return s;
 
-    // The new color planes, beside the kept ones they replace.
-    const std::vector<std::string>& names = frame.assignment.at(Role::color).channels;
-    const bool same_window = !options.window || *options.window == frame.kept->window;
-    const Window window = same_window ? frame.kept->window : aligned(*options.window, *frame.kept);
-    const PartPixels moved = same_window ? PartPixels() : frame.kept->placed(window, frame.outside);
-    const PartPixels& kept = same_window ? *frame.kept : moved;
-    ImageF placed_color;
-    if (window != frame.window) placed_color = placed(color, frame.window, window);
-    const ImageF& written = window == frame.window ? color : placed_color;
-    PartPixels fresh;
-    fresh.part = kept.part;
-    fresh.window = kept.window;
-    std::vector<EncodeTarget> targets;
-    for (size_t i = 0; i < names.size(); ++i) {
-        const PartPixels::Plane* old = kept.find(names[i]);
-        PartPixels::Plane& plane = fresh.planes.emplace_back();
-        plane.channel = old->channel;
-        plane.width = old->width;
-        plane.height = old->height;
-        plane.bytes = std::make_unique_for_overwrite<std::byte[]>(plane.total_bytes());
-        targets.push_back({&written, int(i), plane.channel.type, plane.bytes.get(), true});
+    const FilteredLayer own{color_part, frame.assignment.at(Role::color).channels, &color, false};
+    const auto replaced = by_part(path, frame, own, layers);
+    if (!replaced.ok()) return replaced.status();
+    const bool grown = options.window && *options.window != frame.kept->window;
+    ExrFile& file = frame.files.color_file();
+    ExrFile::Impl& input = file.impl();
+    std::vector<Imf::Header> headers;
+    for (int i = 0; i < input.file->parts(); ++i) headers.push_back(input.file->header(i));
+    std::map<int, RewrittenPart> rewritten;
+    EncodeCounts counts;
+    for (const auto& [part, of_part] : *replaced) {
+        RewrittenPart& next = rewritten[part];
+        if (part != color_part) {
+            auto read = file.read_part(part);
+            if (!read.ok()) return read.status();
+            next.read = std::move(*read);
+        }
+        const PartPixels& kept = part == color_part ? *frame.kept : next.read;
+        const Window window = grown ? aligned(*options.window, kept) : kept.window;
+        const EncodeCounts found = next.replace(kept, window, frame, of_part);
+        counts.overflow_pixels += found.overflow_pixels;
+        counts.nonfinite_pixels += found.nonfinite_pixels;
+        counts.refused_pixels += found.refused_pixels;
+        WriteOptions of_header = options;
+        if (part != color_part) of_header.attributes.clear();
+        headers[size_t(part)] = color_header(
+            headers[size_t(part)], channels_in(of_part) == kept.planes.size(),
+            input.facts.multi_part || input.facts.type_attribute, of_header, report.notes);
+        if (!grown) continue;
+        headers[size_t(part)].dataWindow() = box_of(window);
+        report.notes.push_back(concat("data window ", kept.window.text(), " grown to ",
+                                      window.text(), ": the chain moves light out of it"));
     }
-    const EncodeCounts counts = encode_channels(targets);
     if (Status s = check_counts(path, counts, options.overflow); !s.ok()) return s;
     report.overflow_pixels = counts.overflow_pixels;
     report.nonfinite_pixels = counts.nonfinite_pixels;
 
-    ExrFile::Impl& input = frame.files.color_file().impl();
-    std::vector<Imf::Header> headers;
-    for (int i = 0; i < input.file->parts(); ++i) headers.push_back(input.file->header(i));
-    headers[size_t(kept.part)] =
-        color_header(headers[size_t(kept.part)], names.size() == kept.planes.size(),
-                     input.facts.multi_part || input.facts.type_attribute, options, report.notes);
-    if (!same_window) {
-        headers[size_t(kept.part)].dataWindow() = box_of(window);
-        report.notes.push_back(concat("data window ", frame.kept->window.text(), " grown to ",
-                                      window.text(), ": the chain moves light out of it"));
-    }
-    Imf::FrameBuffer buffer = frame_buffer_of(kept);
-    const Imf::FrameBuffer fresh_buffer = frame_buffer_of(fresh);
-    for (auto it = fresh_buffer.begin(); it != fresh_buffer.end(); ++it) {
-        buffer.insert(it.name(), it.slice());
-    }
-
     const auto write = [&](Imf::OStream& stream) {
         if (!input.facts.multi_part) {
-            write_single_part(stream, headers[0], buffer);
+            write_single_part(stream, headers[0], rewritten.at(0).buffer);
             return;
         }
         Imf::MultiPartOutputFile out(stream, headers.data(), int(headers.size()), false,
                                      Imf::globalThreadCount());
         for (int part = 0; part < int(headers.size()); ++part) {
-            if (part != kept.part) {
+            const auto anew = rewritten.find(part);
+            if (anew == rewritten.end()) {
                 copy_part(*input.file, out, part);
             } else if (headers[size_t(part)].hasTileDescription()) {
-                write_tiles(Imf::TiledOutputPart(out, part), buffer);
+                write_tiles(Imf::TiledOutputPart(out, part), anew->second.buffer);
             } else {
-                write_lines(Imf::OutputPart(out, part), buffer);
+                write_lines(Imf::OutputPart(out, part), anew->second.buffer);
             }
         }
     };

@@ -10,9 +10,8 @@ using DescribeTest = CommandTest;
 
 TEST_F(DescribeTest, PlanAsTextJsonAndDot) {
     write_sequence(at(""), {1, 2});
-    const auto text = run({"plan", at("all.yaml"), "-i", in(1)});
+    const auto text = run({"plan", at("all.yaml"), "-i", in(1), "-v"});
     EXPECT_EQ(text.code, 0);
-    EXPECT_EQ(text.err, "");
     for (const char* word : {"frame 1", "48x32", "motion_blur", "step gather", "output color"})
         EXPECT_TRUE(contains(text.out, word)) << word;
 
@@ -31,6 +30,37 @@ TEST_F(DescribeTest, PlanAsTextJsonAndDot) {
     EXPECT_EQ(std::count(dot.out.begin(), dot.out.end(), '{'),
               std::count(dot.out.begin(), dot.out.end(), '}'));
     EXPECT_EQ(run({"plan", at("all.yaml"), "-i", in(1), "--dot", "--json"}).code, 2);
+}
+
+TEST_F(DescribeTest, APlanFitsOnAScreen) {
+    write_sequence(at(""), {1, 2, 3, 4});
+    const auto lines_of = [](const std::string& text) {
+        return std::count(text.begin(), text.end(), '\n');
+    };
+    const auto one = run({"plan", at("all.yaml"), "-i", in(), "--frames", "2"});
+    EXPECT_EQ(one.code, 0) << one.text();
+    EXPECT_EQ(one.err, "");
+    EXPECT_LE(lines_of(one.out), 24) << one.out;
+    // What the chain file says of a pass, and nothing that is the default.
+    for (const char* words :
+         {"frame 2  48x32  fp32", "0 motion_blur: mode=guertin samples=9 (", "1 fxaa: hint=",
+          "2 depth_of_field: method=gilham downsample=2", "dispatches,", "bytes a pixel",
+          "left out tile_variance: sample_split is even [unused_step]", "memory: "})
+        EXPECT_TRUE(contains(one.out, words)) << words << one.out;
+    for (const char* words : {"subpix", "groups ", "texture "})
+        EXPECT_FALSE(contains(one.out, words)) << words << one.out;
+    EXPECT_GT(lines_of(run({"plan", at("all.yaml"), "-i", in(), "--frames", "2", "-v"}).out), 40);
+    // A pass that does not run says why.
+    const auto still =
+        run({"plan", at("motion_blur.yaml"), "-i", in(1), "--set", "motion_blur.shutter_frames=0"});
+    EXPECT_TRUE(contains(still.out, "(does not run)")) << still.out;
+    EXPECT_TRUE(contains(still.out, "left out whole: shutter_frames is 0 [off_by_configuration]"))
+        << still.out;
+    // Frames of one plan are told once.
+    const auto all = run({"plan", at("fxaa.yaml"), "-i", in()});
+    EXPECT_EQ(all.code, 0) << all.text();
+    EXPECT_TRUE(contains(all.out, "\nframe 2: as frame 1\n")) << all.out;
+    EXPECT_TRUE(contains(all.out, "\nframe 4: as frame 1\n")) << all.out;
 }
 
 TEST_F(DescribeTest, AnEstimateIsForTheScheduler) {

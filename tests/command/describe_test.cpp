@@ -43,9 +43,10 @@ TEST_F(DescribeTest, APlanFitsOnAScreen) {
     EXPECT_LE(lines_of(one.out), 24) << one.out;
     // What the chain file says of a pass, and nothing that is the default.
     for (const char* words :
-         {"frame 2  48x32  fp32", "0 motion_blur: mode=guertin samples=9 (", "1 fxaa: hint=",
-          "2 depth_of_field: method=gilham downsample=2", "dispatches,", "bytes a pixel",
-          "left out tile_variance: sample_split is even [unused_step]", "memory: "})
+         {"frame 2  48x32  fp32", "0 motion_blur: mode=guertin samples=9 (",
+          "1 fxaa: default values", "2 depth_of_field: method=gilham downsample=2", "dispatches,",
+          "bytes a pixel", "left out tile_variance: sample_split is even [unused_step]",
+          "memory: "})
         EXPECT_TRUE(contains(one.out, words)) << words << one.out;
     for (const char* words : {"subpix", "groups ", "texture "})
         EXPECT_FALSE(contains(one.out, words)) << words << one.out;

@@ -36,6 +36,21 @@ RoleSet without_neighbors(RoleSet planes) {
     return planes;
 }
 
+// Where a matte is held out of a pass, the held layers are filtered, and a neighbor serves only
+// where its mattes are there too.
+RoleSet with_held(RoleSet planes, RoleSet of_frame) {
+    planes.add(Role::layers);
+    for (const Neighbor neighbor : kNeighbors) {
+        if (planes.has(role_of(neighbor, Role::mattes)) &&
+            (!of_frame.has(Role::layers) || planes.has(role_of(neighbor, Role::layers)))) {
+            planes.add(role_of(neighbor, Role::layers));
+            continue;
+        }
+        for (const Role role : kNeighborRoles) planes.remove(role_of(neighbor, role));
+    }
+    return planes;
+}
+
 }  // namespace
 
 PlanContext context_of(const FrameDescription& frame, const PlanOptions& options,
@@ -52,21 +67,6 @@ size_t first_spreading_pass(const Chain& chain, const FrameDescription& frame) {
     return chain.links.size();
 }
 
-// Where a matte is held out of a pass, the held layers are filtered, and a neighbor serves only
-// where its mattes are there too.
-RoleSet with_held(RoleSet planes, RoleSet of_frame) {
-    planes.add(Role::layers);
-    for (const Neighbor neighbor : kNeighbors) {
-        if (planes.has(role_of(neighbor, Role::mattes)) &&
-            (!of_frame.has(Role::layers) || planes.has(role_of(neighbor, Role::layers)))) {
-            planes.add(role_of(neighbor, Role::layers));
-            continue;
-        }
-        for (const Role role : kNeighborRoles) planes.remove(role_of(neighbor, role));
-    }
-    return planes;
-}
-
 RoleSet outputs_of(const PlanOptions& options, const FrameDescription& frame) {
     return options.outputs | (frame.planes & RoleSet{Role::layers});
 }
@@ -79,6 +79,9 @@ FrameDescription seen_by(const Chain& chain, const FrameDescription& given) {
 
 Status decide(const Chain& chain, const FrameDescription& frame, const PlanOptions& options,
               const RuleNames& rules, PlanShape& shape, std::vector<Reason>* reasons) {
+    if (frame.planes.has(Role::layers) != (frame.layers > 0))
+        return Status(StatusCode::internal,
+                      "the frame's number of layers is not that of its plane");
     const size_t spreading = first_spreading_pass(chain, frame);
     auto& passes = shape.passes;
     passes.assign(chain.links.size(), {});

@@ -55,9 +55,10 @@ TEST(Mattes, OfOneLeaveEveryBitAsItIs) {
             const FramePlanes out = filter(one.chain, held.description, held.planes);
             EXPECT_TRUE(equal_bits(out.at(Role::color), frame.planes.at(Role::color))) << one.name;
             EXPECT_EQ(out.count(Role::layers), lights ? 1u : 0u);
-            if (lights)
+            if (lights) {
                 EXPECT_TRUE(equal_bits(out.at(Role::layers), frame.planes.at(Role::layers)))
                     << one.name;
+            }
         }
     }
 }
@@ -75,6 +76,7 @@ TEST(Mattes, HeldOutObjectLeavesNothingInTheBackground) {
                 color.at(x, y, c) =
                     matte.at(x, y) == 1 ? (c == 1 ? 3.0f + float((x + y) % 5) : 0.0f) : ground[c];
     frame.description.bounds = {};
+    frame.description.camera.focus_distance = 5;  // neither of the two
     for (const NamedChain& one : every_mode()) {
         TestFrame held = frame;
         add_matte(held, matte, one.chain.links.size());
@@ -95,8 +97,8 @@ TEST(Mattes, HeldOutObjectLeavesNothingInTheBackground) {
                 }
         EXPECT_TRUE(same) << one.name;
         EXPECT_LE(worst, 2e-6) << one.name;
-        // Without the matte it smears.
-        EXPECT_GT(leaked, 1) << one.name;
+        // Without the matte it smears, but for the method that keeps near things from it itself.
+        if (one.name.find("leak=depth") == std::string::npos) EXPECT_GT(leaked, 1) << one.name;
     }
 }
 

@@ -101,6 +101,11 @@ std::vector<NamedChain> every_mode() {
             add("depth_of_field", {{"method", "gilham"}, {"leak", leak}, {"hdr_weight", weight}});
     add("depth_of_field",
         {{"method", "gilham"}, {"downsample", int64_t(1)}, {"blur_sigma_px", 2.0}});
+    // Boxes of several pixels, whose weights color decides.
+    add("depth_of_field", {{"method", "gilham"},
+                           {"downsample", int64_t(4)},
+                           {"blur_sigma_px", 5.0},
+                           {"hdr_weight", true}});
     add("joint_blur", {});
     add("joint_blur", {{"samples", int64_t(48)}, {"denoise", false}});
     for (const char* mode : {"search", "directional"})

@@ -86,7 +86,8 @@ int command(int argc, char** argv) {
     for (const char* group : {sequence::kInputGroup, sequence::kLayerGroup, sequence::kPlanGroup})
         add_settings(*plan, job, group, &options.job);
     auto* text = plan->add_flag_callback(
-        "--text", [&] { plan_format = "text"; }, "text for people (default)");
+        "--text", [&] { plan_format = "text"; },
+        "text for people (default): a screen for each frame, with -v its dispatches and textures");
     auto* json = plan->add_flag_callback(
         "--json", [&] { plan_format = "json"; }, "one JSON object per frame");
     plan->add_flag_callback(

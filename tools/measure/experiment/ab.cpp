@@ -159,7 +159,9 @@ class AbRun {
         if (!input.ok()) return input.status();
         auto results = filter(frame);
         std::optional<metrics::Picture> reference;
-        if (basis_.truth) {
+        if (basis_.truth && !basis_.truth->has(number)) {
+            // Filtered, not scored.
+        } else if (basis_.truth) {
             auto loaded = basis_.truth->load(number);
             if (!loaded.ok()) return loaded.status();
             reference = std::move(*loaded);

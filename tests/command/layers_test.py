@@ -129,7 +129,7 @@ class Layers(Frames):
         for layers, message in [("Combined_kez", "did you mean 'Combined_key'?"),
                                 ("Normal", "is not R, G, B, and data is never averaged"),
                                 ("CryptoObject00", "is a cryptomatte, and data is never averaged")]:
-            self.assertIn(message, self.run_on(pattern, "fast", "--layers", layers, code=1))
+            self.assertIn(message, self.run_on(pattern, "fast", "--layers", layers, code=2))
 
     def test_a_filtered_cryptomatte_has_the_filtered_mattes(self):
         path, before = self.matte_frame()
@@ -258,7 +258,7 @@ class Mattes(Frames):
         out = self.run_on(path, chain, "--set", "passes[0].matte=cryptomatte:bal")
         self.assertIn("no pixel of cryptomatte ViewLayer.CryptoObject has such an id", out)
         self.assertIn("patterns need a manifest",
-                      self.with_matte("cryptomatte:b*", pattern=path, code=1))
+                      self.with_matte("cryptomatte:b*", pattern=path, code=4))
 
     def test_bad_mattes(self):
         for matte, message in [
@@ -268,7 +268,7 @@ class Mattes(Frames):
                 ("cryptomatte:x*", "no 'x*' in the cryptomatte"),
                 ("Combined_key.H", "no such channel (did you mean"),
                 ("R", "such channels; give the whole name")]:
-            self.assertIn(message, self.with_matte(matte, code=1), matte)
+            self.assertIn(message, self.with_matte(matte, code=4), matte)
 
 
 if __name__ == "__main__":

@@ -36,7 +36,7 @@ class Frames(unittest.TestCase):
 
     def run_on(self, pattern, chain, *options, code=0):
         done = subprocess.run(
-            [POSTCHAIN, "run", chain, "-q", "-i", pattern, "-o", f"{self.folder}/out.####.exr",
+            [POSTCHAIN, "run", chain, "-i", pattern, "-o", f"{self.folder}/out.####.exr",
              "--on-existing", "overwrite", *LENS, *options], capture_output=True, text=True,
             check=False)
         self.assertEqual(done.returncode, code, done.stdout + done.stderr)

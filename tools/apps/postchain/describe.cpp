@@ -46,7 +46,8 @@ int plan_verb(const Options& options, const std::string& format, const std::stri
                 format == "json" ? io::json_text(sequence::planned_json(planned, seconds)) + "\n"
                 : format == "dot"
                     ? plan_as_dot(plan)
-                    : plan_as_text(plan) + sequence::estimate_text(planned.memory, seconds);
+                    : plan_as_text(plan) + sequence::resolved_text(*planned.resolved) +
+                          sequence::estimate_text(planned.memory, seconds);
             // JSON has escapes of its own.
             std::fputs(format == "json" ? text.c_str() : printable(text, Lines::keep).c_str(),
                        stdout);

@@ -14,6 +14,7 @@
 #include "tools/sequence/io/exr_writer.h"
 #include "tools/sequence/io/file_stamp.h"
 #include "tools/sequence/run/frame_source.h"
+#include "tools/sequence/run/resolved.h"
 
 namespace postchain::sequence {
 
@@ -30,6 +31,7 @@ struct FrameReport {
     std::vector<std::string> warnings;
     std::string profile;
     std::optional<Plan> plan;
+    std::optional<Resolved> resolved;
     std::string provenance;             // run/fingerprint.h
     std::vector<io::FileStamp> stamps;  // of the files that are read, its neighbors' among them
     FrameBounds bounds;

@@ -19,7 +19,9 @@
 #include "config/camera_file.h"
 #include "config/profile.h"
 #include "config/profile_match.h"
+#include "tools/sequence/io/camera_metadata.h"
 #include "tools/sequence/io/frame_reader.h"
+#include "tools/sequence/io/sequence.h"
 #include "tools/sequence/run/edge_check.h"
 #include "tools/sequence/run/sky_motion.h"
 
@@ -40,6 +42,9 @@ struct SourceSettings {
     NonfiniteColor nonfinite_color = NonfiniteColor::zero;
     std::set<int> cuts;  // frames whose motion leads across a camera cut
     DataWindow data_window = DataWindow::grow;
+    CameraMotion camera_motion = CameraMotion::missing;
+    std::optional<io::PathPattern>
+        color_frames;         // where a frame's neighbors are, for their cameras
     uint64_t max_memory = 0;  // bytes for frames; 0: no limit
 };
 
@@ -48,10 +53,13 @@ struct FrameHeader {
     io::OpenFrame files;
     ProfileMatch match;
     io::ChannelAssignment assignment;
-    io::Window window;                  // that is filtered
-    Camera camera;                      // metadata overlaid by the camera file
-    std::optional<SkyViews> sky;        // where the camera file has matrices
-    std::vector<std::string> warnings;  // one line each
+    io::Window window;            // that is filtered
+    Camera camera;                // metadata overlaid by the camera file
+    Origins camera_origins;       // of its values
+    std::optional<SkyViews> sky;  // where there are matrices, and vectors are made of them
+    bool makes_motion = false;    // every vector by `sky`, in place of the file's if any
+    std::vector<io::FoundAttribute> camera_attributes;  // of the color's part
+    std::vector<std::string> warnings;                  // one line each
 };
 
 // `files` as in io::FrameList::files. Errors: input, with file, what was looked for and found.
@@ -64,6 +72,7 @@ struct SurfaceHealth {
     uint64_t clear_edges = 0;             // pixels, clear_edges.h
     uint64_t sky_without_motion = 0;      // pixels, sky_motion.h
     uint64_t sky_motion_from_camera = 0;  // pixels
+    uint64_t motion_from_camera = 0;      // pixels
 };
 
 struct SourceFrame {
@@ -73,6 +82,7 @@ struct SourceFrame {
     InputHealth health;            // its first_nonfinite as in the file
     SurfaceHealth surface_health;
     ProfileMatch match;
+    Origins camera_origins;  // of description.camera
     ConvertOptions conversion;
     std::vector<std::string> warnings;
     Status strict_fault;  // what --strict says of the pixels that were read, neighbors' included
@@ -83,6 +93,9 @@ struct SourceFrame {
 };
 
 const io::ExrPart& color_part(const FrameHeader& header);
+
+// The planes that a frame has by itself: those of its files, and motion that is made.
+RoleSet own_planes(const FrameHeader& header);
 
 // The planes to read for this chain: those that a plan reads of which no fact is known yet, of
 // its neighbors too, as if they were there; and those that its neighbors would read of it. All that

@@ -57,7 +57,8 @@ Result<std::shared_ptr<SequenceReader::Entry>> SequenceReader::enter(
     if (!header.ok()) return header.status();
     const RoleSet wanted = planes_of_(*header);
     entry->planes.add(Role::color);
-    for (const auto& [role, where] : header->assignment) {
+    for (Role role : kFileRoles) {
+        if (!own_planes(*header).has(role)) continue;
         if (wanted.has(role)) entry->planes.add(role);
         for (Neighbor neighbor : kNeighbors) {
             if (!wanted.of(neighbor).has(role)) continue;

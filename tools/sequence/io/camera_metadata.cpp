@@ -73,11 +73,15 @@ std::vector<double> numbers_in(std::string_view text) {
             text.remove_prefix(std::min(skip, text.size()));
             continue;
         }
+        if (text.starts_with("-(")) {  // between the corners of a box
+            text.remove_prefix(1);
+            continue;
+        }
         double value = 0;
         const auto read = std::from_chars(text.data(), text.data() + text.size(), value);
         if (read.ec != std::errc()) return {};
         text.remove_prefix(size_t(read.ptr - text.data()));
-        // A rational is written as "24/1"; a box has a dash between its corners.
+        // A rational is written as "24/1".
         if (text.starts_with('/')) {
             double divisor = 0;
             const auto below = std::from_chars(text.data() + 1, text.data() + text.size(), divisor);
@@ -85,7 +89,6 @@ std::vector<double> numbers_in(std::string_view text) {
             text.remove_prefix(size_t(below.ptr - text.data()));
             value /= divisor;
         }
-        if (text.starts_with("-(")) text.remove_prefix(1);
         values.push_back(value);
     }
     return values;

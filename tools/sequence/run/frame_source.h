@@ -23,6 +23,7 @@
 #include "tools/sequence/io/frame_reader.h"
 #include "tools/sequence/io/sequence.h"
 #include "tools/sequence/run/edge_check.h"
+#include "tools/sequence/run/frame_layers.h"
 #include "tools/sequence/run/sky_motion.h"
 
 namespace postchain::sequence {
@@ -46,6 +47,7 @@ struct SourceSettings {
     std::optional<io::PathPattern>
         color_frames;         // where a frame's neighbors are, for their cameras
     uint64_t max_memory = 0;  // bytes for frames; 0: no limit
+    LayerSettings layers;
 };
 
 // Headers, roles and camera of one frame.
@@ -59,6 +61,7 @@ struct FrameHeader {
     std::optional<SkyViews> sky;  // where there are matrices, and vectors are made of them
     bool makes_motion = false;    // every vector by `sky`, in place of the file's if any
     std::vector<io::FoundAttribute> camera_attributes;  // of the color's part
+    FrameLayers layers;                                 // of color's file
     std::vector<std::string> warnings;                  // one line each
 };
 
@@ -75,6 +78,12 @@ struct SurfaceHealth {
     uint64_t motion_from_camera = 0;      // pixels
 };
 
+// The cryptomattes of a frame that are filtered, in the order of FrameLayers::cryptomattes.
+struct FrameCryptomattes {
+    io::Window window;
+    std::vector<io::RankedCoverage> ranks;
+};
+
 struct SourceFrame {
     io::InputFrame input;          // its planes have moved into `planes`, of input.window
     FrameDescription description;  // bounds and camera included
@@ -83,6 +92,10 @@ struct SourceFrame {
     SurfaceHealth surface_health;
     ProfileMatch match;
     Origins camera_origins;  // of description.camera
+    FrameLayers layers;
+    // None where they stay as they are.
+    std::shared_ptr<const FrameCryptomattes> cryptomattes;
+    std::map<Neighbor, std::shared_ptr<const FrameCryptomattes>> neighbor_cryptomattes;
     ConvertOptions conversion;
     std::vector<std::string> warnings;
     Status strict_fault;  // what --strict says of the pixels that were read, neighbors' included
@@ -94,8 +107,9 @@ struct SourceFrame {
 
 const io::ExrPart& color_part(const FrameHeader& header);
 
-// The planes that a frame has by itself: those of its files, and motion that is made.
-RoleSet own_planes(const FrameHeader& header);
+// What the frame can bring by itself: the roles that have channels in its files, layers and mattes,
+// and motion that is made.
+RoleSet roles_in_files(const FrameHeader& header);
 
 // The planes to read for this chain: those that a plan reads of which no fact is known yet, of
 // its neighbors too, as if they were there; and those that its neighbors would read of it. All that
@@ -122,6 +136,8 @@ SharedPlanes shared(FramePlanes planes);
 // nothing can be divided: what was clear in the file, `stored`, and has got no light, has its color
 // again.
 void to_file_convention(ImageF& color, const ConvertOptions& conversion, const ImageF& stored);
+// The same of a further layer, which is stored as color is: `color` has its alpha.
+void layer_to_file_convention(ImageF& layer, const ConvertOptions& conversion, const ImageF& color);
 
 // Color as the file of a frame that was read with Keep::all has it.
 ImageF stored_color(const io::InputFrame& input);

@@ -68,6 +68,8 @@ Result<SourceSettings> source_settings_of(const JobSettings& job, Diagnostics& n
     source.nonfinite_color = job.nonfinite;
     source.data_window = job.data_window;
     source.camera_motion = job.camera_motion;
+    source.layers.layers = job.layers;
+    source.layers.cryptomatte = job.cryptomatte;
     auto memory = memory_limit_of(job.max_memory);
     if (!memory.ok()) return memory.status();
     source.max_memory = *memory;
@@ -156,6 +158,15 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                .help = "memory that frames may take, as 8G or 500M",
                .unset_means = "three quarters of the machine's",
                .group = kInputGroup})
+        .text("layers", &JobSettings::layers,
+              {.unit = "NAMES",
+               .help = "further color layers that are filtered as the color is: none, all, or "
+                       "names and patterns with commas",
+               .group = kLayerGroup})
+        .choice("cryptomatte", &JobSettings::cryptomatte, {"keep", "filter"},
+                {.help = "what becomes of cryptomattes: kept as rendered, or the coverage of each "
+                         "id filtered as a layer and ranked anew",
+                 .group = kLayerGroup})
         .choice("precision", &JobSettings::precision, {"fp16", "fp32"},
                 {.help = "storage of intermediate planes", .group = kPlanGroup})
         .text("no_elide", &JobSettings::no_elide,
@@ -269,7 +280,8 @@ Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& 
     static const std::set<std::string> kNotRepeated = {
         "frames",   "chunk",   "output", "mkdir",       "on_existing",
         "on_error", "sidecar", "png",    "dump_stages", "max_memory"};
-    for (const auto& row : job_parameters(registry).rows()) {
+    const ParameterTable table = job_parameters(registry);
+    for (const auto& row : table.rows()) {
         const ParameterValue value = row.get(&job);
         if (value != row.default_value && value != ParameterValue(std::string()) &&
             !kNotRepeated.contains(row.key))

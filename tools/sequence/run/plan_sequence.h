@@ -20,6 +20,7 @@ struct PlannedFrame {
     std::vector<std::string> warnings;
     Memory memory;                     // where there is a plan, as the next
     std::optional<Resolved> resolved;  // what its passes work with
+    FrameLayers layers;
 };
 // False ends it.
 using PlanVisitor = std::function<bool(const PlannedFrame&)>;

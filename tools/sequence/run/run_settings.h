@@ -43,4 +43,7 @@ struct RunSettings {
     std::map<std::string, ParameterValue> given;
 };
 
+// The settings with what the chain names besides: its mattes.
+RunSettings settings_for(RunSettings settings, const std::vector<const Chain*>& chains);
+
 }  // namespace postchain::sequence

@@ -269,7 +269,8 @@ Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& 
     static const std::set<std::string> kNotRepeated = {
         "frames",   "chunk",   "output", "mkdir",       "on_existing",
         "on_error", "sidecar", "png",    "dump_stages", "max_memory"};
-    for (const auto& row : job_parameters(registry).rows()) {
+    const ParameterTable table = job_parameters(registry);
+    for (const auto& row : table.rows()) {
         const ParameterValue value = row.get(&job);
         if (value != row.default_value && value != ParameterValue(std::string()) &&
             !kNotRepeated.contains(row.key))

@@ -29,6 +29,7 @@
 
 #include "tools/sequence/io/exr_attributes.h"
 #include "tools/sequence/io/exr_internal.h"
+#include "tools/sequence/io/exr_layout.h"
 #include "tools/sequence/io/pixel_encode.h"
 
 namespace postchain::io {
@@ -106,23 +107,23 @@ Status write_file(const std::string& path, const WriteOptions& options, WriteRep
     return {};
 }
 
-void copy_part(Imf::MultiPartInputFile& in, Imf::MultiPartOutputFile& out, int part) {
+void copy_part(Imf::MultiPartInputFile& in, int part, Imf::MultiPartOutputFile& out, int to) {
     const Imf::Header& header = in.header(part);
     const std::string type = header.hasType()              ? header.type()
                              : header.hasTileDescription() ? Imf::TILEDIMAGE
                                                            : Imf::SCANLINEIMAGE;
     if (type == Imf::DEEPSCANLINE) {
         Imf::DeepScanLineInputPart from(in, part);
-        Imf::DeepScanLineOutputPart(out, part).copyPixels(from);
+        Imf::DeepScanLineOutputPart(out, to).copyPixels(from);
     } else if (type == Imf::DEEPTILE) {
         Imf::DeepTiledInputPart from(in, part);
-        Imf::DeepTiledOutputPart(out, part).copyPixels(from);
+        Imf::DeepTiledOutputPart(out, to).copyPixels(from);
     } else if (type == Imf::TILEDIMAGE) {
         Imf::TiledInputPart from(in, part);
-        Imf::TiledOutputPart(out, part).copyPixels(from);
+        Imf::TiledOutputPart(out, to).copyPixels(from);
     } else {
         Imf::InputPart from(in, part);
-        Imf::OutputPart(out, part).copyPixels(from);
+        Imf::OutputPart(out, to).copyPixels(from);
     }
 }
 
@@ -158,8 +159,9 @@ Imf::Header without(const Imf::Header& from, const std::vector<std::string>& nam
 }
 
 // The header of color's part in the output.
-Imf::Header color_header(const Imf::Header& from, bool only_color, bool keep_type,
-                         const WriteOptions& options, std::vector<std::string>& notes) {
+Imf::Header color_header(const Imf::Header& from, const std::vector<std::string>& color,
+                         bool keep_type, const WriteOptions& options,
+                         std::vector<std::string>& notes) {
     std::vector<std::string> left_out;
     for (const char* name : kStaleAttributes) {
         if (from.find(name) == from.end()) continue;
@@ -171,7 +173,16 @@ Imf::Header color_header(const Imf::Header& from, bool only_color, bool keep_typ
     for (const auto& [name, value] : options.attributes) {
         header.insert(name, Imf::StringAttribute(value));
     }
-    if (is_lossy(header.compression()) && !only_color) {
+    header.zipCompressionLevel() = options.zip_level;
+    // The level of DWA is an attribute of the file; a header that was read does not keep it.
+    if (const auto* level = header.findTypedAttribute<Imf::FloatAttribute>("dwaCompressionLevel")) {
+        header.dwaCompressionLevel() = level->value();
+    }
+    apply_settings(options.exr, color, header);
+    bool only_color = true;
+    for (auto it = header.channels().begin(); it != header.channels().end(); ++it)
+        only_color &= std::find(color.begin(), color.end(), it.name()) != color.end();
+    if (!options.exr.compression && is_lossy(header.compression()) && !only_color) {
         notes.push_back(concat("compression ", compression_name(header.compression()),
                                " replaced by zip: the part holds channels besides color, which "
                                "are only written lossless"));
@@ -182,11 +193,6 @@ Imf::Header color_header(const Imf::Header& from, bool only_color, bool keep_typ
         tiles.mode = Imf::ONE_LEVEL;
         header.setTileDescription(tiles);
         notes.push_back("smaller levels dropped: they showed the unfiltered picture");
-    }
-    header.zipCompressionLevel() = options.zip_level;
-    // The level of DWA is an attribute of the file; a header that was read does not keep it.
-    if (const auto* level = header.findTypedAttribute<Imf::FloatAttribute>("dwaCompressionLevel")) {
-        header.dwaCompressionLevel() = level->value();
     }
     return header;
 }
@@ -208,8 +214,8 @@ Window aligned(Window window, const PartPixels& pixels) {
 
 }  // namespace
 
-Status check_rewritable(ExrFile& file, int color_part,
-                        const std::map<std::string, std::string>& attributes) try {
+Status check_rewritable(ExrFile& file, const RoleChannels& color, const WriteOptions& options) try {
+    const int color_part = color.part;
     const Imf::MultiPartInputFile& input = *file.impl().file;
     for (int part = 0; part < input.parts(); ++part) {
         const Imf::Header& header = input.header(part);
@@ -220,7 +226,7 @@ Status check_rewritable(ExrFile& file, int color_part,
                                                     "' and cannot be copied; write it without"));
     }
     const Imf::Header& header = input.header(color_part);
-    for (const auto& [name, value] : attributes) {
+    for (const auto& [name, value] : options.attributes) {
         const auto found = header.find(name);
         if (found == header.end() ||
             dynamic_cast<const Imf::StringAttribute*>(&found.attribute()) != nullptr)
@@ -230,7 +236,8 @@ Status check_rewritable(ExrFile& file, int color_part,
             concat(file.path(), ": its attribute ", name, " is ", found.attribute().typeName(),
                    ", and the output has a text of that name; rename it or leave it out"));
     }
-    return {};
+    const auto notes = check_settings(file.parts(), color_part, color.channels, options.exr);
+    return notes.ok() ? Status() : notes.status().at(file.path());
 } catch (...) {
     return status_of_exception(file.path());
 }
@@ -249,12 +256,15 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
         return report;
     }
 
-    if (Status s = check_rewritable(frame.files.color_file(), frame.kept->part, options.attributes);
-        !s.ok())
-        return s;
+    const RoleChannels& source = frame.assignment.at(Role::color);
+    if (Status s = check_rewritable(frame.files.color_file(), source, options); !s.ok()) return s;
+    const std::vector<std::string>& names = source.channels;
+    const std::vector<ExrPart>& parts = frame.files.color_file().parts();
+    auto said = check_settings(parts, source.part, names, options.exr);
+    if (!said.ok()) return said.status();
+    report.notes = std::move(*said);
 
     // The new color planes, beside the kept ones they replace.
-    const std::vector<std::string>& names = frame.assignment.at(Role::color).channels;
     const bool same_window = !options.window || *options.window == frame.kept->window;
     const Window window = same_window ? frame.kept->window : aligned(*options.window, *frame.kept);
     const PartPixels moved = same_window ? PartPixels() : frame.kept->placed(window, frame.outside);
@@ -267,9 +277,12 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
     fresh.window = kept.window;
     std::vector<EncodeTarget> targets;
     for (size_t i = 0; i < names.size(); ++i) {
+        if (!options.exr.takes(names[i])) continue;
         const PartPixels::Plane* old = kept.find(names[i]);
         PartPixels::Plane& plane = fresh.planes.emplace_back();
         plane.channel = old->channel;
+        if (options.exr.half && plane.channel.type == PixelType::float32)
+            plane.channel.type = PixelType::half;
         plane.width = old->width;
         plane.height = old->height;
         plane.bytes = std::make_unique_for_overwrite<std::byte[]>(plane.total_bytes());
@@ -281,21 +294,22 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
     report.nonfinite_pixels = counts.nonfinite_pixels;
 
     ExrFile::Impl& input = frame.files.color_file().impl();
+    const std::vector<int> copied = written_parts(parts, options.exr);
     std::vector<Imf::Header> headers;
-    for (int i = 0; i < input.file->parts(); ++i) headers.push_back(input.file->header(i));
-    headers[size_t(kept.part)] =
-        color_header(headers[size_t(kept.part)], names.size() == kept.planes.size(),
-                     input.facts.multi_part || input.facts.type_attribute, options, report.notes);
+    for (const int part : copied) headers.push_back(input.file->header(part));
+    Imf::Header& header =
+        headers[size_t(std::find(copied.begin(), copied.end(), kept.part) - copied.begin())];
+    header = color_header(header, names, input.facts.multi_part || input.facts.type_attribute,
+                          options, report.notes);
     if (!same_window) {
-        headers[size_t(kept.part)].dataWindow() = box_of(window);
+        header.dataWindow() = box_of(window);
         report.notes.push_back(concat("data window ", frame.kept->window.text(), " grown to ",
                                       window.text(), ": the chain moves light out of it"));
     }
-    Imf::FrameBuffer buffer = frame_buffer_of(kept);
-    const Imf::FrameBuffer fresh_buffer = frame_buffer_of(fresh);
-    for (auto it = fresh_buffer.begin(); it != fresh_buffer.end(); ++it) {
-        buffer.insert(it.name(), it.slice());
-    }
+    Imf::FrameBuffer buffer;
+    for (const Imf::FrameBuffer& planes : {frame_buffer_of(kept), frame_buffer_of(fresh)})
+        for (auto it = planes.begin(); it != planes.end(); ++it)
+            if (options.exr.takes(it.name())) buffer.insert(it.name(), it.slice());
 
     const auto write = [&](Imf::OStream& stream) {
         if (!input.facts.multi_part) {
@@ -304,13 +318,13 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
         }
         Imf::MultiPartOutputFile out(stream, headers.data(), int(headers.size()), false,
                                      Imf::globalThreadCount());
-        for (int part = 0; part < int(headers.size()); ++part) {
-            if (part != kept.part) {
-                copy_part(*input.file, out, part);
-            } else if (headers[size_t(part)].hasTileDescription()) {
-                write_tiles(Imf::TiledOutputPart(out, part), buffer);
+        for (size_t i = 0; i < copied.size(); ++i) {
+            if (copied[i] != kept.part) {
+                copy_part(*input.file, copied[i], out, int(i));
+            } else if (headers[i].hasTileDescription()) {
+                write_tiles(Imf::TiledOutputPart(out, int(i)), buffer);
             } else {
-                write_lines(Imf::OutputPart(out, part), buffer);
+                write_lines(Imf::OutputPart(out, int(i)), buffer);
             }
         }
     };

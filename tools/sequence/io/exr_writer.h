@@ -9,8 +9,9 @@
 // preview, oiio:SHA-1, oiio:AverageColor, oiio:ConstantColor.
 // Lossy compression (PXR24, B44, B44A, DWAA, DWAB) of color's part is kept only where the part
 // holds nothing but color; else it becomes ZIP, since depth, vectors and all other channels are
-// only ever written lossless. A mip- or rip-mapped color part is written with its full-size level
-// alone: the smaller ones would show the unfiltered picture. Both are said in WriteReport::notes.
+// only ever written lossless; WriteOptions::exr may ask for another one. A mip- or rip-mapped color
+// part is written with its full-size level alone: the smaller ones would show the unfiltered
+// picture. Both are said in WriteReport::notes.
 #pragma once
 
 #include <functional>
@@ -23,6 +24,7 @@
 #include "chain/image.h"
 #include "chain/status.h"
 #include "tools/sequence/io/atomic_file.h"
+#include "tools/sequence/io/exr_settings.h"
 #include "tools/sequence/io/frame_reader.h"
 
 namespace postchain::io {
@@ -38,6 +40,7 @@ struct WriteOptions {
     OnExisting on_existing = OnExisting::fail;
     HalfOverflow overflow = HalfOverflow::refuse;
     int zip_level = kZipLevel;
+    ExrSettings exr = {};  // of write_filtered()
     // Data window of color's part, grown outwards where its subsampled channels need that. The
     // file's own when not given.
     std::optional<Window> window = {};
@@ -65,15 +68,15 @@ struct WriteReport {
 // written is larger than the file's, other channels hold InputFrame::outside there. Errors
 // (output): the path (see AtomicFile), write errors, and under `refuse` values beyond a half
 // channel, NaN and Inf (under `clamp` NaN becomes 0, the others the largest value of the channel's
-// type); (input): check_rewritable(), damaged data in a part that is copied.
+// type); (input): check_rewritable(), damaged data in a part that is copied; (usage): settings that
+// check_rewritable() refuses.
 Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, const ImageF& color,
                                    const WriteOptions& options);
 
 // Whether write_filtered() can write the file back, from its header alone. Errors (input): a part
 // of unknown type, which cannot be copied; an attribute of color's part that has the name of one of
-// `attributes` and is no text.
-Status check_rewritable(ExrFile& file, int color_part,
-                        const std::map<std::string, std::string>& attributes);
+// WriteOptions::attributes and is no text; (usage): WriteOptions::exr does not suit the file.
+Status check_rewritable(ExrFile& file, const RoleChannels& color, const WriteOptions& options);
 
 using AttributeValue = std::variant<std::string, float, int>;
 

@@ -76,6 +76,12 @@ std::string fingerprint_of(const Chain& chain, const RunSettings& settings,
     std::string text = concat(chain.text(), name_of(settings.plan.precision), " frame ", frame,
                               "\n", text_of(*inputs.frame), int(settings.source.nonfinite_color),
                               " ", int(settings.overflow), "\n");
+    const io::ExrSettings& exr = settings.exr;
+    if (exr.compression)
+        text += concat("compression ", io::name_of(exr.compression->method), " ",
+                       exr.compression->level.value_or(-1), "\n");
+    if (exr.half) text += "half\n";
+    for (const std::string& channel : exr.channels) text += concat("channel ", channel, "\n");
     // Of the rules that are on by default only this one changes pixels.
     const RuleNames rules = settings.plan.rules(chain);
     for (const auto& rule : settings.plan.rules_on)

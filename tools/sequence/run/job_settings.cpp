@@ -91,6 +91,23 @@ Result<SourceSettings> source_settings_of(const JobSettings& job, Diagnostics& n
     return source;
 }
 
+Result<io::ExrSettings> exr_settings_of(const JobSettings& job) {
+    io::ExrSettings exr;
+    exr.half = job.half;
+    std::istringstream names(job.channels);
+    for (std::string name; std::getline(names, name, ',');) {
+        if (name.empty())
+            return Status(StatusCode::usage, option_name("channels") + ": an empty name");
+        exr.channels.push_back(name);
+    }
+    if (!job.compression.empty()) {
+        auto compression = io::ExrCompression::parse(job.compression);
+        if (!compression.ok()) return compression.status().at(option_name("compression"));
+        exr.compression = *compression;
+    }
+    return exr;
+}
+
 }  // namespace
 
 Result<uint64_t> memory_limit_of(const std::string& text) {
@@ -191,6 +208,19 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                 {.help = "when a result is too large for its channel: an error, or the largest "
                          "value there is",
                  .group = kOutputGroup})
+        .text("compression", &JobSettings::compression,
+              {.unit = "NAME",
+               .help = "of EXR outputs: none, rle, zips, zip, piz, pxr24, b44, b44a, dwaa, dwab, "
+                       "with a level as zip:4 or dwaa:45",
+               .unset_means = "the input's",
+               .group = kOutputGroup})
+        .boolean("half", &JobSettings::half,
+                 {.help = "write color of EXR outputs as half", .group = kOutputGroup})
+        .text("channels", &JobSettings::channels,
+              {.unit = "NAMES",
+               .help = "channels of EXR outputs, with commas; * stands for any text",
+               .unset_means = "all",
+               .group = kOutputGroup})
         .boolean(
             "strict", &JobSettings::strict,
             {.help = "non-finite values in input or output are an error", .group = kOutputGroup})
@@ -254,6 +284,9 @@ Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& 
     settings.missing = job.missing;
     settings.on_error = job.on_error;
     settings.overflow = job.overflow;
+    auto exr = exr_settings_of(job);
+    if (!exr.ok()) return exr.status();
+    settings.exr = std::move(*exr);
     settings.strict = job.strict;
     settings.sidecar = job.sidecar;
     settings.preview = job.png;

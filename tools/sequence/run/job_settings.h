@@ -37,6 +37,9 @@ struct JobSettings {
     MissingPolicy missing = MissingPolicy::error;
     ErrorPolicy on_error = ErrorPolicy::stop;
     io::HalfOverflow overflow = io::HalfOverflow::refuse;
+    std::string compression;
+    bool half = false;
+    std::string channels;
     bool strict = false;
     bool sidecar = true;
     bool png = false;

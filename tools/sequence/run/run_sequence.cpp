@@ -55,9 +55,9 @@ class FilterJob final : public FrameJob {
         const std::string fingerprint = fingerprint_of(chain_, settings_, inputs);
         report.provenance = provenance_of(fingerprint, settings_.strict);
         const FrameHeader& header = inputs.frame->header;
-        if (Status status = io::check_rewritable(header.files.color_file(),
-                                                 header.assignment.at(Role::color).part,
-                                                 {{kProvenanceAttribute, report.provenance}});
+        if (Status status =
+                io::check_rewritable(header.files.color_file(), header.assignment.at(Role::color),
+                                     write_options(report));
             !status.ok())
             return status;
         std::error_code error;
@@ -107,12 +107,9 @@ class FilterJob final : public FrameJob {
                                stored_color(frame.source->input));
         const auto permit = files_.permit(report.output);
         if (!permit.ok()) return permit.status();
-        io::WriteOptions options;
+        io::WriteOptions options = write_options(report);
         options.on_existing = *permit;
         options.before_commit = [&] { return io::check_unchanged(report.stamps); };
-        options.overflow = settings_.overflow;
-        options.window = report.window;
-        options.attributes[kProvenanceAttribute] = report.provenance;
         auto written =
             io::write_filtered(report.output, frame.source->input, frame.result, options);
         if (!written.ok()) return written.status();
@@ -132,6 +129,15 @@ class FilterJob final : public FrameJob {
     }
 
   private:
+    io::WriteOptions write_options(const FrameReport& report) const {
+        io::WriteOptions options;
+        options.overflow = settings_.overflow;
+        options.exr = settings_.exr;
+        options.window = report.window;
+        options.attributes[kProvenanceAttribute] = report.provenance;
+        return options;
+    }
+
     Status write_preview(const std::string& output, const ImageF& color) const {
         const std::string path = io::preview_path(output);
         const auto permit = files_.permit(path);

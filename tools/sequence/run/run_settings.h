@@ -31,6 +31,7 @@ struct RunSettings {
     PlanOptions plan;
     io::OnExisting on_existing = io::OnExisting::fail;
     io::HalfOverflow overflow = io::HalfOverflow::refuse;
+    io::ExrSettings exr;
     MissingPolicy missing = MissingPolicy::error;
     ErrorPolicy on_error = ErrorPolicy::stop;
     bool strict = false;      // non-finite values are an error

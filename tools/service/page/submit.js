@@ -79,7 +79,8 @@ function form() {
         who.disabled = false;
     };
     plan.addEventListener("click", () => attempt(plan, async () => {
-        const { kind: _, output, on_existing, missing, on_error, overflow, strict, sidecar, png, dump_stages,
+        const { kind: _, output, on_existing, missing, on_error, overflow, compression, half,
+            channels, strict, sidecar, png, dump_stages,
             priority, ...rest } = ready();
         planned.replaceChildren(...planView(await post("/v1/plan", rest)));
     }));

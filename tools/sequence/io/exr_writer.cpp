@@ -242,6 +242,14 @@ Status check_rewritable(ExrFile& file, const RoleChannels& color, const WriteOpt
     return status_of_exception(file.path());
 }
 
+Status check_new_exr(const ExrFile& file, const RoleChannels& color,
+                     const WriteOptions& options) try {
+    const auto notes = check_settings(file.parts(), color.part, color.channels, options.exr);
+    return notes.ok() ? Status() : notes.status().at(file.path());
+} catch (...) {
+    return status_of_exception(file.path());
+}
+
 Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, const ImageF& color,
                                    const WriteOptions& options) try {
     WriteReport report;
@@ -394,6 +402,7 @@ void write_encoded(Imf::OStream& stream, const EncodedPlanes& encoded, const Pla
     };
     for (const auto& [name, value] : file.attributes) insert(name, value);
     for (const auto& [name, value] : options.attributes) insert(name, value);
+    apply_settings(options.exr, {}, header);
     write_single_part(stream, header, frame_buffer_of(pixels));
 }
 

@@ -78,6 +78,9 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
 // WriteOptions::attributes and is no text; (usage): WriteOptions::exr does not suit the file.
 Status check_rewritable(ExrFile& file, const RoleChannels& color, const WriteOptions& options);
 
+// The same of a new file of the color channels of a picture that is no EXR.
+Status check_new_exr(const ExrFile& file, const RoleChannels& color, const WriteOptions& options);
+
 using AttributeValue = std::variant<std::string, float, int>;
 
 // A single-part file made of planes: stages, scenes.
@@ -94,8 +97,9 @@ struct PlanesFile {
     int origin_y = 0;
     std::optional<Window> display_window;  // the data window when not given
 };
-// ZIP, scanlines. Half channels follow `overflow`; Inf and NaN of a half channel are written as
-// they are where the plane has them. Errors (output); (internal): sizes that differ, no channels.
+// ZIP or WriteOptions::exr's compression, scanlines. Half channels follow `overflow`; Inf and NaN
+// of a half channel are written as they are where the plane has them. Errors (output); (internal):
+// sizes that differ, no channels.
 Result<WriteReport> write_planes_exr(const std::string& path, const PlanesFile& file,
                                      const WriteOptions& options = {});
 // All channels of one image as float.

@@ -40,7 +40,8 @@ struct SourceSettings {
     NonfiniteColor nonfinite_color = NonfiniteColor::zero;
     std::set<int> cuts;  // frames whose motion leads across a camera cut
     DataWindow data_window = DataWindow::grow;
-    uint64_t max_memory = 0;  // bytes for frames; 0: no limit
+    uint64_t max_memory = 0;                     // bytes for frames; 0: no limit
+    std::optional<io::Transfer> input_transfer;  // of pictures; none: as the file says
 };
 
 // Headers, roles and camera of one frame.
@@ -107,7 +108,7 @@ SharedPlanes shared(FramePlanes planes);
 
 // Color as the file wants it back: undoes ConvertOptions::unpremultiplied. Where alpha is 0
 // nothing can be divided: what was clear in the file, `stored`, and has got no light, has its color
-// again.
+// again. What the chain left as it was is what is stored, to the bit.
 void to_file_convention(ImageF& color, const ConvertOptions& conversion, const ImageF& stored);
 
 // Color as the file of a frame that was read with Keep::all has it.

@@ -61,12 +61,26 @@ Status read_pictures(CameraFile& file) {
     return Status();
 }
 
+const std::vector<std::string> kTransfers = {"auto",   "linear",  "srgb",
+                                             "rec709", "gamma22", "cineon"};
+
+std::optional<io::Transfer> transfer_of(TransferChoice choice) {
+    if (choice == TransferChoice::as_stated) return std::nullopt;
+    return io::Transfer(int(choice) - 1);
+}
+
+int bits_of(BitsChoice choice) {
+    constexpr int kBits[] = {0, 8, 10, 12, 16, 32};
+    return kBits[size_t(choice)];
+}
+
 Result<SourceSettings> source_settings_of(const JobSettings& job, Diagnostics& notes) {
     SourceSettings source;
     source.layer = job.layer;
     source.view = job.view;
     source.nonfinite_color = job.nonfinite;
     source.data_window = job.data_window;
+    source.input_transfer = transfer_of(job.input_transfer);
     auto memory = memory_limit_of(job.max_memory);
     if (!memory.ok()) return memory.status();
     source.max_memory = *memory;
@@ -167,6 +181,10 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                .help = "memory that frames may take, as 8G or 500M",
                .unset_means = "three quarters of the machine's",
                .group = kInputGroup})
+        .choice("input_transfer", &JobSettings::input_transfer, kTransfers,
+                {.help = "what values of pictures that are no EXR mean; auto: what the file says, "
+                         "else srgb of integers, linear of float",
+                 .group = kInputGroup})
         .choice("precision", &JobSettings::precision, {"fp16", "fp32"},
                 {.help = "storage of intermediate planes", .group = kPlanGroup})
         .text("no_elide", &JobSettings::no_elide,
@@ -221,6 +239,14 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                .help = "channels of EXR outputs, with commas; * stands for any text",
                .unset_means = "all",
                .group = kOutputGroup})
+        .choice("output_transfer", &JobSettings::output_transfer, kTransfers,
+                {.help = "how values of outputs that are no EXR are stored; auto: as the input's, "
+                         "else srgb of integers, linear of float",
+                 .group = kOutputGroup})
+        .choice("bits", &JobSettings::bits, {"auto", "8", "10", "12", "16", "32"},
+                {.help = "of a value of outputs that are no EXR, 32 is float; auto: as the "
+                         "input's, else 16 of PNG, 32 of TIFF, 10 of DPX",
+                 .group = kOutputGroup})
         .boolean(
             "strict", &JobSettings::strict,
             {.help = "non-finite values in input or output are an error", .group = kOutputGroup})
@@ -287,6 +313,7 @@ Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& 
     auto exr = exr_settings_of(job);
     if (!exr.ok()) return exr.status();
     settings.exr = std::move(*exr);
+    settings.picture = {transfer_of(job.output_transfer), bits_of(job.bits)};
     settings.strict = job.strict;
     settings.sidecar = job.sidecar;
     settings.preview = job.png;

@@ -13,6 +13,10 @@
 
 namespace postchain::sequence {
 
+// What the stored values of pictures mean; `as_stated`: as the file, else the format, says.
+enum class TransferChoice { as_stated, linear, srgb, rec709, gamma22, cineon };
+enum class BitsChoice { as_input, bits_8, bits_10, bits_12, bits_16, bits_32 };
+
 // Texts are in the forms that docs/command.md describes; an empty one is not given.
 struct JobSettings {
     std::string input;
@@ -25,6 +29,7 @@ struct JobSettings {
     NonfiniteColor nonfinite = NonfiniteColor::zero;
     DataWindow data_window = DataWindow::grow;
     std::string max_memory;
+    TransferChoice input_transfer = TransferChoice::as_stated;
 
     Precision precision = Precision::fp32;
     std::string no_elide;  // "all", or names of rules with commas
@@ -40,6 +45,8 @@ struct JobSettings {
     std::string compression;
     bool half = false;
     std::string channels;
+    TransferChoice output_transfer = TransferChoice::as_stated;
+    BitsChoice bits = BitsChoice::as_input;
     bool strict = false;
     bool sidecar = true;
     bool png = false;

@@ -7,6 +7,7 @@
 #include "tools/sequence/io/preview.h"
 #include "tools/sequence/run/clock.h"
 #include "tools/sequence/run/fingerprint.h"
+#include "tools/sequence/run/output_frame.h"
 #include "tools/sequence/run/plan_warnings.h"
 #include "tools/sequence/run/run_files.h"
 #include "tools/sequence/run/runner.h"
@@ -55,9 +56,7 @@ class FilterJob final : public FrameJob {
         const std::string fingerprint = fingerprint_of(chain_, settings_, inputs);
         report.provenance = provenance_of(fingerprint, settings_.strict);
         const FrameHeader& header = inputs.frame->header;
-        if (Status status =
-                io::check_rewritable(header.files.color_file(), header.assignment.at(Role::color),
-                                     write_options(report));
+        if (Status status = check_output(header, task.output, settings_, write_options(report));
             !status.ok())
             return status;
         std::error_code error;
@@ -102,21 +101,15 @@ class FilterJob final : public FrameJob {
             return Status(StatusCode::health,
                           concat(report.output, ": ", report.output_nonfinite,
                                  " non-finite output pixels under --strict; not written"));
-        if (frame.source->conversion.unpremultiplied)
-            to_file_convention(frame.result, frame.source->conversion,
-                               stored_color(frame.source->input));
-        const auto permit = files_.permit(report.output);
-        if (!permit.ok()) return permit.status();
         io::WriteOptions options = write_options(report);
-        options.on_existing = *permit;
         options.before_commit = [&] { return io::check_unchanged(report.stamps); };
-        auto written =
-            io::write_filtered(report.output, frame.source->input, frame.result, options);
+        auto written = write_output(report.output, *frame.source, frame.result, settings_, files_,
+                                    std::move(options));
         if (!written.ok()) return written.status();
         report.write = std::move(*written);
-        if (const uint64_t half = report.write.overflow_pixels)
-            report.warnings.push_back(
-                concat(report.output, ": ", half, " pixels clamped to the largest half, 65504"));
+        if (const uint64_t clamped = report.write.overflow_pixels)
+            report.warnings.push_back(concat(report.output, ": ", clamped, " pixels clamped to ",
+                                             largest_text(report.output)));
         if (const uint64_t bad = report.write.nonfinite_pixels)
             report.warnings.push_back(concat(report.output, ": ", bad,
                                              " pixels of the result are not finite: Inf clamped to "

@@ -8,6 +8,7 @@
 #include "chain/planner.h"
 #include "tools/sequence/io/exr_writer.h"
 #include "tools/sequence/io/output_files.h"
+#include "tools/sequence/io/picture_writer.h"
 #include "tools/sequence/io/sequence.h"
 #include "tools/sequence/run/frame_source.h"
 
@@ -32,6 +33,7 @@ struct RunSettings {
     io::OnExisting on_existing = io::OnExisting::fail;
     io::HalfOverflow overflow = io::HalfOverflow::refuse;
     io::ExrSettings exr;
+    io::PictureSettings picture;
     MissingPolicy missing = MissingPolicy::error;
     ErrorPolicy on_error = ErrorPolicy::stop;
     bool strict = false;      // non-finite values are an error

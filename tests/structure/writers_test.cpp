@@ -126,7 +126,7 @@ TEST(Writers, AreTheseAndAskWhatMayBeReplaced) {
     };
     const Counts found = count(
         R"(\bAtomicFile::create\(|\batomic_write_text\(|\bwrite_planes_exr\(|\bwrite_filtered\()"
-        R"(|\bwrite_png_preview\(|\bwrite_picture\()");
+        R"(|\bwrite_png_preview\(|\bio::write_picture\()");
     const Counts permits = count(R"(\bpermit\()");
     for (const auto& [file, times] : found) {
         if (file.starts_with("tools/sequence/io/")) continue;

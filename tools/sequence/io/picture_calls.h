@@ -36,6 +36,15 @@ struct PictureToWrite {
     std::map<std::string, std::string> attributes;  // besides
 };
 
+// A view of an OpenColorIO configuration. Empty texts: the default display and its default view,
+// and the space of the role scene_linear.
+struct DisplayView {
+    std::string config;  // a file
+    std::string display;
+    std::string view;
+    std::string space;  // of the frames
+};
+
 struct PictureCalls {
     const char* version;        // of the postchain that the module was built with
     const char* open_image_io;  // version of OpenImageIO
@@ -55,6 +64,10 @@ struct PictureCalls {
     Result<ImageF> (*read_stored)(const std::string& path, const PictureInfo& info);
     // The bytes of a file. Errors (output): the encoder's.
     Result<std::string> (*encode)(const PictureToWrite& picture);
+    // Color (over black) as a view shows it, three channels. What is not finite is taken as 0.
+    // Errors: (input) the configuration cannot be used; (usage) it has no such name, with those
+    // that it has.
+    Result<Image<uint8_t>> (*shown)(const ImageF& color, const DisplayView& view);
 };
 
 }  // namespace postchain::io

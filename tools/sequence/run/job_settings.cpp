@@ -1,5 +1,6 @@
 #include "tools/sequence/run/job_settings.h"
 
+#include <cstdlib>
 #include <set>
 #include <sstream>
 
@@ -103,6 +104,26 @@ Result<SourceSettings> source_settings_of(const JobSettings& job, Diagnostics& n
         source.camera = std::move(*camera);
     }
     return source;
+}
+
+Result<std::optional<io::DisplayView>> view_of(const JobSettings& job) {
+    const bool named = !job.ocio_display.empty() || !job.ocio_view.empty() ||
+                       !job.ocio_colorspace.empty() || !job.ocio.empty();
+    if (!job.png) {
+        if (!named) return std::optional<io::DisplayView>();
+        return Status(StatusCode::usage,
+                      option_name("ocio") + " is of previews; add " + option_name("png"));
+    }
+    const char* stated = std::getenv("OCIO");
+    const std::string config = !job.ocio.empty() ? job.ocio : stated ? stated : "";
+    if (config.empty()) {
+        if (!named) return std::optional<io::DisplayView>();
+        return Status(StatusCode::usage, option_name("ocio") +
+                                             ": which configuration? name its file, or set OCIO in "
+                                             "the environment");
+    }
+    return std::optional(
+        io::DisplayView{config, job.ocio_display, job.ocio_view, job.ocio_colorspace});
 }
 
 Result<io::ExrSettings> exr_settings_of(const JobSettings& job) {
@@ -254,6 +275,26 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                  {.help = "OUT.json beside each output", .group = kOutputGroup})
         .boolean("png", &JobSettings::png,
                  {.help = "write OUT.png beside each output, for a look", .group = kOutputGroup})
+        .text("ocio", &JobSettings::ocio,
+              {.unit = "FILE",
+               .help = "OpenColorIO configuration whose view makes the pictures of --png",
+               .unset_means = "the environment's OCIO, else none",
+               .group = kOutputGroup})
+        .text("ocio_display", &JobSettings::ocio_display,
+              {.unit = "NAME",
+               .help = "display of the OpenColorIO configuration",
+               .unset_means = "its default",
+               .group = kOutputGroup})
+        .text("ocio_view", &JobSettings::ocio_view,
+              {.unit = "NAME",
+               .help = "view of that display",
+               .unset_means = "its default",
+               .group = kOutputGroup})
+        .text("ocio_colorspace", &JobSettings::ocio_colorspace,
+              {.unit = "NAME",
+               .help = "color space of the frames in the OpenColorIO configuration",
+               .unset_means = "that of its role scene_linear",
+               .group = kOutputGroup})
         .text("dump_stages", &JobSettings::dump_stages,
               {.unit = "DIR",
                .help = "write each intermediate plane as EXR",
@@ -317,6 +358,11 @@ Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& 
     settings.strict = job.strict;
     settings.sidecar = job.sidecar;
     settings.preview = job.png;
+    auto view = view_of(job);
+    if (!view.ok()) return view.status();
+    settings.view = std::move(*view);
+    if (settings.view)
+        settings.other_inputs.push_back({settings.view->config, "the OpenColorIO configuration"});
     settings.dump_folder = job.dump_stages;
     return settings;
 }

@@ -50,6 +50,10 @@ struct JobSettings {
     bool strict = false;
     bool sidecar = true;
     bool png = false;
+    std::string ocio;
+    std::string ocio_display;
+    std::string ocio_view;
+    std::string ocio_colorspace;
     std::string dump_stages;
 };
 

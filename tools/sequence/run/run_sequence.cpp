@@ -137,6 +137,7 @@ class FilterJob final : public FrameJob {
         if (!permit.ok()) return permit.status();
         io::PreviewOptions options;
         options.on_existing = *permit;
+        options.view = settings_.view;
         return io::write_png_preview(path, color, options);
     }
 
@@ -202,9 +203,14 @@ Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& settings,
                           settings.dump_folder +
                               ": folder of --dump-stages cannot be created: " + error.message());
     }
-    if (settings.preview)
-        if (const auto module = io::picture_module(StatusCode::output); !module.ok())
-            return module.status();
+    if (settings.preview) {
+        const auto module = io::picture_module(StatusCode::output);
+        if (!module.ok()) return module.status();
+        // A configuration that cannot be used is found before a frame is filtered.
+        if (settings.view)
+            if (auto shown = (*module)->shown(ImageF(1, 1, 4), *settings.view); !shown.ok())
+                return shown.status();
+    }
     FilterJob job(chain, settings, files, executor, renderer);
     auto summary = walk_sequence(job, settings, std::move(*tasks), observer, stop, start);
     if (!summary.ok()) return summary;

@@ -1,4 +1,6 @@
 // plan, inspect, info, schema, passes, man, completion: what they print can be used.
+#include <algorithm>
+#include <limits>
 #include <set>
 
 #include "tests/command/fixture.h"
@@ -10,9 +12,8 @@ using DescribeTest = CommandTest;
 
 TEST_F(DescribeTest, PlanAsTextJsonAndDot) {
     write_sequence(at(""), {1, 2});
-    const auto text = run({"plan", at("all.yaml"), "-i", in(1)});
+    const auto text = run({"plan", at("all.yaml"), "-i", in(1), "-v"});
     EXPECT_EQ(text.code, 0);
-    EXPECT_EQ(text.err, "");
     for (const char* word : {"frame 1", "48x32", "motion_blur", "step gather", "output color"})
         EXPECT_TRUE(contains(text.out, word)) << word;
 
@@ -31,6 +32,38 @@ TEST_F(DescribeTest, PlanAsTextJsonAndDot) {
     EXPECT_EQ(std::count(dot.out.begin(), dot.out.end(), '{'),
               std::count(dot.out.begin(), dot.out.end(), '}'));
     EXPECT_EQ(run({"plan", at("all.yaml"), "-i", in(1), "--dot", "--json"}).code, 2);
+}
+
+TEST_F(DescribeTest, APlanFitsOnAScreen) {
+    write_sequence(at(""), {1, 2, 3, 4});
+    const auto lines_of = [](const std::string& text) {
+        return std::count(text.begin(), text.end(), '\n');
+    };
+    const auto one = run({"plan", at("all.yaml"), "-i", in(), "--frames", "2"});
+    EXPECT_EQ(one.code, 0) << one.text();
+    EXPECT_EQ(one.err, "");
+    EXPECT_LE(lines_of(one.out), 24) << one.out;
+    // What the chain file says of a pass, and nothing that is the default.
+    for (const char* words :
+         {"frame 2  48x32  fp32", "0 motion_blur: mode=guertin samples=9 (",
+          "1 fxaa: default values", "2 depth_of_field: method=gilham downsample=2", "dispatches,",
+          "bytes a pixel", "left out tile_variance: sample_split is even [unused_step]",
+          "memory: "})
+        EXPECT_TRUE(contains(one.out, words)) << words << one.out;
+    for (const char* words : {"subpix", "groups ", "texture "})
+        EXPECT_FALSE(contains(one.out, words)) << words << one.out;
+    EXPECT_GT(lines_of(run({"plan", at("all.yaml"), "-i", in(), "--frames", "2", "-v"}).out), 40);
+    // A pass that does not run says why.
+    const auto still =
+        run({"plan", at("motion_blur.yaml"), "-i", in(1), "--set", "motion_blur.shutter_frames=0"});
+    EXPECT_TRUE(contains(still.out, "(does not run)")) << still.out;
+    EXPECT_TRUE(contains(still.out, "left out whole: shutter_frames is 0 [off_by_configuration]"))
+        << still.out;
+    // Frames of one plan are told once.
+    const auto all = run({"plan", at("fxaa.yaml"), "-i", in()});
+    EXPECT_EQ(all.code, 0) << all.text();
+    EXPECT_TRUE(contains(all.out, "\nframe 2: as frame 1\n")) << all.out;
+    EXPECT_TRUE(contains(all.out, "\nframe 4: as frame 1\n")) << all.out;
 }
 
 TEST_F(DescribeTest, AnEstimateIsForTheScheduler) {
@@ -194,6 +227,53 @@ TEST_F(DescribeTest, InspectNamesWhatItFound) {
     EXPECT_EQ(run({"inspect", in(), "--frames", "1-2"}).code, 4);
 }
 
+TEST_F(DescribeTest, InspectOfAPatternLooksAtEveryFrame) {
+    write_sequence(at(""), {1, 2, 3, 4, 5, 6, 7, 8, 10});
+    const auto plain = run({"inspect", in()});
+    EXPECT_EQ(plain.code, 0) << plain.text();
+    for (const char* words :
+         {"9 frames looked at, 1 to 10: 48x32, color, inverse_depth, motion, motion_back",
+          "largest speed 2.236 to 6.708 (frame 1) px a frame", "farthest distance 6 scene units",
+          "no frame stands out"})
+        EXPECT_TRUE(contains(plain.out, words)) << words << plain.out;
+    EXPECT_TRUE(contains(plain.err, "missing in the sequence: 9")) << plain.err;
+    // One of each that stands out.
+    write_frame(in(2), make_planes(40, 32, 2));
+    FrameFile bare;
+    bare.depth = false;
+    write_frame(in(3), make_planes(48, 32, 3), bare);
+    Planes planes = make_planes(48, 32, 4);
+    planes.color.data[4 * 7] = std::numeric_limits<float>::quiet_NaN();
+    write_frame(in(4), planes);
+    planes = make_planes(48, 32, 5);
+    std::fill(planes.motion.data.begin(), planes.motion.data.end(), 0.0f);
+    std::fill(planes.back.data.begin(), planes.back.data.end(), 0.0f);
+    write_frame(in(5), planes);
+    for (int frame : {8, 10}) {
+        planes = make_planes(48, 32, frame);
+        for (float& value : planes.color.data) value = value * 4 + 1;
+        write_frame(in(frame), planes);
+    }
+    write_text(in(6), "broken");
+    const auto outcome = run({"inspect", in()});
+    EXPECT_EQ(outcome.code, 1) << outcome.text();
+    for (const char* words : {"frame 2: is 40x32; most are 48x32", "frame 3: has no inverse_depth",
+                              "frame 4: 1 pixel with NaN or Inf", "frame 5: every vector is zero",
+                              "frame 6: cannot be read", "a cut? (--cuts 7)"})
+        EXPECT_TRUE(contains(outcome.out, words)) << words << outcome.out;
+    const auto lines = json_lines(run({"inspect", in(), "--json"}).out);
+    ASSERT_EQ(lines.size(), 2u);
+    const Json& sequence = lines[1]["sequence"];
+    EXPECT_EQ(sequence["frames"], 9);
+    EXPECT_EQ(sequence["readable"], 8);
+    EXPECT_EQ(sequence["findings"].size(), 6u) << sequence["findings"];
+    EXPECT_EQ(sequence["findings"][5]["frame"], 7);
+    // Those that were asked for, and no more.
+    const auto part = run({"inspect", in(), "--frames", "7-8"});
+    EXPECT_TRUE(contains(part.out, "2 frames looked at, 7 to 8")) << part.out;
+    EXPECT_FALSE(contains(run({"inspect", in(1)}).out, "looked at"));
+}
+
 TEST_F(DescribeTest, SignSelfCheckOfAGeneratedScene) {
     const auto scene =
         run({"scene", "wheels", "-o", at("w"), "--size", "160x90", "--frames", "1-2"});
@@ -232,7 +312,8 @@ TEST_F(DescribeTest, SignSelfCheckThatIsNotPossible) {
     EXPECT_TRUE(contains(run({"inspect", in()}).out, "not possible"));
     write_text(in(2), "broken");
     const auto outcome = run({"inspect", in()});
-    EXPECT_EQ(outcome.code, 0);
+    EXPECT_EQ(outcome.code, 1);
+    EXPECT_TRUE(contains(outcome.out, "frame 2: cannot be read")) << outcome.out;
     EXPECT_TRUE(contains(outcome.err, "no sign self-check") && contains(outcome.err, in(2)))
         << outcome.err;
 }

@@ -94,6 +94,42 @@ TEST_F(Ab, PicturesAreThoseOfTheChainsAlone) {
     }
 }
 
+// Frames without a truth are filtered and not scored: the values of the others are those that the
+// others have alone.
+TEST_F(Ab, ATruthForAPartOfTheFrames) {
+    auto whole = run(test::kChainText, kNothing, settings());
+    ASSERT_TRUE(whole.ok()) << whole.status().message();
+    EXPECT_EQ(whole->scored_frames, whole->frames);
+    std::filesystem::remove(folder_.path("truth.0002.exr"));
+    ExperimentSettings part = settings();
+    part.folder = folder_.path("part");
+    auto report = run(test::kChainText, kNothing, part);
+    ASSERT_TRUE(report.ok()) << report.status().message();
+    EXPECT_EQ(report->frames, (std::vector<int>{1, 2, 3}));
+    EXPECT_EQ(report->scored_frames, (std::vector<int>{1, 3}));
+    EXPECT_EQ(report->page_frames, (std::vector<int>{1, 3}));
+    EXPECT_THAT(
+        report->notes,
+        ::testing::Contains(HasSubstr("2 of 3 frames were scored, those that have a truth: 1, 3")));
+    for (size_t v : {0, 1}) {
+        const Series& mse = report->variants[v].metrics.at("mse");
+        EXPECT_EQ(mse.frames[0], whole->variants[v].metrics.at("mse").frames[0]);
+        EXPECT_FALSE(mse.frames[1]);
+        EXPECT_TRUE(mse.frames[2]);
+        EXPECT_FALSE(report->variants[v].metrics.at("tde").frames[2]);  // no step from frame 2
+        EXPECT_TRUE(report->variants[v].timing);
+        EXPECT_EQ(report->variants[v].failure, "");
+    }
+    EXPECT_TRUE(report->variants[0].metrics.at("grid").frames[1]);  // it was filtered
+    EXPECT_EQ(report->comparison->metrics[0].n, 2);
+    std::filesystem::remove(folder_.path("truth.0001.exr"));
+    std::filesystem::remove(folder_.path("truth.0003.exr"));
+    part.folder = folder_.path("none");
+    const auto none = run(test::kChainText, kNothing, part);
+    EXPECT_EQ(none.status().code(), StatusCode::input);
+    EXPECT_THAT(none.status().message(), HasSubstr("has no file for any of the 3 frames"));
+}
+
 // Those of frames that were not asked for too.
 TEST_F(Ab, AChainGetsThePlanesOfTheFramesBeforeAndAfter) {
     auto two = settings();

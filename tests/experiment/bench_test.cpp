@@ -171,6 +171,30 @@ TEST_F(Bench, TdeIsTheStepFromTheFrameBefore) {
     EXPECT_NEAR(*report->variants[0].metrics.at("tde").frames[1], 0.625, 1e-6);
 }
 
+TEST_F(Bench, ATruthForAPartOfTheFrames) {
+    std::filesystem::remove(folder_.path("truth.0001.exr"));
+    auto report = run(*sweep({"motion_blur.samples=5,9"}), settings());
+    ASSERT_TRUE(report.ok()) << report.status().message();
+    EXPECT_EQ(report->scored_frames, std::vector<int>{2});
+    EXPECT_EQ(report->page_frames, std::vector<int>{2});
+    for (const Variant& variant : report->variants) {
+        EXPECT_EQ(variant.failure, "");
+        EXPECT_FALSE(variant.metrics.at("mse").frames[0]);
+        EXPECT_TRUE(variant.metrics.at("mse").frames[1]);
+        EXPECT_TRUE(variant.metrics.at("grid").frames[0]);
+        EXPECT_EQ(variant.metrics.count("tde"), 0u);
+        EXPECT_EQ(variant.split->frames, std::vector<int>{2});
+        EXPECT_TRUE(variant.split->mse.model);
+        EXPECT_EQ(variant.timing->frame, 1);
+    }
+    // A truth that comes later is measured.
+    test::write_truth(folder_.path(), "truth", 1, 1, 0.125f);
+    report = run(*sweep({"motion_blur.samples=5,9"}), settings());
+    ASSERT_TRUE(report.ok()) << report.status().message();
+    EXPECT_TRUE(report->variants[0].metrics.at("mse").frames[0]);
+    EXPECT_TRUE(report->variants[0].metrics.at("tde").frames[1]);
+}
+
 // The same chain on the same frames by the other experiment.
 TEST_F(Bench, MeasuresWhatAbMeasures) {
     auto variants = sweep({"motion_blur.samples=9"});

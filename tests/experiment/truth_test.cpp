@@ -41,9 +41,15 @@ TEST_F(TruthFiles, AGoodOneIsTaken) {
     EXPECT_TRUE(survey().ok()) << survey().message();
 }
 
-TEST_F(TruthFiles, MissingFramesAreListed) {
-    test::write_truth(folder_.path(), "truth", 1, 1, 0.1f);
-    expect_refused("has no file for 2 of the 3 frames of the input: 2, 3");
+TEST_F(TruthFiles, APartOfTheFramesIsTakenAndNoneIsRefused) {
+    expect_refused("has no file for any of the 3 frames of the input: 1, 2, 3");
+    test::write_truth(folder_.path(), "truth", 2, 1, 0.1f);
+    EXPECT_TRUE(survey().ok()) << survey().message();
+    const auto settings = test::settings_for(folder_.path(), folder_.path("report"));
+    const auto truth = Truth::open(settings.truth, {1, 2, 3});
+    ASSERT_TRUE(truth.ok());
+    EXPECT_EQ(truth->frames(), std::vector<int>{2});
+    EXPECT_TRUE(truth->has(2) && !truth->has(1) && !truth->has(3));
 }
 
 TEST_F(TruthFiles, AnotherSizeNamesBoth) {

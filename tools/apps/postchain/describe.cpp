@@ -12,10 +12,12 @@
 #include "passes/registry.h"
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
+#include "tools/apps/postchain/plan_summary.h"
 #include "tools/apps/postchain/printable.h"
 #include "tools/sequence/io/json.h"
 #include "tools/sequence/io/picture_module.h"
 #include "tools/sequence/run/estimate.h"
+#include "tools/sequence/run/layer_record.h"
 #include "tools/sequence/run/plan_sequence.h"
 
 namespace postchain {
@@ -33,6 +35,7 @@ int plan_verb(const Options& options, const std::string& format, const std::stri
     }
     io::set_exr_threads(threads_of(options));
     int code = kExitOk;
+    PlanSummaries summaries;
     std::string said;  // of the frame before, without its path
     const auto show = [&](const sequence::PlannedFrame& planned) {
         for (const auto& warning : planned.warnings) log::warning(warning);
@@ -43,10 +46,12 @@ int plan_verb(const Options& options, const std::string& format, const std::stri
                 log::warning(concat("--pilot ", pilot->path, ": frame ", planned.frame,
                                     " runs a pass that the pilot did not; no time"));
             const std::string text =
-                format == "json" ? io::json_text(sequence::planned_json(planned, seconds)) + "\n"
-                : format == "dot"
-                    ? plan_as_dot(plan)
-                    : plan_as_text(plan) + sequence::estimate_text(planned.memory, seconds);
+                format == "json"  ? io::json_text(sequence::planned_json(planned, seconds)) + "\n"
+                : format == "dot" ? plan_as_dot(plan)
+                : options.verbose ? plan_as_text(plan) + sequence::layers_text(planned.layers) +
+                                        sequence::estimate_text(planned.memory, seconds)
+                                  : summaries.add(plan.frame_number,
+                                                  plan_summary(chain->chain, planned, seconds));
             // JSON has escapes of its own.
             std::fputs(format == "json" ? text.c_str() : printable(text, Lines::keep).c_str(),
                        stdout);

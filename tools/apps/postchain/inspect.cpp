@@ -1,5 +1,6 @@
 #include "tools/apps/postchain/inspect.h"
 
+#include <chrono>
 #include <cstdio>
 #include <filesystem>
 
@@ -7,11 +8,13 @@
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/printable.h"
+#include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/sequence/io/folder_scan.h"
 #include "tools/sequence/io/json.h"
 #include "tools/sequence/run/frame_scan.h"
 #include "tools/sequence/run/frame_task.h"
 #include "tools/sequence/run/memory.h"
+#include "tools/sequence/run/sequence_survey.h"
 #include "tools/sequence/run/sidecar.h"
 
 namespace postchain {
@@ -192,6 +195,72 @@ Json distances(const FrameBounds& bounds) {
             {"farthest", distance(bounds.min_inverse_depth)}};
 }
 
+const RoleSet kLookedAt = {Role::inverse_depth, Role::motion, Role::motion_back};
+
+Result<sequence::SourceFrame> look_at(const sequence::RunSettings& settings,
+                                      const sequence::FrameHeader& header,
+                                      sequence::Thumbnail& thumbnail) {
+    return sequence::scan_source_frame(
+        settings.source, header, kLookedAt, sequence::strip_rows(header),
+        [&](const FramePlanes& planes, int first) {
+            thumbnail.add(planes.at(Role::color), first, header.window.height());
+        });
+}
+
+// Says how far it is: on a terminal always, elsewhere every ten seconds.
+class LookedAt {
+  public:
+    explicit LookedAt(size_t total) : total_(total) {}
+    ~LookedAt() { log::progress(""); }
+
+    void say(size_t done) {
+        const std::string text = concat("looked at ", done, " of ", total_, " frames");
+        log::progress(text);
+        const auto now = std::chrono::steady_clock::now();
+        if (log::progress_is_shown() || now - said_ < std::chrono::seconds(10)) return;
+        said_ = now;
+        log::info(text);
+    }
+
+  private:
+    size_t total_;
+    std::chrono::steady_clock::time_point said_ = std::chrono::steady_clock::now();
+};
+
+// Every frame after the first. The exit code where a signal asked to stop, else kExitOk.
+int look_at_others(const sequence::RunSettings& settings, const io::FrameList& list,
+                   sequence::SequenceSurvey& survey) {
+    uint64_t bytes = 0;
+    std::error_code error;
+    for (const auto& [role, path] : list.files.begin()->second)
+        if (const auto size = std::filesystem::file_size(path, error); !error) bytes += size;
+    const std::vector<int> frames = sequence::frames_to_survey(list.frames, bytes);
+    if (frames.size() < list.frames.size())
+        log::info(concat("looks at ", frames.size(), " of ", list.frames.size(),
+                         " frames, evenly spread, for there are more than 64 GiB; --frames RANGE "
+                         "looks at all of the range"));
+    const StopOnSignal stop;
+    LookedAt progress(frames.size());
+    for (size_t i = 1; i < frames.size(); ++i) {
+        if (stop.asked()) return stop.exit_code();
+        const int frame = frames[i];
+        const auto files = list.files.find(frame);
+        auto header = files == list.files.end()
+                          ? Result<sequence::FrameHeader>(
+                                Status(StatusCode::input, "a file of it is not on disk"))
+                          : sequence::open_source_frame(settings.source, files->second, frame);
+        sequence::Thumbnail thumbnail;
+        auto source = header.ok() ? look_at(settings, *header, thumbnail)
+                                  : Result<sequence::SourceFrame>(header.status());
+        if (source.ok())
+            survey.add(frame, *source, thumbnail);
+        else
+            survey.add_failed(frame, source.status());
+        progress.say(i + 1);
+    }
+    return kExitOk;
+}
+
 }  // namespace
 
 int inspect_verb(const Options& options) {
@@ -205,11 +274,12 @@ int inspect_verb(const Options& options) {
     io::set_exr_threads(threads_of(options));
     auto list = io::find_frames(settings->input, settings->frames);
     if (!list.ok()) return fail(list.status());
-    // Without --frames one frame tells the story.
-    if (!settings->frames) list->frames.resize(std::min<size_t>(1, list->frames.size()));
+    // Without --frames the first frame is shown, and all are looked at.
+    std::vector<int> shown = list->frames;
+    if (!settings->frames) shown.resize(std::min<size_t>(1, shown.size()));
     int code = kExitOk;
-    const RoleSet wanted = {Role::inverse_depth, Role::motion, Role::motion_back};
-    for (int frame : list->frames) {
+    sequence::SequenceSurvey survey;
+    for (int frame : shown) {
         const auto files = list->files.find(frame);
         if (files == list->files.end()) {
             code = fail(Status(StatusCode::input,
@@ -218,6 +288,7 @@ int inspect_verb(const Options& options) {
         }
         auto opened = io::open_frame(files->second, frame);
         if (!opened.ok()) {
+            survey.add_failed(frame, opened.status());
             code = fail(opened.status());
             continue;
         }
@@ -227,14 +298,16 @@ int inspect_verb(const Options& options) {
         if (!options.json)
             for (const auto& [role, file] : json["files"].items()) print_file(file);
         auto header = sequence::open_source_frame(settings->source, files->second, frame);
-        auto source = header.ok() ? sequence::scan_source_frame(settings->source, *header, wanted,
-                                                                sequence::strip_rows(*header))
+        sequence::Thumbnail thumbnail;
+        auto source = header.ok() ? look_at(*settings, *header, thumbnail)
                                   : Result<sequence::SourceFrame>(header.status());
         if (!source.ok()) {
+            survey.add_failed(frame, source.status());
             if (options.json) print_line(json);
             code = fail(source.status());
             continue;
         }
+        survey.add(frame, *source, thumbnail);
         for (const auto& warning : source->warnings) log::warning(warning);
         const Camera& camera = source->description.camera;
         if (camera.metadata_focus_m && !camera.meters_per_unit)
@@ -244,8 +317,9 @@ int inspect_verb(const Options& options) {
                              "as 1 m"));
         json["match"] = describe_roles(source->match);
         json["frame"] = describe_frame(source->description, source->input.window);
-        json["frame"]["memory_to_filter"] = sequence::bytes_text(sequence::frame_bytes(
-            *header, sequence::planes_of(*header, wanted), io::Keep::all, header->window.height()));
+        json["frame"]["memory_to_filter"] = sequence::bytes_text(
+            sequence::frame_bytes(*header, sequence::planes_of(*header, kLookedAt), io::Keep::all,
+                                  header->window.height()));
         sequence::add_findings(json, source->description.bounds, source->health,
                                source->surface_health);
         if (source->description.planes.has(Role::inverse_depth))
@@ -275,7 +349,18 @@ int inspect_verb(const Options& options) {
         }
         if (options.json) print_line(json);
     }
-    return code;
+    if (list->files.size() < 2 || list->frames.size() < 2) return code;
+    if (!settings->frames)
+        if (const int stopped = look_at_others(*settings, *list, survey); stopped != kExitOk)
+            return stopped;
+    if (!list->gaps.empty())
+        log::warning(concat(settings->input.color().text(), ": frames missing in the sequence: ",
+                            sequence::frames_text(list->gaps)));
+    if (options.json)
+        print_line({{"sequence", survey.json()}});
+    else
+        std::fputs(printable(survey.text(), Lines::keep).c_str(), stdout);
+    return code == kExitOk && survey.failed() ? kExitSomeFailed : code;
 }
 
 }  // namespace postchain

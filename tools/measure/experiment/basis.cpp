@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <thread>
 
+#include "tools/measure/report/words.h"
+#include "tools/sequence/run/frame_task.h"
 #include "tools/sequence/run/run_settings.h"
 #include "tools/sequence/run/sequence_reader.h"
 
@@ -55,7 +57,13 @@ Result<Basis> open_basis(report::Kind kind, const ExperimentSettings& settings,
         report.no_truth = settings.no_truth.empty() ? "no truth was given (-r)" : settings.no_truth;
         report.reference = kind == report::Kind::ab ? "a" : "converged";
     }
-    report.page_frames = spread_frames(report.frames, settings.page_frames);
+    report.scored_frames = basis.truth ? basis.truth->frames() : report.frames;
+    if (report.scored_frames.size() < report.frames.size())
+        report.notes.push_back(concat(
+            report.scored_frames.size(), " of ", report::counted(report.frames.size(), "frame"),
+            " were scored, those that have a truth: ", sequence::frames_text(report.scored_frames),
+            "; the others were filtered, and count for `flicker`, `grid` and what is left out"));
+    report.page_frames = spread_frames(report.scored_frames, settings.page_frames);
     report.metrics = metric_columns(kind, basis.truth.has_value());
     report.constants = metrics::metric_constants();
     report.constants.emplace_back("pixels_per_degree", settings.flip.pixels_per_degree);

@@ -50,7 +50,7 @@ class BenchRun {
             report_.notes.push_back(
                 "no model error: " + report_.no_truth +
                 "; the metrics measure how far each variant is from its own converged filter");
-        split_frames_ = spread_frames(report_.frames, settings_.split_frames);
+        split_frames_ = spread_frames(report_.scored_frames, settings_.split_frames);
         stability_frames_ = spread_frames(report_.frames, kStabilityFrames);
         report_.constants.emplace_back("converged_seeds", kConvergedSeeds);
         for (const BenchVariant& one : variants_) {
@@ -107,7 +107,7 @@ class BenchRun {
         const auto inputs = reader.open(frame, basis_.files.at(frame));
         if (!inputs.ok()) return inputs.status();
         std::string work = sequence::fingerprint_of(chain, settings_.run, *inputs);
-        if (basis_.truth) work += " truth " + basis_.truth->identity(frame);
+        if (has_truth(frame)) work += " truth " + basis_.truth->identity(frame);
         return work;
     }
 
@@ -118,7 +118,8 @@ class BenchRun {
     bool kept(int frame) const { return contains(report_.page_frames, frame); }
     bool split(int frame) const { return contains(split_frames_, frame); }
     // Steps in time are between neighboring frame numbers, and judged by the truth's.
-    bool follows(int frame) const { return basis_.truth && contains(report_.frames, frame - 1); }
+    bool follows(int frame) const { return has_truth(frame) && has_truth(frame - 1); }
+    bool has_truth(int frame) const { return basis_.truth && basis_.truth->has(frame); }
 
     // ---------------------------------------------------------------------------- resume
     // Takes what an earlier run has left and returns the frames on which something is open.
@@ -373,7 +374,11 @@ Result<report::Report> run_bench(const std::vector<BenchVariant>& variants,
                                  const BenchSettings& settings, const io::OutputFiles& files,
                                  Executor& executor, const ProgressCallback& progress,
                                  const std::atomic<bool>* stop) {
-    return BenchRun(variants, settings, files, executor, stop).run(progress);
+    std::vector<const Chain*> chains;
+    for (const BenchVariant& variant : variants) chains.push_back(&variant.chain);
+    BenchSettings with_mattes = settings;
+    with_mattes.run = sequence::settings_for(settings.run, chains);
+    return BenchRun(variants, with_mattes, files, executor, stop).run(progress);
 }
 
 }  // namespace postchain::experiment

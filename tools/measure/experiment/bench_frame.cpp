@@ -14,7 +14,7 @@ Result<BenchFrame> BenchFrame::open(const BenchSettings& settings, const Basis& 
     auto input = metrics::picture_of(*frame.planes.at(Role::color));
     if (!input.ok()) return input.status();
     made.input_ = std::move(*input);
-    if (!basis.truth) return made;
+    if (!basis.truth || !basis.truth->has(made.number())) return made;
     auto truth = basis.truth->load(made.number());
     if (!truth.ok()) return truth.status();
     made.truth_ = std::move(*truth);
@@ -77,6 +77,15 @@ Result<Findings> BenchFrame::measure(const Chain& chain, bool split, bool stabil
     auto color = filtered(chain, *frame_, &found.result.elisions);
     if (!color.ok()) return color.status();
     found.color = std::move(*color);
+    if (stability) {
+        auto measures =
+            temporal_stability(chain, *frame_, found.color, settings_->run.plan, *executor_);
+        if (!measures.ok()) return measures.status();
+        if (measures->flicker) found.result.metrics["flicker"] = *measures->flicker;
+        if (measures->grid) found.result.metrics["grid"] = *measures->grid;
+    }
+    // Filtered, not scored: other frames have a truth.
+    if (!truth_ && basis_->truth) return found;
     if (!truth_ || split) {
         auto converged = converge_once(chain);
         if (!converged.ok()) return converged.status();
@@ -87,16 +96,9 @@ Result<Findings> BenchFrame::measure(const Chain& chain, bool split, bool stabil
     auto measured = experiment::measure(*pair, truth_ ? &input_ : nullptr, basis_->exposures,
                                         settings_->flip, false);
     if (!measured.ok()) return measured.status();
-    found.result.metrics = std::move(measured->values);
+    found.result.metrics.merge(measured->values);
     found.maps = std::move(measured->maps);
     if (Status status = measure_step(chain, *pair, found.result); !status.ok()) return status;
-    if (stability) {
-        auto measures =
-            temporal_stability(chain, *frame_, found.color, settings_->run.plan, *executor_);
-        if (!measures.ok()) return measures.status();
-        if (measures->flicker) found.result.metrics["flicker"] = *measures->flicker;
-        if (measures->grid) found.result.metrics["grid"] = *measures->grid;
-    }
     if (!split) return found;
     auto reference = run_reference(chain, frame_->description, frame_->planes, settings_->run.plan);
     if (!reference.ok()) return reference.status();

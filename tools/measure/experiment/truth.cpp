@@ -37,22 +37,18 @@ Result<Truth> Truth::open(const std::string& pattern, const std::vector<int>& fr
         return Status(StatusCode::usage, concat("--truth: ", pattern, ": one file for ",
                                                 frames.size(), " frames; add #### to the name"));
     Truth truth;
-    truth.frames_ = frames;
-    std::vector<int> missing;
     for (int frame : frames) {
         const std::string path = spec->color().format(frame);
         std::error_code error;
-        if (fs::exists(path, error))
-            truth.files_[frame] = {{Role::color, path}};
-        else
-            missing.push_back(frame);
+        if (!fs::exists(path, error)) continue;
+        truth.files_[frame] = {{Role::color, path}};
+        truth.frames_.push_back(frame);
     }
-    if (!missing.empty())
+    if (truth.frames_.empty())
         return Status(StatusCode::input,
-                      concat(spec->color().format(missing[0]), ": the truth has no file for ",
-                             missing.size(), " of the ", report::counted(frames.size(), "frame"),
-                             " of the input: ", sequence::frames_text(missing),
-                             " (--frames takes those that have one)"));
+                      concat(spec->color().format(frames[0]), ": the truth has no file for any of ",
+                             "the ", report::counted(frames.size(), "frame"),
+                             " of the input: ", sequence::frames_text(frames)));
     return truth;
 }
 

@@ -21,9 +21,12 @@ namespace postchain::experiment {
 
 class Truth {
   public:
-    // `pattern`: as typed after -r. Frames are those of `input`; the files must cover them.
-    // Errors (usage): bad pattern; (input): frames missing (they are listed).
+    // `pattern`: as typed after -r. It may have files for a part of `frames` only. Errors (usage):
+    // bad pattern; (input): no file for any of them.
     static Result<Truth> open(const std::string& pattern, const std::vector<int>& frames);
+
+    bool has(int frame) const { return files_.contains(frame); }
+    const std::vector<int>& frames() const { return frames_; }  // those that have a truth, in order
 
     // Reads every frame once; must come before load(). Errors (input), naming both files: it does
     // not cover what is filtered of the input's frame, NaN or Inf, nothing but black.

@@ -169,7 +169,8 @@ struct Report {
     // What the metrics compare with: "truth"; without one "converged" (bench: each variant's own
     // filter converged) or "a" (ab: the first variant's picture; it has no values of its own).
     std::string reference;
-    std::vector<int> frames;       // in order
+    std::vector<int> frames;         // in order
+    std::vector<int> scored_frames;  // those that were measured: without a truth all of them
     int width = 0, height = 0;     // pixels
     std::vector<int> page_frames;  // those whose images are kept
 

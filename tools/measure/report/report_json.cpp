@@ -125,6 +125,7 @@ std::string report_as_json(const Report& report) {
         {"no_truth", word(report.no_truth)},
         {"reference", report.reference},
         {"frames", report.frames},
+        {"scored_frames", report.scored_frames},
         {"width", report.width},
         {"height", report.height},
         {"page_frames", report.page_frames},

@@ -250,8 +250,92 @@ Status check_new_exr(const ExrFile& file, const RoleChannels& color,
     return status_of_exception(file.path());
 }
 
+namespace {
+
+// A part of the output that is encoded anew.
+struct RewrittenPart {
+    PartPixels read;   // of a part that the frame does not hold
+    PartPixels moved;  // where the data window grows
+    PartPixels fresh;  // the channels that are replaced
+    std::vector<ImageF> images;
+    Imf::FrameBuffer buffer;
+
+    // Channels of `part` in `layers`, over what `kept` has, placed in `window`. Counts what does
+    // not fit its channel.
+    EncodeCounts replace(const PartPixels& kept, const Window& window, const InputFrame& frame,
+                         const std::vector<const FilteredLayer*>& layers, const ExrSettings& exr);
+};
+
+EncodeCounts RewrittenPart::replace(const PartPixels& kept, const Window& window,
+                                    const InputFrame& frame,
+                                    const std::vector<const FilteredLayer*>& layers,
+                                    const ExrSettings& exr) {
+    static const std::map<std::string, float> kNothing;
+    const auto outside = frame.outside.find(kept.part);
+    const bool same = window == kept.window;
+    if (!same)
+        moved = kept.placed(window, outside == frame.outside.end() ? kNothing : outside->second);
+    const PartPixels& under = same ? kept : moved;
+    fresh.part = under.part;
+    fresh.window = under.window;
+    std::vector<EncodeTarget> targets;
+    images.reserve(layers.size());
+    for (const FilteredLayer* layer : layers) {
+        if (window != frame.window) images.push_back(placed(*layer->image, frame.window, window));
+        const ImageF& image = window == frame.window ? *layer->image : images.back();
+        for (size_t i = 0; i < layer->channels.size(); ++i) {
+            if (!exr.takes(layer->channels[i])) continue;
+            const PartPixels::Plane* old = under.find(layer->channels[i]);
+            PartPixels::Plane& plane = fresh.planes.emplace_back();
+            plane.channel = old->channel;
+            if (exr.half && !layer->ids && plane.channel.type == PixelType::float32)
+                plane.channel.type = PixelType::half;
+            plane.width = old->width;
+            plane.height = old->height;
+            plane.bytes = std::make_unique_for_overwrite<std::byte[]>(plane.total_bytes());
+            targets.push_back({&image, int(i), plane.channel.type, plane.bytes.get(), !layer->ids});
+        }
+    }
+    const EncodeCounts counts = encode_channels(targets);
+    for (const Imf::FrameBuffer& planes : {frame_buffer_of(under), frame_buffer_of(fresh)})
+        for (auto it = planes.begin(); it != planes.end(); ++it)
+            if (exr.takes(it.name())) buffer.insert(it.name(), it.slice());
+    return counts;
+}
+
+// The layers by their part, color's among them.
+Result<std::map<int, std::vector<const FilteredLayer*>>> by_part(
+    const std::string& path, const InputFrame& frame, const FilteredLayer& color,
+    const std::vector<FilteredLayer>& layers) {
+    std::map<int, std::vector<const FilteredLayer*>> parts;
+    parts[color.part].push_back(&color);
+    const auto& in_file = frame.files.color_file().parts();
+    for (const FilteredLayer& layer : layers) {
+        const bool fits = layer.part >= 0 && size_t(layer.part) < in_file.size() &&
+                          in_file[size_t(layer.part)].data_window == frame.data_window &&
+                          layer.image->width == frame.description.width &&
+                          layer.image->height == frame.description.height &&
+                          size_t(layer.image->channels) >= layer.channels.size();
+        if (!fits)
+            return Status(StatusCode::internal, concat(path, ": a layer does not fit the frame"));
+        parts[layer.part].push_back(&layer);
+    }
+    return parts;
+}
+
+// Those that hold color.
+std::vector<std::string> color_channels(const std::vector<const FilteredLayer*>& layers) {
+    std::vector<std::string> names;
+    for (const FilteredLayer* layer : layers)
+        if (!layer->ids) names.insert(names.end(), layer->channels.begin(), layer->channels.end());
+    return names;
+}
+
+}  // namespace
+
 Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, const ImageF& color,
-                                   const WriteOptions& options) try {
+                                   const WriteOptions& options,
+                                   const std::vector<FilteredLayer>& layers) try {
     WriteReport report;
     if (frame.kept == nullptr || color.width != frame.description.width ||
         color.height != frame.description.height || color.channels != 4) {
@@ -264,75 +348,73 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
         return report;
     }
 
+    const int color_part = frame.kept->part;
     const RoleChannels& source = frame.assignment.at(Role::color);
     if (Status s = check_rewritable(frame.files.color_file(), source, options); !s.ok()) return s;
-    const std::vector<std::string>& names = source.channels;
     const std::vector<ExrPart>& parts = frame.files.color_file().parts();
-    auto said = check_settings(parts, source.part, names, options.exr);
+    auto said = check_settings(parts, source.part, source.channels, options.exr);
     if (!said.ok()) return said.status();
     report.notes = std::move(*said);
 
-    // The new color planes, beside the kept ones they replace.
-    const bool same_window = !options.window || *options.window == frame.kept->window;
-    const Window window = same_window ? frame.kept->window : aligned(*options.window, *frame.kept);
-    const PartPixels moved = same_window ? PartPixels() : frame.kept->placed(window, frame.outside);
-    const PartPixels& kept = same_window ? *frame.kept : moved;
-    ImageF placed_color;
-    if (window != frame.window) placed_color = placed(color, frame.window, window);
-    const ImageF& written = window == frame.window ? color : placed_color;
-    PartPixels fresh;
-    fresh.part = kept.part;
-    fresh.window = kept.window;
-    std::vector<EncodeTarget> targets;
-    for (size_t i = 0; i < names.size(); ++i) {
-        if (!options.exr.takes(names[i])) continue;
-        const PartPixels::Plane* old = kept.find(names[i]);
-        PartPixels::Plane& plane = fresh.planes.emplace_back();
-        plane.channel = old->channel;
-        if (options.exr.half && plane.channel.type == PixelType::float32)
-            plane.channel.type = PixelType::half;
-        plane.width = old->width;
-        plane.height = old->height;
-        plane.bytes = std::make_unique_for_overwrite<std::byte[]>(plane.total_bytes());
-        targets.push_back({&written, int(i), plane.channel.type, plane.bytes.get(), true});
+    const FilteredLayer own{color_part, source.channels, &color, false};
+    const auto replaced = by_part(path, frame, own, layers);
+    if (!replaced.ok()) return replaced.status();
+    const bool grown = options.window && *options.window != frame.kept->window;
+    ExrFile& file = frame.files.color_file();
+    ExrFile::Impl& input = file.impl();
+    std::vector<Imf::Header> headers;
+    for (int i = 0; i < input.file->parts(); ++i) headers.push_back(input.file->header(i));
+    const std::vector<int> copied = written_parts(parts, options.exr);
+    std::map<int, RewrittenPart> rewritten;
+    EncodeCounts counts;
+    for (const auto& [part, of_part] : *replaced) {
+        if (std::find(copied.begin(), copied.end(), part) == copied.end()) continue;
+        RewrittenPart& next = rewritten[part];
+        if (part != color_part) {
+            auto read = file.read_part(part);
+            if (!read.ok()) return read.status();
+            next.read = std::move(*read);
+        }
+        const PartPixels& kept = part == color_part ? *frame.kept : next.read;
+        const Window window = grown ? aligned(*options.window, kept) : kept.window;
+        const EncodeCounts found = next.replace(kept, window, frame, of_part, options.exr);
+        counts.overflow_pixels += found.overflow_pixels;
+        counts.nonfinite_pixels += found.nonfinite_pixels;
+        counts.refused_pixels += found.refused_pixels;
+        WriteOptions of_header = options;
+        if (part != color_part) {
+            of_header.attributes.clear();
+            of_header.exr.compression.reset();
+        }
+        headers[size_t(part)] = color_header(headers[size_t(part)], color_channels(of_part),
+                                             input.facts.multi_part || input.facts.type_attribute,
+                                             of_header, report.notes);
+        if (!grown) continue;
+        headers[size_t(part)].dataWindow() = box_of(window);
+        report.notes.push_back(concat("data window ", kept.window.text(), " grown to ",
+                                      window.text(), ": the chain moves light out of it"));
     }
-    const EncodeCounts counts = encode_channels(targets);
     if (Status s = check_counts(path, counts, options.overflow); !s.ok()) return s;
     report.overflow_pixels = counts.overflow_pixels;
     report.nonfinite_pixels = counts.nonfinite_pixels;
 
-    ExrFile::Impl& input = frame.files.color_file().impl();
-    const std::vector<int> copied = written_parts(parts, options.exr);
-    std::vector<Imf::Header> headers;
-    for (const int part : copied) headers.push_back(input.file->header(part));
-    Imf::Header& header =
-        headers[size_t(std::find(copied.begin(), copied.end(), kept.part) - copied.begin())];
-    header = color_header(header, names, input.facts.multi_part || input.facts.type_attribute,
-                          options, report.notes);
-    if (!same_window) {
-        header.dataWindow() = box_of(window);
-        report.notes.push_back(concat("data window ", frame.kept->window.text(), " grown to ",
-                                      window.text(), ": the chain moves light out of it"));
-    }
-    Imf::FrameBuffer buffer;
-    for (const Imf::FrameBuffer& planes : {frame_buffer_of(kept), frame_buffer_of(fresh)})
-        for (auto it = planes.begin(); it != planes.end(); ++it)
-            if (options.exr.takes(it.name())) buffer.insert(it.name(), it.slice());
-
+    std::vector<Imf::Header> written;
+    for (const int part : copied) written.push_back(headers[size_t(part)]);
     const auto write = [&](Imf::OStream& stream) {
         if (!input.facts.multi_part) {
-            write_single_part(stream, headers[0], buffer);
+            write_single_part(stream, written[0], rewritten.at(0).buffer);
             return;
         }
-        Imf::MultiPartOutputFile out(stream, headers.data(), int(headers.size()), false,
+        Imf::MultiPartOutputFile out(stream, written.data(), int(written.size()), false,
                                      Imf::globalThreadCount());
-        for (size_t i = 0; i < copied.size(); ++i) {
-            if (copied[i] != kept.part) {
-                copy_part(*input.file, copied[i], out, int(i));
-            } else if (headers[i].hasTileDescription()) {
-                write_tiles(Imf::TiledOutputPart(out, int(i)), buffer);
+        for (int i = 0; i < int(copied.size()); ++i) {
+            const auto anew = rewritten.find(copied[size_t(i)]);
+            if (anew == rewritten.end()) {
+                copy_part(*input.file, copied[size_t(i)], out, i);
+            } else if (written[size_t(i)].hasTileDescription()) {
+                write_tiles(Imf::TiledOutputPart(out, i), anew->second.buffer);
             } else {
-                write_lines(Imf::OutputPart(out, int(i)), buffer);
+                write_lines(Imf::OutputPart(out, i), anew->second.buffer);
             }
         }
     };

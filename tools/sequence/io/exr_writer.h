@@ -2,6 +2,7 @@
 //
 //   InputFrame + color --write_filtered--> the input file, color channels replaced:
 //     color's part    every channel in its own type; what is not color comes from the bytes read
+//     a layer's part  the same, where a further layer is filtered
 //     other parts     chunk by chunk as stored (copyPixels): flat, tiled, mip-mapped and deep alike
 //
 // Kept: channel set, types and names, windows, compression, line order, tiling, pixel aspect,
@@ -63,15 +64,24 @@ struct WriteReport {
     std::vector<std::string> notes;  // what was changed besides color
 };
 
-// Writes `frame` (read with Keep::all) with its color channels replaced. `color` covers
-// `frame.window` and has 4 channels; alpha is written where the file has it. Where the data window
-// written is larger than the file's, other channels hold InputFrame::outside there. Errors
-// (output): the path (see AtomicFile), write errors, and under `refuse` values beyond a half
+// Channels of a part of color's file that are replaced besides color.
+struct FilteredLayer {
+    int part = 0;                       // its data window is that of color's part
+    std::vector<std::string> channels;  // of the part, in the order of the image's channels
+    const ImageF* image = nullptr;      // covers InputFrame::window
+    bool ids = false;                   // no color: the bits are written as they are
+};
+
+// Writes `frame` (read with Keep::all) with its color channels and those of `layers` replaced.
+// `color` covers `frame.window` and has 4 channels; alpha is written where the file has it. Where
+// the data window written is larger than the file's, other channels hold InputFrame::outside there.
+// Errors (output): the path (see AtomicFile), write errors, and under `refuse` values beyond a half
 // channel, NaN and Inf (under `clamp` NaN becomes 0, the others the largest value of the channel's
 // type); (input): check_rewritable(), damaged data in a part that is copied; (usage): settings that
 // check_rewritable() refuses.
 Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, const ImageF& color,
-                                   const WriteOptions& options);
+                                   const WriteOptions& options,
+                                   const std::vector<FilteredLayer>& layers = {});
 
 // Whether write_filtered() can write the file back, from its header alone. Errors (input): a part
 // of unknown type, which cannot be copied; an attribute of color's part that has the name of one of

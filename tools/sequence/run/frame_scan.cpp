@@ -25,7 +25,7 @@ int strip_rows(const FrameHeader& header) {
 }
 
 Result<SourceFrame> scan_source_frame(const SourceSettings& settings, const FrameHeader& header,
-                                      RoleSet wanted, int rows) {
+                                      RoleSet wanted, int rows, const StripObserver& observer) {
     const int height = header.window.height();
     SourceFrame frame;
     SourceFindings all;
@@ -42,6 +42,7 @@ Result<SourceFrame> scan_source_frame(const SourceSettings& settings, const Fram
         if (!strip.ok()) return strip.status();
         frame.read_ms += strip->read_ms;
         frame.convert_ms += strip->convert_ms;
+        if (observer) observer(strip->planes, first);
         if (first == 0)
             all = strip->findings;
         else

@@ -82,6 +82,8 @@ Result<SourceSettings> source_settings_of(const JobSettings& job, Diagnostics& n
     source.nonfinite_color = job.nonfinite;
     source.data_window = job.data_window;
     source.input_transfer = transfer_of(job.input_transfer);
+    source.layers.layers = job.layers;
+    source.layers.cryptomatte = job.cryptomatte;
     auto memory = memory_limit_of(job.max_memory);
     if (!memory.ok()) return memory.status();
     source.max_memory = *memory;
@@ -206,6 +208,15 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                 {.help = "what values of pictures that are no EXR mean; auto: what the file says, "
                          "else srgb of integers, linear of float",
                  .group = kInputGroup})
+        .text("layers", &JobSettings::layers,
+              {.unit = "NAMES",
+               .help = "further color layers that are filtered as the color is: none, all, or "
+                       "names and patterns with commas",
+               .group = kLayerGroup})
+        .choice("cryptomatte", &JobSettings::cryptomatte, {"keep", "filter"},
+                {.help = "what becomes of cryptomattes: kept as rendered, or the coverage of each "
+                         "id filtered as a layer and ranked anew",
+                 .group = kLayerGroup})
         .choice("precision", &JobSettings::precision, {"fp16", "fp32"},
                 {.help = "storage of intermediate planes", .group = kPlanGroup})
         .text("no_elide", &JobSettings::no_elide,

@@ -39,6 +39,7 @@ Status check_output(const FrameHeader& header, const std::string& path, const Ru
 }
 
 Result<io::WriteReport> write_output(const std::string& path, SourceFrame& source, ImageF& result,
+                                     const std::vector<io::FilteredLayer>& layers,
                                      const RunSettings& settings, const io::OutputFiles& files,
                                      io::WriteOptions options) {
     const auto permit = files.permit(path);
@@ -50,7 +51,7 @@ Result<io::WriteReport> write_output(const std::string& path, SourceFrame& sourc
     if (!io::picture_format_of(path)) {
         if (color_file.picture()) return write_new_exr(path, source, result, options);
         if (stored_unassociated) to_file_convention(result, source.conversion, stored_color(input));
-        return io::write_filtered(path, source.input, result, options);
+        return io::write_filtered(path, source.input, result, options, layers);
     }
     const RoleChannels& color = input.assignment.at(Role::color);
     const auto encoding =

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "chain/image.h"
 #include "tools/sequence/run/frame_source.h"
@@ -16,9 +17,11 @@ Status check_output(const FrameHeader& header, const std::string& path, const Ru
                     const io::WriteOptions& options);
 
 // Writes the frame's color, `result`, of its window, linear and multiplied by alpha; it is changed.
+// `layers` are those of io::write_filtered(); other files than the input's have none.
 // `files` says what may be replaced. Errors: those of io::OutputFiles::permit(),
 // io::write_filtered(), io::write_planes_exr() and io::write_picture().
 Result<io::WriteReport> write_output(const std::string& path, SourceFrame& source, ImageF& result,
+                                     const std::vector<io::FilteredLayer>& layers,
                                      const RunSettings& settings, const io::OutputFiles& files,
                                      io::WriteOptions options);
 

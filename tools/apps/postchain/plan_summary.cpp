@@ -1,0 +1,110 @@
+#include "tools/apps/postchain/plan_summary.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <sstream>
+
+#include "chain/plan_bytes.h"
+#include "chain/text.h"
+
+namespace postchain {
+namespace {
+
+// " samples=9 hint=threshold": what a chain file would have to say.
+std::string changed_values(const ChainLink& link) {
+    const auto twin = link.type->create();
+    std::string text;
+    for (const auto& row : link.type->parameters->rows()) {
+        const ParameterValue value = row.get(link.pass->parameters());
+        if (value != row.get(twin->parameters())) text += " " + row.key + "=" + text_of(value);
+    }
+    return text.empty() ? " default values" : text;
+}
+
+bool found_by_device(const Elision& elision) {
+    return elision.work_list >= 0;
+}
+
+// Without the pass, which stands above it: "tile_variance, hint".
+std::string item_of(const Elision& elision) {
+    return elision.kind == ElisionKind::plane && elision.pass >= 0 ? "reading " + elision.item
+                                                                   : elision.item;
+}
+
+// A line for each rule and reason: the items that share them.
+void add_left_out(std::ostringstream& out, const Plan& plan, int pass) {
+    std::vector<const Elision*> own;
+    for (const auto& elision : plan.elisions)
+        if (elision.pass == pass) own.push_back(&elision);
+    std::vector<bool> said(own.size());
+    for (size_t i = 0; i < own.size(); ++i) {
+        if (said[i]) continue;
+        std::vector<std::string> items;
+        for (size_t k = i; k < own.size(); ++k) {
+            if (own[k]->rule != own[i]->rule || own[k]->fact != own[i]->fact ||
+                found_by_device(*own[k]) != found_by_device(*own[i]))
+                continue;
+            said[k] = true;
+            if (!own[k]->item.empty()) items.push_back(item_of(*own[k]));
+        }
+        out << "    left out " << (items.empty() ? "whole" : joined(items)) << ": "
+            << text_of(own[i]->fact) << " [" << own[i]->rule << "]"
+            << (found_by_device(*own[i]) ? ", where the device finds it" : "") << "\n";
+    }
+}
+
+std::string cost_of(const Plan& plan, int pass) {
+    const auto steps = std::count_if(plan.steps.begin(), plan.steps.end(),
+                                     [&](const Step& step) { return step.pass == pass; });
+    char bytes[48];
+    std::snprintf(bytes, sizeof(bytes), "%.1f bytes a pixel", bytes_per_pixel(plan, pass));
+    return concat(steps, steps == 1 ? " dispatch, " : " dispatches, ", bytes);
+}
+
+}  // namespace
+
+std::string plan_summary(const Chain& chain, const sequence::PlannedFrame& planned,
+                         const std::optional<sequence::Seconds>& seconds) {
+    const Plan& plan = *planned.plan;
+    std::ostringstream out;
+    out.imbue(std::locale::classic());
+    out << "frame " << plan.frame_number << "  " << plan.width << "x" << plan.height << "  "
+        << name_of(plan.precision) << "  chain " << hex_of(plan.chain_hash) << "\n";
+    for (size_t i = 0; i < plan.passes.size(); ++i) {
+        const PlanPass& pass = plan.passes[i];
+        out << "  " << i << " " << pass.type << ":" << changed_values(chain.links[i]) << " ("
+            << (pass.elided ? std::string("does not run") : cost_of(plan, int(i))) << ")\n";
+        add_left_out(out, plan, int(i));
+    }
+    if (std::any_of(plan.elisions.begin(), plan.elisions.end(),
+                    [](const Elision& elision) { return elision.pass < 0; })) {
+        out << "  input planes\n";
+        add_left_out(out, plan, -1);
+    }
+    for (const auto& [neighbor, why] : plan.missing_neighbors)
+        out << "  no frame " << name_of(neighbor) << ": " << why << "\n";
+    for (const auto& [place, w] : plan.inverse_depth_at)
+        out << "  at " << text_of(ParameterValue(place)) << " is "
+            << (w > 0 ? concat(1 / w, " scene units away") : "the sky") << "\n";
+    char bytes[48];
+    std::snprintf(bytes, sizeof(bytes), "%.1f", bytes_per_pixel(plan));
+    out << "  in all " << plan.steps.size()
+        << (plan.steps.size() == 1 ? " dispatch, " : " dispatches, ") << bytes
+        << " bytes a pixel\n";
+    std::istringstream rest(sequence::layers_text(planned.layers) +
+                            sequence::estimate_text(planned.memory, seconds));
+    for (std::string line; std::getline(rest, line);) out << "  " << line << "\n";
+    return out.str();
+}
+
+std::string PlanSummaries::add(int frame, const std::string& summary) {
+    // What follows the number of the frame.
+    const size_t prefix = concat("frame ", frame).size();
+    if (!text_.empty() && summary.substr(prefix) == text_)
+        return concat("frame ", frame, ": as frame ", shown_, "\n");
+    text_ = summary.substr(prefix);
+    shown_ = frame;
+    return summary;
+}
+
+}  // namespace postchain

@@ -319,5 +319,85 @@ TEST_F(FormatsTest, WhatIsDoneIsKeptByItsSidecar) {
     EXPECT_TRUE(contains(again({"--bits", "8", "--output-transfer", "linear"}), "1 written"));
 }
 
+// Of what is stored: halved has half the value of lin, fourfold four times.
+constexpr const char* kConfig =
+    "ocio_profile_version: 1\n"
+    "search_path: ''\n"
+    "roles: {scene_linear: lin, default: lin}\n"
+    "displays:\n"
+    "  screen:\n"
+    "    - !<View> {name: Plain, colorspace: lin}\n"
+    "    - !<View> {name: Halved, colorspace: halved}\n"
+    "  wall:\n"
+    "    - !<View> {name: Bright, colorspace: fourfold}\n"
+    "active_displays: [screen, wall]\n"
+    "active_views: [Plain, Halved, Bright]\n"
+    "colorspaces:\n"
+    "  - !<ColorSpace>\n"
+    "    name: lin\n"
+    "  - !<ColorSpace>\n"
+    "    name: halved\n"
+    "    from_reference: !<MatrixTransform> {matrix: [0.5, 0, 0, 0, 0, 0.5, 0, 0, 0, 0, 0.5, 0, "
+    "0, 0, 0, 1]}\n"
+    "  - !<ColorSpace>\n"
+    "    name: fourfold\n"
+    "    from_reference: !<MatrixTransform> {matrix: [4, 0, 0, 0, 0, 4, 0, 0, 0, 0, 4, 0, "
+    "0, 0, 0, 1]}\n";
+
+TEST_F(FormatsTest, APreviewIsTheViewOfAConfiguration) {
+    write_text(at("config.ocio"), kConfig);
+    write_exr("in.exr", {{0.5f, 0.25f, -1, 1}, {3, 0.125f, 0, 1}});
+    const auto preview = [&](Arguments more, const Launch& launch = {}) {
+        Arguments arguments = {"run",      at("none.yaml"), "-i",    at("in.exr"),
+                               "-o",       at("out/o.exr"), "--png", "--on-existing",
+                               "overwrite"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const auto outcome = run(arguments, launch);
+        EXPECT_EQ(outcome.code, 0) << outcome.text();
+        std::vector<int> codes;
+        for (const float v : read_picture(at("out/o.png")).values)
+            codes.push_back(int(std::lround(v * 255)));
+        return codes;
+    };
+    using Codes = std::vector<int>;
+    const std::string config = at("config.ocio");
+    const Codes plain = {128, 64, 0, 255, 32, 0};
+    EXPECT_EQ(preview({"--ocio", config}), plain);
+    EXPECT_EQ(preview({"--ocio", config, "--ocio-view", "Halved"}), (Codes{64, 32, 0, 255, 16, 0}));
+    // Stored as four times the light: the same view shows a quarter.
+    EXPECT_EQ(preview({"--ocio", config, "--ocio-colorspace", "fourfold"}),
+              (Codes{32, 16, 0, 191, 8, 0}));
+    EXPECT_EQ(preview({"--ocio", config, "--ocio-display", "wall"}),
+              (Codes{255, 255, 0, 255, 128, 0}));
+    EXPECT_EQ(preview({}, {.environment = {{"OCIO", config}}}), plain);
+    // Without one: (0.5 / 1.5)^(1/2.2).
+    EXPECT_EQ(preview({}, {.environment = {{"OCIO", std::nullopt}}})[0], 155);
+}
+
+TEST_F(FormatsTest, AConfigurationThatCannotBeUsedIsAnErrorThatSaysWhatThereIs) {
+    write_text(at("config.ocio"), kConfig);
+    write_text(at("broken.ocio"), "ocio_profile_version: [");
+    write_exr("in.exr", {{0.5f, 0.25f, 0, 1}});
+    const std::tuple<Arguments, int, const char*> cases[] = {
+        {{"--png", "--ocio", at("none.ocio")}, 4, "no such file"},
+        {{"--png", "--ocio", at("broken.ocio")}, 4, "broken.ocio"},
+        {{"--png", "--ocio", at("config.ocio"), "--ocio-view", "Film"}, 2, "Plain, Halved"},
+        {{"--png", "--ocio", at("config.ocio"), "--ocio-display", "tv"}, 2, "screen, wall"},
+        {{"--png", "--ocio", at("config.ocio"), "--ocio-colorspace", "aces"},
+         2,
+         "lin, halved, fourfold"},
+        {{"--ocio", at("config.ocio")}, 2, "add --png"},
+        {{"--png", "--ocio-view", "Film"}, 2, "which configuration?"},
+    };
+    for (const auto& [more, code, why] : cases) {
+        Arguments arguments = {"run", at("none.yaml"), "-i", at("in.exr"), "-o", at("out/o.exr")};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const auto outcome = run(arguments, {.environment = {{"OCIO", std::nullopt}}});
+        EXPECT_EQ(outcome.code, code) << outcome.text();
+        EXPECT_TRUE(contains(outcome.err, why)) << outcome.err;
+        EXPECT_FALSE(exists(at("out/o.exr")));
+    }
+}
+
 }  // namespace
 }  // namespace postchain::test

@@ -74,6 +74,9 @@ TEST(JobSettings, EachValueArrives) {
                                        {"missing", "hold"},
                                        {"on_error", "continue"},
                                        {"overflow", "clamp"},
+                                       {"compression", "dwab:9"},
+                                       {"half", true},
+                                       {"channels", "R,*.Z"},
                                        {"strict", true},
                                        {"sidecar", false},
                                        {"png", true},
@@ -94,6 +97,10 @@ TEST(JobSettings, EachValueArrives) {
     EXPECT_EQ(settings->missing, MissingPolicy::hold);
     EXPECT_EQ(settings->on_error, ErrorPolicy::keep_going);
     EXPECT_EQ(settings->overflow, io::HalfOverflow::clamp);
+    EXPECT_EQ(settings->exr.compression->method, io::ExrMethod::dwab);
+    EXPECT_EQ(settings->exr.compression->level, 9);
+    EXPECT_TRUE(settings->exr.half);
+    EXPECT_EQ(settings->exr.channels, (std::vector<std::string>{"R", "*.Z"}));
     EXPECT_TRUE(settings->strict);
     EXPECT_FALSE(settings->sidecar);
     EXPECT_TRUE(settings->preview);
@@ -102,8 +109,9 @@ TEST(JobSettings, EachValueArrives) {
 
 TEST(JobSettings, ErrorsNameTheSetting) {
     const std::pair<const char*, const char*> wrong[] = {
-        {"frames", "2-1"},       {"cuts", "x"},        {"profile", "maya"},
-        {"no_elide", "no_rule"}, {"elide", "no_rule"}, {"output", "a.##.##.exr"}};
+        {"frames", "2-1"},        {"cuts", "x"},        {"profile", "maya"},
+        {"no_elide", "no_rule"},  {"elide", "no_rule"}, {"output", "a.##.##.exr"},
+        {"compression", "zip:0"}, {"channels", "R,,G"}};
     for (const auto& [key, value] : wrong) {
         const auto settings = settings_of({{key, value}});
         ASSERT_FALSE(settings.ok()) << key;

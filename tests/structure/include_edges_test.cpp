@@ -221,7 +221,10 @@ TEST(IncludeEdges, OpenImageIoIsInTheModuleAlone) {
     for (const auto& include : all_includes()) {
         if (!include.target.starts_with("OpenImageIO/")) continue;
         ++count;
-        EXPECT_EQ(include.file, "tools/sequence/io/picture_calls.cpp") << include.place();
+        EXPECT_TRUE(include.file == "tools/sequence/io/picture_calls.cpp" ||
+                    include.file == "tools/sequence/io/picture_codec.cpp" ||
+                    include.file == "tools/sequence/io/picture_view.cpp")
+            << include.place();
     }
     EXPECT_GT(count, 0u);
 }

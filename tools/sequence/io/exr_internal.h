@@ -14,6 +14,7 @@
 #include "tools/sequence/io/exr_header_scan.h"
 #include "tools/sequence/io/exr_reader.h"
 #include "tools/sequence/io/exr_stream.h"
+#include "tools/sequence/io/picture_file.h"
 
 namespace postchain::io {
 
@@ -24,6 +25,7 @@ struct ExrFile::Impl {
     std::unique_ptr<Imf::MultiPartInputFile> file;
     std::vector<ExrPart> parts;
     HeaderFacts facts;
+    std::unique_ptr<PictureFile> picture;  // then there is no stream and no file
 };
 
 inline Window window_of(const IMATH_NAMESPACE::Box2i& box) {

@@ -24,23 +24,23 @@ namespace postchain::io {
 
 namespace {
 
-void copy_part(Imf::MultiPartInputFile& in, Imf::MultiPartOutputFile& out, int part) {
+void copy_part(Imf::MultiPartInputFile& in, int part, Imf::MultiPartOutputFile& out, int to) {
     const Imf::Header& header = in.header(part);
     const std::string type = header.hasType()              ? header.type()
                              : header.hasTileDescription() ? Imf::TILEDIMAGE
                                                            : Imf::SCANLINEIMAGE;
     if (type == Imf::DEEPSCANLINE) {
         Imf::DeepScanLineInputPart from(in, part);
-        Imf::DeepScanLineOutputPart(out, part).copyPixels(from);
+        Imf::DeepScanLineOutputPart(out, to).copyPixels(from);
     } else if (type == Imf::DEEPTILE) {
         Imf::DeepTiledInputPart from(in, part);
-        Imf::DeepTiledOutputPart(out, part).copyPixels(from);
+        Imf::DeepTiledOutputPart(out, to).copyPixels(from);
     } else if (type == Imf::TILEDIMAGE) {
         Imf::TiledInputPart from(in, part);
-        Imf::TiledOutputPart(out, part).copyPixels(from);
+        Imf::TiledOutputPart(out, to).copyPixels(from);
     } else {
         Imf::InputPart from(in, part);
-        Imf::OutputPart(out, part).copyPixels(from);
+        Imf::OutputPart(out, to).copyPixels(from);
     }
 }
 
@@ -98,7 +98,7 @@ Result<Packer> write_single_part(Imf::OStream& stream, const Imf::Header& header
 
 Result<Packer> write_multi_part(Imf::OStream& stream, const std::vector<Imf::Header>& headers,
                                 const std::map<int, PartPlanes>& planes,
-                                Imf::MultiPartInputFile& input) {
+                                Imf::MultiPartInputFile& input, const std::vector<int>& from) {
     struct Own {
         ChunkLayout layout;
         uint64_t table;  // where it begins
@@ -118,7 +118,7 @@ Result<Packer> write_multi_part(Imf::OStream& stream, const std::vector<Imf::Hea
         for (int i = 0; i < out.parts(); ++i) {
             const auto anew = planes.find(i);
             if (anew == planes.end())
-                copy_part(input, out, i);
+                copy_part(input, from[size_t(i)], out, i);
             else if (own.contains(i))
                 continue;
             else if (headers[size_t(i)].hasTileDescription())
@@ -127,11 +127,15 @@ Result<Packer> write_multi_part(Imf::OStream& stream, const std::vector<Imf::Hea
                 write_lines(Imf::OutputPart(out, i), frame_buffer_of(anew->second));
         }
     }
-    for (const auto& [part, how] : own)
-        if (Status s = append_chunks(stream, how.layout, planes.at(part), part,
+    for (const auto& [part, how] : own) {
+        // OpenEXR writes a single part as a file that can have no other: chunks without a number.
+        const std::optional<int> number =
+            headers.size() > 1 ? std::optional<int>(part) : std::nullopt;
+        if (Status s = append_chunks(stream, how.layout, planes.at(part), number,
                                      headers[size_t(part)].zipCompressionLevel(), how.table);
             !s.ok())
             return s;
+    }
     return Packer::openexr;
 }
 

@@ -26,10 +26,11 @@ enum class Packer { own, openexr };
 // errors (output, memory) as write_chunks().
 Result<Packer> write_single_part(Imf::OStream& stream, const Imf::Header& header,
                                  const PartPlanes& planes);
-// `planes`: of the parts that are written anew; the others are copied from `input`.
+// `planes`: of the parts that are written anew, by their place in `headers`; part i of the others
+// is copied from part `from[i]` of `input`.
 Result<Packer> write_multi_part(Imf::OStream& stream, const std::vector<Imf::Header>& headers,
                                 const std::map<int, PartPlanes>& planes,
-                                Imf::MultiPartInputFile& input);
+                                Imf::MultiPartInputFile& input, const std::vector<int>& from);
 
 // Whether every chunk has been written, asked of the file as a reader would. OpenEXR 3.1 writes
 // nothing of lines that it could not compress for want of memory, and says nothing either. Errors

@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <mutex>
 #include <new>
 #include <numeric>
@@ -129,9 +130,22 @@ uint64_t ExrFile::file_bytes() const {
     return impl_->bytes;
 }
 
-Result<ExrFile> ExrFile::open(const std::string& path, const ReadLimits& limits) try {
+const PictureFile* ExrFile::picture() const {
+    return impl_->picture.get();
+}
+
+Result<ExrFile> ExrFile::open(const std::string& path, const ReadLimits& limits,
+                              std::optional<Transfer> transfer) try {
     auto impl = std::make_unique<Impl>();
     impl->path = path;
+    if (picture_format_of(path)) {
+        auto picture = PictureFile::open(path, limits, transfer);
+        if (!picture.ok()) return picture.status();
+        impl->picture = std::make_unique<PictureFile>(std::move(*picture));
+        impl->bytes = std::filesystem::file_size(path);
+        impl->parts = {impl->picture->part()};
+        return ExrFile(std::move(impl));
+    }
     impl->stream = std::make_unique<FdIStream>(path);
     // O_NONBLOCK: a pipe is refused below instead of waiting here for a writer.
     const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
@@ -222,6 +236,7 @@ Status ExrFile::explain_no_color() const try {
 }
 
 int ExrFile::rows_at_once(int part) const {
+    if (impl_->picture) return parts()[0].data_window.height();
     const Imf::Header& header = impl_->file->header(part);
     if (header.hasTileDescription()) return int(header.tileDescription().ySize);
     return lines_of_chunk(int(header.compression()));
@@ -253,6 +268,10 @@ Result<PartPixels> ExrFile::read_part(int part, const std::vector<std::string>& 
     }
     for (const std::string& name : channels) {
         if (pixels.find(name) == nullptr) return check_channels(part, {name});
+    }
+    if (impl_->picture) {
+        if (Status s = impl_->picture->read(pixels); !s.ok()) return s;
+        return pixels;
     }
     if (const auto layout = ChunkLayout::of(impl_->file->header(part))) {
         if (Status s = read_chunks(chunk_source(*impl_, part), *layout, pixels); !s.ok())

@@ -22,6 +22,7 @@
 #include "chain/image.h"
 #include "chain/status.h"
 #include "tools/sequence/io/part_pixels.h"
+#include "tools/sequence/io/transfer.h"
 
 namespace postchain::io {
 
@@ -63,11 +64,17 @@ struct ExrPart {
     bool luminance_chroma() const;
 };
 
+class PictureFile;
+
+// An EXR; or a picture of another format by its extension (picture_file.h), as an EXR would have
+// it: one part of the float channels R, G, B and A, linear.
 class ExrFile {
   public:
     // Errors (input), each naming the file: not there, a folder, unreadable, zero bytes, not an
     // EXR, truncated, header that contradicts itself, a side above the limit, too many bytes.
-    static Result<ExrFile> open(const std::string& path, const ReadLimits& limits = {});
+    // `transfer`: what the values of a picture mean, where the file does not say.
+    static Result<ExrFile> open(const std::string& path, const ReadLimits& limits = {},
+                                std::optional<Transfer> transfer = {});
     ExrFile(ExrFile&&) noexcept;
     ExrFile& operator=(ExrFile&&) noexcept;
     ~ExrFile();
@@ -75,6 +82,7 @@ class ExrFile {
     const std::string& path() const;
     const std::vector<ExrPart>& parts() const;
     uint64_t file_bytes() const;
+    const PictureFile* picture() const;  // null of an EXR
 
     // Why these channels of this part cannot be filtered (deep, luminance-chroma, subsampled,
     // not there), or ok.

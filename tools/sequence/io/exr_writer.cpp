@@ -16,6 +16,7 @@
 
 #include "tools/sequence/io/exr_attributes.h"
 #include "tools/sequence/io/exr_internal.h"
+#include "tools/sequence/io/exr_layout.h"
 #include "tools/sequence/io/exr_output.h"
 #include "tools/sequence/io/pixel_encode.h"
 
@@ -90,8 +91,9 @@ Imf::Header without(const Imf::Header& from, const std::vector<std::string>& nam
 }
 
 // The header of color's part in the output.
-Imf::Header color_header(const Imf::Header& from, bool only_color, bool keep_type,
-                         const WriteOptions& options, std::vector<std::string>& notes) {
+Imf::Header color_header(const Imf::Header& from, const std::vector<std::string>& color,
+                         bool keep_type, const WriteOptions& options,
+                         std::vector<std::string>& notes) {
     std::vector<std::string> left_out;
     for (const char* name : kStaleAttributes) {
         if (from.find(name) == from.end()) continue;
@@ -103,7 +105,16 @@ Imf::Header color_header(const Imf::Header& from, bool only_color, bool keep_typ
     for (const auto& [name, value] : options.attributes) {
         header.insert(name, Imf::StringAttribute(value));
     }
-    if (is_lossy(header.compression()) && !only_color) {
+    header.zipCompressionLevel() = options.zip_level;
+    // The level of DWA is an attribute of the file; a header that was read does not keep it.
+    if (const auto* level = header.findTypedAttribute<Imf::FloatAttribute>("dwaCompressionLevel")) {
+        header.dwaCompressionLevel() = level->value();
+    }
+    apply_settings(options.exr, color, header);
+    bool only_color = true;
+    for (auto it = header.channels().begin(); it != header.channels().end(); ++it)
+        only_color &= std::find(color.begin(), color.end(), it.name()) != color.end();
+    if (!options.exr.compression && is_lossy(header.compression()) && !only_color) {
         notes.push_back(concat("compression ", compression_name(header.compression()),
                                " replaced by zip: the part holds channels besides color, which "
                                "are only written lossless"));
@@ -114,11 +125,6 @@ Imf::Header color_header(const Imf::Header& from, bool only_color, bool keep_typ
         tiles.mode = Imf::ONE_LEVEL;
         header.setTileDescription(tiles);
         notes.push_back("smaller levels dropped: they showed the unfiltered picture");
-    }
-    header.zipCompressionLevel() = options.zip_level;
-    // The level of DWA is an attribute of the file; a header that was read does not keep it.
-    if (const auto* level = header.findTypedAttribute<Imf::FloatAttribute>("dwaCompressionLevel")) {
-        header.dwaCompressionLevel() = level->value();
     }
     return header;
 }
@@ -140,8 +146,8 @@ Window aligned(Window window, const PartPixels& pixels) {
 
 }  // namespace
 
-Status check_rewritable(ExrFile& file, int color_part,
-                        const std::map<std::string, std::string>& attributes) try {
+Status check_rewritable(ExrFile& file, const RoleChannels& color, const WriteOptions& options) try {
+    const int color_part = color.part;
     const Imf::MultiPartInputFile& input = *file.impl().file;
     for (int part = 0; part < input.parts(); ++part) {
         const Imf::Header& header = input.header(part);
@@ -152,7 +158,7 @@ Status check_rewritable(ExrFile& file, int color_part,
                                                     "' and cannot be copied; write it without"));
     }
     const Imf::Header& header = input.header(color_part);
-    for (const auto& [name, value] : attributes) {
+    for (const auto& [name, value] : options.attributes) {
         const auto found = header.find(name);
         if (found == header.end() ||
             dynamic_cast<const Imf::StringAttribute*>(&found.attribute()) != nullptr)
@@ -162,7 +168,16 @@ Status check_rewritable(ExrFile& file, int color_part,
             concat(file.path(), ": its attribute ", name, " is ", found.attribute().typeName(),
                    ", and the output has a text of that name; rename it or leave it out"));
     }
-    return {};
+    const auto notes = check_settings(file.parts(), color_part, color.channels, options.exr);
+    return notes.ok() ? Status() : notes.status().at(file.path());
+} catch (...) {
+    return status_of_exception(file.path());
+}
+
+Status check_new_exr(const ExrFile& file, const RoleChannels& color,
+                     const WriteOptions& options) try {
+    const auto notes = check_settings(file.parts(), color.part, color.channels, options.exr);
+    return notes.ok() ? Status() : notes.status().at(file.path());
 } catch (...) {
     return status_of_exception(file.path());
 }
@@ -180,12 +195,13 @@ struct RewrittenPart {
     // Channels of `part` in `layers`, over what `kept` has, placed in `window`. Counts what does
     // not fit its channel.
     EncodeCounts replace(const PartPixels& kept, const Window& window, const InputFrame& frame,
-                         const std::vector<const FilteredLayer*>& layers);
+                         const std::vector<const FilteredLayer*>& layers, const ExrSettings& exr);
 };
 
 EncodeCounts RewrittenPart::replace(const PartPixels& kept, const Window& window,
                                     const InputFrame& frame,
-                                    const std::vector<const FilteredLayer*>& layers) {
+                                    const std::vector<const FilteredLayer*>& layers,
+                                    const ExrSettings& exr) {
     static const std::map<std::string, float> kNothing;
     const auto outside = frame.outside.find(kept.part);
     const bool same = window == kept.window;
@@ -200,9 +216,12 @@ EncodeCounts RewrittenPart::replace(const PartPixels& kept, const Window& window
         if (window != frame.window) images.push_back(placed(*layer->image, frame.window, window));
         const ImageF& image = window == frame.window ? *layer->image : images.back();
         for (size_t i = 0; i < layer->channels.size(); ++i) {
+            if (!exr.takes(layer->channels[i])) continue;
             const PartPixels::Plane* old = under.find(layer->channels[i]);
             PartPixels::Plane& plane = fresh.planes.emplace_back();
             plane.channel = old->channel;
+            if (exr.half && !layer->ids && plane.channel.type == PixelType::float32)
+                plane.channel.type = PixelType::half;
             plane.width = old->width;
             plane.height = old->height;
             plane.bytes = std::make_unique_for_overwrite<std::byte[]>(plane.total_bytes());
@@ -210,9 +229,12 @@ EncodeCounts RewrittenPart::replace(const PartPixels& kept, const Window& window
         }
     }
     const EncodeCounts counts = encode_channels(targets);
-    planes = planes_of(fresh);
-    for (const PartPixels::Plane& plane : under.planes)
-        if (fresh.find(plane.channel.name) == nullptr) planes.planes.push_back(&plane);
+    planes.window = fresh.window;
+    for (const PartPixels* pixels : {&std::as_const(fresh), &under})
+        for (const PartPixels::Plane& plane : pixels->planes)
+            if (exr.takes(plane.channel.name) &&
+                (pixels == &fresh || fresh.find(plane.channel.name) == nullptr))
+                planes.planes.push_back(&plane);
     return counts;
 }
 
@@ -236,10 +258,12 @@ Result<std::map<int, std::vector<const FilteredLayer*>>> by_part(
     return parts;
 }
 
-size_t channel_count(const std::vector<const FilteredLayer*>& layers) {
-    size_t count = 0;
-    for (const FilteredLayer* layer : layers) count += layer->channels.size();
-    return count;
+// Those that hold color.
+std::vector<std::string> color_channels(const std::vector<const FilteredLayer*>& layers) {
+    std::vector<std::string> names;
+    for (const FilteredLayer* layer : layers)
+        if (!layer->ids) names.insert(names.end(), layer->channels.begin(), layer->channels.end());
+    return names;
 }
 
 }  // namespace
@@ -260,11 +284,14 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
     }
 
     const int color_part = frame.kept->part;
-    if (Status s = check_rewritable(frame.files.color_file(), color_part, options.attributes);
-        !s.ok())
-        return s;
+    const RoleChannels& source = frame.assignment.at(Role::color);
+    if (Status s = check_rewritable(frame.files.color_file(), source, options); !s.ok()) return s;
+    const std::vector<ExrPart>& parts = frame.files.color_file().parts();
+    auto said = check_settings(parts, source.part, source.channels, options.exr);
+    if (!said.ok()) return said.status();
+    report.notes = std::move(*said);
 
-    const FilteredLayer own{color_part, frame.assignment.at(Role::color).channels, &color, false};
+    const FilteredLayer own{color_part, source.channels, &color, false};
     const auto replaced = by_part(path, frame, own, layers);
     if (!replaced.ok()) return replaced.status();
     const bool grown = options.window && *options.window != frame.kept->window;
@@ -272,9 +299,11 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
     ExrFile::Impl& input = file.impl();
     std::vector<Imf::Header> headers;
     for (int i = 0; i < input.file->parts(); ++i) headers.push_back(input.file->header(i));
+    const std::vector<int> copied = written_parts(parts, options.exr);
     std::map<int, RewrittenPart> rewritten;
     EncodeCounts counts;
     for (const auto& [part, of_part] : *replaced) {
+        if (std::find(copied.begin(), copied.end(), part) == copied.end()) continue;
         RewrittenPart& next = rewritten[part];
         if (part != color_part) {
             auto read = file.read_part(part);
@@ -283,15 +312,18 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
         }
         const PartPixels& kept = part == color_part ? *frame.kept : next.read;
         const Window window = grown ? aligned(*options.window, kept) : kept.window;
-        const EncodeCounts found = next.replace(kept, window, frame, of_part);
+        const EncodeCounts found = next.replace(kept, window, frame, of_part, options.exr);
         counts.overflow_pixels += found.overflow_pixels;
         counts.nonfinite_pixels += found.nonfinite_pixels;
         counts.refused_pixels += found.refused_pixels;
         WriteOptions of_header = options;
-        if (part != color_part) of_header.attributes.clear();
-        headers[size_t(part)] = color_header(
-            headers[size_t(part)], channel_count(of_part) == kept.planes.size(),
-            input.facts.multi_part || input.facts.type_attribute, of_header, report.notes);
+        if (part != color_part) {
+            of_header.attributes.clear();
+            of_header.exr.compression.reset();
+        }
+        headers[size_t(part)] = color_header(headers[size_t(part)], color_channels(of_part),
+                                             input.facts.multi_part || input.facts.type_attribute,
+                                             of_header, report.notes);
         if (!grown) continue;
         headers[size_t(part)].dataWindow() = box_of(window);
         report.notes.push_back(concat("data window ", kept.window.text(), " grown to ",
@@ -301,12 +333,16 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
     report.overflow_pixels = counts.overflow_pixels;
     report.nonfinite_pixels = counts.nonfinite_pixels;
 
+    std::vector<Imf::Header> written;
+    for (const int part : copied) written.push_back(headers[size_t(part)]);
     const auto write = [&](Imf::OStream& stream) {
         if (!input.facts.multi_part)
-            return write_single_part(stream, headers[0], rewritten.at(0).planes);
+            return write_single_part(stream, written[0], rewritten.at(0).planes);
         std::map<int, PartPlanes> planes;
-        for (auto& [part, anew] : rewritten) planes[part] = std::move(anew.planes);
-        return write_multi_part(stream, headers, planes, *input.file);
+        for (size_t i = 0; i < copied.size(); ++i)
+            if (const auto anew = rewritten.find(copied[i]); anew != rewritten.end())
+                planes[int(i)] = std::move(anew->second.planes);
+        return write_multi_part(stream, written, planes, *input.file, copied);
     };
     if (Status s = write_file(path, options, report, write); !s.ok()) return s;
     return report;
@@ -374,6 +410,7 @@ Result<Packer> write_encoded(Imf::OStream& stream, const EncodedPlanes& encoded,
     };
     for (const auto& [name, value] : file.attributes) insert(name, value);
     for (const auto& [name, value] : options.attributes) insert(name, value);
+    apply_settings(options.exr, {}, header);
     return write_single_part(stream, header, planes_of(pixels));
 }
 

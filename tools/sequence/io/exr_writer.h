@@ -10,8 +10,9 @@
 // preview, oiio:SHA-1, oiio:AverageColor, oiio:ConstantColor.
 // Lossy compression (PXR24, B44, B44A, DWAA, DWAB) of color's part is kept only where the part
 // holds nothing but color; else it becomes ZIP, since depth, vectors and all other channels are
-// only ever written lossless. A mip- or rip-mapped color part is written with its full-size level
-// alone: the smaller ones would show the unfiltered picture. Both are said in WriteReport::notes.
+// only ever written lossless; WriteOptions::exr may ask for another one. A mip- or rip-mapped color
+// part is written with its full-size level alone: the smaller ones would show the unfiltered
+// picture. Both are said in WriteReport::notes.
 #pragma once
 
 #include <functional>
@@ -24,6 +25,7 @@
 #include "chain/image.h"
 #include "chain/status.h"
 #include "tools/sequence/io/atomic_file.h"
+#include "tools/sequence/io/exr_settings.h"
 #include "tools/sequence/io/frame_reader.h"
 
 namespace postchain::io {
@@ -39,6 +41,7 @@ struct WriteOptions {
     OnExisting on_existing = OnExisting::fail;
     HalfOverflow overflow = HalfOverflow::refuse;
     int zip_level = kZipLevel;
+    ExrSettings exr = {};  // of write_filtered()
     // Data window of color's part, grown outwards where its subsampled channels need that. The
     // file's own when not given.
     std::optional<Window> window = {};
@@ -47,8 +50,8 @@ struct WriteOptions {
     // Asked when all is written and the file has not got its name yet; an error ends it.
     std::function<Status()> before_commit = {};
 
-    // Level of deflate for ZIP and ZIPS, 0 (stored) to 9. On the 25.8 MB of a 1280x720 Cycles frame (4
-    // half, 5 float channels), milliseconds on one core and size of what comes out:
+    // Level of deflate for ZIP and ZIPS, 0 (stored) to 9. On the 25.8 MB of a 1280x720 Cycles frame
+    // (4 half, 5 float channels), milliseconds on one core and size of what comes out:
     //
     //   level         1     2     4     5     6     9
     //   libdeflate  106   124   133   149   156   386 ms   8.26  8.31  8.25  8.19  8.17  8.14 MB
@@ -79,16 +82,19 @@ struct FilteredLayer {
 // the data window written is larger than the file's, other channels hold InputFrame::outside there.
 // Errors (output): the path (see AtomicFile), write errors, and under `refuse` values beyond a half
 // channel, NaN and Inf (under `clamp` NaN becomes 0, the others the largest value of the channel's
-// type); (input): check_rewritable(), damaged data in a part that is copied.
+// type); (input): check_rewritable(), damaged data in a part that is copied; (usage): settings that
+// check_rewritable() refuses.
 Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, const ImageF& color,
                                    const WriteOptions& options,
                                    const std::vector<FilteredLayer>& layers = {});
 
 // Whether write_filtered() can write the file back, from its header alone. Errors (input): a part
 // of unknown type, which cannot be copied; an attribute of color's part that has the name of one of
-// `attributes` and is no text.
-Status check_rewritable(ExrFile& file, int color_part,
-                        const std::map<std::string, std::string>& attributes);
+// WriteOptions::attributes and is no text; (usage): WriteOptions::exr does not suit the file.
+Status check_rewritable(ExrFile& file, const RoleChannels& color, const WriteOptions& options);
+
+// The same of a new file of the color channels of a picture that is no EXR.
+Status check_new_exr(const ExrFile& file, const RoleChannels& color, const WriteOptions& options);
 
 using AttributeValue = std::variant<std::string, float, int>;
 
@@ -106,8 +112,9 @@ struct PlanesFile {
     int origin_y = 0;
     std::optional<Window> display_window;  // the data window when not given
 };
-// ZIP, scanlines. Half channels follow `overflow`; Inf and NaN of a half channel are written as
-// they are where the plane has them. Errors (output); (internal): sizes that differ, no channels.
+// ZIP or WriteOptions::exr's compression, scanlines. Half channels follow `overflow`; Inf and NaN
+// of a half channel are written as they are where the plane has them. Errors (output); (internal):
+// sizes that differ, no channels.
 Result<WriteReport> write_planes_exr(const std::string& path, const PlanesFile& file,
                                      const WriteOptions& options = {});
 // All channels of one image as float.

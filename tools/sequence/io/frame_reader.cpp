@@ -27,17 +27,22 @@ ExrFile& OpenFrame::file_of(Role role) const {
 }
 
 Result<OpenFrame> open_frame(const std::map<Role, std::string>& files, int frame_number,
-                             const ReadLimits& limits) try {
+                             const ReadLimits& limits, std::optional<Transfer> transfer) try {
     OpenFrame frame;
     frame.frame_number = frame_number;
     std::map<std::string, std::shared_ptr<ExrFile>> opened;
     for (const auto& [role, path] : files) {
         std::shared_ptr<ExrFile>& file = opened[path];
         if (file == nullptr) {
-            Result<ExrFile> result = ExrFile::open(path, limits);
+            Result<ExrFile> result = ExrFile::open(path, limits, transfer);
             if (!result.ok()) return result.status();
             file = std::make_shared<ExrFile>(std::move(*result));
         }
+        if (role != Role::color && file->picture() != nullptr)
+            return Status(StatusCode::input,
+                          concat(path, ": ", name_of(role),
+                                 " is read from EXR files, which hold its values as they are; "
+                                 "write it as EXR"));
         frame.files[role] = file;
     }
     if (!frame.files.contains(Role::color)) {

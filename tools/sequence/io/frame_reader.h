@@ -38,9 +38,10 @@ struct OpenFrame {
     ExrFile& color_file() const { return *files.at(Role::color); }
 };
 
-// `files` as in FrameList::files. Errors (input) as ExrFile::open.
+// `files` as in FrameList::files, `transfer` as of ExrFile::open. Errors (input): as ExrFile::open;
+// another plane than color in a picture that is no EXR.
 Result<OpenFrame> open_frame(const std::map<Role, std::string>& files, int frame_number,
-                             const ReadLimits& limits = {});
+                             const ReadLimits& limits = {}, std::optional<Transfer> transfer = {});
 
 // What a profile needs to know of a file. A deep part has no color that could be filtered: it
 // comes without channels, whose names would only mislead.

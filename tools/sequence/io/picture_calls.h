@@ -4,12 +4,46 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <string>
 
 #include "chain/image.h"
 #include "chain/status.h"
 
 namespace postchain::io {
+
+// A picture of three or four channels, red, green, blue, alpha, as its file stores it.
+struct PictureInfo {
+    int width = 0, height = 0;
+    int x = 0, y = 0;  // of the first pixel
+    int display_x = 0, display_y = 0, display_width = 0, display_height = 0;
+    float pixel_aspect = 1;
+    int channels = 3;
+    int bits = 8;  // of a value: 8, 10, 12, 16; 32: float, also where the file has half
+    bool is_float = false;
+    bool unassociated = false;  // color is not multiplied by alpha
+    std::string color_space;    // what the file says, in OpenImageIO's words; empty: nothing
+    std::map<std::string, std::string> attributes;
+};
+
+// A picture to write.
+struct PictureToWrite {
+    std::string format;       // in OpenImageIO's words
+    PictureInfo info;         // windows, channels, bits, alpha, color space
+    const void* values;       // uint16_t of the whole range of 16 bits, or float
+    std::string metadata_of;  // a file whose metadata are kept; may be empty
+    int metadata_part = 0;    // of it
+    std::map<std::string, std::string> attributes;  // besides
+};
+
+// A view of an OpenColorIO configuration. Empty texts: the default display and its default view,
+// and the space of the role scene_linear.
+struct DisplayView {
+    std::string config;  // a file
+    std::string display;
+    std::string view;
+    std::string space;  // of the frames
+};
 
 struct PictureCalls {
     const char* version;        // of the postchain that the module was built with
@@ -22,6 +56,18 @@ struct PictureCalls {
     // The display window of a square picture in gray, at most `max_side` pixels on a side; what is
     // read and what is refused: read_aperture_image(). Errors (input), without the path.
     Result<ImageF> (*read_gray)(const std::string& path, int max_side);
+    // What a file of this format holds. Errors (input), without the path: unreadable, another
+    // format, what PictureInfo cannot say (gray, deep, volumes, integers of 32 bits).
+    Result<PictureInfo> (*describe)(const std::string& path, const std::string& format);
+    // Its stored values, integers as code / (2^bits - 1). Errors (input), without the path: damaged
+    // or truncated.
+    Result<ImageF> (*read_stored)(const std::string& path, const PictureInfo& info);
+    // The bytes of a file. Errors (output): the encoder's.
+    Result<std::string> (*encode)(const PictureToWrite& picture);
+    // Color (over black) as a view shows it, three channels. What is not finite is taken as 0.
+    // Errors: (input) the configuration cannot be used; (usage) it has no such name, with those
+    // that it has.
+    Result<Image<uint8_t>> (*shown)(const ImageF& color, const DisplayView& view);
 };
 
 }  // namespace postchain::io

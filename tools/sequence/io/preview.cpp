@@ -4,12 +4,19 @@
 #include <cmath>
 #include <filesystem>
 
+#include "tools/sequence/io/picture_module.h"
 #include "tools/sequence/io/png.h"
 
 namespace postchain::io {
 
 Result<std::string> encode_png_preview(const ImageF& color, const PreviewOptions& options) {
     if (color.empty()) return Status(StatusCode::internal, "no pixels");
+    if (options.view) {
+        const auto pictures = picture_module(StatusCode::output);
+        if (!pictures.ok()) return pictures.status();
+        const auto shown = (*pictures)->shown(color, *options.view);
+        return shown.ok() ? encode_png(*shown) : Result<std::string>(shown.status());
+    }
     const int channels = color.channels >= 3 ? 3 : 1;
     const float gain = float(std::exp2(options.exposure_stops));
     const auto shown = [&](float v) {

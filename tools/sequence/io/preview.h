@@ -1,11 +1,13 @@
 // PNG previews: a tone curve, 8 bits, one atomic file.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "chain/image.h"
 #include "chain/status.h"
 #include "tools/sequence/io/atomic_file.h"
+#include "tools/sequence/io/picture_calls.h"
 
 namespace postchain::io {
 
@@ -16,9 +18,10 @@ struct PreviewOptions {
     double exposure_stops = 0;
     ToneCurve curve = ToneCurve::display;
     OnExisting on_existing = OnExisting::fail;
+    std::optional<DisplayView> view = {};  // in place of exposure and curve
 };
 // 8-bit RGB PNG of the first three channels (one channel: gray). Values are those over black.
-// Errors (output): the encoder's.
+// Errors (output): the encoder's; of a view, those of PictureCalls::shown.
 Result<std::string> encode_png_preview(const ImageF& color, const PreviewOptions& options = {});
 // The same in a file.
 Status write_png_preview(const std::string& path, const ImageF& color,

@@ -61,21 +61,31 @@ bool is_done(const std::string& output, const std::string& fingerprint,
              const RunSettings& settings) {
     std::error_code error;
     if (settings.preview && !fs::exists(io::preview_path(output), error)) return false;
+    std::ifstream file(sidecar_path(output));
+    const auto json = io::Json::parse(file, nullptr, false);
+    const auto sidecar_says = [&](const std::string& provenance, uint64_t bytes) {
+        return json.is_object() && json.value("work", io::Json()) == provenance &&
+               json.value("output_bytes", io::Json()) == bytes;
+    };
+    const std::string made[] = {provenance_of(fingerprint, settings.strict),
+                                provenance_of(fingerprint, true)};
+    // Of other formats than EXR not each keeps an attribute: the sidecar alone says what made it.
+    if (io::picture_format_of(output)) {
+        const auto bytes = fs::file_size(output, error);
+        return !error && (sidecar_says(made[0], bytes) || sidecar_says(made[1], bytes));
+    }
     auto existing = io::ExrFile::open(output);
     if (!existing.ok()) return false;
     std::string provenance;
     for (const auto& part : existing->parts()) {
         const auto found = part.attributes.find("postchain");
         if (found == part.attributes.end()) continue;
-        for (const bool strict : {settings.strict, true})
-            if (found->second == provenance_of(fingerprint, strict)) provenance = found->second;
+        for (const std::string& one : made)
+            if (found->second == one) provenance = one;
     }
     if (provenance.empty()) return false;
     if (!settings.sidecar) return whole(*existing);
-    std::ifstream file(sidecar_path(output));
-    const auto json = io::Json::parse(file, nullptr, false);
-    return json.is_object() && json.value("work", io::Json()) == provenance &&
-           json.value("output_bytes", io::Json()) == existing->file_bytes();
+    return sidecar_says(provenance, existing->file_bytes());
 }
 
 std::string fingerprint_of(const Chain& chain, const RunSettings& settings,
@@ -84,6 +94,17 @@ std::string fingerprint_of(const Chain& chain, const RunSettings& settings,
     std::string text = concat(chain.text(), name_of(settings.plan.precision), " frame ", frame,
                               "\n", text_of(*inputs.frame), int(settings.source.nonfinite_color),
                               " ", int(settings.overflow), "\n");
+    const io::ExrSettings& exr = settings.exr;
+    if (exr.compression)
+        text += concat("compression ", io::name_of(exr.compression->method), " ",
+                       exr.compression->level.value_or(-1), "\n");
+    if (exr.half) text += "half\n";
+    const auto& transfer = settings.source.input_transfer;
+    if (transfer) text += concat("input ", io::name_of(*transfer), "\n");
+    if (settings.picture.transfer)
+        text += concat("output ", io::name_of(*settings.picture.transfer), "\n");
+    if (settings.picture.bits != 0) text += concat("bits ", settings.picture.bits, "\n");
+    for (const std::string& channel : exr.channels) text += concat("channel ", channel, "\n");
     // Of the rules that are on by default only this one changes pixels.
     const RuleNames rules = settings.plan.rules(chain);
     for (const auto& rule : settings.plan.rules_on)

@@ -7,6 +7,7 @@
 
 #include "chain/depth_at.h"
 #include "config/profile_match.h"
+#include "tools/sequence/io/picture_file.h"
 #include "tools/sequence/run/memory.h"
 #include "tools/sequence/run/source_strip.h"
 
@@ -187,7 +188,7 @@ RoleSet roles_in_files(const FrameHeader& header) {
 
 Result<FrameHeader> open_source_frame(const SourceSettings& settings,
                                       const std::map<Role, std::string>& files, int frame) {
-    auto opened = io::open_frame(files, frame);
+    auto opened = io::open_frame(files, frame, {}, settings.input_transfer);
     if (!opened.ok()) return opened.status();
     FrameHeader header;
     header.files = std::move(*opened);
@@ -211,6 +212,8 @@ Result<FrameHeader> open_source_frame(const SourceSettings& settings,
             !status.ok())
             return status;
     }
+    if (const io::PictureFile* picture = color_file.picture())
+        header.match.options.unpremultiplied = picture->info().unassociated;
     for (const auto& [role, where] : header.match.roles)
         header.assignment[role] = {where.part, where.channels};
 
@@ -371,7 +374,9 @@ void to_file_convention(ImageF& color, const ConvertOptions& conversion, const I
         float* rgba = color.data.data() + 4 * pixel;
         const float* was = stored.data.data() + 4 * pixel;
         for (int c = 0; c < 3; ++c) {
-            if (rgba[3] != 0)
+            if (rgba[3] == was[3] && was[3] != 0 && rgba[c] == was[c] * was[3])
+                rgba[c] = was[c];
+            else if (rgba[3] != 0)
                 rgba[c] /= rgba[3];
             else if (rgba[c] == 0 && was[3] == 0 && std::isfinite(was[c]))
                 rgba[c] = was[c];

@@ -44,9 +44,10 @@ struct SourceSettings {
     std::set<int> cuts;  // frames whose motion leads across a camera cut
     DataWindow data_window = DataWindow::grow;
     CameraMotion camera_motion = CameraMotion::missing;
-    std::optional<io::PathPattern>
-        color_frames;         // where a frame's neighbors are, for their cameras
-    uint64_t max_memory = 0;  // bytes for frames; 0: no limit
+    // Where a frame's neighbors are, for their cameras.
+    std::optional<io::PathPattern> color_frames;
+    uint64_t max_memory = 0;                     // bytes for frames; 0: no limit
+    std::optional<io::Transfer> input_transfer;  // of pictures; none: as the file says
     LayerSettings layers;
 };
 
@@ -134,7 +135,7 @@ SharedPlanes shared(FramePlanes planes);
 
 // Color as the file wants it back: undoes ConvertOptions::unpremultiplied. Where alpha is 0
 // nothing can be divided: what was clear in the file, `stored`, and has got no light, has its color
-// again.
+// again. What the chain left as it was is what is stored, to the bit.
 void to_file_convention(ImageF& color, const ConvertOptions& conversion, const ImageF& stored);
 // The same of a further layer, which is stored as color is: `color` has its alpha.
 void layer_to_file_convention(ImageF& layer, const ConvertOptions& conversion, const ImageF& color);

@@ -10,6 +10,7 @@
 #include "tools/sequence/io/preview.h"
 #include "tools/sequence/run/clock.h"
 #include "tools/sequence/run/fingerprint.h"
+#include "tools/sequence/run/output_frame.h"
 #include "tools/sequence/run/plan_warnings.h"
 #include "tools/sequence/run/record.h"
 #include "tools/sequence/run/run_files.h"
@@ -84,9 +85,7 @@ class FilterJob final : public FrameJob {
         const std::string fingerprint = fingerprint_of(chain_, settings_, inputs);
         report.provenance = provenance_of(fingerprint, settings_.strict);
         const FrameHeader& header = inputs.frame->header;
-        if (Status status = io::check_rewritable(
-                header.files.color_file(), header.assignment.at(Role::color).part,
-                {{kProvenanceAttribute, report.provenance}, {kRecordAttribute, ""}});
+        if (Status status = check_output(header, task.output, settings_, write_options(report, ""));
             !status.ok())
             return status;
         std::error_code error;
@@ -151,25 +150,15 @@ class FilterJob final : public FrameJob {
                                  " non-finite output pixels under --strict; not written"));
         std::deque<ImageF> images;
         const auto layers = layers_to_write(frame, images);
-        if (frame.source->conversion.unpremultiplied)
-            to_file_convention(frame.result, frame.source->conversion,
-                               stored_color(frame.source->input));
-        const auto permit = files_.permit(report.output);
-        if (!permit.ok()) return permit.status();
-        io::WriteOptions options;
-        options.on_existing = *permit;
+        io::WriteOptions options = write_options(report, record_text(chain_, settings_, report));
         options.before_commit = [&] { return io::check_unchanged(report.stamps); };
-        options.overflow = settings_.overflow;
-        options.window = report.window;
-        options.attributes[kProvenanceAttribute] = report.provenance;
-        options.attributes[kRecordAttribute] = record_text(chain_, settings_, report);
-        auto written =
-            io::write_filtered(report.output, frame.source->input, frame.result, options, layers);
+        auto written = write_output(report.output, *frame.source, frame.result, layers, settings_,
+                                    files_, std::move(options));
         if (!written.ok()) return written.status();
         report.write = std::move(*written);
-        if (const uint64_t half = report.write.overflow_pixels)
-            report.warnings.push_back(
-                concat(report.output, ": ", half, " pixels clamped to the largest half, 65504"));
+        if (const uint64_t clamped = report.write.overflow_pixels)
+            report.warnings.push_back(concat(report.output, ": ", clamped, " pixels clamped to ",
+                                             largest_text(report.output)));
         if (const uint64_t bad = report.write.nonfinite_pixels)
             report.warnings.push_back(concat(report.output, ": ", bad,
                                              " pixels of the result are not finite: Inf clamped to "
@@ -182,12 +171,23 @@ class FilterJob final : public FrameJob {
     }
 
   private:
+    io::WriteOptions write_options(const FrameReport& report, const std::string& record) const {
+        io::WriteOptions options;
+        options.overflow = settings_.overflow;
+        options.exr = settings_.exr;
+        options.window = report.window;
+        options.attributes[kProvenanceAttribute] = report.provenance;
+        options.attributes[kRecordAttribute] = record;
+        return options;
+    }
+
     Status write_preview(const std::string& output, const ImageF& color) const {
         const std::string path = io::preview_path(output);
         const auto permit = files_.permit(path);
         if (!permit.ok()) return permit.status();
         io::PreviewOptions options;
         options.on_existing = *permit;
+        options.view = settings_.view;
         return io::write_png_preview(path, color, options);
     }
 
@@ -254,9 +254,14 @@ Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& asked, Ex
                           settings.dump_folder +
                               ": folder of --dump-stages cannot be created: " + error.message());
     }
-    if (settings.preview)
-        if (const auto module = io::picture_module(StatusCode::output); !module.ok())
-            return module.status();
+    if (settings.preview) {
+        const auto module = io::picture_module(StatusCode::output);
+        if (!module.ok()) return module.status();
+        // A configuration that cannot be used is found before a frame is filtered.
+        if (settings.view)
+            if (auto shown = (*module)->shown(ImageF(1, 1, 4), *settings.view); !shown.ok())
+                return shown.status();
+    }
     FilterJob job(chain, settings, files, executor, renderer);
     auto summary = walk_sequence(job, settings, std::move(*tasks), observer, stop, start);
     if (!summary.ok()) return summary;

@@ -9,6 +9,8 @@
 #include "chain/planner.h"
 #include "tools/sequence/io/exr_writer.h"
 #include "tools/sequence/io/output_files.h"
+#include "tools/sequence/io/picture_calls.h"
+#include "tools/sequence/io/picture_writer.h"
 #include "tools/sequence/io/sequence.h"
 #include "tools/sequence/run/frame_source.h"
 
@@ -32,13 +34,16 @@ struct RunSettings {
     PlanOptions plan;
     io::OnExisting on_existing = io::OnExisting::fail;
     io::HalfOverflow overflow = io::HalfOverflow::refuse;
+    io::ExrSettings exr;
+    io::PictureSettings picture;
     MissingPolicy missing = MissingPolicy::error;
     ErrorPolicy on_error = ErrorPolicy::stop;
-    bool strict = false;      // non-finite values are an error
-    bool sidecar = true;      // OUT.json beside each output
-    bool preview = false;     // OUT.png beside each output, display transform, 8 bits
-    std::string dump_folder;  // every stage as EXR, the folder is made; empty = none
-    std::string version;      // of the command, for metadata
+    bool strict = false;                  // non-finite values are an error
+    bool sidecar = true;                  // OUT.json beside each output
+    bool preview = false;                 // OUT.png beside each output, display transform, 8 bits
+    std::optional<io::DisplayView> view;  // that shows previews
+    std::string dump_folder;              // every stage as EXR, the folder is made; empty = none
+    std::string version;                  // of the command, for metadata
     // Those of the settings that the record of an output repeats and that are not the default.
     std::map<std::string, ParameterValue> given;
 };

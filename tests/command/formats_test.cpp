@@ -1,0 +1,403 @@
+// postchain run: color in other formats than EXR. Files are made and read back by OpenImageIO, as
+// they are stored; curves are those of their standards, written down here.
+#include <OpenImageIO/imageio.h>
+
+#include <cmath>
+#include <random>
+
+#include "tests/command/fixture.h"
+
+namespace postchain::test {
+namespace {
+
+struct Stored {
+    int width = 0, height = 0, channels = 0;
+    std::vector<float> values;  // integers over the largest of their type
+};
+
+struct Kind {
+    const char* file;
+    OIIO::TypeDesc type;
+    int bits;
+    int channels;
+    bool unassociated = false;
+    const char* space = "";
+};
+
+// Every code of 8 and 10 bits is there, and a sixth of those of 16.
+Stored noise_of(const Kind& kind, int width = 96, int height = 64) {
+    Stored picture{width, height, kind.channels, {}};
+    std::mt19937 random(7);
+    const int largest = (1 << std::min(kind.bits, 16)) - 1;
+    for (int i = 0; i < width * height * kind.channels; ++i) {
+        const bool alpha = i % kind.channels == 3;
+        if (kind.type != OIIO::TypeDesc::FLOAT)
+            picture.values.push_back(float(i < 3 * largest
+                                               ? i / 3 % (largest + 1)
+                                               : int(random() % unsigned(largest + 1))) /
+                                     float(largest));
+        else if (alpha)
+            picture.values.push_back(float(random() % 5) / 4);
+        else
+            picture.values.push_back(std::ldexp(float(random() % 1000), int(random() % 20) - 12) *
+                                     (std::string(kind.file).ends_with(".hdr") ? 1.f : -1.f));
+    }
+    return picture;
+}
+
+void write_picture(const std::string& path, const Kind& kind, const Stored& picture) {
+    auto out = OIIO::ImageOutput::create(path);
+    ASSERT_TRUE(out) << OIIO::geterror();
+    OIIO::ImageSpec spec(picture.width, picture.height, picture.channels, kind.type);
+    if (kind.type != OIIO::TypeDesc::FLOAT) spec.attribute("oiio:BitsPerSample", kind.bits);
+    if (picture.channels == 4) spec.alpha_channel = 3;
+    if (kind.unassociated) spec.attribute("oiio:UnassociatedAlpha", 1);
+    if (*kind.space) spec.attribute("oiio:ColorSpace", kind.space);
+    spec.attribute("ImageDescription", "a shot");
+    ASSERT_TRUE(out->open(path, spec)) << out->geterror();
+    ASSERT_TRUE(out->write_image(OIIO::TypeDesc::FLOAT, picture.values.data()) && out->close())
+        << out->geterror();
+}
+
+// In the file's own type, alpha as stored.
+Stored read_picture(const std::string& path, OIIO::ImageSpec* spec = nullptr) {
+    OIIO::ImageSpec config;
+    config.attribute("oiio:UnassociatedAlpha", 1);
+    const auto in = OIIO::ImageInput::open(path, &config);
+    EXPECT_TRUE(in) << path << ": " << OIIO::geterror();
+    if (!in) return {};
+    const OIIO::ImageSpec& found = in->spec();
+    if (spec) *spec = found;
+    Stored picture{found.width, found.height, found.nchannels, {}};
+    picture.values.resize(size_t(found.width) * size_t(found.height) * size_t(found.nchannels));
+    EXPECT_TRUE(
+        in->read_image(0, 0, 0, found.nchannels, OIIO::TypeDesc::FLOAT, picture.values.data()))
+        << in->geterror();
+    return picture;
+}
+
+constexpr auto kByte = OIIO::TypeDesc::UINT8;
+constexpr auto kShort = OIIO::TypeDesc::UINT16;
+constexpr auto kFloat = OIIO::TypeDesc::FLOAT;
+const Kind kKinds[] = {
+    {"c.png", kByte, 8, 3, true},
+    {"c.png", kByte, 8, 4, true},
+    {"c.png", kShort, 16, 3, true},
+    {"c.png", kShort, 16, 4, true},
+    {"c.tif", kByte, 8, 3},
+    {"c.tif", kShort, 16, 4},
+    {"c.tif", kShort, 16, 4, true},
+    {"c.tif", kFloat, 32, 3},
+    {"c.tiff", kFloat, 32, 4},
+    {"c.tif", kFloat, 32, 4, true},
+    {"c.dpx", kByte, 8, 3},
+    {"c.dpx", kShort, 10, 3},
+    {"c.dpx", kShort, 12, 3},
+    {"c.dpx", kShort, 16, 4},
+    {"c.dpx", kShort, 10, 3, false, "KodakLog"},
+    {"c.hdr", kFloat, 32, 3},
+};
+
+class FormatsTest : public CommandTest {
+  protected:
+    void SetUp() override {
+        CommandTest::SetUp();
+        write_text(at("none.yaml"), "postchain: 1\npasses: []\n");
+    }
+    Outcome through(const std::string& in_name, const std::string& out_name, Arguments more = {}) {
+        Arguments arguments = {
+            "run",           at("none.yaml"), "-i", at(in_name), "-o", at("out/" + out_name),
+            "--on-existing", "overwrite"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return run(arguments);
+    }
+    // An EXR of one row: R, G, B, A of each pixel.
+    void write_exr(const std::string& name, const std::vector<std::array<float, 4>>& pixels) {
+        ImageF image(int(pixels.size()), 1, 4);
+        for (size_t i = 0; i < pixels.size(); ++i)
+            for (int c = 0; c < 4; ++c) image.at(int(i), 0, c) = pixels[i][size_t(c)];
+        ASSERT_TRUE(
+            io::write_planes_exr(at(name), image, {"R", "G", "B", "A"}, io::OnExisting::overwrite)
+                .ok());
+    }
+};
+
+TEST_F(FormatsTest, AChainThatDoesNothingGivesTheStoredValuesBack) {
+    for (const Kind& kind : kKinds) {
+        const std::string what =
+            concat(kind.file, " ", kind.bits, " bits, ", kind.channels, " channels", kind.space);
+        write_picture(at(kind.file), kind, noise_of(kind));
+        OIIO::ImageSpec before, after;
+        const Stored in = read_picture(at(kind.file), &before);
+        const auto outcome = through(kind.file, kind.file);
+        ASSERT_EQ(outcome.code, 0) << what << outcome.text();
+        const Stored out = read_picture(at(std::string("out/") + kind.file), &after);
+        EXPECT_EQ(out.width, in.width) << what;
+        EXPECT_EQ(out.channels, in.channels) << what;
+        EXPECT_EQ(after.format, before.format) << what;
+        EXPECT_EQ(after.get_int_attribute("oiio:BitsPerSample", 0),
+                  before.get_int_attribute("oiio:BitsPerSample", 0))
+            << what;
+        EXPECT_EQ(after.get_int_attribute("oiio:UnassociatedAlpha", 0),
+                  before.get_int_attribute("oiio:UnassociatedAlpha", 0))
+            << what;
+        EXPECT_EQ(after.get_string_attribute("ImageDescription"),
+                  before.get_string_attribute("ImageDescription"))
+            << what;
+        size_t different = 0;
+        for (size_t i = 0; i < in.values.size(); ++i) different += in.values[i] != out.values[i];
+        EXPECT_EQ(different, 0u) << what << " of " << in.values.size();
+    }
+}
+
+double srgb_light(double v) {
+    return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
+}
+
+TEST_F(FormatsTest, ValuesAreDecodedByTheirCurve) {
+    const Kind kind{"c.png", kByte, 8, 3, true};
+    Stored ramp{256, 1, 3, {}};
+    for (int i = 0; i < 256 * 3; ++i) ramp.values.push_back(float(i / 3) / 255);
+    write_picture(at("c.png"), kind, ramp);
+    const auto light_of = [&](const Arguments& more) {
+        const auto outcome = through("c.png", "o.exr", more);
+        EXPECT_EQ(outcome.code, 0) << outcome.text();
+        return read_color(at("out/o.exr"));
+    };
+    const ImageF plain = light_of({}), linear = light_of({"--input-transfer", "linear"}),
+                 rec709 = light_of({"--input-transfer", "rec709"}),
+                 gamma = light_of({"--input-transfer", "gamma22"}),
+                 cineon = light_of({"--input-transfer", "cineon"});
+    for (int code = 0; code < 256; ++code) {
+        const double v = code / 255.0;
+        EXPECT_NEAR(plain.at(code, 0, 1), srgb_light(v), 1e-7) << code;
+        EXPECT_NEAR(linear.at(code, 0, 1), v, 1e-7) << code;
+        EXPECT_NEAR(rec709.at(code, 0, 1),
+                    v < 0.081 ? v / 4.5 : std::pow((v + 0.099) / 1.099, 1 / 0.45), 1e-7)
+            << code;
+        EXPECT_NEAR(gamma.at(code, 0, 1), std::pow(v, 2.2), 1e-7) << code;
+        // OpenColorIO's Cineon of its default configurations, and Kodak's: 685 is 1, 95 is 0.
+        const double black = std::pow(10, (95 - 685) * 0.002 / 0.6);
+        const double log = (std::pow(10, (1023 * v - 685) * 0.002 / 0.6) - black) / (1 - black);
+        EXPECT_NEAR(cineon.at(code, 0, 1), log, 2e-6 * std::max(1.0, log)) << code;
+    }
+}
+
+TEST_F(FormatsTest, LightIsEncodedByTheCurveOfTheFormat) {
+    write_exr("in.exr", {{0.5f, 0.002f, 1, 1}, {0.25f, 0, 0.125f, 0.5f}, {0, 0, 0, 0}});
+    ASSERT_EQ(through("in.exr", "o.png").code, 0);
+    const Stored png = read_picture(at("out/o.png"));
+    ASSERT_EQ(png.channels, 4);
+    // 1.055 * 0.5^(1/2.4) - 0.055, 12.92 * 0.002; the second pixel is divided by its alpha.
+    const double expected[] = {0.735357, 0.02584, 1, 1, 0.735357, 0, 0.537099, 0.5, 0, 0, 0, 0};
+    for (size_t i = 0; i < 12; ++i) EXPECT_NEAR(png.values[i], expected[i], 1.0 / 65535) << i;
+    ASSERT_EQ(through("in.exr", "o.tif").code, 0);
+    const Stored tiff = read_picture(at("out/o.tif"));
+    EXPECT_EQ(tiff.values,
+              (std::vector<float>{0.5f, 0.002f, 1, 1, 0.25f, 0, 0.125f, 0.5f, 0, 0, 0, 0}));
+    ASSERT_EQ(through("in.exr", "o.tif", {"--bits", "8", "--output-transfer", "linear"}).code, 0);
+    OIIO::ImageSpec spec;
+    EXPECT_EQ(read_picture(at("out/o.tif"), &spec).values[0], 128 / 255.f);
+    EXPECT_EQ(spec.format, kByte);
+    ASSERT_EQ(through("in.exr", "o.jpg").code, 0);
+    const Json json = Json::parse(read_text(at("out/o.jpg.json")));
+    EXPECT_TRUE(contains(json["write_notes"].dump(), "alpha left out")) << json["write_notes"];
+}
+
+TEST_F(FormatsTest, ValuesThatDoNotFitAreAnErrorOrClampedAndCounted) {
+    write_exr("in.exr", {{1.5f, 0, 0, 1}, {0, -0.1f, 0, 1}, {1.000001f, -1e-7f, 0.5f, 1}});
+    for (const char* name : {"o.png", "o.jpg", "o.dpx"}) {
+        const auto outcome = through("in.exr", name);
+        EXPECT_EQ(outcome.code, 5) << name << outcome.text();
+        EXPECT_TRUE(contains(outcome.err, "2 pixels do not fit")) << outcome.err;
+        EXPECT_TRUE(contains(outcome.err, "--overflow clamp")) << outcome.err;
+        EXPECT_FALSE(exists(at(std::string("out/") + name)));
+    }
+    const auto outcome = through("in.exr", "o.png", {"--overflow", "clamp"});
+    EXPECT_EQ(outcome.code, 0) << outcome.text();
+    EXPECT_TRUE(contains(outcome.err, "2 pixels clamped")) << outcome.err;
+    const Stored png = read_picture(at("out/o.png"));
+    EXPECT_EQ(png.values[0], 1);
+    EXPECT_EQ(png.values[5], 0);
+    EXPECT_EQ(png.values[8], 1);
+    EXPECT_EQ(Json::parse(read_text(at("out/o.png.json")))["health"]["output_half_overflow"], 2);
+    // HDR holds what is above 1 and nothing below 0, float TIFF both.
+    const auto hdr = through("in.exr", "o.hdr");
+    EXPECT_EQ(hdr.code, 5);
+    EXPECT_TRUE(contains(hdr.err, "2 pixels do not fit (it holds no negative")) << hdr.err;
+    ASSERT_EQ(through("in.exr", "o.tif").code, 0);
+    EXPECT_EQ(read_picture(at("out/o.tif")).values[5], -0.1f);
+}
+
+TEST_F(FormatsTest, DamagedAndUnsuitablePicturesAreErrorsWithTheirName) {
+    for (const Kind& kind :
+         {kKinds[0], kKinds[5], kKinds[7], kKinds[11], kKinds[15], Kind{"c.jpg", kByte, 8, 3}}) {
+        write_picture(at(kind.file), kind, noise_of(kind));
+        const std::string whole = read_text(at(kind.file));
+        for (const double part : {0.0, 0.1, 0.999}) {
+            write_text(at(kind.file), whole.substr(0, size_t(part * double(whole.size()))));
+            const auto outcome = through(kind.file, "o.exr");
+            EXPECT_EQ(outcome.code, 4) << kind.file << " " << part << outcome.text();
+            EXPECT_TRUE(contains(outcome.err, at(kind.file))) << outcome.err;
+            EXPECT_FALSE(exists(at("out/o.exr"))) << kind.file << " " << part;
+            std::filesystem::remove(at("out/o.exr"));
+        }
+    }
+    const Kind gray{"g.png", kByte, 8, 1};
+    write_picture(at("g.png"), gray, noise_of(gray));
+    EXPECT_TRUE(contains(through("g.png", "o.exr").err, "has 1 channels"));
+    write_picture(at("c.png"), kKinds[0], noise_of(kKinds[0]));
+    std::filesystem::copy(at("c.png"), at("named.tif"));
+    EXPECT_TRUE(contains(through("named.tif", "o.exr").err, "its name says tiff"));
+    const auto depth =
+        run({"run", at("none.yaml"), "-i", concat("color=", at("c.png"), ",depth=", at("c.png")),
+             "-o", at("out/o.exr")});
+    EXPECT_EQ(depth.code, 4);
+    EXPECT_TRUE(contains(depth.err, "read from EXR")) << depth.err;
+}
+
+TEST_F(FormatsTest, SettingsThatDoNotSuitTheFormatAreRefused) {
+    write_exr("in.exr", {{0, 0, 0, 1}});
+    const std::tuple<const char*, Arguments, const char*> cases[] = {
+        {"o.bmp", {}, "outputs end in .exr, .png"},
+        {"o.png", {"--bits", "10"}, "png has 16, 8 bits, not 10"},
+        {"o.hdr", {"--bits", "16"}, "hdr has 32 bits"},
+        {"o.png", {"--half"}, "are of EXR outputs"},
+        {"o.tif", {"--compression", "zip"}, "are of EXR outputs"},
+    };
+    for (const auto& [name, more, why] : cases) {
+        const auto outcome = through("in.exr", name, more);
+        EXPECT_EQ(outcome.code, 2) << name << outcome.text();
+        EXPECT_TRUE(contains(outcome.err, why)) << outcome.err;
+    }
+}
+
+// The filters see the same light, whichever file it comes from.
+TEST_F(FormatsTest, AFilteredPictureIsThatOfTheSameLightInAnExr) {
+    write_sequence(at(""), {1});
+    const Kind kind{"c.png", kByte, 8, 4, true};
+    Stored picture = noise_of(kind, 48, 32);
+    for (size_t i = 3; i < picture.values.size(); i += 4) picture.values[i] = 1;
+    write_picture(at("c.png"), kind, picture);
+    ASSERT_EQ(through("c.png", "light.exr").code, 0);
+    const auto blurred = [&](const std::string& color, const std::string& name) {
+        const auto outcome = run({"run", at("motion_blur.yaml"), "-i",
+                                  concat("color=", color, ",depth=", in(1), ",motion=", in(1)),
+                                  "-o", at(name), "--profile", "cycles"});
+        EXPECT_EQ(outcome.code, 0) << outcome.text();
+    };
+    blurred(at("c.png"), "out/a.exr");
+    blurred(at("out/light.exr"), "out/b.exr");
+    const ImageF a = read_color(at("out/a.exr"));
+    EXPECT_EQ(a.data, read_color(at("out/b.exr")).data);
+    EXPECT_GT(largest_difference(a, read_color(at("out/light.exr"))), 0.05);
+    blurred(at("c.png"), "out/c.png");
+    const Stored png = read_picture(at("out/c.png"));
+    for (size_t i = 0; i < png.values.size(); ++i) {
+        if (i % 4 == 3) continue;
+        // A step of 8 bits, at its middle.
+        EXPECT_NEAR(png.values[i] <= 0.04045 ? png.values[i] / 12.92 : srgb_light(png.values[i]),
+                    a.data[i], 0.5 / 255 * 2.4)
+            << i;
+    }
+}
+
+TEST_F(FormatsTest, WhatIsDoneIsKeptByItsSidecar) {
+    write_exr("in.exr", {{0.5f, 0.5f, 0.5f, 1}});
+    const auto again = [&](Arguments more) {
+        more.insert(more.end(), {"--on-existing", "skip"});
+        Arguments arguments = {"run", at("none.yaml"), "-i", at("in.exr"), "-o", at("out/o.png")};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return run(arguments).err;
+    };
+    EXPECT_TRUE(contains(again({}), "1 written"));
+    EXPECT_TRUE(contains(again({}), "1 skipped"));
+    EXPECT_TRUE(contains(again({"--bits", "8"}), "1 written"));
+    EXPECT_TRUE(contains(again({"--bits", "8"}), "1 skipped"));
+    write_text(at("out/o.png"), "cut");
+    EXPECT_TRUE(contains(again({"--bits", "8"}), "1 written"));
+    EXPECT_TRUE(contains(again({"--bits", "8", "--output-transfer", "linear"}), "1 written"));
+}
+
+// Of what is stored: halved has half the value of lin, fourfold four times.
+constexpr const char* kConfig =
+    "ocio_profile_version: 1\n"
+    "search_path: ''\n"
+    "roles: {scene_linear: lin, default: lin}\n"
+    "displays:\n"
+    "  screen:\n"
+    "    - !<View> {name: Plain, colorspace: lin}\n"
+    "    - !<View> {name: Halved, colorspace: halved}\n"
+    "  wall:\n"
+    "    - !<View> {name: Bright, colorspace: fourfold}\n"
+    "active_displays: [screen, wall]\n"
+    "active_views: [Plain, Halved, Bright]\n"
+    "colorspaces:\n"
+    "  - !<ColorSpace>\n"
+    "    name: lin\n"
+    "  - !<ColorSpace>\n"
+    "    name: halved\n"
+    "    from_reference: !<MatrixTransform> {matrix: [0.5, 0, 0, 0, 0, 0.5, 0, 0, 0, 0, 0.5, 0, "
+    "0, 0, 0, 1]}\n"
+    "  - !<ColorSpace>\n"
+    "    name: fourfold\n"
+    "    from_reference: !<MatrixTransform> {matrix: [4, 0, 0, 0, 0, 4, 0, 0, 0, 0, 4, 0, "
+    "0, 0, 0, 1]}\n";
+
+TEST_F(FormatsTest, APreviewIsTheViewOfAConfiguration) {
+    write_text(at("config.ocio"), kConfig);
+    write_exr("in.exr", {{0.5f, 0.25f, -1, 1}, {3, 0.125f, 0, 1}});
+    const auto preview = [&](Arguments more, const Launch& launch = {}) {
+        Arguments arguments = {"run",      at("none.yaml"), "-i",    at("in.exr"),
+                               "-o",       at("out/o.exr"), "--png", "--on-existing",
+                               "overwrite"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const auto outcome = run(arguments, launch);
+        EXPECT_EQ(outcome.code, 0) << outcome.text();
+        std::vector<int> codes;
+        for (const float v : read_picture(at("out/o.png")).values)
+            codes.push_back(int(std::lround(v * 255)));
+        return codes;
+    };
+    using Codes = std::vector<int>;
+    const std::string config = at("config.ocio");
+    const Codes plain = {128, 64, 0, 255, 32, 0};
+    EXPECT_EQ(preview({"--ocio", config}), plain);
+    EXPECT_EQ(preview({"--ocio", config, "--ocio-view", "Halved"}), (Codes{64, 32, 0, 255, 16, 0}));
+    // Stored as four times the light: the same view shows a quarter.
+    EXPECT_EQ(preview({"--ocio", config, "--ocio-colorspace", "fourfold"}),
+              (Codes{32, 16, 0, 191, 8, 0}));
+    EXPECT_EQ(preview({"--ocio", config, "--ocio-display", "wall"}),
+              (Codes{255, 255, 0, 255, 128, 0}));
+    EXPECT_EQ(preview({}, {.environment = {{"OCIO", config}}}), plain);
+    // Without one: (0.5 / 1.5)^(1/2.2).
+    EXPECT_EQ(preview({}, {.environment = {{"OCIO", std::nullopt}}})[0], 155);
+}
+
+TEST_F(FormatsTest, AConfigurationThatCannotBeUsedIsAnErrorThatSaysWhatThereIs) {
+    write_text(at("config.ocio"), kConfig);
+    write_text(at("broken.ocio"), "ocio_profile_version: [");
+    write_exr("in.exr", {{0.5f, 0.25f, 0, 1}});
+    const std::tuple<Arguments, int, const char*> cases[] = {
+        {{"--png", "--ocio", at("none.ocio")}, 4, "no such file"},
+        {{"--png", "--ocio", at("broken.ocio")}, 4, "broken.ocio"},
+        {{"--png", "--ocio", at("config.ocio"), "--ocio-view", "Film"}, 2, "Plain, Halved"},
+        {{"--png", "--ocio", at("config.ocio"), "--ocio-display", "tv"}, 2, "screen, wall"},
+        {{"--png", "--ocio", at("config.ocio"), "--ocio-colorspace", "aces"},
+         2,
+         "lin, halved, fourfold"},
+        {{"--ocio", at("config.ocio")}, 2, "add --png"},
+        {{"--png", "--ocio-view", "Film"}, 2, "which configuration?"},
+    };
+    for (const auto& [more, code, why] : cases) {
+        Arguments arguments = {"run", at("none.yaml"), "-i", at("in.exr"), "-o", at("out/o.exr")};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const auto outcome = run(arguments, {.environment = {{"OCIO", std::nullopt}}});
+        EXPECT_EQ(outcome.code, code) << outcome.text();
+        EXPECT_TRUE(contains(outcome.err, why)) << outcome.err;
+        EXPECT_FALSE(exists(at("out/o.exr")));
+    }
+}
+
+}  // namespace
+}  // namespace postchain::test

@@ -1,0 +1,220 @@
+// ExrSettings: compression, half, channels of an output. What a compression changes is asked of
+// OpenEXR: a file is written with it and read back.
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "tests/io/written_files.h"
+
+namespace postchain::io {
+namespace {
+
+using test::FilePart;
+using test::oiio_channels;
+using test::TempFolder;
+using test::write_file;
+
+constexpr const char* kMethods[] = {"none",  "rle", "zips", "zip",  "piz",
+                                    "pxr24", "b44", "b44a", "dwaa", "dwab"};
+
+ExrCompression compression_of(const std::string& text) {
+    const auto parsed = ExrCompression::parse(text);
+    EXPECT_TRUE(parsed.ok()) << parsed.status().message();
+    return parsed.ok() ? *parsed : ExrCompression();
+}
+
+TEST(ExrSettings, WhatACompressionChangesIsWhatOpenExrGivesBackChanged) {
+    FilePart part;
+    part.data = part.display = {{0, 0}, {63, 47}};
+    for (const Imf::PixelType type : {Imf::HALF, Imf::FLOAT, Imf::UINT})
+        for (const char* name : {"R", "G", "Y", "RY", "A", "Z", "r", "N.B", "crypto00.red"})
+            part.channels.push_back({"t" + std::to_string(int(type)) + "." + name, type});
+    TempFolder folder;
+    write_file(folder.path("lossless.exr"), {part});
+    const auto before = oiio_channels(folder.path("lossless.exr"));
+    for (const char* method : kMethods) {
+        const ExrCompression compression = compression_of(method);
+        part.compression = Imf::Compression(compression.method);
+        write_file(folder.path("packed.exr"), {part});
+        const auto after = oiio_channels(folder.path("packed.exr"));
+        ASSERT_EQ(after.size(), before.size());
+        for (size_t c = 0; c < before.size(); ++c) {
+            ExrChannel channel{before[c].name};
+            channel.type = before[c].type == "half"    ? PixelType::half
+                           : before[c].type == "float" ? PixelType::float32
+                                                       : PixelType::uint32;
+            EXPECT_EQ(after[c].bytes != before[c].bytes, compression.changes(channel))
+                << method << " " << channel.name;
+        }
+    }
+}
+
+TEST(ExrSettings, CompressionIsParsed) {
+    for (const char* method : kMethods)
+        EXPECT_STREQ(name_of(compression_of(method).method), method);
+    EXPECT_EQ(compression_of("zip:9").level, 9);
+    EXPECT_EQ(compression_of("dwaa:12.5").level, 12.5f);
+    EXPECT_FALSE(compression_of("dwaa").level);
+    for (const char* wrong : {"", "ZIP", "zip:", "zip:0", "zip:10", "zip:2.5", "zip:4x", "rle:1",
+                              "piz:3", "dwaa:-1", "dwab:nan", "dwab:1001", "b44:", "lzw"}) {
+        const auto parsed = ExrCompression::parse(wrong);
+        ASSERT_FALSE(parsed.ok()) << wrong;
+        EXPECT_EQ(parsed.status().code(), StatusCode::usage) << wrong;
+    }
+}
+
+TEST(ExrSettings, PatternsOfChannels) {
+    EXPECT_TRUE(matches("R", "R"));
+    EXPECT_FALSE(matches("R", "RY"));
+    EXPECT_TRUE(matches("*", ""));
+    EXPECT_TRUE(matches("*.R", "ViewLayer.Combined.R"));
+    EXPECT_TRUE(matches("View*.Comb*.*", "ViewLayer.Combined.R"));
+    EXPECT_FALSE(matches("View*.X", "ViewLayer.Combined.R"));
+    EXPECT_FALSE(matches("", "R"));
+}
+
+FilePart color_and_data() {
+    return {.channels = {{"R", Imf::FLOAT},
+                         {"G", Imf::FLOAT},
+                         {"B", Imf::FLOAT},
+                         {"A", Imf::FLOAT},
+                         {"Z", Imf::FLOAT},
+                         {"diffuse.R"},
+                         {"id", Imf::UINT}}};
+}
+
+// Attribute `name` of a file, as OpenImageIO has it.
+std::string attribute(const std::string& path, const std::string& name) {
+    for (const std::string& line : test::oiio_attributes(path))
+        if (line.starts_with(name)) return line;
+    return "";
+}
+
+TEST(ExrSettings, EachCompressionAndLevelArrivesAndKeepsWhatItMustKeep) {
+    TempFolder folder;
+    FilePart part = color_and_data();
+    part.channels.pop_back();
+    part.channels[4].type = Imf::HALF;  // a Z that PXR24 keeps
+    write_file(folder.path("in.exr"), {part});
+    const auto before = oiio_channels(folder.path("in.exr"));
+    for (const char* text : {"none", "rle", "zips:1", "zip:9", "piz", "pxr24", "dwaa:9", "dwab"}) {
+        InputFrame frame = read_ok(folder.path("in.exr"));
+        const std::string out = folder.path("out.exr");
+        WriteOptions options{.on_existing = OnExisting::overwrite};
+        options.exr.compression = compression_of(text);
+        const WriteReport report = write_ok(out, frame, new_color(frame), options);
+        const std::string whole = text, name = whole.substr(0, whole.find(':'));
+        EXPECT_NE(attribute(out, "compression").find(name), std::string::npos) << text;
+        EXPECT_TRUE(test::named(oiio_channels(out), "Z").bytes == test::named(before, "Z").bytes)
+            << text;
+        const bool dwa = options.exr.compression->is_dwa();
+        EXPECT_EQ(report.notes.size(), dwa ? 1u : 0u) << text;  // diffuse.R is changed, and said
+        if (whole != "dwaa:9") continue;
+        EXPECT_NE(attribute(out, "openexr:dwaCompressionLevel").find("9"), std::string::npos);
+    }
+    // The level of zip is not in the file; the size shows it.
+    FilePart large = part;
+    large.data = large.display = {{0, 0}, {255, 255}};
+    write_file(folder.path("large.exr"), {large});
+    uint64_t bytes[2];
+    for (const int level : {1, 9}) {
+        InputFrame frame = read_ok(folder.path("large.exr"));
+        WriteOptions options{.on_existing = OnExisting::overwrite};
+        options.exr.compression = ExrCompression{ExrMethod::zip, float(level)};
+        bytes[level == 9] =
+            write_ok(folder.path("out.exr"), frame, new_color(frame), options).bytes;
+    }
+    EXPECT_LT(bytes[1], bytes[0]);
+}
+
+TEST(ExrSettings, LossyIsRefusedWhereItWouldChangeDataAndNamesIt) {
+    TempFolder folder;
+    write_file(folder.path("in.exr"), {color_and_data()});
+    InputFrame frame = read_ok(folder.path("in.exr"));
+    WriteOptions options;
+    options.exr.compression = compression_of("pxr24");
+    const auto refused = write_filtered(folder.path("out.exr"), frame, new_color(frame), options);
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.status().code(), StatusCode::usage);
+    EXPECT_NE(refused.status().message().find("would change Z,"), std::string::npos)
+        << refused.status().message();
+    EXPECT_EQ(folder.names(), std::vector<std::string>{"in.exr"});
+    // Left out, there is nothing to change.
+    options.exr.channels = {"R", "G", "B"};
+    EXPECT_TRUE(write_filtered(folder.path("out.exr"), frame, new_color(frame), options).ok());
+}
+
+TEST(ExrSettings, HalfMakesFloatColorHalfAndNothingElse) {
+    TempFolder folder;
+    write_file(folder.path("in.exr"), {color_and_data()});
+    InputFrame frame = read_ok(folder.path("in.exr"));
+    WriteOptions options;
+    options.exr.half = true;
+    ImageF color = new_color(frame);
+    write_ok(folder.path("out.exr"), frame, color, options);
+    const auto before = oiio_channels(folder.path("in.exr"));
+    for (const auto& channel : oiio_channels(folder.path("out.exr"))) {
+        const bool is_color = std::string("RGBA").find(channel.name) != std::string::npos;
+        if (is_color) {
+            EXPECT_EQ(channel.type, "half") << channel.name;
+        } else {
+            EXPECT_TRUE(channel == test::named(before, channel.name)) << channel.name;
+        }
+    }
+    // new_color() is exact in half.
+    auto file = ExrFile::open(folder.path("out.exr"));
+    EXPECT_EQ(file->read_channels(0, kRgba)->data, color.data);
+    // A value beyond half is an error, or clamped and counted.
+    color.at(3, 2, 1) = 70000;
+    color.at(4, 2, 1) = -70000;
+    options.on_existing = OnExisting::overwrite;
+    const auto refused = write_filtered(folder.path("out.exr"), frame, color, options);
+    ASSERT_FALSE(refused.ok());
+    EXPECT_NE(refused.status().message().find("2 pixels"), std::string::npos);
+    options.overflow = HalfOverflow::clamp;
+    EXPECT_EQ(write_ok(folder.path("out.exr"), frame, color, options).overflow_pixels, 2u);
+    file = ExrFile::open(folder.path("out.exr"));
+    EXPECT_EQ(file->read_channels(0, kRgba)->at(4, 2, 1), -65504);
+}
+
+TEST(ExrSettings, ChannelsThatAreNamedAreWrittenAndNoOthers) {
+    TempFolder folder;
+    FilePart beauty = color_and_data(), depth{.name = "depth", .channels = {{"far.Z"}}},
+             other{.name = "other", .channels = {{"n.X"}, {"n.Y"}}};
+    beauty.name = "beauty";
+    write_file(folder.path("in.exr"), {depth, beauty, other});
+    const auto names_of = [&](const std::vector<std::string>& patterns) {
+        InputFrame frame = read_ok(folder.path("in.exr"), 1);
+        WriteOptions options{.on_existing = OnExisting::overwrite};
+        options.exr.channels = patterns;
+        const auto report =
+            write_filtered(folder.path("out.exr"), frame, new_color(frame), options);
+        if (!report.ok()) return report.status().message();
+        std::string names;
+        for (int part = 0; part < test::oiio_parts(folder.path("out.exr")); ++part) {
+            names += "|";
+            for (const auto& channel : oiio_channels(folder.path("out.exr"), part)) {
+                names += channel.name + " ";
+                if (channel.name == "Z" || channel.name == "n.X") {
+                    const auto before =
+                        oiio_channels(folder.path("in.exr"), channel.name == "Z" ? 1 : 2);
+                    EXPECT_TRUE(channel == test::named(before, channel.name)) << channel.name;
+                }
+            }
+        }
+        return names;
+    };
+    EXPECT_EQ(names_of({}), "|far.Z |R G B A Z id diffuse.R |n.X n.Y ");
+    EXPECT_EQ(names_of({"R", "G", "B"}), "|R G B ");
+    EXPECT_EQ(names_of({"*R", "Z", "n.*"}), "|R Z diffuse.R |n.X n.Y ");
+    const auto expect_refused = [&](const std::vector<std::string>& patterns, const char* why) {
+        const std::string said = names_of(patterns);
+        EXPECT_NE(said.find(why), std::string::npos) << said;
+    };
+    expect_refused({"R", "depth"}, "no channel depth; there are far.Z, ");
+    expect_refused({"Z"}, "names no channel of color");
+    expect_refused({"R", "n.X"}, "names some channels of part 2 'other'");
+}
+
+}  // namespace
+}  // namespace postchain::io

@@ -1,0 +1,82 @@
+#include "tools/sequence/run/output_frame.h"
+
+#include "tools/sequence/io/picture_file.h"
+
+namespace postchain::sequence {
+namespace {
+
+// An EXR of the color alone: what it was read from has no other channels.
+Result<io::WriteReport> write_new_exr(const std::string& path, const SourceFrame& source,
+                                      const ImageF& result, const io::WriteOptions& options) {
+    io::PlanesFile file;
+    const auto& names = source.input.assignment.at(Role::color).channels;
+    for (size_t i = 0; i < names.size(); ++i)
+        if (options.exr.takes(names[i]))
+            file.channels.push_back(
+                {names[i], options.exr.half ? io::PixelType::half : io::PixelType::float32, &result,
+                 int(i)});
+    file.origin_x = source.input.window.min_x;
+    file.origin_y = source.input.window.min_y;
+    file.display_window = source.input.display_window;
+    return io::write_planes_exr(path, file, options);
+}
+
+}  // namespace
+
+Status check_output(const FrameHeader& header, const std::string& path, const RunSettings& settings,
+                    const io::WriteOptions& options) {
+    const io::ExrFile& color_file = header.files.color_file();
+    const RoleChannels& color = header.assignment.at(Role::color);
+    if (io::picture_format_of(path)) {
+        if (settings.exr.compression || settings.exr.half || !settings.exr.channels.empty())
+            return Status(StatusCode::usage,
+                          path + ": --compression, --half and --channels are of EXR outputs");
+        return io::picture_encoding(path, color_file, color.channels.size(), settings.picture)
+            .status();
+    }
+    if (color_file.picture()) return io::check_new_exr(color_file, color, options);
+    return io::check_rewritable(header.files.color_file(), color, options);
+}
+
+Result<io::WriteReport> write_output(const std::string& path, SourceFrame& source, ImageF& result,
+                                     const std::vector<io::FilteredLayer>& layers,
+                                     const RunSettings& settings, const io::OutputFiles& files,
+                                     io::WriteOptions options) {
+    const auto permit = files.permit(path);
+    if (!permit.ok()) return permit.status();
+    options.on_existing = *permit;
+    const io::InputFrame& input = source.input;
+    const io::ExrFile& color_file = input.files.color_file();
+    const bool stored_unassociated = source.conversion.unpremultiplied;
+    if (!io::picture_format_of(path)) {
+        if (color_file.picture()) return write_new_exr(path, source, result, options);
+        if (stored_unassociated) to_file_convention(result, source.conversion, stored_color(input));
+        return io::write_filtered(path, source.input, result, options, layers);
+    }
+    const RoleChannels& color = input.assignment.at(Role::color);
+    const auto encoding =
+        io::picture_encoding(path, color_file, color.channels.size(), settings.picture);
+    if (!encoding.ok()) return encoding.status();
+    if (encoding->unassociated) {
+        ConvertOptions unassociated;
+        unassociated.unpremultiplied = true;
+        to_file_convention(
+            result, unassociated,
+            stored_unassociated ? stored_color(input) : ImageF(result.width, result.height, 4));
+    }
+    const ImageF shown = io::placed(result, input.window, input.display_window);
+    auto report = io::write_picture(path, shown, *encoding, color_file.path(), color.part, options);
+    if (!report.ok()) return report;
+    const size_t others = color_file.parts()[size_t(color.part)].channels.size();
+    if (others > color.channels.size())
+        report->notes.push_back(concat(others - color.channels.size(),
+                                       " channels besides color are not in the output; they stand "
+                                       "in the input"));
+    return report;
+}
+
+std::string largest_text(const std::string& path) {
+    return io::picture_format_of(path) ? "the range of the format" : "the largest half, 65504";
+}
+
+}  // namespace postchain::sequence

@@ -258,8 +258,11 @@ class StudyReader {
             return error(
                 entry.value, path,
                 entry.value.describe() + " is not " + table.find(entry.key.text)->domain());
-        const auto value = value_of(entry.value);
+        auto value = value_of(entry.value);
         if (!value.ok()) return error(entry.value, path, value.status().message());
+        // frames: 10 is a range like 10-12.
+        if (table.find(entry.key.text)->type == ParameterType::text && entry.value.is_scalar())
+            value = ParameterValue(entry.value.text);
         if (const auto* word = std::get_if<std::string>(&*value);
             word && (word->empty() || word->find('\0') != std::string::npos))
             return error(entry.value, path, "is empty, or has a zero byte");

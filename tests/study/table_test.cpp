@@ -110,6 +110,13 @@ TEST(Table, MetricsWithoutAValueAreNotThere) {
             .empty());
 }
 
+TEST(Table, EqualPicturesHaveNoWinner) {
+    const PairResult result =
+        table({scene("one", "x", {0.5}, {0.5}), scene("two", "y", {0.4}, {0.4})}).pairs[0];
+    EXPECT_EQ(result.decision, Decision::not_decided);
+    EXPECT_EQ(result.words, "no difference");
+}
+
 TEST(Table, SignsAreThrowsOfACoin) {
     EXPECT_NEAR(sign_probability(9, 0), 0.00390625, 1e-12);  // 2 / 2^9
     EXPECT_NEAR(sign_probability(8, 1), 0.0390625, 1e-12);   // 2 (1 + 9) / 2^9

@@ -167,7 +167,8 @@ class Page {
         if (one.interval)
             text += concat(" (", report::figure(one.interval->low, 3), " to ",
                            report::figure(one.interval->high, 3), ")");
-        text = concat(text, ", ", one.nearer, " of ", one.families);
+        text =
+            concat(text, ", <span class=\"count\">", one.nearer, " of ", one.families, "</span>");
         const bool decided = one.decision == Decision::a || one.decision == Decision::b;
         return decided ? "<b>" + text + "</b>" : text;
     }
@@ -177,8 +178,12 @@ class Page {
         for (size_t v = 0; v < means.size(); ++v)
             if (means[v] && (!best || gain_of(table.metric.better, *means[*best], *means[v]) > 0))
                 best = v;
+        // Of values that are all the same none is the best.
+        if (std::all_of(means.begin(), means.end(), [&](const auto& v) { return v == means[0]; }))
+            best.reset();
         for (size_t v = 0; v < means.size(); ++v)
-            text_ += (best == v ? "<td class=\"best\">" : "<td>") + number(means[v]) + "</td>";
+            text_ +=
+                (best && *best == v ? "<td class=\"best\">" : "<td>") + number(means[v]) + "</td>";
     }
 
     void plots() {

@@ -147,6 +147,7 @@ class Maker {
         const std::string& a = variants_[pairs_[pair].first];
         const std::string& b = variants_[pairs_[pair].second];
         if (!result.mean) return "no scene has a value";
+        if (result.nearer + result.farther == 0) return "no difference";
         const bool b_nearer = *result.mean >= 0;
         const auto amount = [&](double gain) { return report::figure(b_nearer ? gain : -gain); };
         const std::string by = concat(b_nearer ? b : a, " is nearer than ", b_nearer ? a : b,

@@ -83,6 +83,8 @@ TEST(Writers, NothingElseOpensAFileForWriting) {
         {"tools/sequence/io/picture_calls.cpp", "OpenImageIO, into memory"},
         {"tools/sequence/io/picture_codec.cpp", "OpenImageIO, into memory"},
         {"tools/measure/experiment/report_folder.cpp", "removes a report that is replaced"},
+        {"tools/sequence/io/claim.cpp", "a lock among processes, nothing is written to it"},
+        {"tools/measure/study/study_folder.cpp", "removes a study that is replaced"},
         {"tools/apps/postchain/main.cpp", "/dev/null for streams that are closed"},
     };
     std::set<std::string> met;
@@ -123,6 +125,7 @@ TEST(Writers, AreTheseAndAskWhatMayBeReplaced) {
         {"tools/measure/report/page/page.cpp", 1},  // index.html
         {"tools/measure/experiment/bench_store.cpp", 1},  // results/
         {"tools/measure/experiment/truth.cpp", 1},        // truth/
+        {"tools/measure/study/study_folder.cpp", 1},      // units/, report files of a study
     };
     const Counts found = count(
         R"(\bAtomicFile::create\(|\batomic_write_text\(|\bwrite_planes_exr\(|\bwrite_filtered\()"
@@ -142,7 +145,7 @@ TEST(Writers, AreTheseAndAskWhatMayBeReplaced) {
 TEST(Writers, RemoveWhatKillsLeft) {
     const Counts checks = count(R"(\bfiles(->|\.)check(_names)?\(\))");
     const Counts removals = count(R"(\bremove_left_temporaries\(\);)");
-    EXPECT_EQ(checks.size(), 5u);  // run, ab and bench, scene, diff, stress
+    EXPECT_EQ(checks.size(), 6u);  // run, ab and bench, study, scene, diff, stress
     for (const auto& [file, times] : checks) EXPECT_TRUE(removals.count(file)) << file;
 }
 
@@ -152,7 +155,9 @@ TEST(Writers, OnlyOnePlaceSaysOverwrite) {
                                            "tools/sequence/io/output_files.cpp",
                                            "tools/apps/postchain/options.cpp",
                                            // Its own report, taken up again after a crash.
-                                           "tools/service/work/experiment_work.cpp"};
+                                           "tools/service/work/experiment_work.cpp",
+                                           // Its own, in a folder that bears the mark of a study.
+                                           "tools/measure/study/unit.cpp"};
     static const std::regex says(R"((^|[^=!] )\(?(io::)?OnExisting::overwrite)");
     size_t met = 0;
     for (const auto& [file, lines] : sources())

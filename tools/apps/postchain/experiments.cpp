@@ -33,18 +33,6 @@ std::string duration(double seconds) {
     return text;
 }
 
-// In place on a terminal; else a line whenever a unit of work is done.
-experiment::ProgressCallback progress_printer() {
-    return [printed = size_t(0)](const experiment::ExperimentProgress& progress) mutable {
-        std::string text = concat(progress.done, "/", progress.total, ", ", progress.what, ", ",
-                                  duration(progress.elapsed_s), " elapsed");
-        if (progress.remaining_s > 0) text += ", " + duration(progress.remaining_s) + " to go";
-        log::progress(progress.total ? double(progress.done) / double(progress.total) : 0, text);
-        if (!log::progress_is_shown() && progress.done > printed) log::info(text);
-        printed = progress.done;
-    };
-}
-
 void add_experiment(CLI::App& verb, Options& o, ExperimentOptions& e, const ParameterTable& table,
                     ParameterRef settings) {
     verb.add_option("--set", o.sets, "change a value of the chain, as of run")
@@ -122,6 +110,17 @@ std::string chain_name(const std::string& path) {
 }
 
 }  // namespace
+
+experiment::ProgressCallback progress_printer() {
+    return [printed = size_t(0)](const experiment::ExperimentProgress& progress) mutable {
+        std::string text = concat(progress.done, "/", progress.total, ", ", progress.what, ", ",
+                                  duration(progress.elapsed_s), " elapsed");
+        if (progress.remaining_s > 0) text += ", " + duration(progress.remaining_s) + " to go";
+        log::progress(progress.total ? double(progress.done) / double(progress.total) : 0, text);
+        if (!log::progress_is_shown() && progress.done > printed) log::info(text);
+        printed = progress.done;
+    };
+}
 
 void add_ab(CLI::App& verb, Options& o, ExperimentOptions& e) {
     verb.add_option("CHAIN_A", o.chain, "chain file, or the name of a shipped chain")->required();

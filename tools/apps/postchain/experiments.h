@@ -2,6 +2,7 @@
 #pragma once
 
 #include "tools/apps/postchain/options.h"
+#include "tools/measure/experiment/experiment.h"
 #include "tools/measure/experiment/settings.h"
 
 namespace postchain {
@@ -14,6 +15,9 @@ struct ExperimentOptions {
     std::vector<std::string> sweeps;  // of bench
     std::vector<std::string> under;   // of bench
 };
+// In place on a terminal; else a line whenever a unit of work is done.
+experiment::ProgressCallback progress_printer();
+
 void add_ab(CLI::App& verb, Options& options, ExperimentOptions& experiment);
 int ab_verb(const Options& options, const ExperimentOptions& experiment, int argc, char** argv);
 void add_bench(CLI::App& verb, Options& options, ExperimentOptions& experiment);

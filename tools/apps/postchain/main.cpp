@@ -24,6 +24,7 @@
 #include "tools/apps/postchain/scene.h"
 #include "tools/apps/postchain/serve.h"
 #include "tools/apps/postchain/stress.h"
+#include "tools/apps/postchain/study.h"
 
 namespace postchain {
 namespace {
@@ -61,6 +62,7 @@ int command(int argc, char** argv) {
     ExperimentOptions experiment;
     StressOptions stress;
     ServeOptions serve;
+    StudyOptions study;
     std::string plan_format = "text", plan_pilot, passes_format = "text";
     const ParameterTable& job = job_parameters();
 
@@ -124,6 +126,10 @@ int command(int argc, char** argv) {
     CLI::App* bench = app.add_subcommand("bench", "error against run time, over swept parameters");
     add_bench(*bench, options, experiment);
 
+    CLI::App* study_app =
+        app.add_subcommand("study", "ab or bench over several scenes: one table over all of them");
+    add_study(*study_app, options, study);
+
     CLI::App* stress_app = app.add_subcommand("stress", "the stability matrix");
     add_stress(*stress_app, options, stress);
 
@@ -165,6 +171,7 @@ int command(int argc, char** argv) {
     if (*scene_app) return scene_verb(options, scene);
     if (*ab) return ab_verb(options, experiment, argc, argv);
     if (*bench) return bench_verb(options, experiment, argc, argv);
+    if (*study_app) return study_verb(options, study, argc, argv);
     if (*stress_app) return stress_verb(options, stress);
     if (*serve_app) return serve_verb(options, serve);
     if (*info) return info_verb(options);

@@ -1,0 +1,96 @@
+#include "tools/apps/postchain/study.h"
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+#include "config/text_tree.h"
+#include "passes/registry.h"
+#include "tools/apps/postchain/exit_code.h"
+#include "tools/apps/postchain/experiments.h"
+#include "tools/apps/postchain/log.h"
+#include "tools/apps/postchain/printable.h"
+#include "tools/apps/postchain/stop_on_signal.h"
+#include "tools/measure/study/study_report.h"
+#include "tools/measure/study/work.h"
+#include "tools/sequence/run/device.h"
+
+namespace postchain {
+namespace {
+
+Result<study::Study> study_of(const std::string& path) {
+    const auto text = read_text_file(path, StatusCode::usage);
+    if (!text.ok()) return text.status();
+    auto file =
+        study::read_study(*text, path, builtin_passes(), study::paths_beside(path), kVersion);
+    for (const auto& one : file.diagnostics)
+        log::write_as_is(one.severity == Severity::error     ? log::Level::error
+                         : one.severity == Severity::warning ? log::Level::warning
+                                                             : log::Level::detail,
+                         one.text());
+    if (Status status = file.status(); !status.ok()) return already_said(status);
+    return std::move(file.study);
+}
+
+int finish(const study::Study& study, const study::StudyFolder& folder, bool json) {
+    const auto report = study::read_report(study, folder);
+    if (!report.ok()) return fail(report.status());
+    if (Status status = study::write_report(*report, folder); !status.ok()) return fail(status);
+    for (const auto& scene : report->scenes)
+        if (!scene.failure.empty()) log::error("scene " + scene.name + ": " + scene.failure);
+    if (json) {
+        std::fputs(study::report_as_json(*report).c_str(), stdout);
+    } else {
+        for (const auto& line : report->verdict()) std::printf("%s\n", printable(line).c_str());
+        std::printf("%s\n", printable(folder.path() + "/index.html").c_str());
+    }
+    return report->failures() ? kExitSomeFailed : kExitOk;
+}
+
+}  // namespace
+
+void add_study(CLI::App& verb, Options& o, StudyOptions& s) {
+    verb.add_option("STUDY", s.file, "the study's file, YAML or JSON")->required();
+    add_settings(verb, study::study_parameters(), "", &s.settings);
+    add_settings(verb, study::study_parameters(), study::kSplitGroup, &s.settings);
+    add_device(verb, o);
+    verb.add_flag("--json", o.json, "the report as one JSON object on stdout");
+    add_progress(verb, o);
+}
+
+int study_verb(const Options& options, const StudyOptions& s, int argc, char** argv) {
+    io::Chunk chunk;
+    if (!s.settings.chunk.empty()) {
+        auto parsed = io::Chunk::parse(s.settings.chunk);
+        if (!parsed.ok()) return fail(parsed.status().at("--chunk"));
+        chunk = *parsed;
+    }
+    auto study = study_of(s.file);
+    if (!study.ok()) return fail(study.status());
+    auto folder = study::StudyFolder::open(*study, s.settings.folder, s.settings.on_existing);
+    if (!folder.ok()) return fail(folder.status());
+
+    const StopOnSignal stop;
+    auto device = context_options_of(options);
+    if (!device.ok()) return fail(device.status());
+    auto context = egl::Context::create(*device);
+    if (!context.ok()) return fail(context.status());
+    Executor executor((*context)->device());
+    const study::Machine machine{executor,
+                                 sequence::renderer_text((*context)->device()),
+                                 (*context)->device().software,
+                                 [&] { return (*context)->make_current(); },
+                                 *device,
+                                 options.threads,
+                                 {argv, argv + argc}};
+    auto done =
+        study::work_on_units(*study, *folder, chunk, machine, progress_printer(), &stop.flag());
+    log::progress("");
+    if (stop.asked()) return stop.exit_code();
+    if (!done.ok()) return fail(done.status());
+    if (done->complete()) return finish(*study, *folder, options.json);
+    log::info(concat(done->results, " of ", done->units,
+                     " results are there; who makes the last one writes the report"));
+    return kExitOk;
+}
+
+}  // namespace postchain

@@ -1,0 +1,16 @@
+// postchain study: ab or bench over several scenes, with messages, progress and signals around it.
+#pragma once
+
+#include "tools/apps/postchain/options.h"
+#include "tools/measure/study/settings.h"
+
+namespace postchain {
+
+struct StudyOptions {
+    std::string file;
+    study::StudySettings settings;
+};
+void add_study(CLI::App& verb, Options& options, StudyOptions& study);
+int study_verb(const Options& options, const StudyOptions& study, int argc, char** argv);
+
+}  // namespace postchain

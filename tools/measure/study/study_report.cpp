@@ -1,0 +1,355 @@
+#include "tools/measure/study/study_report.h"
+
+#include <algorithm>
+#include <set>
+
+#include "tools/measure/report/json_parts.h"
+#include "tools/measure/report/words.h"
+#include "tools/measure/study/page.h"
+#include "tools/sequence/run/frame_task.h"
+
+namespace postchain::study {
+namespace {
+
+using io::Json;
+
+constexpr const char* kVerdictMetric = "hdr_flip";
+
+std::string number(const std::optional<double>& value) {
+    return value ? report::figure(*value) : "";
+}
+
+Json json_of(const Values& values) {
+    Json list = Json::array();
+    for (const auto& value : values) list.push_back(report::json_of(value));
+    return list;
+}
+
+Json json_of(const std::vector<Row>& rows, bool families) {
+    Json list = Json::array();
+    for (const Row& row : rows) {
+        Json json = {{"name", row.name}};
+        if (families)
+            json["scenes"] = row.scenes;
+        else
+            json["family"] = row.family;
+        json["means"] = json_of(row.means);
+        json["gains"] = json_of(row.gains);
+        list.push_back(std::move(json));
+    }
+    return list;
+}
+
+const char* word_of(Decision decision) {
+    switch (decision) {
+        case Decision::too_few:
+            return "too_few_families";
+        case Decision::not_decided:
+            return "not_decided";
+        case Decision::a:
+            return "a_nearer";
+        case Decision::b:
+            break;
+    }
+    return "b_nearer";
+}
+
+// RFC 4180, and no formula for a spreadsheet.
+std::string field(const std::string& text) {
+    std::string out = "\"";
+    if (!text.empty() && std::string("=+-@\t\r").find(text[0]) != std::string::npos) out += '\'';
+    for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
+    return out + "\"";
+}
+
+// A cell of a table of Markdown, in which no text is HTML.
+std::string cell(const std::string& text) {
+    std::string out;
+    for (const char c : text) {
+        if (c == '<')
+            out += "&lt;";
+        else if (c == '|')
+            out += "\\|";
+        else
+            out += c == '\n' || c == '\r' ? ' ' : c;
+    }
+    return out;
+}
+
+std::string row_of(const std::vector<std::string>& cells) {
+    std::string line;
+    for (const auto& text : cells) line += "| " + cell(text) + " ";
+    return line + "|\n";
+}
+
+std::string header_of(const std::vector<std::string>& cells) {
+    std::string text = row_of(cells);
+    for (size_t i = 0; i < cells.size(); ++i) text += "|---";
+    return text + "|\n";
+}
+
+void add_figures(const Study& study, const Unit& unit, const UnitResult& result,
+                 SceneFigures& figures) {
+    if (!unit.pair) {
+        for (size_t v = 0; v < result.variants.size(); ++v)
+            figures.variants[v] = result.variants[v].metrics;
+        for (size_t p = 0; p < study.pairs.size(); ++p)
+            figures.pairs[p] = {result.variants[study.pairs[p].first].metrics,
+                                result.variants[study.pairs[p].second].metrics};
+        return;
+    }
+    const auto& [a, b] = study.pairs[*unit.pair];
+    figures.variants.try_emplace(a, result.variants[0].metrics);
+    figures.variants.try_emplace(b, result.variants[1].metrics);
+    figures.pairs[*unit.pair] = {result.variants[0].metrics, result.variants[1].metrics};
+}
+
+}  // namespace
+
+std::string StudyReport::pair_name(size_t pair) const {
+    return variants[pairs[pair].second] + " against " + variants[pairs[pair].first];
+}
+
+const MetricTable* StudyReport::table(const std::string& metric) const {
+    for (const auto& table : tables)
+        if (table.metric.name == metric) return &table;
+    return nullptr;
+}
+
+std::vector<std::string> StudyReport::verdict() const {
+    const MetricTable* found = table(kVerdictMetric);
+    if (!found) return {"no scene could be measured"};
+    std::vector<std::string> lines;
+    for (size_t p = 0; p < pairs.size(); ++p)
+        lines.push_back(concat(pair_name(p), ", HDR-FLIP: ", found->pairs[p].words));
+    return lines;
+}
+
+size_t StudyReport::failures() const {
+    return size_t(std::count_if(scenes.begin(), scenes.end(),
+                                [](const auto& scene) { return !scene.failure.empty(); }));
+}
+
+StudyReport make_report(const Study& study, const std::vector<UnitResult>& results) {
+    StudyReport report;
+    report.title = study.title;
+    report.kind = study.kind;
+    report.variants = study.names();
+    report.pairs = study.pairs;
+    for (size_t v = 0; v < report.variants.size(); ++v)
+        report.chain_texts.push_back(write_chain(study.chain(v)));
+    std::vector<SceneFigures> figures(study.scenes.size());
+    for (size_t s = 0; s < study.scenes.size(); ++s) {
+        const Scene& scene = study.scenes[s];
+        report.version = scene.measured.run.version;
+        figures[s].scene = scene.name;
+        figures[s].family = scene.family;
+        SceneEntry entry;
+        entry.name = scene.name;
+        entry.family = scene.family;
+        entry.input = scene.input;
+        report.scenes.push_back(std::move(entry));
+    }
+    const auto units = units_of(study);
+    std::set<std::string> renderers;
+    for (size_t u = 0; u < units.size(); ++u) {
+        const UnitResult& result = results[u];
+        SceneEntry& entry = report.scenes[units[u].scene];
+        if (!result.failure.empty()) {
+            entry.failure += (entry.failure.empty() ? "" : "; ") +
+                             (entry.failure == result.failure ? "" : result.failure);
+            continue;
+        }
+        renderers.insert(result.renderer);
+        entry.truth = result.truth;
+        entry.frames = result.frames;
+        entry.width = result.width;
+        entry.height = result.height;
+        entry.reports.push_back(report_folder_of(study, units[u]) + "/index.html");
+        add_figures(study, units[u], result, figures[units[u].scene]);
+    }
+    std::vector<SceneFigures> whole;
+    for (size_t s = 0; s < figures.size(); ++s)
+        if (report.scenes[s].failure.empty()) whole.push_back(std::move(figures[s]));
+    report.tables = tables_of(experiment::metric_columns(study.kind, true), report.variants,
+                              report.pairs, whole);
+    for (const auto& renderer : renderers) report.notes.push_back("Measured on " + renderer + ".");
+    if (renderers.size() > 1)
+        report.notes.push_back(
+            "Scenes were measured on different devices, whose rounding may differ.");
+    report.notes.push_back(
+        "A gain is how much nearer the second is to the truth than the first, frame by frame of "
+        "one scene; then means over the frames of a scene, the scenes of a family, and families. "
+        "Intervals are 95 %, over families.");
+    if (report.tables.size() > 1)
+        report.notes.push_back(
+            "Each metric and question is tested alone: one in twenty intervals misses 0 by "
+            "chance.");
+    return report;
+}
+
+Result<StudyReport> read_report(const Study& study, const StudyFolder& folder) {
+    std::vector<UnitResult> results;
+    for (const Unit& unit : units_of(study)) {
+        auto result = folder.result(study, unit);
+        if (!result.ok()) return result.status();
+        if (!*result)
+            return Status(StatusCode::input, concat(folder.path(), "/", result_path(unit),
+                                                    ": is not there; the study is not complete"));
+        results.push_back(std::move(**result));
+    }
+    return make_report(study, results);
+}
+
+std::string report_as_json(const StudyReport& report) {
+    Json variants = Json::array();
+    for (size_t v = 0; v < report.variants.size(); ++v)
+        variants.push_back({{"name", report.variants[v]}, {"chain", report.chain_texts[v]}});
+    Json pairs = Json::array();
+    for (const auto& [a, b] : report.pairs)
+        pairs.push_back({{"a", report.variants[a]}, {"b", report.variants[b]}});
+    Json scenes = Json::array();
+    for (const auto& scene : report.scenes)
+        scenes.push_back({{"name", scene.name},
+                          {"family", scene.family},
+                          {"input", scene.input},
+                          {"truth", scene.truth},
+                          {"frames", scene.frames},
+                          {"width", scene.width},
+                          {"height", scene.height},
+                          {"reports", scene.reports},
+                          {"failure", scene.failure.empty() ? Json() : Json(scene.failure)}});
+    Json tables = Json::array();
+    for (const auto& table : report.tables) {
+        Json results = Json::array();
+        for (size_t p = 0; p < table.pairs.size(); ++p) {
+            const PairResult& one = table.pairs[p];
+            results.push_back(
+                {{"a", report.variants[report.pairs[p].first]},
+                 {"b", report.variants[report.pairs[p].second]},
+                 {"gain", report::json_of(one.mean)},
+                 {"interval",
+                  one.interval ? Json::array({one.interval->low, one.interval->high}) : Json()},
+                 {"families", one.families},
+                 {"families_nearer", one.nearer},
+                 {"families_farther", one.farther},
+                 {"sign_probability", one.sign_probability},
+                 {"scenes", one.scenes},
+                 {"scenes_nearer", one.scenes_nearer},
+                 {"finding", word_of(one.decision)},
+                 {"words", one.words}});
+        }
+        tables.push_back({{"metric", table.metric.name},
+                          {"help", table.metric.help},
+                          {"better", report::name_of(table.metric.better)},
+                          {"scenes", json_of(table.scenes, false)},
+                          {"families", json_of(table.families, true)},
+                          {"means", json_of(table.means)},
+                          {"best", table.best ? Json(report.variants[*table.best]) : Json()},
+                          {"pairs", results}});
+    }
+    return io::json_text({{"postchain_study_report", 1},
+                          {"kind", report::name_of(report.kind)},
+                          {"title", report.title},
+                          {"version", report.version},
+                          {"verdict", report.verdict()},
+                          {"variants", variants},
+                          {"pairs", pairs},
+                          {"scenes", scenes},
+                          {"tables", tables},
+                          {"notes", report.notes}},
+                         1) +
+           "\n";
+}
+
+std::string report_as_csv(const StudyReport& report) {
+    std::string text = "metric,row,name,family";
+    for (const auto& name : report.variants) text += "," + field(name);
+    for (size_t p = 0; p < report.pairs.size(); ++p)
+        text += "," + field("gain of " + report.pair_name(p));
+    text += "\n";
+    const auto full = [](const std::optional<double>& value) {
+        return value ? io::json_text(*value) : std::string();
+    };
+    for (const auto& table : report.tables) {
+        const auto add = [&](const char* what, const Row& row) {
+            text +=
+                concat(table.metric.name, ",", what, ",", field(row.name), ",", field(row.family));
+            for (const auto& value : row.means) text += "," + full(value);
+            for (const auto& value : row.gains) text += "," + full(value);
+            text += "\n";
+        };
+        for (const Row& row : table.scenes) add("scene", row);
+        for (const Row& row : table.families) add("family", row);
+        Row mean{"", "", 0, table.means, {}}, low = mean, high = mean;
+        low.means.assign(table.means.size(), std::nullopt);
+        high.means = low.means;
+        for (const PairResult& one : table.pairs) {
+            mean.gains.push_back(one.mean);
+            low.gains.push_back(one.interval ? std::optional(one.interval->low) : std::nullopt);
+            high.gains.push_back(one.interval ? std::optional(one.interval->high) : std::nullopt);
+        }
+        add("mean", mean);
+        add("low", low);
+        add("high", high);
+    }
+    return text;
+}
+
+std::string report_as_markdown(const StudyReport& report) {
+    std::string text = "# " + cell(report.title) + "\n\n";
+    for (const auto& line : report.verdict()) text += "- " + cell(line) + "\n";
+    for (const auto& scene : report.scenes)
+        if (!scene.failure.empty())
+            text += "- " + cell("failed: " + scene.name + ": " + scene.failure) + "\n";
+    text += "\n## Scenes\n\n" + header_of({"scene", "family", "input", "truth", "frames", "size"});
+    for (const auto& scene : report.scenes)
+        text +=
+            row_of({scene.name, scene.family, scene.input, scene.truth,
+                    sequence::frames_text(scene.frames), concat(scene.width, "x", scene.height)});
+    text += "\n## Gains, mean over families\n\n" +
+            header_of({"question", "metric", "gain", "95 %", "families", "result"});
+    for (size_t p = 0; p < report.pairs.size(); ++p)
+        for (const auto& table : report.tables) {
+            const PairResult& one = table.pairs[p];
+            if (!one.mean) continue;
+            text += row_of({report.pair_name(p), table.metric.name, number(one.mean),
+                            one.interval ? concat(report::figure(one.interval->low), " to ",
+                                                  report::figure(one.interval->high))
+                                         : "",
+                            concat(one.nearer, " of ", one.families), one.words});
+        }
+    for (const auto& table : report.tables) {
+        text += "\n## " + table.metric.name + "\n\n" + cell(table.metric.help) + "\n\n";
+        std::vector<std::string> head = {"scene", "family"};
+        head.insert(head.end(), report.variants.begin(), report.variants.end());
+        for (size_t p = 0; p < report.pairs.size(); ++p)
+            head.push_back("gain of " + report.pair_name(p));
+        text += header_of(head);
+        const auto add = [&](const std::string& name, const std::string& family, const Row& row) {
+            std::vector<std::string> cells = {name, family};
+            for (const auto& value : row.means) cells.push_back(number(value));
+            for (const auto& value : row.gains) cells.push_back(number(value));
+            text += row_of(cells);
+        };
+        for (const Row& row : table.scenes) add(row.name, row.family, row);
+        for (const Row& row : table.families)
+            add("mean of " + report::counted(row.scenes, "scene"), row.name, row);
+        Row mean{"", "", 0, table.means, {}};
+        for (const PairResult& one : table.pairs) mean.gains.push_back(one.mean);
+        add("mean over families", "", mean);
+    }
+    text += "\n## Notes\n\n";
+    for (const auto& note : report.notes) text += "- " + cell(note) + "\n";
+    return text;
+}
+
+Status write_report(const StudyReport& report, const StudyFolder& folder) {
+    Status status = folder.write("report.json", report_as_json(report));
+    if (status.ok()) status = folder.write("report.csv", report_as_csv(report));
+    if (status.ok()) status = folder.write("report.md", report_as_markdown(report));
+    if (status.ok()) status = folder.write("index.html", page_of(report));
+    return status;
+}
+
+}  // namespace postchain::study

@@ -1,0 +1,53 @@
+// The report of a study: plain data made from the results of its units, and its files.
+//
+//   results --make_report()--> StudyReport --> report.json, report.csv, report.md, index.html
+//
+// It has no times: those are in the reports of the scenes. So its bytes follow from the results,
+// however the work was split.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/measure/study/study_folder.h"
+#include "tools/measure/study/table.h"
+
+namespace postchain::study {
+
+struct SceneEntry {
+    std::string name, family, input, truth;
+    std::vector<int> frames;
+    int width = 0, height = 0;         // pixels
+    std::vector<std::string> reports;  // index.html of each call of ab or bench, relative
+    std::string failure;               // then the scene is in no table
+};
+
+struct StudyReport {
+    std::string title, version;
+    report::Kind kind = report::Kind::ab;
+    std::vector<std::string> variants, chain_texts;
+    std::vector<std::pair<size_t, size_t>> pairs;
+    std::vector<SceneEntry> scenes;
+    std::vector<MetricTable> tables;
+    std::vector<std::string> notes;
+
+    std::string pair_name(size_t pair) const;  // "joint against lens"
+    const MetricTable* table(const std::string& metric) const;
+    // A sentence for each pair, by HDR-FLIP.
+    std::vector<std::string> verdict() const;
+    size_t failures() const;
+};
+
+// Of all units, in the order of units_of(). A scene is in the tables when all of its units are.
+StudyReport make_report(const Study& study, const std::vector<UnitResult>& results);
+// Errors: those of StudyFolder::result(); (input): a result is not there.
+Result<StudyReport> read_report(const Study& study, const StudyFolder& folder);
+
+std::string report_as_json(const StudyReport& report);
+std::string report_as_csv(const StudyReport& report);
+std::string report_as_markdown(const StudyReport& report);
+
+// All four files. Errors (output).
+Status write_report(const StudyReport& report, const StudyFolder& folder);
+
+}  // namespace postchain::study

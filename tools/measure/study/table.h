@@ -1,0 +1,74 @@
+// The table of a study: figures of scenes -> means of families, mean over families, and what may be
+// said of each pair of chains.
+//
+//   frames of a scene --mean--> scene --mean--> family --mean, 95 % t interval, signs--> study
+//
+// A gain is how much nearer B is to the truth than A, frame by frame of one scene: A - B of an
+// error, B - A of psnr and ssim, |A - 1| - |B - 1| of a ratio. Above 0 always favors B. The family
+// is the unit: scenes of one family are not independent of each other.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tools/measure/report/report.h"
+
+namespace postchain::study {
+
+using Values = std::vector<std::optional<double>>;
+
+// Of one scene. Frames of one pair are those of one call of ab; a value that is missing is null.
+struct SceneFigures {
+    std::string scene, family;
+    std::map<size_t, std::map<std::string, Values>> variants;  // index, metric -> per frame
+    struct Pair {
+        std::map<std::string, Values> a, b;  // metric -> per frame
+    };
+    std::map<size_t, Pair> pairs;  // index of the pair
+};
+
+struct Row {
+    std::string name, family;  // of a scene; a family's row has no family
+    size_t scenes = 1;         // in it
+    Values means;              // of each variant
+    Values gains;              // of each pair
+};
+
+enum class Decision { too_few, not_decided, a, b };
+struct PairResult {
+    std::optional<double> mean;  // gain, over families
+    std::optional<report::Interval> interval;
+    int families = 0;
+    int nearer = 0;   // families whose gain is above 0
+    int farther = 0;  // below
+    int scenes = 0;
+    int scenes_nearer = 0;
+    double sign_probability = 1;  // two-sided: of a split of the signs as uneven by chance
+    Decision decision = Decision::too_few;
+    std::string words;
+};
+
+struct MetricTable {
+    report::MetricInfo metric;
+    std::vector<Row> scenes, families;
+    Values means;                // of each variant, over the families that have all of them
+    std::optional<size_t> best;  // of those, the nearest to the truth
+    std::vector<PairResult> pairs;
+};
+
+// Two-sided probability of at most min(positive, negative) of one sign in fair throws.
+double sign_probability(int positive, int negative);
+// How much nearer to the truth b is than a.
+double gain_of(report::Better better, double a, double b);
+
+// A table for each metric that has a value. Rows are in the order of `scenes`; families in the
+// order in which they appear.
+std::vector<MetricTable> tables_of(const std::vector<report::MetricInfo>& metrics,
+                                   const std::vector<std::string>& variants,
+                                   const std::vector<std::pair<size_t, size_t>>& pairs,
+                                   const std::vector<SceneFigures>& scenes);
+
+}  // namespace postchain::study

@@ -1,0 +1,230 @@
+#include "tools/measure/study/unit.h"
+
+#include <filesystem>
+#include <set>
+
+#include "tools/measure/experiment/assemble.h"
+#include "tools/measure/experiment/bench.h"
+#include "tools/measure/experiment/report_folder.h"
+#include "tools/measure/report/json_parts.h"
+#include "tools/sequence/io/file_stamp.h"
+#include "tools/sequence/io/json.h"
+
+namespace postchain::study {
+namespace {
+
+namespace fs = std::filesystem;
+using io::Json;
+
+void add_stamp(std::vector<std::string>& lines, const std::string& what, const std::string& path) {
+    const auto stamp = io::FileStamp::of(path);
+    lines.push_back(concat(what, " ", fs::path(path).filename().string(), ": ", stamp.bytes,
+                           " bytes, changed ", stamp.time));
+}
+
+// The frames asked for and, because chains may read neighbors, those beside them.
+void add_frames(std::vector<std::string>& lines, const Scene& scene) {
+    const auto& run = scene.measured.run;
+    const auto list = io::find_frames(run.input, run.frames);
+    if (!list.ok()) {
+        lines.push_back("no frames");
+        return;
+    }
+    std::set<int> near;
+    for (const int frame : list->frames) near.insert({frame - 1, frame, frame + 1});
+    for (const auto& [role, pattern] : run.input.patterns)
+        for (const auto& [frame, path] : pattern.discover())
+            if (near.contains(frame) || !pattern.has_token()) add_stamp(lines, "frame", path);
+    if (scene.measured.truth.empty()) return;
+    const auto truth = io::PathPattern::parse(scene.measured.truth);
+    if (!truth.ok()) return;
+    std::error_code error;
+    for (const int frame : list->frames)
+        if (const std::string path = truth->format(frame); fs::exists(path, error))
+            add_stamp(lines, "truth", path);
+}
+
+Json json_of(const Values& values) {
+    Json list = Json::array();
+    for (const auto& value : values) list.push_back(report::json_of(value));
+    return list;
+}
+
+void take(const report::Report& report, UnitResult& result) {
+    result.truth = report.truth.value_or("");
+    result.frames = report.frames;
+    result.width = report.width;
+    result.height = report.height;
+    for (const auto& variant : report.variants) {
+        if (!variant.failure.empty()) {
+            result.failure = variant.name + ": " + variant.failure;
+            result.variants.clear();
+            return;
+        }
+        UnitResult::Figures figures{variant.name, {}};
+        for (const auto& [metric, series] : variant.metrics) {
+            // Of a few frames only, for the frames it has.
+            figures.metrics[metric] = series.frames;
+        }
+        result.variants.push_back(std::move(figures));
+    }
+}
+
+bool ends_the_study(const Status& status) {
+    return status.code() == StatusCode::output || status.code() == StatusCode::gl ||
+           status.code() == StatusCode::canceled || status.code() == StatusCode::internal;
+}
+
+Result<report::Report> measured_ab(const Study& study, const Unit& unit,
+                                   const experiment::ExperimentSettings& settings,
+                                   const Machine& machine,
+                                   const experiment::ProgressCallback& progress,
+                                   const std::atomic<bool>* stop) {
+    const auto& [a, b] = study.pairs[*unit.pair];
+    return experiment::run_ab(study.chains[a], study.chains[b], settings, machine.executor,
+                              progress, stop);
+}
+
+Result<report::Report> measured_bench(const Study& study, experiment::BenchSettings& settings,
+                                      const Machine& machine,
+                                      const experiment::ProgressCallback& progress,
+                                      const std::atomic<bool>* stop) {
+    const auto files = experiment::prepare_folder(settings);
+    if (!files.ok()) return files.status();
+    const Status found =
+        experiment::find_truth(settings, *files, machine.options, [&](const std::string& what) {
+            if (progress) progress({what, 0, 0, 0, 0});
+            return !(stop && *stop);
+        });
+    if (Status status = machine.make_current(); !status.ok()) return status;
+    if (stop && *stop) return Status(StatusCode::canceled, "stopped");
+    if (!found.ok()) return found;
+    if (settings.truth.empty())
+        return Status(StatusCode::input,
+                      "has no truth to be measured against: " + settings.no_truth);
+    return experiment::run_bench(study.variants, settings, *files, machine.executor, progress,
+                                 stop);
+}
+
+}  // namespace
+
+std::vector<std::string> made_from(const Study& study, const Unit& unit) {
+    const Scene& scene = study.scenes[unit.scene];
+    std::vector<std::string> lines = {"postchain " + scene.measured.run.version,
+                                      std::string("kind ") + report::name_of(study.kind)};
+    const auto add_chain = [&](const std::string& name, const Chain& chain) {
+        lines.push_back("chain " + name + ": " + chain.text());
+    };
+    if (unit.pair) {
+        const auto& [a, b] = study.pairs[*unit.pair];
+        for (const size_t index : {a, b})
+            add_chain(study.chains[index].name, study.chains[index].chain);
+    } else {
+        for (const auto& variant : study.variants) add_chain(variant.name, variant.chain);
+    }
+    lines.push_back("settings " + scene.settings);
+    for (const auto& file : scene.measured.run.other_inputs) add_stamp(lines, file.what, file.path);
+    add_frames(lines, scene);
+    return lines;
+}
+
+std::string result_path(const Unit& unit) {
+    return "units/" + unit.name + ".json";
+}
+
+std::string claim_path(const Unit& unit) {
+    return "units/" + unit.name + ".claim";
+}
+
+std::string report_folder_of(const Study& study, const Unit& unit) {
+    const std::string& scene = study.scenes[unit.scene].name;
+    return "scenes/" + scene + (unit.pair ? "/" + unit.name.substr(scene.size() + 1) : "");
+}
+
+std::string text_of(const UnitResult& result) {
+    Json variants = Json::array();
+    for (const auto& variant : result.variants) {
+        Json metrics = Json::object();
+        for (const auto& [name, values] : variant.metrics) metrics[name] = json_of(values);
+        variants.push_back({{"name", variant.name}, {"metrics", metrics}});
+    }
+    return io::json_text({{"postchain_unit", 1},
+                          {"made_from", result.made_from},
+                          {"failure", result.failure},
+                          {"renderer", result.renderer},
+                          {"truth", result.truth},
+                          {"frames", result.frames},
+                          {"width", result.width},
+                          {"height", result.height},
+                          {"variants", variants}},
+                         1) +
+           "\n";
+}
+
+std::optional<UnitResult> unit_result_from(const std::string& text) {
+    try {
+        const Json json = Json::parse(text);
+        if (json.at("postchain_unit") != 1) return std::nullopt;
+        UnitResult result;
+        result.made_from = json.at("made_from").get<std::vector<std::string>>();
+        result.failure = json.at("failure").get<std::string>();
+        result.renderer = json.at("renderer").get<std::string>();
+        result.truth = json.at("truth").get<std::string>();
+        result.frames = json.at("frames").get<std::vector<int>>();
+        result.width = json.at("width").get<int>();
+        result.height = json.at("height").get<int>();
+        for (const Json& one : json.at("variants")) {
+            UnitResult::Figures figures{one.at("name").get<std::string>(), {}};
+            for (const auto& [name, list] : one.at("metrics").items())
+                for (const Json& value : list)
+                    figures.metrics[name].push_back(
+                        value.is_null() ? std::nullopt : std::optional(value.get<double>()));
+            result.variants.push_back(std::move(figures));
+        }
+        return result;
+    } catch (const nlohmann::json::exception&) {
+        return std::nullopt;
+    }
+}
+
+Result<UnitResult> measure_unit(const Study& study, const Unit& unit, const std::string& folder,
+                                const Machine& machine,
+                                const experiment::ProgressCallback& progress,
+                                const std::atomic<bool>* stop) {
+    const Scene& scene = study.scenes[unit.scene];
+    UnitResult result;
+    result.made_from = made_from(study, unit);
+    result.renderer = machine.renderer;
+    experiment::BenchSettings settings = scene.measured;
+    settings.folder = folder + "/" + report_folder_of(study, unit);
+    settings.renderer = machine.renderer;
+    settings.software = machine.software;
+    settings.chain_name = study.chains.front().name;
+    std::vector<Camera> cameras;
+    if (unit.pair) {
+        const auto& [a, b] = study.pairs[*unit.pair];
+        cameras = {study.chain(a).camera, study.chain(b).camera};
+        // What stands there is of this study: its folder bears the study's mark.
+        settings.on_existing = io::OnExisting::overwrite;
+        settings.resumes = false;
+    } else {
+        for (const auto& variant : study.variants) cameras.push_back(variant.chain.camera);
+    }
+    experiment::complete(settings, {settings.run, scene.input, study.chain_files, cameras,
+                                    machine.command, machine.threads});
+    auto report = unit.pair ? measured_ab(study, unit, settings, machine, progress, stop)
+                            : measured_bench(study, settings, machine, progress, stop);
+    if (stop && *stop) return Status(StatusCode::canceled, "stopped");
+    if (report.ok()) {
+        if (Status status = experiment::write_report_files(*report, {}); !status.ok())
+            return status.at("scene " + scene.name);
+        take(*report, result);
+    } else if (ends_the_study(report.status())) {
+        return report.status().at("scene " + scene.name);
+    } else {
+        result.failure = report.status().message();
+    }
+    return result;
+}
+
+}  // namespace postchain::study

@@ -1,0 +1,67 @@
+// Units of a study: what each was made from, its result on disk, and the one call that makes it.
+//
+//   DIR/scenes/SCENE[/A_vs_B]/   the report of ab or bench       (experiment/, as ever)
+//   DIR/units/UNIT.json          its figures and what made them, written whole or not at all
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "chain/egl/context.h"
+#include "tools/measure/experiment/experiment.h"
+#include "tools/measure/study/study.h"
+#include "tools/measure/study/table.h"
+#include "tools/sequence/io/output_files.h"
+
+namespace postchain::study {
+
+struct UnitResult {
+    // Lines: version, chains, settings, size and time of every file that is read. Two results of
+    // equal lines are the same but for rounding of other devices.
+    std::vector<std::string> made_from;
+    std::string failure;  // why the scene could not be measured; then nothing follows
+    std::string renderer;
+    std::string truth;  // as the report names it
+    std::vector<int> frames;
+    int width = 0, height = 0;  // pixels
+    struct Figures {
+        std::string name;
+        std::map<std::string, Values> metrics;  // per frame
+    };
+    std::vector<Figures> variants;
+};
+
+std::vector<std::string> made_from(const Study& study, const Unit& unit);
+
+// Relative to the study's folder.
+std::string result_path(const Unit& unit);
+std::string claim_path(const Unit& unit);
+std::string report_folder_of(const Study& study, const Unit& unit);
+
+std::string text_of(const UnitResult& result);
+// Nothing when `text` is not what text_of() makes.
+std::optional<UnitResult> unit_result_from(const std::string& text);
+
+// Where units are measured.
+struct Machine {
+    Executor& executor;
+    std::string renderer;
+    bool software = false;
+    std::function<Status()> make_current;  // after a truth was rendered in a context of its own
+    egl::ContextOptions options;
+    int threads = 0;  // CPU threads; 0 = one per core
+    std::vector<std::string> command;
+};
+
+// By run_ab() or run_bench(), with its report written under `folder`. What fails in the scene is in
+// the result; errors are what ends the study: (output), (gl), (canceled) by `stop`, (internal).
+Result<UnitResult> measure_unit(const Study& study, const Unit& unit, const std::string& folder,
+                                const Machine& machine,
+                                const experiment::ProgressCallback& progress,
+                                const std::atomic<bool>* stop);
+
+}  // namespace postchain::study

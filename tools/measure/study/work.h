@@ -1,0 +1,28 @@
+// The work on a study by one process, beside others in the same folder.
+//
+//   for each unit without a result: claim it (io/claim.h), measure it, keep its result
+//
+// until a round finds nothing to claim. Which process measures a unit has no influence on the
+// result. Whoever finds all results there writes the report: the last to finish always does.
+#pragma once
+
+#include "tools/measure/study/study_folder.h"
+#include "tools/sequence/io/sequence.h"
+
+namespace postchain::study {
+
+struct WorkDone {
+    size_t units = 0;    // of the study
+    size_t made = 0;     // by this process
+    size_t results = 0;  // there now
+    bool complete() const { return results == units; }
+};
+
+// `chunk`: of the units, the part that is worked on. Failures of an earlier process are tried
+// again, once. Errors: those of measure_unit(), StudyFolder::result(), Claim::take().
+Result<WorkDone> work_on_units(const Study& study, const StudyFolder& folder,
+                               const io::Chunk& chunk, const Machine& machine,
+                               const experiment::ProgressCallback& progress,
+                               const std::atomic<bool>* stop);
+
+}  // namespace postchain::study

@@ -46,8 +46,8 @@ struct WriteOptions {
     // Asked when all is written and the file has not got its name yet; an error ends it.
     std::function<Status()> before_commit = {};
 
-    // Level of deflate for ZIP and ZIPS, 0 (stored) to 9. On the 25.8 MB of a 1280x720 Cycles frame (4
-    // half, 5 float channels), milliseconds on one core and size of what comes out:
+    // Level of deflate for ZIP and ZIPS, 0 (stored) to 9. On the 25.8 MB of a 1280x720 Cycles frame
+    // (4 half, 5 float channels), milliseconds on one core and size of what comes out:
     //
     //   level         1     2     4     5     6     9
     //   libdeflate  106   124   133   149   156   386 ms   8.26  8.31  8.25  8.19  8.17  8.14 MB

@@ -3,11 +3,12 @@
 namespace postchain {
 
 std::string ChainLink::text() const {
-    return type->name + ": " + type->parameters->text(pass->parameters());
+    return type->name + ": " + type->parameters->text(pass->parameters()) +
+           (matte.empty() ? "" : " matte=" + matte);
 }
 
 ChainLink ChainLink::clone() const {
-    ChainLink twin{type, type->create()};
+    ChainLink twin{type, type->create(), matte};
     for (const auto& row : type->parameters->rows())
         row.set(twin.pass->parameters(), row.get(pass->parameters()));
     return twin;

@@ -14,6 +14,9 @@ namespace postchain {
 struct ChainLink {
     const PassType* type = nullptr;  // owned by the registry
     std::unique_ptr<Pass> pass;
+    // Name of what holds out objects from this pass (docs/layers.md); empty: none. Who makes the
+    // frame's description finds it and says which of the frame's mattes it is.
+    std::string matte = {};
     std::string text() const;  // "motion_blur: samples=25 ..."
 
     ChainLink clone() const;  // with a pass of its own

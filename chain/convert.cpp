@@ -72,7 +72,9 @@ bool is_half(float value) {
     return value * 0x1p24f == std::nearbyint(value * 0x1p24f);  // a subnormal half
 }
 
-void replace_nonfinite(ImageF& color, const ConvertOptions& options, Findings& findings) {
+// `frame_pixels`: of one of the planes that stand in `color`.
+void replace_nonfinite(ImageF& color, const ConvertOptions& options, size_t frame_pixels,
+                       Findings& findings) {
     for (size_t pixel = 0; pixel < color.pixels(); ++pixel) {
         float* rgba = color.data.data() + 4 * pixel;
         bool bad = false;
@@ -83,7 +85,7 @@ void replace_nonfinite(ImageF& color, const ConvertOptions& options, Findings& f
                 options.nonfinite_color == NonfiniteColor::clamp && !std::isnan(rgba[c]);
             rgba[c] = clamp ? std::copysign(kLargestHalf, rgba[c]) : 0.0f;
         }
-        if (bad) findings.nonfinite(findings.health.nonfinite_color, pixel);
+        if (bad) findings.nonfinite(findings.health.nonfinite_color, pixel % frame_pixels);
     }
 }
 
@@ -96,7 +98,7 @@ void premultiply(ImageF& color) {
 
 void convert_color(ImageF& color, const ConvertOptions& options, Findings& findings) {
     ColorScan found = scan(color);
-    if (!found.finite) replace_nonfinite(color, options, findings);
+    if (!found.finite) replace_nonfinite(color, options, color.pixels(), findings);
     if (options.unpremultiplied) premultiply(color);
     if (!found.finite || options.unpremultiplied) found = scan(color);
     std::copy(found.low.begin(), found.low.end(), findings.bounds.min_color.begin());
@@ -104,6 +106,19 @@ void convert_color(ImageF& color, const ConvertOptions& options, Findings& findi
     findings.bounds.one_color = found.finite && found.low == found.high && !found.negative_zero;
     findings.bounds.color_is_half =
         found.plainly_half || std::all_of(color.data.begin(), color.data.end(), is_half);
+}
+
+// Every layer of a stack. As color is stored without its alpha, so are they.
+void convert_layers(ImageF& layers, const ImageF& color, const ConvertOptions& options,
+                    Findings& findings) {
+    const ColorScan found = scan(layers);
+    if (!found.finite) replace_nonfinite(layers, options, color.pixels(), findings);
+    for (size_t pixel = 0; options.unpremultiplied && pixel < layers.pixels(); ++pixel)
+        for (size_t c = 0; c < 3; ++c)
+            layers.data[4 * pixel + c] *= color.data[4 * (pixel % color.pixels()) + 3];
+    findings.bounds.layers_are_half =
+        (found.finite && found.plainly_half && !options.unpremultiplied) ||
+        std::all_of(layers.data.begin(), layers.data.end(), is_half);
 }
 
 // 1/d as an affine function of the stored depth: 1/d = offset + slope * z.
@@ -231,8 +246,11 @@ Result<InputHealth> convert_frame(FramePlanes& planes, FrameDescription& frame,
     const bool camera_cut = frame.bounds.camera_cut;
     frame.bounds = {};
     frame.bounds.camera_cut = camera_cut;
+    frame.layers = 0;
     for (const auto& [role, plane] : planes) {
-        if (plane.width != frame.width || plane.height != frame.height)
+        const bool stack = is_stacked(role) && frame.height > 0 && plane.height > 0 &&
+                           plane.height % frame.height == 0;
+        if (plane.width != frame.width || (plane.height != frame.height && !stack))
             return Status(StatusCode::input,
                           concat(name_of(role), " is ", plane.width, "x", plane.height, ", ",
                                  name_of(planes.begin()->first), " is ", frame.width, "x",
@@ -241,6 +259,7 @@ Result<InputHealth> convert_frame(FramePlanes& planes, FrameDescription& frame,
             return Status(StatusCode::input, concat(name_of(role), " has ", plane.channels,
                                                     " channels, needs ", channels_of(role)));
         frame.planes.add(role);
+        if (role == Role::layers) frame.layers = plane.height / frame.height;
     }
     Findings findings(frame.bounds, frame.width);
     for (auto& [role, plane] : planes) {
@@ -256,6 +275,10 @@ Result<InputHealth> convert_frame(FramePlanes& planes, FrameDescription& frame,
                 break;
             case Role::motion_back:
                 convert_motion(plane, options.motion_back, false, findings);
+                break;
+            case Role::layers:
+                if (planes.count(Role::color))
+                    convert_layers(plane, planes.at(Role::color), options, findings);
                 break;
             default:  // planes that no file has; those of a neighbor were converted with it
                 break;

@@ -1,5 +1,7 @@
 #include "chain/decisions.h"
 
+#include "chain/matte.h"
+
 namespace postchain {
 namespace {
 
@@ -30,7 +32,22 @@ constexpr double kSpreadWithNeighborsPx = 2;
 
 RoleSet without_neighbors(RoleSet planes) {
     for (const Neighbor neighbor : kNeighbors)
-        for (const Role role : kFileRoles) planes.remove(role_of(neighbor, role));
+        for (const Role role : kNeighborRoles) planes.remove(role_of(neighbor, role));
+    return planes;
+}
+
+// Where a matte is held out of a pass, the held layers are filtered, and a neighbor serves only
+// where its mattes are there too.
+RoleSet with_held(RoleSet planes, RoleSet of_frame) {
+    planes.add(Role::layers);
+    for (const Neighbor neighbor : kNeighbors) {
+        if (planes.has(role_of(neighbor, Role::mattes)) &&
+            (!of_frame.has(Role::layers) || planes.has(role_of(neighbor, Role::layers)))) {
+            planes.add(role_of(neighbor, Role::layers));
+            continue;
+        }
+        for (const Role role : kNeighborRoles) planes.remove(role_of(neighbor, role));
+    }
     return planes;
 }
 
@@ -50,6 +67,10 @@ size_t first_spreading_pass(const Chain& chain, const FrameDescription& frame) {
     return chain.links.size();
 }
 
+RoleSet outputs_of(const PlanOptions& options, const FrameDescription& frame) {
+    return options.outputs | (frame.planes & RoleSet{Role::layers});
+}
+
 FrameDescription seen_by(const Chain& chain, const FrameDescription& given) {
     FrameDescription frame = given;
     frame.camera = frame.camera.overlaid_by(chain.camera);
@@ -58,12 +79,15 @@ FrameDescription seen_by(const Chain& chain, const FrameDescription& given) {
 
 Status decide(const Chain& chain, const FrameDescription& frame, const PlanOptions& options,
               const RuleNames& rules, PlanShape& shape, std::vector<Reason>* reasons) {
+    if (frame.planes.has(Role::layers) != (frame.layers > 0))
+        return Status(StatusCode::internal,
+                      "the frame's number of layers is not that of its plane");
     const size_t spreading = first_spreading_pass(chain, frame);
     auto& passes = shape.passes;
     passes.assign(chain.links.size(), {});
     if (reasons) reasons->assign(passes.size(), {});
     // What identity() sees as wanted: an upper bound, every plane a later pass could read.
-    RoleSet readable = options.outputs;
+    RoleSet readable = outputs_of(options, frame);
     for (size_t i = passes.size(); i-- > 0;) {
         passes[i].wanted = readable;
         const RoleUse use = chain.links[i].pass->roles();
@@ -71,12 +95,20 @@ Status decide(const Chain& chain, const FrameDescription& frame, const PlanOptio
     }
     RoleSet available = frame.planes;
     bool color_is_input = true;
+    std::optional<FrameDescription> held;
+    if (!frame.mattes.empty()) held = with_held_layers(frame);
     for (size_t i = 0; i < passes.size(); ++i) {
         const Pass& pass = *chain.links[i].pass;
         if (i > spreading) available = without_neighbors(available);
         passes[i].available = available;
         passes[i].color_is_input = color_is_input;
-        const PlanContext context = context_of(frame, options, rules, passes[i]);
+        const bool matted = matte_of(frame, i) >= 0;
+        if (const std::string& name = chain.links[i].matte; !name.empty() && !matted)
+            return Status(
+                       StatusCode::input,
+                       concat("matte ", name, " was not handed in with frame ", frame.frame_number))
+                .at(concat("passes[", i, "].", chain.links[i].type->name));
+        const PlanContext context = context_of(matted ? *held : frame, options, rules, passes[i]);
         auto identity = judge(chain.links[i], context);
         if (!identity.ok())
             return identity.status().at(concat("passes[", i, "].", chain.links[i].type->name));
@@ -91,7 +123,7 @@ Status decide(const Chain& chain, const FrameDescription& frame, const PlanOptio
         (*reasons)[i] = {
             rule, rule == kRuleMissingPlane ? Fact{missing_text(pass, context)} : fact.fact()};
     }
-    RoleSet wanted = options.outputs;
+    RoleSet wanted = outputs_of(options, frame);
     RoleSet all;
     for (Role role : kAllRoles) all.add(role);
     for (size_t i = passes.size(); i-- > 0;) {
@@ -109,6 +141,8 @@ Status decide(const Chain& chain, const FrameDescription& frame, const PlanOptio
         PlanShape::OfPass& pass = passes[i];
         if (i > spreading) existing = without_neighbors(existing);
         pass.available = existing;
+        if (!pass.elided && matte_of(frame, i) >= 0)
+            pass.available = with_held(existing, frame.planes);
         const RoleSet made = chain.links[i].pass->roles().on_demand;
         existing = pass.elided ? existing - made : existing | (made & pass.wanted);
         if (!pass.elided)

@@ -29,6 +29,9 @@ PlanContext context_of(const FrameDescription& frame, const PlanOptions& options
 // number of passes if there is none.
 size_t first_spreading_pass(const Chain& chain, const FrameDescription& frame);
 
+// Planes that a plan of this frame gives: those that are asked for, and its further layers.
+RoleSet outputs_of(const PlanOptions& options, const FrameDescription& frame);
+
 // The frame with the chain's own camera laid over its.
 FrameDescription seen_by(const Chain& chain, const FrameDescription& given);
 

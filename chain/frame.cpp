@@ -1,9 +1,20 @@
 #include "chain/frame.h"
 
+#include <algorithm>
+
 namespace postchain {
 
 const char* name_of(Precision precision) {
     return precision == Precision::fp16 ? "fp16" : "fp32";
+}
+
+int stacked_planes(Role role, const FrameDescription& frame) {
+    if (!is_stacked(role)) return 0;
+    if (role == Role::layers || role == Role::layers_before || role == Role::layers_after)
+        return frame.layers;
+    int most = -1;
+    for (const int index : frame.mattes) most = std::max(most, index);
+    return most + 1;
 }
 
 Camera Camera::overlaid_by(const Camera& over) const {

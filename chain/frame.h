@@ -11,6 +11,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "chain/aperture_image.h"
 #include "chain/image.h"
@@ -77,9 +78,10 @@ struct FrameBounds {
     std::map<Place, double> inverse_depth_at;  // chain/depth_at.h, where a pass asks for it
     std::array<double, 4> min_color = {-kUnknown, -kUnknown, -kUnknown, -kUnknown};  // RGBA
     std::array<double, 4> max_color = {kUnknown, kUnknown, kUnknown, kUnknown};
-    bool one_color = false;      // all pixels have the same color, and no channel is -0
-    bool color_is_half = false;  // a half holds every color value
-    bool camera_cut = false;     // motion leads across a cut: said by the caller, never found
+    bool one_color = false;        // all pixels have the same color, and no channel is -0
+    bool color_is_half = false;    // a half holds every color value
+    bool layers_are_half = false;  // and every value of the further layers
+    bool camera_cut = false;       // motion leads across a cut: said by the caller, never found
 };
 
 // What was wrong with a frame's input. Counts are pixels.
@@ -109,6 +111,10 @@ struct FrameDescription {
     int frame_number = 0;   // seeds come from it
     RoleSet planes;         // which planes the frame brings, its neighbors' among them
     RoleSet not_converted;  // others that its files have and no pass needs
+    int layers = 0;         // further color layers: the plane Role::layers holds so many
+    // Which of the mattes (the plane Role::mattes) holds for each pass of the chain, in its order;
+    // -1, or beyond the end: none.
+    std::vector<int> mattes;
     // Why a neighbor brings none: "frame 4 is not on disk".
     std::map<Neighbor, std::string> missing_neighbors;
     Camera camera;
@@ -117,7 +123,11 @@ struct FrameDescription {
     std::array<double, 3> luma_weights = {0.2126, 0.7152, 0.0722};
 };
 
-// Planes of one frame on the CPU, all of one size; channels as channels_of(role) says.
+// How many planes of this role stand in one (is_stacked()); 0: it is a single plane.
+int stacked_planes(Role role, const FrameDescription& frame);
+
+// Planes of one frame on the CPU, all of one size; channels as channels_of(role) says. Of a role
+// that is_stacked() it is a plane as wide, in which they lie one below another (chain/layers.h).
 using FramePlanes = std::map<Role, ImageF>;
 
 // The same where frames share them: the planes of one are `before` and `after` to others.

@@ -48,6 +48,10 @@ struct PlanContext {
     Format color_format() const {
         return plane_format(4, frame.bounds.color_is_half ? precision : Precision::fp32);
     }
+    // Of further layers.
+    Format layers_format() const {
+        return plane_format(4, frame.bounds.layers_are_half ? precision : Precision::fp32);
+    }
 };
 
 // Handed to Pass::plan: adds textures and steps, names them after the pass.
@@ -62,6 +66,9 @@ class PassPlanner {
     virtual TextureId input(Role role) const = 0;
     // A new texture, "<index>.<pass>.<name>"; lives from its first to its last use.
     virtual TextureId texture(const std::string& name, Format format, int width, int height) = 0;
+    // An array of such textures, one for each further layer, context().frame.layers of them; only
+    // where has(Role::layers) holds.
+    virtual TextureId layers(const std::string& name, Format format, int width, int height) = 0;
     virtual const PlanTexture& describe(TextureId texture) const = 0;
     // The frame's number, from which random values come. Who asks makes the plan one of this frame
     // alone (Plan::uses_frame_number); nothing else of a plan depends on the number.

@@ -58,15 +58,18 @@ struct PlanTexture {
     Role role = Role::color;  // of an imported texture
     int first_step = -1;      // first and last step that touch it; -1 = none
     int last_step = -1;       // of an output: one past the plan's last step
+    int layers = 0;           // of an array of planes (chain/layers.h); 0: a single one, no array
 
     uint64_t bytes() const {
-        return uint64_t(width) * uint64_t(height) * uint64_t(bytes_per_pixel(format)) +
+        return uint64_t(width) * uint64_t(height) * uint64_t(bytes_per_pixel(format)) *
+                   uint64_t(layers > 0 ? layers : 1) +
                (format == Format::work_list ? kWorkListHeaderBytes : 0);
     }
     bool operator==(const PlanTexture&) const = default;
 };
 
-// How a step sees a texture: `layout(binding = unit)` of a sampler2D or of an image2D.
+// How a step sees a texture: `layout(binding = unit)` of a sampler2D or of an image2D; of an array
+// of planes sampler2DArray and image2DArray.
 enum class Access {
     sample_nearest,  // sampler2D, nearest, clamp to edge (texelFetch works too)
     sample_linear,   // sampler2D, bilinear, clamp to edge
@@ -99,6 +102,8 @@ struct Step {
     std::array<int, 3> groups = {1, 1, 1};  // work groups; with work_list, the most there can be
     TextureId work_list = -1;  // launches one work group per block of this list instead
     uint64_t taps = 0;         // texture fetches per dispatch, for cost reports (0 = not counted)
+    int first_layer = 0;       // of the arrays that it reads and writes it does this one and those
+    int layers = 0;            // after it; 0: of arrays too it does every layer
     bool operator==(const Step&) const = default;
 
     // Does it change what the binding holds? A step fills the lists it binds, but its own.

@@ -11,8 +11,14 @@ StepBytes bytes_of(const Plan& plan, const Step& step) {
     for (const Binding& binding : step.bindings)
         (step.writes(binding) ? written : read).insert(binding.texture);
     StepBytes bytes;
-    for (const TextureId texture : read) bytes.read += plan.textures[size_t(texture)].bytes();
-    for (const TextureId texture : written) bytes.written += plan.textures[size_t(texture)].bytes();
+    // Of an array the layers that the step does.
+    const auto of = [&](TextureId id) {
+        const PlanTexture& texture = plan.textures[size_t(id)];
+        if (texture.layers == 0 || step.layers == 0) return texture.bytes();
+        return texture.bytes() / uint64_t(texture.layers) * uint64_t(step.layers);
+    };
+    for (const TextureId texture : read) bytes.read += of(texture);
+    for (const TextureId texture : written) bytes.written += of(texture);
     return bytes;
 }
 

@@ -34,7 +34,9 @@ std::string savings(const Saving& saving) {
 }
 
 std::string size_of(const PlanTexture& texture) {
-    return concat(texture.width, "x", texture.height, " ", name_of(texture.format));
+    return concat(texture.width, "x", texture.height,
+                  texture.layers > 0 ? concat("x", texture.layers) : std::string(), " ",
+                  name_of(texture.format));
 }
 
 std::string names(const Plan& plan, const Step& step, bool written) {
@@ -44,6 +46,12 @@ std::string names(const Plan& plan, const Step& step, bool written) {
         text += (text.empty() ? "" : ", ") + plan.textures[size_t(binding.texture)].name;
     }
     return text;
+}
+
+// "  layers 4..7", of a step that does some of the frame's.
+std::string layers_of(const Step& step) {
+    if (step.layers == 0) return "";
+    return concat("  layers ", step.first_layer, "..", step.first_layer + step.layers - 1);
 }
 
 // "28.00", of a pixel of the picture.
@@ -86,7 +94,7 @@ std::string plan_as_text(const Plan& plan) {
             if (step.pass != int(i)) continue;
             out << "  step " << step.name << "  " << step.program.text() << "  groups "
                 << step.groups[0] << "x" << step.groups[1] << "x" << step.groups[2]
-                << (step.work_list >= 0 ? " at most, by its list" : "") << "\n"
+                << (step.work_list >= 0 ? " at most, by its list" : "") << layers_of(step) << "\n"
                 << "    reads  " << names(plan, step, false) << "\n"
                 << "    writes " << names(plan, step, true) << "\n"
                 << "    bytes  " << step_bytes(plan, bytes[s]) << "\n";
@@ -154,6 +162,8 @@ std::string plan_as_json(const Plan& plan) {
         for (int count : step.groups) json.value(count);
         json.end_array();
         json.field("taps", step.taps);
+        if (step.layers > 0)
+            json.field("first_layer", step.first_layer).field("layers", step.layers);
         const StepBytes& moved = bytes[step_index++];
         json.field("bytes_read", moved.read).field("bytes_written", moved.written);
         json.field("bytes_count", moved.counts);
@@ -166,6 +176,7 @@ std::string plan_as_json(const Plan& plan) {
     list("textures", plan.textures, [&](const PlanTexture& texture) {
         json.field("name", texture.name).field("width", texture.width);
         json.field("height", texture.height).field("format", name_of(texture.format));
+        if (texture.layers > 0) json.field("layers", texture.layers);
         json.field("imported", texture.imported).field("first_step", texture.first_step);
         json.field("last_step", texture.last_step);
     });

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "chain/decisions.h"
+#include "chain/matte.h"
 
 namespace postchain {
 namespace {
@@ -17,6 +18,7 @@ PlanTexture input_texture(Role role, const FrameDescription& frame) {
     texture.format = plane_format(channels_of(role), Precision::fp32);
     texture.width = frame.width;
     texture.height = frame.height;
+    texture.layers = stacked_planes(role, frame);
     texture.imported = true;
     texture.role = role;
     return texture;
@@ -47,6 +49,11 @@ class Recorder final : public PassPlanner {
         texture.height = height;
         plan_.textures.push_back(texture);
         return TextureId(plan_.textures.size()) - 1;
+    }
+    TextureId layers(const std::string& name, Format format, int width, int height) override {
+        const TextureId id = texture(name, format, width, height);
+        plan_.textures[size_t(id)].layers = context_.frame.layers;
+        return id;
     }
     int frame_number() override {
         plan_.uses_frame_number = true;
@@ -204,6 +211,18 @@ Saving saving_of(const Plan& plan, std::map<Role, TextureId> current, const Plan
     return saving;
 }
 
+// A pass that hands on another color must hand on other layers too.
+Status check_layers(const std::map<Role, TextureId>& before,
+                    const std::map<Role, TextureId>& after) {
+    const auto layers = before.find(Role::layers);
+    if (layers == before.end() || after.at(Role::color) == before.at(Role::color) ||
+        after.at(Role::layers) != layers->second)
+        return Status();
+    return Status(StatusCode::chain,
+                  "filters color alone, and this frame has further layers; leave the layers or the "
+                  "pass out (of a new pass: docs/adding_a_pass.md says what filters them)");
+}
+
 class PlanBlocks final : public BlockWriter {
   public:
     PlanBlocks(Plan& plan, int pass) : plan_(plan), pass_(pass) {}
@@ -244,6 +263,7 @@ RuleNames PlanOptions::rules(const Chain& chain) const {
 Result<Plan> make_plan(const Chain& chain, const FrameDescription& given,
                        const PlanOptions& options) {
     const FrameDescription frame = seen_by(chain, given);
+    const RoleSet wanted_outputs = outputs_of(options, frame);
     const RuleNames rules = options.rules(chain);
     PlanShape shape;
     std::vector<Reason> reasons_elided;
@@ -269,14 +289,42 @@ Result<Plan> make_plan(const Chain& chain, const FrameDescription& given,
 
     Reasons reasons;
     for (size_t i = 0; i < chain.links.size(); ++i) {
-        const auto& [type, pass] = chain.links[i];
+        const PassType* type = chain.links[i].type;
+        const auto& pass = chain.links[i].pass;
         const PlanShape::OfPass& decided = shape.passes[i];
         const PlanContext context = context_of(frame, options, rules, decided);
-        plan.passes.push_back(
-            {type->name, type->parameters->text(pass->parameters()), decided.elided});
+        const std::string& matte_name = chain.links[i].matte;
+        plan.passes.push_back({type->name,
+                               type->parameters->text(pass->parameters()) +
+                                   (matte_name.empty() ? std::string() : " matte=" + matte_name),
+                               decided.elided});
+        if (const int matte = matte_of(frame, i); !decided.elided && matte >= 0) {
+            const std::map<Role, TextureId> before = current;
+            const FrameDescription held = with_held_layers(frame);
+            const PlanContext held_context = context_of(held, options, rules, decided);
+            Recorder holding(plan, current, reasons, held_context, int(i), type->name);
+            hold_out(holding, matte, frame.layers);
+            const std::map<Role, TextureId> held_planes = current;
+            pass->plan(holding);
+            if (Status s = check_layers(held_planes, current); !s.ok())
+                return s.at(concat("passes[", i, "].", type->name));
+            const Matted filtered = {before.at(Role::color), current.at(Role::color),
+                                     held_planes.at(Role::layers), current.at(Role::layers),
+                                     before.count(Role::layers) ? before.at(Role::layers) : -1};
+            for (const Role role : kHeldRoles) {
+                current.erase(role);
+                if (before.count(role)) current[role] = before.at(role);
+            }
+            Recorder laying(plan, current, reasons, context, int(i), type->name);
+            lay_over(laying, matte, filtered);
+            continue;
+        }
         if (!decided.elided) {
+            const std::map<Role, TextureId> before = current;
             Recorder recorder(plan, current, reasons, context, int(i), type->name);
             pass->plan(recorder);
+            if (Status s = check_layers(before, current); !s.ok())
+                return s.at(concat("passes[", i, "].", type->name));
             continue;
         }
         Elision elision;
@@ -291,13 +339,13 @@ Result<Plan> make_plan(const Chain& chain, const FrameDescription& given,
             if (pass->roles().on_demand.has(role)) current.erase(role);
     }
     for (Role role : kAllRoles)
-        if (options.outputs.has(role) && current.count(role)) plan.outputs[role] = current[role];
+        if (wanted_outputs.has(role) && current.count(role)) plan.outputs[role] = current[role];
     drop_unread_steps(plan, reasons, rules);
     drop_untouched_textures(plan);
     std::vector<TextureId> outputs;
     for (const auto& [role, id] : plan.outputs) outputs.push_back(id);
     find_lifetimes(plan, outputs);
-    drop_unread_planes(plan, frame, options.outputs, rules);
+    drop_unread_planes(plan, frame, wanted_outputs, rules);
     const size_t spreading = first_spreading_pass(chain, frame);
     for (size_t i = 0; i < chain.links.size(); ++i) {
         const RoleUse use = chain.links[i].pass->roles();
@@ -345,7 +393,17 @@ Result<ReferenceFrame> run_reference(const Chain& chain, const FrameDescription&
         if (shape.passes[i].elided) continue;
         ReferenceFrame one;
         one.planes = std::move(result.planes);
-        chain.links[i].pass->reference(context_of(frame, whole, rules, shape.passes[i]), one);
+        const auto& pass = *chain.links[i].pass;
+        if (const int matte = matte_of(frame, i); matte >= 0) {
+            const auto before = one.planes;
+            hold_out_reference(one.planes, matte);
+            const FrameDescription held = with_held_layers(frame);
+            pass.reference(context_of(held, whole, rules, shape.passes[i]), one);
+            lay_over_reference(one.planes, before, matte);
+            one.stages.clear();  // of the held layers
+        } else {
+            pass.reference(context_of(frame, whole, rules, shape.passes[i]), one);
+        }
         result.planes = std::move(one.planes);
         for (auto& [name, stage] : one.stages)
             result.stages[concat(i, ".", chain.links[i].type->name, ".", name)] = std::move(stage);

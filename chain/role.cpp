@@ -30,6 +30,18 @@ const char* name_of(Role role) {
             return "motion_after";
         case Role::motion_back_after:
             return "motion_back_after";
+        case Role::layers:
+            return "layers";
+        case Role::layers_before:
+            return "layers_before";
+        case Role::layers_after:
+            return "layers_after";
+        case Role::mattes:
+            return "mattes";
+        case Role::mattes_before:
+            return "mattes_before";
+        case Role::mattes_after:
+            return "mattes_after";
     }
     return "unknown";
 }
@@ -43,10 +55,16 @@ int channels_of(Role role) {
         case Role::color:
         case Role::color_before:
         case Role::color_after:
+        case Role::layers:
+        case Role::layers_before:
+        case Role::layers_after:
             return 4;
         case Role::inverse_depth:
         case Role::inverse_depth_before:
         case Role::inverse_depth_after:
+        case Role::mattes:
+        case Role::mattes_before:
+        case Role::mattes_after:
             return 1;
         case Role::motion:
         case Role::motion_back:

@@ -21,9 +21,15 @@ enum class Role : uint8_t {
     inverse_depth_after,
     motion_after,
     motion_back_after,
+    layers,  // further color layers, each RGBA, filtered as color is (chain/layers.h)
+    layers_before,
+    layers_after,
+    mattes,  // one channel each, 0..1: what passes leave as it is (chain/layers.h)
+    mattes_before,
+    mattes_after,
 };
 
-inline constexpr std::array<Role, 13> kAllRoles = {Role::color,
+inline constexpr std::array<Role, 19> kAllRoles = {Role::color,
                                                    Role::inverse_depth,
                                                    Role::motion,
                                                    Role::motion_back,
@@ -35,9 +41,15 @@ inline constexpr std::array<Role, 13> kAllRoles = {Role::color,
                                                    Role::color_after,
                                                    Role::inverse_depth_after,
                                                    Role::motion_after,
-                                                   Role::motion_back_after};
+                                                   Role::motion_back_after,
+                                                   Role::layers,
+                                                   Role::layers_before,
+                                                   Role::layers_after,
+                                                   Role::mattes,
+                                                   Role::mattes_before,
+                                                   Role::mattes_after};
 
-// What the files of one frame can have.
+// What the files of one frame can have, one plane each.
 inline constexpr std::array<Role, 4> kFileRoles = {Role::color, Role::inverse_depth, Role::motion,
                                                    Role::motion_back};
 
@@ -46,14 +58,28 @@ enum class Neighbor : uint8_t { before, after };
 inline constexpr std::array<Neighbor, 2> kNeighbors = {Neighbor::before, Neighbor::after};
 const char* name_of(Neighbor neighbor);
 
-// That frame's plane: (before, motion) -> motion_before. `role`: one of kFileRoles.
+// What is seen of another frame: the same, its layers and mattes.
+inline constexpr std::array<Role, 6> kNeighborRoles = {
+    Role::color, Role::inverse_depth, Role::motion, Role::motion_back, Role::layers, Role::mattes};
+
+// That frame's plane: (before, motion) -> motion_before. `role`: one of kNeighborRoles.
 constexpr Role role_of(Neighbor neighbor, Role role) {
+    if (role == Role::layers)
+        return neighbor == Neighbor::before ? Role::layers_before : Role::layers_after;
+    if (role == Role::mattes)
+        return neighbor == Neighbor::before ? Role::mattes_before : Role::mattes_after;
     const Role first = neighbor == Neighbor::before ? Role::color_before : Role::color_after;
     return Role(uint8_t(first) + uint8_t(role));
 }
 
 const char* name_of(Role role);
-int channels_of(Role role);  // 4, 1, 2, 2, 2, and the same of a neighbor
+int channels_of(
+    Role role);  // 4, 1, 2, 2, 2, and the same of a neighbor; of a layer 4, of a matte 1
+// Planes of this role lie one below another: FrameDescription says how many.
+constexpr bool is_stacked(Role role) {
+    return role == Role::layers || role == Role::layers_before || role == Role::layers_after ||
+           role == Role::mattes || role == Role::mattes_before || role == Role::mattes_after;
+}
 
 class RoleSet {
   public:
@@ -75,7 +101,7 @@ class RoleSet {
     // {color, motion_before}.of(before) = {motion}.
     constexpr RoleSet of(Neighbor neighbor) const {
         RoleSet set;
-        for (Role role : kFileRoles)
+        for (Role role : kNeighborRoles)
             if (has(role_of(neighbor, role))) set.add(role);
         return set;
     }

@@ -108,17 +108,21 @@ class ChainParser {
                 refuse(*parameters,
                        parameters->describe() + "; the parameters of a pass are a map");
             else
-                rows(*parameters, path, *type->parameters, made->parameters());
+                rows(*parameters, path, *type->parameters, made->parameters(),
+                     &chain_.links.back());
         }
         return int(chain_.links.size()) - 1;
     }
 
-    // A map of values into the struct that a table describes.
-    void rows(const TextNode& node, const std::string& path, const ParameterTable& table,
-              ParameterRef parameters) {
+    // A map of values into the struct that a table describes; of a pass also what its link has.
+    void rows(const TextNode& node, const std::string& path, const ParameterTable& own,
+              ParameterRef of_own, ChainLink* link = nullptr) {
         bool good = true;
         for (const auto& [key, value] : node.entries) {
             const std::string at = path + "." + key.text;
+            const bool of_link = link && link_parameters().find(key.text);
+            const ParameterTable& table = of_link ? link_parameters() : own;
+            const ParameterRef parameters = of_link ? ParameterRef(link) : of_own;
             const Parameter* row = table.find(key.text);
             Status status;
             if (!row) {
@@ -136,7 +140,7 @@ class ChainParser {
             good = good && status.ok();
         }
         if (!good) return;
-        if (Status status = table.check(parameters); !status.ok())
+        if (Status status = own.check(of_own); !status.ok())
             reporter_.error(node, path, status.message());
     }
 
@@ -176,6 +180,18 @@ ChainFile read_chain(std::string_view text, const std::string& file_name,
 
 }  // namespace
 
+const ParameterTable& link_parameters() {
+    static const ParameterTable table =
+        ParameterTableBuilder<ChainLink>()
+            .text(
+                "matte", &ChainLink::matte,
+                {.help = "what the pass leaves as it is: a channel, cryptomatte:NAME, or the name "
+                         "of a cryptomatte in its place; several names with commas",
+                 .unset_means = "nothing"})
+            .table();
+    return table;
+}
+
 ChainFile parse_chain(std::string_view text, const std::string& file_name,
                       const PassRegistry& registry, const std::vector<std::string>& overrides) {
     try {
@@ -196,7 +212,8 @@ std::string write_chain(const Chain& chain) {
     text += "passes:\n";
     for (const auto& link : chain.links) {
         const std::string rows =
-            write_rows(*link.type->parameters, link.pass->parameters(), "      ");
+            write_rows(*link.type->parameters, link.pass->parameters(), "      ") +
+            write_rows(link_parameters(), &link, "      ");
         text += "  - " + link.type->name + (rows.empty() ? "" : ":") + "\n" + rows;
     }
     return text;

@@ -21,6 +21,9 @@ namespace postchain {
 
 inline constexpr int kChainFileVersion = 1;
 
+// What every pass may state besides its own parameters: members of a ChainLink.
+const ParameterTable& link_parameters();
+
 struct ChainFile {
     Chain chain;  // what could be read; run it only when status() is ok
     std::string file_name;

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "config/camera_file.h"
+#include "config/chain_file.h"
 #include "config/reporter.h"
 #include "config/scalar.h"
 #include "config/text_check.h"
@@ -165,10 +166,13 @@ class Overrider {
         const int link = find_link(item);
         if (link < 0) return;
         ChainLink& at = chain_.links[size_t(link)];
-        const ParameterTable& table = *at.type->parameters;
-        const Status status = table.set(at.pass->parameters(), item.key, item.value);
+        const bool of_link = link_parameters().find(item.key);
+        const ParameterTable& table = of_link ? link_parameters() : *at.type->parameters;
+        const Status status =
+            table.set(of_link ? ParameterRef(&at) : at.pass->parameters(), item.key, item.value);
         if (!status.ok())
             return report(item, Severity::error, path_of(link) + "." + item.key, status.message());
+        if (of_link) return;
         // What the chain file says in its place gives way; two overrides that exclude each other
         // do not.
         given_.insert({link, item.key});

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "chain/json_writer.h"
+#include "config/chain_file.h"
 
 namespace postchain {
 namespace {
@@ -111,7 +112,9 @@ std::string passes_as_text(const PassRegistry& registry) {
         add_rules_text(text, type.rules);
         text += "\n";
     }
-    text += "camera: the lens, if neither the frames nor --camera state it\n";
+    text += "every pass also takes\n";
+    add_table_text(text, link_parameters());
+    text += "\ncamera: the lens, if neither the frames nor --camera state it\n";
     add_table_text(text, camera_parameters());
     text += "\nrules of every pass and plane (--no-elide, --elide)\n";
     add_rules_text(text, chain_rules());
@@ -134,6 +137,8 @@ std::string passes_as_json(const PassRegistry& registry) {
         json.end_object();
     }
     json.end_array();
+    json.key("every_pass");
+    add_table_json(json, link_parameters());
     json.key("camera");
     add_table_json(json, camera_parameters());
     json.key("rules");
@@ -152,7 +157,10 @@ std::string passes_as_markdown(const PassRegistry& registry) {
         add_rules_markdown(text, type.rules);
         text += "\n";
     }
-    text += "### Camera (`camera`)\n\nThe lens, if neither the frames nor `--camera` state it.\n\n";
+    text += "### Every pass\n\nBesides its own parameters, see [mattes](layers.md#mattes).\n\n";
+    add_table_markdown(text, link_parameters());
+    text +=
+        "\n### Camera (`camera`)\n\nThe lens, if neither the frames nor `--camera` state it.\n\n";
     add_table_markdown(text, camera_parameters());
     text +=
         "\n### Rules of every pass and plane\n\nFor `--no-elide` and `--elide`, as those of the "

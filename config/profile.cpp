@@ -66,13 +66,15 @@ class ProfileParser {
         else if (name == "detect")
             profile_.detect_channels = patterns(value, name, 1, 16);
         else if (name == "notes")
-            notes(value);
+            texts(value, name, profile_.notes);
+        else if (name == "data")
+            texts(value, name, profile_.data);
         else
             reporter_.error(
                 key, name,
                 unknown_word("key", name,
                              {"profile", "name", "title", "verified", "priority", "detect", "notes",
-                              "color", "depth", "motion", "motion_back"}));
+                              "data", "color", "depth", "motion", "motion_back"}));
     }
 
     void version(const TextNode& node) {
@@ -99,12 +101,12 @@ class ProfileParser {
         profile_.priority = int(*number);
     }
 
-    void notes(const TextNode& node) {
-        if (!node.is_list()) return reporter_.error(node, "notes", "notes is a list of texts");
+    void texts(const TextNode& node, const std::string& path, std::vector<std::string>& member) {
+        if (!node.is_list()) return reporter_.error(node, path, path + " is a list of texts");
         for (size_t i = 0; i < node.items.size(); ++i) {
-            std::string note;
-            text(node.items[i], concat("notes[", i, "]"), note);
-            profile_.notes.push_back(note);
+            std::string one;
+            text(node.items[i], concat(path, "[", i, "]"), one);
+            member.push_back(one);
         }
     }
 

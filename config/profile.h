@@ -36,6 +36,9 @@ struct Profile {
     // In the order in which they are tried. Color may leave out alpha (then it is 1).
     std::map<Role, std::vector<RoleSource>> roles;
     std::vector<std::string> notes;  // printed with the match
+    // Names of layers that hold data and no color, with * and ? as in file names, in any case.
+    // Empty: those of the profile `generic`.
+    std::vector<std::string> data;
 };
 
 struct ProfileFile {

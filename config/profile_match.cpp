@@ -40,28 +40,39 @@ std::vector<std::string> views_of(const FileChannels& file) {
     return views;
 }
 
+// Calls `take(part, name without view, prefix of the part's name, channel)`.
+template <class Take>
+void each_in_view(const FileChannels& file, const std::string& view, const Take& take) {
+    const std::vector<std::string> views = views_of(file);
+    for (size_t part = 0; part < file.parts.size(); ++part) {
+        const PartChannels& own = file.parts[part];
+        std::string prefix = own.name;
+        // Parts of views are named "layer.view".
+        if (!own.view.empty() && prefix.ends_with("." + own.view))
+            prefix.resize(prefix.size() - own.view.size() - 1);
+        for (const auto& channel : own.channels) {
+            std::string name = channel;
+            const std::optional<std::string> split = split_view(name, views);
+            std::string in = split ? *split : own.view;
+            if (in.empty() && !views.empty()) in = views[0];
+            if (in == view) take(int(part), name, prefix, channel);
+        }
+    }
+}
+
 Names names_in_view(const FileChannels& file, const std::string& view) {
     Names names;
     names.views = views_of(file);
-    for (const auto& part : file.parts) {
-        PartNames own, prefixed;
-        std::string prefix = part.name;
-        // Parts of views are named "layer.view".
-        if (!part.view.empty() && prefix.ends_with("." + part.view))
-            prefix.resize(prefix.size() - part.view.size() - 1);
-        for (const auto& channel : part.channels) {
-            std::string name = channel;
-            const std::optional<std::string> split = split_view(name, names.views);
-            std::string in = split ? *split : part.view;
-            if (in.empty() && !names.views.empty()) in = names.views[0];
-            if (in != view) continue;
-            own.emplace(name, channel);
-            if (!prefix.empty() && !name.starts_with(prefix + "."))
-                prefixed.emplace(prefix + "." + name, channel);
-        }
-        own.merge(prefixed);
-        names.parts.push_back(std::move(own));
-    }
+    names.parts.resize(file.parts.size());
+    std::vector<PartNames> prefixed(file.parts.size());
+    each_in_view(file, view,
+                 [&](int part, const std::string& name, const std::string& prefix,
+                     const std::string& channel) {
+                     names.parts[size_t(part)].emplace(name, channel);
+                     if (!prefix.empty() && !name.starts_with(prefix + "."))
+                         prefixed[size_t(part)].emplace(prefix + "." + name, channel);
+                 });
+    for (size_t part = 0; part < prefixed.size(); ++part) names.parts[part].merge(prefixed[part]);
     return names;
 }
 
@@ -282,6 +293,19 @@ Result<ProfileMatch> detect_profile(const std::vector<Profile>& profiles, const 
     }
     return Status(StatusCode::input, "no profile fits; found: " + channels_found(file) +
                                          "; choose one with --profile");
+}
+
+std::vector<ViewChannel> channels_in_view(const FileChannels& file, const std::string& view) {
+    const std::vector<std::string> views = views_of(file);
+    const std::string chosen = view.empty() && !views.empty() ? views[0] : view;
+    std::vector<ViewChannel> channels;
+    each_in_view(file, chosen,
+                 [&](int part, const std::string& name, const std::string& prefix,
+                     const std::string& channel) {
+                     const bool whole = prefix.empty() || name.starts_with(prefix + ".");
+                     channels.push_back({part, whole ? name : prefix + "." + name, channel});
+                 });
+    return channels;
 }
 
 std::string ProfileMatch::text() const {

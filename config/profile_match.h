@@ -26,6 +26,15 @@ struct FileChannels {
     std::vector<std::string> views;  // attribute "multiView": the first is the default one
 };
 
+// A channel as a view has it.
+struct ViewChannel {
+    int part = 0;
+    std::string name;     // without the view; of a part with a name it begins with that
+    std::string channel;  // in the file
+};
+// Those of one view, empty = the only or default one, part by part.
+std::vector<ViewChannel> channels_in_view(const FileChannels& file, const std::string& view);
+
 struct RoleChannels {
     int part = 0;
     std::vector<std::string> channels;  // names in the file, in the role's order; color: 3 or 4

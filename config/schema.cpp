@@ -76,21 +76,25 @@ void write_exclusion(JsonWriter& json, const Parameter& row, const Parameter& ot
     json.end_object();
 }
 
-// The map of a table's values. A pass's map may be left out behind its name (null).
+// The map of a table's values. A pass's map may be left out behind its name (null), and has what
+// its link has besides, `of_links`.
 void write_table(JsonWriter& json, const ParameterTable& table, const std::string& description,
-                 bool nullable) {
+                 const ParameterTable* of_links) {
     json.begin_object();
     json.field("description", description);
     json.key("type");
-    if (nullable)
+    if (of_links)
         json.value(std::vector<std::string>{"object", "null"});
     else
         json.value("object");
     json.field("additionalProperties", false);
     json.key("properties").begin_object();
-    for (const auto& row : table.rows()) {
-        json.key(row.key);
-        write_row_schema(json, row);
+    for (const ParameterTable* rows : {&table, of_links}) {
+        if (rows == nullptr) continue;
+        for (const auto& row : rows->rows()) {
+            json.key(row.key);
+            write_row_schema(json, row);
+        }
     }
     json.end_object();
     bool any = false;
@@ -161,10 +165,10 @@ std::string chain_schema(const PassRegistry& registry) {
     json.key("$defs").begin_object();
     json.key("camera");
     write_table(json, camera_parameters(), "the lens, if neither the frames nor --camera state it",
-                false);
+                nullptr);
     for (const auto& type : registry.types()) {
         json.key("pass." + type.name);
-        write_table(json, *type.parameters, type.title + ": " + type.help, true);
+        write_table(json, *type.parameters, type.title + ": " + type.help, &link_parameters());
     }
     json.end_object();
     json.end_object();

@@ -5,9 +5,7 @@ set -euo pipefail
 folder=$(realpath -m "${1:-out/demo}")
 cd "$(dirname "$0")/.."
 
-tools/install_packages.sh
-cmake --preset release -DBUILD_TESTING=OFF
-cmake --build --preset release -j "$(nproc)" --target postchain
+tools/build_command.sh
 postchain=$PWD/build/tools/apps/postchain/postchain
 
 mkdir -p "$folder/wheels" "$folder/balanced" "$folder/paper"

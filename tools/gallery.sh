@@ -1,18 +1,18 @@
 #!/usr/bin/env bash
-# Makes the pictures of docs/gallery.md and of the README: for every generated scene one strip of
-# sharp input, result of the chain, truth and their difference; another with a heart as aperture. Needs a build (tools/demo.sh).
-# Usage: tools/gallery.sh [CHAIN] [TRUTH_SAMPLES]
-# (default: paper 192; about ten minutes on 2 cores)
+# Makes the pictures of docs/gallery.md and of the README: for every generated scene a sheet of sharp
+# input, results of two chains, ground truth and four times their differences; FXAA alone; a heart as
+# aperture. Needs a build (tools/demo.sh). Usage: tools/gallery.sh [TRUTH_SAMPLES]
+# (default: 192; about ten minutes on 2 cores)
 set -euo pipefail
 cd "$(dirname "$0")/.."
-chain=${1:-paper}
-samples=${2:-192}
+samples=${1:-192}
 frame=3
 postchain=${POSTCHAIN:-$PWD/build/tools/apps/postchain/postchain}
 images=$PWD/docs/images
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 mkdir -p "$images"
+number=$(printf '%04d' "$frame")
 
 # FILE.exr OUT.exr: the first three channels after (x/(1+x))^(1/2.2).
 display() {
@@ -20,48 +20,71 @@ display() {
         --dup --addc 1 --div --powc 0.454545 -d float -o "$2"
 }
 
-# TEXT STRIP.jpg: PSNR of input a and result b against truth c, and the four pictures side by side;
-# the difference is four times as strong, or nothing would be seen of most of it.
-compare() {
-    local input result
-    # --diff fails where the pictures differ.
-    input=$( (oiiotool --diff "$work/a.exr" "$work/c.exr" || true) | sed -n 's/.*Peak SNR = //p')
-    result=$( (oiiotool --diff "$work/b.exr" "$work/c.exr" || true) | sed -n 's/.*Peak SNR = //p')
-    echo "$1, PSNR against the truth in dB: input $input, result $result"
-    oiiotool "$work/b.exr" "$work/c.exr" --absdiff --mulc 4 -o "$work/d.exr"
-    oiiotool "$work/a.exr" --resize 480x270 "$work/b.exr" --resize 480x270 \
-        "$work/c.exr" --resize 480x270 "$work/d.exr" --resize 480x270 \
-        --mosaic:pad=4 4x1 -d uint8 --nosoftwareattrib --eraseattrib '.*' \
-        --compression jpeg:88 -o "$2"
+# TITLE NAME...: PSNR of each picture NAME.exr against truth.exr, dB.
+print_psnr() {
+    local title=$1 name line=""
+    shift
+    for name in "$@"; do
+        # --diff fails where the pictures differ.
+        line+=", $name $( (oiiotool --diff "$work/$name.exr" "$work/truth.exr" || true) |
+            sed -n 's/.*Peak SNR = //p')"
+    done
+    echo "$title, PSNR against the ground truth in dB:${line#,}"
+}
+
+# NAME...: the difference of each to truth.exr as NAME_difference.exr, four times as strong, or nothing
+# would be seen of most of it.
+differences() {
+    local name
+    for name in "$@"; do
+        oiiotool "$work/$name.exr" "$work/truth.exr" --absdiff --mulc 4 -o "$work/${name}_difference.exr"
+    done
+}
+
+# COLUMNSxROWS PICTURE.jpg NAME...: the pictures NAME.exr, each 480x270, as a sheet.
+sheet() {
+    local form=$1 out=$2 name words=()
+    shift 2
+    for name in "$@"; do words+=("$work/$name.exr" --resize 480x270); done
+    oiiotool "${words[@]}" --mosaic:pad=4 "$form" -d uint8 --nosoftwareattrib --eraseattrib '.*' \
+        --compression jpeg:88 -o "$out"
 }
 
 for scene in wheels poles crossing zoom still; do
+    # The frames before and after too, which `balanced` looks at.
+    "$postchain" scene "$scene" -o "$work/$scene" --frames "$((frame - 1))-$((frame + 1))" \
+        --size 640x360
     "$postchain" scene "$scene" -o "$work/$scene" --frames "$frame" --size 640x360 \
-        --truth-samples "$samples"
-    number=$(printf '%04d' "$frame")
-    "$postchain" run "$chain" -i "$work/$scene/sharp.####.exr" \
-        --camera "$work/$scene/camera.json" -o "$work/result.####.exr" --on-existing overwrite
-    display "$work/$scene/sharp.$number.exr" "$work/a.exr"
-    display "$work/result.$number.exr" "$work/b.exr"
-    display "$work/$scene/both.$number.exr" "$work/c.exr"
-    compare "$scene" "$images/$scene-strip.jpg"
-    if [[ $scene == wheels ]]; then
-        oiiotool "$work/a.exr" "$work/b.exr" "$work/c.exr" --mosaic:pad=4 3x1 \
-            -d uint8 --nosoftwareattrib --eraseattrib '.*' --compression jpeg:90 -o "$images/wheels.jpg"
-    fi
+        --truth-samples "$samples" --on-existing overwrite
+    display "$work/$scene/sharp.$number.exr" "$work/input.exr"
+    display "$work/$scene/both.$number.exr" "$work/truth.exr"
+    for chain in paper balanced; do
+        "$postchain" run "$chain" -i "$work/$scene/sharp.####.exr" --frames "$frame" \
+            --camera "$work/$scene/camera.json" -o "$work/result.####.exr" --on-existing overwrite
+        display "$work/result.$number.exr" "$work/$chain.exr"
+    done
+    print_psnr "$scene" input paper balanced
+    differences paper balanced
+    sheet 3x2 "$images/$scene-sheet.jpg" input paper balanced truth paper_difference \
+        balanced_difference
+    [[ $scene != wheels ]] || sheet 3x1 "$images/wheels.jpg" input balanced truth
 done
 
 # FXAA on one sample per pixel, against the same frame averaged over each pixel; a part, enlarged.
-printf 'postchain: 1\npasses: [fxaa]\n' > "$work/fxaa.yaml"
-"$postchain" run "$work/fxaa.yaml" -i "$work/poles/gbuf.####.exr" -o "$work/fxaa.####.exr"
-display "$work/poles/gbuf.$number.exr" "$work/a.exr"
-display "$work/fxaa.$number.exr" "$work/b.exr"
-display "$work/poles/sharp.$number.exr" "$work/c.exr"
-for picture in a b c; do
+display "$work/poles/gbuf.$number.exr" "$work/input.exr"
+display "$work/poles/sharp.$number.exr" "$work/truth.exr"
+for mode in search directional; do
+    printf 'postchain: 1\npasses: [fxaa: {mode: %s}]\n' "$mode" > "$work/fxaa.yaml"
+    "$postchain" run "$work/fxaa.yaml" -i "$work/poles/gbuf.####.exr" --frames "$frame" \
+        -o "$work/result.####.exr" --on-existing overwrite
+    display "$work/result.$number.exr" "$work/$mode.exr"
+done
+for picture in input search directional truth; do
     oiiotool "$work/$picture.exr" --cut 160x90+200+120 \
         --resize:filter=box 480x270 -o "$work/$picture.exr"
 done
-compare "fxaa on gbuf of poles (the part shown)" "$images/fxaa-strip.jpg"
+print_psnr "fxaa on gbuf of poles (the part shown)" input search directional
+sheet 4x1 "$images/fxaa-strip.jpg" input search directional truth
 
 # Through an aperture in the shape of a heart.
 awk 'BEGIN {
@@ -76,7 +99,9 @@ printf 'postchain: 1\npasses: [depth_of_field: {samples: 128, max_radius_px: 40}
     --truth-samples "$samples" --f-stop 0.5 --aperture-image "$work/heart.pgm"
 "$postchain" run "$work/dof.yaml" -i "$work/heart/sharp.####.exr" \
     --camera "$work/heart/camera.json" -o "$work/heart.####.exr"
-display "$work/heart/sharp.$number.exr" "$work/a.exr"
-display "$work/heart.$number.exr" "$work/b.exr"
-display "$work/heart/dof.$number.exr" "$work/c.exr"
-compare "still through a heart" "$images/heart-strip.jpg"
+display "$work/heart/sharp.$number.exr" "$work/input.exr"
+display "$work/heart.$number.exr" "$work/result.exr"
+display "$work/heart/dof.$number.exr" "$work/truth.exr"
+print_psnr "still through a heart" input result
+differences result
+sheet 4x1 "$images/heart-strip.jpg" input result truth result_difference

@@ -7,14 +7,14 @@ set -euo pipefail
 packages=(
     g++ cmake ninja-build pkg-config
     libepoxy-dev libegl-dev libegl-mesa0 libgl1-mesa-dri libglm-dev
-    libopenexr-dev libopenimageio-dev openimageio-tools zlib1g-dev
+    libopenexr-dev libopenimageio-dev openimageio-tools zlib1g-dev libdeflate-dev
     libyaml-cpp-dev nlohmann-json3-dev libcli11-dev libspdlog-dev
     libsqlite3-dev prometheus-cpp-dev libboost-dev curl
 )
 if [[ ${1:-} == --tests || ${1:-} == --fuzz ]]; then
     packages+=(
         libgtest-dev libgmock-dev libbenchmark-dev clang-format
-        dpkg-dev file libglfw3-dev libogre-1.12-dev xvfb slurmctld slurmd slurm-client munge
+        dpkg-dev file libglfw3-dev libogre-1.12-dev xvfb slurmctld slurmd slurm-client munge prometheus
         python3 chromium chromium-driver
     )
 fi

@@ -85,7 +85,8 @@ Status CompiledPlan::take_textures(bool labels) {
         for (size_t t = 0; t < count && status.ok(); ++t) {
             const PlanTexture& texture = plan_.textures[t];
             if (texture.imported || texture.first_step != i) continue;
-            auto acquired = pool_->acquire(texture.format, texture.width, texture.height);
+            auto acquired =
+                pool_->acquire(texture.format, texture.width, texture.height, texture.layers);
             if (!acquired.ok()) {
                 status = acquired.status().at(texture.name);
                 break;
@@ -187,8 +188,9 @@ void CompiledPlan::dispatch(const Step& step, const Command& command, const RunO
                 glBindBufferBase(GL_SHADER_STORAGE_BUFFER, unit, name);
                 break;
             case Access::write:
-                glBindImageTexture(unit, name, 0, GL_FALSE, 0, GL_WRITE_ONLY,
-                                   image_formats_[size_t(binding.texture)]);
+                glBindImageTexture(unit, name, 0,
+                                   plan_.textures[size_t(binding.texture)].layers > 0, 0,
+                                   GL_WRITE_ONLY, image_formats_[size_t(binding.texture)]);
                 break;
             case Access::sample_nearest:
             case Access::sample_linear:

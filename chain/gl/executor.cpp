@@ -41,7 +41,7 @@ Status Executor::show(const Plan& plan, int step, const StageObserver& observer)
         if (again) continue;
         const auto& texture = plan.textures[size_t(binding.texture)];
         auto pixels = gl::download(running_->name_of(binding.texture), texture.format,
-                                   texture.width, texture.height);
+                                   texture.width, texture.height, texture.layers);
         if (!pixels.ok()) return pixels.status().at(texture.name);
         if (Status s = observer(plan.steps[size_t(step)], texture, *pixels); !s.ok()) return s;
     }
@@ -127,7 +127,8 @@ Result<std::vector<FramePlanes>> Executor::filter_outputs(const Plan& plan, cons
         Status status;
         if (!plane) {
             status = Status(StatusCode::internal, texture.name + " was not handed in");
-        } else if (auto made = pool_.acquire(texture.format, texture.width, texture.height);
+        } else if (auto made =
+                       pool_.acquire(texture.format, texture.width, texture.height, texture.layers);
                    !made.ok()) {
             status = made.status();
         } else {
@@ -150,8 +151,8 @@ Result<std::vector<FramePlanes>> Executor::filter_outputs(const Plan& plan, cons
                 results[i][role] = inputs.at(texture.role);
                 continue;
             }
-            auto pixels =
-                gl::download(running_->name_of(id), texture.format, texture.width, texture.height);
+            auto pixels = gl::download(running_->name_of(id), texture.format, texture.width,
+                                       texture.height, texture.layers);
             status = pixels.status();
             if (!status.ok()) break;
             results[i][role] = std::move(*pixels);

@@ -50,6 +50,7 @@ uint64_t bytes_of(const Texture& texture) {
     like.format = texture.format;
     like.width = texture.width;
     like.height = texture.height;
+    like.layers = texture.layers;
     return like.bytes();
 }
 
@@ -62,9 +63,15 @@ bool create(Texture& texture) {
         glGetNamedBufferParameteriv(texture.name, GL_BUFFER_IMMUTABLE_STORAGE, &made);
         return made == GL_TRUE;
     }
-    glCreateTextures(GL_TEXTURE_2D, 1, &texture.name);
-    glTextureStorage2D(texture.name, 1, gl_format(texture.format).internal, texture.width,
-                       texture.height);
+    const GLenum internal = gl_format(texture.format).internal;
+    if (texture.layers > 0) {
+        glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &texture.name);
+        glTextureStorage3D(texture.name, 1, internal, texture.width, texture.height,
+                           texture.layers);
+    } else {
+        glCreateTextures(GL_TEXTURE_2D, 1, &texture.name);
+        glTextureStorage2D(texture.name, 1, internal, texture.width, texture.height);
+    }
     glGetTextureParameteriv(texture.name, GL_TEXTURE_IMMUTABLE_FORMAT, &made);
     return made == GL_TRUE;
 }
@@ -86,25 +93,32 @@ TexturePool::~TexturePool() {
     for (const auto& texture : textures_) destroy(*texture);
 }
 
-Result<Texture*> TexturePool::acquire(Format format, int width, int height) {
+Result<Texture*> TexturePool::acquire(Format format, int width, int height, int layers) {
     for (const auto& texture : textures_) {
         if (texture->in_use || texture->format != format || texture->width != width ||
-            texture->height != height)
+            texture->height != height || texture->layers != layers)
             continue;
         texture->in_use = true;
         texture->last_used = frame_;
         return texture.get();
     }
     const std::string doing =
-        concat("allocating a texture of ", width, "x", height, " ", name_of(format));
+        concat("allocating a texture of ", width, "x", height,
+               layers > 0 ? concat("x", layers) : std::string(), " ", name_of(format));
     GLint limit = 0;
     glGetIntegerv(GL_MAX_TEXTURE_SIZE, &limit);
     if (format != Format::work_list && (width > limit || height > limit))
         return Status(StatusCode::gl, concat(doing, ": this device's limit is ", limit, " a side"));
+    GLint most_layers = 0;
+    glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &most_layers);
+    if (layers > most_layers)
+        return Status(StatusCode::gl,
+                      concat(doing, ": this device's limit is ", most_layers, " layers"));
     auto texture = std::make_unique<Texture>();
     texture->format = format;
     texture->width = width;
     texture->height = height;
+    texture->layers = layers;
     texture->in_use = true;
     texture->last_used = frame_;
     if (budget_ > 0 && bytes_ + bytes_of(*texture) > budget_)
@@ -151,30 +165,37 @@ unsigned count_work(unsigned list) {
 }
 
 Status upload(const Texture& texture, const ImageF& pixels) {
-    if (pixels.width != texture.width || pixels.height != texture.height ||
+    const int planes = std::max(texture.layers, 1);
+    if (pixels.width != texture.width || pixels.height != planes * texture.height ||
         pixels.channels != channels_of(texture.format))
         return Status(StatusCode::internal, "upload of an image that does not fit its texture");
     glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
-    glTextureSubImage2D(texture.name, 0, 0, 0, texture.width, texture.height,
-                        gl_format(texture.format).external, GL_FLOAT, pixels.data.data());
+    const GLenum external = gl_format(texture.format).external;
+    if (texture.layers > 0)
+        glTextureSubImage3D(texture.name, 0, 0, 0, 0, texture.width, texture.height, texture.layers,
+                            external, GL_FLOAT, pixels.data.data());
+    else
+        glTextureSubImage2D(texture.name, 0, 0, 0, texture.width, texture.height, external,
+                            GL_FLOAT, pixels.data.data());
     return check_error("uploading a plane");
 }
 
-Result<ImageF> download(unsigned texture, Format format, int width, int height) {
-    ImageF pixels(width, height, channels_of(format));
-    const size_t bytes = pixels.data.size() * sizeof(float);
+Result<ImageF> download(unsigned texture, Format format, int width, int height, int layers) {
+    const int planes = std::max(layers, 1);
+    ImageF pixels(width, height * planes, channels_of(format));
     // glGetTextureImage takes an int of bytes; larger planes are read in bands.
     const int rows = std::max(1, int(size_t(1) << 30) / std::max(1, width * pixels.channels * 4));
     const bool bits = format == Format::rgba32ui || format == Format::r32ui;
     glPixelStorei(GL_PACK_ALIGNMENT, 4);
-    for (int y = 0; y < height; y += rows) {
-        const int band = std::min(rows, height - y);
-        float* target = pixels.data.data() + size_t(y) * size_t(width) * size_t(pixels.channels);
-        const size_t band_bytes =
-            std::min(bytes, size_t(band) * size_t(width) * size_t(pixels.channels) * sizeof(float));
-        glGetTextureSubImage(texture, 0, 0, y, 0, width, band, 1, gl_format(format).external,
-                             bits ? GL_UNSIGNED_INT : GL_FLOAT, GLsizei(band_bytes), target);
-    }
+    for (int layer = 0; layer < planes; ++layer)
+        for (int y = 0; y < height; y += rows) {
+            const int band = std::min(rows, height - y);
+            const size_t row = size_t(width) * size_t(pixels.channels);
+            float* target = pixels.data.data() + (size_t(layer) * size_t(height) + size_t(y)) * row;
+            glGetTextureSubImage(texture, 0, 0, y, layer, width, band, 1,
+                                 gl_format(format).external, bits ? GL_UNSIGNED_INT : GL_FLOAT,
+                                 GLsizei(size_t(band) * row * sizeof(float)), target);
+        }
     if (bits)
         for (float& value : pixels.data) value = float(std::bit_cast<uint32_t>(value));
     if (Status status = check_error("reading a plane back"); !status.ok()) return status;

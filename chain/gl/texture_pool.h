@@ -20,6 +20,7 @@ struct Texture {
     Format format = Format::rgba32f;
     int width = 0;
     int height = 0;
+    int layers = 0;  // of an array; 0: none
     bool in_use = false;
     int plans = 0;  // that are compiled and write into it
     uint64_t last_used = 0;
@@ -34,7 +35,7 @@ class TexturePool {
     // A texture of undefined content, or a work list. StatusCode::memory when GL has no memory left
     // or the budget is spent, StatusCode::gl when the size limit is exceeded. GL's error flag is
     // read only where GL refuses, so that nothing stays in it.
-    Result<Texture*> acquire(Format format, int width, int height);
+    Result<Texture*> acquire(Format format, int width, int height, int layers = 0);
     void release(Texture* texture);
     void begin_frame();
     // It is used in this frame, without being acquired again.
@@ -65,8 +66,9 @@ void empty_list(unsigned list);
 // How many blocks a work list holds. Waits for the device.
 unsigned count_work(unsigned list);
 
-// Float pixels to a texture and back; channels must match the texture's format.
+// Float pixels to a texture and back; channels must match the texture's format. The layers of an
+// array lie one below another in the image.
 Status upload(const Texture& texture, const ImageF& pixels);
-Result<ImageF> download(unsigned texture, Format format, int width, int height);
+Result<ImageF> download(unsigned texture, Format format, int width, int height, int layers = 0);
 
 }  // namespace postchain::gl

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "chain/layered_step.h"
 #include "chain/work_list.h"
 #include "passes/common/keep.h"
 #include "passes/common/lens_points.h"
@@ -106,6 +107,7 @@ class Planner {
           frame_(planner.context().frame),
           neighbors_(searched_neighbors(settings, planner.context().available)),
           motion_(holds_motion(settings, planner.context())),
+          layered_(planner.has(Role::layers)),
           block_(block_of(settings, frame_, holds_motion_back(settings, planner.context()))),
           pixels_(uint64_t(frame_.width) * uint64_t(frame_.height)) {}
 
@@ -118,6 +120,7 @@ class Planner {
         add_background();
         add_hint();
         result_ = picture("color", planner_.context().color_format());
+        if (layered_) layers_ = layer_pictures("layers");
         if (settings_.denoise) add_soft();
         add_tables();
         if (still_blocks_ >= 0) {
@@ -127,17 +130,26 @@ class Planner {
                           .unit = "px"},
                          still_blocks_, taps_px());
             add_keep(planner_, still_blocks_,
-                     {.color = result_, .given_hint = given_hint_, .hint = hint_, .soft = soft_});
+                     {.color = result_,
+                      .given_hint = given_hint_,
+                      .hint = hint_,
+                      .soft = soft_,
+                      .layers = layers_});
         }
         add_gather();
         if (settings_.denoise) add_denoise();
         planner_.output(Role::color, result_);
+        if (layered_) planner_.output(Role::layers, layers_);
         if (hint_ >= 0) planner_.output(Role::hint, hint_);
     }
 
   private:
     TextureId picture(const std::string& name, Format format) {
         return planner_.texture(name, format, frame_.width, frame_.height);
+    }
+    TextureId layer_pictures(const std::string& name) {
+        return planner_.layers(name, planner_.context().layers_format(), frame_.width,
+                               frame_.height);
     }
     // Two positions and a color for each sample, where the first start is right.
     int taps_px() const { return 3 * std::max(settings_.samples, INVERSE_WARP_LEAST_TIMES); }
@@ -244,7 +256,13 @@ class Planner {
                          {1, background_depth_, Access::write}};
         step.groups = groups_for(block_.tiles.x, block_.tiles.y);
         step.taps = 2 * pixels_;
-        planner_.step(std::move(step));
+        std::vector<Binding> arrays;
+        if (layered_) {
+            background_layers_ = planner_.layers("background_layers",
+                                                 planner_.context().layers_format(), width, height);
+            arrays = {{2, planner_.input(Role::layers)}, {2, background_layers_, Access::write}};
+        }
+        add_layered_step(planner_, std::move(step), arrays, pixels_);
     }
 
     void add_hint() {
@@ -268,6 +286,9 @@ class Planner {
         soft_ = picture("soft", planner_.context().color_format());
         // In halves the determinant of a narrow streak would be lost in rounding.
         spread_ = picture("spread", Format::rgba32f);
+        if (!layered_) return;
+        layers_gathered_ = layer_pictures("layers_gathered");
+        layers_soft_ = layer_pictures("layers_soft");
     }
 
     // Before the steps that write the result: such steps then stand together in the plan, and two
@@ -313,7 +334,23 @@ class Planner {
         step.groups = groups_for(frame_.width, frame_.height);
         step.taps = pixels_ * uint64_t(taps_px());
         launch_by(step, moving_blocks_);
-        planner_.step(std::move(step));
+        add_layered_step(planner_, std::move(step), gathered_arrays(),
+                         pixels_ * uint64_t(taps_px() / 3));
+    }
+
+    // What the gather reads and writes of layers.
+    std::vector<Binding> gathered_arrays() const {
+        if (!layered_) return {};
+        std::vector<Binding> arrays = {
+            {13, planner_.input(Role::layers), Access::sample_linear},
+            {14, background_layers_},
+            {4, settings_.denoise ? layers_gathered_ : layers_, Access::write}};
+        if (settings_.denoise) arrays.push_back({5, layers_soft_, Access::write});
+        for (const Neighbor neighbor : neighbors_)
+            arrays.push_back({neighbor == Neighbor::before ? 15 : 5,
+                              planner_.input(role_of(neighbor, Role::layers)),
+                              Access::sample_linear});
+        return arrays;
     }
 
     void add_denoise() {
@@ -322,14 +359,18 @@ class Planner {
         step.groups = groups_for(frame_.width, frame_.height);
         step.taps = 30 * pixels_;
         launch_by(step, moving_blocks_);
-        planner_.step(std::move(step));
+        std::vector<Binding> arrays;
+        if (layered_)
+            arrays = {{3, layers_gathered_}, {4, layers_soft_}, {1, layers_, Access::write}};
+        add_layered_step(planner_, std::move(step), arrays, 10 * pixels_);
     }
 
     PassPlanner& planner_;
     const Settings& settings_;
     const FrameDescription& frame_;
     const std::vector<Neighbor> neighbors_;
-    const bool motion_;  // surfaces hold it
+    const bool motion_;   // surfaces hold it
+    const bool layered_;  // the frame has further layers
     const InverseWarpBlock block_;
     const uint64_t pixels_;
     std::vector<TextureId> neighbor_surfaces_;
@@ -338,6 +379,7 @@ class Planner {
     TextureId noise_ = -1, lens_points_ = -1;
     TextureId gathered_ = -1, soft_ = -1, spread_ = -1;
     TextureId given_hint_ = -1, hint_ = -1, result_ = -1;
+    TextureId layers_ = -1, layers_gathered_ = -1, layers_soft_ = -1, background_layers_ = -1;
 };
 
 }  // namespace
@@ -371,7 +413,7 @@ RoleSet optional_planes(bool shutter, Neighbors neighbors) {
     planes = planes | RoleSet{Role::motion, Role::motion_back};
     for (const Neighbor neighbor : kNeighbors)
         if (neighbor == Neighbor::before || neighbors == Neighbors::both)
-            for (const Role role : kFileRoles) planes.add(role_of(neighbor, role));
+            for (const Role role : kNeighborRoles) planes.add(role_of(neighbor, role));
     return planes - required_planes(shutter);
 }
 
@@ -385,6 +427,9 @@ std::vector<Neighbor> searched_neighbors(const Settings& settings, RoleSet avail
         bool all = available.has(Role::motion);
         for (const Role role : {Role::color, Role::inverse_depth, Role::motion})
             all = all && available.has(role_of(neighbor, role));
+        // What fills color from there fills the layers too, or they would not sum to it.
+        if (available.has(Role::layers))
+            all = all && available.has(role_of(neighbor, Role::layers));
         if (all) found.push_back(neighbor);
     }
     return found;

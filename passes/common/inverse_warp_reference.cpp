@@ -14,6 +14,7 @@
 #include "passes/common/inverse_warp_reference_denoise.h"
 #include "passes/common/inverse_warp_reference_tiles.h"
 #include "passes/common/lens_points.h"
+#include "passes/common/wide_color.h"
 
 namespace postchain::inverse_warp {
 namespace {
@@ -32,7 +33,8 @@ constexpr int kSteps = 2;
 constexpr double kSharpening = 2;
 constexpr int kLeastTimes = 5;
 
-using Vec4 = std::array<double, 4>;
+// Of a pixel: RGBA, and of the layers after it (wide_color.h).
+using Color = std::vector<double>;
 
 double norm(Vec v) {
     return std::sqrt(dot(v, v));
@@ -41,7 +43,7 @@ double norm(Vec v) {
 // A frame before or after.
 struct OtherFrame {
     double offset = 0;  // frames
-    const ImageD* color = nullptr;
+    ImageD color;       // wide
     std::vector<Surface> surfaces;
 };
 
@@ -51,6 +53,7 @@ class Warp {
         : s_(settings),
           description_(context.frame),
           frame_(frame),
+          color_(wide_color(frame)),
           width_(context.frame.width),
           height_(context.frame.height),
           columns_((width_ + kBlockPx - 1) / kBlockPx),
@@ -71,66 +74,82 @@ class Warp {
             settings);
         for (const Neighbor neighbor : neighbors) {
             const auto of = [&](Role role) { return plane(role_of(neighbor, role), true); };
-            others_.push_back({neighbor == Neighbor::before ? -1.0 : 1.0, of(Role::color),
-                               reference::with_bright_edges(
-                                   *of(Role::color),
-                                   reference::surfaces_of({of(Role::inverse_depth),
-                                                           of(Role::motion), of(Role::motion_back)},
-                                                          settings),
-                                   settings)});
+            others_.push_back(
+                {neighbor == Neighbor::before ? -1.0 : 1.0,
+                 wide_color(frame, role_of(neighbor, Role::color), role_of(neighbor, Role::layers)),
+                 reference::with_bright_edges(
+                     *of(Role::color),
+                     reference::surfaces_of(
+                         {of(Role::inverse_depth), of(Role::motion), of(Role::motion_back)},
+                         settings),
+                     settings)});
         }
     }
 
     void run() {
         tiles_ = reference::tiles_of(surfaces_, width_, height_, s_);
-        background_.emplace(frame_.planes.at(Role::color), surfaces_);
-        ImageD color(width_, height_, 4), soft(width_, height_, 4), spread(width_, height_, 4);
+        background_.emplace(color_, surfaces_);
+        const int channels = color_.channels;
+        ImageD color(width_, height_, channels), seen(width_, height_, channels);
+        ImageD share(width_, height_, 1), spread(width_, height_, 3);
         for (int y = 0; y < height_; ++y) {
             for (int x = 0; x < width_; ++x) {
                 Soft blurred;
                 const double of_mean = expose(x, y, blurred, color.pixel(x, y));
-                const double* own = frame_.planes.at(Role::color).pixel(x, y);
                 const double of_soft = 1 / std::max(blurred.weight, 1e-6);
-                Vec4 seen;
-                for (size_t c = 0; c < 4; ++c) seen[c] = own[c] + of_soft * blurred.sum[c];
-                std::copy(seen.begin(), seen.begin() + 3, soft.pixel(x, y));
-                soft.at(x, y, 3) = reference::finite(seen.data()) ? of_mean * blurred.weight : 0;
+                blurred.sum.resize(size_t(channels));
+                for (int c = 0; c < channels; ++c)
+                    seen.at(x, y, c) = color_.at(x, y, c) + of_soft * blurred.sum[size_t(c)];
+                share.at(x, y) = reference::finite(seen.pixel(x, y)) ? of_mean * blurred.weight : 0;
                 for (size_t c = 0; c < 3; ++c)
                     spread.at(x, y, int(c)) = of_soft * blurred.spread[c];
-                spread.at(x, y, 3) = seen[3];
             }
         }
         if (s_.denoise) {
-            frame_.stages["gathered"] = color;
-            frame_.stages["soft"] = soft;
-            frame_.stages["spread"] = spread;
-            reference::denoise(s_, soft, spread, color);
+            show_soft(color, seen, share, spread);
+            reference::denoise(s_, seen, share, spread, color);
         }
-        frame_.stages["color"] = color;
-        frame_.planes[Role::color] = std::move(color);
+        set_wide_color(frame_, color);
+        frame_.stages["color"] = frame_.planes.at(Role::color);
         make_hint();
     }
 
   private:
+    // The stages of the denoising, packed as their textures are: the share beside red, green and
+    // blue of what is seen, its alpha beside the covariance.
+    void show_soft(const ImageD& gathered, const ImageD& seen, const ImageD& share,
+                   const ImageD& spread) {
+        ImageD soft = color_of_wide(seen), with_alpha(width_, height_, 4);
+        for (int y = 0; y < height_; ++y)
+            for (int x = 0; x < width_; ++x) {
+                std::copy_n(spread.pixel(x, y), 3, with_alpha.pixel(x, y));
+                with_alpha.at(x, y, 3) = soft.at(x, y, 3);
+                soft.at(x, y, 3) = share.at(x, y);
+            }
+        frame_.stages["gathered"] = color_of_wide(gathered);
+        frame_.stages["soft"] = std::move(soft);
+        frame_.stages["spread"] = std::move(with_alpha);
+    }
+
     size_t index(int x, int y) const { return size_t(y) * size_t(width_) + size_t(x); }
     size_t tile_index(int x, int y) const { return size_t(y / kBlockPx * columns_ + x / kBlockPx); }
 
     // Linear weights steepened about their middle.
-    Vec4 color_at(const ImageD& color, Vec at) const {
+    Color color_at(const ImageD& color, Vec at) const {
         const auto steep = [](double f) {
             return std::clamp(kSharpening * (f - 0.5) + 0.5, 0.0, 1.0);
         };
         const double fx = steep(at.x - std::floor(at.x)), fy = steep(at.y - std::floor(at.y));
         const int x0 = int(std::floor(at.x)), y0 = int(std::floor(at.y));
         const int x1 = std::min(x0 + 1, width_ - 1), y1 = std::min(y0 + 1, height_ - 1);
-        Vec4 c;
-        for (int i = 0; i < 4; ++i)
+        Color c(size_t(color.channels));
+        for (int i = 0; i < color.channels; ++i)
             c[size_t(i)] = (1 - fy) * ((1 - fx) * color.at(x0, y0, i) + fx * color.at(x1, y0, i)) +
                            fy * ((1 - fx) * color.at(x0, y1, i) + fx * color.at(x1, y1, i));
         if (reference::finite(c.data())) return c;
         // A weight of 0 times what is not finite is NaN: then the nearest pixel alone counts.
         const double* nearest = color.pixel(int(at.x + 0.5), int(at.y + 0.5));
-        std::copy(nearest, nearest + 4, c.begin());
+        std::copy(nearest, nearest + color.channels, c.begin());
         return c;
     }
 
@@ -180,8 +199,9 @@ class Warp {
     // The pixel's color, and what part of its mean a sample is.
     double expose(int x, int y, Soft& blurred, double* out) {
         const Tile& t = tiles_[tile_index(x, y)];
-        const double* own = frame_.planes.at(Role::color).pixel(x, y);
-        std::copy(own, own + 4, out);
+        const auto channels = size_t(color_.channels);
+        const double* own = color_.pixel(x, y);
+        std::copy(own, own + channels, out);
         moments_.push_back(0);
         if (t.longest <= s_.still_limit_px) return 0;
         double n = s_.samples;
@@ -190,11 +210,10 @@ class Warp {
                            std::max(n, double(kLeastTimes)));
         Surface begin = surfaces_[index(x, y)], background = begin;
         const Vec p = {double(x), double(y)};
-        const ImageD& color = frame_.planes.at(Role::color);
-        Vec4 sum = {};  // of the differences to the pixel's own color
+        Color sum(channels);  // of the differences to the pixel's own color
         const auto add = [&](const Seen& seen, double weight) {
-            Vec4 difference;
-            for (size_t c = 0; c < 4; ++c) {
+            Color difference(channels);
+            for (size_t c = 0; c < channels; ++c) {
                 difference[c] = seen.color[c] - own[c];
                 sum[c] += weight * difference[c];
             }
@@ -203,7 +222,7 @@ class Warp {
         double counted = 0;
         for (int first = 0; first < n; first += kSamplesAtATime) {
             std::vector<Sample> missed;
-            Vec4 filled = {};
+            Color filled(channels);
             double missed_weight = 0;
             for (int k = first; k < first + kSamplesAtATime && k < n; ++k) {
                 const Sample now = sample(x, y, k, n);
@@ -211,15 +230,16 @@ class Warp {
                 counted += now.weight;
                 const Met met = search(p, now, t, begin, background);
                 moments_.back() += now.weight * dot(met.at - p, met.at - p);
-                const Vec4 seen = met.found ? color_at(color, met.at)
-                                            : background_->at(met.at, met.inverse_depth,
-                                                              color_at(color, met.far));
+                const Color seen = met.found ? color_at(color_, met.at)
+                                             : background_->at(met.at, met.inverse_depth,
+                                                               color_at(color_, met.far));
                 if (met.found || others_.empty()) {
                     add({seen, met.inverse_depth, met.path}, now.weight);
                 } else {
                     missed.push_back(now);
                     missed_weight += now.weight;
-                    for (size_t c = 0; c < 4; ++c) filled[c] += now.weight * (seen[c] - own[c]);
+                    for (size_t c = 0; c < channels; ++c)
+                        filled[c] += now.weight * (seen[c] - own[c]);
                 }
             }
             double unseen = 0;
@@ -232,7 +252,7 @@ class Warp {
             }
             // The mean of the fills stands for what no frame has seen.
             if (unseen > 0)
-                for (size_t c = 0; c < 4; ++c) sum[c] += filled[c] * unseen / missed_weight;
+                for (size_t c = 0; c < channels; ++c) sum[c] += filled[c] * unseen / missed_weight;
         }
         if (counted == 0) return 0;
         moments_.back() /= counted;
@@ -240,7 +260,7 @@ class Warp {
         const double onset =
             s_.still_limit_px > 0 ? std::min(t.longest / s_.still_limit_px - 1, 1.0) : 1;
         const double of_mean = onset / counted;
-        for (size_t c = 0; c < 4; ++c) out[c] = own[c] + of_mean * sum[c];
+        for (size_t c = 0; c < channels; ++c) out[c] = own[c] + of_mean * sum[c];
         return of_mean;
     }
 
@@ -279,7 +299,7 @@ class Warp {
 
     // A color, and of its surface the inverse depth, -1 where there is none, and the path, a.
     struct Seen {
-        Vec4 color = {};
+        Color color;
         double inverse_depth = -1;
         Vec path;
     };
@@ -355,7 +375,7 @@ class Warp {
                     s.inverse_depth <= seen.inverse_depth * now.one_depth)
                     continue;
                 const Vec where = s.edge ? x : clamped(p - d);
-                seen = {color_at(*other.color, where), s.inverse_depth, s.a};
+                seen = {color_at(other.color, where), s.inverse_depth, s.a};
             }
         };
         for (const OtherFrame* other : frames) search(*other, background);
@@ -372,6 +392,7 @@ class Warp {
     const Settings& s_;
     const FrameDescription& description_;
     ReferenceFrame& frame_;
+    const ImageD color_;  // wide
     int width_, height_, columns_;
     double half_open_;
     ImageD noise_;

@@ -29,7 +29,7 @@ Background::Cell Background::of_four(const std::array<Cell, 4>& quarters) {
             continue;
         }
         const double part = whole.part + quarter.part;
-        for (size_t c = 0; c < 4; ++c)
+        for (size_t c = 0; c < whole.color.size(); ++c)
             whole.color[c] = (whole.part * whole.color[c] + quarter.part * quarter.color[c]) / part;
         whole.inverse_depth = std::min(whole.inverse_depth, quarter.inverse_depth);
         whole.part = part;
@@ -47,7 +47,7 @@ Background::Background(const ImageD& color, const std::vector<Surface>& surfaces
             if (!finite(c)) continue;
             const Surface& s = surfaces[size_t(y) * size_t(color.width) + size_t(x)];
             Cell& cell = pixels.cells[size_t(y) * size_t(pixels.columns) + size_t(x)];
-            std::copy(c, c + 4, cell.color.begin());
+            cell.color.assign(c, c + color.channels);
             cell.inverse_depth = s.inverse_depth;
             cell.part = s.edge ? kEdgePart : 1;
         }
@@ -68,11 +68,11 @@ Background::Background(const ImageD& color, const std::vector<Surface>& surfaces
     levels_.erase(levels_.begin());
 }
 
-std::array<double, 4> Background::at(Vec at, double inverse_depth,
-                                     const std::array<double, 4>& otherwise) const {
+std::vector<double> Background::at(Vec at, double inverse_depth,
+                                   const std::vector<double>& otherwise) const {
     for (const Level& level : levels_) {
         const double x = (at.x + 0.5) / level.edge_px - 0.5, y = (at.y + 0.5) / level.edge_px - 0.5;
-        std::array<double, 4> sum = {};
+        std::vector<double> sum(otherwise.size());
         double total = 0;
         for (int j = int(std::floor(y)); j <= int(std::floor(y)) + 1; ++j)
             for (int i = int(std::floor(x)); i <= int(std::floor(x)) + 1; ++i) {
@@ -81,7 +81,7 @@ std::array<double, 4> Background::at(Vec at, double inverse_depth,
                                 size_t(std::clamp(i, 0, level.columns - 1))];
                 const double weight = (1 - std::abs(x - i)) * (1 - std::abs(y - j)) * cell.part;
                 if (weight == 0 || cell.inverse_depth > kOneDepth * inverse_depth) continue;
-                for (size_t c = 0; c < 4; ++c) sum[c] += weight * cell.color[c];
+                for (size_t c = 0; c < sum.size(); ++c) sum[c] += weight * cell.color[c];
                 total += weight;
             }
         if (total == 0) continue;

@@ -12,18 +12,18 @@ namespace postchain::inverse_warp::reference {
 
 class Background {
   public:
-    // `surfaces`: of each pixel of `color`, row by row.
+    // `color` may be wide (wide_color.h). `surfaces`: of each of its pixels, row by row.
     Background(const ImageD& color, const std::vector<Surface>& surfaces);
 
-    // RGBA at `at`, pixels, of a surface of this inverse depth or a smaller one; `otherwise` where
-    // the cells around have none.
-    std::array<double, 4> at(Vec at, double inverse_depth,
-                             const std::array<double, 4>& otherwise) const;
+    // The color (as wide as it is) at `at`, pixels, of a surface of this inverse depth or a smaller
+    // one; `otherwise` where the cells around have none.
+    std::vector<double> at(Vec at, double inverse_depth,
+                           const std::vector<double>& otherwise) const;
 
   private:
     // The farthest surface of a square of pixels: mean color, inverse depth, part of the square.
     struct Cell {
-        std::array<double, 4> color = {};
+        std::vector<double> color = {};
         double inverse_depth = 0;
         double part = 0;
     };

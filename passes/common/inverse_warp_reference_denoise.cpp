@@ -14,7 +14,7 @@ constexpr double kPixelVariance = 1.0 / 12;
 
 }  // namespace
 
-void Soft::add(const Settings& settings, const std::array<double, 4>& difference,
+void Soft::add(const Settings& settings, const std::vector<double>& difference,
                double inverse_depth, Vec path, double sample_weight) {
     std::array<double, 3> covariance = {};
     if (settings.lens) {
@@ -30,25 +30,24 @@ void Soft::add(const Settings& settings, const std::array<double, 4>& difference
     const double variance = covariance[0] + covariance[2];
     if (variance < kSoftSpread || !finite(difference.data())) return;
     const double kept = std::min(kMostSpread / variance, 1.0);
-    for (size_t c = 0; c < 4; ++c) sum[c] += sample_weight * difference[c];
+    sum.resize(difference.size());
+    for (size_t c = 0; c < sum.size(); ++c) sum[c] += sample_weight * difference[c];
     for (size_t c = 0; c < 3; ++c) spread[c] += sample_weight * kept * covariance[c];
     weight += sample_weight;
 }
 
-void denoise(const Settings& settings, const ImageD& soft, const ImageD& spread, ImageD& color) {
+void denoise(const Settings& settings, const ImageD& seen, const ImageD& shares,
+             const ImageD& spread, ImageD& color) {
     const double window = (settings.shutter ? 4.2 : 5.7) * std::sqrt(settings.samples);
     const ImageD gathered = color;
-    const auto seen = [&](int x, int y) {
-        const double* s = soft.pixel(x, y);
-        return std::array<double, 4>{s[0], s[1], s[2], spread.at(x, y, 3)};
-    };
     for (int y = 0; y < color.height; ++y) {
         for (int x = 0; x < color.width; ++x) {
-            const double share = soft.at(x, y, 3);
+            const double share = shares.at(x, y);
             if (!(share > 0) || !finite(gathered.pixel(x, y))) continue;
             const double xx = spread.at(x, y, 0) + kPixelVariance, xy = spread.at(x, y, 1);
             const double yy = spread.at(x, y, 2) + kPixelVariance;
-            double sums[4] = {0, 0, 0, 0}, total = 0;
+            std::vector<double> sums(size_t(color.channels), 0.0);
+            double total = 0;
             for (int j = std::max(y - kReachPx, 0); j <= std::min(y + kReachPx, color.height - 1);
                  ++j) {
                 for (int i = std::max(x - kReachPx, 0);
@@ -58,15 +57,15 @@ void denoise(const Settings& settings, const ImageD& soft, const ImageD& spread,
                     const double form =
                         (yy * dx * dx - 2 * xy * dx * dy + xx * dy * dy) / (xx * yy - xy * xy);
                     const double weight =
-                        soft.at(i, j, 3) * std::max(std::exp(-window * form) - kLeastWeight, 0.0);
+                        shares.at(i, j) * std::max(std::exp(-window * form) - kLeastWeight, 0.0);
                     if (weight == 0) continue;
-                    const auto own = seen(x, y), around = seen(i, j);
-                    for (size_t c = 0; c < 4; ++c) sums[c] += weight * (around[c] - own[c]);
+                    for (size_t c = 0; c < sums.size(); ++c)
+                        sums[c] += weight * (seen.at(i, j, int(c)) - seen.at(x, y, int(c)));
                     total += weight;
                 }
             }
-            for (int c = 0; c < 4; ++c)
-                color.at(x, y, c) = gathered.at(x, y, c) + share / total * sums[c];
+            for (int c = 0; c < color.channels; ++c)
+                color.at(x, y, c) = gathered.at(x, y, c) + share / total * sums[size_t(c)];
         }
     }
 }

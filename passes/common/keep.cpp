@@ -1,5 +1,6 @@
 #include "passes/common/keep.h"
 
+#include "chain/layered_step.h"
 #include "chain/work_list.h"
 
 namespace postchain {
@@ -17,7 +18,10 @@ void add_keep(PassPlanner& planner, TextureId list, const Kept& kept) {
     const PlanTexture& size = planner.describe(kept.color);
     step.groups = groups_for(size.width, size.height);
     launch_by(step, list);
-    planner.step(std::move(step));
+    std::vector<Binding> arrays;
+    if (kept.layers >= 0)
+        arrays = {{2, planner.input(Role::layers)}, {3, kept.layers, Access::write}};
+    add_layered_step(planner, std::move(step), arrays, 1);
 }
 
 }  // namespace postchain

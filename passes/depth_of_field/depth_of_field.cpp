@@ -142,7 +142,9 @@ class DepthOfField final : public Pass {
         // The downsampled image of a color that no half holds would be rounded.
         const bool copy_is_exact =
             warps() || context.precision == Precision::fp32 || bounds.color_is_half;
-        if (context.color_is_input && bounds.one_color && copy_is_exact && !hint)
+        // Of further layers nothing is known by it.
+        if (context.color_is_input && bounds.one_color && copy_is_exact && !hint &&
+            context.frame.layers == 0)
             return Identity{kRuleFacts, {"all pixels have one color"}};
         const double largest =
             coc->largest_radius_px(bounds.min_inverse_depth, bounds.max_inverse_depth);

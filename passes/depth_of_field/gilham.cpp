@@ -24,6 +24,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "chain/layered_step.h"
 #include "chain/work_list.h"
 #include "passes/depth_of_field/focus_blocks.h"
 #include "shaders/shared/depth_of_field_block.h"
@@ -87,16 +88,21 @@ uint64_t pixels_of(const PlanTexture& texture) {
     return uint64_t(texture.width) * uint64_t(texture.height);
 }
 
+// Color and its further layers; -1 = none.
+struct Pictures {
+    TextureId color = -1, layers = -1;
+};
+
 // A blur of one direction: "blur_x" or "blur_y".
-TextureId add_blur(PassPlanner& planner, const Parameters& parameters, const GilhamSizes& sizes,
-                   const char* name, const char* direction, TextureId source, TextureId guide,
-                   TextureId list) {
+Pictures add_blur(PassPlanner& planner, const Parameters& parameters, const GilhamSizes& sizes,
+                  const char* name, const char* direction, Pictures source, TextureId guide,
+                  TextureId list) {
     const TextureId blurred = planner.texture(name, plane_format(4, planner.context().precision),
                                               sizes.low_width, sizes.low_height);
     Step step;
     step.name = name;
     step.program = {"depth_of_field/gilham_blur.comp", {{"STEP", direction}}};
-    step.bindings = {{0, source, Access::sample_nearest}, {0, blurred, Access::write}};
+    step.bindings = {{0, source.color, Access::sample_nearest}, {0, blurred, Access::write}};
     if (parameters.leak != Leak::none) {
         step.program.defines.emplace(parameters.leak == Leak::depth ? "LEAK_DEPTH" : "LEAK_COC",
                                      "1");
@@ -107,13 +113,22 @@ TextureId add_blur(PassPlanner& planner, const Parameters& parameters, const Gil
     step.taps = pixels_of(planner.describe(blurred)) * uint64_t(2 * sizes.taps + 1) *
                 (parameters.leak == Leak::none ? 1 : 2);
     launch_by(step, list);
-    planner.step(std::move(step));
-    return blurred;
+    TextureId layers = -1;
+    std::vector<Binding> arrays;
+    if (source.layers >= 0) {
+        layers = planner.layers(std::string(name) + "_layers", planner.describe(blurred).format,
+                                sizes.low_width, sizes.low_height);
+        arrays = {{2, source.layers}, {1, layers, Access::write}};
+    }
+    const uint64_t taps = pixels_of(planner.describe(blurred)) * uint64_t(2 * sizes.taps + 1);
+    add_layered_step(planner, std::move(step), arrays, taps);
+    return {blurred, layers};
 }
 
 struct CompositeInputs {
     TextureId sharp, radius, low, hint;  // -1 = not read
     TextureId result, hint_result;
+    TextureId sharp_layers = -1, low_layers = -1, layers_result = -1;
 };
 
 // The composite of the whole picture, or of the blocks of a list, all of one `kind` (a define of
@@ -142,7 +157,15 @@ void add_composite(PassPlanner& planner, const DepthOfFieldBlock& block, const G
         step.taps = pixels_of(planner.describe(inputs.result)) *
                     uint64_t(2 + (sizes.factor == 1 ? 1 : 4) + (inputs.hint >= 0 ? 1 : 0));
     launch_by(step, list);
-    planner.step(std::move(step));
+    std::vector<Binding> arrays;
+    if (inputs.layers_result >= 0) {
+        arrays = {{2, inputs.layers_result, Access::write}};
+        if (inputs.sharp_layers >= 0) arrays.push_back({4, inputs.sharp_layers});
+        if (inputs.low_layers >= 0) arrays.push_back({5, inputs.low_layers});
+    }
+    const uint64_t taps =
+        kind ? 0 : pixels_of(planner.describe(inputs.result)) * (sizes.factor == 1 ? 2 : 5);
+    add_layered_step(planner, std::move(step), arrays, taps);
 }
 
 }  // namespace
@@ -224,11 +247,23 @@ void plan_gilham(const Parameters& parameters, const lens::CircleOfConfusion& co
     down.groups = groups_for(sizes.low_width, sizes.low_height);
     down.taps = uint64_t(frame.width) * uint64_t(frame.height);
     launch_by(down, blocks.small);
-    planner.step(std::move(down));
+    const bool layered = planner.has(Role::layers);
+    const TextureId layers = layered ? planner.input(Role::layers) : -1;
+    TextureId small_layers = -1, layers_result = -1;
+    std::vector<Binding> arrays;
+    if (layered) {
+        small_layers = planner.layers("small_layers", plane_format(4, context.precision),
+                                      sizes.low_width, sizes.low_height);
+        layers_result =
+            planner.layers("layers", context.layers_format(), frame.width, frame.height);
+        arrays = {{1, layers}, {1, small_layers, Access::write}};
+    }
+    add_layered_step(planner, std::move(down), arrays,
+                     uint64_t(frame.width) * uint64_t(frame.height));
 
-    const TextureId blur_x =
-        add_blur(planner, parameters, sizes, "blur_x", "ivec2(1,0)", small, guide, blocks.blur_x);
-    const TextureId blur_y =
+    const Pictures blur_x = add_blur(planner, parameters, sizes, "blur_x", "ivec2(1,0)",
+                                     {small, small_layers}, guide, blocks.blur_x);
+    const Pictures blur_y =
         add_blur(planner, parameters, sizes, "blur_y", "ivec2(0,1)", blur_x, guide, blocks.blur_y);
 
     const TextureId result =
@@ -240,15 +275,20 @@ void plan_gilham(const Parameters& parameters, const lens::CircleOfConfusion& co
         hint = planner.texture("hint", planner.describe(given).format, frame.width, frame.height);
     }
     if (by_blocks) {
+        add_composite(
+            planner, block, sizes,
+            {sharp, carry_hint ? radius : -1, -1, given, result, hint, layers, -1, layers_result},
+            "keep_sharp", blocks.sharp, "SHARP");
         add_composite(planner, block, sizes,
-                      {sharp, carry_hint ? radius : -1, -1, given, result, hint}, "keep_sharp",
-                      blocks.sharp, "SHARP");
-        add_composite(planner, block, sizes, {-1, -1, blur_y, -1, result, hint}, "keep_blurred",
-                      blocks.blurred, "BLURRED");
+                      {-1, -1, blur_y.color, -1, result, hint, -1, blur_y.layers, layers_result},
+                      "keep_blurred", blocks.blurred, "BLURRED");
     }
-    add_composite(planner, block, sizes, {sharp, radius, blur_y, given, result, hint}, "composite",
-                  blocks.mixed, nullptr);
+    add_composite(
+        planner, block, sizes,
+        {sharp, radius, blur_y.color, given, result, hint, layers, blur_y.layers, layers_result},
+        "composite", blocks.mixed, nullptr);
     planner.output(Role::color, result);
+    if (layered) planner.output(Role::layers, layers_result);
     if (carry_hint) planner.output(Role::hint, hint);
 }
 

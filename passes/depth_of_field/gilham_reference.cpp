@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
+
+#include "passes/common/wide_color.h"
 
 namespace postchain::depth_of_field {
 namespace {
@@ -87,7 +90,7 @@ ImageD blur(const ImageD& source, const ImageD& guide, Leak leak, double sigma, 
     for (int y = 0; y < source.height; ++y)
         for (int x = 0; x < source.width; ++x) {
             double total = 0;
-            double sum[4] = {0, 0, 0, 0};
+            std::vector<double> sum(size_t(source.channels), 0.0);
             for (int i = -taps; i <= taps; ++i) {
                 const int u = x + i * dx;
                 const int v = y + i * dy;
@@ -97,9 +100,10 @@ ImageD blur(const ImageD& source, const ImageD& guide, Leak leak, double sigma, 
                 if (leak == Leak::coc && guide.at(u, v) < guide.at(x, y))
                     weight *= guide.at(u, v) / guide.at(x, y);
                 total += weight;
-                for (int c = 0; c < 4; ++c) sum[c] += weight * source.at(u, v, c);
+                for (int c = 0; c < source.channels; ++c)
+                    sum[size_t(c)] += weight * source.at(u, v, c);
             }
-            for (int c = 0; c < 4; ++c) blurred.at(x, y, c) = sum[c] / total;
+            for (int c = 0; c < source.channels; ++c) blurred.at(x, y, c) = sum[size_t(c)] / total;
         }
     return blurred;
 }
@@ -124,7 +128,7 @@ double smoothstep(double low, double high, double x) {
 void gilham_reference(const Parameters& parameters, const PlanContext& context,
                       ReferenceFrame& frame) {
     const GilhamSizes sizes = gilham_sizes(parameters, context.frame);
-    const ImageD color = frame.planes.at(Role::color);
+    const ImageD color = wide_color(frame);
     const ImageD& inverse_depth = frame.planes.at(Role::inverse_depth);
     const int width = color.width;
     const int height = color.height;
@@ -163,7 +167,7 @@ void gilham_reference(const Parameters& parameters, const PlanContext& context,
             const double radius = std::abs(coc.at(x, y));
             const double weight = smoothstep(0.5, sizes.full_blur_px, radius);
             const bool sharp_counts = all_finite(color.pixel(x, y));
-            for (int c = 0; c < 4 && weight > 0; ++c) {
+            for (int c = 0; c < color.channels && weight > 0; ++c) {
                 const double low = bilinear(blur_y, (x + 0.5) / sizes.factor - 0.5,
                                             (y + 0.5) / sizes.factor - 0.5, c);
                 result.at(x, y, c) =
@@ -172,16 +176,19 @@ void gilham_reference(const Parameters& parameters, const PlanContext& context,
             for (int c = 0; c < 2 && carry_hint; ++c)
                 hint.at(x, y, c) *= std::clamp(1 - radius, 0.0, 1.0);
         }
-    frame.planes[Role::color] = result;
+    set_wide_color(frame, result);
     if (carry_hint) {
         frame.planes[Role::hint] = hint;
         frame.stages["hint"] = hint;
     }
     frame.stages["coc"] = coc;
-    frame.stages["small"] = small;
-    frame.stages["blur_x"] = blur_x;
-    frame.stages["blur_y"] = blur_y;
-    frame.stages["color"] = result;
+    for (const auto& [name, stage] :
+         {std::pair{"small", &small}, {"blur_x", &blur_x}, {"blur_y", &blur_y}}) {
+        frame.stages[name] = color_of_wide(*stage);
+        if (stage->channels > 4)
+            frame.stages[std::string(name) + "_layers"] = layers_of_wide(*stage);
+    }
+    frame.stages["color"] = frame.planes.at(Role::color);
 }
 
 }  // namespace postchain::depth_of_field

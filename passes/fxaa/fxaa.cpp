@@ -4,7 +4,9 @@
 #include <cmath>
 #include <numeric>
 
+#include "chain/layered_step.h"
 #include "chain/work_list.h"
+#include "passes/common/wide_color.h"
 #include "passes/fxaa/reference.h"
 #include "shaders/shared/fxaa_block.h"
 
@@ -176,7 +178,9 @@ class FxaaPass final : public Pass {
         if (context.frame.width == 1 && context.frame.height == 1)
             return Identity{kRuleFacts, {"a single pixel has no neighbor to blend with"}};
         if (!context.color_is_input) return std::nullopt;
-        if (bounds.one_color) return Identity{kRuleFacts, {"all pixels have one color"}};
+        // The checkerboard blends whatever the luma, and layers may have more colors.
+        const bool blends = uses_hint(context) && context.frame.layers > 0;
+        if (bounds.one_color && !blends) return Identity{kRuleFacts, {"all pixels have one color"}};
         // A hint lowers the thresholds, or blends whatever the luma.
         if (uses_hint(context)) return std::nullopt;
         const LumaBounds luma = luma_bounds(parameters_, bounds, weights_of(context.frame));
@@ -222,16 +226,23 @@ class FxaaPass final : public Pass {
         step.taps = uint64_t(step.groups[0]) * uint64_t(step.groups[1]) * uint64_t(region) *
                         uint64_t(region) +
                     uint64_t(width) * uint64_t(height) * (hinted ? 2 : 1);
-        planner.step(step);
+        std::vector<Binding> arrays;
+        if (planner.has(Role::layers)) {
+            const TextureId layers =
+                planner.layers("layers", context.layers_format(), width, height);
+            arrays = {{2, planner.input(Role::layers)}, {1, layers, Access::write}};
+            planner.output(Role::layers, layers);
+        }
+        add_layered_step(planner, std::move(step), arrays, uint64_t(width) * uint64_t(height));
         planner.output(Role::color, result);
     }
 
     void reference(const PlanContext& context, ReferenceFrame& frame) const override {
-        ImageD& color = frame.planes.at(Role::color);
-        ImageD luma = reference_luma(parameters_, color, context.frame.luma_weights);
+        const ImageD color = wide_color(frame);
+        const ImageD luma = reference_luma(parameters_, color, context.frame.luma_weights);
         const ImageD* hint = uses_hint(context) ? &frame.planes.at(Role::hint) : nullptr;
-        color = reference_fxaa(parameters_, color, luma, hint);
-        frame.stages["fxaa"] = color;
+        set_wide_color(frame, reference_fxaa(parameters_, color, luma, hint));
+        frame.stages["fxaa"] = frame.planes.at(Role::color);
     }
 
     ParameterRef parameters() override { return &parameters_; }

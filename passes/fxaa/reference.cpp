@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace postchain::fxaa {
 namespace {
@@ -27,16 +28,17 @@ double bilinear(const ImageD& plane, double x, double y) {
            fy * ((1 - fx) * texel(plane, x0, y0 + 1) + fx * texel(plane, x0 + 1, y0 + 1));
 }
 
-using Pixel = std::array<double, 4>;
+// Color; after it the further layers, of which nothing is asked.
+using Pixel = std::vector<double>;
 
 Pixel pixel_at(const ImageD& color, int x, int y) {
-    Pixel pixel;
-    for (int c = 0; c < 4; ++c) pixel[static_cast<size_t>(c)] = texel(color, x, y, c);
+    Pixel pixel(static_cast<size_t>(color.channels));
+    for (int c = 0; c < color.channels; ++c) pixel[static_cast<size_t>(c)] = texel(color, x, y, c);
     return pixel;
 }
 
 bool finite(const Pixel& pixel) {
-    return std::all_of(pixel.begin(), pixel.end(), [](double v) { return std::isfinite(v); });
+    return std::all_of(pixel.begin(), pixel.begin() + 4, [](double v) { return std::isfinite(v); });
 }
 
 double positive_maximum(const Pixel& p) {
@@ -55,8 +57,8 @@ Pixel blend(const Parameters& parameters, const Pixel& a, const Pixel& b, double
     if (weight == 0 || a == b || !finite(a) || !finite(b)) return a;
     const double wa = (1 - weight) * brightness_weight(parameters, a);
     const double wb = weight * brightness_weight(parameters, b);
-    Pixel mean;
-    for (size_t c = 0; c < 4; ++c) mean[c] = (wa * a[c] + wb * b[c]) / (wa + wb);
+    Pixel mean(a.size());
+    for (size_t c = 0; c < mean.size(); ++c) mean[c] = (wa * a[c] + wb * b[c]) / (wa + wb);
     return mean;
 }
 
@@ -165,7 +167,7 @@ Pixel directional(const Parameters& parameters, const ImageD& color, const Image
     const double across = 0.5 + (0.46 - 0.5) * coherence;
     const double along = 0.5 + (0.8 - 0.5) * coherence;
 
-    Pixel sum{};
+    Pixel sum(center.size());
     double total = 0;
     for (int j = -1; j <= 1; ++j) {
         for (int i = -1; i <= 1; ++i) {
@@ -175,7 +177,7 @@ Pixel directional(const Parameters& parameters, const ImageD& color, const Image
             const double v = (j * std::cos(normal) - i * std::sin(normal)) / along;
             const double share =
                 std::exp(-(u * u + v * v) / 2) * brightness_weight(parameters, one);
-            for (size_t c = 0; c < 4; ++c) sum[c] += share * one[c];
+            for (size_t c = 0; c < sum.size(); ++c) sum[c] += share * one[c];
             total += share;
         }
     }
@@ -218,7 +220,7 @@ ImageD reference_fxaa(const Parameters& parameters, const ImageD& color, const I
     const double checkerboard_weight = smooth * smooth * parameters.subpix;
     const bool checkerboard = parameters.hint == Hint::checkerboard;
 
-    ImageD result(color.width, color.height, 4);
+    ImageD result(color.width, color.height, color.channels);
     for (int y = 0; y < color.height; ++y) {
         for (int x = 0; x < color.width; ++x) {
             double h = 0;
@@ -240,7 +242,8 @@ ImageD reference_fxaa(const Parameters& parameters, const ImageD& color, const I
                     blend(parameters, center, pixel_at(color, x, y - 1), checkerboard_weight);
                 pixel = h == 1 ? taps : blend(parameters, pixel, taps, h);
             }
-            for (int c = 0; c < 4; ++c) result.at(x, y, c) = pixel[static_cast<size_t>(c)];
+            for (int c = 0; c < color.channels; ++c)
+                result.at(x, y, c) = pixel[static_cast<size_t>(c)];
         }
     }
     return result;

@@ -14,7 +14,8 @@ namespace postchain::fxaa {
 ImageD reference_luma(const Parameters& parameters, const ImageD& color,
                       const std::array<double, 3>& weights);
 
-// Stage "fxaa": 4 channels. `hint` has 2 channels (tile gate, pixel gate, 0..1) or is nullptr.
+// Stage "fxaa": as many channels as color, which may be wide (passes/common/wide_color.h). `hint`
+// has 2 channels (tile gate, pixel gate, 0..1) or is nullptr.
 ImageD reference_fxaa(const Parameters& parameters, const ImageD& color, const ImageD& luma,
                       const ImageD* hint);
 

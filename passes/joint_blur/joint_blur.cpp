@@ -93,7 +93,8 @@ class JointBlur final : public Pass {
                              .value = coc->largest_radius_px(),
                              .limit = kUnblurredPx,
                              .unit = "px"}};
-        if (context.color_is_input && bounds.one_color)
+        // Of further layers nothing is known by it.
+        if (context.color_is_input && bounds.one_color && context.frame.layers == 0)
             return Identity{kRuleFacts, {"all pixels have one color"}};
         double fastest = bounds.max_speed_px;
         if (context.available.has(Role::motion_back))

@@ -14,6 +14,7 @@
 // beside v does not fit a half.
 #include "passes/motion_blur/guertin.h"
 
+#include "chain/layered_step.h"
 #include "chain/work_list.h"
 #include "passes/common/keep.h"
 #include "passes/common/noise.h"
@@ -54,6 +55,9 @@ class Guertin {
         planes.noise = noise::add_table(planner, parameters_.noise);
         planes.color = planner.texture("color", context.color_format(), context.frame.width,
                                        context.frame.height);
+        if (planner.has(Role::layers))
+            planes.layers = planner.layers("layers", context.layers_format(), context.frame.width,
+                                           context.frame.height);
         if (planner.wanted(Role::hint)) {
             // Both gates are 0 or 1: 8 bits hold them exactly.
             planes.hint =
@@ -71,6 +75,7 @@ class Guertin {
             add_gather(planner, block, planes, {"gather", -1, classes.depth, false});
         planner.output(Role::color, planes.color);
         if (planes.hint >= 0) planner.output(Role::hint, planes.hint);
+        if (planes.layers >= 0) planner.output(Role::layers, planes.layers);
     }
 
     // Which depths are compared follows the frame's bounds.
@@ -95,7 +100,7 @@ class Guertin {
     struct Planes {
         TextureId half_velocity = -1, tile_max = -1, tile_range = -1, tile_depth = -1;
         TextureId neighbor_max = -1, tile_variance = -1, noise = -1;
-        TextureId color = -1, hint = -1;
+        TextureId color = -1, hint = -1, layers = -1;
     };
     // One launch of the gather: over a list, or over the whole picture.
     struct Gather {
@@ -258,7 +263,8 @@ class Guertin {
                           .limit = block.still_limit_px,
                           .unit = "px"},
                          still_blocks, (classes.depth ? 3 : 2) * taps);
-            add_keep(planner, still_blocks, {.color = planes.color, .hint = planes.hint});
+            add_keep(planner, still_blocks,
+                     {.color = planes.color, .hint = planes.hint, .layers = planes.layers});
         }
         if (classes.sky) {
             elide_blocks(planner, "depth in sky blocks", kRuleSkyTiles,
@@ -307,7 +313,10 @@ class Guertin {
         const uint64_t taps = uint64_t(parameters_.samples + 1);
         if (step.name == "gather")
             step.taps = pixels_of(context) * ((gather.depth ? 3 : 2) * taps + 1);
-        planner.step(std::move(step));
+        std::vector<Binding> arrays;
+        if (planes.layers >= 0)
+            arrays = {{6, planner.input(Role::layers)}, {2, planes.layers, Access::write}};
+        add_layered_step(planner, std::move(step), arrays, pixels_of(context) * taps);
     }
 
     const Parameters& parameters_;

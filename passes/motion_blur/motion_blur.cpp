@@ -66,7 +66,8 @@ class MotionBlur final : public Pass {
             return Identity{kRuleConfiguration, {.name = "shutter_frames", .value = 0}};
         if (frame.bounds.camera_cut && context.uses(kRuleCameraCut))
             return Identity{kRuleCameraCut, {"motion leads across a cut"}};
-        if (context.color_is_input && frame.bounds.one_color)
+        // Of further layers nothing is known by it.
+        if (context.color_is_input && frame.bounds.one_color && context.frame.layers == 0)
             return Identity{kRuleFacts, {"all pixels have one color"}};
         double fastest = frame.bounds.max_speed_px;
         if (warps() && context.available.has(Role::motion_back))

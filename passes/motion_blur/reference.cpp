@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "passes/common/noise.h"
+#include "passes/common/wide_color.h"
 
 namespace postchain::motion_blur {
 namespace {
@@ -241,13 +242,13 @@ class Reference {
     }
 
     void gather() {
-        const ImageD color = frame_.planes.at(Role::color);
-        ImageD blurred(width_, height_, 4), hint(width_, height_, 2);
+        const ImageD color = wide_color(frame_);
+        ImageD blurred(width_, height_, color.channels), hint(width_, height_, 2);
         for (int y = 0; y < height_; ++y)
             for (int x = 0; x < width_; ++x)
                 gather_pixel(color, x, y, blurred.pixel(x, y), hint.pixel(x, y));
-        frame_.stages["color"] = blurred;
-        frame_.planes[Role::color] = std::move(blurred);
+        set_wide_color(frame_, blurred);
+        frame_.stages["color"] = frame_.planes.at(Role::color);
         if (!hint_) return;
         frame_.stages["hint"] = hint;
         frame_.planes[Role::hint] = std::move(hint);
@@ -262,14 +263,14 @@ class Reference {
 
     // Sums over the samples of a pixel.
     struct Sums {
-        double color[4] = {0, 0, 0, 0};  // weight times (sample - pixel)
-        double weight = 0;               // the pixel's own included
-        double moment = 0;               // weight times squared distance
+        std::vector<double> color;  // weight times (sample - pixel)
+        double weight = 0;          // the pixel's own included
+        double moment = 0;          // weight times squared distance
     };
 
     void gather_pixel(const ImageD& color, int x, int y, double* out, double* hint) const {
         const double* own = color.pixel(x, y);
-        std::copy(own, own + 4, out);
+        std::copy(own, own + color.channels, out);
         const Vec v_max = dominant_at(x, y);
         if (length(v_max) <= still_limit_) return;
 
@@ -285,10 +286,12 @@ class Reference {
         // neither side the samples of both count.
         const double side = dot(dominant ? v_max : Vec{-v_max.y, v_max.x}, v_c);
         Sums sums;
+        sums.color.assign(size_t(color.channels), 0.0);
         gather_along(color, x, y, v_max, w_c(side < 0 ? -1 * still : still), sums);
         if (side == 0 && share > 0 && share < 1)
             gather_along(color, x, y, v_max, w_c(-1 * still), sums);
-        for (int c = 0; c < 4; ++c) out[c] = own[c] + sums.color[c] / sums.weight;
+        for (int c = 0; c < color.channels; ++c)
+            out[c] = own[c] + sums.color[size_t(c)] / sums.weight;
         hint[0] = 1;
         hint[1] = std::sqrt(3 * sums.moment / sums.weight) > 0.5 ? 1 : 0;
     }
@@ -334,7 +337,8 @@ class Reference {
             const double weight =
                 f * cone(distance, 1 / rho(v_s)) * w_b + b * cone(distance, 1 / rho(v_c)) * w_a +
                 2 * cylinder(distance, std::min(rho(v_s), rho(v_c))) * std::max(w_a, w_b);
-            for (int c = 0; c < 4; ++c) sums.color[c] += weight * (color.at(sx, sy, c) - own[c]);
+            for (int c = 0; c < color.channels; ++c)
+                sums.color[size_t(c)] += weight * (color.at(sx, sy, c) - own[c]);
             sums.weight += weight;
             sums.moment += weight * distance * distance;
         }

@@ -3,7 +3,9 @@
 //
 //   color [, hint] -> color [, hint] [, soft]   in the blocks of the list
 //
+// LAYERS: so many further layers too
 // HINT: 1: there is none, it is 0; 2: it is kept too    SOFT: 0 is written to it
+#include "common/layers.glsl"
 #include "common/work_list.glsl"
 
 layout(binding = 0) uniform sampler2D color;
@@ -17,17 +19,24 @@ layout(binding = 1) writeonly uniform image2D hint;
 #if SOFT
 layout(binding = 2) writeonly uniform image2D soft;
 #endif
+#ifdef LAYERS
+layout(binding = 2) uniform sampler2DArray layers;
+layout(binding = 3) writeonly uniform image2DArray layers_kept;
+#endif
 
 void main() {
     ivec2 p;
     if (!next_pixel(textureSize(color, 0), p)) return;
-    imageStore(kept, p, texelFetch(color, p, 0));
+    STORE(kept, p, texelFetch(color, p, 0));
 #if HINT == 2
-    imageStore(hint, p, texelFetch(given_hint, p, 0));
+    STORE(hint, p, texelFetch(given_hint, p, 0));
 #elif HINT
-    imageStore(hint, p, vec4(0.0));
+    STORE(hint, p, vec4(0.0));
 #endif
 #if SOFT
-    imageStore(soft, p, vec4(0.0));
+    STORE(soft, p, vec4(0.0));
+#endif
+#ifdef LAYERS
+    FOR_LAYERS(i) LAYER_STORE(layers_kept, p, i, LAYER_FETCH(layers, p, i));
 #endif
 }

@@ -3,6 +3,8 @@
 // ivec2(0, 1). Out-of-bounds taps do not count.
 // LEAK_DEPTH: a neighbor clearly in front of the pixel, w_n > 1.02 w_p, does not count.
 // LEAK_COC: the weight of a neighbor is multiplied by clamp(|R_n|/|R_p|, 0, 1); 1 where |R_p| is 0.
+// LAYERS: so many further layers too.
+#include "common/layers.glsl"
 #include "common/work_list.glsl"
 #include "shared/depth_of_field_blur_block.h"
 
@@ -11,11 +13,18 @@ layout(binding = 0) uniform sampler2D source;
 layout(binding = 1) uniform sampler2D guide;
 #endif
 layout(binding = 0) writeonly uniform image2D blurred;
+#ifdef LAYERS
+layout(binding = 2) uniform sampler2DArray source_layers;
+layout(binding = 1) writeonly uniform image2DArray blurred_layers;
+#endif
 
 vec4 center;
 float center_guide;
 vec4 sum = vec4(0.0);   // of weight (neighbor - center): exact when all are equal
 float total = 1.0;      // of weights; the center weighs 1
+#ifdef LAYERS
+vec4 layer_centers[LAYERS], layer_sums[LAYERS];
+#endif
 
 void tap(ivec2 p, int offset, float weight) {
     ivec2 q = p + STEP * offset;
@@ -28,6 +37,10 @@ void tap(ivec2 p, int offset, float weight) {
     weight *= neighbor < center_guide ? neighbor / center_guide : 1.0;
 #endif
     sum += weight * (texelFetch(source, inside, 0) - center);
+#ifdef LAYERS
+    FOR_LAYERS(i)
+        layer_sums[i] += weight * (LAYER_FETCH(source_layers, inside, i) - layer_centers[i]);
+#endif
     total += weight;
 }
 
@@ -35,6 +48,12 @@ void main() {
     ivec2 p;
     if (!next_pixel(block.size, p)) return;
     center = texelFetch(source, p, 0);
+#ifdef LAYERS
+    FOR_LAYERS(i) {
+        layer_centers[i] = LAYER_FETCH(source_layers, p, i);
+        layer_sums[i] = vec4(0.0);
+    }
+#endif
 #if defined(LEAK_DEPTH) || defined(LEAK_COC)
     center_guide = texelFetch(guide, p, 0).x;
 #endif
@@ -50,5 +69,8 @@ void main() {
         tap(p, offset + 3, weights.w);
         tap(p, -offset - 3, weights.w);
     }
-    imageStore(blurred, p, center + sum / total);
+    STORE(blurred, p, center + sum / total);
+#ifdef LAYERS
+    FOR_LAYERS(i) LAYER_STORE(blurred_layers, p, i, layer_centers[i] + layer_sums[i] / total);
+#endif
 }

@@ -4,8 +4,10 @@
 // the blurred image alone.
 // Of blocks that are known to be SHARP (|R| <= 0.5) low is not read, of those that are BLURRED
 // (|R| >= full_blur_px) color and coc.
+// LAYERS: so many further layers too.
 // WITH_HINT: FXAA's hint, multiplied by clamp(1 - |R|, 0, 1): what it marks is blurred away.
 #include "common/finite.glsl"
+#include "common/layers.glsl"
 #include "common/work_list.glsl"
 #include "shared/depth_of_field_block.h"
 
@@ -16,6 +18,11 @@ layout(binding = 0) writeonly uniform image2D result;
 #ifdef WITH_HINT
 layout(binding = 3) uniform sampler2D hint;
 layout(binding = 1) writeonly uniform image2D hint_result;
+#endif
+#ifdef LAYERS
+layout(binding = 4) uniform sampler2DArray layers;
+layout(binding = 5) uniform sampler2DArray low_layers;
+layout(binding = 2) writeonly uniform image2DArray layers_result;
 #endif
 
 // a + t (b - a) and not mix(): exact when a and b are equal.
@@ -40,29 +47,64 @@ vec4 fetch_low(ivec2 p) {
 #endif
 }
 
+#ifdef LAYERS
+vec4 fetch_low_layer(ivec2 p, int i) {
+#if FACTOR == 1
+    return LAYER_FETCH(low_layers, p, i);
+#else
+    const vec2 position = max((vec2(p) + 0.5) / float(FACTOR) - 0.5, 0.0);
+    const ivec2 a = ivec2(position);
+    const ivec2 b = min(a + 1, block.low_size - 1);
+    const vec2 t = position - vec2(a);
+    const vec4 top = between(LAYER_FETCH(low_layers, a, i),
+                             LAYER_FETCH(low_layers, ivec2(b.x, a.y), i), t.x);
+    const vec4 bottom = between(LAYER_FETCH(low_layers, ivec2(a.x, b.y), i),
+                                LAYER_FETCH(low_layers, b, i), t.x);
+    return between(top, bottom, t.y);
+#endif
+}
+#endif
+
 void main() {
     ivec2 p;
     if (!next_pixel(block.size, p)) return;
 #ifdef BLURRED
-    imageStore(result, p, fetch_low(p));
+    STORE(result, p, fetch_low(p));
+#ifdef LAYERS
+    FOR_LAYERS(i) LAYER_STORE(layers_result, p, i, fetch_low_layer(p, i));
+#endif
 #else
 #if !defined(SHARP) || defined(WITH_HINT)
     float radius = abs(texelFetch(coc, p, 0).x);
 #endif
     vec4 c = texelFetch(color, p, 0);
+    // What part of the blurred image shows.
+    float blurred_part = 0.0;
 #ifndef SHARP
     if (radius > 0.5) {
         vec4 blurred = fetch_low(p);
         // A pixel without a finite color has nothing to mix: it takes the blurred image.
         if (radius >= block.full_blur_px || !is_finite(c)) {
             c = blurred;
+            blurred_part = 1.0;
         } else {
             float t = (radius - 0.5) / (block.full_blur_px - 0.5);
-            c = between(c, blurred, t * t * (3.0 - 2.0 * t));
+            blurred_part = t * t * (3.0 - 2.0 * t);
+            c = between(c, blurred, blurred_part);
         }
     }
 #endif
-    imageStore(result, p, c);
+    STORE(result, p, c);
+#ifdef LAYERS
+    FOR_LAYERS(i) {
+        vec4 layer = LAYER_FETCH(layers, p, i);
+        if (blurred_part == 1.0)
+            layer = fetch_low_layer(p, i);
+        else if (blurred_part > 0.0)
+            layer = between(layer, fetch_low_layer(p, i), blurred_part);
+        LAYER_STORE(layers_result, p, i, layer);
+    }
+#endif
 #endif
 #ifdef WITH_HINT
 #ifdef BLURRED
@@ -70,6 +112,6 @@ void main() {
 #else
     vec2 gate = texelFetch(hint, p, 0).xy * clamp(1.0 - radius, 0.0, 1.0);
 #endif
-    imageStore(hint_result, p, vec4(gate, 0.0, 0.0));
+    STORE(hint_result, p, vec4(gate, 0.0, 0.0));
 #endif
 }

@@ -18,6 +18,25 @@ float brightness_weight(vec4 texel) {
 #endif
 }
 
+#ifdef LAYERS
+// What FXAA does at a pixel, as what part of the color of each of its neighbors it takes, by place in
+// rows of three from the upper left; the rest is the pixel's own. Color decides it, for the layers
+// too.
+float shares[9];
+
+int place_of(ivec2 offset) {
+    return 3 * (offset.y + 1) + offset.x + 1;
+}
+
+// The part of b in the blend below.
+float share_of(vec4 a, vec4 b, float weight) {
+    if (weight <= 0.0 || !is_finite(a) || !is_finite(b)) return 0.0;
+    const float wa = (1.0 - weight) * brightness_weight(a);
+    const float wb = weight * brightness_weight(b);
+    return wb / (wa + wb);
+}
+#endif
+
 // From a (weight 0) to b (weight 1). Weight 0, equal texels or a texel that is not finite give a,
 // bit for bit; finite texels give a finite result.
 vec4 blend(vec4 a, vec4 b, float weight) {

@@ -13,10 +13,15 @@ const float kRound = 0.5;
 
 const float kLargestFloat = 3.4028235e38;
 
-// Adds a texel to the sum and to the sum of the weights; one that is not finite does not count.
-void add(inout vec4 sum, inout float weights, vec4 texel, float weight) {
+// Adds the texel at `offset` from p to the sum and to the sum of the weights; one that is not finite
+// does not count.
+void add(inout vec4 sum, inout float weights, ivec2 p, ivec2 offset, float weight) {
+    const vec4 texel = color_at(p + offset);
     const bool counts = is_finite(texel);
     const float share = counts ? weight * brightness_weight(texel) : 0.0;
+#ifdef LAYERS
+    shares[place_of(inside(p + offset) - p)] += share;
+#endif
     sum += share * (counts ? texel : vec4(0.0));
     weights += share;
 }
@@ -80,14 +85,17 @@ vec4 filtered(ivec2 p, vec4 center, float threshold_scale) {
     // A tenth of each weight: no sum of nine leaves the range of floats.
     vec4 sum = vec4(0.0);
     float weights = 0.0;
-    add(sum, weights, center, 0.1);
-    add(sum, weights, color_at(p + ivec2(-1, 0)), 0.1 * weight_x);
-    add(sum, weights, color_at(p + ivec2(1, 0)), 0.1 * weight_x);
-    add(sum, weights, color_at(p + ivec2(0, -1)), 0.1 * weight_y);
-    add(sum, weights, color_at(p + ivec2(0, 1)), 0.1 * weight_y);
-    add(sum, weights, color_at(p + ivec2(-1, -1)), 0.1 * weight_falling);
-    add(sum, weights, color_at(p + ivec2(1, 1)), 0.1 * weight_falling);
-    add(sum, weights, color_at(p + ivec2(1, -1)), 0.1 * weight_rising);
-    add(sum, weights, color_at(p + ivec2(-1, 1)), 0.1 * weight_rising);
+    add(sum, weights, p, ivec2(0), 0.1);
+    add(sum, weights, p, ivec2(-1, 0), 0.1 * weight_x);
+    add(sum, weights, p, ivec2(1, 0), 0.1 * weight_x);
+    add(sum, weights, p, ivec2(0, -1), 0.1 * weight_y);
+    add(sum, weights, p, ivec2(0, 1), 0.1 * weight_y);
+    add(sum, weights, p, ivec2(-1, -1), 0.1 * weight_falling);
+    add(sum, weights, p, ivec2(1, 1), 0.1 * weight_falling);
+    add(sum, weights, p, ivec2(1, -1), 0.1 * weight_rising);
+    add(sum, weights, p, ivec2(-1, 1), 0.1 * weight_rising);
+#ifdef LAYERS
+    for (int i = 0; i < 9; ++i) shares[i] /= weights;
+#endif
     return clamp(sum / weights, -kLargestFloat, kLargestFloat);
 }

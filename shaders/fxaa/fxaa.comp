@@ -4,9 +4,11 @@
 //
 //   color [, hint] --> color
 //
+// LAYERS: so many further layers too
 // REACH_PX: how far around a pixel lumas are read.
 // DIRECTIONAL 0: mode: search. 1: mode: directional.
 // HINT 0: none. 1: checkerboard. 2: threshold.
+#include "common/layers.glsl"
 #include "common/work_group.glsl"
 #include "shared/fxaa_block.h"
 #include "fxaa/blend.glsl"
@@ -17,6 +19,10 @@ layout(binding = 0) uniform sampler2D color_plane;
 layout(binding = 1) uniform sampler2D hint_plane;
 #endif
 layout(binding = 0) uniform writeonly image2D result_plane;
+#ifdef LAYERS
+layout(binding = 2) uniform sampler2DArray layers;
+layout(binding = 1) uniform writeonly image2DArray layers_result;
+#endif
 
 // F^2 of a luma (x + y) & 1: |A|/range = 2/3, F = 4/9 (3 - 4/3) = 20/27.
 const float kCheckerboardOffset = 400.0 / 729.0;
@@ -76,6 +82,9 @@ void find_lumas() {
 
 vec4 result_at(ivec2 p) {
     const vec4 center = color_at(p);
+#ifdef LAYERS
+    for (int i = 0; i < 9; ++i) shares[i] = 0.0;
+#endif
 #if HINT
     const vec2 gates = texelFetch(hint_plane, p, 0).xy;
     float hint = block.hint_gate == 0 ? gates.x : gates.y;
@@ -86,13 +95,39 @@ vec4 result_at(ivec2 p) {
     // between the plain filter and the two taps.
     const vec4 taps =
         blend(center, color_at(p + ivec2(0, -1)), kCheckerboardOffset * block.subpix);
+#ifdef LAYERS
+    const vec4 plain = filtered(p, center, 1.0);
+    const float taps_share = hint >= 1.0 ? 1.0 : share_of(plain, taps, hint);
+    for (int i = 0; i < 9; ++i) shares[i] *= 1.0 - taps_share;
+    const ivec2 above = inside(p + ivec2(0, -1)) - p;
+    shares[place_of(above)] += taps_share * share_of(center, color_at(p + ivec2(0, -1)),
+                                                     kCheckerboardOffset * block.subpix);
+    return hint >= 1.0 ? taps : blend(plain, taps, hint);
+#else
     return hint >= 1.0 ? taps : blend(filtered(p, center, 1.0), taps, hint);
+#endif
 #elif HINT == 2
     return filtered(p, center, 1.0 - hint);
 #else
     return filtered(p, center, 1.0);
 #endif
 }
+
+#ifdef LAYERS
+void store_layers(ivec2 p) {
+    vec4 centers[LAYERS], sums[LAYERS];
+    FOR_LAYERS(l) {
+        centers[l] = LAYER_FETCH(layers, p, l);
+        sums[l] = vec4(0.0);
+    }
+    for (int i = 0; i < 9; ++i) {
+        if (i == 4 || shares[i] == 0.0) continue;
+        const ivec2 at = p + ivec2(i % 3, i / 3) - 1;
+        FOR_LAYERS(l) sums[l] += shares[i] * (LAYER_FETCH(layers, at, l) - centers[l]);
+    }
+    FOR_LAYERS(l) LAYER_STORE(layers_result, p, l, centers[l] + sums[l]);
+}
+#endif
 
 void main() {
     find_lumas();
@@ -101,7 +136,13 @@ void main() {
     ivec2 offset = ivec2(0);
     do {
         const ivec2 p = first + offset;
-        if (all(lessThan(p, block.size))) imageStore(result_plane, p, result_at(p));
+        if (all(lessThan(p, block.size))) {
+            const vec4 result = result_at(p);
+            STORE(result_plane, p, result);
+#ifdef LAYERS
+            store_layers(p);
+#endif
+        }
         offset.x += kBlockPx;
         if (offset.x == kFxaaSquarePx) offset = ivec2(0, offset.y + kBlockPx);
     } while (offset.y < kFxaaSquarePx);

@@ -6,7 +6,7 @@
 // bilinear fetch (the same numbers, without a filter weight that rounds); a range that is
 // no more than rounding is no edge also when both thresholds are 0.
 //
-// Needs block, luma_at(), four_lumas(), color_at(), blend().
+// Needs block, luma_at(), four_lumas(), inside(), color_at(), blend().
 
 // Mean luma across the edge between the lines of p and q, `halves` half texels along it.
 float line_luma(ivec2 p, ivec2 q, ivec2 along, int halves) {
@@ -100,5 +100,8 @@ vec4 filtered(ivec2 p, vec4 center, float threshold_scale) {
                                 float(reached_negative + reached_positive);
 
     // 7 a lerp of two texels
+#ifdef LAYERS
+    shares[place_of(inside(q) - p)] = share_of(center, color_at(q), max(edge_offset, subpix_offset));
+#endif
     return blend(center, color_at(q), max(edge_offset, subpix_offset));
 }

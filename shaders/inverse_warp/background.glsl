@@ -1,10 +1,23 @@
 // What is hidden behind nearer surfaces, from the cells that background.comp has made.
 layout(binding = 11) uniform sampler2D background_color;
 layout(binding = 12) uniform sampler2D background_depth;
+#ifdef LAYERS
+layout(binding = 14) uniform sampler2DArray background_layers;
+#endif
 
 // The color at `at`, pixels, of a surface of this inverse depth or a smaller one: bilinear between
-// the smallest cells around that have some. `otherwise`: where none has.
+// the smallest cells around that have some. `otherwise`: where none has. Layers are filled with what
+// the same cells have of them; as they come in, they stand for what is seen where none has.
+#ifdef LAYERS
+vec4 background_at(vec2 at, float inverse_depth, vec4 otherwise, inout vec4 seen_layers[LAYERS]) {
+    vec4 first_layers[LAYERS], layer_sums[LAYERS];
+    FOR_LAYERS(l) {
+        first_layers[l] = vec4(0.0);
+        layer_sums[l] = vec4(0.0);
+    }
+#else
 vec4 background_at(vec2 at, float inverse_depth, vec4 otherwise) {
+#endif
     ivec2 cells = 8 * block.tiles;
     int left = 0;
     vec2 place = 0.5 * (at + 0.5) - 0.5;
@@ -22,10 +35,20 @@ vec4 background_at(vec2 at, float inverse_depth, vec4 otherwise) {
             const float weight = w.x * w.y * depth_part.y;
             if (weight == 0.0 || depth_part.x > kOneDepth * inverse_depth) continue;
             const vec4 c = texelFetch(background_color, cell, 0);
+#ifdef LAYERS
+            FOR_LAYERS(l) {
+                const vec4 layer = LAYER_FETCH(background_layers, cell, l);
+                if (total == 0.0) first_layers[l] = layer;
+                layer_sums[l] += weight * (layer - first_layers[l]);
+            }
+#endif
             if (total == 0.0) first = c;
             sum += weight * (c - first);
             total += weight;
         }
+#ifdef LAYERS
+        if (total > 0.0) FOR_LAYERS(l) seen_layers[l] = first_layers[l] + layer_sums[l] / total;
+#endif
         if (total > 0.0) return first + sum / total;
         left += cells.x;
         cells /= 2;

@@ -14,8 +14,10 @@
 // BEFORE, AFTER: that frame is searched       NOISE: noise is read
 // BARREL: the lens barrel cuts the aperture away from the picture's middle
 // DENOISE: what blurred samples have seen goes to `soft` and `spread`, for denoise.comp
+// LAYERS: so many further layers too, with those of the background and of the neighbors
 // HINT: written; of the lens alone: read too  LIST: only the blocks of a work list
 #include "common/finite.glsl"
+#include "common/layers.glsl"
 #include "common/work_list.glsl"
 
 #include "inverse_warp/surface.glsl"
@@ -53,6 +55,20 @@ layout(binding = 0) writeonly uniform image2D blurred;
 layout(binding = 1) writeonly uniform image2D hint;
 #endif
 
+#ifdef LAYERS
+layout(binding = 13) uniform sampler2DArray layers;  // linear
+#if BEFORE
+layout(binding = 15) uniform sampler2DArray layers_before;  // linear
+#endif
+#if AFTER
+layout(binding = 5) uniform sampler2DArray layers_after;  // linear
+#endif
+layout(binding = 4) writeonly uniform image2DArray layers_blurred;
+#if DENOISE
+layout(binding = 5) writeonly uniform image2DArray layers_soft;
+#endif
+#endif
+
 const float kAcceptPx = 0.75;   // |X + D(X) - p| along each axis
 const float kAcceptNeighborPx = 1.0;
 // Inverse depths within a ratio of at most so much: the smaller residual counts.
@@ -61,14 +77,30 @@ const int kSteps = 2;           // of the iteration from each start
 const int kOwnSteps = LENS == 1 && SHUTTER == 0 ? 1 : 2;  // from the pixel itself
 const float kSharpening = 2.0;  // of bilinear weights about their middle: half the added blur
 
-// Color of the surface that is seen at `at`, pixels.
-vec4 color_at(sampler2D plane, vec2 at) {
+// Where the bilinear filter has the weights of the place `at`, pixels.
+vec2 sampled_at(vec2 at) {
     const vec2 base = floor(at);
     const vec2 f = clamp(kSharpening * (at - base - 0.5) + 0.5, 0.0, 1.0);
-    const vec4 c = textureLod(plane, (base + f + 0.5) / vec2(block.size), 0.0);
+    return (base + f + 0.5) / vec2(block.size);
+}
+
+// Color of the surface that is seen at `at`, pixels.
+vec4 color_at(sampler2D plane, vec2 at) {
+    const vec4 c = textureLod(plane, sampled_at(at), 0.0);
     // A weight of 0 times what is not finite is NaN: then the nearest pixel alone counts.
     return is_finite(c) ? c : texelFetch(plane, ivec2(at + 0.5), 0);
 }
+
+#ifdef LAYERS
+// The same of layers. They are finite where color is not, too: color's pixel alone counts there.
+void layers_at(sampler2D plane, sampler2DArray planes, vec2 at, out vec4 seen[LAYERS]) {
+    const vec2 place = sampled_at(at);
+    const bool mixed = is_finite(textureLod(plane, place, 0.0));
+    FOR_LAYERS(l)
+        seen[l] = mixed ? textureLod(planes, vec3(place, float(LAYERS_FIRST + l)), 0.0)
+                        : LAYER_FETCH(planes, ivec2(at + 0.5), l);
+}
+#endif
 
 vec2 inside_of(vec2 at) {
     return clamp(at, vec2(0.0), vec2(block.size - 1));
@@ -125,8 +157,8 @@ struct Soft {
 // rounding.
 const float kMostSpread = 65536.0;
 
-// path: of the surface on one side of the frame, a
-void add_soft(inout Soft soft, vec4 difference, float inverse_depth, vec2 path, float weight) {
+// Does the sample count? path: of the surface on one side of the frame, a
+bool add_soft(inout Soft soft, vec4 difference, float inverse_depth, vec2 path, float weight) {
     vec3 covariance = vec3(0.0);
 #if LENS
     const float radius = radius_px(inverse_depth);
@@ -136,11 +168,12 @@ void add_soft(inout Soft soft, vec4 difference, float inverse_depth, vec2 path, 
     covariance += path.xxy * path.xyy / 3.0;  // of a straight line
 #endif
     const float variance = covariance.x + covariance.z;
-    if (variance < block.soft_spread || !is_finite(difference)) return;
+    if (variance < block.soft_spread || !is_finite(difference)) return false;
     covariance *= min(kMostSpread / variance, 1.0);
     soft.sum += weight * difference;
     soft.weight += weight;
     soft.spread += weight * covariance;
+    return true;
 }
 #endif
 
@@ -167,14 +200,17 @@ void main() {
     const vec2 hint_p = texelFetch(given_hint, pixel, 0).xy;
 #endif
     if (longest <= block.still_limit_px) {
-        imageStore(blurred, pixel, color_p);
+        STORE(blurred, pixel, color_p);
 #if DENOISE
-        imageStore(soft, pixel, vec4(0.0));
+        STORE(soft, pixel, vec4(0.0));
 #endif
 #if HINT && SHUTTER
-        imageStore(hint, pixel, vec4(0.0));
+        STORE(hint, pixel, vec4(0.0));
 #elif HINT
-        imageStore(hint, pixel, vec4(hint_p, 0.0, 0.0));
+        STORE(hint, pixel, vec4(hint_p, 0.0, 0.0));
+#endif
+#ifdef LAYERS
+        FOR_LAYERS(l) LAYER_STORE(layers_blurred, pixel, l, LAYER_FETCH(layers, pixel, l));
 #endif
         return;
     }
@@ -201,6 +237,19 @@ void main() {
     Soft blurred_samples = Soft(vec4(0.0), 0.0, vec3(0.0));
 #endif
     vec4 sum = vec4(0.0);
+#ifdef LAYERS
+    vec4 layers_p[LAYERS], layer_sums[LAYERS], seen_layers[LAYERS];
+#if DENOISE
+    vec4 soft_layers[LAYERS];  // sums of differences to the pixel's own
+#endif
+    FOR_LAYERS(l) {
+        layers_p[l] = LAYER_FETCH(layers, pixel, l);
+        layer_sums[l] = vec4(0.0);
+#if DENOISE
+        soft_layers[l] = vec4(0.0);
+#endif
+    }
+#endif
     float moment = 0.0;
 #if NEIGHBORS
     Surface background = own;  // the farthest met
@@ -215,6 +264,10 @@ void main() {
 #if NEIGHBORS
         uint missed = 0u;
         vec4 filled = vec4(0.0);
+#ifdef LAYERS
+        vec4 filled_layers[LAYERS];
+        FOR_LAYERS(l) filled_layers[l] = vec4(0.0);
+#endif
         float missed_weight = 0.0;
 #endif
         int k = first;
@@ -299,24 +352,45 @@ void main() {
 #endif
             const vec2 seen_at = found ? found_at : inside_of(p - displacement(far, at));
             vec4 seen;
+#ifdef LAYERS
+            if (found) {
+                seen = color_at(color, seen_at);
+                layers_at(color, layers, seen_at, seen_layers);
+            } else {
+                FOR_LAYERS(l) seen_layers[l] = LAYER_FETCH(layers, ivec2(far_at), l);
+                seen = background_at(seen_at, far.inverse_depth,
+                                     texelFetch(color, ivec2(far_at), 0), seen_layers);
+            }
+#else
             if (found)
                 seen = color_at(color, seen_at);
             else
                 seen = background_at(seen_at, far.inverse_depth,
                                      texelFetch(color, ivec2(far_at), 0));
+#endif
             moment += at.weight * dot(seen_at - p, seen_at - p);
 #if NEIGHBORS
             if (!found) {
                 missed |= 1u << (k - first);
                 filled += at.weight * (seen - color_p);
+#ifdef LAYERS
+                FOR_LAYERS(l) filled_layers[l] += at.weight * (seen_layers[l] - layers_p[l]);
+#endif
                 missed_weight += at.weight;
             } else
 #endif
             {
                 sum += at.weight * (seen - color_p);
 #if DENOISE
-                add_soft(blurred_samples, seen - color_p, found ? nearest : far.inverse_depth, path,
-                         at.weight);
+                const bool is_soft = add_soft(blurred_samples, seen - color_p,
+                                              found ? nearest : far.inverse_depth, path, at.weight);
+#endif
+#ifdef LAYERS
+                FOR_LAYERS(l) layer_sums[l] += at.weight * (seen_layers[l] - layers_p[l]);
+#if DENOISE
+                if (is_soft)
+                    FOR_LAYERS(l) soft_layers[l] += at.weight * (seen_layers[l] - layers_p[l]);
+#endif
 #endif
             }
             ++k;
@@ -382,6 +456,14 @@ void main() {
 #else
                     seen = color_at(color_before, where);
 #endif
+#ifdef LAYERS
+#if AFTER
+                    if (after) layers_at(color_after, layers_after, where, seen_layers);
+#endif
+#if BEFORE
+                    if (!after) layers_at(color_before, layers_before, where, seen_layers);
+#endif
+#endif
                 }
                 ++search;
                 const int frames = BEFORE + AFTER;
@@ -391,30 +473,50 @@ void main() {
                 sum += now.weight * (seen - color_p);
                 found_weight += now.weight;
 #if DENOISE
-                add_soft(blurred_samples, seen - color_p, nearest, path, now.weight);
+                const bool is_soft =
+                    add_soft(blurred_samples, seen - color_p, nearest, path, now.weight);
+#endif
+#ifdef LAYERS
+                FOR_LAYERS(l) layer_sums[l] += now.weight * (seen_layers[l] - layers_p[l]);
+#if DENOISE
+                if (is_soft)
+                    FOR_LAYERS(l) soft_layers[l] += now.weight * (seen_layers[l] - layers_p[l]);
+#endif
 #endif
             }
         }
         // The mean of the fills stands for what no frame has seen.
         if (missed_weight > 0.0) sum += filled * ((missed_weight - found_weight) / missed_weight);
+#ifdef LAYERS
+        if (missed_weight > 0.0)
+            FOR_LAYERS(l)
+                layer_sums[l] +=
+                    filled_layers[l] * ((missed_weight - found_weight) / missed_weight);
+#endif
 #endif
         first = end;
     } while (first < last);
     // Without a jump where the blur begins.
     const float onset = clamp(longest / max(block.still_limit_px, 1e-6) - 1.0, 0.0, 1.0);
     const float mean_of = onset / max(counted, 1.0);
-    imageStore(blurred, pixel, color_p + mean_of * sum);
+    STORE(blurred, pixel, color_p + mean_of * sum);
+#ifdef LAYERS
+    FOR_LAYERS(l) LAYER_STORE(layers_blurred, pixel, l, layers_p[l] + mean_of * layer_sums[l]);
+#endif
 #if DENOISE
     const float of_soft = 1.0 / max(blurred_samples.weight, 1e-6);
     const vec4 soft_color = color_p + of_soft * blurred_samples.sum;
     const float share = is_finite(soft_color) ? mean_of * blurred_samples.weight : 0.0;
-    imageStore(soft, pixel, vec4(soft_color.rgb, share));
-    imageStore(spread, pixel, vec4(of_soft * blurred_samples.spread, soft_color.a));
+    STORE(soft, pixel, vec4(soft_color.rgb, share));
+    STORE(spread, pixel, vec4(of_soft * blurred_samples.spread, soft_color.a));
+#ifdef LAYERS
+    FOR_LAYERS(l) LAYER_STORE(layers_soft, pixel, l, layers_p[l] + of_soft * soft_layers[l]);
+#endif
 #endif
 #if HINT && SHUTTER
     // Half-length of the even streak with the same second moment about p.
-    imageStore(hint, pixel, vec4(1.0, 3.0 * moment > 0.25 * counted ? 1.0 : 0.0, 0.0, 0.0));
+    STORE(hint, pixel, vec4(1.0, 3.0 * moment > 0.25 * counted ? 1.0 : 0.0, 0.0, 0.0));
 #elif HINT
-    imageStore(hint, pixel, vec4(hint_p * clamp(1.0 - own_radius, 0.0, 1.0), 0.0, 0.0));
+    STORE(hint, pixel, vec4(hint_p * clamp(1.0 - own_radius, 0.0, 1.0), 0.0, 0.0));
 #endif
 }

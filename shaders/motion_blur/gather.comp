@@ -8,10 +8,12 @@
 // SINGLE: one direction, w_A = w_B = 1    VARIANCE: taps split by tile_variance, else every second
 // TILE_JITTER, TAP_JITTER: random numbers are read    CLAMP: taps outside move to the border
 // DOMINANT: slow pixels sample along v_max    DEPTH: inverse depths are compared    HINT: written
+// LAYERS: so many further layers too
 // UNIFORM: every sample is taken to move as this pixel does; its own velocity is not read
 //
 // Notation of the report: p this pixel, S a sample, v_c = v(p), w_c and w_max unit directions,
 // T distance along the streak. Equations and deviations: docs/motion_blur.md.
+#include "common/layers.glsl"
 #include "common/work_list.glsl"
 #include "shared/motion_blur_block.h"
 
@@ -30,6 +32,10 @@ layout(binding = 5) uniform sampler2D noise;
 layout(binding = 0) writeonly uniform image2D blurred;
 #if HINT
 layout(binding = 1) writeonly uniform image2D hint;
+#endif
+#ifdef LAYERS
+layout(binding = 6) uniform sampler2DArray layers;
+layout(binding = 2) writeonly uniform image2DArray layers_blurred;
 #endif
 
 #include "motion_blur/velocity.glsl"
@@ -106,9 +112,12 @@ void main() {
     const vec2 v_max = texelFetch(neighbor_max, tile, 0).xy;
     const float reach = length_of(v_max);
     if (reach <= block.still_limit_px) {
-        imageStore(blurred, p, color_p);
+        STORE(blurred, p, color_p);
 #if HINT
-        imageStore(hint, p, vec4(0.0));
+        STORE(hint, p, vec4(0.0));
+#endif
+#ifdef LAYERS
+        FOR_LAYERS(l) LAYER_STORE(layers_blurred, p, l, LAYER_FETCH(layers, p, l));
 #endif
         return;
     }
@@ -163,6 +172,12 @@ void main() {
 #endif
     precise vec4 sum = vec4(0.0);
     float moment = 0.0;
+#ifdef LAYERS
+    vec4 layers_p[LAYERS];
+    precise vec4 layer_sums[LAYERS];
+    FOR_LAYERS(l) layers_p[l] = LAYER_FETCH(layers, p, l);
+    FOR_LAYERS(l) layer_sums[l] = vec4(0.0);
+#endif
     // Tested at the end: a software renderer runs a body once more to find the test at its start.
     int i = 0;
     do {
@@ -233,6 +248,9 @@ void main() {
         precise const float weight = front + back + 2.0 * both * max(w_a, w_b);
         if (counts && weight > 0.0) {
             sum += weight * (texelFetch(color, s, 0) - color_p);
+#ifdef LAYERS
+            FOR_LAYERS(l) layer_sums[l] += weight * (LAYER_FETCH(layers, s, l) - layers_p[l]);
+#endif
             total += weight;
             moment += weight * distance * distance;
         }
@@ -245,9 +263,12 @@ void main() {
         }
 #endif
     } while (i < count);
-    imageStore(blurred, p, color_p + sum / total);
+    STORE(blurred, p, color_p + sum / total);
+#ifdef LAYERS
+    FOR_LAYERS(l) LAYER_STORE(layers_blurred, p, l, layers_p[l] + layer_sums[l] / total);
+#endif
 #if HINT
     // Half-length of the even streak with the same second moment about p.
-    imageStore(hint, p, vec4(1.0, 3.0 * moment > 0.25 * total ? 1.0 : 0.0, 0.0, 0.0));
+    STORE(hint, p, vec4(1.0, 3.0 * moment > 0.25 * total ? 1.0 : 0.0, 0.0, 0.0));
 #endif
 }

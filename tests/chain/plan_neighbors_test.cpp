@@ -65,7 +65,7 @@ TEST(Role, OfANeighborHasTheNameAndTheChannelsOfItsOwnFrame) {
     RoleSet all;
     for (Role role : kAllRoles) all.add(role);
     for (Neighbor neighbor : kNeighbors) {
-        for (Role role : kFileRoles) {
+        for (Role role : kNeighborRoles) {
             const Role there = role_of(neighbor, role);
             EXPECT_EQ(name_of(there), concat(name_of(role), "_", name_of(neighbor)));
             EXPECT_EQ(channels_of(there), channels_of(role));
@@ -73,7 +73,7 @@ TEST(Role, OfANeighborHasTheNameAndTheChannelsOfItsOwnFrame) {
             all.remove(there);
         }
     }
-    for (Role role : kFileRoles) all.remove(role);
+    for (Role role : kNeighborRoles) all.remove(role);
     EXPECT_EQ(all, RoleSet{Role::hint});
 }
 

@@ -155,6 +155,29 @@ TEST_P(Conformance, PassThatIsLeftOutChangesNoBit) {
     }
 }
 
+// Lights that sum to color, each filtered by the weights of color.
+TEST_P(Conformance, FiltersLayersByTheWeightsOfColor) {
+    for (const auto& [width, height] : kSizes) {
+        TestFrame frame = moving_frame(width, height);
+        test::add_neighbors(frame);
+        constexpr int kLights = 5;  // more than one step does
+        test::add_lights(frame, kLights);
+        const auto out = test::filter(chain(), frame.description, frame.planes, everything());
+        ASSERT_TRUE(out.count(Role::layers))
+            << "docs/adding_a_pass.md says how layers are filtered";
+        const auto expected =
+            test::reference(chain(), frame.description, frame.planes, everything());
+        const auto difference =
+            test::compare(out.at(Role::layers), expected.planes.at(Role::layers), 1e-3);
+        EXPECT_LE(difference.fraction, 0.01) << width << "x" << height << ": " << difference.text;
+        ImageF sum(width, height, 4);
+        for (size_t i = 0; i < out.at(Role::layers).data.size(); ++i)
+            sum.data[i % sum.data.size()] += out.at(Role::layers).data[i];
+        EXPECT_LE(test::compare(sum, out.at(Role::color), 1e-5).fraction, 0)
+            << width << "x" << height;
+    }
+}
+
 TEST_P(Conformance, DescribesItself) {
     const PassType& type = GetParam();
     EXPECT_FALSE(type.title.empty());

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "chain/layers.h"
+
 #include "tests/elision/support.h"
 
 namespace postchain::test {
@@ -144,6 +146,15 @@ RandomCase random_case(uint64_t seed) {
     add_layers(result.planes, width, height, random);
     if (random.chance(0.1))
         result.planes[Role::hint] = noise_image(width, height, 2, uint32_t(seed), 0, 1.2f);
+    // Of numbers of their own: cases without them stay what they were.
+    Random held_shape(seed / kCasesOfAShape * 15485863 + 5), held(seed * 15485863 + 3);
+    const int most_layers = held_shape.whole(1, 6);
+    const int layers = held.chance(0.3) ? most_layers : 0;
+    if (layers > 0) {
+        std::vector<ImageF> stack;
+        for (int i = 0; i < layers; ++i) stack.push_back(random_color(width, height, held));
+        result.planes[Role::layers] = stack_planes(stack);
+    }
     result.frame = describe(result.planes);
     result.frame.frame_number = random.whole(0, 500);
     result.frame.display_width = width + random.whole(0, 300);
@@ -157,6 +168,13 @@ RandomCase random_case(uint64_t seed) {
         append_random(result.chain, types[type % types.size()], result.frame, shape, random);
         type = size_t(shape.whole(0, int(types.size()) - 1));
     }
+    if (held.chance(0.15)) {
+        result.planes[Role::mattes] = noise_image(width, height, 1, uint32_t(seed), -1.5f, 2.5f);
+        result.frame.planes.add(Role::mattes);
+        for (size_t i = 0; i < result.chain.links.size(); ++i)
+            result.frame.mattes.push_back(held.chance(0.6) ? 0 : -1);
+        result.frame.mattes[0] = 0;
+    }
     result.elided.precision = random.chance(0.5) ? Precision::fp16 : Precision::fp32;
     if (random.chance(0.15)) result.elided.outputs.add(Role::hint);
     if (random.chance(0.05)) result.elided.outputs = {Role::hint};
@@ -164,7 +182,9 @@ RandomCase random_case(uint64_t seed) {
         for (const auto& rule : elision_rules(every_pass()))
             if (random.chance(0.5)) result.elided.rules_off.insert(rule.name);
     result.text = concat(width, "x", height, unknown ? ", no facts" : "",
-                         result.planes.count(Role::hint) ? ", with a hint" : "", ", ",
+                         result.planes.count(Role::hint) ? ", with a hint" : "",
+                         layers > 0 ? concat(", ", layers, " layers") : std::string(),
+                         result.planes.count(Role::mattes) ? ", a matte" : "", ", ",
                          text_of(result.elided, result.chain), "\n", result.chain.text());
     return result;
 }

@@ -12,10 +12,10 @@ FramePlanes other_frame(const FramePlanes& planes) {
     FramePlanes other = planes;
     for (auto& [role, plane] : other)
         for (size_t i = 0; i < plane.data.size(); ++i)
-            plane.data[i] = role == Role::color           ? 777.0f
-                            : role == Role::inverse_depth ? 0.77f
-                            : role == Role::hint          ? 1.0f
-                                                          : (i % 2 ? -29.0f : 31.0f);
+            plane.data[i] = role == Role::color || role == Role::layers ? 777.0f
+                            : role == Role::inverse_depth               ? 0.77f
+                            : role == Role::hint                        ? 1.0f
+                                                                        : (i % 2 ? -29.0f : 31.0f);
     return other;
 }
 

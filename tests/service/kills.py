@@ -1,55 +1,36 @@
-"""Kills a process with the service in it at random moments (SIGKILL) while it works on one job of
-small frames, starts it again and again until the job is done, and compares all that it wrote with an
+"""Kills `postchain serve` at random moments (SIGKILL) while it works on one job of small frames, starts
+it again and submits the job anew under its key until it is done, and compares all that it wrote with an
 undisturbed run of the command: every frame there once, whole, of the same bits; no temporary left;
-in the store every frame written, none set aside, each with one event of its end.
+in the store one job, every frame written, none set aside, each with one event of its end.
 
-    python3 tests/service/kills.py build/tools/apps/postchain/postchain \\
-        build/tests/service/service_worker --work /tmp/kills --frames 200 --kills 40
+    python3 tests/service/kills.py build/tools/apps/postchain/postchain --work /tmp/kills \\
+        --frames 200 --kills 40
 
-Frames wait for a kill only by chance, so attempts are many here: that a frame which kills its process
-is set aside is tests/service/worker_test.cpp's.
+A kill meets a frame alone in flight only by chance, so attempts are many here: that a frame which kills
+its process is set aside is poison.py's.
 """
 import argparse
 import collections
 import json
-import os
 import pathlib
 import random
-import signal
 import sqlite3
-import subprocess
 import sys
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "robustness"))
 import jobs  # noqa: E402  (of tests/robustness)
+from server import work_on  # noqa: E402
 
-ATTEMPTS = "50"
-
-
-def worker(arguments, work):
-    return [str(arguments.worker), str(work / "store.db"), str(work), str(work / "body.json"), "key",
-            ATTEMPTS]
-
-
-def kill_after(command, seconds):
-    """True when it was still running."""
-    with subprocess.Popen(command, stdout=subprocess.DEVNULL) as process:
-        try:
-            process.wait(timeout=seconds)
-        except subprocess.TimeoutExpired:
-            os.kill(process.pid, signal.SIGKILL)
-            process.wait()
-    return process.returncode == -signal.SIGKILL
-
+KEY = "one-job"
 
 def faults_of_store(path, frames):
     """Sentences about what the store says of the one job."""
     store = sqlite3.connect(path)
     said = []
-    state, done, failed = store.execute("SELECT state, done, failed FROM jobs").fetchone()
-    if (state, done, failed) != ("done", frames, 0):
-        said.append(f"the job is {state}, {done} done, {failed} failed")
+    found = store.execute("SELECT state, done, failed FROM jobs").fetchall()
+    if found != [("done", frames, 0)]:
+        said.append(f"jobs (state, done, failed): {found}")
     states = collections.Counter(row[0] for row in store.execute("SELECT state FROM frames"))
     if states != {"written": frames}:
         said.append(f"states of the frames: {dict(states)}")
@@ -67,7 +48,6 @@ def faults_of_store(path, frames):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("postchain", type=pathlib.Path)
-    parser.add_argument("worker", type=pathlib.Path, help="the built service_worker")
     parser.add_argument("--work", type=pathlib.Path, required=True)
     parser.add_argument("--frames", type=int, default=200)
     parser.add_argument("--kills", type=int, default=40)
@@ -80,9 +60,10 @@ def main():
     job = jobs.Job("run", "run fast -i {IN}/sharp.####.exr --camera {IN}/camera.json "
                    "-o {OUT}/o.####.exr", "skip")
     expected, seconds = jobs.undisturbed(job, arguments.postchain, scene, work / "undisturbed")
-    (work / "body.json").write_text(json.dumps(
-        {"chain": "fast", "input": "in/sharp.####.exr", "camera": "in/camera.json",
-         "output": "out/o.####.exr", "on_existing": arguments.on_existing}))
+    body = {"chain": "fast", "input": "in/sharp.####.exr", "camera": "in/camera.json",
+            "output": "out/o.####.exr", "on_existing": arguments.on_existing}
+    command = [str(arguments.postchain), "serve", "--root", str(work), "--store",
+               str(work / "store.db"), "--port", "0", "--device", "software", "--attempts", "50"]
     chance = random.Random(arguments.seed)
     # Each process is to get on by about a part of the job, however fast the machine is just now.
     span = 0.15 + 2.5 * seconds / arguments.kills
@@ -92,7 +73,7 @@ def main():
     left_temporary = 0
     for _ in range(arguments.kills):
         before = len(list(out.glob("*.exr")))
-        if not kill_after(worker(arguments, work), chance.uniform(0.02, 1) * span):
+        if work_on(command, body, KEY, chance.uniform(0.02, 1) * span):
             break
         kills += 1
         span *= 0.95 if len(list(out.glob("*.exr"))) - before > part else 1.05
@@ -101,8 +82,8 @@ def main():
         if wrong:
             print("\n".join(wrong))
             return 1
-    done = jobs.run(worker(arguments, work))
-    said = [] if done.returncode == 0 else [f"exit code {done.returncode}: {done.stdout}{done.stderr}"]
+    job = work_on(command, body, KEY)
+    said = [] if job["state"] == "done" else [f"the job is {job['state']}: {job['message']}"]
     said += jobs.differences(out, expected, whole=True)
     said += [f"{path}: never removed" for path in jobs.temporaries(out)]
     said += faults_of_store(work / "store.db", arguments.frames)

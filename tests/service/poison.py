@@ -3,27 +3,26 @@ died: it must set these two aside after three attempts each, alone, and do all t
 are those of the command.
 
     python3 tests/service/poison.py build/tools/apps/postchain/postchain \\
-        build/tests/service/service_worker build/tests/service/libpostchain_poison.so --work /tmp/poison
+        build/tests/service/libpostchain_poison.so --work /tmp/poison
 """
 import argparse
-import json
+import os
 import pathlib
-import signal
 import sqlite3
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "robustness"))
 import jobs  # noqa: E402  (of tests/robustness)
+from server import work_on  # noqa: E402
 
 FRAMES = 20
 POISON = [3, 13]  # sharp.0003.exr and sharp.0013.exr end alike
-ATTEMPTS = 3
+ATTEMPTS = 3  # of `serve` as it is
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("postchain", type=pathlib.Path)
-    parser.add_argument("worker", type=pathlib.Path)
     parser.add_argument("library", type=pathlib.Path)
     parser.add_argument("--work", type=pathlib.Path, required=True)
     arguments = parser.parse_args()
@@ -36,23 +35,19 @@ def main():
     for frame in POISON:
         for name in (f"o.{frame:04}.exr", f"o.{frame:04}.exr.json"):
             del expected[name]
-    (work / "body.json").write_text(json.dumps(
-        {"chain": "fast", "input": "in/sharp.####.exr", "camera": "in/camera.json",
-         "output": "out/o.####.exr"}))
-    command = [str(arguments.worker), str(work / "store.db"), str(work), str(work / "body.json"),
-               "key", str(ATTEMPTS)]
+    body = {"chain": "fast", "input": "in/sharp.####.exr", "camera": "in/camera.json",
+            "output": "out/o.####.exr"}
+    command = [str(arguments.postchain), "serve", "--root", str(work), "--store",
+               str(work / "store.db"), "--port", "0", "--device", "software"]
+    poisoned = {**os.environ, "LD_PRELOAD": str(arguments.library.resolve()),
+                "POSTCHAIN_POISON": "3.exr"}
     said, deaths = [], 0
-    while True:
-        done = jobs.run(command, {"LD_PRELOAD": str(arguments.library.resolve()),
-                                  "POSTCHAIN_POISON": "3.exr"})
-        if done.returncode != -signal.SIGKILL:
-            break
+    while not (ended := work_on(command, body, "key", env=poisoned)):
         deaths += 1
         if deaths > 4 * ATTEMPTS:
-            said.append("it dies again and again")
-            break
-    if done.returncode != 1:
-        said.append(f"exit code {done.returncode}: {done.stdout}{done.stderr}")
+            raise SystemExit("it dies again and again")
+    if ended["state"] != "failed" or "set aside: 3, 13" not in ended["message"]:
+        said.append(f"the job: {ended['state']}, {ended['message']}")
     # Once together with others, then each alone.
     if not len(POISON) * ATTEMPTS <= deaths <= len(POISON) * (ATTEMPTS + 1):
         said.append(f"the process died {deaths} times")
@@ -63,9 +58,8 @@ def main():
         "SELECT frame FROM frames WHERE state = 'set_aside' ORDER BY frame")]
     if aside != POISON:
         said.append(f"set aside: {aside}")
-    state, done_frames, message = store.execute("SELECT state, done, message FROM jobs").fetchone()
-    if (state, done_frames) != ("failed", FRAMES - len(POISON)) or "set aside: 3, 13" not in message:
-        said.append(f"the job: {state}, {done_frames} done, {message}")
+    if ended["done"] != FRAMES - len(POISON):
+        said.append(f"{ended['done']} frames done")
     for sentence in said:
         print(sentence)
     print(f"{deaths} deaths, {len(said)} faults")

@@ -265,7 +265,7 @@ TEST_F(RequestTest, NoPathLeavesTheRoots) {
 
 // A row that is added to a table and names files must not pass by the roots.
 TEST_F(RequestTest, EveryTextOfTheTablesIsKnownToNameFilesOrNot) {
-    const std::set<std::string> no_files = {"frames", "chunk",      "cuts",     "layer",
+    const std::set<std::string> no_files = {"frames", "chunk",      "cuts",     "layer", "layers",
                                             "view",   "max_memory", "no_elide", "elide"};
     size_t files = 0;
     for (const ParameterTable* table :

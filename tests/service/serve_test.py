@@ -90,6 +90,17 @@ class Serve(unittest.TestCase):
             self.assertEqual(server.stop(), 143)
             self.assertEqual(system.recv(100), b"STOPPING=1")
 
+    def metrics(self, server, frames):
+        """Prometheus's own tool reads them and finds no fault; `frames` were written since the start."""
+        text = server.ask("GET", "/metrics")[2].decode()
+        done = subprocess.run(["promtool", "check", "metrics"], input=text, capture_output=True,
+                              text=True, timeout=60)
+        self.assertEqual((done.returncode, done.stdout + done.stderr), (0, ""))
+        values = dict(line.rsplit(" ", 1) for line in text.splitlines() if line[:1] != "#")
+        self.assertEqual(float(values['postchain_frames_total{result="written"}']), frames)
+        self.assertEqual(float(values['postchain_step_seconds_count{step="write"}']), frames)
+        self.assertEqual(float(values['postchain_jobs{state="done"}']), 1)
+
     def test_jobs_go_on_after_sigterm(self):
         scene = self.path / "shots"
         subprocess.run([PROGRAM, "scene", "wheels", "-o", str(scene), "--frames", "1-6", "--size",
@@ -122,6 +133,7 @@ class Serve(unittest.TestCase):
         self.assertEqual(sorted(frames), [1, 2, 3, 4, 5, 6])
         job = json.loads(server.ask("GET", "/v1/jobs/1")[2])
         self.assertEqual((job["state"], job["done"]), ("done", 6))
+        self.metrics(server, 6 - written)
         self.assertEqual(server.stop(), 143)
 
 

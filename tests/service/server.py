@@ -1,4 +1,5 @@
 """A server under test, and raw sockets to it, with Python's own library alone."""
+import http.client
 import json
 import re
 import signal
@@ -68,6 +69,52 @@ class Server:
         text = f"{method} {target} HTTP/1.1\r\n"
         text += "".join(f"{k}: {v}\r\n" for k, v in lines.items() if v is not None)
         return parse(self.send(text.encode("latin1") + b"\r\n" + (body or b""), timeout))
+
+
+def work_on(command, body, key, kill_after=None, env=None):
+    """Starts the service, submits a job under a key, waits until it has ended and stops the service.
+    The job as it was told, or None where the process died first: by itself, or by SIGKILL
+    `kill_after` seconds after its start."""
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                          env=env) as process:
+        killer = threading.Timer(kill_after, process.kill) if kill_after is not None else None
+        if killer:
+            killer.start()
+        errors = []
+        reader = threading.Thread(target=lambda: errors.extend(process.stderr), daemon=True)
+        reader.start()
+        try:
+            job = submit_and_wait(process.stdout.readline().strip(), body, key)
+        except (OSError, http.client.HTTPException):
+            job = None
+        finally:
+            if killer:
+                killer.cancel()
+            process.terminate()
+            code = process.wait(timeout=60)
+            reader.join()
+    if job is None and code != -signal.SIGKILL:
+        raise RuntimeError(f"exit code {code}: {''.join(errors)}")
+    return job
+
+
+def submit_and_wait(address, body, key):
+    """An OSError or HTTPException where the service is not there any more."""
+    if not address:
+        raise ConnectionError("no address")
+    client = http.client.HTTPConnection(address.split("/")[2], timeout=60)
+    client.request("POST", "/v1/jobs", json.dumps(body),
+                   {"Content-Type": "application/json", "Idempotency-Key": key})
+    while True:
+        reply = client.getresponse()
+        text = reply.read()
+        if reply.status not in (200, 202):
+            raise RuntimeError(f"{reply.status}: {text.decode()}")
+        job = json.loads(text)
+        if job["ended"]:
+            return job
+        time.sleep(0.02)
+        client.request("GET", f"/v1/jobs/{job['id']}")
 
 
 def read_all(client):

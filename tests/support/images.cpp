@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "chain/convert.h"
+#include "chain/layers.h"
 
 namespace postchain::test {
 
@@ -75,6 +76,41 @@ void add_neighbors(TestFrame& frame) {
             frame.description.planes.add(role_of(neighbor, role));
             frame.planes[role_of(neighbor, role)] = std::move(plane);
         }
+    }
+}
+
+namespace {
+
+// So many parts of `color`, one below another.
+ImageF lights_of(const ImageF& color, int count, uint32_t seed) {
+    std::vector<ImageF> lights;
+    ImageF rest = color;
+    for (int i = 0; i + 1 < count; ++i) {
+        const ImageF part = noise_image(color.width, color.height, 4, seed + uint32_t(i), 0.0f,
+                                        i == 0 ? 1.7f : 0.4f);
+        ImageF light = color;
+        for (size_t k = 0; k < light.data.size(); ++k) {
+            light.data[k] *= part.data[k];
+            rest.data[k] -= light.data[k];
+        }
+        lights.push_back(std::move(light));
+    }
+    lights.push_back(std::move(rest));
+    return stack_planes(lights);
+}
+
+}  // namespace
+
+void add_lights(TestFrame& frame, int count) {
+    frame.description.layers = count;
+    frame.description.planes.add(Role::layers);
+    frame.planes[Role::layers] = lights_of(frame.planes.at(Role::color), count, 31);
+    for (const Neighbor neighbor : kNeighbors) {
+        const auto color = frame.planes.find(role_of(neighbor, Role::color));
+        if (color == frame.planes.end()) continue;
+        const Role there = role_of(neighbor, Role::layers);
+        frame.description.planes.add(there);
+        frame.planes[there] = lights_of(color->second, count, 71);
     }
 }
 

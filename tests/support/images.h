@@ -28,6 +28,10 @@ TestFrame layered_frame(int width, int height, std::array<float, 2> square_motio
                         std::array<float, 2> ground_motion, uint32_t seed = 1);
 // Adds the planes of both neighbors: two other frames of the kind.
 void add_neighbors(TestFrame& frame);
+// Splits color into so many lights, each another part of it from pixel to pixel, one of them
+// brighter than all of it and the last negative there; they sum to it but for rounding. Replaces
+// layers that the frame has; lights its neighbors alike, where it has some.
+void add_lights(TestFrame& frame, int count);
 // Size, planes and bounds of hand-made canonical planes.
 FrameDescription describe(const FramePlanes& planes);
 

@@ -1,5 +1,6 @@
 #include "tests/passes/echo/echo.h"
 
+#include "chain/layered_step.h"
 #include "chain/work_list.h"
 
 namespace postchain::echo {
@@ -37,8 +38,8 @@ class Echo final : public Pass {
         use.required = {Role::color};
         for (Neighbor neighbor : kNeighbors) {
             if (!uses(neighbor)) continue;
-            for (Role role : kFileRoles)
-                if (role == Role::color || parameters_.vectors)
+            for (Role role : kNeighborRoles)
+                if (role == Role::color || role == Role::layers || parameters_.vectors)
                     use.optional.add(role_of(neighbor, role));
         }
         return use;
@@ -83,7 +84,20 @@ class Echo final : public Pass {
             }
         }
         step.groups = groups_for(width, height);
-        planner.step(std::move(step));
+        std::vector<Binding> arrays;
+        if (planner.has(Role::layers)) {
+            const TextureId layers =
+                planner.layers("layers", context.layers_format(), width, height);
+            arrays = {{9, planner.input(Role::layers)}, {1, layers, Access::write}};
+            for (Neighbor neighbor : kNeighbors) {
+                const Role there = role_of(neighbor, Role::layers);
+                if (!uses(neighbor) || !planner.has(there)) continue;
+                step.program.defines[macro_of(name_of(there))] = "1";
+                arrays.push_back({neighbor == Neighbor::before ? 10 : 11, planner.input(there)});
+            }
+            planner.output(Role::layers, layers);
+        }
+        add_layered_step(planner, std::move(step), arrays, 0);
         planner.output(Role::color, mixed);
     }
 
@@ -109,11 +123,25 @@ class Echo final : public Pass {
             }
         }
         frame.stages["color"] = color;
+        if (frame.planes.count(Role::layers)) set_off_layers(frame);
     }
 
     ParameterRef parameters() override { return &parameters_; }
 
   private:
+    void set_off_layers(ReferenceFrame& frame) const {
+        const ImageD own = frame.planes.at(Role::layers);
+        ImageD& layers = frame.planes.at(Role::layers);
+        for (Neighbor neighbor : kNeighbors) {
+            if (!uses(neighbor)) continue;
+            const auto found = frame.planes.find(role_of(neighbor, Role::layers));
+            for (size_t i = 0; i < own.data.size(); ++i) {
+                const double other = found == frame.planes.end() ? 0 : found->second.data[i];
+                layers.data[i] += 0.25 * (own.data[i] - other);
+            }
+        }
+        frame.stages["layers"] = layers;
+    }
     bool uses(Neighbor neighbor) const {
         return parameters_.neighbors == Neighbors::both ||
                (parameters_.neighbors == Neighbors::before && neighbor == Neighbor::before);

@@ -1,6 +1,8 @@
 #include "tests/passes/vignette/vignette.h"
 
+#include "chain/layered_step.h"
 #include "chain/work_list.h"
+#include "passes/common/wide_color.h"
 #include "tests/passes/shaders/shared/vignette_block.h"
 
 namespace postchain::vignette {
@@ -60,22 +62,31 @@ class Vignette final : public Pass {
         step.set_block(block);
         step.groups = groups_for(width, height);
         step.taps = uint64_t(width) * uint64_t(height);
-        planner.step(std::move(step));
+        std::vector<Binding> arrays;
+        if (planner.has(Role::layers)) {
+            const TextureId layers =
+                planner.layers("layers", context.layers_format(), width, height);
+            arrays = {{1, planner.input(Role::layers)}, {1, layers, Access::write}};
+            planner.output(Role::layers, layers);
+        }
+        add_layered_step(planner, std::move(step), arrays, uint64_t(width) * uint64_t(height));
         planner.output(Role::color, darkened);
     }
 
     void reference(const PlanContext&, ReferenceFrame& frame) const override {
-        ImageD& color = frame.planes.at(Role::color);
+        ImageD color = wide_color(frame);
         const double corner =
             double(color.width) * color.width + double(color.height) * color.height;
         for (int y = 0; y < color.height; ++y) {
             for (int x = 0; x < color.width; ++x) {
                 const double dx = 2 * x + 1 - color.width, dy = 2 * y + 1 - color.height;
                 const double kept = 1 - parameters_.strength * (dx * dx + dy * dy) / corner;
-                for (int c = 0; c < (parameters_.alpha ? 4 : 3); ++c) color.at(x, y, c) *= kept;
+                for (int c = 0; c < color.channels; ++c)
+                    if (parameters_.alpha || c % 4 < 3) color.at(x, y, c) *= kept;
             }
         }
-        frame.stages["color"] = color;
+        set_wide_color(frame, color);
+        frame.stages["color"] = frame.planes.at(Role::color);
     }
 
     ParameterRef parameters() override { return &parameters_; }

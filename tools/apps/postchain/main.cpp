@@ -76,7 +76,8 @@ int command(int argc, char** argv) {
 
     CLI::App* run = app.add_subcommand("run", "filter a sequence");
     add_chain(*run, options);
-    for (const char* group : {sequence::kInputGroup, sequence::kOutputGroup, sequence::kPlanGroup})
+    for (const char* group : {sequence::kInputGroup, sequence::kLayerGroup, sequence::kOutputGroup,
+                              sequence::kPlanGroup})
         add_settings(*run, job, group, &options.job);
     run->add_flag("--json", options.json, "one JSON object per frame on stdout");
     add_progress(*run, options);
@@ -84,7 +85,7 @@ int command(int argc, char** argv) {
 
     CLI::App* plan = app.add_subcommand("plan", "what would run, what is left out and why");
     add_chain(*plan, options);
-    for (const char* group : {sequence::kInputGroup, sequence::kPlanGroup})
+    for (const char* group : {sequence::kInputGroup, sequence::kLayerGroup, sequence::kPlanGroup})
         add_settings(*plan, job, group, &options.job);
     auto* text = plan->add_flag_callback(
         "--text", [&] { plan_format = "text"; },

@@ -91,8 +91,9 @@ std::string plan_summary(const Chain& chain, const sequence::PlannedFrame& plann
     out << "  in all " << plan.steps.size()
         << (plan.steps.size() == 1 ? " dispatch, " : " dispatches, ") << bytes
         << " bytes a pixel\n";
-    std::istringstream estimate(sequence::estimate_text(planned.memory, seconds));
-    for (std::string line; std::getline(estimate, line);) out << "  " << line << "\n";
+    std::istringstream rest(sequence::layers_text(planned.layers) +
+                            sequence::estimate_text(planned.memory, seconds));
+    for (std::string line; std::getline(rest, line);) out << "  " << line << "\n";
     return out.str();
 }
 

@@ -116,6 +116,10 @@ void add_serve(CLI::App& verb, Options& options, ServeOptions& serve) {
         ->type_name("NAME")
         ->expected(1)
         ->take_all();
+    verb.add_option("--attempts", serve.attempts,
+                    "times that a frame is tried before it is set aside")
+        ->check(CLI::Range(1, 1000))
+        ->capture_default_str();
     verb.add_option("--max-queue", serve.max_queue, "jobs that may wait; more are refused")
         ->check(CLI::Range(1, 1000000))
         ->capture_default_str();
@@ -145,6 +149,7 @@ int serve_verb(const Options& options, const ServeOptions& serve) {
     work.roots = *roots;
     work.device = options.device;
     work.threads = options.threads;
+    work.attempts = serve.attempts;
     work.max_queue = size_t(serve.max_queue);
     work.version = kVersion;
     auto opened = service::Service::open(work, builtin_passes());

@@ -15,6 +15,7 @@ struct ServeOptions {
     std::string bind = "127.0.0.1";
     std::string token_file;
     std::vector<std::string> hosts;
+    int attempts = 3;
     int max_queue = 1000;
     int max_connections = 4096;
     int max_connections_per_address = 2048;

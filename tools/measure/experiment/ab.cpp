@@ -300,7 +300,9 @@ class AbRun {
 Result<report::Report> run_ab(const NamedChain& a, const NamedChain& b,
                               const ExperimentSettings& settings, Executor& executor,
                               const ProgressCallback& progress, const std::atomic<bool>* stop) {
-    return AbRun(a, b, settings, executor, stop).run(progress);
+    ExperimentSettings with_mattes = settings;
+    with_mattes.run = sequence::settings_for(settings.run, {&a.chain, &b.chain});
+    return AbRun(a, b, with_mattes, executor, stop).run(progress);
 }
 
 }  // namespace postchain::experiment

@@ -374,7 +374,11 @@ Result<report::Report> run_bench(const std::vector<BenchVariant>& variants,
                                  const BenchSettings& settings, const io::OutputFiles& files,
                                  Executor& executor, const ProgressCallback& progress,
                                  const std::atomic<bool>* stop) {
-    return BenchRun(variants, settings, files, executor, stop).run(progress);
+    std::vector<const Chain*> chains;
+    for (const BenchVariant& variant : variants) chains.push_back(&variant.chain);
+    BenchSettings with_mattes = settings;
+    with_mattes.run = sequence::settings_for(settings.run, chains);
+    return BenchRun(variants, with_mattes, files, executor, stop).run(progress);
 }
 
 }  // namespace postchain::experiment

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "chain/status.h"
 
@@ -17,6 +18,8 @@ struct ReadLimits;
 struct HeaderFacts {
     bool multi_part = false;      // the flag; such a file may have one part
     bool type_attribute = false;  // of the first part: optional in a single flat part
+    // Of each part, where its chunks begin, each before the file's end. 0: never written.
+    std::vector<std::vector<uint64_t>> chunks;
 };
 
 // `fd` is a regular file of `file_bytes` bytes. Errors (input), without the path: zero bytes, not

@@ -33,9 +33,17 @@ inline IMATH_NAMESPACE::Box2i box_of(const Window& w) {
     return {{w.min_x, w.min_y}, {w.max_x, w.max_y}};
 }
 Imf::PixelType imf_type(PixelType type);
+std::vector<ExrChannel> channels_in(const Imf::Header& header);
+
+// Planes of one part that may lie in several PartPixels; `window` is that of all.
+struct PartPlanes {
+    Window window;
+    std::vector<const PartPixels::Plane*> planes;
+};
+PartPlanes planes_of(const PartPixels& pixels);
 
 // Slices of the planes' own types and samplings, without any conversion.
-Imf::FrameBuffer frame_buffer_of(const PartPixels& pixels);
+Imf::FrameBuffer frame_buffer_of(const PartPlanes& part);
 
 // The exception now being handled, as a status of `code`, or of `memory`: running out of memory is
 // not the fault of the file. Call in a catch block only. `fault` stands before what OpenEXR says.

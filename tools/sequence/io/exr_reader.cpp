@@ -1,6 +1,5 @@
 #include "tools/sequence/io/exr_reader.h"
 
-#include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
 #include <ImfInputPart.h>
 #include <ImfMultiView.h>
@@ -21,8 +20,10 @@
 #include <numeric>
 
 #include "tools/sequence/io/exr_attributes.h"
+#include "tools/sequence/io/exr_chunk_reader.h"
 #include "tools/sequence/io/exr_internal.h"
 #include "tools/sequence/io/exr_part_check.h"
+#include "tools/sequence/io/worker_pool.h"
 
 namespace postchain::io {
 
@@ -30,12 +31,6 @@ namespace {
 
 Status input_error(const std::string& path, const std::string& what) {
     return Status(StatusCode::input, concat(path, ": ", what));
-}
-
-PixelType pixel_type(Imf::PixelType type) {
-    return type == Imf::HALF    ? PixelType::half
-           : type == Imf::FLOAT ? PixelType::float32
-                                : PixelType::uint32;
 }
 
 // The part after the last dot: "BY" of "left.BY".
@@ -64,11 +59,7 @@ ExrPart part_of(const Imf::Header& header) {
     part.data_window = window_of(header.dataWindow());
     part.display_window = window_of(header.displayWindow());
     part.pixel_aspect = header.pixelAspectRatio();
-    const Imf::ChannelList& channels = header.channels();
-    for (auto it = channels.begin(); it != channels.end(); ++it) {
-        part.channels.push_back({it.name(), pixel_type(it.channel().type), it.channel().xSampling,
-                                 it.channel().ySampling});
-    }
+    part.channels = channels_in(header);
     if (Imf::hasMultiView(header)) part.views = Imf::multiView(header);
     if (Imf::hasChromaticities(header)) {
         const Imf::Chromaticities& c = Imf::chromaticities(header);
@@ -79,6 +70,15 @@ ExrPart part_of(const Imf::Header& header) {
         part.attributes[it.name()] = attribute_text(it.attribute());
     }
     return part;
+}
+
+ChunkSource chunk_source(const ExrFile::Impl& file, int part) {
+    ChunkSource source;
+    source.fd = file.stream->fd();
+    source.file_bytes = file.bytes;
+    source.offsets = file.facts.chunks[size_t(part)];
+    if (file.facts.multi_part) source.part = part;
+    return source;
 }
 
 PartPixels::Plane make_plane(const ExrChannel& channel, const Window& w) {
@@ -96,6 +96,7 @@ PartPixels::Plane make_plane(const ExrChannel& channel, const Window& w) {
 
 void set_exr_threads(int count) {
     Imf::setGlobalThreadCount(std::max(count, 0));
+    WorkerPool::shared().set_threads(count);
 }
 
 const ExrChannel* ExrPart::find(std::string_view channel) const {
@@ -144,9 +145,9 @@ Result<ExrFile> ExrFile::open(const std::string& path, const ReadLimits& limits)
     impl->bytes = uint64_t(info.st_size);
     impl->stream->take(fd, impl->bytes);
     if (!is_file) return input_error(path, "is not a file");
-    const Result<HeaderFacts> facts = scan_header(fd, impl->bytes, limits);
+    Result<HeaderFacts> facts = scan_header(fd, impl->bytes, limits);
     if (!facts.ok()) return facts.status().at(path);
-    impl->facts = *facts;
+    impl->facts = std::move(*facts);
     static std::once_flag once;
     std::call_once(once, [] { Imf::Header::setMaxTileSize(kMaxSide, kMaxSide); });
     // No reconstruction of chunk tables: an incomplete file is refused below.
@@ -253,7 +254,13 @@ Result<PartPixels> ExrFile::read_part(int part, const std::vector<std::string>& 
     for (const std::string& name : channels) {
         if (pixels.find(name) == nullptr) return check_channels(part, {name});
     }
-    const Imf::FrameBuffer buffer = frame_buffer_of(pixels);
+    if (const auto layout = ChunkLayout::of(impl_->file->header(part))) {
+        if (Status s = read_chunks(chunk_source(*impl_, part), *layout, pixels); !s.ok())
+            return s.at(parts().size() > 1 ? concat(path(), ": part ", part, " '", info.name, "'")
+                                           : path());
+        return pixels;
+    }
+    const Imf::FrameBuffer buffer = frame_buffer_of(planes_of(pixels));
     if (info.tiled) {
         Imf::TiledInputPart in(*impl_->file, part);
         in.setFrameBuffer(buffer);

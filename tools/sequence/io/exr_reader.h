@@ -4,8 +4,9 @@
 //   ExrFile --read_part--> PartPixels (native planes, one pass over the part) --> ImageF
 //
 // The planes stay in the file's number types, so that what is not filtered can be written back bit
-// for bit. Threads: OpenEXR's global pool, Imf::setGlobalThreadCount() through set_exr_threads().
-// One ExrFile must not be used by two threads at once.
+// for bit. Parts without compression, ZIP and ZIPS are unpacked here (exr_chunk_reader.h), the
+// others by OpenEXR; threads for both: set_exr_threads(). One ExrFile must not be used by two
+// threads at once.
 #pragma once
 
 #include <array>
@@ -37,7 +38,8 @@ struct ReadLimits {
     int max_channels = 4096;                        // of one part
 };
 
-// Workers of OpenEXR's pool, which every reader and writer of the process shares; 0 = none.
+// Threads that pack and unpack the pixels of every reader and writer of the process: those of
+// OpenEXR's pool, and of WorkerPool with the caller's; 0 = the caller's alone.
 void set_exr_threads(int count);
 
 struct ExrPart {

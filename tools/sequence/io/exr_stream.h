@@ -18,6 +18,7 @@ class FdIStream final : public Imf::IStream {
     explicit FdIStream(const std::string& path) : Imf::IStream(path.c_str()) {}
     ~FdIStream() override;
     void take(int fd, uint64_t size);  // once, before the first read; the stream closes it
+    int fd() const { return fd_; }
     bool read(char* to, int count) override;
     uint64_t tellg() override { return position_; }
     void seekg(uint64_t position) override { position_ = position; }

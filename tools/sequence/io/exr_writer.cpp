@@ -2,24 +2,11 @@
 
 #include <ImfChannelList.h>
 #include <ImfChromaticitiesAttribute.h>
-#include <ImfDeepScanLineInputPart.h>
-#include <ImfDeepScanLineOutputPart.h>
-#include <ImfDeepTiledInputPart.h>
-#include <ImfDeepTiledOutputPart.h>
 #include <ImfFloatAttribute.h>
-#include <ImfInputPart.h>
 #include <ImfIntAttribute.h>
-#include <ImfMultiPartOutputFile.h>
-#include <ImfOutputFile.h>
-#include <ImfOutputPart.h>
 #include <ImfPartType.h>
 #include <ImfStdIO.h>
 #include <ImfStringAttribute.h>
-#include <ImfThreading.h>
-#include <ImfTiledInputPart.h>
-#include <ImfTiledOutputFile.h>
-#include <ImfTiledOutputPart.h>
-#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -29,6 +16,7 @@
 
 #include "tools/sequence/io/exr_attributes.h"
 #include "tools/sequence/io/exr_internal.h"
+#include "tools/sequence/io/exr_output.h"
 #include "tools/sequence/io/pixel_encode.h"
 
 namespace postchain::io {
@@ -62,27 +50,9 @@ Status check_counts(const std::string& path, const EncodeCounts& counts, HalfOve
                          counts.overflow_pixels > 0 ? "color as float" : "it less bright"));
 }
 
-// OpenEXR 3.1 writes nothing of lines that it could not compress for want of memory, and says
-// nothing either: what it has written is looked at once more, as a reader does.
-Status check_complete(AtomicFile& file) {
-    if (Status s = file.flush(); !s.ok()) return s;
-    FdIStream stream(file.temporary());
-    const int fd = ::open(file.temporary().c_str(), O_RDONLY | O_CLOEXEC);
-    if (fd < 0)
-        return Status(StatusCode::output,
-                      concat(file.path(), ": cannot be read again: ", std::strerror(errno)));
-    stream.take(fd, file.size());
-    const Imf::MultiPartInputFile written(stream, 0, false);
-    for (int part = 0; part < written.parts(); ++part)
-        if (!written.partComplete(part))
-            return Status(
-                StatusCode::memory,
-                concat(file.path(), ": not enough memory: OpenEXR could not compress every line"));
-    return {};
-}
-
 // Runs `write` on an OpenEXR output stream into a new file at `path`, then commits.
-// `write(Imf::OStream&)` may throw, and must have closed its OpenEXR objects when it returns.
+// `Result<Packer> write(Imf::OStream&)` may throw, and must have closed its OpenEXR objects when it
+// returns.
 template <class Write>
 Status write_file(const std::string& path, const WriteOptions& options, WriteReport& report,
                   Write write) {
@@ -90,9 +60,12 @@ Status write_file(const std::string& path, const WriteOptions& options, WriteRep
     if (!file.ok()) return file.status();
     AtomicOStream stream(*file);
     try {
-        write(stream);
+        const Result<Packer> packer = write(stream);
+        if (!packer.ok()) return packer.status().at(path);
+        if (*packer == Packer::openexr)
+            if (Status s = check_complete(*file); !s.ok()) return s;
         // A failure that OpenEXR's destructors swallowed has stuck to the file.
-        if (Status s = check_complete(*file); !s.ok()) return s;
+        if (Status s = file->flush(); !s.ok()) return s;
     } catch (...) {
         if (!stream.status.ok()) return stream.status;
         return status_of_exr_exception(StatusCode::output, path);
@@ -104,47 +77,6 @@ Status write_file(const std::string& path, const WriteOptions& options, WriteRep
     if (!written.ok()) return written.status();
     report.skipped = !*written;
     return {};
-}
-
-void copy_part(Imf::MultiPartInputFile& in, Imf::MultiPartOutputFile& out, int part) {
-    const Imf::Header& header = in.header(part);
-    const std::string type = header.hasType()              ? header.type()
-                             : header.hasTileDescription() ? Imf::TILEDIMAGE
-                                                           : Imf::SCANLINEIMAGE;
-    if (type == Imf::DEEPSCANLINE) {
-        Imf::DeepScanLineInputPart from(in, part);
-        Imf::DeepScanLineOutputPart(out, part).copyPixels(from);
-    } else if (type == Imf::DEEPTILE) {
-        Imf::DeepTiledInputPart from(in, part);
-        Imf::DeepTiledOutputPart(out, part).copyPixels(from);
-    } else if (type == Imf::TILEDIMAGE) {
-        Imf::TiledInputPart from(in, part);
-        Imf::TiledOutputPart(out, part).copyPixels(from);
-    } else {
-        Imf::InputPart from(in, part);
-        Imf::OutputPart(out, part).copyPixels(from);
-    }
-}
-
-void write_tiles(auto&& to, const Imf::FrameBuffer& buffer) {
-    to.setFrameBuffer(buffer);
-    to.writeTiles(0, to.numXTiles(0) - 1, 0, to.numYTiles(0) - 1, 0, 0);
-}
-
-void write_lines(auto&& to, const Imf::FrameBuffer& buffer) {
-    to.setFrameBuffer(buffer);
-    const IMATH_NAMESPACE::Box2i& window = to.header().dataWindow();
-    to.writePixels(window.max.y - window.min.y + 1);
-}
-
-// MultiPartOutputFile would add a "type" attribute to a file that has none.
-void write_single_part(Imf::OStream& stream, const Imf::Header& header,
-                       const Imf::FrameBuffer& buffer) {
-    if (header.hasTileDescription()) {
-        write_tiles(Imf::TiledOutputFile(stream, header, Imf::globalThreadCount()), buffer);
-    } else {
-        write_lines(Imf::OutputFile(stream, header, Imf::globalThreadCount()), buffer);
-    }
 }
 
 // Header::erase() of OpenEXR 3.1 leaks the attribute, so this is a copy that never had it.
@@ -235,8 +167,86 @@ Status check_rewritable(ExrFile& file, int color_part,
     return status_of_exception(file.path());
 }
 
+namespace {
+
+// A part of the output that is encoded anew.
+struct RewrittenPart {
+    PartPixels read;   // of a part that the frame does not hold
+    PartPixels moved;  // where the data window grows
+    PartPixels fresh;  // the channels that are replaced
+    std::vector<ImageF> images;
+    PartPlanes planes;
+
+    // Channels of `part` in `layers`, over what `kept` has, placed in `window`. Counts what does
+    // not fit its channel.
+    EncodeCounts replace(const PartPixels& kept, const Window& window, const InputFrame& frame,
+                         const std::vector<const FilteredLayer*>& layers);
+};
+
+EncodeCounts RewrittenPart::replace(const PartPixels& kept, const Window& window,
+                                    const InputFrame& frame,
+                                    const std::vector<const FilteredLayer*>& layers) {
+    static const std::map<std::string, float> kNothing;
+    const auto outside = frame.outside.find(kept.part);
+    const bool same = window == kept.window;
+    if (!same)
+        moved = kept.placed(window, outside == frame.outside.end() ? kNothing : outside->second);
+    const PartPixels& under = same ? kept : moved;
+    fresh.part = under.part;
+    fresh.window = under.window;
+    std::vector<EncodeTarget> targets;
+    images.reserve(layers.size());
+    for (const FilteredLayer* layer : layers) {
+        if (window != frame.window) images.push_back(placed(*layer->image, frame.window, window));
+        const ImageF& image = window == frame.window ? *layer->image : images.back();
+        for (size_t i = 0; i < layer->channels.size(); ++i) {
+            const PartPixels::Plane* old = under.find(layer->channels[i]);
+            PartPixels::Plane& plane = fresh.planes.emplace_back();
+            plane.channel = old->channel;
+            plane.width = old->width;
+            plane.height = old->height;
+            plane.bytes = std::make_unique_for_overwrite<std::byte[]>(plane.total_bytes());
+            targets.push_back({&image, int(i), plane.channel.type, plane.bytes.get(), !layer->ids});
+        }
+    }
+    const EncodeCounts counts = encode_channels(targets);
+    planes = planes_of(fresh);
+    for (const PartPixels::Plane& plane : under.planes)
+        if (fresh.find(plane.channel.name) == nullptr) planes.planes.push_back(&plane);
+    return counts;
+}
+
+// The layers by their part, color's among them.
+Result<std::map<int, std::vector<const FilteredLayer*>>> by_part(
+    const std::string& path, const InputFrame& frame, const FilteredLayer& color,
+    const std::vector<FilteredLayer>& layers) {
+    std::map<int, std::vector<const FilteredLayer*>> parts;
+    parts[color.part].push_back(&color);
+    const auto& in_file = frame.files.color_file().parts();
+    for (const FilteredLayer& layer : layers) {
+        const bool fits = layer.part >= 0 && size_t(layer.part) < in_file.size() &&
+                          in_file[size_t(layer.part)].data_window == frame.data_window &&
+                          layer.image->width == frame.description.width &&
+                          layer.image->height == frame.description.height &&
+                          size_t(layer.image->channels) >= layer.channels.size();
+        if (!fits)
+            return Status(StatusCode::internal, concat(path, ": a layer does not fit the frame"));
+        parts[layer.part].push_back(&layer);
+    }
+    return parts;
+}
+
+size_t channel_count(const std::vector<const FilteredLayer*>& layers) {
+    size_t count = 0;
+    for (const FilteredLayer* layer : layers) count += layer->channels.size();
+    return count;
+}
+
+}  // namespace
+
 Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, const ImageF& color,
-                                   const WriteOptions& options) try {
+                                   const WriteOptions& options,
+                                   const std::vector<FilteredLayer>& layers) try {
     WriteReport report;
     if (frame.kept == nullptr || color.width != frame.description.width ||
         color.height != frame.description.height || color.channels != 4) {
@@ -249,70 +259,54 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
         return report;
     }
 
-    if (Status s = check_rewritable(frame.files.color_file(), frame.kept->part, options.attributes);
+    const int color_part = frame.kept->part;
+    if (Status s = check_rewritable(frame.files.color_file(), color_part, options.attributes);
         !s.ok())
         return s;
 
-    // The new color planes, beside the kept ones they replace.
-    const std::vector<std::string>& names = frame.assignment.at(Role::color).channels;
-    const bool same_window = !options.window || *options.window == frame.kept->window;
-    const Window window = same_window ? frame.kept->window : aligned(*options.window, *frame.kept);
-    const PartPixels moved = same_window ? PartPixels() : frame.kept->placed(window, frame.outside);
-    const PartPixels& kept = same_window ? *frame.kept : moved;
-    ImageF placed_color;
-    if (window != frame.window) placed_color = placed(color, frame.window, window);
-    const ImageF& written = window == frame.window ? color : placed_color;
-    PartPixels fresh;
-    fresh.part = kept.part;
-    fresh.window = kept.window;
-    std::vector<EncodeTarget> targets;
-    for (size_t i = 0; i < names.size(); ++i) {
-        const PartPixels::Plane* old = kept.find(names[i]);
-        PartPixels::Plane& plane = fresh.planes.emplace_back();
-        plane.channel = old->channel;
-        plane.width = old->width;
-        plane.height = old->height;
-        plane.bytes = std::make_unique_for_overwrite<std::byte[]>(plane.total_bytes());
-        targets.push_back({&written, int(i), plane.channel.type, plane.bytes.get(), true});
+    const FilteredLayer own{color_part, frame.assignment.at(Role::color).channels, &color, false};
+    const auto replaced = by_part(path, frame, own, layers);
+    if (!replaced.ok()) return replaced.status();
+    const bool grown = options.window && *options.window != frame.kept->window;
+    ExrFile& file = frame.files.color_file();
+    ExrFile::Impl& input = file.impl();
+    std::vector<Imf::Header> headers;
+    for (int i = 0; i < input.file->parts(); ++i) headers.push_back(input.file->header(i));
+    std::map<int, RewrittenPart> rewritten;
+    EncodeCounts counts;
+    for (const auto& [part, of_part] : *replaced) {
+        RewrittenPart& next = rewritten[part];
+        if (part != color_part) {
+            auto read = file.read_part(part);
+            if (!read.ok()) return read.status();
+            next.read = std::move(*read);
+        }
+        const PartPixels& kept = part == color_part ? *frame.kept : next.read;
+        const Window window = grown ? aligned(*options.window, kept) : kept.window;
+        const EncodeCounts found = next.replace(kept, window, frame, of_part);
+        counts.overflow_pixels += found.overflow_pixels;
+        counts.nonfinite_pixels += found.nonfinite_pixels;
+        counts.refused_pixels += found.refused_pixels;
+        WriteOptions of_header = options;
+        if (part != color_part) of_header.attributes.clear();
+        headers[size_t(part)] = color_header(
+            headers[size_t(part)], channel_count(of_part) == kept.planes.size(),
+            input.facts.multi_part || input.facts.type_attribute, of_header, report.notes);
+        if (!grown) continue;
+        headers[size_t(part)].dataWindow() = box_of(window);
+        report.notes.push_back(concat("data window ", kept.window.text(), " grown to ",
+                                      window.text(), ": the chain moves light out of it"));
     }
-    const EncodeCounts counts = encode_channels(targets);
     if (Status s = check_counts(path, counts, options.overflow); !s.ok()) return s;
     report.overflow_pixels = counts.overflow_pixels;
     report.nonfinite_pixels = counts.nonfinite_pixels;
 
-    ExrFile::Impl& input = frame.files.color_file().impl();
-    std::vector<Imf::Header> headers;
-    for (int i = 0; i < input.file->parts(); ++i) headers.push_back(input.file->header(i));
-    headers[size_t(kept.part)] =
-        color_header(headers[size_t(kept.part)], names.size() == kept.planes.size(),
-                     input.facts.multi_part || input.facts.type_attribute, options, report.notes);
-    if (!same_window) {
-        headers[size_t(kept.part)].dataWindow() = box_of(window);
-        report.notes.push_back(concat("data window ", frame.kept->window.text(), " grown to ",
-                                      window.text(), ": the chain moves light out of it"));
-    }
-    Imf::FrameBuffer buffer = frame_buffer_of(kept);
-    const Imf::FrameBuffer fresh_buffer = frame_buffer_of(fresh);
-    for (auto it = fresh_buffer.begin(); it != fresh_buffer.end(); ++it) {
-        buffer.insert(it.name(), it.slice());
-    }
-
     const auto write = [&](Imf::OStream& stream) {
-        if (!input.facts.multi_part) {
-            write_single_part(stream, headers[0], buffer);
-            return;
-        }
-        Imf::MultiPartOutputFile out(stream, headers.data(), int(headers.size()), false,
-                                     Imf::globalThreadCount());
-        for (int part = 0; part < int(headers.size()); ++part) {
-            if (part != kept.part) {
-                copy_part(*input.file, out, part);
-            } else if (headers[size_t(part)].hasTileDescription()) {
-                write_tiles(Imf::TiledOutputPart(out, part), buffer);
-            } else {
-                write_lines(Imf::OutputPart(out, part), buffer);
-            }
-        }
+        if (!input.facts.multi_part)
+            return write_single_part(stream, headers[0], rewritten.at(0).planes);
+        std::map<int, PartPlanes> planes;
+        for (auto& [part, anew] : rewritten) planes[part] = std::move(anew.planes);
+        return write_multi_part(stream, headers, planes, *input.file);
     };
     if (Status s = write_file(path, options, report, write); !s.ok()) return s;
     return report;
@@ -360,8 +354,8 @@ Result<EncodedPlanes> encode_planes(const std::string& path, const PlanesFile& f
     return encoded;
 }
 
-void write_encoded(Imf::OStream& stream, const EncodedPlanes& encoded, const PlanesFile& file,
-                   const WriteOptions& options) {
+Result<Packer> write_encoded(Imf::OStream& stream, const EncodedPlanes& encoded,
+                             const PlanesFile& file, const WriteOptions& options) {
     const PartPixels& pixels = encoded.pixels;
     Imf::Header header(box_of(file.display_window.value_or(pixels.window)), box_of(pixels.window));
     header.compression() = Imf::ZIP_COMPRESSION;
@@ -380,7 +374,7 @@ void write_encoded(Imf::OStream& stream, const EncodedPlanes& encoded, const Pla
     };
     for (const auto& [name, value] : file.attributes) insert(name, value);
     for (const auto& [name, value] : options.attributes) insert(name, value);
-    write_single_part(stream, header, frame_buffer_of(pixels));
+    return write_single_part(stream, header, planes_of(pixels));
 }
 
 // The channels of one image as float.
@@ -408,7 +402,7 @@ Result<WriteReport> write_planes_exr(const std::string& path, const PlanesFile& 
     report.overflow_pixels = encoded->counts.overflow_pixels;
     report.nonfinite_pixels = encoded->counts.nonfinite_pixels;
     const auto write = [&](Imf::OStream& stream) {
-        write_encoded(stream, *encoded, file, options);
+        return write_encoded(stream, *encoded, file, options);
     };
     if (Status s = write_file(path, options, report, write); !s.ok()) return s;
     return report;
@@ -423,7 +417,8 @@ Result<std::string> planes_exr_bytes(const ImageF& image, const std::vector<std:
         const auto encoded = encode_planes(place, file, HalfOverflow::refuse);
         if (!encoded.ok()) return encoded.status();
         Imf::StdOSStream stream;
-        write_encoded(stream, *encoded, file, {});
+        const auto packer = write_encoded(stream, *encoded, file, {});
+        if (!packer.ok()) return packer.status().at(place);
         return stream.str();
     } catch (...) {
         return status_of_exception(place);

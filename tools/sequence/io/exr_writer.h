@@ -2,6 +2,7 @@
 //
 //   InputFrame + color --write_filtered--> the input file, color channels replaced:
 //     color's part    every channel in its own type; what is not color comes from the bytes read
+//     a layer's part  the same, where a further layer is filtered
 //     other parts     chunk by chunk as stored (copyPixels): flat, tiled, mip-mapped and deep alike
 //
 // Kept: channel set, types and names, windows, compression, line order, tiling, pixel aspect,
@@ -46,10 +47,15 @@ struct WriteOptions {
     // Asked when all is written and the file has not got its name yet; an error ends it.
     std::function<Status()> before_commit = {};
 
-    // zlib's level for ZIP and ZIPS. On a 1280x720 Cycles frame (4 half, 5 float channels) levels
-    // 1, 2, 4 (OpenEXR's default), 6 write in 188, 197, 237, 309 ms on one core, and the files
-    // take 8.64, 8.55, 8.18, 8.09 MB: 2 saves a sixth of the time for a twentieth of the size.
-    static constexpr int kZipLevel = 2;
+    // Level of deflate for ZIP and ZIPS, 0 (stored) to 9. On the 25.8 MB of a 1280x720 Cycles frame (4
+    // half, 5 float channels), milliseconds on one core and size of what comes out:
+    //
+    //   level         1     2     4     5     6     9
+    //   libdeflate  106   124   133   149   156   386 ms   8.26  8.31  8.25  8.19  8.17  8.14 MB
+    //   zlib        204   215   263   301   348  1582      8.64  8.55  8.18  8.13  8.09  8.05
+    //
+    // Files at libdeflate's 1 are a hundredth larger than at OpenEXR's default, zlib's 4.
+    static constexpr int kZipLevel = 1;
 };
 
 struct WriteReport {
@@ -60,14 +66,23 @@ struct WriteReport {
     std::vector<std::string> notes;  // what was changed besides color
 };
 
-// Writes `frame` (read with Keep::all) with its color channels replaced. `color` covers
-// `frame.window` and has 4 channels; alpha is written where the file has it. Where the data window
-// written is larger than the file's, other channels hold InputFrame::outside there. Errors
-// (output): the path (see AtomicFile), write errors, and under `refuse` values beyond a half
+// Channels of a part of color's file that are replaced besides color.
+struct FilteredLayer {
+    int part = 0;                       // its data window is that of color's part
+    std::vector<std::string> channels;  // of the part, in the order of the image's channels
+    const ImageF* image = nullptr;      // covers InputFrame::window
+    bool ids = false;                   // no color: the bits are written as they are
+};
+
+// Writes `frame` (read with Keep::all) with its color channels and those of `layers` replaced.
+// `color` covers `frame.window` and has 4 channels; alpha is written where the file has it. Where
+// the data window written is larger than the file's, other channels hold InputFrame::outside there.
+// Errors (output): the path (see AtomicFile), write errors, and under `refuse` values beyond a half
 // channel, NaN and Inf (under `clamp` NaN becomes 0, the others the largest value of the channel's
 // type); (input): check_rewritable(), damaged data in a part that is copied.
 Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, const ImageF& color,
-                                   const WriteOptions& options);
+                                   const WriteOptions& options,
+                                   const std::vector<FilteredLayer>& layers = {});
 
 // Whether write_filtered() can write the file back, from its header alone. Errors (input): a part
 // of unknown type, which cannot be copied; an attribute of color's part that has the name of one of

@@ -149,10 +149,11 @@ Result<InputFrame> read_frame(OpenFrame files, const ChannelAssignment& assignme
     frame.window = area ? area->window : frame.data_window;
     const ConvertOptions convention = area ? area->convention : ConvertOptions();
     for (const auto& [role, source] : assignment) {
-        if (&files.file_of(role) != jobs[0].file || source.part != jobs[0].part) continue;
+        if (&files.file_of(role) != jobs[0].file || role == Role::color) continue;
+        const ExrPart& part = jobs[0].file->parts()[size_t(source.part)];
         for (const std::string& name : source.channels)
-            if (const ExrChannel* channel = color_part.find(name); channel && role != Role::color)
-                frame.outside[name] = outside_value(role, convention, channel->type);
+            if (const ExrChannel* channel = part.find(name))
+                frame.outside[source.part][name] = outside_value(role, convention, channel->type);
     }
     for (Job& job : jobs) {
         const ExrPart& part = job.file->parts()[size_t(job.part)];

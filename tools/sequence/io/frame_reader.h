@@ -65,8 +65,9 @@ struct InputFrame {
     Window display_window;
     bool half_depth = false;           // depth came as half (warn: relative step 2^-11)
     std::shared_ptr<PartPixels> kept;  // color's part, every channel, for the writer
-    // What its channels of depth and motion hold where there is nothing; other channels hold 0.
-    std::map<std::string, float> outside;
+    // By part of color's file: what channels of depth and motion hold where there is nothing; other
+    // channels hold 0.
+    std::map<int, std::map<std::string, float>> outside;
 };
 
 // What a channel of this role and type holds where there is nothing: 0; in depth what is farthest

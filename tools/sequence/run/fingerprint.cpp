@@ -37,6 +37,7 @@ std::string text_of(const OpenedFrame& frame) {
         for (const auto& channel : where.channels) text += " " + channel;
         text += "\n";
     }
+    text += header.layers.text();
     for (const io::FileStamp& file : frame.stamps)
         text +=
             concat(fs::path(file.path).filename().string(), " ", file.bytes, " ", file.time, "\n");

@@ -18,6 +18,8 @@ struct FrameInFlight {
     FrameReport report;
     std::optional<SourceFrame> source;  // none: the report is final
     ImageF result;
+    ImageF layers;  // filtered, one below another; empty: the file's own stay
+    std::vector<io::RankedCoverage> cryptomattes;  // filtered; empty: the file's own stay
 };
 
 // The four stages of one frame come one after the other, each on its thread; the stages of

@@ -13,6 +13,7 @@
 #include "chain/plan.h"
 #include "tools/sequence/io/exr_writer.h"
 #include "tools/sequence/io/file_stamp.h"
+#include "tools/sequence/run/cryptomatte_filter.h"
 #include "tools/sequence/run/frame_source.h"
 
 namespace postchain::sequence {
@@ -32,6 +33,8 @@ struct FrameReport {
     std::optional<Plan> plan;
     std::string provenance;             // run/fingerprint.h
     std::vector<io::FileStamp> stamps;  // of the files that are read, its neighbors' among them
+    FrameLayers layers;                 // of color's file
+    std::vector<CryptomatteReport> cryptomattes;  // that were filtered
     FrameBounds bounds;
     InputHealth health;  // its first_nonfinite as in the file
     SurfaceHealth surface_health;

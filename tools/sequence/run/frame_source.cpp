@@ -119,6 +119,15 @@ Status add_own_file(const SourceSettings& settings, const Writer& writer, const 
     return Status();
 }
 
+// Of the match, for the names of data.
+const Profile& profile_of(const SourceSettings& settings, const Writer& writer,
+                          const ProfileMatch& match) {
+    if (!settings.profile)
+        for (const Profile& profile : builtin_profiles())
+            if (profile.name == match.profile) return profile;
+    return writer.profile;
+}
+
 // Computed wide: a header may state any window.
 bool fits(const io::Window& w) {
     return int64_t(w.max_x) - w.min_x < io::kMaxSide && int64_t(w.max_y) - w.min_y < io::kMaxSide;
@@ -128,6 +137,14 @@ bool fits(const io::Window& w) {
 
 const io::ExrPart& color_part(const FrameHeader& header) {
     return header.files.color_file().parts()[size_t(header.assignment.at(Role::color).part)];
+}
+
+RoleSet roles_in_files(const FrameHeader& header) {
+    RoleSet roles;
+    for (const auto& [role, where] : header.assignment) roles.add(role);
+    if (header.layers.any_filtered()) roles.add(Role::layers);
+    if (!header.layers.mattes.empty()) roles.add(Role::mattes);
+    return roles;
 }
 
 Result<FrameHeader> open_source_frame(const SourceSettings& settings,
@@ -158,6 +175,13 @@ Result<FrameHeader> open_source_frame(const SourceSettings& settings,
     }
     for (const auto& [role, where] : header.match.roles)
         header.assignment[role] = {where.part, where.channels};
+
+    auto layers =
+        find_frame_layers(settings.layers, data_names(profile_of(settings, *writer, header.match)),
+                          color_file, header.match);
+    if (!layers.ok()) return layers.status();
+    header.layers = std::move(*layers);
+    header.warnings = header.layers.warnings;
 
     const auto& part = color_part(header);
     header.window = part.data_window;
@@ -202,16 +226,20 @@ RoleSet planes_needed(const Chain& chain, const SourceSettings& settings, const 
         for (const Place& place : link.pass->depth_places())
             frame.bounds.inverse_depth_at[place] = 0;
     const bool cut = settings.cuts.count(frame.frame_number) > 0;
-    RoleSet own;
-    for (const auto& [role, where] : header.assignment) own.add(role);
+    frame.mattes = matte_indices(chain, settings.layers.mattes);
+    RoleSet own = roles_in_files(header);
+    // Cryptomattes are filtered as layers too, some at a time.
+    frame.layers = std::max(int(header.layers.filtered.size()), int(own.has(Role::layers)));
+    if (mattes_of(chain).empty()) own.remove(Role::mattes);
     const RoleSet usable = chain.required() | chain.optional();
     bool planned = false;
     const auto read_with = [&](const std::vector<Neighbor>& neighbors, bool camera_cut) {
         frame.planes = own;
         for (Neighbor neighbor : neighbors)
-            for (Role role : kFileRoles)
-                if (const Role there = role_of(neighbor, role); own.has(role) && usable.has(there))
-                    frame.planes.add(there);
+            for (Role role : kNeighborRoles)
+                if (own.has(role) && usable.has(is_stacked(role) ? role_of(neighbor, Role::color)
+                                                                 : role_of(neighbor, role)))
+                    frame.planes.add(role_of(neighbor, role));
         frame.bounds.camera_cut = camera_cut;
         const auto plan = make_plan(chain, frame, options);
         if (!plan.ok()) return RoleSet();
@@ -263,6 +291,12 @@ std::string SourceFrame::first_nonfinite_text() const {
 
 FrameDescription planned_description(const Chain& chain, const SourceFrame& frame) {
     FrameDescription description = frame.description;
+    std::vector<std::string> mattes;
+    for (const MatteSource& matte : frame.layers.mattes) mattes.push_back(matte.name);
+    description.mattes = matte_indices(chain, mattes);
+    if (mattes_of(chain).empty())
+        for (Role role : {Role::mattes, Role::mattes_before, Role::mattes_after})
+            description.planes.remove(role);
     find_depths(chain, frame.planes, description);
     description.camera = description.camera.overlaid_by(chain.camera);
     return description;
@@ -301,6 +335,15 @@ void to_file_convention(ImageF& color, const ConvertOptions& conversion, const I
                 rgba[c] = was[c];
         }
     }
+}
+
+void layer_to_file_convention(ImageF& layer, const ConvertOptions& conversion,
+                              const ImageF& color) {
+    if (!conversion.unpremultiplied) return;
+    for (size_t pixel = 0; pixel < layer.pixels(); ++pixel)
+        for (size_t c = 0; c < 3; ++c)
+            if (const float alpha = color.data[4 * pixel + 3]; alpha != 0)
+                layer.data[4 * pixel + c] /= alpha;
 }
 
 }  // namespace postchain::sequence

@@ -21,6 +21,7 @@
 #include "config/profile_match.h"
 #include "tools/sequence/io/frame_reader.h"
 #include "tools/sequence/run/edge_check.h"
+#include "tools/sequence/run/frame_layers.h"
 #include "tools/sequence/run/sky_motion.h"
 
 namespace postchain::sequence {
@@ -41,6 +42,7 @@ struct SourceSettings {
     std::set<int> cuts;  // frames whose motion leads across a camera cut
     DataWindow data_window = DataWindow::grow;
     uint64_t max_memory = 0;  // bytes for frames; 0: no limit
+    LayerSettings layers;
 };
 
 // Headers, roles and camera of one frame.
@@ -51,6 +53,7 @@ struct FrameHeader {
     io::Window window;                  // that is filtered
     Camera camera;                      // metadata overlaid by the camera file
     std::optional<SkyViews> sky;        // where the camera file has matrices
+    FrameLayers layers;                 // of color's file
     std::vector<std::string> warnings;  // one line each
 };
 
@@ -66,6 +69,12 @@ struct SurfaceHealth {
     uint64_t sky_motion_from_camera = 0;  // pixels
 };
 
+// The cryptomattes of a frame that are filtered, in the order of FrameLayers::cryptomattes.
+struct FrameCryptomattes {
+    io::Window window;
+    std::vector<io::RankedCoverage> ranks;
+};
+
 struct SourceFrame {
     io::InputFrame input;          // its planes have moved into `planes`, of input.window
     FrameDescription description;  // bounds and camera included
@@ -73,6 +82,10 @@ struct SourceFrame {
     InputHealth health;            // its first_nonfinite as in the file
     SurfaceHealth surface_health;
     ProfileMatch match;
+    FrameLayers layers;
+    // None where they stay as they are.
+    std::shared_ptr<const FrameCryptomattes> cryptomattes;
+    std::map<Neighbor, std::shared_ptr<const FrameCryptomattes>> neighbor_cryptomattes;
     ConvertOptions conversion;
     std::vector<std::string> warnings;
     Status strict_fault;  // what --strict says of the pixels that were read, neighbors' included
@@ -83,6 +96,9 @@ struct SourceFrame {
 };
 
 const io::ExrPart& color_part(const FrameHeader& header);
+
+// What the files of the frame can bring: the roles that have channels, layers and mattes.
+RoleSet roles_in_files(const FrameHeader& header);
 
 // The planes to read for this chain: those that a plan reads of which no fact is known yet, of
 // its neighbors too, as if they were there; and those that its neighbors would read of it. All that
@@ -109,6 +125,8 @@ SharedPlanes shared(FramePlanes planes);
 // nothing can be divided: what was clear in the file, `stored`, and has got no light, has its color
 // again.
 void to_file_convention(ImageF& color, const ConvertOptions& conversion, const ImageF& stored);
+// The same of a further layer, which is stored as color is: `color` has its alpha.
+void layer_to_file_convention(ImageF& layer, const ConvertOptions& conversion, const ImageF& color);
 
 // Color as the file of a frame that was read with Keep::all has it.
 ImageF stored_color(const io::InputFrame& input);

@@ -67,6 +67,8 @@ Result<SourceSettings> source_settings_of(const JobSettings& job, Diagnostics& n
     source.view = job.view;
     source.nonfinite_color = job.nonfinite;
     source.data_window = job.data_window;
+    source.layers.layers = job.layers;
+    source.layers.cryptomatte = job.cryptomatte;
     auto memory = memory_limit_of(job.max_memory);
     if (!memory.ok()) return memory.status();
     source.max_memory = *memory;
@@ -150,6 +152,15 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                .help = "memory that frames may take, as 8G or 500M",
                .unset_means = "three quarters of the machine's",
                .group = kInputGroup})
+        .text("layers", &JobSettings::layers,
+              {.unit = "NAMES",
+               .help = "further color layers that are filtered as the color is: none, all, or "
+                       "names and patterns with commas",
+               .group = kLayerGroup})
+        .choice("cryptomatte", &JobSettings::cryptomatte, {"keep", "filter"},
+                {.help = "what becomes of cryptomattes: kept as rendered, or the coverage of each "
+                         "id filtered as a layer and ranked anew",
+                 .group = kLayerGroup})
         .choice("precision", &JobSettings::precision, {"fp16", "fp32"},
                 {.help = "storage of intermediate planes", .group = kPlanGroup})
         .text("no_elide", &JobSettings::no_elide,

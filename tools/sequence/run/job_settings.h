@@ -26,6 +26,9 @@ struct JobSettings {
     DataWindow data_window = DataWindow::grow;
     std::string max_memory;
 
+    std::string layers = "none";  // "none", "all", or names with commas
+    CryptomatteChoice cryptomatte = CryptomatteChoice::keep;
+
     Precision precision = Precision::fp32;
     std::string no_elide;  // "all", or names of rules with commas
     std::string elide;     // names of rules with commas
@@ -43,8 +46,9 @@ struct JobSettings {
     std::string dump_stages;
 };
 
-// Groups of the rows: what is read, what a plan does, what is written.
+// Groups of the rows: what is read, filtered, what a plan does, what is written.
 inline constexpr const char* kInputGroup = "input";
+inline constexpr const char* kLayerGroup = "layers";  // what is filtered besides color
 inline constexpr const char* kPlanGroup = "plan";
 inline constexpr const char* kOutputGroup = "output";
 // The names of the rules that may be given are those of the registry.

@@ -9,6 +9,8 @@
 #include <fstream>
 #include <map>
 
+#include "tools/sequence/run/cryptomatte_filter.h"
+
 namespace postchain::sequence {
 namespace {
 
@@ -70,6 +72,16 @@ uint64_t frame_bytes(const FrameHeader& header, RoleSet present, io::Keep keep, 
                 stored += uint64_t(part.data_window.width()) * part_rows *
                           uint64_t(io::bytes_of(channel->type));
     }
+    const uint64_t layers =
+        present.has(Role::layers) ? header.layers.filtered.size() * pixels * 4 * sizeof(float) : 0;
+    planes += layers;
+    if (present.has(Role::mattes)) planes += header.layers.mattes.size() * pixels * sizeof(float);
+    // Ranks as read and as filtered, and the layers of a chunk of ids in and out.
+    if (present.has(Role::layers) && header.layers.filter_cryptomattes) {
+        for (const io::Cryptomatte& one : header.layers.cryptomattes)
+            planes += 2 * pixels * uint64_t(one.ranks()) * (sizeof(io::CryptoId) + sizeof(float));
+        planes += 2 * uint64_t(layers_at_once(pixels)) * pixels * 4 * sizeof(float);
+    }
     if (keep == io::Keep::nothing) return planes + stored;
     uint64_t pixel = 0;  // of color's part, every channel
     for (const io::ExrChannel& channel : color_part(header).channels)
@@ -79,7 +91,8 @@ uint64_t frame_bytes(const FrameHeader& header, RoleSet present, io::Keep keep, 
     // The filtered color and its channels; where the data window grows, all channels again.
     const uint64_t grown =
         own == header.window ? pixels * 4 * sizeof(float) : pixels * pixel + color;
-    return planes + stored + own.pixels() * pixel + color + grown;
+    // The filtered layers, first together and then each alone.
+    return planes + stored + own.pixels() * pixel + color + grown + 2 * layers;
 }
 
 Status check_memory(const std::string& path, uint64_t bytes, uint64_t limit) {

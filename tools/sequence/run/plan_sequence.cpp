@@ -1,12 +1,14 @@
 #include "tools/sequence/run/plan_sequence.h"
 
 #include "chain/plan_print.h"
+#include "tools/sequence/run/layer_record.h"
 #include "tools/sequence/run/plan_warnings.h"
 #include "tools/sequence/run/sequence_reader.h"
 
 namespace postchain::sequence {
 
-Status plan_sequence(const Chain& chain, const RunSettings& settings, const PlanVisitor& visitor) {
+Status plan_sequence(const Chain& chain, const RunSettings& asked, const PlanVisitor& visitor) {
+    const RunSettings settings = settings_for(asked, {&chain});
     auto list = io::find_frames(settings.input, settings.frames);
     if (!list.ok()) return list.status();
     SequenceReader reader(settings.source, settings.input, [&](const FrameHeader& header) {
@@ -22,6 +24,7 @@ Status plan_sequence(const Chain& chain, const RunSettings& settings, const Plan
         auto source = reader.read(*inputs);
         if (!source.ok()) return source.status();
         planned.warnings = source->warnings;
+        planned.layers = source->layers;
         auto plan = plan_source_frame(chain, *source, settings.plan);
         if (!plan.ok()) return plan;
         for (auto& warning : plan_warnings(chain, *plan, *source))
@@ -30,7 +33,7 @@ Status plan_sequence(const Chain& chain, const RunSettings& settings, const Plan
         return plan;
     };
     for (int frame : list->frames) {
-        PlannedFrame planned{frame, Status(StatusCode::internal, "not planned"), {}, {}};
+        PlannedFrame planned{frame, Status(StatusCode::internal, "not planned"), {}, {}, {}};
         planned.plan = plan_of(frame, planned);
         if (!visitor(planned)) break;
     }
@@ -39,6 +42,8 @@ Status plan_sequence(const Chain& chain, const RunSettings& settings, const Plan
 
 io::Json planned_json(const PlannedFrame& planned, const std::optional<Seconds>& seconds) {
     io::Json json = io::Json::parse(plan_as_json(*planned.plan));
+    if (io::Json layers = layers_json(planned.layers, {}); !layers.empty())
+        json["layers"] = std::move(layers);
     json["estimate"] = estimate_json(planned.memory, seconds);
     return json;
 }

@@ -17,7 +17,8 @@ struct PlannedFrame {
     int frame = 0;
     Result<Plan> plan;
     std::vector<std::string> warnings;
-    Memory memory;  // where there is a plan
+    Memory memory;       // where there is a plan
+    FrameLayers layers;  // the same
 };
 // False ends it.
 using PlanVisitor = std::function<bool(const PlannedFrame&)>;

@@ -1,8 +1,11 @@
 #include "tools/sequence/run/run_sequence.h"
 
+#include <algorithm>
 #include <cmath>
+#include <deque>
 #include <filesystem>
 
+#include "chain/layers.h"
 #include "tools/sequence/io/picture_module.h"
 #include "tools/sequence/io/preview.h"
 #include "tools/sequence/run/clock.h"
@@ -18,6 +21,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Coverage of one id, of a pixel: what is lost below is not seen.
+constexpr float kLostCoverage = 0.02f;
 constexpr const char* kProvenanceAttribute = "postchain";
 
 uint64_t count_nonfinite(const ImageF& image) {
@@ -29,6 +34,29 @@ uint64_t count_nonfinite(const ImageF& image) {
         count += bad;
     }
     return count;
+}
+
+// What is written besides color: the filtered layers as the file wants them back, and ranks.
+// `images` holds their pixels; a deque leaves them in place.
+std::vector<io::FilteredLayer> layers_to_write(const FrameInFlight& frame,
+                                               std::deque<ImageF>& images) {
+    std::vector<io::FilteredLayer> layers;
+    const FrameLayers& found = frame.source->layers;
+    for (size_t i = 0; i < found.filtered.size() && !frame.layers.empty(); ++i) {
+        images.push_back(plane_of_stack(frame.layers, int(i), frame.result.height));
+        layer_to_file_convention(images.back(), frame.source->conversion, frame.result);
+        const RoleChannels& where = found.filtered[i].channels;
+        layers.push_back({where.part, where.channels, &images.back(), false});
+    }
+    for (size_t i = 0; i < frame.cryptomattes.size(); ++i) {
+        for (size_t level = 0; level < found.cryptomattes[i].levels.size(); ++level) {
+            const io::CryptoLevel& where = found.cryptomattes[i].levels[level];
+            images.push_back(stored_level(frame.cryptomattes[i], int(level)));
+            layers.push_back(
+                {where.part, {where.channels.begin(), where.channels.end()}, &images.back(), true});
+        }
+    }
+    return layers;
 }
 
 class FilterJob final : public FrameJob {
@@ -70,6 +98,7 @@ class FilterJob final : public FrameJob {
         if (!plan.ok()) return plan.status();
         report.plan = std::move(*plan);
         report.window = written_window(chain_, *report.plan, source);
+        report.layers = source.layers;
         for (auto& warning : plan_warnings(chain_, *report.plan, source))
             report.warnings.push_back(std::move(warning));
         return Status();
@@ -86,22 +115,40 @@ class FilterJob final : public FrameJob {
         auto result = executor_.filter(*report.plan, frame.source->planes, dump);
         if (!result.ok()) return result.status().at(report.inputs.at(Role::color));
         frame.result = std::move(result->at(Role::color));
-        frame.source->planes.clear();
+        if (const auto layers = result->find(Role::layers); layers != result->end())
+            frame.layers = std::move(layers->second);
         report.pass_times = executor_.pass_times();
         report.work_done = executor_.work_done();
         report.timing_source = executor_.timing_source();
         report.counters = executor_.counters();
+        const bool any_pass = std::any_of(report.plan->passes.begin(), report.plan->passes.end(),
+                                          [](const auto& pass) { return !pass.elided; });
+        if (frame.source->cryptomattes && any_pass) {
+            auto filtered = filter_cryptomattes(chain_, *report.plan, *frame.source, settings_.plan,
+                                                executor_, report.cryptomattes);
+            if (!filtered.ok()) return filtered.status().at(report.inputs.at(Role::color));
+            frame.cryptomattes = std::move(*filtered);
+            for (const CryptomatteReport& one : report.cryptomattes)
+                if (one.largest_lost > kLostCoverage)
+                    report.warnings.push_back(concat(
+                        report.inputs.at(Role::color), ": cryptomatte ", one.name, ": ",
+                        one.pixels_short, " pixels have more ids than ranks, and up to ",
+                        one.largest_lost, " of a pixel is lost (render it with more ranks)"));
+        }
+        frame.source->planes.clear();
         return Status();
     }
 
     Status write(FrameInFlight& frame) override {
         const auto start = Clock::now();
         FrameReport& report = frame.report;
-        report.output_nonfinite = count_nonfinite(frame.result);
+        report.output_nonfinite = count_nonfinite(frame.result) + count_nonfinite(frame.layers);
         if (report.output_nonfinite > 0 && settings_.strict)
             return Status(StatusCode::health,
                           concat(report.output, ": ", report.output_nonfinite,
                                  " non-finite output pixels under --strict; not written"));
+        std::deque<ImageF> images;
+        const auto layers = layers_to_write(frame, images);
         if (frame.source->conversion.unpremultiplied)
             to_file_convention(frame.result, frame.source->conversion,
                                stored_color(frame.source->input));
@@ -114,7 +161,7 @@ class FilterJob final : public FrameJob {
         options.window = report.window;
         options.attributes[kProvenanceAttribute] = report.provenance;
         auto written =
-            io::write_filtered(report.output, frame.source->input, frame.result, options);
+            io::write_filtered(report.output, frame.source->input, frame.result, options, layers);
         if (!written.ok()) return written.status();
         report.write = std::move(*written);
         if (const uint64_t half = report.write.overflow_pixels)
@@ -182,9 +229,10 @@ Status have_folder(const RunSettings& settings) {
 
 }  // namespace
 
-Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& settings, Executor& executor,
+Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& asked, Executor& executor,
                                 const std::string& renderer, const FrameObserver& observer,
                                 const std::atomic<bool>* stop, const FrameStart& start) {
+    const RunSettings settings = settings_for(asked, {&chain});
     std::vector<int> gaps;
     auto tasks = plan_tasks(settings, true, gaps);
     if (!tasks.ok()) return tasks.status();

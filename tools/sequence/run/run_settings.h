@@ -40,4 +40,7 @@ struct RunSettings {
     std::string version;      // of the command, for metadata
 };
 
+// The settings with what the chain names besides: its mattes.
+RunSettings settings_for(RunSettings settings, const std::vector<const Chain*>& chains);
+
 }  // namespace postchain::sequence

@@ -1,13 +1,35 @@
 #include "tools/sequence/run/sequence_reader.h"
 
+#include <algorithm>
 #include <iterator>
 #include <utility>
+
+#include "chain/layers.h"
 
 namespace postchain::sequence {
 namespace {
 
 std::string first_line(const std::string& text) {
     return text.substr(0, text.find('\n'));
+}
+
+bool same_layers(const FrameLayers& a, const FrameLayers& b) {
+    const auto names = [](const FrameLayers& layers) {
+        std::vector<std::string> all;
+        for (const io::Cryptomatte& one : layers.cryptomattes) all.push_back(one.name);
+        return all;
+    };
+    if (a.filter_cryptomattes && names(a) != names(b)) return false;
+    return std::equal(a.filtered.begin(), a.filtered.end(), b.filtered.begin(), b.filtered.end(),
+                      [](const FileLayer& x, const FileLayer& y) { return x.name == y.name; });
+}
+
+// A plane, or several one below another, of the window `from` as of the window `to`.
+ImageF moved(const ImageF& plane, const io::Window& from, const io::Window& to) {
+    std::vector<ImageF> planes;
+    for (int i = 0; i < plane.height / from.height(); ++i)
+        planes.push_back(io::placed(plane_of_stack(plane, i, from.height()), from, to));
+    return stack_planes(planes);
 }
 
 int number_of(Neighbor neighbor, int number) {
@@ -20,6 +42,7 @@ struct SequenceReader::Entry : OpenedFrame {
     bool is_decoded = false;
     Status status;  // of decoding
     SharedPlanes pixels;
+    std::shared_ptr<const FrameCryptomattes> cryptomattes;
     Status strict_fault;
     std::optional<SourceFrame> source;  // until it is handed out
 };
@@ -56,11 +79,13 @@ Result<std::shared_ptr<SequenceReader::Entry>> SequenceReader::enter(
     auto header = open_source_frame(settings_, files, number);
     if (!header.ok()) return header.status();
     const RoleSet wanted = planes_of_(*header);
-    entry->planes.add(Role::color);
-    for (const auto& [role, where] : header->assignment) {
-        if (wanted.has(role)) entry->planes.add(role);
-        for (Neighbor neighbor : kNeighbors) {
-            if (!wanted.of(neighbor).has(role)) continue;
+    const RoleSet own = roles_in_files(*header);
+    // Mattes are there where a chain names them, and are then read with whatever else is.
+    entry->planes = RoleSet{Role::color} | (own & (wanted | RoleSet{Role::mattes}));
+    for (Neighbor neighbor : kNeighbors) {
+        for (Role role : kNeighborRoles) {
+            const Role with = role == Role::mattes ? Role::color : role;
+            if (!own.has(role) || !wanted.of(neighbor).has(with)) continue;
             entry->planes.add(role);
             entry->planes.add(role_of(neighbor, role));
         }
@@ -91,6 +116,9 @@ void SequenceReader::find_neighbor(Neighbor neighbor, FrameInputs& inputs) {
             concat("frame ", number, " has display window ", its.text(), ", this one ", own.text());
     else if (!lacking.empty())
         why = concat("frame ", number, " brings no ", lacking.text());
+    else if (frame.planes.of(neighbor).has(Role::layers) &&
+             !same_layers(frame.header.layers, (*other)->header.layers))
+        why = concat("frame ", number, " has other layers");
     if (!why.empty()) return;
     inputs.missing.erase(neighbor);
     inputs.neighbors[neighbor] = *other;
@@ -126,6 +154,7 @@ Status SequenceReader::decode(Entry& entry) {
     entry.status = source.status();
     if (!source.ok()) return entry.status;
     entry.pixels = source->planes;
+    entry.cryptomattes = source->cryptomattes;
     entry.strict_fault = source->strict_fault;
     entry.source = std::move(*source);
     return Status();
@@ -152,18 +181,21 @@ Result<SourceFrame> SequenceReader::read(const FrameInputs& inputs) {
             continue;
         }
         const io::Window &here = entry.header.window, &there = other.header.window;
-        for (Role role : kFileRoles) {
+        for (Role role : kNeighborRoles) {
             if (!entry.planes.of(neighbor).has(role)) continue;
+            if (role == Role::layers && other.cryptomattes)
+                frame.neighbor_cryptomattes[neighbor] = other.cryptomattes;
+            if (!other.pixels.count(role)) continue;  // layers of a cryptomatte alone
             const auto& plane = other.pixels.at(role);
             frame.planes[role_of(neighbor, role)] =
-                here == there ? plane
-                              : std::make_shared<const ImageF>(io::placed(*plane, there, here));
+                here == there ? plane : std::make_shared<const ImageF>(moved(*plane, there, here));
             frame.description.planes.add(role_of(neighbor, role));
         }
         if (frame.strict_fault.ok()) frame.strict_fault = other.strict_fault;
     }
     if (inputs.neighbors.empty()) {
         entry.pixels.clear();
+        entry.cryptomattes.reset();
         entry.is_decoded = false;
     }
     return frame;

@@ -2,6 +2,7 @@
 
 #include "chain/plan_print.h"
 #include "tools/sequence/io/json.h"
+#include "tools/sequence/run/layer_record.h"
 
 namespace postchain::sequence {
 namespace {
@@ -70,6 +71,8 @@ std::string sidecar_json(const FrameReport& report, const std::string& version) 
     json["output_bytes"] = report.write.bytes;
     json["work"] = report.provenance;
     json["profile"] = report.profile;
+    if (io::Json layers = layers_json(report.layers, report.cryptomattes); !layers.empty())
+        json["layers"] = std::move(layers);
     if (report.plan) json["plan"] = Json::parse(plan_as_json(*report.plan));
     if (report.plan)
         for (const auto& elision : report.plan->elisions)

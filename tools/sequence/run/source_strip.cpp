@@ -46,10 +46,7 @@ void in_pixels(MotionConvention& motion, const io::Window& window) {
 }  // namespace
 
 RoleSet planes_of(const FrameHeader& header, RoleSet wanted) {
-    RoleSet present = {Role::color};
-    for (const auto& [role, where] : header.assignment)
-        if (wanted.has(role)) present.add(role);
-    return present;
+    return RoleSet{Role::color} | (wanted & roles_in_files(header));
 }
 
 void SourceFindings::add(const SourceFindings& next) {
@@ -61,6 +58,7 @@ void SourceFindings::add(const SourceFindings& next) {
     b.max_inverse_depth = std::max(b.max_inverse_depth, n.max_inverse_depth);
     b.one_color = b.one_color && n.one_color && b.min_color == n.min_color;
     b.color_is_half = b.color_is_half && n.color_is_half;
+    b.layers_are_half = b.layers_are_half && n.layers_are_half;
     for (size_t c = 0; c < 4; ++c) {
         b.min_color[c] = std::min(b.min_color[c], n.min_color[c]);
         b.max_color[c] = std::max(b.max_color[c], n.max_color[c]);
@@ -97,8 +95,29 @@ Result<SourceStrip> read_strip(const SourceSettings& settings, const FrameHeader
     io::PlanesArea area{window, header.match.options};
     area.window.min_y = window.min_y + top;
     area.window.max_y = window.min_y + bottom - 1;
-    auto read = io::read_frame(header.files, header.assignment, present, keep, area);
+    constexpr RoleSet kOfLayers = {Role::layers, Role::mattes};
+    auto read = io::read_frame(header.files, header.assignment, present - kOfLayers, keep, area);
     if (!read.ok()) return read.status();
+    if (present.has(Role::layers) && !header.layers.filtered.empty()) {
+        auto layers = read_layers(header.layers, *read, area.window);
+        if (!layers.ok()) return layers.status();
+        read->planes[Role::layers] = std::move(*layers);
+    }
+    if (present.has(Role::layers) && header.layers.filter_cryptomattes) {
+        auto cryptomattes = std::make_shared<FrameCryptomattes>();
+        cryptomattes->window = area.window;
+        for (const io::Cryptomatte& one : header.layers.cryptomattes) {
+            auto ranks = io::read_ranks(header.files.color_file(), one, area.window);
+            if (!ranks.ok()) return ranks.status();
+            cryptomattes->ranks.push_back(std::move(*ranks));
+        }
+        strip.cryptomattes = std::move(cryptomattes);
+    }
+    if (present.has(Role::mattes)) {
+        auto mattes = read_mattes(header.layers, *read, area.window, strip.warnings);
+        if (!mattes.ok()) return mattes.status();
+        read->planes[Role::mattes] = std::move(*mattes);
+    }
     strip.read_ms = milliseconds_since(start);
 
     start = Clock::now();
@@ -180,7 +199,11 @@ void conclude(SourceFrame& frame, const SourceSettings& settings, FrameHeader he
     for (const auto& [role, where] : header.assignment)
         if (!frame.description.planes.has(role)) frame.description.not_converted.add(role);
     frame.match = std::move(header.match);
+    frame.layers = std::move(header.layers);
+    if (strip.cryptomattes && !strip.cryptomattes->ranks.empty())
+        frame.cryptomattes = std::move(strip.cryptomattes);
     frame.warnings = std::move(header.warnings);
+    frame.warnings.insert(frame.warnings.end(), strip.warnings.begin(), strip.warnings.end());
     frame.health = findings.health;
     SurfaceHealth& surfaces = frame.surface_health;
     surfaces.mixed_edges = findings.edges.parts();

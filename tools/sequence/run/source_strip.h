@@ -26,6 +26,8 @@ struct SourceStrip {
     FrameDescription description;
     FramePlanes planes;  // canonical, rows first .. end - 1 of FrameHeader::window
     SourceFindings findings;
+    std::shared_ptr<const FrameCryptomattes> cryptomattes;
+    std::vector<std::string> warnings;
     double read_ms = 0;
     double convert_ms = 0;
 };
@@ -33,7 +35,7 @@ struct SourceStrip {
 // Those of `wanted` that the frame has, and color.
 RoleSet planes_of(const FrameHeader& header, RoleSet wanted);
 
-// Errors: those of read_source_frame().
+// Layers and mattes only of all rows. Errors: those of read_source_frame().
 Result<SourceStrip> read_source_strip(const SourceSettings& settings, const FrameHeader& header,
                                       RoleSet present, io::Keep keep, int first, int end);
 

@@ -9,6 +9,13 @@ namespace {
 
 // The file's data window and the pixels around it to which the passes that run may move light.
 io::Window reached(const Chain& chain, const Plan& plan, const SourceFrame& frame) {
+    const double px = reach_of(chain, plan, frame);
+    return frame.input.data_window.grown(int(std::ceil(std::min(px, double(io::kMaxSide)))));
+}
+
+}  // namespace
+
+double reach_of(const Chain& chain, const Plan& plan, const SourceFrame& frame) {
     const FrameDescription description = planned_description(chain, frame);
     std::set<int> left_out;
     for (const Elision& elision : plan.elisions)
@@ -16,10 +23,8 @@ io::Window reached(const Chain& chain, const Plan& plan, const SourceFrame& fram
     double px = 0;
     for (size_t i = 0; i < chain.links.size(); ++i)
         if (!left_out.count(int(i))) px += chain.links[i].pass->reach(description).spreads_px;
-    return frame.input.data_window.grown(int(std::ceil(std::min(px, double(io::kMaxSide)))));
+    return px;
 }
-
-}  // namespace
 
 io::Window written_window(const Chain& chain, const Plan& plan, const SourceFrame& frame) {
     return reached(chain, plan, frame).intersected(frame.input.window);

@@ -10,6 +10,9 @@
 
 namespace postchain::sequence {
 
+// Pixels that the passes that run move light at most.
+double reach_of(const Chain& chain, const Plan& plan, const SourceFrame& frame);
+
 // As far as the passes that run spread color (Pass::reach), within what was filtered. The file's
 // own where no pass runs.
 io::Window written_window(const Chain& chain, const Plan& plan, const SourceFrame& frame);

@@ -138,7 +138,7 @@ class FramesWork {
 
     Status work_on(const Batch& batch) {
         if (Status status = check_paths(); !status.ok()) return status;
-        RunSettings settings = settings_;
+        RunSettings settings = sequence::settings_for(settings_, {&chain_});
         settings.frames = io::FrameRange{batch.frames};
         settings.chunk = {};  // the job's frames are those of its part
         batch_ = &batch;

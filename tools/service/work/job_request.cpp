@@ -114,6 +114,7 @@ class RequestParser {
         if (is_job()) known_.insert(known_.end(), {"kind", "priority"});
         add_known(reader_.table_, sequence::kInputGroup);
         add_known(reader_.table_, sequence::kPlanGroup);
+        if (kind_ == RequestKind::run) add_known(reader_.table_, sequence::kLayerGroup);
         if (kind_ == RequestKind::run) add_known(reader_.table_, sequence::kOutputGroup);
         if (kind_ == RequestKind::ab) {
             known_.insert(known_.end(), {"chain_b", "chain_b_text", "fail_above"});
@@ -195,6 +196,7 @@ class RequestParser {
         job_.on_error = sequence::ErrorPolicy::keep_going;
         read_rows(reader_.table_, sequence::kInputGroup, &job_);
         read_rows(reader_.table_, sequence::kPlanGroup, &job_);
+        if (kind_ == RequestKind::run) read_rows(reader_.table_, sequence::kLayerGroup, &job_);
         if (kind_ == RequestKind::run) read_rows(reader_.table_, sequence::kOutputGroup, &job_);
         if (kind_ == RequestKind::ab) read_rows(experiment::ab_parameters(), "", &request_.ab);
         if (kind_ == RequestKind::bench)

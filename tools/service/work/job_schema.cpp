@@ -53,6 +53,7 @@ std::string job_schema_text(const JobReader& reader) {
         texts("set", "KEY=VALUE, as --set");
         rows(reader.run_table(), sequence::kInputGroup);
         rows(reader.run_table(), sequence::kPlanGroup);
+        if (!own) rows(reader.run_table(), sequence::kLayerGroup);
         if (!own) rows(reader.run_table(), sequence::kOutputGroup);
         if (own) {
             rows(*own, "");

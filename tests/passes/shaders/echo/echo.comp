@@ -1,8 +1,10 @@
 #version 450 core
 // c + 1/4 (c - before) + 1/4 (c - after), a frame that is not there is black; of each neighbor 1/d
-// is added to red, x of its motion to green, y of its motion back to blue.
+// is added to red, x of its motion to green, y of its motion back to blue (of color alone: layers that
+// sum to color have that of none).
 //
 //   color, and the planes of the neighbors for which a macro is set -> color
+#include "common/layers.glsl"
 #include "common/work_group.glsl"
 
 layout(binding = 0) uniform sampler2D color;
@@ -15,6 +17,12 @@ layout(binding = 5) uniform sampler2D color_after;
 layout(binding = 6) uniform sampler2D inverse_depth_after;
 layout(binding = 7) uniform sampler2D motion_after;
 layout(binding = 8) uniform sampler2D motion_back_after;
+#ifdef LAYERS
+layout(binding = 9) uniform sampler2DArray layers;
+layout(binding = 10) uniform sampler2DArray layers_before;
+layout(binding = 11) uniform sampler2DArray layers_after;
+layout(binding = 1) writeonly uniform image2DArray layers_mixed;
+#endif
 
 void main() {
     const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
@@ -51,5 +59,24 @@ void main() {
 #ifdef MOTION_BACK_AFTER
     sum.b += texelFetch(motion_back_after, p, 0).y;
 #endif
-    imageStore(mixed, p, sum);
+    STORE(mixed, p, sum);
+#ifdef LAYERS
+    FOR_LAYERS(i) {
+        const vec4 own = LAYER_FETCH(layers, p, i);
+        vec4 set_off = own;
+#ifdef BEFORE
+        set_off += 0.25 * own;
+#endif
+#ifdef LAYERS_BEFORE
+        set_off -= 0.25 * LAYER_FETCH(layers_before, p, i);
+#endif
+#ifdef AFTER
+        set_off += 0.25 * own;
+#endif
+#ifdef LAYERS_AFTER
+        set_off -= 0.25 * LAYER_FETCH(layers_after, p, i);
+#endif
+        LAYER_STORE(layers_mixed, p, i, set_off);
+    }
+#endif
 }

@@ -1,12 +1,21 @@
 #version 450 core
 // c (1 - strength t), t = squared distance from the center over that of the corners.
 //
-//   color -> color
+//   color [, layers] -> color [, layers]
+#include "common/layers.glsl"
 #include "common/work_group.glsl"
 #include "shared/vignette_block.h"
 
 layout(binding = 0) uniform sampler2D color;
 layout(binding = 0) writeonly uniform image2D darkened;
+#ifdef LAYERS
+layout(binding = 1) uniform sampler2DArray layers;
+layout(binding = 1) writeonly uniform image2DArray layers_darkened;
+#endif
+
+vec4 darker(vec4 c, float kept) {
+    return vec4(c.rgb * kept, block.alpha != 0 ? c.a * kept : c.a);
+}
 
 void main() {
     const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
@@ -15,6 +24,8 @@ void main() {
     const vec2 corner = vec2(block.size);
     const float t = dot(from_center, from_center) / dot(corner, corner);
     const float kept = 1.0 - block.strength * t;
-    const vec4 c = texelFetch(color, p, 0);
-    imageStore(darkened, p, vec4(c.rgb * kept, block.alpha != 0 ? c.a * kept : c.a));
+    STORE(darkened, p, darker(texelFetch(color, p, 0), kept));
+#ifdef LAYERS
+    FOR_LAYERS(i) LAYER_STORE(layers_darkened, p, i, darker(LAYER_FETCH(layers, p, i), kept));
+#endif
 }

@@ -1,0 +1,27 @@
+// Further color layers of a frame (light groups, diffuse, specular, emission, ...) and mattes: how
+// they are handed in and out. What is done with them: docs/layers.md.
+//
+// A layer is a plane of four channels that is filtered as color is, with the weights that color
+// has: each of its channels is the same linear function of that channel in the input. So layers
+// that sum to color sum to it when they are filtered. It is color as the role `color` is:
+// scene-linear, premultiplied, as large, every value finite. Its fourth channel is whatever is to
+// be filtered like an alpha: its own, or 0.
+//
+// The planes of all layers stand in one plane of the role `layers`, one below another: as wide as
+// the frame and FrameDescription::layers times as high. So do mattes, of one channel, in that of
+// the role `mattes`.
+#pragma once
+
+#include <vector>
+
+#include "chain/image.h"
+
+namespace postchain {
+
+// Images of one size, one below another.
+ImageF stack_planes(const std::vector<ImageF>& planes);
+
+// Plane `index` of such a stack, each `height` rows high.
+ImageF plane_of_stack(const ImageF& stack, int index, int height);
+
+}  // namespace postchain

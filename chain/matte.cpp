@@ -1,0 +1,141 @@
+#include "chain/matte.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "chain/work_list.h"
+
+namespace postchain {
+namespace {
+
+// Below this part of a pixel that is not the object, what was filtered fades to the pixel's own
+// color.
+constexpr double kLeastCoverage = 1.0 / 32;
+
+double matte_at(const ImageD& mattes, int index, int height, int x, int y) {
+    const double m = mattes.at(x, y + index * height);
+    return m > 0 ? std::min(m, 1.0) : 0;
+}
+
+void hold_out_of(PassPlanner& planner, std::optional<Neighbor> neighbor, int matte, int layers) {
+    const auto role = [&](Role own) { return neighbor ? role_of(*neighbor, own) : own; };
+    const FrameDescription& frame = planner.context().frame;
+    const std::string suffix = neighbor ? concat("_", name_of(*neighbor)) : std::string();
+    const TextureId held = planner.layers("held" + suffix, planner.context().layers_format(),
+                                          frame.width, frame.height);
+    Step step;
+    step.name = "hold_out" + suffix;
+    step.program = {"common/hold_out.comp",
+                    {{"MATTE", std::to_string(matte)}, {"OWN_LAYERS", std::to_string(layers)}}};
+    step.bindings = {{0, planner.input(role(Role::color))},
+                     {1, planner.input(role(Role::mattes))},
+                     {0, held, Access::write}};
+    if (layers > 0) step.bindings.push_back({2, planner.input(role(Role::layers))});
+    step.groups = groups_for(frame.width, frame.height);
+    step.taps = uint64_t(frame.width) * uint64_t(frame.height) * uint64_t(layers + 2);
+    planner.step(std::move(step));
+    planner.output(role(Role::layers), held);
+}
+
+}  // namespace
+
+int matte_of(const FrameDescription& frame, size_t pass) {
+    return pass < frame.mattes.size() ? frame.mattes[pass] : -1;
+}
+
+FrameDescription with_held_layers(const FrameDescription& frame) {
+    FrameDescription held = frame;
+    held.layers += 2;
+    held.bounds.layers_are_half = false;
+    return held;
+}
+
+void hold_out(PassPlanner& planner, int matte, int layers) {
+    for (const Neighbor neighbor : kNeighbors)
+        if (planner.has(role_of(neighbor, Role::layers)))
+            hold_out_of(planner, neighbor, matte, layers);
+    hold_out_of(planner, {}, matte, layers);
+}
+
+void lay_over(PassPlanner& planner, int matte, const Matted& matted) {
+    const PlanContext& context = planner.context();
+    const int width = context.frame.width, height = context.frame.height;
+    const TextureId result = planner.texture("matted", context.color_format(), width, height);
+    Step step;
+    step.name = "lay_over";
+    step.program = {
+        "common/lay_over.comp",
+        {{"MATTE", std::to_string(matte)}, {"OWN_LAYERS", std::to_string(context.frame.layers)}}};
+    step.bindings = {{0, matted.color},          {1, planner.input(Role::mattes)},
+                     {2, matted.filtered_color}, {3, matted.held},
+                     {4, matted.filtered_held},  {0, result, Access::write}};
+    if (matted.layers >= 0) {
+        const TextureId layers =
+            planner.layers("matted_layers", context.layers_format(), width, height);
+        step.bindings.push_back({5, matted.layers});
+        step.bindings.push_back({1, layers, Access::write});
+        planner.output(Role::layers, layers);
+    }
+    step.groups = groups_for(width, height);
+    step.taps = uint64_t(width) * uint64_t(height) * uint64_t(3 * context.frame.layers + 7);
+    planner.step(std::move(step));
+    planner.output(Role::color, result);
+}
+
+void hold_out_reference(std::map<Role, ImageD>& planes, int matte) {
+    const auto hold = [&](Role color_role, Role matte_role, Role layers_role) {
+        if (!planes.count(color_role) || !planes.count(matte_role)) return;
+        const ImageD& color = planes.at(color_role);
+        const int height = color.height;
+        const auto own = planes.find(layers_role);
+        const int layers = own == planes.end() ? 0 : own->second.height / height;
+        ImageD held(color.width, height * (layers + 2), 4);
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < color.width; ++x) {
+                const double kept = 1 - matte_at(planes.at(matte_role), matte, height, x, y);
+                for (int c = 0; c < 4; ++c) {
+                    held.at(x, y, c) = color.at(x, y, c) * kept;
+                    for (int i = 0; i < layers; ++i)
+                        held.at(x, y + (i + 2) * height, c) =
+                            own->second.at(x, y + i * height, c) * kept;
+                }
+                held.at(x, y + height) = kept;
+            }
+        planes[layers_role] = std::move(held);
+    };
+    hold(Role::color, Role::mattes, Role::layers);
+    hold(Role::color_before, Role::mattes_before, Role::layers_before);
+    hold(Role::color_after, Role::mattes_after, Role::layers_after);
+}
+
+void lay_over_reference(std::map<Role, ImageD>& planes, const std::map<Role, ImageD>& before,
+                        int matte) {
+    const ImageD filtered = planes.at(Role::layers);
+    const int height = before.at(Role::color).height, width = filtered.width;
+    const int layers = filtered.height / height - 2;
+    for (const Role role : kHeldRoles) {
+        planes.erase(role);
+        if (before.count(role)) planes[role] = before.at(role);
+    }
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const double m = matte_at(before.at(Role::mattes), matte, height, x, y);
+            const double coverage = filtered.at(x, y + height);
+            const double trust = std::clamp(coverage / kLeastCoverage, 0.0, 1.0);
+            const auto lay = [&](ImageD& result, int row, const ImageD& own, int held_row) {
+                for (int c = 0; c < 4; ++c) {
+                    const double sharp = own.at(x, row, c);
+                    const double behind = coverage > 0 ? filtered.at(x, held_row, c) / coverage : 0;
+                    result.at(x, row, c) =
+                        m * sharp + (1 - m) * (trust * behind + (1 - trust) * sharp);
+                }
+            };
+            lay(planes.at(Role::color), y, before.at(Role::color), y);
+            for (int i = 0; i < layers; ++i)
+                lay(planes.at(Role::layers), y + i * height, before.at(Role::layers),
+                    y + (i + 2) * height);
+        }
+}
+
+}  // namespace postchain

@@ -1,0 +1,56 @@
+#version 450 core
+// What was held out of a pass, laid over what it filtered (docs/layers.md): with m the matte, F the
+// filter, out = F(c (1 - m))/F(1 - m) (1 - m) + c m.
+//
+//   color, mattes, filtered, held, filtered_held [, layers] -> color [, layers]
+//
+// MATTE: index of the pass's matte    OWN_LAYERS: how many layers the frame has
+#include "common/matte.glsl"
+#include "common/work_group.glsl"
+
+layout(binding = 0) uniform sampler2D color;
+layout(binding = 1) uniform sampler2DArray mattes;
+layout(binding = 2) uniform sampler2D filtered;
+layout(binding = 3) uniform sampler2DArray held;
+layout(binding = 4) uniform sampler2DArray filtered_held;
+layout(binding = 0) writeonly uniform image2D result;
+#if OWN_LAYERS
+layout(binding = 5) uniform sampler2DArray layers;
+layout(binding = 1) writeonly uniform image2DArray layers_result;
+#endif
+
+// Where less than this is seen of what is not the object, the pixel's own color takes its place.
+const float kLeastCoverage = 1.0 / 32.0;
+
+// c: unfiltered; c_held, c_filtered: without the object, before and after the pass.
+vec4 laid_over(vec4 c, vec4 c_held, vec4 c_filtered, float m, float kept, float coverage) {
+    // Nothing was filtered here: nothing may be rounded.
+    if (m >= 1.0 || (c_held == c_filtered && coverage == kept)) return c;
+    const float trust = clamp(coverage / kLeastCoverage, 0.0, 1.0);
+    const vec4 behind = coverage > 0.0 ? c_filtered / coverage : vec4(0.0);
+    return c * m + kept * (c + trust * (behind - c));
+}
+
+void main() {
+    const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(p, textureSize(color, 0)))) return;
+    const float m = matte_at(p);
+    const float kept = 1.0 - m;
+    const float coverage = texelFetch(filtered_held, ivec3(p, 1), 0).x;
+    // Nothing of the object is near: as without a matte.
+    const bool plain = m == 0.0 && coverage == 1.0;
+    vec4 out_color = texelFetch(filtered, p, 0);
+    if (!plain)
+        out_color = laid_over(texelFetch(color, p, 0), texelFetch(held, ivec3(p, 0), 0),
+                              texelFetch(filtered_held, ivec3(p, 0), 0), m, kept, coverage);
+    imageStore(result, p, out_color);
+#if OWN_LAYERS
+    for (int i = 0; i < OWN_LAYERS; ++i) {
+        vec4 layer = texelFetch(filtered_held, ivec3(p, i + 2), 0);
+        if (!plain)
+            layer = laid_over(texelFetch(layers, ivec3(p, i), 0),
+                              texelFetch(held, ivec3(p, i + 2), 0), layer, m, kept, coverage);
+        imageStore(layers_result, ivec3(p, i), layer);
+    }
+#endif
+}

@@ -1,0 +1,110 @@
+// What further layers cost: bytes, taps and time of each pass with none, one, four and eight of
+// them, as a part of what it takes without. Runs take turns, so that what else the machine does
+// falls on all.
+//
+//   layers_bench [runs [width height]]
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+
+#include "chain/egl/context.h"
+#include "chain/gl/executor.h"
+#include "chain/layers.h"
+#include "chain/plan_bytes.h"
+#include "chain/planner.h"
+#include "passes/registry.h"
+#include "tests/bench/bench_frame.h"
+
+using namespace postchain;
+
+namespace {
+
+struct Case {
+    const char* name;
+    const char* pass;
+    std::vector<std::pair<const char*, ParameterValue>> settings;
+};
+
+const std::vector<int> kCounts = {0, 1, 4, 8};
+
+Chain chain_of(const Case& one) {
+    Chain chain;
+    Pass* pass = chain.append(builtin_passes(), one.pass);
+    for (const auto& [key, value] : one.settings)
+        bench::require(chain.links[0].type->parameters->set(pass->parameters(), key, value));
+    return chain;
+}
+
+double milliseconds(Executor& executor, const Plan& plan, const FramePlanes& planes) {
+    bench::require(executor.filter(plan, planes).status());
+    double sum = 0;
+    for (const PassTime& time : executor.pass_times()) sum += time.milliseconds;
+    return sum;
+}
+
+}  // namespace
+
+int main(int count, char** words) {
+    const int runs = count > 1 ? std::atoi(words[1]) : 5;
+    const int width = count > 3 ? std::atoi(words[2]) : 640;
+    const int height = count > 3 ? std::atoi(words[3]) : 360;
+    const std::vector<Case> cases = {
+        {"motion_blur", "motion_blur", {}},
+        {"motion_blur: {mode: guertin}", "motion_blur", {{"mode", "guertin"}}},
+        {"depth_of_field", "depth_of_field", {}},
+        {"depth_of_field: {method: gilham}", "depth_of_field", {{"method", "gilham"}}},
+        {"joint_blur", "joint_blur", {}},
+        {"fxaa", "fxaa", {}},
+        {"fxaa: {mode: directional}", "fxaa", {{"mode", "directional"}}}};
+    auto context = egl::Context::create();
+    bench::require(context.status());
+    Executor executor((*context)->device());
+    executor.set_timing(true);
+    bench::BenchFrame frame = bench::make_frame("mixed", width, height);
+    std::printf(
+        "%dx%d, median of %d; bytes a pixel, taps a pixel, time, and as parts of no layers\n",
+        width, height, runs);
+    for (const Case& one : cases) {
+        const Chain chain = chain_of(one);
+        std::vector<Plan> plans;
+        std::vector<FramePlanes> planes;
+        for (const int layers : kCounts) {
+            FrameDescription description = frame.description;
+            planes.push_back(frame.planes);
+            if (layers > 0) {
+                planes.back()[Role::layers] =
+                    stack_planes(std::vector<ImageF>(size_t(layers), frame.planes.at(Role::color)));
+                description.layers = layers;
+                description.planes.add(Role::layers);
+            }
+            auto plan = make_plan(chain, description);
+            bench::require(plan.status());
+            plans.push_back(std::move(*plan));
+        }
+        std::vector<std::vector<double>> times(kCounts.size());
+        for (int run = -1; run < runs; ++run)  // the first compiles
+            for (size_t i = 0; i < kCounts.size(); ++i) {
+                const double ms = milliseconds(executor, plans[i], planes[i]);
+                if (run >= 0) times[i].push_back(ms);
+            }
+        std::printf("%s\n", one.name);
+        double first_bytes = 0, first_taps = 0, first_ms = 0;
+        for (size_t i = 0; i < kCounts.size(); ++i) {
+            std::sort(times[i].begin(), times[i].end());
+            const double ms = times[i][times[i].size() / 2];
+            double taps = 0;
+            for (const Step& step : plans[i].steps) taps += double(step.taps);
+            taps /= double(width) * height;
+            const double bytes = bytes_per_pixel(plans[i]);
+            if (i == 0) {
+                first_bytes = bytes;
+                first_taps = taps;
+                first_ms = ms;
+            }
+            std::printf(
+                "  %d layers  %2zu steps  %7.1f bytes %5.2f  %6.1f taps %5.2f  %8.2f ms %5.2f\n",
+                kCounts[i], plans[i].steps.size(), bytes, bytes / first_bytes, taps,
+                taps / first_taps, ms, ms / first_ms);
+        }
+    }
+}

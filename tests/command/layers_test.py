@@ -1,0 +1,269 @@
+"""Filters frames with layers and a cryptomatte by the command, and decodes them apart from it.
+
+usage: layers_test.py POSTCHAIN"""
+import json
+import pathlib
+import struct
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import exr
+
+FRAMES = pathlib.Path(__file__).resolve().parents[1] / "data/layers"
+GROUPS = ["Combined_key", "Combined_fill", "Combined_glow"]
+CRYPTO = "ViewLayer.CryptoObject"
+OBJECTS = ["wall", "post", "lamp", "ball"]
+LENS = ["--set", "camera.focal_length_mm=35", "--set", "camera.sensor_width_mm=36", "--set",
+        "camera.f_stop=0.7", "--set", "camera.focus_distance=3"]
+CHAINS = ["paper", "dof_first", "balanced", "best"]
+
+
+def channel(layer, word):
+    return f"ViewLayer.{layer}.{word}"
+
+
+def largest_difference(first, second):
+    return max(abs(a - b) for a, b in zip(first, second))
+
+
+class Frames(unittest.TestCase):
+    def setUp(self):
+        self.temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(self.temporary.cleanup)
+        self.folder = self.temporary.name
+
+    def run_on(self, pattern, chain, *options, code=0):
+        done = subprocess.run(
+            [POSTCHAIN, "run", chain, "-q", "-i", pattern, "-o", f"{self.folder}/out.####.exr",
+             "--on-existing", "overwrite", *LENS, *options], capture_output=True, text=True,
+            check=False)
+        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        return done.stdout + done.stderr
+
+    def filtered(self, chain, *options, frame=2):
+        self.messages = self.run_on(f"{FRAMES}/layers.####.exr", chain, "--frames", str(frame),
+                                    *options)
+        return exr.read(f"{self.folder}/out.{frame:04}.exr")
+
+    def sidecar(self, frame=2):
+        with open(f"{self.folder}/out.{frame:04}.exr.json", encoding="utf-8") as file:
+            return json.load(file)
+
+    def matte_frame(self):
+        """A frame whose light group key holds the mattes of three objects."""
+        picture = exr.read(FRAMES / "layers.0002.exr")
+        for word, name in zip("RGB", OBJECTS[1:]):
+            picture.channels[channel("Combined_key", word)] = "f", exr.matte(picture, CRYPTO, name)
+        path = f"{self.folder}/mattes.0002.exr"
+        exr.write(path, picture)
+        return path, picture
+
+
+class Layers(Frames):
+    def largest_gap(self, picture):
+        """Between the sum of the light groups and the color."""
+        gap = 0
+        for word in "RGB":
+            total = [sum(group) for group in zip(*(picture.values(channel(g, word))
+                                                   for g in GROUPS))]
+            gap = max(gap, largest_difference(total, picture.values(channel("Combined", word))))
+        return gap
+
+    def test_lights_that_sum_to_the_color_still_do(self):
+        before = exr.read(FRAMES / "layers.0002.exr")
+        self.assertLess(self.largest_gap(before), 2e-6)
+        for chain in CHAINS:
+            after = self.filtered(chain, "--layers", "Combined_*")
+            self.assertLess(self.largest_gap(after), 1e-5, chain)
+            for group in GROUPS:
+                self.assertGreater(largest_difference(after.values(channel(group, "R")),
+                                                      before.values(channel(group, "R"))), 0.05)
+            self.assertEqual(self.sidecar()["layers"]["filtered"],
+                             [f"ViewLayer.{group}" for group in sorted(GROUPS)])
+
+    def test_what_is_not_asked_for_keeps_its_bits(self):
+        before = exr.read(FRAMES / "layers.0002.exr")
+        for options, changed in [((), ["Combined"]),
+                                 (("--layers", "Emit,GlossDir"), ["Combined", "Emit", "GlossDir"]),
+                                 (("--layers", "all"), ["Combined", *GROUPS, "DiffDir", "Emit",
+                                                        "GlossDir"])]:
+            after = self.filtered("balanced", *options)
+            self.assertEqual(set(after.channels), set(before.channels))
+            for name in before.channels:
+                same = after.raw(name) == before.raw(name)
+                layer = name.split(".")[1]
+                if layer not in changed:
+                    self.assertTrue(same, name)
+                elif not name.endswith(".A"):
+                    self.assertFalse(same, name)
+
+    def test_what_is_left_stands_in_the_sidecar(self):
+        self.filtered("balanced", "--layers", "all")
+        left = {one["name"]: one["why"] for one in self.sidecar()["layers"]["left"]}
+        self.assertEqual(left["ViewLayer.Normal"], "is not R, G, B")
+        self.assertEqual(left["ViewLayer.CryptoObject01"], "is a cryptomatte")
+        self.assertNotIn("ViewLayer.Combined_key", left)
+        self.assertIn("--cryptomatte filter", self.messages)
+        self.filtered("balanced")
+        left = {one["name"]: one["why"] for one in self.sidecar()["layers"]["left"]}
+        self.assertEqual(left["ViewLayer.Emit"], "not asked for")
+        self.assertNotIn("cryptomatte", self.messages)
+
+    def test_plan_lists_layers(self):
+        done = subprocess.run([POSTCHAIN, "plan", "balanced", "-q", "-i",
+                               FRAMES / "layers.0002.exr", "--layers", "Emit", *LENS],
+                              capture_output=True, text=True, check=True)
+        self.assertIn("layers filtered too: ViewLayer.Emit\n", done.stdout)
+        self.assertIn("ViewLayer.Normal", done.stdout)
+
+    def test_errors(self):
+        pattern = str(FRAMES / "layers.####.exr")
+        for layers, message in [("Combined_kez", "did you mean 'Combined_key'?"),
+                                ("Normal", "is not R, G, B, and data is never averaged"),
+                                ("CryptoObject00", "is a cryptomatte, and data is never averaged")]:
+            self.assertIn(message, self.run_on(pattern, "fast", "--layers", layers, code=1))
+
+    def test_a_filtered_cryptomatte_has_the_filtered_mattes(self):
+        path, before = self.matte_frame()
+        for chain in CHAINS:
+            self.run_on(path, chain, "--layers", "Combined_key", "--cryptomatte", "filter")
+            after = exr.read(f"{self.folder}/out.0002.exr")
+            for word, name in zip("RGB", OBJECTS[1:]):
+                filtered = after.values(channel("Combined_key", word))
+                self.assertLess(largest_difference(exr.matte(after, CRYPTO, name), filtered), 1e-5,
+                                (chain, name))
+            self.assertGreater(largest_difference(exr.matte(after, CRYPTO, "ball"),
+                                                  exr.matte(before, CRYPTO, "ball")), 0.1)
+            report, = self.sidecar()["layers"]["cryptomattes"]
+            self.assertEqual((report["name"], report["ids"], report["pixels_short"]),
+                             (CRYPTO, len(OBJECTS), 0))
+
+    def test_ids_that_are_apart_share_planes(self):
+        """A grid of 96 ids, four of them beside each other in the mattes of two layers."""
+        picture = exr.read(FRAMES / "layers.0002.exr")
+        size, names = picture.width * picture.height, []
+        ids = [0] * size
+        for y in range(0, picture.height, 7):
+            for x in range(0, picture.width, 8):
+                names.append(f"cell {x} {y}")
+                for row in range(y, min(y + 7, picture.height)):
+                    for column in range(x, min(x + 8, picture.width)):
+                        ids[row * picture.width + column] = exr.crypto_id(names[-1])
+        floats = struct.unpack(f"<{size}f", struct.pack(f"<{size}I", *ids))
+        for level in ("00", "01"):
+            for word in "rgba":
+                picture.channels[f"{CRYPTO}{level}.{word}"] = "f", [0.0] * size
+        picture.channels[f"{CRYPTO}00.r"] = "f", list(floats)
+        picture.channels[f"{CRYPTO}00.g"] = "f", [0.75] * size
+        shown = {("Combined_key", word): name for word, name in zip("RGB", names[40:43])}
+        shown |= {("Combined_fill", word): name for word, name in zip("RGB", names[52:55])}
+        for (layer, word), name in shown.items():
+            picture.channels[channel(layer, word)] = "f", exr.matte(picture, CRYPTO, name)
+        path = f"{self.folder}/grid.0002.exr"
+        exr.write(path, picture)
+        self.run_on(path, "paper", "--layers", "Combined_key,Combined_fill", "--cryptomatte",
+                    "filter", "--set", "camera.f_stop=8", "--set", "motion_blur.shutter_frames=0.2")
+        report, = self.sidecar()["layers"]["cryptomattes"]
+        self.assertEqual(report["ids"], len(names))
+        self.assertLess(report["planes"], len(names) - 8)
+        after = exr.read(f"{self.folder}/out.0002.exr")
+        for (layer, word), name in shown.items():
+            self.assertLess(largest_difference(exr.matte(after, CRYPTO, name),
+                                               after.values(channel(layer, word))), 1e-5, name)
+
+    def test_coverages_of_a_filtered_cryptomatte_add_up_to_alpha(self):
+        for chain in CHAINS:
+            after = self.filtered(chain, "--cryptomatte", "filter")
+            total = [sum(all_) for all_ in zip(*(exr.matte(after, CRYPTO, name)
+                                                 for name in OBJECTS))]
+            self.assertLess(max(total), 1 + 1e-5)
+            self.assertLess(largest_difference(total, after.values(channel("Combined", "A"))), 1e-5)
+            # The largest coverage comes first.
+            ranks = [after.values(f"{CRYPTO}{level}.{word}") for level in ("00", "01")
+                     for word in "ga"]
+            for pixel in zip(*ranks):
+                self.assertEqual(sorted(pixel, reverse=True), list(pixel))
+
+    def test_a_chain_that_moves_no_light_keeps_the_cryptomatte(self):
+        before = exr.read(FRAMES / "layers.0002.exr")
+        after = self.filtered("fast", "--cryptomatte", "filter", "--set", "joint_blur.shutter_frames=0",
+                              "--set", "camera.f_stop=inf", "--set", "passes[1].edge_threshold=1")
+        for name in before.channels:
+            if "Crypto" in name:
+                self.assertEqual(after.raw(name), before.raw(name), name)
+
+
+class Mattes(Frames):
+    """Passes that leave an object as it is."""
+
+    def with_matte(self, matte, *options, chain="balanced", pattern=None, code=0):
+        out = self.run_on(pattern or f"{FRAMES}/layers.####.exr", chain, "--frames", "2", "--set",
+                          f"passes[0].matte={matte}", *options, code=code)
+        return out if code else exr.read(f"{self.folder}/out.0002.exr")
+
+    def check_held(self, after, matte, names):
+        """Where nothing but the objects is, the pixels are those of the input."""
+        before = exr.read(FRAMES / "layers.0002.exr")
+        plain = self.filtered("fast", "--set", "passes[1].edge_threshold=1")
+        covered = [sum(one) for one in zip(*(exr.matte(before, CRYPTO, name) for name in names))]
+        inside = [i for i, value in enumerate(covered) if value == 1]
+        self.assertGreater(len(inside), 50)
+        name = channel("Combined", "R")
+        was, plainly, now = (picture.values(name) for picture in (before, plain, after))
+        self.assertEqual([was[i] for i in inside], [now[i] for i in inside], matte)
+        self.assertGreater(max(abs(was[i] - plainly[i]) for i in inside), 0.05)
+
+    def test_names_of_a_cryptomatte(self):
+        off = ("--set", "passes[1].edge_threshold=1")
+        for matte, names in [("cryptomatte:ball", ["ball"]),
+                             ("CryptoObject:ball", ["ball"]),
+                             ("ViewLayer.CryptoObject:ball, post", ["ball", "post"]),
+                             ("cryptomatte:b*", ["ball"])]:
+            after = self.with_matte(matte, *off, chain="fast")
+            record, = self.sidecar()["layers"]["mattes"]
+            self.assertEqual(record["name"], matte)
+            ids = ", ".join(f"{one:08x}" for one in sorted(map(exr.crypto_id, names)))
+            self.assertEqual(record["from"], f"ids {ids} of {CRYPTO}")
+            self.check_held(after, matte, names)
+
+    def test_a_channel(self):
+        path, _ = self.matte_frame()
+        off = ("--set", "passes[1].edge_threshold=1")
+        by_name = self.with_matte("cryptomatte:ball", *off, chain="fast", pattern=path)
+        by_channel = self.with_matte("Combined_key.B", *off, chain="fast", pattern=path)
+        for word in "RGBA":
+            name = channel("Combined", word)
+            self.assertEqual(by_name.raw(name), by_channel.raw(name))
+
+    def test_without_a_manifest(self):
+        picture = exr.read(FRAMES / "layers.0002.exr")
+        del picture.attributes["cryptomatte/542cafa/manifest"]
+        path = f"{self.folder}/bare.0002.exr"
+        exr.write(path, picture)
+        out = self.run_on(path, "fast", "--set", "passes[0].matte=cryptomatte:ball")
+        self.assertIn("it has no manifest: 'ball' is found by the hash of its name", out)
+        named = exr.read(f"{self.folder}/out.0002.exr")
+        self.assertEqual(named.raw(channel("Combined", "R")),
+                         self.with_matte("cryptomatte:ball", chain="fast").raw(
+                             channel("Combined", "R")))
+        out = self.run_on(path, "fast", "--set", "passes[0].matte=cryptomatte:bal")
+        self.assertIn("no pixel of cryptomatte ViewLayer.CryptoObject has such an id", out)
+        self.assertIn("patterns need a manifest",
+                      self.with_matte("cryptomatte:b*", pattern=path, code=1))
+
+    def test_bad_mattes(self):
+        for matte, message in [
+                ("cryptomatte:bal", "no 'bal' in the cryptomatte (did you mean 'ball'?)"),
+                ("cryptomatte:xyz", "it has ball, lamp, post, wall"),
+                ("cryptomatte:", "no name is given after the colon"),
+                ("cryptomatte:x*", "no 'x*' in the cryptomatte"),
+                ("Combined_key.H", "no such channel (did you mean"),
+                ("R", "such channels; give the whole name")]:
+            self.assertIn(message, self.with_matte(matte, code=1), matte)
+
+
+if __name__ == "__main__":
+    POSTCHAIN = sys.argv.pop(1)
+    unittest.main()

@@ -1,0 +1,185 @@
+// Which layers of a file are color, and which of them a list of names chooses.
+#include "config/layer_match.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace postchain {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+const std::vector<std::string> kBlender = {
+    "ViewLayer.Combined.R",     "ViewLayer.Combined.G",     "ViewLayer.Combined.B",
+    "ViewLayer.Combined.A",     "ViewLayer.Combined_key.R", "ViewLayer.Combined_key.G",
+    "ViewLayer.Combined_key.B", "ViewLayer.DiffDir.R",      "ViewLayer.DiffDir.G",
+    "ViewLayer.DiffDir.B",      "ViewLayer.Normal.X",       "ViewLayer.Normal.Y",
+    "ViewLayer.Normal.Z",       "ViewLayer.Depth.Z",        "ViewLayer.Vector.X",
+    "ViewLayer.Vector.Y",       "ViewLayer.Vector.Z",       "ViewLayer.Vector.W",
+    "ViewLayer.Crypto00.r",     "ViewLayer.Crypto00.g",     "ViewLayer.Crypto00.b",
+    "ViewLayer.Crypto00.a"};
+
+struct Layers {
+    ProfileMatch match;
+    std::vector<FileLayer> all;
+
+    const FileLayer* find(const std::string& name) const {
+        for (const FileLayer& layer : all)
+            if (layer.name == name) return &layer;
+        return nullptr;
+    }
+    std::string data(const std::string& name) const {
+        const FileLayer* layer = find(name);
+        return layer ? layer->data : "not there";
+    }
+    std::vector<std::string> chosen(const std::string& choice) const {
+        const auto indices = choose_layers(all, choice, match.layer);
+        EXPECT_TRUE(indices.ok()) << indices.status().message();
+        std::vector<std::string> names;
+        if (indices.ok())
+            for (size_t i : *indices) names.push_back(all[i].name);
+        return names;
+    }
+    std::string error(const std::string& choice) const {
+        const auto indices = choose_layers(all, choice, match.layer);
+        EXPECT_FALSE(indices.ok());
+        EXPECT_EQ(indices.status().code(), StatusCode::usage);
+        return indices.status().message();
+    }
+};
+
+Layers layers_of(const FileChannels& file, const std::string& view = "") {
+    const auto match = detect_profile(builtin_profiles(), file, "", view);
+    EXPECT_TRUE(match.ok()) << match.status().message();
+    Layers layers;
+    if (!match.ok()) return layers;
+    layers.match = *match;
+    layers.all = find_layers(file, *match, data_names(*find_profile(match->profile)));
+    return layers;
+}
+
+Layers layers_of(const std::vector<std::string>& channels) {
+    return layers_of(FileChannels{{{"", "", channels}}, {}});
+}
+
+TEST(Layers, OfBlender) {
+    const Layers layers = layers_of(kBlender);
+    ASSERT_NE(layers.find("ViewLayer.Combined_key"), nullptr);
+    EXPECT_EQ(layers.data("ViewLayer.Combined_key"), "");
+    EXPECT_THAT(layers.find("ViewLayer.Combined_key")->channels.channels,
+                ElementsAre("ViewLayer.Combined_key.R", "ViewLayer.Combined_key.G",
+                            "ViewLayer.Combined_key.B"));
+    EXPECT_EQ(layers.data("ViewLayer.Normal"), "is not R, G, B");
+    EXPECT_EQ(layers.data("ViewLayer.Crypto00"), "is named as data (*crypto*)");
+    // The color, the depth and the vectors are the frame's own.
+    for (const char* role : {"ViewLayer.Combined", "ViewLayer.Depth"})
+        EXPECT_EQ(layers.data(role), "not there");
+    EXPECT_THAT(layers.chosen("all"), ElementsAre("ViewLayer.Combined_key", "ViewLayer.DiffDir"));
+    EXPECT_THAT(layers.chosen("none"), IsEmpty());
+    EXPECT_THAT(layers.chosen("DiffDir, Combined_key"),
+                ElementsAre("ViewLayer.Combined_key", "ViewLayer.DiffDir"));
+    EXPECT_THAT(layers.chosen("ViewLayer.DiffDir"), ElementsAre("ViewLayer.DiffDir"));
+    EXPECT_THAT(layers.chosen("Combined_*"), ElementsAre("ViewLayer.Combined_key"));
+}
+
+TEST(Layers, ErrorsNameWhatIsNear) {
+    const Layers layers = layers_of(kBlender);
+    EXPECT_EQ(layers.error("Combined_kez"),
+              "no layer 'Combined_kez' (did you mean 'Combined_key'?)");
+    EXPECT_EQ(layers.error("xyz"), "no layer 'xyz'; color layers are Combined_key, DiffDir");
+    EXPECT_EQ(layers.error("x*"), "no color layer fits 'x*'");
+    EXPECT_THAT(layers.error("Crypto00"),
+                HasSubstr("is named as data (*crypto*), and data is never"));
+    EXPECT_THAT(layers.error("Normal"), HasSubstr("is not R, G, B"));
+}
+
+// As Arnold, V-Ray and RenderMan name them.
+TEST(Layers, DataByName) {
+    for (const char* name :
+         {"N", "P", "Pref", "normals", "bumpNormals", "Z", "zDepth", "velocity", "motionvector",
+          "crypto_asset00", "uv", "objectID", "mat_id", "worldPosition"}) {
+        std::vector<std::string> channels = {"R", "G", "B", "A"};
+        for (const char* word : {".R", ".G", ".B"}) channels.push_back(name + std::string(word));
+        const Layers layers = layers_of(channels);
+        EXPECT_THAT(layers.chosen("all"), IsEmpty()) << name;
+    }
+    for (const char* name :
+         {"diffuse", "RGBA_key", "specular_indirect", "Paint", "Nebula", "fluid", "solid", "albedo",
+          "emission", "shadow_matte", "best", "forwardlight"}) {
+        std::vector<std::string> channels = {"R", "G", "B", "A"};
+        for (const char* word : {".R", ".G", ".B"}) channels.push_back(name + std::string(word));
+        EXPECT_THAT(layers_of(channels).chosen("all"), ElementsAre(name));
+    }
+}
+
+TEST(Layers, WhatVectorsLeaveIsNoColor) {
+    const Layers layers =
+        layers_of({"R", "G", "B", "motion.R", "motion.G", "motion.B", "Z", "mask"});
+    EXPECT_EQ(layers.data("motion"), "is not R, G, B");
+    EXPECT_EQ(layers.data("mask"), "is not R, G, B");
+    EXPECT_EQ(layers.data("Z"), "not there");
+}
+
+TEST(Layers, OfParts) {
+    const Layers layers = layers_of(FileChannels{{{"beauty", "", {"R", "G", "B", "A"}},
+                                                  {"diffuse", "", {"R", "G", "B"}},
+                                                  {"light", "", {"r", "g", "b", "a"}}},
+                                                 {}});
+    EXPECT_THAT(layers.chosen("all"), ElementsAre("diffuse", "light"));
+    EXPECT_EQ(layers.find("diffuse")->channels, (RoleChannels{1, {"R", "G", "B"}}));
+    EXPECT_EQ(layers.find("light")->channels, (RoleChannels{2, {"r", "g", "b", "a"}}));
+}
+
+TEST(Layers, TwoOfOneName) {
+    const Layers layers =
+        layers_of(FileChannels{{{"beauty", "", {"R", "G", "B"}},
+                                {"a", "", {"diffuse.R", "diffuse.G", "diffuse.B"}},
+                                {"b", "", {"diffuse.R", "diffuse.G", "diffuse.B"}}},
+                               {}});
+    EXPECT_EQ(layers.error("diffuse"),
+              "there are several layers 'diffuse': \"a.diffuse\" of part 1 (diffuse.R, diffuse.G, "
+              "diffuse.B) and \"b.diffuse\" of part 2 (diffuse.R, diffuse.G, diffuse.B); give the "
+              "whole name, or rename one");
+    EXPECT_THAT(layers.chosen("b.diffuse"), ElementsAre("b.diffuse"));
+    const Layers letters =
+        layers_of({"R", "G", "B", "key.R", "key.G", "key.B", "key.r", "key.g", "key.b"});
+    EXPECT_THAT(letters.error("key"), HasSubstr("several layers 'key'"));
+}
+
+TEST(Layers, OfTheViewThatIsFiltered) {
+    const FileChannels file{
+        {{"",
+          "",
+          {"R", "G", "B", "right.R", "right.G", "right.B", "key.left.R", "key.left.G", "key.left.B",
+           "key.right.R", "key.right.G", "key.right.B"}}},
+        {"left", "right"}};
+    const Layers layers = layers_of(file, "right");
+    EXPECT_THAT(layers.chosen("all"), ElementsAre("key"));
+    EXPECT_THAT(layers.find("key")->channels.channels,
+                ElementsAre("key.right.R", "key.right.G", "key.right.B"));
+}
+
+// Another view layer has its own depth and vectors.
+TEST(Layers, AllIsOfOneViewLayer) {
+    std::vector<std::string> channels = kBlender;
+    for (const char* word : {"R", "G", "B", "A"})
+        channels.push_back(std::string("Sky.Combined.") + word);
+    const Layers layers = layers_of(channels);
+    EXPECT_THAT(layers.chosen("all"), ElementsAre("ViewLayer.Combined_key", "ViewLayer.DiffDir"));
+    EXPECT_THAT(layers.chosen("Sky.Combined"), ElementsAre("Sky.Combined"));
+}
+
+TEST(Layers, AProfilesOwnListCounts) {
+    const ProfileFile file = parse_profile(
+        "profile: 1\nname: own\ncolor:\n  - channels: [[R, G, B]]\ndata: [ramp]\n", "own.yaml");
+    ASSERT_TRUE(file.status().ok()) << file.status().message();
+    EXPECT_THAT(data_names(file.profile), ElementsAre("ramp"));
+    EXPECT_THAT(data_names(*find_profile("cycles")), testing::Contains("N"));
+    const ProfileFile wrong = parse_profile("profile: 1\nname: own\ndata: ramp\n", "own.yaml");
+    EXPECT_THAT(wrong.status().message(), HasSubstr("data is a list of texts"));
+}
+
+}  // namespace
+}  // namespace postchain

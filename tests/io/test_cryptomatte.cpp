@@ -1,0 +1,218 @@
+// Cryptomattes of files: ids, manifests, mattes, ranks. Expected: hashes that Blender wrote into
+// its manifest and published test vectors of MurmurHash3, coverages stated here.
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfOutputFile.h>
+#include <ImfStringAttribute.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cstring>
+#include <fstream>
+#include <functional>
+
+#include "tests/io/exr_files.h"
+#include "tools/sequence/io/cryptomatte.h"
+
+namespace postchain::io {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+const std::string kRendered = POSTCHAIN_SOURCE_DIR "/tests/data/layers/layers.0001.exr";
+
+// Of 3 x 1 pixels: ids and coverages of four ranks each.
+struct Sample {
+    CryptoId id;
+    float coverage;
+};
+using Pixel = std::array<Sample, 4>;
+
+struct CryptoFile {
+    std::string name = "crypto_object";
+    std::map<std::string, std::string> attributes = {};
+    std::array<const char*, 4> words = {"r", "g", "b", "a"};
+    Imf::PixelType type = Imf::FLOAT;
+    int levels = 2;
+    std::vector<Pixel> pixels = {{{{7, 0.5f}, {9, 0.25f}, {0, 0}, {0, 0}}},
+                                 {{{9, 0.5f}, {7, 0.25f}, {11, 0.125f}, {7, 0.0625f}}},
+                                 {{{0, 1}, {0, 0}, {0, 0}, {0, 0}}}};
+};
+
+std::string write(const test::TempFolder& folder, const CryptoFile& file) {
+    const std::string path = folder.path("crypto.exr");
+    const int width = int(file.pixels.size());
+    Imf::Header header(width, 1);
+    for (const auto& [what, value] : file.attributes)
+        header.insert("cryptomatte/1234567/" + what, Imf::StringAttribute(value));
+    Imf::FrameBuffer buffer;
+    std::vector<std::vector<float>> planes(size_t(4 * file.levels));
+    for (size_t c = 0; c < planes.size(); ++c) {
+        for (const Pixel& pixel : file.pixels) {
+            const Sample& sample = pixel[c / 2];
+            planes[c].push_back(c % 2 ? sample.coverage : std::bit_cast<float>(sample.id));
+        }
+        const std::string name = file.name + "0" + std::to_string(c / 4) + "." + file.words[c % 4];
+        header.channels().insert(name, Imf::Channel(file.type));
+        buffer.insert(name, Imf::Slice(file.type, reinterpret_cast<char*>(planes[c].data()), 4,
+                                       size_t(width) * 4));
+    }
+    Imf::OutputFile out(path.c_str(), header);
+    out.setFrameBuffer(buffer);
+    out.writePixels(1);
+    return path;
+}
+
+std::map<std::string, std::string> attributes(const std::map<std::string, std::string>& more = {}) {
+    std::map<std::string, std::string> all = {
+        {"name", "crypto_object"}, {"hash", "MurmurHash3_32"}, {"conversion", "uint32_to_float32"}};
+    for (const auto& [what, value] : more) all[what] = value;
+    return all;
+}
+
+Result<std::vector<Cryptomatte>> found(const std::string& path) {
+    auto file = ExrFile::open(path);
+    if (!file.ok()) return file.status();
+    return find_cryptomattes(*file);
+}
+
+// Vectors: the tests of Apache Commons Codec and of Guava for murmur3_32 with seed 0.
+TEST(Cryptomatte, HashIsMurmur3) {
+    EXPECT_EQ(murmur_hash(""), 0u);
+    EXPECT_EQ(murmur_hash("hello"), 0x248bfa47u);
+    EXPECT_EQ(murmur_hash("hello, world"), 0x149bbb7fu);
+    EXPECT_EQ(murmur_hash("The quick brown fox jumps over the lazy dog"), 0x2e4ff723u);
+}
+
+TEST(Cryptomatte, AnIdIsAFloatThatStaysWhatItIs) {
+    EXPECT_EQ(id_of_hash(0x12345678u), 0x12345678u);
+    EXPECT_EQ(id_of_hash(0x00000001u), 0x00800001u);  // else a denormal
+    EXPECT_EQ(id_of_hash(0xff812345u), 0xff012345u);  // else a NaN
+    EXPECT_EQ(id_of_hash(0x7f800000u), 0x7f000000u);  // else Inf
+    EXPECT_EQ(id_of_name("hello"), 0x248bfa47u);
+}
+
+TEST(Cryptomatte, BlendersFileHasItsObjects) {
+    const auto all = found(kRendered);
+    ASSERT_TRUE(all.ok()) << all.status().message();
+    ASSERT_EQ(all->size(), 1u);
+    const Cryptomatte& one = all->front();
+    EXPECT_EQ(one.name, "ViewLayer.CryptoObject");
+    EXPECT_EQ(one.short_name(), "CryptoObject");
+    EXPECT_EQ(one.ranks(), 4);
+    EXPECT_EQ(one.no_manifest, "");
+    ASSERT_EQ(one.manifest.size(), 4u);
+    for (const auto& [name, id] : one.manifest) EXPECT_EQ(id, id_of_name(name)) << name;
+    EXPECT_TRUE(one.holds(0, "ViewLayer.CryptoObject01.a"));
+    EXPECT_FALSE(one.holds(0, "ViewLayer.Combined.R"));
+}
+
+TEST(Cryptomatte, CoveragesOfBlendersFileAddUpToItsAlpha) {
+    auto file = ExrFile::open(kRendered);
+    ASSERT_TRUE(file.ok());
+    const auto all = find_cryptomattes(*file);
+    ASSERT_TRUE(all.ok());
+    const auto ranks = read_ranks(*file, all->front(), file->parts()[0].data_window);
+    ASSERT_TRUE(ranks.ok());
+    const auto ids = ids_in(*ranks);
+    EXPECT_EQ(ids.size(), 4u);
+    const ImageF matte = coverage_of(*ranks, ids);
+    const auto alpha = file->read_channels(0, {"ViewLayer.Combined.A"});
+    ASSERT_TRUE(alpha.ok());
+    for (size_t i = 0; i < matte.data.size(); ++i) EXPECT_NEAR(matte.data[i], alpha->data[i], 1e-5);
+}
+
+TEST(Cryptomatte, EveryWordForChannels) {
+    for (const std::array<const char*, 4>& words :
+         {std::array{"R", "G", "B", "A"}, std::array{"red", "green", "blue", "alpha"}}) {
+        const test::TempFolder folder;
+        CryptoFile file{.attributes = attributes(), .words = words};
+        const auto all = found(write(folder, file));
+        ASSERT_TRUE(all.ok()) << all.status().message();
+        EXPECT_EQ(all->front().levels[1].channels[3], std::string("crypto_object01.") + words[3]);
+    }
+}
+
+TEST(Cryptomatte, RanksOfOneIdAddUp) {
+    const test::TempFolder folder;
+    const std::string path = write(folder, {.attributes = attributes()});
+    auto file = ExrFile::open(path);
+    const auto all = find_cryptomattes(*file);
+    ASSERT_TRUE(all.ok()) << all.status().message();
+    const auto ranks = read_ranks(*file, all->front(), {-1, 0, 2, 0});
+    ASSERT_TRUE(ranks.ok());
+    EXPECT_THAT(ids_in(*ranks), ElementsAre(7, 9, 11));
+    EXPECT_THAT(coverage_of(*ranks, {7}).data, ElementsAre(0, 0.5f, 0.3125f, 0));
+    EXPECT_THAT(coverage_of(*ranks, {7, 11}).data, ElementsAre(0, 0.5f, 0.4375f, 0));
+}
+
+TEST(Cryptomatte, ManifestsThatAreNone) {
+    const test::TempFolder folder;
+    const auto why = [&](const std::map<std::string, std::string>& more) {
+        const auto all = found(write(folder, {.attributes = attributes(more)}));
+        if (!all.ok()) return all.status().message();
+        EXPECT_TRUE(all->front().manifest.empty());
+        return all->front().no_manifest;
+    };
+    EXPECT_EQ(why({}), "it has no manifest");
+    EXPECT_EQ(why({{"manifest", "[]"}}), "its manifest is no JSON object");
+    EXPECT_EQ(why({{"manifest", "{\"ball\": \"64"}}), "its manifest is no JSON object");
+    EXPECT_EQ(why({{"manifest", "{}"}}), "its manifest is empty");
+    EXPECT_EQ(why({{"manifest", "{\"a\": \"1\", \"ball\": \"64x\"}"}}),
+              "its manifest has no hash of 8 digits for \"ball\"");
+    EXPECT_THAT(why({{"manif_file", "names.json"}}), HasSubstr("names.json is not there"));
+    EXPECT_THAT(why({{"manif_file", "../names.json"}}), HasSubstr("not in the frame's folder"));
+    EXPECT_THAT(why({{"manif_file", "/etc/passwd"}}), HasSubstr("not in the frame's folder"));
+}
+
+TEST(Cryptomatte, ManifestInAFile) {
+    const test::TempFolder folder;
+    std::ofstream(folder.path("names.json")) << R"({"ball": "00000007"})";
+    const auto all =
+        found(write(folder, {.attributes = attributes({{"manif_file", "names.json"}})}));
+    ASSERT_TRUE(all.ok());
+    EXPECT_EQ(all->front().no_manifest, "");
+    EXPECT_EQ(all->front().manifest.at("ball"), 0x00800007u);
+}
+
+TEST(Cryptomatte, WhatCannotBeRead) {
+    const test::TempFolder folder;
+    const auto error = [&](const CryptoFile& file) {
+        const auto all = found(write(folder, file));
+        return all.ok() ? "" : all.status().message();
+    };
+    EXPECT_THAT(error({.attributes = attributes({{"hash", "MD5"}})}),
+                HasSubstr("only MurmurHash3_32 is known"));
+    EXPECT_THAT(error({.attributes = attributes({{"conversion", "none"}})}),
+                HasSubstr("only uint32_to_float32 is known"));
+    EXPECT_THAT(error({.attributes = attributes({{"name", "other"}})}),
+                HasSubstr("other00.r, .g, .b, .a are not there"));
+    EXPECT_THAT(error({.attributes = attributes(), .type = Imf::UINT}),
+                HasSubstr("crypto_object00.r is uint"));
+    EXPECT_EQ(error({.attributes = {}}), "");
+}
+
+ImageF plane(std::initializer_list<float> values) {
+    ImageF image(int(values.size()), 1, 1);
+    std::copy(values.begin(), values.end(), image.data.begin());
+    return image;
+}
+
+TEST(Cryptomatte, RerankingKeepsTheLargest) {
+    Reranking ranking(3, 1, 2);
+    ranking.add(5, plane({0.2f, 0.3f, 0}), 0, {0, 0, 2, 0});
+    ranking.add(3, plane({0.5f, 0.3f, 0}), 0, {0, 0, 2, 0});
+    EXPECT_EQ(ranking.pixels_short(), 0u);
+    ranking.add(4, plane({0.1f, 0.4f, 0.6f}), 0, {0, 0, 2, 0});
+    EXPECT_THAT(ranking.result().ids, ElementsAre(3, 5, 4, 3, 4, 0));
+    EXPECT_THAT(ranking.result().coverages, ElementsAre(0.5f, 0.2f, 0.4f, 0.3f, 0.6f, 0));
+    EXPECT_EQ(ranking.pixels_short(), 2u);
+    EXPECT_EQ(ranking.largest_lost(), 0.3f);
+    ranking.add(9, plane({1, 1, 1}), 0, {2, 0, 2, 0});
+    EXPECT_THAT(ranking.result().ids, ElementsAre(3, 5, 4, 3, 9, 4));
+}
+
+}  // namespace
+}  // namespace postchain::io

@@ -1,0 +1,127 @@
+#include "tests/layers/support.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <glm/gtc/packing.hpp>
+
+namespace postchain::test {
+namespace {
+
+template <class T>
+std::vector<T> read(std::ifstream& in, size_t count) {
+    std::vector<T> values(count);
+    in.read(reinterpret_cast<char*>(values.data()), std::streamsize(count * sizeof(T)));
+    EXPECT_TRUE(in.good());
+    return values;
+}
+
+}  // namespace
+
+TestFrame bright_frame(int width, int height) {
+    TestFrame frame = layered_frame(width, height, {23.0f, -11.0f}, {-3.0f, 5.0f}, 5);
+    ImageF& color = frame.planes.at(Role::color);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const bool lamp = (x / 3 + y / 2) % 11 == 0, hole = (x + 2 * y) % 17 < 3;
+            for (int c = 0; c < 4; ++c) {
+                if (lamp && c < 3) color.at(x, y, c) *= 40;
+                if (hole) color.at(x, y, c) *= 0.25f;
+            }
+        }
+    frame.description = describe(frame.planes);
+    frame.description.camera.f_stop = 0.2;
+    return frame;
+}
+
+TestFrame traced_frame() {
+    constexpr int kSize = 160;
+    std::ifstream in(POSTCHAIN_SOURCE_DIR "/tests/data/motion_blur/wheels_crop.bin",
+                     std::ios::binary);
+    std::string line;
+    while (std::getline(in, line) && line != "end") {
+    }
+    const size_t pixels = size_t(kSize) * size_t(kSize);
+    TestFrame frame;
+    ImageF color(kSize, kSize, 4, 1.0f), depth(kSize, kSize, 1), motion(kSize, kSize, 2);
+    const auto half = read<uint16_t>(in, 3 * pixels);
+    for (size_t i = 0; i < pixels; ++i)
+        for (size_t c = 0; c < 3; ++c) color.data[4 * i + c] = glm::unpackHalf1x16(half[3 * i + c]);
+    depth.data = read<float>(in, pixels);
+    motion.data = read<float>(in, 2 * pixels);
+    frame.planes[Role::color] = std::move(color);
+    frame.planes[Role::inverse_depth] = std::move(depth);
+    frame.planes[Role::motion] = std::move(motion);
+    frame.description = describe(frame.planes);
+    frame.description.camera.f_stop = 1;
+    frame.description.camera.focus_distance = 6;
+    return frame;
+}
+
+ImageF sum_of(const ImageF& layers, int height) {
+    ImageF sum(layers.width, height, 4);
+    for (int i = 0; i < layers.height / height; ++i) {
+        const ImageF layer = plane_of_stack(layers, i, height);
+        for (size_t k = 0; k < sum.data.size(); ++k) sum.data[k] += layer.data[k];
+    }
+    return sum;
+}
+
+double relative_difference(const ImageF& a, const ImageF& b) {
+    if (a.width != b.width || a.height != b.height || a.data.size() != b.data.size())
+        return INFINITY;
+    double scale = 1e-30, largest = 0;
+    for (const float value : b.data) scale = std::max(scale, std::abs(double(value)));
+    for (size_t i = 0; i < a.data.size(); ++i) {
+        const double difference = std::abs(double(a.data[i]) - double(b.data[i]));
+        if (!(difference <= largest)) largest = std::isnan(difference) ? INFINITY : difference;
+    }
+    return largest / scale;
+}
+
+std::vector<NamedChain> every_mode() {
+    std::vector<NamedChain> all;
+    const auto add = [&](const std::string& type, Settings settings) {
+        std::string name = type;
+        for (const auto& [key, value] : settings) name += " " + key + "=" + text_of(value);
+        all.push_back({name, chain_of(type, settings)});
+    };
+    add("motion_blur", {});
+    add("motion_blur", {{"neighbors", "none"}});
+    add("motion_blur", {{"mode", "guertin"}});
+    add("motion_blur", {{"mode", "guertin"}, {"jitter", 0.0}, {"tile_jitter", false}});
+    add("motion_blur", {{"mode", "guertin"}, {"sample_split", "variance"}});
+    add("motion_blur", {{"mode", "guertin"}, {"velocity_storage", "unorm8"}});
+    add("motion_blur", {{"mode", "single"}, {"border", "clamp"}});
+    add("depth_of_field", {});
+    add("depth_of_field", {{"denoise", false}, {"samples", int64_t(40)}});
+    add("depth_of_field", {{"aperture_blades", int64_t(5)}, {"cats_eye", 0.5}});
+    for (const char* leak : {"none", "depth", "coc"})
+        for (const bool weight : {false, true})
+            add("depth_of_field", {{"method", "gilham"}, {"leak", leak}, {"hdr_weight", weight}});
+    add("depth_of_field",
+        {{"method", "gilham"}, {"downsample", int64_t(1)}, {"blur_sigma_px", 2.0}});
+    add("joint_blur", {});
+    add("joint_blur", {{"samples", int64_t(48)}, {"denoise", false}});
+    for (const char* mode : {"search", "directional"})
+        for (const char* blend : {"tonemapped", "stored"})
+            for (const char* luma : {"display", "stored"})
+                add("fxaa", {{"mode", mode}, {"blend", blend}, {"luma", luma}});
+    for (const char* hint : {"checkerboard", "threshold"}) {
+        NamedChain blurred{concat("guertin, fxaa hint=", hint),
+                           chain_of("motion_blur", {{"mode", "guertin"}})};
+        append(blurred.chain, "fxaa", {{"hint", hint}});
+        all.push_back(std::move(blurred));
+    }
+    NamedChain dim{"motion_blur, gilham, fxaa hint=checkerboard", chain_of("motion_blur")};
+    append(dim.chain, "depth_of_field", {{"method", "gilham"}});
+    append(dim.chain, "fxaa", {{"hint", "checkerboard"}, {"hint_gate", "pixel"}});
+    all.push_back(std::move(dim));
+    NamedChain warped{"joint_blur, fxaa, motion_blur", chain_of("joint_blur")};
+    append(warped.chain, "fxaa", {{"mode", "directional"}});
+    append(warped.chain, "motion_blur");
+    all.push_back(std::move(warped));
+    return all;
+}
+
+}  // namespace postchain::test

@@ -1,0 +1,34 @@
+// Frames whose lights sum to color, and the chains that filter them.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "chain/layers.h"
+#include "tests/support/gpu.h"
+#include "tests/support/images.h"
+
+namespace postchain::test {
+
+// Two layers that both move, one out of focus, with highlights up to 40 and holes in its alpha.
+TestFrame bright_frame(int width, int height);
+
+// The crop of a path-traced picture (tests/data/motion_blur), 160 x 160.
+TestFrame traced_frame();
+
+// The sum of the layers that stand in `layers`.
+ImageF sum_of(const ImageF& layers, int height);
+
+// Largest difference of any channel, as a part of the largest value of `b`.
+double relative_difference(const ImageF& a, const ImageF& b);
+
+struct NamedChain {
+    std::string name;
+    Chain chain;
+};
+// Every mode and method of every shipped pass, and chains of several.
+std::vector<NamedChain> every_mode();
+
+}  // namespace postchain::test

@@ -1,0 +1,8 @@
+#!/usr/bin/env bash
+# Installs what the command needs and builds it: build/tools/apps/postchain/postchain.
+# Usage: tools/build_command.sh
+set -euo pipefail
+cd "$(dirname "$0")/.."
+tools/install_packages.sh
+cmake --preset release -DBUILD_TESTING=OFF
+cmake --build --preset release -j "$(nproc)" --target postchain

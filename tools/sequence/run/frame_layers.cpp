@@ -1,0 +1,346 @@
+#include "tools/sequence/run/frame_layers.h"
+
+#include <fnmatch.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "chain/layers.h"
+#include "chain/parameter.h"
+#include "chain/text.h"
+
+namespace postchain::sequence {
+namespace {
+
+// What stands before the names of ids, where all cryptomattes are looked through.
+constexpr const char* kAnyCryptomatte = "cryptomatte";
+
+bool ends_with_word(const std::string& name, const std::string& word) {
+    return name == word || name.ends_with("." + word);
+}
+
+// Why the channels cannot be filtered beside color; empty: they can.
+std::string obstacle(const io::ExrFile& file, const RoleChannels& channels,
+                     const ProfileMatch& match) {
+    const io::ExrPart& part = file.parts()[size_t(channels.part)];
+    const io::ExrPart& color = file.parts()[size_t(match.roles.at(Role::color).part)];
+    if (part.data_window != color.data_window)
+        return concat("has another size: its data window is ", part.data_window.text(),
+                      ", that of color ", color.data_window.text());
+    for (const std::string& name : channels.channels) {
+        const io::ExrChannel* channel = part.find(name);
+        if (channel->x_sampling != 1 || channel->y_sampling != 1)
+            return concat("is subsampled (", name, ")");
+        if (channel->type == io::PixelType::uint32) return concat("is of integers (", name, ")");
+    }
+    return "";
+}
+
+// ------------------------------------------------------------------------------------- mattes
+class MatteFinder {
+  public:
+    MatteFinder(const io::ExrFile& file, const ProfileMatch& match, FrameLayers& layers)
+        : file_(file), match_(match), layers_(layers) {}
+
+    Result<MatteSource> find(const std::string& name) {
+        MatteSource source;
+        source.name = name;
+        const size_t colon = name.find(':');
+        if (colon != std::string::npos) {
+            const std::string of = name.substr(0, colon);
+            std::vector<size_t> candidates;
+            for (size_t i = 0; i < layers_.cryptomattes.size(); ++i) {
+                const auto& one = layers_.cryptomattes[i];
+                if (of == kAnyCryptomatte || of == one.name || of == one.short_name())
+                    candidates.push_back(i);
+            }
+            if (!candidates.empty() || of == kAnyCryptomatte) {
+                Status status = find_ids(name, name.substr(colon + 1), candidates, source);
+                if (!status.ok()) return status;
+                return source;
+            }
+        }
+        Status status = find_channel(source);
+        if (!status.ok()) return status;
+        return source;
+    }
+
+  private:
+    Status fault(const std::string& matte, const std::string& what) const {
+        return Status(StatusCode::input,
+                      concat(file_.path(), ": matte ", quoted(matte), ": ", what));
+    }
+
+    Status find_channel(MatteSource& source) const {
+        std::vector<std::string> known;
+        std::vector<RoleChannels> whole, last;
+        for (const ViewChannel& channel : channels_in_view(io::channels_of(file_), match_.view)) {
+            known.push_back(channel.name);
+            const RoleChannels here{channel.part, {channel.channel}};
+            if (channel.name == source.name || channel.channel == source.name)
+                whole.push_back(here);
+            if (ends_with_word(channel.name, source.name)) last.push_back(here);
+        }
+        const auto& found = whole.empty() ? last : whole;
+        if (found.empty()) {
+            for (const auto& one : layers_.cryptomattes)
+                for (const auto& [name, id] : one.manifest) known.push_back("cryptomatte:" + name);
+            const std::string near = nearest_word(source.name, known);
+            return fault(source.name, near.empty()
+                                          ? concat("no such channel; give a channel, or "
+                                                   "cryptomatte:NAME; channels are ",
+                                                   joined(known))
+                                          : concat("no such channel (did you mean '", near, "'?)"));
+        }
+        if (found.size() > 1)
+            return fault(source.name,
+                         concat("there are ", found.size(), " such channels; give the whole name"));
+        source.channel = found[0];
+        if (const std::string why = obstacle(file_, source.channel, match_); !why.empty())
+            return fault(source.name, why);
+        return Status();
+    }
+
+    Status find_ids(const std::string& matte, const std::string& names,
+                    const std::vector<size_t>& candidates, MatteSource& source) const {
+        if (candidates.empty()) return fault(matte, "the file has no cryptomatte");
+        const std::vector<std::string> words = words_of_list(names);
+        if (words.empty()) return fault(matte, "no name is given after the colon");
+        for (const std::string& word : words)
+            if (Status status = find_id(matte, word, candidates, source); !status.ok())
+                return status;
+        for (auto& [cryptomatte, ids] : source.ids) {
+            RoleChannels channels{layers_.cryptomattes[cryptomatte].levels[0].part, {}};
+            if (const std::string why = obstacle(file_, channels, match_); !why.empty())
+                return fault(matte, why);
+            std::sort(ids.begin(), ids.end());
+            ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+        }
+        return Status();
+    }
+
+    Status find_id(const std::string& matte, const std::string& word,
+                   const std::vector<size_t>& candidates, MatteSource& source) const {
+        const bool pattern = word.find_first_of("*?[") != std::string::npos;
+        std::vector<std::string> known, with;
+        std::vector<size_t> without;
+        for (size_t i : candidates) {
+            const io::Cryptomatte& one = layers_.cryptomattes[i];
+            if (one.manifest.empty()) without.push_back(i);
+            bool any = false;
+            for (const auto& [name, id] : one.manifest) {
+                known.push_back(name);
+                if (name != word && !(pattern && ::fnmatch(word.c_str(), name.c_str(), 0) == 0))
+                    continue;
+                source.ids[i].push_back(id);
+                any = true;
+            }
+            if (any) with.push_back(one.short_name());
+        }
+        if (with.size() > 1)
+            return fault(matte, concat("'", word, "' is in several cryptomattes; say which: ",
+                                       joined(with, concat(":", word, " or ")), ":", word));
+        if (with.size() == 1) return Status();
+        if (without.size() == 1 && !pattern) {
+            const io::Cryptomatte& one = layers_.cryptomattes[without[0]];
+            source.ids[without[0]].push_back(io::id_of_name(word));
+            layers_.warnings.push_back(concat(file_.path(), ": cryptomatte ", one.name, ": ",
+                                              one.no_manifest, ": '", word,
+                                              "' is found by the hash of its name"));
+            return Status();
+        }
+        if (!without.empty())
+            return fault(matte, pattern ? "patterns need a manifest, and " +
+                                              layers_.cryptomattes[without[0]].no_manifest
+                                        : "several cryptomattes have no manifest; say which, as "
+                                          "CryptoObject:NAME");
+        const std::string near = nearest_word(word, known);
+        constexpr size_t kShown = 40;
+        const size_t all = known.size();
+        if (all > kShown) known.resize(kShown);
+        return fault(
+            matte, near.empty()
+                       ? concat("no '", word, "' in the cryptomatte; it has ", joined(known),
+                                all > kShown ? ", ..." : "")
+                       : concat("no '", word, "' in the cryptomatte (did you mean '", near, "'?)"));
+    }
+
+    const io::ExrFile& file_;
+    const ProfileMatch& match_;
+    FrameLayers& layers_;
+};
+
+// The named channels in `area`, out of what was kept where it was.
+Result<ImageF> pixels_of(const io::InputFrame& input, const RoleChannels& source,
+                         const io::Window& area, int channels) {
+    if (input.kept && input.kept->part == source.part)
+        return input.kept->interleaved(source.channels, area, channels, 0);
+    const auto pixels = input.files.color_file().read_part(source.part, source.channels, area);
+    if (!pixels.ok()) return pixels.status();
+    return pixels->interleaved(source.channels, area, channels, 0);
+}
+
+// Cryptomattes are data by their attributes, whatever their names are.
+void mark_cryptomattes(const std::vector<io::Cryptomatte>& cryptomattes,
+                       std::vector<FileLayer>& layers) {
+    for (FileLayer& layer : layers)
+        for (const io::Cryptomatte& one : cryptomattes) {
+            const bool holds = std::any_of(
+                layer.channels.channels.begin(), layer.channels.channels.end(),
+                [&](const std::string& name) { return one.holds(layer.channels.part, name); });
+            if (holds)
+                layer.data = "is a cryptomatte";
+            else if (layer.name == one.name)
+                layer.data = "is the preview of a cryptomatte";
+        }
+}
+
+}  // namespace
+
+std::vector<std::string> mattes_of(const Chain& chain) {
+    std::vector<std::string> names;
+    for (const ChainLink& link : chain.links)
+        if (!link.matte.empty() && std::find(names.begin(), names.end(), link.matte) == names.end())
+            names.push_back(link.matte);
+    return names;
+}
+
+std::vector<int> matte_indices(const Chain& chain, const std::vector<std::string>& mattes) {
+    std::vector<int> indices;
+    for (const ChainLink& link : chain.links) {
+        const auto found = std::find(mattes.begin(), mattes.end(), link.matte);
+        indices.push_back(found == mattes.end() ? -1 : int(found - mattes.begin()));
+    }
+    return indices;
+}
+
+std::string FrameLayers::text() const {
+    std::string text;
+    const auto channels = [&](const RoleChannels& where) {
+        text += concat(" ", where.part);
+        for (const std::string& name : where.channels) text += " " + name;
+    };
+    for (const FileLayer& layer : filtered) {
+        text += "layer";
+        channels(layer.channels);
+        text += "\n";
+    }
+    for (const io::Cryptomatte& one : cryptomattes)
+        if (filter_cryptomattes) text += "cryptomatte " + one.name + "\n";
+    for (const MatteSource& matte : mattes) {
+        text += "matte";
+        channels(matte.channel);
+        for (const auto& [cryptomatte, ids] : matte.ids) {
+            text += " " + cryptomattes[cryptomatte].name;
+            for (io::CryptoId id : ids) text += concat(" ", id);
+        }
+        text += "\n";
+    }
+    return text;
+}
+
+Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
+                                      const std::vector<std::string>& data, const io::ExrFile& file,
+                                      const ProfileMatch& match) try {
+    FrameLayers result;
+    std::vector<FileLayer> layers = find_layers(io::channels_of(file), match, data);
+    result.filter_cryptomattes = settings.cryptomatte == CryptomatteChoice::filter;
+    auto cryptomattes = io::find_cryptomattes(file);
+    if (cryptomattes.ok())
+        result.cryptomattes = std::move(*cryptomattes);
+    else if (result.filter_cryptomattes || !settings.mattes.empty())
+        return cryptomattes.status();
+    mark_cryptomattes(result.cryptomattes, layers);
+
+    const auto chosen = choose_layers(layers, settings.layers, match.layer);
+    if (!chosen.ok()) return chosen.status().at(file.path() + ": --layers");
+    const std::vector<std::string> words = words_of_list(settings.layers);
+    const bool all = std::find(words.begin(), words.end(), "all") != words.end();
+    for (size_t i = 0; i < layers.size(); ++i) {
+        FileLayer& layer = layers[i];
+        if (!std::binary_search(chosen->begin(), chosen->end(), i)) {
+            const bool filtered = result.filter_cryptomattes && layer.data == "is a cryptomatte";
+            if (!filtered)
+                result.left.push_back(
+                    {layer.name, layer.is_color() ? "not asked for" : layer.data});
+            continue;
+        }
+        const std::string why = obstacle(file, layer.channels, match);
+        if (why.empty())
+            result.filtered.push_back(std::move(layer));
+        else if (all)
+            result.left.push_back({layer.name, why});
+        else
+            return Status(StatusCode::input,
+                          concat(file.path(), ": --layers: layer ", layer.name, " ", why));
+    }
+    for (const io::Cryptomatte& one : result.cryptomattes) {
+        const RoleChannels where{one.levels[0].part, {}};
+        const std::string why = obstacle(file, where, match);
+        if (result.filter_cryptomattes && !why.empty())
+            return Status(StatusCode::input,
+                          concat(file.path(), ": --cryptomatte: ", one.name, " ", why));
+        if (!result.filter_cryptomattes && !result.filtered.empty())
+            result.warnings.push_back(
+                concat(file.path(), ": cryptomatte ", one.name,
+                       " stays as rendered and is sharper than the layers beside it "
+                       "(--cryptomatte filter)"));
+    }
+    MatteFinder finder(file, match, result);
+    for (const std::string& name : settings.mattes) {
+        auto matte = finder.find(name);
+        if (!matte.ok()) return matte.status();
+        result.mattes.push_back(std::move(*matte));
+    }
+    return result;
+} catch (...) {
+    return status_of_exception(file.path());
+}
+
+Result<ImageF> read_layers(const FrameLayers& layers, const io::InputFrame& input,
+                           const io::Window& area) {
+    std::vector<ImageF> planes;
+    for (const FileLayer& layer : layers.filtered) {
+        auto plane = pixels_of(input, layer.channels, area, 4);
+        if (!plane.ok()) return plane.status();
+        planes.push_back(std::move(*plane));
+    }
+    return stack_planes(planes);
+}
+
+Result<ImageF> read_mattes(const FrameLayers& layers, const io::InputFrame& input,
+                           const io::Window& area, std::vector<std::string>& warnings) {
+    std::map<size_t, io::RankedCoverage> ranks;
+    std::vector<ImageF> planes;
+    for (const MatteSource& matte : layers.mattes) {
+        ImageF plane(area.width(), area.height(), 1);
+        if (!matte.channel.channels.empty()) {
+            auto read = pixels_of(input, matte.channel, area, 1);
+            if (!read.ok()) return read.status();
+            plane = std::move(*read);
+        }
+        for (const auto& [cryptomatte, ids] : matte.ids) {
+            const io::Cryptomatte& source = layers.cryptomattes[cryptomatte];
+            if (!ranks.contains(cryptomatte)) {
+                auto read = io::read_ranks(input.files.color_file(), source, area);
+                if (!read.ok()) return read.status();
+                ranks[cryptomatte] = std::move(*read);
+            }
+            const ImageF coverage = io::coverage_of(ranks.at(cryptomatte), ids);
+            for (size_t i = 0; i < plane.data.size(); ++i) plane.data[i] += coverage.data[i];
+            const bool empty = std::all_of(coverage.data.begin(), coverage.data.end(),
+                                           [](float value) { return value == 0; });
+            if (empty && source.manifest.empty())
+                warnings.push_back(concat(input.files.color_file().path(), ": matte ",
+                                          quoted(matte.name), ": no pixel of cryptomatte ",
+                                          source.name, " has such an id, and ",
+                                          source.no_manifest));
+        }
+        for (float& value : plane.data) value = value > 0 ? std::min(value, 1.0f) : 0.0f;
+        planes.push_back(std::move(plane));
+    }
+    return stack_planes(planes);
+}
+
+}  // namespace postchain::sequence

@@ -30,6 +30,7 @@ std::optional<ChainLink> ChainLink::that_promises(
 Chain Chain::clone() const {
     Chain copy;
     copy.camera = camera;
+    copy.origins = origins;
     for (const auto& link : links) copy.links.push_back(link.clone());
     return copy;
 }

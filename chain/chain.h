@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "chain/frame.h"
+#include "chain/origin.h"
 #include "chain/pass.h"
 
 namespace postchain {
@@ -27,7 +28,8 @@ struct ChainLink {
 
 struct Chain {
     std::vector<ChainLink> links;
-    Camera camera;  // what the chain file says; unset members come from the frame
+    Camera camera;    // what the chain file says; unset members come from the frame
+    Origins origins;  // of its values that somebody stated, for the record; no part of its text
 
     // A copy with passes of its own.
     Chain clone() const;

@@ -18,6 +18,7 @@
 
 #include "chain/elision.h"
 #include "chain/frame.h"
+#include "chain/origin.h"
 #include "chain/parameter.h"
 #include "chain/plan.h"
 #include "chain/promises.h"
@@ -142,6 +143,9 @@ class Pass {
     virtual std::vector<Place> depth_places() const { return {}; }
     // Errors that need the frame (camera values, sizes). The message starts with the parameter.
     virtual Status check(const FrameDescription& frame) const = 0;
+    // What it works with on this frame, for the record: lens and shutter as they are resolved, the
+    // longest streak, the largest circle of confusion. Nothing of what check() refuses.
+    virtual std::vector<UsedValue> used_values(const FrameDescription&) const { return {}; }
     // The pass itself knows when it returns its color bit for bit, else nothing. context.wanted is
     // an upper bound here: every plane that some later pass could read. Facts about color count
     // only where context.color_is_input.

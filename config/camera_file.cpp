@@ -39,7 +39,7 @@ class CameraParser {
             return reporter_.error(
                 root, "", "a camera file is a map of camera values, not " + root.describe());
         for (const auto& [key, value] : root.entries) {
-            if (lens(key.text, key.text, value, file_.camera, file_.sensor_fit)) continue;
+            if (lens(key, key.text, value, file_.camera, file_.sensor_fit, file_.origins)) continue;
             if (key.text == "resolution")
                 resolution(value);
             else if (key.text == "fps")
@@ -58,8 +58,9 @@ class CameraParser {
 
   private:
     // Keys that may also be in an override of one frame. False when `key` is none of them.
-    bool lens(const std::string& key, const std::string& path, const TextNode& node, Camera& camera,
-              std::optional<SensorFit>& fit) {
+    bool lens(const TextNode& name, const std::string& path, const TextNode& node, Camera& camera,
+              std::optional<SensorFit>& fit, Origins& origins) {
+        const std::string& key = name.text;
         if (key == "sensor_fit") {
             const auto found = std::find(kFitNames.begin(), kFitNames.end(), node.text);
             if (!node.is_scalar() || found == kFitNames.end())
@@ -79,6 +80,7 @@ class CameraParser {
         const Status status =
             value.ok() ? camera_parameters().set(&camera, key, *value) : value.status();
         if (!status.ok()) reporter_.error(node, path, status.message());
+        origins[key] = {kFromCameraFile, concat(file_.file_name, ":", name.line)};
         return true;
     }
 
@@ -154,7 +156,8 @@ class CameraParser {
             } else {
                 CameraFile::Frame& frame = file_.frames[*number];
                 for (const auto& [name, v] : value.entries)
-                    if (!lens(name.text, path + "." + name.text, v, frame.camera, frame.sensor_fit))
+                    if (!lens(name, path + "." + name.text, v, frame.camera, frame.sensor_fit,
+                              frame.origins))
                         unknown(name, path + "." + name.text);
                 complete(value, path, frame.camera);
             }
@@ -179,7 +182,21 @@ class CameraParser {
                                       ": not the rows of a rotation, of a scale and of a place"));
             else
                 file_.rotations[*frame] = *found;
+            if (const auto at = place(value); frame && found && at) file_.places[*frame] = *at;
         }
+    }
+
+    // The fourth column.
+    static std::optional<std::array<double, 3>> place(const TextNode& node) {
+        std::array<double, 3> at;
+        for (size_t row = 0; row < 3; ++row) {
+            if (!node.is_list() || node.items.size() <= row || node.items[row].items.size() < 4)
+                return std::nullopt;
+            const auto value = number(node.items[row].items[3]);
+            if (!value || !std::isfinite(*value)) return std::nullopt;
+            at[row] = *value;
+        }
+        return at;
     }
 
     // Of three or four rows of three or four numbers; a scale of its columns is taken out.
@@ -284,6 +301,13 @@ Camera CameraFile::camera_for(int frame, const Display& display) const {
     return result;
 }
 
+Origins CameraFile::origins_for(int frame) const {
+    Origins all = origins;
+    if (const auto found = frames.find(frame); found != frames.end())
+        for (const auto& [key, origin] : found->second.origins) all[key] = origin;
+    return all;
+}
+
 std::optional<Diagnostic> CameraFile::check_resolution(const Display& display) const {
     if (!resolution || (*resolution == std::array<int, 2>{display.width, display.height}))
         return std::nullopt;
@@ -304,6 +328,7 @@ namespace {
 CameraFile read_camera(std::string_view text, const std::string& file_name) {
     CameraFile file;
     file.file_name = file_name;
+    file.text_hash = hash_text(std::string(text));
     TextTree tree = read_text_tree(text, file_name, StatusCode::input, kCameraLimits);
     file.diagnostics = std::move(tree.diagnostics);
     if (!tree.root.is_null()) CameraParser(file).parse(tree.root);

@@ -12,6 +12,7 @@
 #include <string_view>
 
 #include "chain/frame.h"
+#include "chain/origin.h"
 #include "config/diagnostic.h"
 
 namespace postchain {
@@ -38,18 +39,24 @@ struct CameraFile {
     std::optional<SensorFit> sensor_fit;  // horizontal when not stated
     std::optional<double> fps;
     std::optional<std::array<int, 2>> resolution;  // width, height
+    Origins origins;                               // of the values of `camera`
     struct Frame {
         Camera camera;
         std::optional<SensorFit> sensor_fit;
+        Origins origins;
     };
-    std::map<int, Frame> frames;        // overrides of single frames
-    std::map<int, Rotation> rotations;  // of `camera_matrix_world`, by frame
+    std::map<int, Frame> frames;                  // overrides of single frames
+    std::map<int, Rotation> rotations;            // of `camera_matrix_world`, by frame
+    std::map<int, std::array<double, 3>> places;  // of it too, scene units; of rows of four
+    uint64_t text_hash = 0;  // of the whole text
     Diagnostics diagnostics;
 
     Status status() const { return status_of(diagnostics); }
     // Values for one frame with sensor_width_mm turned into the horizontal one. A frame without
     // overrides takes the top-level values.
     Camera camera_for(int frame, const Display& display) const;
+    // Where its values stand, by key.
+    Origins origins_for(int frame) const;
     // A warning when `resolution` is given and is not the display window's size, else nothing.
     std::optional<Diagnostic> check_resolution(const Display& display) const;
 };

@@ -136,6 +136,7 @@ class ChainParser {
                 const Result<ParameterValue> read = value_of(value);
                 status = read.ok() ? table.set(parameters, key.text, *read) : read.status();
                 if (!status.ok()) reporter_.error(value, at, status.message());
+                chain_.origins[at] = {kFromChain, concat(file_name_, ":", key.line)};
             }
             good = good && status.ok();
         }

@@ -97,6 +97,7 @@ class Overrider {
         if (!status.ok())
             return report(item, Severity::error, "camera." + item.key, status.message());
         resolve_files(chain_.camera, "");
+        state("camera." + item.key, item);
         given_.insert({kCamera, item.key});
         touched_.emplace(kCamera, item);
         if (item.value == ParameterValue()) return;
@@ -123,6 +124,13 @@ class Overrider {
         report(item, Severity::note, path + "." + row.key,
                text_of(row.get(parameters)) + " of the chain file gives way");
         row.set(parameters, ParameterValue());
+        chain_.origins.erase(path + "." + row.key);
+    }
+    void state(const std::string& path, const Override& item) {
+        if (item.value == ParameterValue())
+            chain_.origins.erase(path);
+        else
+            chain_.origins[path] = {kFromOption, item.source};
     }
 
     // The link an override means, or -1 after a report. A pass that could not be read has been
@@ -175,6 +183,7 @@ class Overrider {
         if (of_link) return;
         // What the chain file says in its place gives way; two overrides that exclude each other
         // do not.
+        state(path_of(link) + "." + item.key, item);
         given_.insert({link, item.key});
         if (item.value != ParameterValue()) {
             const std::string& excluded = table.find(item.key)->excludes;

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Writes the documents that the program makes from its own tables: docs/parameters.md and
-# config/chain.schema.json. Usage: tools/update_docs.sh [COMMAND]
+# Writes the documents that the program makes from its own tables: docs/parameters.md,
+# config/chain.schema.json and the table in docs/camera_metadata.md. Usage: tools/update_docs.sh [COMMAND]
 # (default: build/tools/apps/postchain/postchain).
 set -euo pipefail
 command=$(realpath "${1:-$(dirname "$0")/../build/tools/apps/postchain/postchain}")
@@ -18,3 +18,10 @@ Keys are those of a [chain file](chain_file.md) and of `--set`. What the passes 
 END
     "$command" passes --markdown
 } > docs/parameters.md
+
+table=$("$command" inspect --camera-metadata)
+{
+    sed '/^| attribute | writer |/,$d' docs/camera_metadata.md
+    printf '%s\n' "$table"
+} > docs/camera_metadata.md.new
+mv docs/camera_metadata.md.new docs/camera_metadata.md

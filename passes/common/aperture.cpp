@@ -101,6 +101,34 @@ Aperture aperture_of(const ApertureParameters& own, const Camera& camera) {
     return aperture;
 }
 
+std::vector<UsedValue> used_values(const ApertureParameters& own, const Camera& camera) {
+    using Of = UsedValue::Of;
+    std::vector<UsedValue> values;
+    const auto add = [&](const char* key, const char* unit, const auto& first, const auto& second,
+                         ParameterValue otherwise) {
+        if (first || second) otherwise = first ? ParameterValue(*first) : ParameterValue(*second);
+        values.push_back({key, otherwise, unit,
+                          first    ? Of::pass
+                          : second ? Of::camera
+                                   : Of::standard});
+    };
+    const auto blades = [](const std::optional<int>& n) {
+        return n ? std::optional<int64_t>(*n) : std::nullopt;
+    };
+    if (camera.aperture_image) {
+        values.push_back({"aperture_image", camera.aperture_image.file(), "", Of::camera});
+    } else {
+        add("aperture_blades", "", blades(own.aperture_blades), blades(camera.aperture_blades),
+            int64_t(0));
+        add("aperture_curvature", "", own.aperture_curvature, camera.aperture_curvature, 0.0);
+    }
+    add("aperture_rotation_deg", "degrees", own.aperture_rotation_deg, camera.aperture_rotation_deg,
+        0.0);
+    add("aperture_ratio", "", own.aperture_ratio, camera.aperture_ratio, 1.0);
+    add("cats_eye", "radii", own.cats_eye, camera.cats_eye, 0.0);
+    return values;
+}
+
 uint64_t hash_of(const Aperture& aperture) {
     uint64_t hash = aperture.image ? aperture.image.hash() : uint64_t(aperture.blades);
     for (const double value :

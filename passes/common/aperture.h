@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "chain/frame.h"
+#include "chain/origin.h"
 #include "chain/parameter.h"
 
 namespace postchain::lens {
@@ -46,6 +47,9 @@ struct Aperture {
 uint64_t hash_of(const Aperture& aperture);
 
 Aperture aperture_of(const ApertureParameters& parameters, const Camera& camera);
+
+// Its shape as it is resolved; a disc is blades 0. A picture stands alone.
+std::vector<UsedValue> used_values(const ApertureParameters& parameters, const Camera& camera);
 
 // The barrel's front, a unit circle, is seen moved by this much of a ray's place in the picture,
 // radii per pixel from the middle. The place of a ray is that of its direction: through a point l

@@ -1,7 +1,9 @@
 #include "passes/common/circle_of_confusion.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 namespace postchain::lens {
 namespace {
@@ -220,6 +222,76 @@ Result<CircleOfConfusion> circle_of_confusion(const Parameters& parameters,
     }
     if (!status.ok()) return status;
     return coc;
+}
+
+namespace {
+
+// Inverse depths between which |R| is at most `radius`: {of the far limit, of the near one}; 0 is
+// infinitely far, infinite is at the camera.
+std::array<double, 2> sharp_between(const CircleOfConfusion& coc, double radius) {
+    constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+    if (coc.max_radius_px <= radius) return {0, kNoLimit};
+    if (coc.lens) {
+        if (coc.gain_px == 0) return {0, kNoLimit};
+        const double reach = radius / coc.gain_px;
+        return {std::max(0.0, coc.focus_inverse - reach), coc.focus_inverse + reach};
+    }
+    const double near_limit = coc.near_radius_px > radius
+                                  ? coc.near_sharp - coc.near_span * radius / coc.near_radius_px
+                                  : 0;
+    const double far_limit = coc.far_radius_px > radius
+                                 ? coc.far_sharp + coc.far_span * radius / coc.far_radius_px
+                                 : kNoLimit;
+    return {1 / far_limit, near_limit > 0 ? 1 / near_limit : kNoLimit};
+}
+
+}  // namespace
+
+std::vector<UsedValue> used_values(const Parameters& p, const FrameDescription& frame,
+                                   double sharp_radius_px) {
+    using Of = UsedValue::Of;
+    const auto coc = circle_of_confusion(p, frame);
+    if (!coc.ok()) return {};
+    const Camera& camera = frame.camera;
+    std::vector<UsedValue> values;
+    const auto add = [&](const char* key, const char* unit, const std::optional<double>& own,
+                         const std::optional<double>& of_camera) {
+        if (own || of_camera)
+            values.push_back({key, own ? *own : *of_camera, unit, own ? Of::pass : Of::camera});
+    };
+    const auto add_focus = [&](const char* key, const std::optional<double>& own) {
+        if (own || !p.focus_at) return add(key, "scene units", own, camera.focus_distance);
+        const double w = frame.bounds.inverse_depth_at.at(*p.focus_at);
+        values.push_back({key, w > 0 ? ParameterValue(1 / w) : ParameterValue(), "scene units",
+                          Of::pass, "focus_at"});
+    };
+    if (p.coc == CocSource::lens) {
+        add("focal_length_mm", "mm", p.focal_length_mm, camera.focal_length_mm);
+        add("sensor_width_mm", "mm", p.sensor_width_mm, camera.sensor_width_mm);
+        add("f_stop", "", p.f_stop, camera.f_stop);
+        add_focus("focus_distance", p.focus_distance);
+        values.push_back({"meters_per_unit", camera.meters_per_unit.value_or(kDefaultMetersPerUnit),
+                          "m", camera.meters_per_unit ? Of::camera : Of::standard});
+    } else if (p.coc == CocSource::range) {
+        const bool from_focus = p.focus.has_value();
+        add_focus("focus", from_focus ? p.focus : p.focus_distance);
+        if (!from_focus)
+            values.back().row = p.focus_at && !p.focus_distance ? "focus_at" : "focus_distance";
+    }
+    values.push_back(
+        {"max_radius_px", coc->max_radius_px, "px", p.max_radius_px ? Of::pass : Of::standard});
+    const FrameBounds& bounds = frame.bounds;
+    if (std::isfinite(bounds.max_inverse_depth))
+        values.push_back({"largest_circle_px",
+                          2 * std::max(std::abs(coc->radius_px(bounds.min_inverse_depth)),
+                                       std::abs(coc->radius_px(bounds.max_inverse_depth))),
+                          "px", Of::frame});
+    const auto [far_w, near_w] = sharp_between(*coc, sharp_radius_px);
+    values.push_back({"sharp_from", 1 / near_w, "scene units", Of::frame});
+    values.push_back({"sharp_to", far_w > 0 ? ParameterValue(1 / far_w) : ParameterValue(),
+                      "scene units", Of::frame});
+    values.push_back({"sharp_circle_px", 2 * sharp_radius_px, "px", Of::standard});
+    return values;
 }
 
 }  // namespace postchain::lens

@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "chain/frame.h"
+#include "chain/origin.h"
 #include "chain/status.h"
 #include "passes/common/lens.h"
 
@@ -67,6 +68,12 @@ std::vector<Place> depth_places(const Parameters& parameters);
 // and says what it is, where it came from and what to do.
 Result<CircleOfConfusion> circle_of_confusion(const Parameters& parameters,
                                               const FrameDescription& frame);
+
+// The lens as it is resolved; the diameter of the largest circle of confusion on this frame, where
+// its depths are known; and from where to where all is sharp: circles of at most `sharp_radius_px`.
+// A far limit without a value: all beyond the near one.
+std::vector<UsedValue> used_values(const Parameters& parameters, const FrameDescription& frame,
+                                   double sharp_radius_px);
 
 // Fills the members of the circle of confusion of a uniform block. fp32 has no infinity to
 // multiply by: what is larger than kMaxFactor is that.

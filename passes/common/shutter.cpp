@@ -1,5 +1,8 @@
 #include "passes/common/shutter.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace postchain::shutter {
 
 const ParameterTable& parameter_table() {
@@ -29,6 +32,28 @@ double open_frames(const Parameters& parameters, const Camera& camera) {
     if (parameters.shutter_frames) return *parameters.shutter_frames;
     if (parameters.shutter_angle_deg) return *parameters.shutter_angle_deg / 360.0;
     return camera.shutter_frames.value_or(kDefaultShutterFrames);
+}
+
+std::vector<UsedValue> used_values(const Parameters& parameters, const FrameDescription& frame,
+                                   double max_half_px) {
+    using Of = UsedValue::Of;
+    const double open = open_frames(parameters, frame.camera);
+    UsedValue shutter{"shutter_frames", open, "frames", Of::standard};
+    if (parameters.shutter_frames || parameters.shutter_angle_deg)
+        shutter.of = Of::pass;
+    else if (frame.camera.shutter_frames)
+        shutter.of = Of::camera;
+    if (!parameters.shutter_frames && parameters.shutter_angle_deg)
+        shutter.row = "shutter_angle_deg";
+    std::vector<UsedValue> values = {shutter};
+    const FrameBounds& bounds = frame.bounds;
+    double fastest = bounds.max_speed_px;
+    if (frame.planes.has(Role::motion_back)) fastest = std::max(fastest, bounds.max_speed_back_px);
+    if (std::isfinite(fastest))
+        values.push_back({"longest_streak_px",
+                          bounds.camera_cut ? 0.0 : std::min(open * fastest, 2 * max_half_px), "px",
+                          Of::frame});
+    return values;
 }
 
 }  // namespace postchain::shutter

@@ -125,6 +125,14 @@ class DepthOfField final : public Pass {
                        : check_gilham(parameters_, frame);
     }
 
+    std::vector<UsedValue> used_values(const FrameDescription& frame) const override {
+        std::vector<UsedValue> values = lens::used_values(parameters_.lens, frame, kSharpRadiusPx);
+        if (warps())
+            for (UsedValue& value : lens::used_values(parameters_.aperture, frame.camera))
+                values.push_back(std::move(value));
+        return values;
+    }
+
     // The color is exact up to a radius of 0.5 px; gilham's hint is so only where the radius is 0.
     std::optional<Identity> identity(const PlanContext& context) const override {
         const auto coc = lens::circle_of_confusion(parameters_.lens, context.frame);

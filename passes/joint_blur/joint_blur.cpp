@@ -81,6 +81,16 @@ class JointBlur final : public Pass {
         return lens::check_aperture(parameters_.aperture, frame.camera);
     }
 
+    std::vector<UsedValue> used_values(const FrameDescription& frame) const override {
+        std::vector<UsedValue> values =
+            shutter::used_values(parameters_.shutter, frame, parameters_.max_blur_px);
+        for (UsedValue& value : lens::used_values(parameters_.lens, frame, kUnblurredPx))
+            values.push_back(std::move(value));
+        for (UsedValue& value : lens::used_values(parameters_.aperture, frame.camera))
+            values.push_back(std::move(value));
+        return values;
+    }
+
     std::optional<Identity> identity(const PlanContext& context) const override {
         const auto coc = lens::circle_of_confusion(parameters_.lens, context.frame);
         if (!coc.ok()) return std::nullopt;  // check() says why

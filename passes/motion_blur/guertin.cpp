@@ -316,7 +316,8 @@ class Guertin {
         std::vector<Binding> arrays;
         if (planes.layers >= 0)
             arrays = {{6, planner.input(Role::layers)}, {2, planes.layers, Access::write}};
-        add_layered_step(planner, std::move(step), arrays, pixels_of(context) * taps);
+        const uint64_t of_layer = step.name == "gather" ? pixels_of(context) * taps : 0;
+        add_layered_step(planner, std::move(step), arrays, of_layer);
     }
 
     const Parameters& parameters_;

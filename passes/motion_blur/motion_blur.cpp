@@ -59,6 +59,10 @@ class MotionBlur final : public Pass {
 
     Status check(const FrameDescription&) const override { return Status(); }
 
+    std::vector<UsedValue> used_values(const FrameDescription& frame) const override {
+        return shutter::used_values(parameters_.shutter, frame, parameters_.max_blur_px);
+    }
+
     std::optional<Identity> identity(const PlanContext& context) const override {
         const FrameDescription& frame = context.frame;
         const double shutter = shutter::open_frames(parameters_.shutter, frame.camera);

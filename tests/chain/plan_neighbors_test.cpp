@@ -61,6 +61,26 @@ TEST(Planner, SaysWhichNeighborIsMissingWhereAPassCouldUseIt) {
     EXPECT_TRUE(make_plan(chain, f)->missing_neighbors.empty());
 }
 
+// Layers that are not filtered must not come out as if they were.
+TEST(Planner, RefusesAPassThatFiltersColorAloneWhereThereAreLayers) {
+    FrameDescription f = frame();
+    f.layers = 2;
+    f.planes.add(Role::layers);
+    const auto plan = make_plan(chain_of({"copy"}), f);
+    ASSERT_FALSE(plan.ok());
+    EXPECT_EQ(plan.status().code(), StatusCode::chain);
+    EXPECT_THAT(plan.status().message(), HasSubstr("passes[0].copy: filters color alone"));
+    // Left out it hands both on; and layers are an output without being asked for.
+    Chain off = chain_of({"copy"});
+    ASSERT_TRUE(off_table().set(off.links[0].pass->parameters(), "off", true).ok());
+    const auto elided = make_plan(off, f);
+    ASSERT_TRUE(elided.ok()) << elided.status().message();
+    ASSERT_EQ(elided->outputs.count(Role::layers), 1u);
+    EXPECT_EQ(elided->textures[size_t(elided->outputs.at(Role::layers))].layers, 2);
+    f.layers = 0;
+    EXPECT_EQ(make_plan(off, f).status().code(), StatusCode::internal);
+}
+
 TEST(Role, OfANeighborHasTheNameAndTheChannelsOfItsOwnFrame) {
     RoleSet all;
     for (Role role : kAllRoles) all.add(role);

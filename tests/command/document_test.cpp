@@ -26,6 +26,13 @@ TEST(Documents, ParametersAndSchemaAreTheProgramsOwn) {
         << "docs/parameters.md is out of date; " << kRemedy;
 }
 
+TEST(Documents, CameraMetadataIsTheProgramsOwn) {
+    const auto table = run({"inspect", "--camera-metadata"});
+    ASSERT_TRUE(table.out.starts_with("| attribute |")) << table.text();
+    EXPECT_TRUE(read_text(kRoot + "/docs/camera_metadata.md").ends_with("\n\n" + table.out))
+        << "docs/camera_metadata.md is out of date; " << kRemedy;
+}
+
 std::vector<std::string> matches(const std::string& text, const std::string& pattern) {
     std::vector<std::string> found;
     const std::regex expression(pattern);

@@ -58,7 +58,7 @@ void collect_keys(const Json& json, const std::string& prefix, std::set<std::str
             keys.insert(path);
             if (path == "plan")
                 collect_keys(value["left_out"], "plan.left_out", keys);
-            else if (path != "inputs")
+            else if (path != "inputs" && path != "resolved")
                 collect_keys(value, path, keys);
         }
     }

@@ -19,6 +19,7 @@
 #include "passes/registry.h"
 #include "tools/sequence/io/exr_reader.h"
 #include "tools/sequence/io/exr_writer.h"
+#include "tools/sequence/io/camera_metadata.h"
 #include "tools/sequence/io/frame_reader.h"
 #include "tools/sequence/io/sequence.h"
 
@@ -248,7 +249,7 @@ bool exr(std::string_view bytes) {
         require(part.data_window.width() >= 1 && part.data_window.width() <= kLimits.max_side &&
                     part.data_window.height() >= 1 && part.data_window.height() <= kLimits.max_side,
                 "a side is within its limit");
-        io::camera_from_attributes(part);
+        io::camera_metadata(part);
         if (part.chromaticities) io::luma_weights(*part.chromaticities);
         ask_part(*file, int(i));
     }

@@ -108,7 +108,9 @@ struct Counted<kVariable> {
     F(glSamplerParameteri)          \
     F(glShaderSource)               \
     F(glTextureStorage2D)           \
+    F(glTextureStorage3D)           \
     F(glTextureSubImage2D)          \
+    F(glTextureSubImage3D)          \
     F(glUseProgram)
 
 void install() {

@@ -55,6 +55,7 @@ uint32_t sample_bits(const FilePart& part, size_t channel, int x, int y) {
     h ^= h >> 4;
     h *= 0x27d4eb2du;
     h ^= h >> 15;
+    if (part.repeating) h = uint32_t((x >> 2) + 3 * (y >> 1) + 5 * int(channel)) % 61 * 7919;
     const float value = float(int(h % 4001) - 2000) / 1001.0f;
     switch (part.channels[channel].type) {
         case Imf::HALF:

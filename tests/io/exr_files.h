@@ -49,6 +49,7 @@ struct FilePart {
     Imf::LevelMode levels = Imf::ONE_LEVEL;
     bool deep = false;
     bool special_values = false;  // Inf and NaN with a payload in float channels
+    bool repeating = false;       // pixels that every compression makes smaller
     std::function<void(Imf::Header&)> edit = {};
 };
 

@@ -7,6 +7,7 @@
 
 #include "config/profile_match.h"
 #include "tests/io/exr_files.h"
+#include "tools/sequence/io/camera_metadata.h"
 #include "tools/sequence/io/frame_reader.h"
 
 namespace postchain::io {
@@ -213,7 +214,7 @@ TEST(LumaWeights, DegeneratePrimariesFallBackToRec709) {
                 ElementsAre(0.2126, 0.7152, 0.0722));
 }
 
-TEST(CameraFromAttributes, StandardNames) {
+TEST(CameraMetadata, StandardNames) {
     const TempFolder folder;
     FilePart part = cycles();
     part.edit = [](Imf::Header& h) {
@@ -224,7 +225,7 @@ TEST(CameraFromAttributes, StandardNames) {
         h.insert("nominalFocalLength", Imf::FloatAttribute(35));
     };
     write_file(folder.path("f.exr"), {part});
-    const Camera camera = camera_from_attributes(ExrFile::open(folder.path("f.exr"))->parts()[0]);
+    const Camera camera = camera_metadata(ExrFile::open(folder.path("f.exr"))->parts()[0]).camera;
     EXPECT_NEAR(camera.f_stop.value(), 2.8, 1e-6);
     EXPECT_NEAR(camera.focus_distance.value(), 4.1234567, 3e-7);
     EXPECT_NEAR(camera.shutter_frames.value(), 0.5, 1e-7);  // 1/48 s at 24 frames a second
@@ -232,7 +233,7 @@ TEST(CameraFromAttributes, StandardNames) {
     EXPECT_FALSE(camera.sensor_width_mm.has_value());
 
     write_file(folder.path("f.exr"), {cycles()});
-    EXPECT_EQ(camera_from_attributes(ExrFile::open(folder.path("f.exr"))->parts()[0]), Camera());
+    EXPECT_EQ(camera_metadata(ExrFile::open(folder.path("f.exr"))->parts()[0]).camera, Camera());
 }
 
 }  // namespace

@@ -64,7 +64,7 @@ const std::byte* as_bytes(const std::vector<uint8_t>& bytes) {
 }
 
 TEST(ZlibStream, ZlibReadsWhatIsPacked) {
-    for (const size_t count : {size_t(100), size_t(5000), size_t(300000)}) {
+    for (const size_t count : {size_t(1000), size_t(5000), size_t(300000)}) {
         const std::vector<uint8_t> bytes = text_bytes(count);
         size_t last = 0;
         for (const int level : {-1, 0, 1, 4, 9, 99}) {

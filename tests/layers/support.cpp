@@ -95,12 +95,20 @@ std::vector<NamedChain> every_mode() {
     add("motion_blur", {{"mode", "single"}, {"border", "clamp"}});
     add("depth_of_field", {});
     add("depth_of_field", {{"denoise", false}, {"samples", int64_t(40)}});
+    // Wide enough for the denoising, in so small a picture.
+    add("depth_of_field", {{"max_radius_px", 14.0}});
+    add("joint_blur", {{"max_radius_px", 14.0}});
     add("depth_of_field", {{"aperture_blades", int64_t(5)}, {"cats_eye", 0.5}});
     for (const char* leak : {"none", "depth", "coc"})
         for (const bool weight : {false, true})
             add("depth_of_field", {{"method", "gilham"}, {"leak", leak}, {"hdr_weight", weight}});
     add("depth_of_field",
         {{"method", "gilham"}, {"downsample", int64_t(1)}, {"blur_sigma_px", 2.0}});
+    // Boxes of several pixels, whose weights color decides.
+    add("depth_of_field", {{"method", "gilham"},
+                           {"downsample", int64_t(4)},
+                           {"blur_sigma_px", 5.0},
+                           {"hdr_weight", true}});
     add("joint_blur", {});
     add("joint_blur", {{"samples", int64_t(48)}, {"denoise", false}});
     for (const char* mode : {"search", "directional"})

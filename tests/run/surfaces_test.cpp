@@ -34,6 +34,11 @@ CameraFile turning(int axis, double angle, std::initializer_list<int> frames) {
     return file;
 }
 
+std::optional<SkyViews> views_of(const CameraFile& file, const std::set<int>& cuts = {}) {
+    return sky_views(
+        &file, [](int) { return std::nullopt; }, 5, kDisplay, cuts);
+}
+
 // Sky above a surface that moves by (3, 0); the left column is clear.
 struct Sky {
     FramePlanes planes;
@@ -62,7 +67,7 @@ struct Sky {
 
 TEST(SkyMotion, FollowsAPan) {
     const double angle = 0.1;
-    const auto views = sky_views(turning(1, angle, {4, 5, 6}), {}, 5, kDisplay, {});
+    const auto views = views_of(turning(1, angle, {4, 5, 6}));
     ASSERT_TRUE(views);
     Sky sky;
     EXPECT_EQ(fill_sky_motion(*views, sky.planes, sky.frame),
@@ -84,13 +89,13 @@ TEST(SkyMotion, FollowsAPan) {
 
 TEST(SkyMotion, FollowsTiltAndRoll) {
     Sky up;
-    const auto tilt = sky_views(turning(0, 0.05, {4, 5, 6}), {}, 5, kDisplay, {});
+    const auto tilt = views_of(turning(0, 0.05, {4, 5, 6}));
     ASSERT_TRUE(tilt);
     fill_sky_motion(*tilt, up.planes, up.frame);
     EXPECT_NEAR(up.motion(Role::motion, 20, 9, 1), kFocalPx * std::tan(0.05), 0.1);  // down
     // About the middle: with the camera's top turned to the left, the picture turns to the right.
     Sky rolled;
-    const auto roll = sky_views(turning(2, 0.05, {4, 5, 6}), {}, 5, kDisplay, {});
+    const auto roll = views_of(turning(2, 0.05, {4, 5, 6}));
     ASSERT_TRUE(roll);
     fill_sky_motion(*roll, rolled.planes, rolled.frame);
     EXPECT_NEAR(rolled.motion(Role::motion, 39, 9, 0),
@@ -100,24 +105,24 @@ TEST(SkyMotion, FollowsTiltAndRoll) {
 }
 
 TEST(SkyMotion, TurnsOnEvenlyWhereAFrameIsMissingOrCut) {
-    const auto whole = sky_views(turning(1, 0.1, {4, 5, 6}), {}, 5, kDisplay, {});
+    const auto whole = views_of(turning(1, 0.1, {4, 5, 6}));
     ASSERT_TRUE(whole);
     Sky all;
     fill_sky_motion(*whole, all.planes, all.frame);
     const std::pair<std::initializer_list<int>, std::set<int>> cases[] = {
         {{5, 6}, {}}, {{4, 5}, {}}, {{4, 5, 6}, {4}}, {{4, 5, 6}, {5}}};
     for (const auto& [frames, cuts] : cases) {
-        const auto views = sky_views(turning(1, 0.1, frames), {}, 5, kDisplay, cuts);
+        const auto views = views_of(turning(1, 0.1, frames), cuts);
         ASSERT_TRUE(views);
         Sky sky;
         fill_sky_motion(*views, sky.planes, sky.frame);
         for (Role role : {Role::motion, Role::motion_back})
             EXPECT_NEAR(sky.motion(role, 30, 5, 0), all.motion(role, 30, 5, 0), 1e-4);
     }
-    EXPECT_FALSE(sky_views(turning(1, 0.1, {5}), {}, 5, kDisplay, {}));
-    EXPECT_FALSE(sky_views(turning(1, 0.1, {4, 6}), {}, 5, kDisplay, {}));
-    EXPECT_FALSE(sky_views(turning(1, 0, {4, 5, 6}), {}, 5, kDisplay, {}));  // stands still
-    EXPECT_FALSE(sky_views(turning(1, 0.1, {4, 5, 6}), {}, 5, kDisplay, {4, 5}));
+    EXPECT_FALSE(views_of(turning(1, 0.1, {5})));
+    EXPECT_FALSE(views_of(turning(1, 0.1, {4, 6})));
+    EXPECT_FALSE(views_of(turning(1, 0, {4, 5, 6}))->turns());  // stands still
+    EXPECT_FALSE(views_of(turning(1, 0.1, {4, 5, 6}), {4, 5}));
 }
 
 TEST(SkyMotion, WithoutMatricesItIsCountedWhereAllElseMoves) {

@@ -48,10 +48,12 @@ int plan_verb(const Options& options, const std::string& format, const std::stri
             const std::string text =
                 format == "json"  ? io::json_text(sequence::planned_json(planned, seconds)) + "\n"
                 : format == "dot" ? plan_as_dot(plan)
-                : options.verbose ? plan_as_text(plan) + sequence::layers_text(planned.layers) +
-                                        sequence::estimate_text(planned.memory, seconds)
-                                  : summaries.add(plan.frame_number,
-                                                  plan_summary(chain->chain, planned, seconds));
+                : options.verbose
+                    ? plan_as_text(plan) + sequence::resolved_text(*planned.resolved) +
+                          sequence::layers_text(planned.layers) +
+                          sequence::estimate_text(planned.memory, seconds)
+                    : summaries.add(plan.frame_number,
+                                    plan_summary(chain->chain, planned, seconds));
             // JSON has escapes of its own.
             std::fputs(format == "json" ? text.c_str() : printable(text, Lines::keep).c_str(),
                        stdout);

@@ -71,6 +71,29 @@ Json describe_frame(const FrameDescription& frame, const io::Window& window) {
     return json;
 }
 
+// Of the table in docs/camera_metadata.md, those that the file has.
+Json describe_attributes(const std::vector<io::FoundAttribute>& found) {
+    Json list = Json::array();
+    for (const auto& one : found) {
+        Json entry = {{"attribute", one.row->name}, {"value", one.text}};
+        if (!one.gives.empty())
+            entry["gives"] = one.gives;
+        else
+            entry["not_used"] = one.why;
+        list.push_back(std::move(entry));
+    }
+    return list;
+}
+
+void print_attributes(const std::vector<io::FoundAttribute>& found) {
+    if (found.empty()) std::printf("camera metadata: none\n");
+    for (const auto& one : found) {
+        const std::string what = one.gives.empty() ? "not used: " + one.why : "gives " + one.gives;
+        std::printf("camera metadata: %s (%s, %s): %s\n", one.row->name, one.row->writer,
+                    one.row->unit, printable(what).c_str());
+    }
+}
+
 Json describe_signs(const SignCheck& check) {
     Json candidates = Json::array();
     for (const auto& candidate : check.candidates)
@@ -264,6 +287,10 @@ int look_at_others(const sequence::RunSettings& settings, const io::FrameList& l
 }  // namespace
 
 int inspect_verb(const Options& options) {
+    if (options.camera_metadata) {
+        std::fputs(io::camera_attributes_as_markdown().c_str(), stdout);
+        return kExitOk;
+    }
     if (options.job.input.empty())
         return fail(Status(StatusCode::usage, "inspect: give a frame, a pattern or a folder"));
     std::error_code error;
@@ -317,6 +344,7 @@ int inspect_verb(const Options& options) {
                              "as 1 m"));
         json["match"] = describe_roles(source->match);
         json["frame"] = describe_frame(source->description, source->input.window);
+        json["camera_attributes"] = describe_attributes(header->camera_attributes);
         json["frame"]["memory_to_filter"] = sequence::bytes_text(
             sequence::frame_bytes(*header, sequence::planes_of(*header, kLookedAt), io::Keep::all,
                                   header->window.height()));
@@ -326,6 +354,7 @@ int inspect_verb(const Options& options) {
             json["frame"]["distance"] = distances(source->description.bounds);
         if (!options.json) {
             std::fputs(printable(source->match.text() + "\n", Lines::keep).c_str(), stdout);
+            print_attributes(header->camera_attributes);
             for (const char* key : {"frame", "bounds", "health"}) print_values(json[key]);
         }
         std::map<Role, std::string> next_files;

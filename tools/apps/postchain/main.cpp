@@ -17,6 +17,7 @@
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/experiments.h"
 #include "tools/apps/postchain/inspect.h"
+#include "tools/apps/postchain/like.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/printable.h"
 #include "tools/apps/postchain/run.h"
@@ -82,6 +83,7 @@ int command(int argc, char** argv) {
     run->add_flag("--json", options.json, "one JSON object per frame on stdout");
     add_progress(*run, options);
     add_device(*run, options);
+    add_like(*run, options);
 
     CLI::App* plan = app.add_subcommand("plan", "what would run, what is left out and why");
     add_chain(*plan, options);
@@ -105,6 +107,8 @@ int command(int argc, char** argv) {
         app.add_subcommand("inspect", "channels, profile, facts and sign self-check of a file");
     add_settings(*inspect, job, sequence::kInputGroup, &options.job);
     inspect->add_flag("--json", options.json, "one JSON object per frame");
+    inspect->add_flag("--camera-metadata", options.camera_metadata,
+                      "the attributes of a camera that are read, as Markdown, and nothing else");
     inspect->get_option("--input")->required(false);
     inspect->add_option("IN", options.job.input,
                         "frame or pattern, as for --input; or a folder: the sequences in it");
@@ -157,7 +161,10 @@ int command(int argc, char** argv) {
     }
     log::set_up(options.verbose, options.quiet, options.log_format == "json");
     if (options.progress == "openjd") log::tell_openjd();
-    if (*run) return run_verb(options);
+    if (*run) {
+        const auto record = apply_like(*run, options);
+        return record.ok() ? run_verb(options, *record) : fail(record.status());
+    }
     if (*plan) return plan_verb(options, plan_format, plan_pilot);
     if (*inspect) return inspect_verb(options);
     if (*diff_app) return diff_verb(options, diff);

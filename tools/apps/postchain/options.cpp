@@ -162,7 +162,11 @@ void add_device(CLI::App& verb, Options& o) {
 }
 
 Result<ChainFile> load_chain_of(const Options& options) {
-    auto file = load_chain(options.chain, builtin_passes(), options.sets);
+    Result<ChainFile> file =
+        options.recorded_chain.empty()
+            ? load_chain(options.chain, builtin_passes(), options.sets)
+            : parse_chain(options.recorded_chain, "the record of " + options.like, builtin_passes(),
+                          options.sets);
     if (!file.ok()) return file.status();
     if (Status status = say(file->diagnostics, log::Level::info); !status.ok()) return status;
     io::ApertureFiles pictures;
@@ -176,6 +180,9 @@ Result<sequence::RunSettings> run_settings_of(const Options& options) {
     auto settings = sequence::run_settings_of(options.job, builtin_passes(), notes);
     if (Status status = say(notes, log::Level::detail); !status.ok()) return status;
     if (settings.ok()) settings->version = kVersion;
+    if (settings.ok() && !options.recorded_camera.empty())
+        settings->source.camera =
+            parse_camera(options.recorded_camera, "the record of " + options.like);
     return settings;
 }
 

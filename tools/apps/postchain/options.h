@@ -20,6 +20,9 @@ namespace postchain {
 struct Options {
     std::string chain;  // file or shipped name
     std::vector<std::string> sets;
+    std::string like;             // of run
+    std::string recorded_chain;   // text, in place of `chain`
+    std::string recorded_camera;  // text, in place of job.camera
     sequence::JobSettings job;
     std::string device = "auto";
     int threads = 0;
@@ -28,6 +31,7 @@ struct Options {
     std::string log_format = "text";
     std::string progress = "terminal";
     bool json = false;
+    bool camera_metadata = false;  // of inspect: the table of the attributes
 };
 
 void add_logging(CLI::App& verb, Options& options);

@@ -6,6 +6,7 @@
 
 #include "chain/plan_bytes.h"
 #include "chain/text.h"
+#include "tools/sequence/run/layer_record.h"
 
 namespace postchain {
 namespace {
@@ -91,7 +92,8 @@ std::string plan_summary(const Chain& chain, const sequence::PlannedFrame& plann
     out << "  in all " << plan.steps.size()
         << (plan.steps.size() == 1 ? " dispatch, " : " dispatches, ") << bytes
         << " bytes a pixel\n";
-    std::istringstream rest(sequence::layers_text(planned.layers) +
+    std::istringstream rest(sequence::resolved_text(*planned.resolved) +
+                            sequence::layers_text(planned.layers) +
                             sequence::estimate_text(planned.memory, seconds));
     for (std::string line; std::getline(rest, line);) out << "  " << line << "\n";
     return out.str();

@@ -64,12 +64,13 @@ void say(const sequence::FrameReport& report, const sequence::RunProgress& progr
 
 }  // namespace
 
-int run_verb(const Options& options) {
+int run_verb(const Options& options, const std::optional<sequence::Record>& like) {
     auto chain = load_chain_of(options);
     if (!chain.ok()) return fail(chain.status());
     auto settings = run_settings_of(options);
     if (!settings.ok()) return fail(settings.status());
-    settings->other_inputs.push_back({options.chain, "the chain file"});
+    if (!options.chain.empty()) settings->other_inputs.push_back({options.chain, "the chain file"});
+    if (like) settings->other_inputs.push_back({options.like, "the output of --like"});
     for (auto& picture : io::inputs_of(chain->chain.camera))
         settings->other_inputs.push_back(std::move(picture));
     std::set<int> cuts = settings->source.cuts;  // that no frame has met
@@ -84,6 +85,11 @@ int run_verb(const Options& options) {
         [&](const sequence::FrameReport& report, const sequence::RunProgress& progress) {
             say(report, progress, options.json);
             cuts.erase(report.frame);
+            if (like && report.frame == like->frame && report.status.ok())
+                log::info(concat(options.like, report.provenance == like->work
+                                                   ? ": repeated, the same chain, settings and "
+                                                     "input files"
+                                                   : ": chain, settings or input files differ"));
         },
         &stop.flag());
     log::progress("");

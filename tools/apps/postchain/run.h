@@ -1,10 +1,14 @@
 // postchain run: the runner with messages, progress and signals around it.
 #pragma once
 
+#include <optional>
+
 #include "tools/apps/postchain/options.h"
+#include "tools/sequence/run/record.h"
 
 namespace postchain {
 
-int run_verb(const Options& options);
+// `like`: the record that is repeated (like.h), if any.
+int run_verb(const Options& options, const std::optional<sequence::Record>& like);
 
 }  // namespace postchain

@@ -54,16 +54,16 @@ std::string attribute_text(const Imf::Attribute& a) {
         char text[64];
         return std::string(text, std::to_chars(text, text + sizeof text, v).ptr);
     };
-    const auto vec2 = [](const auto& v) { return concat(v.x, " ", v.y); };
+    const auto vec2 = [&](const auto& v) { return number(v.x) + " " + number(v.y); };
     const auto vec3 = [](const auto& v) { return concat(v.x, " ", v.y, " ", v.z); };
     const auto box = [](const auto& b) {
         return concat("(", b.min.x, ", ", b.min.y, ")-(", b.max.x, ", ", b.max.y, ")");
     };
-    const auto matrix = [](const auto& m) {
+    const auto matrix = [&](const auto& m) {
         std::string text;
         constexpr int n = int(sizeof(m.x) / sizeof(m.x[0]));
         for (int i = 0; i < n; ++i) {
-            for (int j = 0; j < n; ++j) text += concat(text.empty() ? "" : " ", m.x[i][j]);
+            for (int j = 0; j < n; ++j) text += (text.empty() ? "" : " ") + number(m.x[i][j]);
         }
         return text;
     };

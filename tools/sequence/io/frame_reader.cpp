@@ -19,27 +19,6 @@ bool count_fits(Role role, size_t count) {
     return count == size_t(channels_of(role));
 }
 
-std::optional<double> number_in(const ExrPart& part, const char* name) {
-    const auto it = part.attributes.find(name);
-    if (it == part.attributes.end()) return {};
-    // A rational is written as "24/1".
-    const std::string& text = it->second;
-    const char* end = text.data() + text.size();
-    double value = 0;
-    std::from_chars_result read = std::from_chars(text.data(), end, value);
-    if (read.ec == std::errc() && read.ptr != end && *read.ptr == '/') {
-        double divisor = 0;
-        read = std::from_chars(read.ptr + 1, end, divisor);
-        value /= divisor;
-    }
-    if (read.ec != std::errc() || read.ptr != end || !std::isfinite(value)) return {};
-    return value;
-}
-
-std::optional<double> positive(std::optional<double> value) {
-    return value && *value > 0 ? value : std::nullopt;
-}
-
 }  // namespace
 
 ExrFile& OpenFrame::file_of(Role role) const {
@@ -218,21 +197,6 @@ std::array<double, 3> luma_weights(const std::array<float, 8>& chromaticities) {
     if (std::abs(whole) < 1e-9) return kRec709Luma;
     return {det(xyz[3], xyz[1], xyz[2]) / whole, det(xyz[0], xyz[3], xyz[2]) / whole,
             det(xyz[0], xyz[1], xyz[3]) / whole};
-}
-
-Camera camera_from_attributes(const ExrPart& part) {
-    Camera camera;
-    camera.f_stop = positive(number_in(part, "aperture"));
-    camera.metadata_focus_m = positive(number_in(part, "focus"));
-    if (camera.metadata_focus_m)
-        camera.focus_distance = *camera.metadata_focus_m / kDefaultMetersPerUnit;
-    const std::optional<double> exposure_s = positive(number_in(part, "expTime"));
-    const std::optional<double> fps = positive(number_in(part, "framesPerSecond"));
-    if (exposure_s && fps) camera.shutter_frames = *exposure_s * *fps;
-    for (const char* name : {"effectiveFocalLength", "nominalFocalLength", "pinholeFocalLength"}) {
-        if (!camera.focal_length_mm) camera.focal_length_mm = positive(number_in(part, name));
-    }
-    return camera;
 }
 
 }  // namespace postchain::io

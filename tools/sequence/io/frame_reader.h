@@ -91,10 +91,4 @@ Result<InputFrame> read_frame(OpenFrame files, const ChannelAssignment& assignme
 // the Y row of the RGB-to-XYZ matrix (SMPTE RP 177). Rec. 709 when they are degenerate.
 std::array<double, 3> luma_weights(const std::array<float, 8>& chromaticities);
 
-// Camera values of the standard attributes: aperture (f-number), focus (meters; scene units follow
-// from the camera's meters_per_unit, Camera::metadata_focus_m), expTime * framesPerSecond
-// (shutter), and focal lengths in mm where a number stands under nominalFocalLength,
-// effectiveFocalLength or pinholeFocalLength.
-Camera camera_from_attributes(const ExrPart& part);
-
 }  // namespace postchain::io

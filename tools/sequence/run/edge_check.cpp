@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 namespace postchain::sequence {
 namespace {
@@ -32,19 +31,19 @@ bool between(const std::array<double, N>& a, const std::array<double, N>& p,
     return share > kShare && share < 1 - kShare && aside < kShare * kShare * way;
 }
 
-bool differ(const std::array<double, 1>& a, const std::array<double, 1>& b) {
-    return std::max(a[0], b[0]) > kDepthJump * std::min(a[0], b[0]);
-}
-
-bool differ(const std::array<double, 2>& a, const std::array<double, 2>& b) {
-    return std::hypot(a[0] - b[0], a[1] - b[1]) > kMotionJumpPx;
-}
-
 template <size_t N>
 double squared(const std::array<double, N>& a, const std::array<double, N>& b) {
     double sum = 0;
     for (size_t i = 0; i < N; ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
     return sum;
+}
+
+bool differ(const std::array<double, 1>& a, const std::array<double, 1>& b) {
+    return std::max(a[0], b[0]) > kDepthJump * std::min(a[0], b[0]);
+}
+
+bool differ(const std::array<double, 2>& a, const std::array<double, 2>& b) {
+    return squared(a, b) > kMotionJumpPx * kMotionJumpPx;
 }
 
 template <size_t N>

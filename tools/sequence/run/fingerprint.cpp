@@ -25,6 +25,13 @@ std::string text_of(const OpenedFrame& frame) {
     const FrameHeader& header = frame.header;
     std::string text = header.camera.text() + "\n";
     if (header.sky) text += header.sky->text() + "\n";
+    if (header.makes_motion) {
+        text += "motion from the camera";
+        for (const SkyView* view : {&header.sky->now, &header.sky->before, &header.sky->after})
+            for (double value : *view->place)
+                text += " " + postchain::text_of(ParameterValue(value));
+        text += "\n";
+    }
     const auto& options = header.match.options;
     for (const auto* motion : {&options.motion, &options.motion_back})
         text += concat(int(motion->unit), " ", motion->scale_x, " ", motion->scale_y, " ",

@@ -77,6 +77,7 @@ class MatteFinder {
         std::vector<RoleChannels> whole, last;
         for (const ViewChannel& channel : channels_in_view(io::channels_of(file_), match_.view)) {
             known.push_back(channel.name);
+            known.push_back(channel.name.substr(channel.name.find('.') + 1));
             const RoleChannels here{channel.part, {channel.channel}};
             if (channel.name == source.name || channel.channel == source.name)
                 whole.push_back(here);
@@ -84,13 +85,15 @@ class MatteFinder {
         }
         const auto& found = whole.empty() ? last : whole;
         if (found.empty()) {
+            std::vector<std::string> all;
+            for (size_t i = 0; i < known.size(); i += 2) all.push_back(known[i]);
             for (const auto& one : layers_.cryptomattes)
                 for (const auto& [name, id] : one.manifest) known.push_back("cryptomatte:" + name);
             const std::string near = nearest_word(source.name, known);
             return fault(source.name, near.empty()
                                           ? concat("no such channel; give a channel, or "
                                                    "cryptomatte:NAME; channels are ",
-                                                   joined(known))
+                                                   joined(all))
                                           : concat("no such channel (did you mean '", near, "'?)"));
         }
         if (found.size() > 1)

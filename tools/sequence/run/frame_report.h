@@ -15,6 +15,7 @@
 #include "tools/sequence/io/file_stamp.h"
 #include "tools/sequence/run/cryptomatte_filter.h"
 #include "tools/sequence/run/frame_source.h"
+#include "tools/sequence/run/resolved.h"
 
 namespace postchain::sequence {
 
@@ -31,6 +32,7 @@ struct FrameReport {
     std::vector<std::string> warnings;
     std::string profile;
     std::optional<Plan> plan;
+    std::optional<Resolved> resolved;
     std::string provenance;             // run/fingerprint.h
     std::vector<io::FileStamp> stamps;  // of the files that are read, its neighbors' among them
     FrameLayers layers;                 // of color's file

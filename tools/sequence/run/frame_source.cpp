@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <set>
 
 #include "chain/depth_at.h"
@@ -133,6 +134,42 @@ bool fits(const io::Window& w) {
     return int64_t(w.max_x) - w.min_x < io::kMaxSide && int64_t(w.max_y) - w.min_y < io::kMaxSide;
 }
 
+// The camera of the frame `number` of the same sequence, from the part that has this one's color.
+std::optional<io::CameraMetadata> metadata_of_frame(const SourceSettings& settings, int part,
+                                                    int number) {
+    if (!settings.color_frames || !settings.color_frames->has_token()) return std::nullopt;
+    const std::string path = settings.color_frames->format(number);
+    std::error_code error;
+    if (!std::filesystem::exists(path, error)) return std::nullopt;
+    const auto file = io::ExrFile::open(path);
+    if (!file.ok() || size_t(part) >= file->parts().size()) return std::nullopt;
+    return io::camera_metadata(file->parts()[size_t(part)]);
+}
+
+// Sets `sky` and `makes_motion`, as SourceSettings::camera_motion says.
+void find_camera_motion(const SourceSettings& settings, const io::CameraMetadata& metadata,
+                        int frame, const Display& display, FrameHeader& header) {
+    const CameraMotion wanted = settings.camera_motion;
+    if (wanted == CameraMotion::none) return;
+    const CameraFile* file = settings.camera ? &*settings.camera : nullptr;
+    const bool has_motion = header.assignment.contains(Role::motion);
+    const bool has_depth = header.assignment.contains(Role::inverse_depth);
+    const bool in_file = file && file->rotations.contains(frame);
+    const bool makes_all = has_depth && (wanted == CameraMotion::all || !has_motion);
+    if (!in_file && (!metadata.pose || (!makes_all && wanted != CameraMotion::sky))) return;
+    const int part = header.assignment.at(Role::color).part;
+    header.sky = sky_views(
+        file,
+        [&](int number) -> std::optional<io::CameraMetadata> {
+            if (number == frame) return metadata;
+            return metadata_of_frame(settings, part, number);
+        },
+        frame, display, settings.cuts);
+    header.makes_motion = header.sky && makes_all && header.sky->have_places();
+    if (header.sky && !header.makes_motion && (!has_motion || !header.sky->turns()))
+        header.sky.reset();
+}
+
 }  // namespace
 
 const io::ExrPart& color_part(const FrameHeader& header) {
@@ -144,6 +181,7 @@ RoleSet roles_in_files(const FrameHeader& header) {
     for (const auto& [role, where] : header.assignment) roles.add(role);
     if (header.layers.any_filtered()) roles.add(Role::layers);
     if (!header.layers.mattes.empty()) roles.add(Role::mattes);
+    if (header.makes_motion) roles = roles | RoleSet{Role::motion, Role::motion_back};
     return roles;
 }
 
@@ -199,13 +237,17 @@ Result<FrameHeader> open_source_frame(const SourceSettings& settings,
     const Display display{part.display_window.width(), part.display_window.height(),
                           double(part.pixel_aspect)};
     const CameraFile* camera = settings.camera ? &*settings.camera : nullptr;
-    header.camera = frame_camera(io::camera_from_attributes(part), camera, frame, display);
+    io::CameraMetadata metadata = io::camera_metadata(part);
+    header.camera = frame_camera(metadata.camera, camera, frame, display);
+    header.camera_origins = metadata.origins;
+    if (camera)
+        for (auto& [key, origin] : camera->origins_for(frame))
+            header.camera_origins[key] = std::move(origin);
     if (camera)
         if (auto warning = camera->check_resolution(display))
             header.warnings.push_back(warning->text());
-    if (camera)
-        header.sky =
-            sky_views(*camera, io::camera_from_attributes(part), frame, display, settings.cuts);
+    find_camera_motion(settings, metadata, frame, display, header);
+    header.camera_attributes = std::move(metadata.found);
     return header;
 }
 

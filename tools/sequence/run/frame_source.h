@@ -19,7 +19,9 @@
 #include "config/camera_file.h"
 #include "config/profile.h"
 #include "config/profile_match.h"
+#include "tools/sequence/io/camera_metadata.h"
 #include "tools/sequence/io/frame_reader.h"
+#include "tools/sequence/io/sequence.h"
 #include "tools/sequence/run/edge_check.h"
 #include "tools/sequence/run/frame_layers.h"
 #include "tools/sequence/run/sky_motion.h"
@@ -41,6 +43,9 @@ struct SourceSettings {
     NonfiniteColor nonfinite_color = NonfiniteColor::zero;
     std::set<int> cuts;  // frames whose motion leads across a camera cut
     DataWindow data_window = DataWindow::grow;
+    CameraMotion camera_motion = CameraMotion::missing;
+    std::optional<io::PathPattern>
+        color_frames;         // where a frame's neighbors are, for their cameras
     uint64_t max_memory = 0;  // bytes for frames; 0: no limit
     LayerSettings layers;
 };
@@ -50,11 +55,14 @@ struct FrameHeader {
     io::OpenFrame files;
     ProfileMatch match;
     io::ChannelAssignment assignment;
-    io::Window window;                  // that is filtered
-    Camera camera;                      // metadata overlaid by the camera file
-    std::optional<SkyViews> sky;        // where the camera file has matrices
-    FrameLayers layers;                 // of color's file
-    std::vector<std::string> warnings;  // one line each
+    io::Window window;            // that is filtered
+    Camera camera;                // metadata overlaid by the camera file
+    Origins camera_origins;       // of its values
+    std::optional<SkyViews> sky;  // where there are matrices, and vectors are made of them
+    bool makes_motion = false;    // every vector by `sky`, in place of the file's if any
+    std::vector<io::FoundAttribute> camera_attributes;  // of the color's part
+    FrameLayers layers;                                 // of color's file
+    std::vector<std::string> warnings;                  // one line each
 };
 
 // `files` as in io::FrameList::files. Errors: input, with file, what was looked for and found.
@@ -67,6 +75,7 @@ struct SurfaceHealth {
     uint64_t clear_edges = 0;             // pixels, clear_edges.h
     uint64_t sky_without_motion = 0;      // pixels, sky_motion.h
     uint64_t sky_motion_from_camera = 0;  // pixels
+    uint64_t motion_from_camera = 0;      // pixels
 };
 
 // The cryptomattes of a frame that are filtered, in the order of FrameLayers::cryptomattes.
@@ -82,6 +91,7 @@ struct SourceFrame {
     InputHealth health;            // its first_nonfinite as in the file
     SurfaceHealth surface_health;
     ProfileMatch match;
+    Origins camera_origins;  // of description.camera
     FrameLayers layers;
     // None where they stay as they are.
     std::shared_ptr<const FrameCryptomattes> cryptomattes;
@@ -97,7 +107,8 @@ struct SourceFrame {
 
 const io::ExrPart& color_part(const FrameHeader& header);
 
-// What the files of the frame can bring: the roles that have channels, layers and mattes.
+// What the frame can bring by itself: the roles that have channels in its files, layers and mattes,
+// and motion that is made.
 RoleSet roles_in_files(const FrameHeader& header);
 
 // The planes to read for this chain: those that a plan reads of which no fact is known yet, of

@@ -67,6 +67,7 @@ Result<SourceSettings> source_settings_of(const JobSettings& job, Diagnostics& n
     source.view = job.view;
     source.nonfinite_color = job.nonfinite;
     source.data_window = job.data_window;
+    source.camera_motion = job.camera_motion;
     source.layers.layers = job.layers;
     source.layers.cryptomatte = job.cryptomatte;
     auto memory = memory_limit_of(job.max_memory);
@@ -146,6 +147,11 @@ ParameterTable job_parameters(const PassRegistry& registry) {
         .choice("data_window", &JobSettings::data_window, {"grow", "keep"},
                 {.help = "of frames cropped to less than the display window: grow it by what the "
                          "chain reaches, or keep it and lose the light that leaves it",
+                 .group = kInputGroup})
+        .choice("camera_motion", &JobSettings::camera_motion, {"none", "missing", "sky", "all"},
+                {.help = "vectors from depth and the matrices of the camera: missing: where the "
+                         "frames have no channel of vectors; sky: besides where those of the sky "
+                         "are zero; all: in place of the frames'",
                  .group = kInputGroup})
         .text("max_memory", &JobSettings::max_memory,
               {.unit = "SIZE",
@@ -243,6 +249,7 @@ Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& 
     auto source = source_settings_of(job, notes);
     if (!source.ok()) return source.status();
     settings.source = std::move(*source);
+    settings.source.color_frames = settings.input.color();
     if (!job.camera.empty()) settings.other_inputs.push_back({job.camera, "the camera file"});
     if (!job.profile.empty()) settings.other_inputs.push_back({job.profile, "the profile"});
     if (const auto& file = settings.source.camera) {
@@ -269,6 +276,17 @@ Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& 
     settings.sidecar = job.sidecar;
     settings.preview = job.png;
     settings.dump_folder = job.dump_stages;
+    // Which frames are written, where to, and what is done besides, is no part of what is made.
+    static const std::set<std::string> kNotRepeated = {
+        "frames",   "chunk",   "output", "mkdir",       "on_existing",
+        "on_error", "sidecar", "png",    "dump_stages", "max_memory"};
+    const ParameterTable table = job_parameters(registry);
+    for (const auto& row : table.rows()) {
+        const ParameterValue value = row.get(&job);
+        if (value != row.default_value && value != ParameterValue(std::string()) &&
+            !kNotRepeated.contains(row.key))
+            settings.given[row.key] = value;
+    }
     return settings;
 }
 

@@ -24,6 +24,7 @@ struct JobSettings {
     std::string view;
     NonfiniteColor nonfinite = NonfiniteColor::zero;
     DataWindow data_window = DataWindow::grow;
+    CameraMotion camera_motion = CameraMotion::missing;
     std::string max_memory;
 
     std::string layers = "none";  // "none", "all", or names with commas

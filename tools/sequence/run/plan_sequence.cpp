@@ -29,11 +29,12 @@ Status plan_sequence(const Chain& chain, const RunSettings& asked, const PlanVis
         if (!plan.ok()) return plan;
         for (auto& warning : plan_warnings(chain, *plan, *source))
             planned.warnings.push_back(std::move(warning));
+        planned.resolved = resolve(chain, *source, *plan);
         planned.memory = memory_of(*inputs, *plan, list->frames.size());
         return plan;
     };
     for (int frame : list->frames) {
-        PlannedFrame planned{frame, Status(StatusCode::internal, "not planned"), {}, {}, {}};
+        PlannedFrame planned{frame, Status(StatusCode::internal, "not planned"), {}, {}, {}, {}};
         planned.plan = plan_of(frame, planned);
         if (!visitor(planned)) break;
     }
@@ -42,6 +43,7 @@ Status plan_sequence(const Chain& chain, const RunSettings& asked, const PlanVis
 
 io::Json planned_json(const PlannedFrame& planned, const std::optional<Seconds>& seconds) {
     io::Json json = io::Json::parse(plan_as_json(*planned.plan));
+    if (planned.resolved) json["resolved"] = resolved_json(*planned.resolved);
     if (io::Json layers = layers_json(planned.layers, {}); !layers.empty())
         json["layers"] = std::move(layers);
     json["estimate"] = estimate_json(planned.memory, seconds);

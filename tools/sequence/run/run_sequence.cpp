@@ -11,6 +11,7 @@
 #include "tools/sequence/run/clock.h"
 #include "tools/sequence/run/fingerprint.h"
 #include "tools/sequence/run/plan_warnings.h"
+#include "tools/sequence/run/record.h"
 #include "tools/sequence/run/run_files.h"
 #include "tools/sequence/run/runner.h"
 #include "tools/sequence/run/sidecar.h"
@@ -83,9 +84,9 @@ class FilterJob final : public FrameJob {
         const std::string fingerprint = fingerprint_of(chain_, settings_, inputs);
         report.provenance = provenance_of(fingerprint, settings_.strict);
         const FrameHeader& header = inputs.frame->header;
-        if (Status status = io::check_rewritable(header.files.color_file(),
-                                                 header.assignment.at(Role::color).part,
-                                                 {{kProvenanceAttribute, report.provenance}});
+        if (Status status = io::check_rewritable(
+                header.files.color_file(), header.assignment.at(Role::color).part,
+                {{kProvenanceAttribute, report.provenance}, {kRecordAttribute, ""}});
             !status.ok())
             return status;
         std::error_code error;
@@ -96,6 +97,7 @@ class FilterJob final : public FrameJob {
     Status prepare(const SourceFrame& source, FrameReport& report) override {
         auto plan = plan_source_frame(chain_, source, settings_.plan);
         if (!plan.ok()) return plan.status();
+        report.resolved = resolve(chain_, source, *plan);
         report.plan = std::move(*plan);
         report.window = written_window(chain_, *report.plan, source);
         report.layers = source.layers;
@@ -160,6 +162,7 @@ class FilterJob final : public FrameJob {
         options.overflow = settings_.overflow;
         options.window = report.window;
         options.attributes[kProvenanceAttribute] = report.provenance;
+        options.attributes[kRecordAttribute] = record_text(chain_, settings_, report);
         auto written =
             io::write_filtered(report.output, frame.source->input, frame.result, options, layers);
         if (!written.ok()) return written.status();

@@ -1,6 +1,7 @@
 // What a run is told, typed: made from text by run/job_settings.h, or by a program.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -38,6 +39,8 @@ struct RunSettings {
     bool preview = false;     // OUT.png beside each output, display transform, 8 bits
     std::string dump_folder;  // every stage as EXR, the folder is made; empty = none
     std::string version;      // of the command, for metadata
+    // Those of the settings that the record of an output repeats and that are not the default.
+    std::map<std::string, ParameterValue> given;
 };
 
 // The settings with what the chain names besides: its mattes.

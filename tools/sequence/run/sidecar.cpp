@@ -63,6 +63,7 @@ void add_findings(Json& json, const FrameBounds& bounds, const InputHealth& heal
     json["health"]["input_clear_edges"] = surfaces.clear_edges;
     json["health"]["input_sky_without_motion"] = surfaces.sky_without_motion;
     json["health"]["sky_motion_from_camera"] = surfaces.sky_motion_from_camera;
+    json["health"]["motion_from_camera"] = surfaces.motion_from_camera;
     if (health.first_nonfinite) json["health"]["input_first_nonfinite"] = *health.first_nonfinite;
 }
 
@@ -71,6 +72,7 @@ std::string sidecar_json(const FrameReport& report, const std::string& version) 
     json["output_bytes"] = report.write.bytes;
     json["work"] = report.provenance;
     json["profile"] = report.profile;
+    if (report.resolved) json["resolved"] = resolved_json(*report.resolved);
     if (io::Json layers = layers_json(report.layers, report.cryptomattes); !layers.empty())
         json["layers"] = std::move(layers);
     if (report.plan) json["plan"] = Json::parse(plan_as_json(*report.plan));

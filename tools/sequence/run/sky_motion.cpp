@@ -29,7 +29,7 @@ Rotation transposed(const Rotation& r) {
     return t;
 }
 
-std::optional<SkyView> view_of(const CameraFile& file, const Camera& metadata, int frame,
+std::optional<SkyView> view_in(const CameraFile& file, const Camera& metadata, int frame,
                                const Display& display) {
     const auto found = file.rotations.find(frame);
     if (found == file.rotations.end()) return std::nullopt;
@@ -40,37 +40,69 @@ std::optional<SkyView> view_of(const CameraFile& file, const Camera& metadata, i
     if (zooms && !file.frames.contains(frame)) return std::nullopt;
     const Camera camera = frame_camera(metadata, &file, frame, display);
     if (!camera.focal_length_mm || !camera.sensor_width_mm) return std::nullopt;
-    return SkyView{found->second,
-                   *camera.focal_length_mm * display.width / *camera.sensor_width_mm};
+    SkyView view{
+        found->second, *camera.focal_length_mm * display.width / *camera.sensor_width_mm, {}};
+    if (const auto at = file.places.find(frame); at != file.places.end()) view.place = at->second;
+    return view;
 }
 
-// The camera turned and zoomed on from `other` to `now` by as much again.
+std::optional<SkyView> view_in(const std::optional<io::CameraMetadata>& metadata,
+                               const CameraFile* file, int frame, const Display& display) {
+    if (!metadata || !metadata->pose) return std::nullopt;
+    const io::CameraPose& pose = *metadata->pose;
+    SkyView view{pose.to_world, 0, pose.place};
+    const Camera camera = frame_camera(metadata->camera, file, frame, display);
+    if (pose.focal_widths)
+        view.focal_px = *pose.focal_widths * display.width;
+    else if (camera.focal_length_mm && camera.sensor_width_mm)
+        view.focal_px = *camera.focal_length_mm * display.width / *camera.sensor_width_mm;
+    else
+        return std::nullopt;
+    return view;
+}
+
+// The camera moved, turned and zoomed on from `other` to `now` by as much again.
 SkyView continued(const SkyView& now, const SkyView& other) {
-    return {product(product(now.to_world, transposed(other.to_world)), now.to_world),
-            now.focal_px * now.focal_px / other.focal_px};
+    SkyView next{product(product(now.to_world, transposed(other.to_world)), now.to_world),
+                 now.focal_px * now.focal_px / other.focal_px,
+                 {}};
+    if (now.place && other.place) {
+        next.place.emplace();
+        for (size_t i = 0; i < 3; ++i) (*next.place)[i] = 2 * (*now.place)[i] - (*other.place)[i];
+    }
+    return next;
 }
 
-// Where a view sees what another sees in the place (x, y) from the middle of the picture, pixels.
+// Where a view sees what another sees in the place (x, y) from the middle of the picture, pixels,
+// at the inverse depth w.
 class Transfer {
   public:
     Transfer(const SkyView& from, const SkyView& to, double aspect)
         : turn_(product(transposed(to.to_world), from.to_world)),
           from_px_(from.focal_px),
           to_px_(to.focal_px),
-          aspect_(aspect) {}
+          aspect_(aspect) {
+        if (!from.place || !to.place) return;
+        for (size_t i = 0; i < 3; ++i)
+            for (size_t k = 0; k < 3; ++k)
+                step_[i] += to.to_world[k][i] * ((*from.place)[k] - (*to.place)[k]);
+    }
 
     // Nothing where that is behind it.
-    std::optional<std::array<double, 2>> operator()(double x, double y) const {
+    std::optional<std::array<double, 2>> operator()(double x, double y, double w) const {
         const Direction d = {x / from_px_, -y / (from_px_ * aspect_), -1};
         Direction e{};
-        for (size_t i = 0; i < 3; ++i)
+        for (size_t i = 0; i < 3; ++i) {
             for (size_t k = 0; k < 3; ++k) e[i] += turn_[i][k] * d[k];
+            e[i] += w * step_[i];
+        }
         if (!(e[2] < -1e-3)) return std::nullopt;
         return std::array{to_px_ * e[0] / -e[2], -to_px_ * aspect_ * e[1] / -e[2]};
     }
 
   private:
     Rotation turn_;
+    Direction step_ = {};  // of the camera, in the other's axes, scene units
     double from_px_, to_px_, aspect_;
 };
 
@@ -88,6 +120,13 @@ bool has_planes(const FramePlanes& planes) {
 
 }  // namespace
 
+bool SkyViews::turns() const {
+    const auto still = [&](const SkyView& other) {
+        return other.to_world == now.to_world && other.focal_px == now.focal_px;
+    };
+    return !still(before) || !still(after);
+}
+
 std::string SkyViews::text() const {
     std::string text;
     for (const SkyView* view : {&now, &before, &after}) {
@@ -98,29 +137,36 @@ std::string SkyViews::text() const {
     return text;
 }
 
-std::optional<SkyViews> sky_views(const CameraFile& file, const Camera& metadata, int frame,
+std::optional<SkyViews> sky_views(const CameraFile* file, const MetadataOf& metadata_of, int frame,
                                   const Display& display, const std::set<int>& cuts) {
-    const auto now = view_of(file, metadata, frame, display);
-    auto before = view_of(file, metadata, frame - 1, display);
-    auto after = view_of(file, metadata, frame + 1, display);
-    if (cuts.count(frame - 1)) before.reset();
-    if (cuts.count(frame)) after.reset();
-    if (!now || (!before && !after)) return std::nullopt;
-    SkyViews views{*now, before ? *before : continued(*now, *after),
-                   after ? *after : continued(*now, *before), display.pixel_aspect};
-    const auto still = [&](const SkyView& other) {
-        return other.to_world == now->to_world && other.focal_px == now->focal_px;
+    std::optional<io::CameraMetadata> own = metadata_of(frame);
+    const bool in_file = file && file->rotations.contains(frame);
+    const auto view_of = [&](int number) -> std::optional<SkyView> {
+        if (in_file) return view_in(*file, own ? own->camera : Camera(), number, display);
+        return view_in(number == frame ? own : metadata_of(number), file, number, display);
     };
-    if (still(views.before) && still(views.after)) return std::nullopt;
+    const auto now = view_of(frame);
+    if (!now) return std::nullopt;
+    std::optional<SkyView> before, after;
+    if (!cuts.count(frame - 1)) before = view_of(frame - 1);
+    if (!cuts.count(frame)) after = view_of(frame + 1);
+    if (!before && !after) return std::nullopt;
+    SkyViews views{*now, before ? *before : continued(*now, *after),
+                   after ? *after : continued(*now, *before), display.pixel_aspect, !in_file};
     return views;
 }
 
-uint64_t fill_sky_motion(const SkyViews& views, FramePlanes& planes, FrameDescription& frame) {
-    if (!has_planes(planes)) return 0;
+namespace {
+
+// Sets the vectors of the pixels for which `wanted` is true; returns how many.
+template <class Wanted>
+uint64_t set_vectors(const SkyViews& views, FramePlanes& planes, FrameDescription& frame,
+                     Wanted wanted) {
     const Transfer to_after(views.now, views.after, views.pixel_aspect);
     const Transfer to_before(views.now, views.before, views.pixel_aspect);
     const auto back = planes.find(Role::motion_back);
-    uint64_t replaced = 0;
+    const ImageF& depth = planes.at(Role::inverse_depth);
+    uint64_t count = 0;
     double largest = 0, largest_back = 0;
     const auto set = [](float* v, double x, double y, double& most) {
         v[0] = float(x);
@@ -130,23 +176,43 @@ uint64_t fill_sky_motion(const SkyViews& views, FramePlanes& planes, FrameDescri
     for (size_t pixel = 0; pixel < planes.at(Role::color).pixels(); ++pixel) {
         float* v = planes.at(Role::motion).data.data() + 2 * pixel;
         float* k = back == planes.end() ? nullptr : back->second.data.data() + 2 * pixel;
-        if (v[0] != 0 || v[1] != 0 || (k && (k[0] != 0 || k[1] != 0)) || !is_sky(planes, pixel))
-            continue;
+        if (!wanted(pixel, v, k)) continue;
         const double x =
             frame.origin_x + double(pixel % size_t(frame.width)) + 0.5 - 0.5 * frame.display_width;
         const double y =
             frame.origin_y + double(pixel / size_t(frame.width)) + 0.5 - 0.5 * frame.display_height;
-        const auto after = to_after(x, y), before = to_before(x, y);
+        const double w = is_infinitely_far(depth.data[pixel]) ? 0 : double(depth.data[pixel]);
+        const auto after = to_after(x, y, w), before = to_before(x, y, w);
         if (!after || !before) continue;
         set(v, (*after)[0] - x, (*after)[1] - y, largest);
         if (k) set(k, x - (*before)[0], y - (*before)[1], largest_back);
-        ++replaced;
+        ++count;
     }
     FrameBounds& bounds = frame.bounds;
     bounds.max_speed_px = std::max(bounds.max_speed_px, largest);
     if (back != planes.end())
         bounds.max_speed_back_px = std::max(bounds.max_speed_back_px, largest_back);
-    return replaced;
+    return count;
+}
+
+}  // namespace
+
+uint64_t fill_sky_motion(const SkyViews& views, FramePlanes& planes, FrameDescription& frame) {
+    if (!has_planes(planes)) return 0;
+    return set_vectors(views, planes, frame, [&](size_t pixel, const float* v, const float* k) {
+        return v[0] == 0 && v[1] == 0 && (!k || (k[0] == 0 && k[1] == 0)) && is_sky(planes, pixel);
+    });
+}
+
+uint64_t set_camera_motion(const SkyViews& views, FramePlanes& planes, FrameDescription& frame) {
+    if (!has_planes(planes)) return 0;
+    for (Role role : {Role::motion, Role::motion_back})
+        if (const auto plane = planes.find(role); plane != planes.end())
+            std::fill(plane->second.data.begin(), plane->second.data.end(), 0.0f);
+    frame.bounds.max_speed_px = 0;
+    if (planes.contains(Role::motion_back)) frame.bounds.max_speed_back_px = 0;
+    return set_vectors(views, planes, frame,
+                       [](size_t, const float*, const float*) { return true; });
 }
 
 void SkyCounts::add(const SkyCounts& more) {

@@ -1,37 +1,59 @@
-// Vectors of the sky. Renderers that have no surface there write none, though it moves through the
-// picture when the camera turns. It is infinitely far, so its vectors follow from the rotations of
-// the camera alone.
+// Vectors that follow from the camera. Renderers that have no surface in the sky write none there,
+// though it moves through the picture when the camera turns; some write none at all. Of what stands
+// still in the world they follow from its depth and from where the camera stood and looked, of the
+// sky, which is infinitely far, from the camera's rotations alone.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <set>
 #include <string>
 
 #include "chain/frame.h"
 #include "config/camera_file.h"
+#include "tools/sequence/io/camera_metadata.h"
 
 namespace postchain::sequence {
 
-// How a camera sees what is infinitely far.
+// Which vectors are made from the camera.
+enum class CameraMotion {
+    none,
+    missing,  // all where the file has no channel of them; those of the sky by a camera file
+    sky,      // besides, those of the sky by the matrices of the frames' metadata
+    all,      // every one, in place of the file's
+};
+
+// How a camera sees.
 struct SkyView {
     Rotation to_world;
-    double focal_px = 0;  // along x
+    double focal_px = 0;                         // along x
+    std::optional<std::array<double, 3>> place;  // scene units; not needed for the sky
 };
 
 // Of a frame, the one before and the one after.
 struct SkyViews {
     SkyView now, before, after;
     double pixel_aspect = 1;
+    bool from_metadata = false;  // else from the camera file
 
+    bool turns() const;  // or zooms: the sky moves through the picture
+    bool have_places() const { return now.place && before.place && after.place; }
     std::string text() const;  // every number
 };
 
-// From the matrices of a camera file; `metadata` is that of the frame's own file. Where the frame
-// before or after has none, or a cut lies between, the camera is taken to turn on evenly. Nothing
-// where that is so on both sides, where a focal length is unknown, or where the camera stands
-// still.
-std::optional<SkyViews> sky_views(const CameraFile& file, const Camera& metadata, int frame,
+// What the file of a frame says of its camera, nothing where there is none.
+using MetadataOf = std::function<std::optional<io::CameraMetadata>(int frame)>;
+
+// From the matrices of a camera file, else from those of the frames' metadata. Where the frame
+// before or after has none, or a cut lies between, the camera is taken to move on evenly. Nothing
+// where that is so on both sides, or where a focal length is unknown.
+std::optional<SkyViews> sky_views(const CameraFile* file, const MetadataOf& metadata_of, int frame,
                                   const Display& display, const std::set<int>& cuts);
+
+// Sets every vector of a canonical frame of which `views` have the places, clear pixels' too, and
+// the bounds of the speeds. Returns how many pixels it set: none where the frame before or after
+// would have the pixel's surface behind the camera.
+uint64_t set_camera_motion(const SkyViews& views, FramePlanes& planes, FrameDescription& frame);
 
 // Replaces vectors of (0, 0) where a canonical frame is infinitely far (is_infinitely_far())
 // and not clear, and raises the bounds of the speeds. Returns how many pixels it replaced.

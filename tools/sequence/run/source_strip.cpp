@@ -46,7 +46,11 @@ void in_pixels(MotionConvention& motion, const io::Window& window) {
 }  // namespace
 
 RoleSet planes_of(const FrameHeader& header, RoleSet wanted) {
-    return RoleSet{Role::color} | (wanted & roles_in_files(header));
+    RoleSet present = RoleSet{Role::color} | (wanted & roles_in_files(header));
+    // What is made follows from depth.
+    if (header.makes_motion && (present.has(Role::motion) || present.has(Role::motion_back)))
+        present = present | RoleSet{Role::inverse_depth, Role::motion};
+    return present;
 }
 
 void SourceFindings::add(const SourceFindings& next) {
@@ -74,6 +78,7 @@ void SourceFindings::add(const SourceFindings& next) {
     edges.motion.add(next.edges.motion);
     clear_edges += next.clear_edges;
     sky_motion_from_camera += next.sky_motion_from_camera;
+    motion_from_camera += next.motion_from_camera;
     sky.add(next.sky);
 }
 
@@ -95,9 +100,16 @@ Result<SourceStrip> read_strip(const SourceSettings& settings, const FrameHeader
     io::PlanesArea area{window, header.match.options};
     area.window.min_y = window.min_y + top;
     area.window.max_y = window.min_y + bottom - 1;
+    const RoleSet made = header.makes_motion ? RoleSet{Role::motion, Role::motion_back} : RoleSet{};
     constexpr RoleSet kOfLayers = {Role::layers, Role::mattes};
-    auto read = io::read_frame(header.files, header.assignment, present - kOfLayers, keep, area);
+    auto read =
+        io::read_frame(header.files, header.assignment, present - kOfLayers - made, keep, area);
     if (!read.ok()) return read.status();
+    for (Role role : {Role::motion, Role::motion_back})
+        if (made.has(role) && present.has(role)) {
+            const ImageF& color = read->planes.at(Role::color);
+            read->planes[role] = ImageF(color.width, color.height, channels_of(role));
+        }
     if (present.has(Role::layers) && !header.layers.filtered.empty()) {
         auto layers = read_layers(header.layers, *read, area.window);
         if (!layers.ok()) return layers.status();
@@ -156,7 +168,10 @@ Result<SourceStrip> read_strip(const SourceSettings& settings, const FrameHeader
     findings.edges = count_mixed_edges(planes, rows);
     findings.clear_edges = fill_clear_edges(planes, rows);
     if (with_context) planes = rows_of(planes, first - top, end - top);
-    if (header.sky)
+    if (header.makes_motion) {
+        findings.motion_from_camera = set_camera_motion(*header.sky, planes, strip.description);
+        findings.health.motion_all_zero = false;
+    } else if (header.sky)
         findings.sky_motion_from_camera = fill_sky_motion(*header.sky, planes, strip.description);
     else
         findings.sky = count_sky(planes);
@@ -199,6 +214,7 @@ void conclude(SourceFrame& frame, const SourceSettings& settings, FrameHeader he
     for (const auto& [role, where] : header.assignment)
         if (!frame.description.planes.has(role)) frame.description.not_converted.add(role);
     frame.match = std::move(header.match);
+    frame.camera_origins = std::move(header.camera_origins);
     frame.layers = std::move(header.layers);
     if (strip.cryptomattes && !strip.cryptomattes->ranks.empty())
         frame.cryptomattes = std::move(strip.cryptomattes);
@@ -209,6 +225,7 @@ void conclude(SourceFrame& frame, const SourceSettings& settings, FrameHeader he
     surfaces.mixed_edges = findings.edges.parts();
     surfaces.clear_edges = findings.clear_edges;
     surfaces.sky_motion_from_camera = findings.sky_motion_from_camera;
+    surfaces.motion_from_camera = findings.motion_from_camera;
     surfaces.sky_without_motion = findings.sky.without_motion();
 
     const InputHealth& health = frame.health;

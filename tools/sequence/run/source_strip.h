@@ -15,6 +15,7 @@ struct SourceFindings {
     MixedEdgeCounts edges;
     uint64_t clear_edges = 0;
     uint64_t sky_motion_from_camera = 0;
+    uint64_t motion_from_camera = 0;
     SkyCounts sky;
     bool half_depth = false;
 

@@ -1,0 +1,37 @@
+// Where a value is from, and the values that a pass works with on a frame: what stands on record.
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "chain/parameter.h"
+
+namespace postchain {
+
+// "chain file", "chain.yaml:3". What gives nobody's own value has no `where`.
+struct Origin {
+    std::string from;   // one of kFrom...
+    std::string where;  // file and line, option or attribute
+    bool operator==(const Origin&) const = default;
+};
+inline constexpr const char* kFromOption = "option";
+inline constexpr const char* kFromChain = "chain file";
+inline constexpr const char* kFromCameraFile = "camera file";
+inline constexpr const char* kFromMetadata = "metadata";
+inline constexpr const char* kFromDefault = "default";
+inline constexpr const char* kFromFrame = "frame";  // found in its pixels, or follows from others
+
+// By name of the value: "f_stop", in a chain "camera.f_stop" and "passes[0].samples".
+using Origins = std::map<std::string, Origin>;
+
+// A value as a pass uses it.
+struct UsedValue {
+    enum class Of { pass, camera, standard, frame };  // standard: nobody said
+    std::string key;
+    ParameterValue value;
+    std::string unit;
+    Of of = Of::standard;
+    std::string row = key;  // the parameter that gave it, of the pass or of the camera
+};
+
+}  // namespace postchain

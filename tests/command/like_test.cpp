@@ -1,0 +1,86 @@
+// postchain run --like: the record of an output, repeated.
+#include "tests/command/fixture.h"
+
+namespace postchain::test {
+namespace {
+
+using LikeTest = CommandTest;
+
+Json record_of(const std::string& path) {
+    const auto file = io::ExrFile::open(path);
+    EXPECT_TRUE(file.ok());
+    const auto& attributes = file->parts()[0].attributes;
+    const auto found = attributes.find("postchain/record");
+    EXPECT_TRUE(found != attributes.end());
+    return found == attributes.end() ? Json::object() : Json::parse(found->second);
+}
+
+TEST_F(LikeTest, EqualBitsFromThePictureAlone) {
+    write_sequence(at(""), {1, 2, 3});
+    ASSERT_EQ(filter("all", {"--set", "camera.f_stop=1.2", "--precision", "fp16"}).code, 0);
+    std::filesystem::remove(at("all.yaml"));
+    std::filesystem::remove(out(2) + ".json");
+    const auto again = run({"run", "--like", out(2), "-o", at("out/again.####.exr")});
+    ASSERT_EQ(again.code, 0) << again.text();
+    EXPECT_TRUE(contains(again.err, "repeated, the same chain")) << again.err;
+    EXPECT_TRUE(contains(again.err, "1 written of 1 frame")) << again.err;
+    EXPECT_EQ(read_color(at("out/again.0002.exr")).data, read_color(out(2)).data);
+    const Json first = record_of(out(2)), second = record_of(at("out/again.0002.exr"));
+    EXPECT_EQ(first["work"], second["work"]);
+    const Json stop = first["resolved"]["camera"]["f_stop"];
+    EXPECT_EQ(stop["value"], 1.2);
+    EXPECT_EQ(stop["from"], "option");
+    EXPECT_EQ(stop["where"], "--set camera.f_stop=1.2");
+    EXPECT_TRUE(contains(first["resolved"]["camera"]["focal_length_mm"]["where"].get<std::string>(),
+                         "all.yaml:2"));
+    EXPECT_EQ(first["settings"]["precision"], "fp16");
+}
+
+TEST_F(LikeTest, WhatIsGivenOverrides) {
+    write_sequence(at(""), {1, 2});
+    ASSERT_EQ(filter("all", {"--frames", "1", "--precision", "fp16"}).code, 0);
+    const auto other = run({"run", "--like", out(1), "-i", in(), "--precision", "fp32", "--set",
+                            "camera.f_stop=5.6", "-o", at("out/again.####.exr")});
+    ASSERT_EQ(other.code, 0) << other.text();
+    EXPECT_TRUE(contains(other.err, "chain, settings or input files differ")) << other.err;
+    EXPECT_TRUE(contains(other.err, "2 written of 2 frames")) << other.err;
+    const Json record = record_of(at("out/again.0001.exr"));
+    EXPECT_EQ(record["resolved"]["camera"]["f_stop"]["value"], 5.6);
+    EXPECT_EQ(record["settings"].value("precision", "fp32"), "fp32");
+    EXPECT_GT(largest_difference(read_color(at("out/again.0001.exr")), read_color(out(1))), 1e-4);
+}
+
+TEST_F(LikeTest, SaysWhatDoesNotHoldAnyMore) {
+    write_sequence(at(""), {1});
+    write_text(at("camera.json"), R"({"f_stop": 2})");
+    const std::string chain =
+        "postchain: 1\ncamera: {focal_length_mm: 50, sensor_width_mm: 36, focus_distance: 2,"
+        " meters_per_unit: 0.05}\npasses: [depth_of_field]\n";
+    write_text(at("dof.yaml"), chain);
+    ASSERT_EQ(filter("dof", {"--camera", at("camera.json")}).code, 0);
+    write_text(at("camera.json"), R"({"f_stop": 16})");
+    write_sequence(at(""), {1}, 64, 32);
+    const auto again = run({"run", "--like", out(1), "-o", at("out/again.####.exr")});
+    ASSERT_EQ(again.code, 0) << again.text();
+    EXPECT_TRUE(contains(again.err, "camera.json has changed")) << again.err;
+    EXPECT_TRUE(contains(again.err, "in.0001.exr of ")) << again.err;
+    EXPECT_TRUE(contains(again.err, "differ")) << again.err;
+    EXPECT_EQ(record_of(at("out/again.0001.exr"))["resolved"]["camera"]["f_stop"]["value"], 2);
+}
+
+TEST_F(LikeTest, Refusals) {
+    write_sequence(at(""), {1});
+    const auto none = run({"run", "--like", in(1), "-o", out()});
+    EXPECT_EQ(none.code, 4) << none.text();
+    EXPECT_TRUE(contains(none.err, "no attribute postchain/record")) << none.err;
+    EXPECT_EQ(run({"run", "--like", at("absent.exr"), "-o", out()}).code, 4);
+    const auto bare = run({"run", "-o", out()});
+    EXPECT_EQ(bare.code, 2) << bare.text();
+    EXPECT_TRUE(contains(bare.err, "CHAIN is required")) << bare.err;
+    ASSERT_EQ(filter("all").code, 0);
+    const auto onto = run({"run", "--like", out(1), "-o", out(), "--on-existing", "overwrite"});
+    EXPECT_NE(onto.code, 0) << onto.text();
+}
+
+}  // namespace
+}  // namespace postchain::test

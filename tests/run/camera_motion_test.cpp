@@ -1,0 +1,178 @@
+// Vectors from depth and the camera's matrices, against closed forms; and the limits of sharpness
+// against the formulas of a thin lens.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "passes/common/circle_of_confusion.h"
+#include "passes/common/shutter.h"
+#include "tools/sequence/run/sky_motion.h"
+
+namespace postchain::sequence {
+namespace {
+
+constexpr int kWidth = 32, kHeight = 18;
+constexpr double kFocal = 40;  // pixels
+constexpr double kDistance = 4;
+const Rotation kStraight = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+
+struct Scene {
+    FramePlanes planes;
+    FrameDescription frame;
+    Scene() {
+        planes = {{Role::color, ImageF(kWidth, kHeight, 4, 1.0f)},
+                  {Role::inverse_depth, ImageF(kWidth, kHeight, 1, float(1 / kDistance))},
+                  {Role::motion, ImageF(kWidth, kHeight, 2, 7.0f)},  // of the file: replaced
+                  {Role::motion_back, ImageF(kWidth, kHeight, 2, 7.0f)}};
+        frame.width = frame.display_width = kWidth;
+        frame.height = frame.display_height = kHeight;
+    }
+    double at(Role role, int x, int y, int c) { return double(planes.at(role).at(x, y, c)); }
+};
+
+SkyView view(std::array<double, 3> place, const Rotation& turn = kStraight, double focal = kFocal) {
+    return {turn, focal, place};
+}
+
+double from_middle_x(int x) {
+    return x + 0.5 - kWidth / 2.0;
+}
+double from_middle_y(int y) {
+    return y + 0.5 - kHeight / 2.0;
+}
+
+TEST(CameraMotion, ATravelToTheRightMovesNearThingsLeft) {
+    Scene scene;
+    scene.planes.at(Role::inverse_depth).at(3, 3) = 0;  // the sky
+    const SkyViews views = {view({0, 0, 0}), view({-0.1, 0, 0}), view({0.1, 0.2, 0}), 1};
+    EXPECT_EQ(set_camera_motion(views, scene.planes, scene.frame), uint64_t(kWidth * kHeight));
+    EXPECT_NEAR(scene.at(Role::motion, 9, 5, 0), -kFocal * 0.1 / kDistance, 1e-5);
+    EXPECT_NEAR(scene.at(Role::motion, 9, 5, 1), kFocal * 0.2 / kDistance, 1e-5);  // y down
+    EXPECT_NEAR(scene.at(Role::motion_back, 9, 5, 0), -kFocal * 0.1 / kDistance, 1e-5);
+    EXPECT_NEAR(scene.at(Role::motion_back, 9, 5, 1), 0, 1e-5);
+    EXPECT_EQ(scene.at(Role::motion, 3, 3, 0), 0);
+    EXPECT_NEAR(scene.frame.bounds.max_speed_px, kFocal / kDistance * std::hypot(0.1, 0.2), 1e-4);
+}
+
+TEST(CameraMotion, ForwardZoomRollAndPixelAspect) {
+    Scene dolly;
+    set_camera_motion({view({0, 0, 0}), view({0, 0, 0}), view({0, 0, -1}), 1}, dolly.planes,
+                      dolly.frame);
+    // Everything grows by 4 / 3.
+    EXPECT_NEAR(dolly.at(Role::motion, 30, 2, 0), from_middle_x(30) / 3, 1e-5);
+    EXPECT_NEAR(dolly.at(Role::motion, 30, 2, 1), from_middle_y(2) / 3, 1e-5);
+    Scene zoom;
+    set_camera_motion(
+        {view({0, 0, 0}), view({0, 0, 0}), view({0, 0, 0}, kStraight, 1.5 * kFocal), 1},
+        zoom.planes, zoom.frame);
+    EXPECT_NEAR(zoom.at(Role::motion, 30, 2, 0), from_middle_x(30) / 2, 1e-5);
+    EXPECT_NEAR(zoom.at(Role::motion_back, 30, 2, 0), 0, 1e-5);
+    // The camera's top to the left by a: the picture turns to the right; of pixels twice as wide
+    // as high one to the right is two down.
+    const double a = 0.2, aspect = 2;
+    const Rotation rolled = {
+        {{std::cos(a), -std::sin(a), 0}, {std::sin(a), std::cos(a), 0}, {0, 0, 1}}};
+    Scene roll;
+    set_camera_motion({view({5, 6, 7}), view({5, 6, 7}), view({5, 6, 7}, rolled), aspect},
+                      roll.planes, roll.frame);
+    const double x = from_middle_x(25), y = from_middle_y(4) / aspect;  // in widths of a pixel
+    EXPECT_NEAR(roll.at(Role::motion, 25, 4, 0), x * std::cos(a) - y * std::sin(a) - x, 1e-4);
+    EXPECT_NEAR(roll.at(Role::motion, 25, 4, 1), aspect * (x * std::sin(a) + y * std::cos(a) - y),
+                1e-4);
+}
+
+TEST(CameraMotion, WhatComesToLieBehindTheCameraGetsNone) {
+    Scene scene;
+    EXPECT_EQ(set_camera_motion({view({0, 0, 0}), view({0, 0, 0}), view({0, 0, -5}), 1},
+                                scene.planes, scene.frame),
+              0u);
+    EXPECT_EQ(scene.at(Role::motion, 1, 1, 0), 0);
+}
+
+io::CameraMetadata standing(double x) {
+    io::CameraMetadata metadata;
+    metadata.pose = io::CameraPose{kStraight, {x, 0, 0}, 1.25};
+    return metadata;
+}
+
+TEST(CameraMotion, NeedsAMatrixOfTheFrameAndOfOneBesideIt) {
+    const Display display = {kWidth, kHeight, 1};
+    const auto views = [&](std::set<int> frames, std::set<int> cuts = {}) {
+        return sky_views(
+            nullptr,
+            [=](int frame) {
+                return frames.contains(frame) ? std::optional(standing(0.1 * frame)) : std::nullopt;
+            },
+            5, display, cuts);
+    };
+    EXPECT_FALSE(views({5}));
+    EXPECT_FALSE(views({4, 6}));
+    EXPECT_FALSE(views({4, 5, 6}, {4, 5}));
+    for (const std::set<int>& frames : {std::set{4, 5}, std::set{5, 6}, std::set{4, 5, 6}}) {
+        const auto found = views(frames);
+        ASSERT_TRUE(found && found->have_places());
+        EXPECT_FALSE(found->turns());
+        Scene scene;
+        set_camera_motion(*found, scene.planes, scene.frame);
+        for (Role role : {Role::motion, Role::motion_back})
+            EXPECT_NEAR(scene.at(role, 8, 8, 0), -1.25 * kWidth * 0.1 / kDistance, 1e-4);
+    }
+}
+
+double value_of(const std::vector<UsedValue>& values, const std::string& key) {
+    for (const auto& one : values)
+        if (one.key == key)
+            return one.value == ParameterValue() ? INFINITY : std::get<double>(one.value);
+    ADD_FAILURE() << key;
+    return NAN;
+}
+
+TEST(UsedValues, LimitsOfSharpnessAreThoseOfAThinLens) {
+    FrameDescription frame;
+    frame.width = frame.display_width = 1920;
+    frame.height = frame.display_height = 1080;
+    frame.camera.focal_length_mm = 50;
+    frame.camera.sensor_width_mm = 36;
+    frame.camera.f_stop = 2.8;
+    frame.camera.focus_distance = 400;
+    frame.camera.meters_per_unit = 0.01;
+    frame.bounds.min_inverse_depth = 0;
+    frame.bounds.max_inverse_depth = 1 / 200.0;
+    lens::Parameters parameters;
+    parameters.breathing = true;
+    parameters.max_radius_px = 1000;
+    const auto values = lens::used_values(parameters, frame, 0.5);
+    // Millimeters; a circle of one pixel on the sensor.
+    const double f = 50, s = 4000, blur = 2.8 * 36 / 1920 * (s - f);
+    EXPECT_NEAR(value_of(values, "sharp_from"), s * f * f / (f * f + blur) / 10, 1e-6);
+    EXPECT_NEAR(value_of(values, "sharp_to"), s * f * f / (f * f - blur) / 10, 1e-6);
+    // At 2 m the circle is f^2 (s - d) / (N (s - f) d), wider than that of infinity.
+    const double d = 2000, circle = f * f * (s - d) / (2.8 * (s - f) * d);
+    EXPECT_NEAR(value_of(values, "largest_circle_px"), circle * 1920 / 36, 1e-6);
+    // Beyond the hyperfocal distance all is sharp to infinity.
+    frame.camera.f_stop = 64;
+    EXPECT_EQ(value_of(lens::used_values(parameters, frame, 0.5), "sharp_to"), INFINITY);
+    for (const auto& one : values)
+        if (one.key == "meters_per_unit") {
+            EXPECT_EQ(one.of, UsedValue::Of::camera);
+        }
+}
+
+TEST(UsedValues, LongestStreak) {
+    FrameDescription frame;
+    frame.camera.shutter_frames = 0.5;
+    frame.planes = {Role::color, Role::motion, Role::motion_back};
+    frame.bounds.max_speed_px = 30;
+    frame.bounds.max_speed_back_px = 36;
+    const auto streak = [&](const shutter::Parameters& parameters, double most) {
+        return value_of(shutter::used_values(parameters, frame, most), "longest_streak_px");
+    };
+    EXPECT_EQ(streak({}, 40), 18);
+    EXPECT_EQ(streak({.shutter_frames = {}, .shutter_angle_deg = 90}, 40), 9);
+    EXPECT_EQ(streak({}, 5), 10);
+    frame.bounds.camera_cut = true;
+    EXPECT_EQ(streak({}, 40), 0);
+}
+
+}  // namespace
+}  // namespace postchain::sequence

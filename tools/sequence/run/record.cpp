@@ -1,0 +1,119 @@
+#include "tools/sequence/run/record.h"
+
+#include <filesystem>
+
+#include "chain/text.h"
+#include "config/chain_file.h"
+#include "tools/sequence/run/resolved.h"
+
+namespace postchain::sequence {
+namespace {
+
+using io::Json;
+
+std::string whole_path(const std::string& path) {
+    std::error_code failed;
+    const auto whole = std::filesystem::absolute(path, failed);
+    return failed ? path : whole.lexically_normal().string();
+}
+
+// --input with whole paths.
+std::string input_text(const io::InputSpec& input) {
+    if (!input.separate_files()) return whole_path(input.color().text());
+    static const std::map<Role, const char*> kWords = {{Role::color, "color"},
+                                                       {Role::inverse_depth, "depth"},
+                                                       {Role::motion, "motion"},
+                                                       {Role::motion_back, "motion_back"}};
+    std::string text;
+    for (const auto& [role, pattern] : input.patterns)
+        text += concat(text.empty() ? "" : ",", kWords.at(role), "=", whole_path(pattern.text()));
+    return text;
+}
+
+Json json_of(const ParameterValue& value) {
+    if (const auto* flag = std::get_if<bool>(&value)) return *flag;
+    if (const auto* integer = std::get_if<int64_t>(&value)) return *integer;
+    if (const auto* number = std::get_if<double>(&value)) return *number;
+    if (const auto* text = std::get_if<std::string>(&value)) return *text;
+    return nullptr;
+}
+
+ParameterValue value_of(const Json& json) {
+    if (json.is_boolean()) return json.get<bool>();
+    if (json.is_number_integer()) return json.get<int64_t>();
+    if (json.is_number()) return json.get<double>();
+    if (json.is_string()) return json.get<std::string>();
+    return {};
+}
+
+// What a camera file gave, as one.
+Json camera_json(const Resolved& resolved) {
+    Json camera = Json::object();
+    for (const auto& one : resolved.camera)
+        if (one.origin.from == kFromCameraFile) camera[one.key] = json_of(one.value);
+    return camera;
+}
+
+}  // namespace
+
+std::string record_text(const Chain& chain, const RunSettings& settings,
+                        const FrameReport& report) {
+    Json given = Json::object();
+    for (const auto& [key, value] : settings.given) {
+        const auto* text = std::get_if<std::string>(&value);
+        if (key == "input")
+            given[key] = input_text(settings.input);
+        else if (text && (key == "camera" ||
+                          (key == "profile" && text->find_first_of("/.") != std::string::npos)))
+            given[key] = whole_path(*text);
+        else
+            given[key] = json_of(value);
+    }
+    Json inputs = Json::array();
+    for (const auto& file : report.stamps)
+        inputs.push_back({{"file", whole_path(file.path)}, {"bytes", file.bytes}});
+    Json json = {{"version", settings.version}, {"work", report.provenance},
+                 {"frame", report.frame},       {"chain", write_chain(chain)},
+                 {"settings", given},           {"inputs", inputs}};
+    if (const auto& camera = settings.source.camera)
+        json["camera"] = {{"hash", hex_of(camera->text_hash)},
+                          {"values", camera_json(*report.resolved)}};
+    json["resolved"] = resolved_json(*report.resolved);
+    return io::json_text(json);
+}
+
+Result<Record> read_record(const std::string& path) {
+    auto file = io::ExrFile::open(path);
+    if (!file.ok()) return file.status();
+    for (const auto& part : file->parts()) {
+        const auto found = part.attributes.find(kRecordAttribute);
+        if (found == part.attributes.end()) continue;
+        try {
+            const Json json = Json::parse(found->second);
+            Record record;
+            record.version = json.at("version").get<std::string>();
+            record.work = json.at("work").get<std::string>();
+            record.frame = json.at("frame").get<int>();
+            record.chain = json.at("chain").get<std::string>();
+            for (const auto& [key, value] : json.at("settings").items())
+                record.settings[key] = value_of(value);
+            for (const auto& input : json.at("inputs"))
+                record.inputs.push_back(
+                    {input.at("file").get<std::string>(), input.at("bytes").get<uint64_t>(), 0});
+            if (const auto camera = json.find("camera"); camera != json.end()) {
+                record.camera = camera->at("values").dump();
+                record.camera_hash = camera->at("hash").get<std::string>();
+            }
+            return record;
+        } catch (const Json::exception& fault) {
+            return Status(StatusCode::input, concat(path, ": its attribute ", kRecordAttribute,
+                                                    " is damaged: ", fault.what()));
+        }
+    }
+    return Status(
+        StatusCode::input,
+        concat(path, ": no attribute ", kRecordAttribute,
+               "; --like takes an output that `run` of this version or a later one wrote"));
+}
+
+}  // namespace postchain::sequence

@@ -85,6 +85,7 @@ TEST(Writers, NothingElseOpensAFileForWriting) {
         {"tools/measure/experiment/report_folder.cpp", "removes a report that is replaced"},
         {"tools/sequence/io/claim.cpp", "a lock among processes, nothing is written to it"},
         {"tools/measure/study/study_folder.cpp", "removes a study that is replaced"},
+        {"tools/apps/postchain/selftest.cpp", "removes the folder that it has made"},
         {"tools/apps/postchain/main.cpp", "/dev/null for streams that are closed"},
     };
     std::set<std::string> met;
@@ -119,6 +120,7 @@ TEST(Writers, AreTheseAndAskWhatMayBeReplaced) {
         {"tools/sequence/run/run_sequence.cpp", 3},  // preview, sidecar, stage
         {"tools/measure/scenes/scene.cpp", 3},       // pictures, the aperture's, camera.json
         {"tools/apps/postchain/diff.cpp", 2},        // maps
+        {"tools/apps/postchain/selftest.cpp", 1},    // in a folder of its own
         {"tools/apps/postchain/stress.cpp", 1},
         {"tools/measure/report/report.cpp", 1},     // json, csv, md, pictures of the page, chains
         {"tools/measure/report/images.cpp", 2},     // images/
@@ -145,7 +147,7 @@ TEST(Writers, AreTheseAndAskWhatMayBeReplaced) {
 TEST(Writers, RemoveWhatKillsLeft) {
     const Counts checks = count(R"(\bfiles(->|\.)check(_names)?\(\))");
     const Counts removals = count(R"(\bremove_left_temporaries\(\);)");
-    EXPECT_EQ(checks.size(), 6u);  // run, ab and bench, study, scene, diff, stress
+    EXPECT_EQ(checks.size(), 7u);  // run, ab and bench, study, scene, diff, selftest, stress
     for (const auto& [file, times] : checks) EXPECT_TRUE(removals.count(file)) << file;
 }
 

@@ -22,6 +22,7 @@
 #include "tools/apps/postchain/printable.h"
 #include "tools/apps/postchain/run.h"
 #include "tools/apps/postchain/scene.h"
+#include "tools/apps/postchain/selftest.h"
 #include "tools/apps/postchain/serve.h"
 #include "tools/apps/postchain/stress.h"
 #include "tools/apps/postchain/study.h"
@@ -63,7 +64,7 @@ int command(int argc, char** argv) {
     StressOptions stress;
     ServeOptions serve;
     StudyOptions study;
-    std::string plan_format = "text", plan_pilot, passes_format = "text";
+    std::string selftest_only, plan_format = "text", plan_pilot, passes_format = "text";
     const ParameterTable& job = job_parameters();
 
     CLI::App app("Motion blur, FXAA and depth of field over rendered frames, in any order.",
@@ -73,7 +74,8 @@ int command(int argc, char** argv) {
     app.footer(
         "Exit codes: 0 ok, 1 some frames failed, 2 usage, 3 chain file invalid, 4 input missing "
         "or unreadable,\n5 output not writable, 6 no usable GL, 7 non-finite values under "
-        "--strict or a failed check of stress, 8 threshold exceeded, 130/143 on signals.");
+        "--strict or a failed check of stress or selftest, 8 threshold exceeded, 130/143 on "
+        "signals.");
 
     CLI::App* run = app.add_subcommand("run", "filter a sequence");
     add_chain(*run, options);
@@ -133,6 +135,10 @@ int command(int argc, char** argv) {
     CLI::App* stress_app = app.add_subcommand("stress", "the stability matrix");
     add_stress(*stress_app, options, stress);
 
+    CLI::App* selftest =
+        app.add_subcommand("selftest", "whether this device gives the right pictures");
+    add_selftest(*selftest, options, selftest_only);
+
     CLI::App* serve_app = app.add_subcommand("serve", "takes jobs over HTTP");
     add_serve(*serve_app, options, serve);
 
@@ -173,6 +179,7 @@ int command(int argc, char** argv) {
     if (*bench) return bench_verb(options, experiment, argc, argv);
     if (*study_app) return study_verb(options, study, argc, argv);
     if (*stress_app) return stress_verb(options, stress);
+    if (*selftest) return selftest_verb(options, selftest_only);
     if (*serve_app) return serve_verb(options, serve);
     if (*info) return info_verb(options);
     if (*schema) return schema_verb();

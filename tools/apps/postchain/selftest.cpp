@@ -1,0 +1,250 @@
+#include "tools/apps/postchain/selftest.h"
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+
+#include "config/chain_find.h"
+#include "passes/registry.h"
+#include "tools/apps/postchain/exit_code.h"
+#include "tools/apps/postchain/log.h"
+#include "tools/apps/postchain/stop_on_signal.h"
+#include "tools/measure/stress/matrix.h"
+#include "tools/sequence/io/exr_writer.h"
+#include "tools/sequence/io/json.h"
+#include "tools/sequence/io/output_files.h"
+#include "tools/sequence/run/device.h"
+#include "tools/sequence/run/frame_source.h"
+
+namespace postchain {
+namespace {
+
+namespace fs = std::filesystem;
+using io::Json;
+
+constexpr const char* kFilesTest = "write and read";
+
+struct TestRow {
+    std::string name;  // of a pass, a chain, or "write and read"
+    size_t frames = 0;
+    double reference = 0;  // worst mean error against the double-precision reference
+    double bound = 0;      // of it
+    std::vector<std::string> faults;
+    double seconds = 0;
+};
+
+double now_s() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
+}
+
+Result<std::vector<stress::Subject>> subjects() {
+    std::vector<stress::Subject> all;
+    for (const auto& type : builtin_passes().types()) {
+        Chain chain;
+        chain.append(builtin_passes(), type.name);
+        all.push_back({type.name, std::move(chain)});
+    }
+    for (const char* name : {"paper", "dof_first"}) {
+        auto file = load_chain(name, builtin_passes());
+        if (!file.ok()) return file.status();
+        if (Status status = file->status(); !status.ok()) return status;
+        all.push_back({name, std::move(file->chain)});
+    }
+    return all;
+}
+
+std::string fault_text(const stress::CellResult& cell, const stress::Measured& measured) {
+    return concat(measured.check, " ", stress::number_text(measured.value), ", at most ",
+                  stress::number_text(measured.bound), " is right (", cell.row, ": ", cell.cell,
+                  ")", measured.note.empty() ? "" : ", " + measured.note);
+}
+
+TestRow test_subject(Executor& executor, stress::Subject subject, const StopOnSignal& stop) {
+    TestRow row;
+    row.name = subject.name;
+    const double start = now_s();
+    std::vector<stress::Subject> one;
+    one.push_back(std::move(subject));
+    stress::MatrixOptions options;
+    options.reduced = true;
+    options.only = "/fp32";
+    const auto matrix = stress::run_matrix(
+        executor, one, options, [&](const std::string& name, size_t done, size_t of) {
+            log::progress(concat(row.name, ", ", done, " of ", of, ", ", name));
+            return !stop.asked();
+        });
+    row.seconds = now_s() - start;
+    if (!matrix.ok()) {
+        row.faults.push_back(matrix.status().message());
+        return row;
+    }
+    row.frames = matrix->cells.size();
+    for (const auto& cell : matrix->cells)
+        for (const auto& measured : cell.measured) {
+            if (measured.check == "reference" && measured.value >= row.reference) {
+                row.reference = measured.value;
+                row.bound = measured.bound;
+            }
+            if (measured.verdict == stress::Verdict::failed)
+                row.faults.push_back(fault_text(cell, measured));
+        }
+    return row;
+}
+
+// Values of every size that a float has, the same on each machine.
+ImageF frame_of_values() {
+    ImageF image(67, 43, 4);
+    uint64_t state = 1;
+    for (float& value : image.data) {
+        state = state * 6364136223846793005ull + 1442695040888963407ull;
+        const double part = double(state >> 40) / double(1 << 24);
+        value = float((part - 0.25) * std::pow(10.0, double(state >> 33 & 15) - 8));
+    }
+    return image;
+}
+
+Status write_and_read(const std::string& path) {
+    const ImageF image = frame_of_values();
+    io::OutputFiles files(io::OnExisting::fail);
+    files.write(io::OutputFile{path, "the file of the test", ""});
+    if (Status status = files.check(); !status.ok()) return status;
+    files.remove_left_temporaries();
+    const auto permit = files.permit(path);
+    if (!permit.ok()) return permit.status();
+    auto written = io::write_planes_exr(path, image, {"R", "G", "B", "A"}, *permit);
+    if (!written.ok()) return written.status();
+    const sequence::SourceSettings settings;
+    auto header = sequence::open_source_frame(settings, {{Role::color, path}}, 1);
+    if (!header.ok()) return header.status();
+    auto frame = sequence::read_source_frame(settings, std::move(*header), {}, io::Keep::nothing);
+    if (!frame.ok()) return frame.status();
+    const ImageF& read = *frame->planes.at(Role::color);
+    if (read.width != image.width || read.height != image.height || read.channels != 4)
+        return Status(StatusCode::output, path + ": is of another size when it is read back");
+    size_t different = 0;
+    for (size_t i = 0; i < image.data.size(); ++i)
+        different += std::memcmp(&read.data[i], &image.data[i], sizeof(float)) != 0;
+    if (!different) return Status();
+    return Status(StatusCode::output, concat(path, ": ", different, " of ", image.data.size(),
+                                             " values are not those that were written"));
+}
+
+TestRow test_files() {
+    TestRow row;
+    row.name = kFilesTest;
+    const double start = now_s();
+    std::error_code error;
+    std::string folder = (fs::temp_directory_path(error) / "postchain-selftest-XXXXXX").string();
+    if (error || !mkdtemp(folder.data())) {
+        row.faults.push_back("no temporary folder: " +
+                             (error ? error.message() : std::string(std::strerror(errno))));
+        return row;
+    }
+    const Status status = write_and_read(folder + "/values.0001.exr");
+    if (!status.ok()) row.faults.push_back(status.message());
+    fs::remove_all(folder, error);
+    row.frames = 1;
+    row.seconds = now_s() - start;
+    return row;
+}
+
+void print_row(const TestRow& row) {
+    char text[160];
+    const bool compared = row.bound > 0;
+    std::snprintf(text, sizeof(text), "%-15s %-6s %7zu  %-10s %-10s %7.1f s\n", row.name.c_str(),
+                  row.faults.empty() ? "ok" : "FAILED", row.frames,
+                  compared ? stress::number_text(row.reference).c_str() : "-",
+                  compared ? stress::number_text(row.bound).c_str() : "-", row.seconds);
+    std::fputs(text, stdout);
+    constexpr size_t kShown = 3;
+    for (size_t i = 0; i < std::min(kShown, row.faults.size()); ++i)
+        std::printf("    %s\n", row.faults[i].c_str());
+    if (row.faults.size() > kShown) std::printf("    and %zu more\n", row.faults.size() - kShown);
+}
+
+Json json_of(const std::vector<TestRow>& rows, const gl::Device& device) {
+    Json tests = Json::array();
+    for (const TestRow& row : rows) {
+        Json test = {{"test", row.name},
+                     {"ok", row.faults.empty()},
+                     {"frames", row.frames},
+                     {"seconds", row.seconds},
+                     {"faults", row.faults}};
+        if (row.bound > 0) {
+            test["reference"] = row.reference;
+            test["bound"] = row.bound;
+        }
+        tests.push_back(std::move(test));
+    }
+    return {{"postchain_selftest", 1},
+            {"version", kVersion},
+            {"renderer", sequence::renderer_text(device)},
+            {"vendor", device.vendor},
+            {"software", device.software},
+            {"tests", std::move(tests)}};
+}
+
+}  // namespace
+
+void add_selftest(CLI::App& verb, Options& options, std::string& only) {
+    verb.add_option("--only", only, "tests whose name holds this; * is any text")
+        ->type_name("PATTERN");
+    verb.add_flag("--json", options.json, "one JSON object");
+    add_device(verb, options);
+}
+
+int selftest_verb(const Options& options, const std::string& only) {
+    auto all = subjects();
+    if (!all.ok()) return fail(all.status());
+    std::erase_if(*all, [&](const auto& one) { return !stress::matches(only, one.name); });
+    const bool with_files = stress::matches(only, kFilesTest);
+    if (all->empty() && !with_files)
+        return fail(Status(StatusCode::usage, "--only: no test is named like '" + only + "'"));
+    auto context = context_of(options);
+    if (!context.ok()) return fail(context.status());
+    const gl::Device& device = (*context)->device();
+    const StopOnSignal stop;
+    if (!options.json) {
+        std::printf("postchain %s on %s%s\n", kVersion, sequence::renderer_text(device).c_str(),
+                    device.software ? " (software)" : "");
+        std::printf("%-15s %-6s %7s  %-10s %-10s %9s\n", "test", "", "frames", "reference",
+                    "at most", "time");
+    }
+    std::vector<TestRow> rows;
+    bool failed = false;
+    const auto add = [&](TestRow row) {
+        log::progress("");
+        failed |= !row.faults.empty();
+        if (!options.json) print_row(row);
+        std::fflush(stdout);
+        rows.push_back(std::move(row));
+    };
+    for (auto& subject : *all) {
+        // One of its own: what one test leaves on the device is not the next one's.
+        Executor executor(device);
+        TestRow row = test_subject(executor, std::move(subject), stop);
+        if (stop.asked()) return stop.exit_code();
+        add(std::move(row));
+    }
+    if (with_files) add(test_files());
+    if (options.json) {
+        std::printf("%s\n", io::json_text(json_of(rows, device)).c_str());
+    } else if (failed) {
+        std::printf(
+            "FAILED: do not trust pictures of this device; another one (--device software) "
+            "or another driver may pass\n");
+    } else {
+        std::printf(
+            "passed: each picture is the reference's within the bound, and the same bits "
+            "when run again and with nothing left out\n");
+    }
+    return failed ? kExitHealth : kExitOk;
+}
+
+}  // namespace postchain

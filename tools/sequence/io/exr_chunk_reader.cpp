@@ -72,6 +72,7 @@ class ChunkReader {
         return Status(StatusCode::input, "truncated: the file ends in it; copy or render it again");
     }
 
+    // False where the file ends before.
     bool read_at(uint64_t at, void* to, size_t count) const {
         auto* bytes = static_cast<char*>(to);
         while (count > 0) {
@@ -101,7 +102,7 @@ class ChunkReader {
         }
         int32_t head[6];
         const size_t head_bytes = (count + 1) * sizeof(int32_t);
-        if (source_.file_bytes - at < head_bytes || !read_at(at, head, head_bytes)) return cut();
+        if (!read_at(at, head, head_bytes)) return cut();
         if (!std::equal(expected, expected + count, head))
             return damaged("another chunk is in its place");
         at += head_bytes;
@@ -109,7 +110,6 @@ class ChunkReader {
         const int32_t size = head[count];
         if (size < 0 || uint64_t(size) > bytes || (!layout_.packed && uint64_t(size) != bytes))
             return damaged("its size is wrong");
-        if (source_.file_bytes - at < uint64_t(size)) return cut();
         packed = size_t(size);
         return {};
     }

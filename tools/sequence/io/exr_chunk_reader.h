@@ -17,7 +17,6 @@ namespace postchain::io {
 
 struct ChunkSource {
     int fd = -1;
-    uint64_t file_bytes = 0;
     std::span<const uint64_t> offsets;  // of the part, from scan_header()
     std::optional<int> part;            // the number that chunks of a multi-part file begin with
 };

@@ -76,7 +76,6 @@ ExrPart part_of(const Imf::Header& header) {
 ChunkSource chunk_source(const ExrFile::Impl& file, int part) {
     ChunkSource source;
     source.fd = file.stream->fd();
-    source.file_bytes = file.bytes;
     source.offsets = file.facts.chunks[size_t(part)];
     if (file.facts.multi_part) source.part = part;
     return source;

@@ -79,7 +79,7 @@ const char* const kWays =
 TEST(Writers, NothingElseOpensAFileForWriting) {
     const std::map<std::string, std::string> allowed = {
         {"tools/sequence/io/atomic_file.cpp", "the one that does"},
-        {"tools/sequence/io/exr_writer.cpp", "OpenEXR, on a stream of the atomic file"},
+        {"tools/sequence/io/exr_output.cpp", "OpenEXR, on a stream of the atomic file"},
         {"tools/sequence/io/picture_calls.cpp", "OpenImageIO, into memory"},
         {"tools/sequence/io/picture_codec.cpp", "OpenImageIO, into memory"},
         {"tools/measure/experiment/report_folder.cpp", "removes a report that is replaced"},

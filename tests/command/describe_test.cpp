@@ -48,7 +48,8 @@ TEST_F(DescribeTest, APlanFitsOnAScreen) {
          {"frame 2  48x32  fp32", "0 motion_blur: mode=guertin samples=9 (",
           "1 fxaa: default values", "2 depth_of_field: method=gilham downsample=2", "dispatches,",
           "bytes a pixel", "left out tile_variance: sample_split is even [unused_step]",
-          "memory: "})
+          "all.yaml: focal_length_mm 50 mm, sensor_width_mm 36 mm, f_stop 1.4, focus_distance 2 ",
+          "frame: longest_streak_px 3.354 px", "memory: "})
         EXPECT_TRUE(contains(one.out, words)) << words << one.out;
     for (const char* words : {"subpix", "groups ", "texture "})
         EXPECT_FALSE(contains(one.out, words)) << words << one.out;

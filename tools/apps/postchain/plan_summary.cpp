@@ -33,7 +33,7 @@ std::string item_of(const Elision& elision) {
 }
 
 // A line for each rule and reason: the items that share them.
-void add_left_out(std::ostringstream& out, const Plan& plan, int pass) {
+void add_left_out(std::ostringstream& out, const Plan& plan, int pass, const char* words) {
     std::vector<const Elision*> own;
     for (const auto& elision : plan.elisions)
         if (elision.pass == pass) own.push_back(&elision);
@@ -48,10 +48,40 @@ void add_left_out(std::ostringstream& out, const Plan& plan, int pass) {
             said[k] = true;
             if (!own[k]->item.empty()) items.push_back(item_of(*own[k]));
         }
-        out << "    left out " << (items.empty() ? "whole" : joined(items)) << ": "
+        out << words << " " << (items.empty() ? "whole" : joined(items)) << ": "
             << text_of(own[i]->fact) << " [" << own[i]->rule << "]"
             << (found_by_device(*own[i]) ? ", where the device finds it" : "") << "\n";
     }
+}
+
+// A line for each file, or other place, that values of lens and shutter are from: "camera file
+// camera.json: focal_length_mm 50 mm, f_stop 1.4". plan -v has the line of the file too.
+void add_resolved(std::ostringstream& out, const sequence::ResolvedPass& pass) {
+    std::vector<std::pair<std::string, std::vector<std::string>>> places;
+    for (const auto& one : pass.values) {
+        std::string place = one.origin.from;
+        if (!one.origin.where.empty()) {
+            std::string where = one.origin.where;
+            const size_t colon = where.find_last_not_of("0123456789");
+            if (colon != std::string::npos && where[colon] == ':') where.resize(colon);
+            place += " " + where;
+        }
+        const bool none = std::holds_alternative<std::monostate>(one.value);
+        std::string value = none ? std::string("none") : text_of(one.value);
+        if (const double* number = std::get_if<double>(&one.value)) {
+            char text[32];
+            std::snprintf(text, sizeof(text), "%.4g", *number);
+            value = text;
+        }
+        const std::string words = concat(one.key, " ", value, one.unit.empty() || none ? "" : " ",
+                                         none ? std::string() : one.unit);
+        auto found = std::find_if(places.begin(), places.end(),
+                                  [&](const auto& known) { return known.first == place; });
+        if (found == places.end()) found = places.insert(places.end(), {place, {}});
+        found->second.push_back(words);
+    }
+    for (const auto& [place, words] : places)
+        out << "    " << place << ": " << joined(words) << "\n";
 }
 
 std::string cost_of(const Plan& plan, int pass) {
@@ -75,13 +105,11 @@ std::string plan_summary(const Chain& chain, const sequence::PlannedFrame& plann
         const PlanPass& pass = plan.passes[i];
         out << "  " << i << " " << pass.type << ":" << changed_values(chain.links[i]) << " ("
             << (pass.elided ? std::string("does not run") : cost_of(plan, int(i))) << ")\n";
-        add_left_out(out, plan, int(i));
+        if (planned.resolved && i < planned.resolved->passes.size())
+            add_resolved(out, planned.resolved->passes[i]);
+        add_left_out(out, plan, int(i), "    left out");
     }
-    if (std::any_of(plan.elisions.begin(), plan.elisions.end(),
-                    [](const Elision& elision) { return elision.pass < 0; })) {
-        out << "  input planes\n";
-        add_left_out(out, plan, -1);
-    }
+    add_left_out(out, plan, -1, "  left out of the input");
     for (const auto& [neighbor, why] : plan.missing_neighbors)
         out << "  no frame " << name_of(neighbor) << ": " << why << "\n";
     for (const auto& [place, w] : plan.inverse_depth_at)
@@ -92,8 +120,7 @@ std::string plan_summary(const Chain& chain, const sequence::PlannedFrame& plann
     out << "  in all " << plan.steps.size()
         << (plan.steps.size() == 1 ? " dispatch, " : " dispatches, ") << bytes
         << " bytes a pixel\n";
-    std::istringstream rest(sequence::resolved_text(*planned.resolved) +
-                            sequence::layers_text(planned.layers) +
+    std::istringstream rest(sequence::layers_text(planned.layers) +
                             sequence::estimate_text(planned.memory, seconds));
     for (std::string line; std::getline(rest, line);) out << "  " << line << "\n";
     return out.str();

@@ -48,7 +48,7 @@ struct CameraFile {
     std::map<int, Frame> frames;                  // overrides of single frames
     std::map<int, Rotation> rotations;            // of `camera_matrix_world`, by frame
     std::map<int, std::array<double, 3>> places;  // of it too, scene units; of rows of four
-    uint64_t text_hash = 0;  // of the whole text
+    uint64_t text_hash = 0;                       // of the whole text
     Diagnostics diagnostics;
 
     Status status() const { return status_of(diagnostics); }

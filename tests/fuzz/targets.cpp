@@ -17,9 +17,9 @@
 #include "config/chain_file.h"
 #include "config/profile.h"
 #include "passes/registry.h"
+#include "tools/sequence/io/camera_metadata.h"
 #include "tools/sequence/io/exr_reader.h"
 #include "tools/sequence/io/exr_writer.h"
-#include "tools/sequence/io/camera_metadata.h"
 #include "tools/sequence/io/frame_reader.h"
 #include "tools/sequence/io/sequence.h"
 

@@ -171,8 +171,8 @@ struct Report {
     std::string reference;
     std::vector<int> frames;         // in order
     std::vector<int> scored_frames;  // those that were measured: without a truth all of them
-    int width = 0, height = 0;     // pixels
-    std::vector<int> page_frames;  // those whose images are kept
+    int width = 0, height = 0;       // pixels
+    std::vector<int> page_frames;    // those whose images are kept
 
     std::vector<MetricInfo> metrics;
     std::vector<std::pair<std::string, double>> constants;  // epsilons and the like

@@ -98,9 +98,9 @@ TEST_F(ChainTest, UsageErrorsHaveOneForm) {
     EXPECT_EQ(verb.code, 2);
     EXPECT_TRUE(verb.err.starts_with("postchain: error: unknown verb 'rnu' (did you mean 'run'?)"))
         << verb.err;
-    EXPECT_TRUE(run({"run"}).err.starts_with("postchain: error: CHAIN is required"));
+    EXPECT_TRUE(run({"run", "-o", out(1)}).err.starts_with("postchain: error: CHAIN is required"));
     for (const Arguments& form : {Arguments{"--log-format", "json"}, {"--log-format=json"}}) {
-        Arguments arguments = {"run", "paper"};
+        Arguments arguments = {"run", "paper", "-o", out(1)};
         arguments.insert(arguments.end(), form.begin(), form.end());
         const auto objects = json_lines(run(arguments).err);
         ASSERT_EQ(objects.size(), 1u);

@@ -52,10 +52,9 @@ TEST_F(SelftestTest, AFolderThatCannotBeWrittenFails) {
 }
 
 TEST_F(SelftestTest, AWrongShaderIsFoundAndItsPassNamed) {
-    const char* stored = "imageStore(result_plane, p, ";
-    const auto wrong =
-        run({"selftest", "--only", "fxaa"},
-            with_shader("fxaa/fxaa.comp", stored, "imageStore(result_plane, p, 1.01 * "));
+    const char* stored = "STORE(result_plane, p, ";
+    const auto wrong = run({"selftest", "--only", "fxaa"},
+                           with_shader("fxaa/fxaa.comp", stored, "STORE(result_plane, p, 1.01 * "));
     EXPECT_EQ(wrong.code, 7) << wrong.text();
     EXPECT_TRUE(contains(wrong.out, "fxaa            FAILED")) << wrong.out;
     EXPECT_TRUE(contains(wrong.out, "reference")) << wrong.out;

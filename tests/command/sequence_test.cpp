@@ -155,9 +155,9 @@ TEST_F(SequenceTest, OneNameForManyFramesIsRefused) {
     const auto outcome = run({"run", at("fxaa.yaml"), "-i", in(), "-o", at("out/o.exr")});
     EXPECT_EQ(outcome.code, 2);
     EXPECT_TRUE(contains(outcome.err, "####")) << outcome.err;
-    const auto png = run({"run", at("fxaa.yaml"), "-i", in(), "-o", at("out/o.####.png")});
-    EXPECT_EQ(png.code, 2);
-    EXPECT_TRUE(contains(png.err, ".exr")) << png.err;
+    const auto gif = run({"run", at("fxaa.yaml"), "-i", in(), "-o", at("out/o.####.gif")});
+    EXPECT_EQ(gif.code, 2);
+    EXPECT_TRUE(contains(gif.err, ".exr")) << gif.err;
 }
 
 TEST_F(SequenceTest, MissingFramesUnderEachPolicy) {

@@ -31,8 +31,8 @@ TEST(JobSettings, EveryRowSaysWhatItIs) {
     for (const Parameter& row : table().rows()) {
         EXPECT_TRUE(keys.insert(row.key).second) << row.key;
         EXPECT_FALSE(row.help.empty()) << row.key;
-        EXPECT_TRUE(row.group == kInputGroup || row.group == kPlanGroup ||
-                    row.group == kOutputGroup)
+        EXPECT_TRUE(row.group == kInputGroup || row.group == kLayerGroup ||
+                    row.group == kPlanGroup || row.group == kOutputGroup)
             << row.key;
         EXPECT_EQ(row.optional, !row.unset_means.empty()) << row.key;
     }

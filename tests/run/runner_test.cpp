@@ -288,7 +288,7 @@ TEST_F(RunnerTest, RefusalsBeforeAnythingIsDone) {
     refused(StatusCode::usage);
     settings_.output = *io::PathPattern::parse(at("none/o.####.exr"));
     refused(StatusCode::output);
-    settings_.output = *io::PathPattern::parse(at("out/o.####.png"));
+    settings_.output = *io::PathPattern::parse(at("out/o.####.gif"));
     refused(StatusCode::usage);
 }
 

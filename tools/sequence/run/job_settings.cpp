@@ -218,6 +218,7 @@ ParameterTable job_parameters(const PassRegistry& registry) {
               {.unit = "NAMES",
                .help = "further color layers that are filtered as the color is: none, all, or "
                        "names and patterns with commas",
+               .unset_means = "none",
                .group = kLayerGroup})
         .choice("cryptomatte", &JobSettings::cryptomatte, {"keep", "filter"},
                 {.help = "what becomes of cryptomattes: kept as rendered, or the coverage of each "

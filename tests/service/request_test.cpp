@@ -314,12 +314,72 @@ TEST_F(RequestTest, AbAndBenchTakeTheTablesOfTheCommand) {
     EXPECT_EQ(refused(bench.dump()).diagnostics.at(0).path, "sweep");
 }
 
+TEST_F(RequestTest, AStudyIsAFileOrAnObject) {
+    const json scenes = json::array(
+        {{{"name", "a"}, {"input", "in.####.exr"}, {"truth", "in.####.exr"}, {"frames", "1"}},
+         {{"name", "b"}, {"input", "in.####.exr"}, {"truth", "in.####.exr"}, {"ppd", 40}}});
+    const json study = {{"postchain_study", 1},
+                        {"chains", {{"own", "./chain.yaml"}, {"quick", "fast"}}},
+                        {"scenes", scenes}};
+    json job = {{"kind", "study"}, {"study", study}, {"output", "out/study"}, {"priority", 3}};
+    JobRequest request = taken(job);
+    EXPECT_EQ(request.kind, JobKind::study);
+    EXPECT_EQ(request.priority, 3);
+    EXPECT_EQ(request.study_settings.folder, base_ + "/root/out/study");
+    ASSERT_EQ(request.study.scenes.size(), 2u);
+    EXPECT_EQ(request.study.scenes[1].measured.flip.pixels_per_degree, 40);
+    EXPECT_EQ(request.study.scenes[0].measured.run.input.color().text(),
+              base_ + "/root/in.####.exr");
+    // In a file paths are taken from its folder.
+    fs::create_directories(base_ + "/root/shots");
+    json moved = study;
+    for (json& scene : moved["scenes"]) scene["input"] = scene["truth"] = "../in.####.exr";
+    moved["chains"]["own"] = "../chain.yaml";
+    write("root/shots/order.yaml", moved.dump());
+    job["study"] = "shots/order.yaml";
+    request = taken(job);
+    EXPECT_EQ(request.study.scenes[1].measured.truth, base_ + "/root/in.####.exr");
+    // And stay under the root, whichever text names them.
+    const auto leaves = [&](const char* key, const std::string& path) {
+        json bad = study;
+        if (std::string(key) == "own")
+            bad["chains"]["own"] = path;
+        else
+            bad["scenes"][1][key] = path;
+        job["study"] = bad;
+        const Problem problem = refused(job.dump());
+        EXPECT_EQ(problem.kind, Problem::Kind::forbidden) << key;
+        EXPECT_EQ(text_of(problem.diagnostics).find(base_), std::string::npos)
+            << text_of(problem.diagnostics);
+    };
+    leaves("own", "../outside/chain.yaml");
+    leaves("input", "../outside/in.####.exr");
+    leaves("truth", "../outside/in.####.exr");
+    leaves("camera", "../outside/camera.json");
+    leaves("profile", "../outside/profile.yaml");
+    job["study"] = "../outside/order.yaml";
+    EXPECT_EQ(refused(job.dump()).kind, Problem::Kind::forbidden);
+    // What is wrong besides is said with its place, all at once.
+    json wrong = study;
+    wrong["scenes"][0]["input"] = "../outside/in.####.exr";
+    wrong["scenes"][1]["framse"] = "1";
+    job["study"] = wrong;
+    const Problem both = refused(job.dump());
+    EXPECT_EQ(both.kind, Problem::Kind::invalid);
+    EXPECT_EQ(both.diagnostics.size(), 2u) << text_of(both.diagnostics);
+    job["study"] = study;
+    job["frames"] = "1";
+    EXPECT_EQ(refused(job.dump()).diagnostics.at(0).path, "frames");
+    EXPECT_EQ(refused(R"({"kind": "study", "output": "out/s"})").diagnostics.at(0).path, "study");
+}
+
 TEST_F(RequestTest, TheSchemaHasEveryKeyThatIsRead) {
     const json schema = json::parse(job_schema_text(*reader_));
     const std::map<std::string, json> bodies = {
         {"run", whole_},
         {"ab", {{"chain", "fast"}, {"chain_b", "best"}, {"input", "in.####.exr"}, {"output", "r"}}},
-        {"bench", {{"chain", "fast"}, {"input", "in.####.exr"}, {"output", "r"}}}};
+        {"bench", {{"chain", "fast"}, {"input", "in.####.exr"}, {"output", "r"}}},
+        {"study", {{"output", "r"}}}};
     for (const json& kind : schema["oneOf"]) {
         const std::string name = kind["title"];
         json body = bodies.at(name);

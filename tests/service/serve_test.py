@@ -12,7 +12,7 @@ import tempfile
 import time
 import unittest
 
-from server import Events, Server
+from server import Events, Server, work_on
 
 PROGRAM = None
 
@@ -89,6 +89,43 @@ class Serve(unittest.TestCase):
             self.assertEqual(server.ask("GET", "/readyz")[0], 200)
             self.assertEqual(server.stop(), 143)
             self.assertEqual(system.recv(100), b"STOPPING=1")
+
+    def test_a_study_survives_kills(self):
+        """SIGKILL again and again; the report is that of the command, byte by byte."""
+        scenes = []
+        for name in ("wheels", "poles"):
+            subprocess.run([PROGRAM, "scene", name, "-o", str(self.path / name), "--frames", "1-2",
+                            "--size", "64x48", "--truth-samples", "4", "--device", "software", "-q"],
+                           check=True)
+            scenes.append({"name": name, "input": f"{name}/sharp.####.exr",
+                           "truth": f"{name}/both.####.exr", "camera": f"{name}/camera.json"})
+        study = {"postchain_study": 1, "settings": {"repeats": 1}, "scenes": scenes,
+                 "chains": {"quick": "fast", "report": "paper", "lens": "dof_first"}}
+        (self.path / "order.yaml").write_text(json.dumps(study))
+        start = time.monotonic()
+        subprocess.run([PROGRAM, "study", "order.yaml", "-o", "expected", "--device", "software", "-q"],
+                       check=True, cwd=self.path, stdout=subprocess.DEVNULL)
+        seconds = time.monotonic() - start
+        body = {"kind": "study", "study": "order.yaml", "output": "made"}
+        kills = 0
+        for part in (0.1, 0.3, 0.5, 0.4, 0.6):
+            job = work_on(self.command("--attempts", "50"), body, "key", part * seconds)
+            if job:
+                break
+            kills += 1
+        job = work_on(self.command("--attempts", "50"), body, "key")
+        self.assertEqual((job["state"], job["kind"], job["exit_code"]), ("done", "study", 0), job)
+        self.assertGreaterEqual(kills, 2)
+        self.assertIn("report against quick", job["verdict"])
+        for name in ("report.json", "report.csv", "report.md", "index.html"):
+            self.assertEqual((self.path / "made" / name).read_bytes(),
+                             (self.path / "expected" / name).read_bytes(), name)
+        server = Server(self.command())
+        status, headers, page = server.ask("GET", f"/v1/jobs/{job['id']}/report/index.html")
+        self.assertEqual((status, page), (200, (self.path / "made/index.html").read_bytes()))
+        inner = json.loads((self.path / "made/report.json").read_text())["scenes"][0]["reports"][0]
+        self.assertEqual(server.ask("GET", f"/v1/jobs/{job['id']}/report/{inner}")[0], 200)
+        self.assertEqual(server.stop(), 143)
 
     def metrics(self, server, frames):
         """Prometheus's own tool reads them and finds no fault; `frames` were written since the start."""

@@ -1,4 +1,5 @@
 """A server under test, and raw sockets to it, with Python's own library alone."""
+import contextlib
 import http.client
 import json
 import re
@@ -103,18 +104,19 @@ def submit_and_wait(address, body, key):
     if not address:
         raise ConnectionError("no address")
     client = http.client.HTTPConnection(address.split("/")[2], timeout=60)
-    client.request("POST", "/v1/jobs", json.dumps(body),
-                   {"Content-Type": "application/json", "Idempotency-Key": key})
-    while True:
-        reply = client.getresponse()
-        text = reply.read()
-        if reply.status not in (200, 202):
-            raise RuntimeError(f"{reply.status}: {text.decode()}")
-        job = json.loads(text)
-        if job["ended"]:
-            return job
-        time.sleep(0.02)
-        client.request("GET", f"/v1/jobs/{job['id']}")
+    with contextlib.closing(client):
+        client.request("POST", "/v1/jobs", json.dumps(body),
+                       {"Content-Type": "application/json", "Idempotency-Key": key})
+        while True:
+            reply = client.getresponse()
+            text = reply.read()
+            if reply.status not in (200, 202):
+                raise RuntimeError(f"{reply.status}: {text.decode()}")
+            job = json.loads(text)
+            if job["ended"]:
+                return job
+            time.sleep(0.02)
+            client.request("GET", f"/v1/jobs/{job['id']}")
 
 
 def read_all(client):

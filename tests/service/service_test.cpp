@@ -344,6 +344,40 @@ TEST_F(Jobs, TheLargerPriorityGoesFirst) {
     for (const JobFrame& frame : frames(slow)) EXPECT_LE(frame.attempts, 1) << frame.frame;
 }
 
+TEST_F(Jobs, AStudyMakesWayAndGoesOn) {
+    json scenes = json::array();
+    for (int i = 0; i < 8; ++i)
+        scenes.push_back({{"name", concat("s", i)},
+                          {"input", "in.####.exr"},
+                          {"truth", i == 3 ? "none.####.exr" : "in.####.exr"}});
+    const json study = {{"postchain_study", 1},
+                        {"chains", {{"quick", "fast"}, {"report", "paper"}}},
+                        {"settings", {{"camera", "camera.json"}, {"repeats", 1}}},
+                        {"scenes", scenes}};
+    std::ofstream(root("camera.json"))
+        << R"({"focal_length_mm": 50, "sensor_width_mm": 36, "f_stop": 2, "focus_distance": 2})";
+    open();
+    const std::string slow = submit(
+        json({{"kind", "study"}, {"study", study}, {"output", "study"}, {"priority", -1}}).dump());
+    ASSERT_TRUE(wait_for([&] { return fs::exists(root("study/units/s0.quick_vs_report.json")); }));
+    const Job first = ended(submit(body()));
+    EXPECT_EQ(first.state, JobState::done) << first.message;
+    const Job other = ended(slow);
+    EXPECT_LE(first.ended_ms, other.ended_ms);
+    bool requeued = false;
+    for (const Event& event : events(slow)) requeued |= event.type == "requeued";
+    EXPECT_TRUE(requeued);
+    EXPECT_EQ(other.state, JobState::done) << other.message;
+    EXPECT_EQ(other.exit_code, 1);
+    EXPECT_NE(other.message.find("scene s3: "), std::string::npos) << other.message;
+    EXPECT_EQ(other.message.find(root()), std::string::npos) << other.message;
+    const json report = json::parse(content(root("study/report.json")));
+    EXPECT_EQ(report["scenes"].size(), 8u);
+    EXPECT_EQ(content(root("study/report.json")).find(root()), std::string::npos);
+    const auto inner = service_->report_file(slow, "scenes/s0/quick_vs_report/index.html");
+    EXPECT_TRUE(std::holds_alternative<Picture>(inner));
+}
+
 TEST_F(Jobs, DrainedWorkGoesOnInTheNextProcess) {
     for (int frame = 7; frame <= 40; ++frame) test::write_sequence(root(), {frame}, 24, 16);
     open();

@@ -279,7 +279,7 @@ void Api::add_results() {
     routes_.push_back(
         {.method = "GET",
          .path = "/v1/jobs/{id}/report/{name...}",
-         .summary = "A file of the report of an ab or bench",
+         .summary = "A file of the report of an ab, bench or study",
          .handle =
              [this](const Call& call, const Respond& respond) {
                  Reply reply = picture_reply(service_.report_file(call.values[0], call.values[1]));

@@ -45,7 +45,8 @@ Json time_of(int64_t ms) {
 const std::vector<Field<Job>>& job_fields() {
     static const std::vector<Field<Job>> fields = {
         {"id", about("string", "names the job"), [](const Job& j) { return Json(j.id); }},
-        {"kind", about_words({JobKind::run, JobKind::ab, JobKind::bench}, "what is done"),
+        {"kind",
+         about_words({JobKind::run, JobKind::ab, JobKind::bench, JobKind::study}, "what is done"),
          [](const Job& j) { return Json(name_of(j.kind)); }},
         {"state",
          about_words({JobState::queued, JobState::running, JobState::done, JobState::failed,
@@ -72,7 +73,7 @@ const std::vector<Field<Job>>& job_fields() {
          [](const Job& j) { return Json(j.remaining_s); }},
         {"exit_code", about("integer", "what the command would have ended with"),
          [](const Job& j) { return Json(j.exit_code); }},
-        {"verdict", about("string", "of ab and bench, one line"),
+        {"verdict", about("string", "of ab, bench and study, one line"),
          [](const Job& j) { return Json(j.verdict); }},
         {"request",
          {{"description", "the job as it was submitted"}},

@@ -6,12 +6,12 @@ import { addJob } from "./jobs.js";
 import { editedText } from "./editor.js";
 
 const kShipped = ["balanced", "fast", "best", "paper", "dof_first"];
-const kFirst = ["input", "output", "frames", "camera", "truth", "sweep", "under", "on_existing",
+const kFirst = ["study", "input", "output", "frames", "camera", "truth", "sweep", "under", "on_existing",
     "priority"];
 const kElsewhere = ["kind", "chain", "chain_text", "chain_b", "chain_b_text"];
-const kExamples = { input: "shots/a.####.exr", output: "out/a.####.exr", frames: "1-100",
+const kExamples = { study: "shots/order.yaml", input: "shots/a.####.exr", output: "out/a.####.exr", frames: "1-100",
     camera: "shots/camera.json" };
-const kWords = { input: "Frames to read", output: "Frames to write", frames: "Which frames",
+const kWords = { study: "Study file", input: "Frames to read", output: "Frames to write", frames: "Which frames",
     camera: "Camera file", truth: "Ground truth", priority: "Priority" };
 
 let schema = null, kind = "run", body = {};
@@ -55,6 +55,7 @@ function form() {
         && canEdit(own.properties[key]));
     for (const key of Object.keys(body))
         if (!keys.includes(key) && !key.startsWith("chain")) delete body[key];
+    if (kind === "study") { delete body.chain; delete body.chain_text; }
     if (kind !== "ab") { delete body.chain_b; delete body.chain_b_text; }
     const error = el("div", { role: "alert" });
     const button = el("button", { class: "primary" }, "Submit");
@@ -96,11 +97,11 @@ function form() {
     el("div", { class: "fields" },
         el("fieldset", { class: "field wide" }, el("legend", { class: "label" }, "What to do"),
             el("div", { class: "choices" }, [["run", "filter the frames"],
-                ["ab", "compare two chains"], ["bench", "error against run time"]].map(([word, what]) =>
+                ["ab", "compare two chains"], ["bench", "error against run time"], ["study", "both over several scenes"]].map(([word, what]) =>
                 el("label", {}, el("input", { type: "radio", name: "kind", value: word,
                     checked: word === kind, onchange: () => { kind = word; draw(); } }),
                 `${word}: ${what}`)))),
-        chainField("chain", kind === "ab" ? "Chain A" : "Chain"),
+        kind === "study" ? null : chainField("chain", kind === "ab" ? "Chain A" : "Chain"),
         kind === "ab" ? chainField("chain_b", "Chain B") : null,
         kFirst.filter((key) => keys.includes(key)).map((key) => make(key))),
     el("details", {}, el("summary", {}, "More settings"),

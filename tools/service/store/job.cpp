@@ -10,6 +10,8 @@ const char* name_of(JobKind kind) {
             return "ab";
         case JobKind::bench:
             return "bench";
+        case JobKind::study:
+            return "study";
     }
     return "run";
 }

@@ -6,7 +6,7 @@
 
 namespace postchain::service {
 
-enum class JobKind { run, ab, bench };
+enum class JobKind { run, ab, bench, study };
 enum class JobState { queued, running, done, failed, canceled };
 enum class FrameState {
     waiting,

@@ -42,7 +42,7 @@ JobState state_of(const std::string& name) {
 Job job_of(const Statement& row) {
     Job job;
     job.id = row.text(0);
-    job.kind = named(row.text(1), {JobKind::run, JobKind::ab, JobKind::bench});
+    job.kind = named(row.text(1), {JobKind::run, JobKind::ab, JobKind::bench, JobKind::study});
     job.state = state_of(row.text(2));
     job.priority = int(row.integer(3));
     job.body = row.text(4);

@@ -5,7 +5,6 @@
 #include "tools/measure/experiment/bench.h"
 #include "tools/measure/experiment/choose.h"
 #include "tools/measure/experiment/report_folder.h"
-#include "tools/sequence/run/clock.h"
 
 namespace postchain::service {
 namespace {
@@ -13,14 +12,19 @@ namespace {
 class ExperimentWork {
   public:
     ExperimentWork(const Job& job, JobRequest& request, const WorkPlace& place)
-        : id_(job.id), request_(request), place_(place), roots_(place.reader.roots()) {}
+        : id_(job.id),
+          request_(request),
+          place_(place),
+          roots_(place.reader.roots()),
+          events_(place.store, roots_, job.id) {}
 
     WorkEnd work() {
         experiment::ExperimentSettings& settings =
             request_.kind == JobKind::ab ? request_.ab : request_.bench;
         settings.renderer = place_.gl.renderer();
         settings.software = place_.gl.software();
-        if (Status status = check_paths(settings); !status.ok()) return WorkEnd::failed(status);
+        if (Status status = check_paths(settings, roots_); !status.ok())
+            return WorkEnd::failed(status);
         const auto begun = place_.store.has_begun(id_);
         if (!begun.ok()) return WorkEnd::of(WorkEnd::How::store_failed, begun.status().message());
         // What stands in the folder after the first start is this job's: ab replaces it, bench goes
@@ -43,40 +47,12 @@ class ExperimentWork {
     }
 
   private:
-    Status check_paths(const experiment::ExperimentSettings& settings) const {
-        if (Status status = check_inputs(settings.run.input, roots_); !status.ok()) return status;
-        if (!settings.truth.empty()) {
-            auto truth = io::InputSpec::parse(settings.truth);
-            if (!truth.ok()) return truth.status();
-            if (Status status = check_inputs(*truth, roots_); !status.ok()) return status;
-        }
-        if (!settings.assets.empty())
-            if (Status status = check_folder(settings.assets, roots_); !status.ok()) return status;
-        // The camera file beside a generated scene is read to find its truth.
-        const std::string beside = settings.run.input.color().folder() + "/camera.json";
-        auto camera = load_camera(beside);
-        if (camera.ok() && camera->camera.aperture_image &&
-            !roots_.resolve(camera->camera.aperture_image.file()).ok())
-            return Status(StatusCode::input,
-                          beside + ": names a picture outside the folders of this service");
-        return check_folder(settings.folder, roots_);
-    }
-
     experiment::ProgressCallback progress() {
         return [this](const experiment::ExperimentProgress& progress) {
-            say(progress.what, progress.done, progress.total);
+            events_.say(progress.what, progress.done, progress.total);
             place_.remaining(progress.remaining_s);
             place_.between();
         };
-    }
-
-    // Once a second at most; what cannot be entered is not missed.
-    void say(const std::string& what, size_t done, size_t total) {
-        if (said_ && sequence::milliseconds_since(*said_) < 1000) return;
-        said_ = sequence::Clock::now();
-        (void)place_.store.say(
-            id_, "progress",
-            io::json_text({{"what", roots_.shown_in(what)}, {"done", done}, {"total", total}}));
     }
 
     Result<report::Report> ab() {
@@ -87,7 +63,7 @@ class ExperimentWork {
     Result<report::Report> bench(const io::OutputFiles& files, bool& met) {
         const Status found = experiment::find_truth(request_.bench, files, place_.device,
                                                     [&](const std::string& what) {
-                                                        say(what, 0, 0);
+                                                        events_.say(what, 0, 0);
                                                         return !place_.stop;
                                                     });
         if (Status status = place_.gl.make_current(); !status.ok()) return status;
@@ -133,10 +109,29 @@ class ExperimentWork {
     JobRequest& request_;
     const WorkPlace& place_;
     const Roots& roots_;
-    std::optional<sequence::Clock::time_point> said_;
+    ProgressEvents events_;
 };
 
 }  // namespace
+
+Status check_paths(const experiment::ExperimentSettings& settings, const Roots& roots) {
+    if (Status status = check_inputs(settings.run.input, roots); !status.ok()) return status;
+    if (!settings.truth.empty()) {
+        auto truth = io::InputSpec::parse(settings.truth);
+        if (!truth.ok()) return truth.status();
+        if (Status status = check_inputs(*truth, roots); !status.ok()) return status;
+    }
+    if (!settings.assets.empty())
+        if (Status status = check_folder(settings.assets, roots); !status.ok()) return status;
+    // The camera file beside a generated scene is read to find its truth.
+    const std::string beside = settings.run.input.color().folder() + "/camera.json";
+    auto camera = load_camera(beside);
+    if (camera.ok() && camera->camera.aperture_image &&
+        !roots.resolve(camera->camera.aperture_image.file()).ok())
+        return Status(StatusCode::input,
+                      beside + ": names a picture outside the folders of this service");
+    return check_folder(settings.folder, roots);
+}
 
 WorkEnd work_on_experiment(const Job& job, JobRequest& request, const WorkPlace& place) {
     return ExperimentWork(job, request, place).work();

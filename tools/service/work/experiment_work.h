@@ -8,4 +8,7 @@ namespace postchain::service {
 // The job runs. On this thread GL is current.
 WorkEnd work_on_experiment(const Job& job, JobRequest& request, const WorkPlace& place);
 
+// Every path of an experiment, under the roots now, links resolved. Errors (input), (output).
+Status check_paths(const experiment::ExperimentSettings& settings, const Roots& roots);
+
 }  // namespace postchain::service

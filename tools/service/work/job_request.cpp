@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "config/reporter.h"
+#include "config/text_tree.h"
 #include "tools/measure/experiment/assemble.h"
 #include "tools/sequence/io/aperture_file.h"
 #include "tools/sequence/run/memory.h"
@@ -36,8 +37,14 @@ class RequestParser {
                 fault(member.key_at, member.key, unknown_word("key", member.key, known_));
         request_.kind = kind_ == RequestKind::ab      ? JobKind::ab
                         : kind_ == RequestKind::bench ? JobKind::bench
+                        : kind_ == RequestKind::study ? JobKind::study
                                                       : JobKind::run;
         integer("priority", -100, 100, request_.priority);
+        if (kind_ == RequestKind::study) {
+            read_study();
+            if (has_errors(faults_)) return problem();
+            return std::move(request_);
+        }
         request_.sets = list("set");
         read_tables();
         read_chain("chain", "chain_text", request_.chain, &request_.text);
@@ -96,13 +103,14 @@ class RequestParser {
         if (member->value == "run") return RequestKind::run;
         if (member->value == "ab") return RequestKind::ab;
         if (member->value == "bench") return RequestKind::bench;
-        fault("kind", "is one of run, ab, bench");
+        if (member->value == "study") return RequestKind::study;
+        fault("kind", "is one of run, ab, bench, study");
         return RequestKind::run;
     }
 
-    bool is_job() const {
-        return kind_ == RequestKind::run || kind_ == RequestKind::ab || kind_ == RequestKind::bench;
-    }
+    bool is_job() const { return kind_ != RequestKind::plan && kind_ != RequestKind::preview; }
+
+    bool takes_layers() const { return kind_ == RequestKind::run || kind_ == RequestKind::plan; }
 
     void add_known(const ParameterTable& table, const char* group) {
         for (const Parameter& row : table.rows())
@@ -110,11 +118,15 @@ class RequestParser {
     }
 
     void list_known() {
+        if (kind_ == RequestKind::study) {
+            known_ = {"kind", "priority", "study"};
+            return add_known(study::study_parameters(), "");
+        }
         known_ = {"chain", "chain_text", "set"};
         if (is_job()) known_.insert(known_.end(), {"kind", "priority"});
         add_known(reader_.table_, sequence::kInputGroup);
         add_known(reader_.table_, sequence::kPlanGroup);
-        if (kind_ == RequestKind::run) add_known(reader_.table_, sequence::kLayerGroup);
+        if (takes_layers()) add_known(reader_.table_, sequence::kLayerGroup);
         if (kind_ == RequestKind::run) add_known(reader_.table_, sequence::kOutputGroup);
         if (kind_ == RequestKind::ab) {
             known_.insert(known_.end(), {"chain_b", "chain_b_text", "fail_above"});
@@ -196,7 +208,7 @@ class RequestParser {
         job_.on_error = sequence::ErrorPolicy::keep_going;
         read_rows(reader_.table_, sequence::kInputGroup, &job_);
         read_rows(reader_.table_, sequence::kPlanGroup, &job_);
-        if (kind_ == RequestKind::run) read_rows(reader_.table_, sequence::kLayerGroup, &job_);
+        if (takes_layers()) read_rows(reader_.table_, sequence::kLayerGroup, &job_);
         if (kind_ == RequestKind::run) read_rows(reader_.table_, sequence::kOutputGroup, &job_);
         if (kind_ == RequestKind::ab) read_rows(experiment::ab_parameters(), "", &request_.ab);
         if (kind_ == RequestKind::bench)
@@ -322,6 +334,60 @@ class RequestParser {
                                                    request_.bench.max_variants);
         if (!variants.ok()) return fault("sweep", variants.status().message());
         request_.variants = std::move(*variants);
+    }
+
+    // --------------------------------------------------------------------------------- study
+    // A file under a root, whose paths are taken from its folder, or the study itself, whose paths
+    // are taken from the first root.
+    void read_study() {
+        read_rows(study::study_parameters(), "", &request_.study_settings);
+        hold_rows(study::study_parameters(), &request_.study_settings);
+        const JsonMember* member = body_.find("study");
+        if (!member) return fault(body_.text.find('{'), "study", "is missing: a file or an object");
+        std::string file = joined_path(roots_.folders().front(), kBodyFile), text;
+        if (member->value.is_object()) {
+            text = body_.alone(*member);
+        } else if (member->value.is_string() &&
+                   !has_zero(member->value.get_ref<const std::string&>())) {
+            auto resolved = roots_.resolve(member->value.get<std::string>());
+            if (!resolved.ok()) return outside("study", resolved.status().message());
+            file = *resolved;
+            auto read = read_text_file(file, StatusCode::usage);
+            if (!read.ok()) return fault("study", read.status().message());
+            text = std::move(*read);
+        } else {
+            return fault("study", "is a study's file or object");
+        }
+        size_t refused = 0;  // by the roots
+        study::StudyFile read =
+            study::read_study(text, file, reader_.registry_,
+                              paths_from(fs::path(file).parent_path(), refused), reader_.version_);
+        size_t errors = 0;
+        for (Diagnostic& one : read.diagnostics) {
+            if (one.file == file && member->value.is_object()) one.file = kBodyFile;
+            if (one.severity == Severity::error && errors++ == refused) only_outside_ = false;
+            faults_.push_back(std::move(one));
+        }
+        request_.study = std::move(read.study);
+    }
+
+    study::StudyPaths paths_from(const fs::path& folder, size_t& refused) {
+        const auto count = [this, &refused] {
+            met_outside_ = true;
+            ++refused;
+        };
+        return {[=, this](const std::string& path) {
+                    auto resolved = roots_.resolve((folder / path).string());
+                    if (!resolved.ok()) count();
+                    return resolved;
+                },
+                [=, this](const io::PathPattern& pattern) -> Result<io::PathPattern> {
+                    auto whole = io::PathPattern::parse((folder / pattern.text()).string());
+                    if (!whole.ok()) return whole;
+                    auto resolved = resolve_pattern(*whole, roots_);
+                    if (!resolved.ok()) count();
+                    return resolved;
+                }};
     }
 
     // ------------------------------------------------------------------------------ settings

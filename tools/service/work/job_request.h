@@ -16,6 +16,8 @@
 #include "tools/measure/experiment/settings.h"
 #include "tools/measure/experiment/sweep.h"
 #include "tools/measure/report/limits.h"
+#include "tools/measure/study/settings.h"
+#include "tools/measure/study/study.h"
 #include "tools/sequence/run/job_settings.h"
 #include "tools/service/store/job.h"
 #include "tools/service/work/held_paths.h"
@@ -26,7 +28,7 @@
 namespace postchain::service {
 
 // Which keys a body may have.
-enum class RequestKind { run, ab, bench, plan, preview };
+enum class RequestKind { run, ab, bench, study, plan, preview };
 
 struct JobRequest {
     JobKind kind = JobKind::run;
@@ -41,6 +43,8 @@ struct JobRequest {
     experiment::BenchSettings bench;
     std::vector<experiment::BenchVariant> variants;  // of bench
     std::vector<report::MetricLimit> under, fail_above;
+    study::Study study;  // of study, which has its own chains, inputs and settings
+    study::StudySettings study_settings;
     int frame = 0;     // of a preview
     double scale = 1;  // of a preview
 };

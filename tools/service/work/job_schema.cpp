@@ -33,6 +33,30 @@ std::string job_schema_text(const JobReader& reader) {
                 write_row_schema(json, row);
             }
     };
+    const auto common = [&](const char* name) {
+        json.key("kind").begin_object();
+        json.field("const", name);
+        json.end_object();
+        json.key("priority").begin_object();
+        json.field("type", "integer").field("minimum", -100).field("maximum", 100);
+        json.field("default", 0);
+        json.end_object();
+    };
+    const auto study = [&] {
+        json.begin_object();
+        json.field("title", "study").field("type", "object");
+        json.field("additionalProperties", false);
+        json.key("required").value(std::vector<std::string>{"kind", "study", "output"});
+        json.key("properties").begin_object();
+        common("study");
+        json.key("study").begin_object();
+        json.field("description", "a study's file, or the study as an object (docs/studies.md)");
+        json.key("type").value(std::vector<std::string>{"string", "object"});
+        json.end_object();
+        rows(study::study_parameters(), "");
+        json.end_object();
+        json.end_object();
+    };
     const auto kind = [&](const char* name, const ParameterTable* own) {
         json.begin_object();
         json.field("title", name).field("type", "object");
@@ -41,13 +65,7 @@ std::string job_schema_text(const JobReader& reader) {
             .value(own ? std::vector<std::string>{"kind", "input", "output"}
                        : std::vector<std::string>{"input", "output"});
         json.key("properties").begin_object();
-        json.key("kind").begin_object();
-        json.field("const", name);
-        json.end_object();
-        json.key("priority").begin_object();
-        json.field("type", "integer").field("minimum", -100).field("maximum", 100);
-        json.field("default", 0);
-        json.end_object();
+        common(name);
         chain("chain");
         text("chain_text", "the text of a chain file, in place of chain");
         texts("set", "KEY=VALUE, as --set");
@@ -77,6 +95,7 @@ std::string job_schema_text(const JobReader& reader) {
     kind("run", nullptr);
     kind("ab", &experiment::ab_parameters());
     kind("bench", &experiment::bench_parameters());
+    study();
     json.end_array();
     json.end_object();
     return json.text();

@@ -1,11 +1,20 @@
 #include "tools/service/work/job_work.h"
 
+#include "tools/sequence/io/json.h"
 #include "tools/sequence/run/exit_code.h"
 
 namespace postchain::service {
 
 WorkEnd WorkEnd::failed(const Status& status) {
     return {How::ended, JobState::failed, sequence::exit_code(status), status.message(), {}};
+}
+
+void ProgressEvents::say(const std::string& what, size_t done, size_t total) {
+    if (said_ && sequence::milliseconds_since(*said_) < 1000) return;
+    said_ = sequence::Clock::now();
+    (void)store_.say(
+        job_, "progress",
+        io::json_text({{"what", roots_.shown_in(what)}, {"done", done}, {"total", total}}));
 }
 
 }  // namespace postchain::service

@@ -3,8 +3,10 @@
 
 #include <atomic>
 #include <functional>
+#include <optional>
 #include <string>
 
+#include "tools/sequence/run/clock.h"
 #include "tools/service/store/job_store.h"
 #include "tools/service/work/counters.h"
 #include "tools/service/work/gl_device.h"
@@ -38,6 +40,20 @@ struct WorkEnd {
 
     static WorkEnd failed(const Status& status);
     static WorkEnd of(How how, const std::string& message) { return {how, {}, 0, message, {}}; }
+};
+
+// What a job is doing, as an event: once a second at most. What cannot be entered is not missed.
+class ProgressEvents {
+  public:
+    ProgressEvents(JobStore& store, const Roots& roots, std::string job)
+        : store_(store), roots_(roots), job_(std::move(job)) {}
+    void say(const std::string& what, size_t done, size_t total);
+
+  private:
+    JobStore& store_;
+    const Roots& roots_;
+    const std::string job_;
+    std::optional<sequence::Clock::time_point> said_;
 };
 
 }  // namespace postchain::service

@@ -348,8 +348,9 @@ Answer<Picture> Service::report_file(const std::string& id, const std::string& n
     const JobRequest& request = std::get<JobRequest>(read);
     if (request.kind == JobKind::run)
         return problem(Problem::Kind::not_found, "job " + id + " makes no report");
-    const std::string folder =
-        request.kind == JobKind::ab ? request.ab.folder : request.bench.folder;
+    const std::string folder = request.kind == JobKind::ab      ? request.ab.folder
+                               : request.kind == JobKind::bench ? request.bench.folder
+                                                                : request.study_settings.folder;
     const auto path = state_->settings.roots.resolve(folder + "/" + name);
     std::error_code error;
     if (name.empty() || type_of(name).empty() || !path.ok() || !path->starts_with(folder + "/") ||

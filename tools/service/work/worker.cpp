@@ -5,6 +5,7 @@
 #include "tools/sequence/run/exit_code.h"
 #include "tools/service/work/experiment_work.h"
 #include "tools/service/work/frames_work.h"
+#include "tools/service/work/study_work.h"
 
 namespace postchain::service {
 namespace {
@@ -197,7 +198,7 @@ void Worker::wait_longer() {
 
 void Worker::between(const Job& job) {
     run_errands();
-    if (stop_ || job.kind != JobKind::run) return;
+    if (stop_ || (job.kind != JobKind::run && job.kind != JobKind::study)) return;
     const auto next = store_.next(job.priority + 1);
     if (!next.ok() || !*next) return;
     preempted_ = true;
@@ -223,8 +224,9 @@ WorkEnd Worker::work_on(const Job& job, int attempts) {
                               const std::lock_guard lock(mutex_);
                               remaining_s_ = seconds;
                           }};
-    WorkEnd end = request.kind == JobKind::run ? work_on_frames(job, request, place)
-                                               : work_on_experiment(job, request, place);
+    WorkEnd end = request.kind == JobKind::run     ? work_on_frames(job, request, place)
+                  : request.kind == JobKind::study ? work_on_study(job, request, place)
+                                                   : work_on_experiment(job, request, place);
     if (end.how == WorkEnd::How::gl_failed && request.kind != JobKind::run && attempts >= attempts_)
         end = WorkEnd::failed(Status(StatusCode::gl, end.message));
     return end;

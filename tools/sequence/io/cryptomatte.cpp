@@ -182,10 +182,11 @@ Result<std::vector<Cryptomatte>> find_cryptomattes(const ExrFile& file) try {
             }
     }
     std::vector<Cryptomatte> all;
-    for (const auto& [name, own] : found) {
+    for (const auto& entry : found) {
+        const auto& own = entry.second;
         Cryptomatte cryptomatte;
         cryptomatte.key = own.at("key");
-        cryptomatte.name = name;
+        cryptomatte.name = entry.first;
         const auto stated = [&](const char* what, const char* only) {
             const auto it = own.find(what);
             if (it == own.end() || it->second == only) return Status();

@@ -113,7 +113,7 @@ Result<Packer> write_multi_part(Imf::OStream& stream, const std::vector<Imf::Hea
             table -= uint64_t(out.header(i).chunkCount()) * sizeof(uint64_t);
             if (!planes.contains(i)) continue;
             if (auto layout = ChunkLayout::of(headers[size_t(i)]))
-                own.try_emplace(i, *layout, table);
+                own.emplace(i, Own{*layout, table});
         }
         for (int i = 0; i < out.parts(); ++i) {
             const auto anew = planes.find(i);

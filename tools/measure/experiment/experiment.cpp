@@ -135,15 +135,15 @@ std::vector<std::string> seeds_of(const Chain& chain) {
     return seeds;
 }
 
-void set_value(report::Variant& variant, const std::string& metric, size_t index, size_t frames,
+void set_value(report::Metrics& metrics, const std::string& metric, size_t index, size_t frames,
                std::optional<double> value) {
-    auto& series = variant.metrics[metric].frames;
+    auto& series = metrics[metric].frames;
     series.resize(frames);
     series[index] = value;
 }
 
-void find_means(report::Variant& variant) {
-    for (auto& [name, series] : variant.metrics) {
+void find_means(report::Metrics& metrics) {
+    for (auto& [name, series] : metrics) {
         double sum = 0;
         int count = 0;
         for (const auto& value : series.frames) {

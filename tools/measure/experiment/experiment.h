@@ -78,9 +78,9 @@ std::vector<int> spread_frames(const std::vector<int>& frames, int count);
 std::vector<std::string> seeds_of(const Chain& chain);
 
 // Adds a value to the series of `frame`'s index; means over frames with a value.
-void set_value(report::Variant& variant, const std::string& metric, size_t index, size_t frames,
+void set_value(report::Metrics& metrics, const std::string& metric, size_t index, size_t frames,
                std::optional<double> value);
-void find_means(report::Variant& variant);
+void find_means(report::Metrics& metrics);
 
 // The page's regions: for each kept frame the tile with the largest HDR-FLIP of each variant.
 struct WorstTile {

@@ -49,6 +49,7 @@ class AbRun {
         if (Status status = io::check_unchanged(basis_.stamps); !status.ok()) return status;
         for (report::Variant& variant : report_.variants) find_means(variant.metrics);
         find_means(report_.input_metrics);
+        find_means(report_.truth_noise);
         report_.crops = crops_of(std::move(worst_));
         report_.comparison = compare_variants(report_, tiles_);
         report_.comparison->shared_steps = shared_steps_;
@@ -256,7 +257,8 @@ class AbRun {
         return Status();
     }
 
-    // What the input would score as it is, so that one sees whether filtering helped at all.
+    // What the input would score as it is, so that one sees whether filtering helped at all; and
+    // the noise of what it is held against.
     Status score_input(const metrics::Picture& input, const metrics::Picture& truth, size_t index,
                        int number, bool kept) {
         auto pair = metrics::pair_of(input, truth);
@@ -264,6 +266,10 @@ class AbRun {
         std::map<std::string, ImageF> maps;
         Status status =
             judge(report_.input_metrics, steps_in_time_of_input_, index, *pair, &input, maps);
+        auto noise = noise_of_truth(truth, input);
+        if (!noise.ok()) return noise.status();
+        for (const auto& [name, value] : *noise)
+            set_value(report_.truth_noise, name, index, report_.frames.size(), value);
         for (const char* map : kStoredMaps)
             if (status.ok() && kept)
                 status = store(report::ImageKind::error, -1, number, concat("input.", map),

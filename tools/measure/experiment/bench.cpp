@@ -17,6 +17,7 @@ namespace postchain::experiment {
 namespace {
 
 constexpr const char* kParetoMetric = "hdr_flip";
+constexpr const char* kTruthName = "truth";  // of the results that hold its noise
 
 class BenchRun {
   public:
@@ -192,12 +193,15 @@ class BenchRun {
         if (!has_truth(frame)) return true;
         auto work = work_of_input(frame);
         auto result = work.ok() ? store_->frame(report::kInputName, frame, *work) : std::nullopt;
-        bool whole = result.has_value();
+        auto noise = work.ok() ? store_->frame(kTruthName, frame, *work) : std::nullopt;
+        bool whole = result.has_value() && noise.has_value();
         for (const char* map : kStoredMaps)
             whole = whole && (!kept(frame) ||
                               report::take_stored_image(report_, input_error_entry(frame, map)));
-        if (whole) input_results_[frame] = std::move(*result);
-        return whole;
+        if (!whole) return false;
+        input_results_[frame] = std::move(*result);
+        truth_results_[frame] = std::move(*noise);
+        return true;
     }
     bool take_pictures(size_t v, int frame) {
         bool whole = report::take_stored_image(
@@ -282,12 +286,17 @@ class BenchRun {
                                                         found->maps.at(map));
                     !status.ok())
                     return status;
+        auto noise = noise_of_truth(*frame.truth(), frame.input());
+        if (!noise.ok()) return noise.status();
+        FrameResult of_truth;
+        of_truth.metrics = std::move(*noise);
         auto work = work_of_input(number);
         if (!work.ok()) return work.status();
-        if (Status status = keep_result(report::kInputName, number, *work, found->result, stamps);
-            !status.ok())
-            return status;
+        Status status = keep_result(report::kInputName, number, *work, found->result, stamps);
+        if (status.ok()) status = keep_result(kTruthName, number, *work, of_truth, stamps);
+        if (!status.ok()) return status;
         input_results_[number] = std::move(found->result);
+        truth_results_[number] = std::move(of_truth);
         return Status();
     }
 
@@ -399,12 +408,15 @@ class BenchRun {
             }
         }
         for (size_t i = 0; i < count; ++i) {
-            const auto result = input_results_.find(report_.frames[i]);
-            if (result == input_results_.end()) continue;
-            for (const auto& [name, value] : result->second.metrics)
+            const int frame = report_.frames[i];
+            if (!input_results_.contains(frame)) continue;
+            for (const auto& [name, value] : input_results_.at(frame).metrics)
                 set_value(report_.input_metrics, name, i, count, value);
+            for (const auto& [name, value] : truth_results_.at(frame).metrics)
+                set_value(report_.truth_noise, name, i, count, value);
         }
         find_means(report_.input_metrics);
+        find_means(report_.truth_noise);
         report_.crops = crops_of(std::move(worst));
         mark_pareto(report_, kParetoMetric);
         state_outcome(report_);
@@ -422,9 +434,9 @@ class BenchRun {
     std::optional<BenchStore> store_;
     std::vector<int> split_frames_, stability_frames_;
     RoleSet wanted_;
-    std::vector<std::map<int, FrameResult>> results_;  // of each variant
-    std::map<int, FrameResult> input_results_;         // of the unfiltered input
-    size_t done_ = 0;                                  // units taken from an earlier run
+    std::vector<std::map<int, FrameResult>> results_;           // of each variant
+    std::map<int, FrameResult> input_results_, truth_results_;  // by frame; the latter: its noise
+    size_t done_ = 0;                                           // units taken from an earlier run
 };
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "tools/measure/experiment/temporal_stability.h"
+#include "tools/measure/metrics/noise.h"
 #include "tools/measure/metrics/sharpness.h"
 #include "tools/measure/report/words.h"
 
@@ -113,6 +114,15 @@ Result<Measured> measure(const metrics::Pair& pair, const metrics::Picture* inpu
     measured.maps["smape"] = metrics::smape_map(pair);
     measured.maps["mse"] = squared_map(pair);
     return measured;
+}
+
+Result<std::map<std::string, double>> noise_of_truth(const metrics::Picture& truth,
+                                                     const metrics::Picture& input) {
+    auto noise = metrics::truth_noise(truth, input);
+    if (!noise.ok()) return noise.status();
+    std::map<std::string, double> values = std::move(noise->of_no_error);
+    values[report::kNoiseSigma] = noise->sigma;
+    return values;
 }
 
 std::vector<int> spread_frames(const std::vector<int>& frames, int count) {

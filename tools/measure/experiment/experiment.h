@@ -57,6 +57,10 @@ Result<Measured> measure(const metrics::Pair& pair, const metrics::Picture* inpu
                          const metrics::ExposureRange& exposures, const metrics::FlipSettings& flip,
                          bool maps);
 
+// Values of report::Report::truth_noise of one frame. Errors (input): sizes that differ.
+Result<std::map<std::string, double>> noise_of_truth(const metrics::Picture& truth,
+                                                     const metrics::Picture& input);
+
 // A frame's mean of per-pixel squared differences over RGB, in double; sizes must be equal.
 template <class A, class B>
 double mean_squared(const Image<A>& a, const Image<B>& b) {

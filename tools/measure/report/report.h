@@ -164,6 +164,8 @@ struct Crop {
     std::string why;                          // "paper: mean HDR-FLIP 0.41"
 };
 
+inline constexpr const char* kNoiseSigma = "sigma";  // of Report::truth_noise
+
 struct Report {
     Kind kind = Kind::ab;
     std::string title;
@@ -201,6 +203,9 @@ struct Report {
     // The unfiltered input, scored like a variant's result; empty without a truth. It has no
     // flicker and no grid: those are of filters.
     Metrics input_metrics;
+    // What the truth's own noise does (metrics/noise.h): "sigma", and by metric what a picture
+    // without any error would score. Empty without a truth.
+    Metrics truth_noise;
     std::optional<Comparison> comparison;  // ab
     std::optional<Winner> winner;          // none: not decided, or no truth
     std::vector<std::string> under;        // bench: "flip=0.1: motion_blur.samples=9 (12.1 ms)"

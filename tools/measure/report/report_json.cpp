@@ -20,6 +20,10 @@ Json metrics_json(const Metrics& metrics) {
     return json;
 }
 
+Json metrics_or_null(const Metrics& metrics) {
+    return metrics.empty() ? Json(nullptr) : metrics_json(metrics);
+}
+
 Json word(const std::string& text) {
     return text.empty() ? Json(nullptr) : Json(text);
 }
@@ -153,8 +157,8 @@ std::string report_as_json(const Report& report) {
           {"precision", report.precision}}},
         {"seeds", report.seeds},
         {"variants", variants},
-        {"input_metrics",
-         report.input_metrics.empty() ? Json(nullptr) : metrics_json(report.input_metrics)},
+        {"input_metrics", metrics_or_null(report.input_metrics)},
+        {"truth_noise", metrics_or_null(report.truth_noise)},
         {"left_out", left_out},
         {"comparison", report.comparison ? comparison(*report.comparison) : Json(nullptr)},
         {"pareto_metric", word(report.pareto_metric)},

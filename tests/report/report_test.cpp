@@ -11,6 +11,7 @@
 
 #include "tests/experiment/support.h"
 #include "tools/measure/report/json_parts.h"
+#include "tools/measure/report/report_csv.h"
 #include "tools/measure/report/report_json.h"
 #include "tools/measure/report/report_text.h"
 

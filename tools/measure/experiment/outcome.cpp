@@ -1,6 +1,7 @@
 #include "tools/measure/experiment/outcome.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "tools/measure/experiment/statistics.h"
 #include "tools/measure/report/lists.h"
@@ -114,6 +115,48 @@ void compare_with_input(report::Report& report) {
                    " not measurably better than doing nothing, by HDR-FLIP: ", listed(open)));
 }
 
+// How many times as many samples bring a share of noise to the limit: the noise's part of a sum
+// falls with 1 / samples, the rest stays.
+std::string more_samples(double share) {
+    const double times = share / (1 - share) / (kNoiseShare / (1 - kNoiseShare));
+    return concat("about ", report::figure(std::ceil(times), 3), " times the samples per pixel");
+}
+
+// Without "about N times" where noise is all there is.
+std::string remedy(double share) {
+    return share < 0.95 ? "give the truth " + more_samples(share)
+                        : "give the truth many more samples per pixel";
+}
+
+void doubt_truth(report::Report& report) {
+    const auto sigma = report::mean_of(report.truth_noise, report::kNoiseSigma);
+    if (!sigma) return;
+    const std::string noisy = concat("the truth is noisy (standard deviation ",
+                                     report::figure(*sigma, 2), " of the displayed luma)");
+    for (const report::MetricInfo& column : report.metrics) {
+        const auto value = report::mean_of(report.truth_noise, column.name);
+        if (!value || column.better != report::Better::one || *value >= 1 - kNoiseShare) continue;
+        report.warnings.push_back(concat(column.name, " is not to be trusted: ", noisy,
+                                         ", and a picture without any error would have ",
+                                         report::figure(*value, 2), " and not 1; ",
+                                         remedy(1 - *value)));
+    }
+    const report::Variant* nearest = nullptr;
+    std::optional<double> least;
+    for (const report::Variant& variant : report.variants) {
+        const auto mse = report::mean_of(variant.metrics, "mse");
+        if (!mse || (least && *mse >= *least)) continue;
+        nearest = &variant;
+        least = mse;
+    }
+    const auto of_noise = report::mean_of(report.truth_noise, "mse");
+    if (!nearest || !of_noise || *of_noise <= kNoiseOfError * *least) return;
+    report.warnings.push_back(concat(
+        "mse and psnr say little of how near a picture is: ", noisy, ", and its noise alone makes ",
+        report::figure(*of_noise, 2), " of the ", report::figure(*least, 2), " of ", nearest->name,
+        "; give the truth more samples per pixel (differences between variants stay as they are)"));
+}
+
 }  // namespace
 
 void state_outcome(report::Report& report) {
@@ -121,6 +164,7 @@ void state_outcome(report::Report& report) {
     report.winner =
         report.kind == report::Kind::ab ? winner_of_ab(report) : winner_of_bench(report);
     compare_with_input(report);
+    doubt_truth(report);
 }
 
 }  // namespace postchain::experiment

@@ -2,14 +2,22 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <vector>
 
 #include "tools/measure/metrics/display.h"
-#include "tools/measure/metrics/error.h"
 #include "tools/measure/metrics/sharpness.h"
 
 namespace postchain::metrics {
+namespace {
+
+double median(std::vector<double>& values) {
+    const auto middle = values.begin() + long(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    if (values.size() % 2 == 1) return *middle;
+    return (*middle + *std::max_element(values.begin(), middle)) / 2;
+}
+
+}  // namespace
 
 ImageF noise_variance(const ImageF& channel) {
     const int width = channel.width, height = channel.height;
@@ -32,9 +40,7 @@ ImageF noise_variance(const ImageF& channel) {
                                      4 * at(0, 0);
                     residuals.push_back(std::abs(r) / 6);
                 }
-            const auto middle = residuals.begin() + long(residuals.size() / 2);
-            std::nth_element(residuals.begin(), middle, residuals.end());
-            const double sigma = *middle / kNormalMedian;
+            const double sigma = median(residuals) / kNormalMedian;
             for (int y = top; y < std::min(top + kNoiseTile, height); ++y)
                 for (int x = left; x < std::min(left + kNoiseTile, width); ++x)
                     variance.at(x, y) = float(sigma * sigma);
@@ -70,24 +76,12 @@ Result<TruthNoise> truth_noise(const Picture& truth, const Picture& input) {
     if (sharpness->edges_in_blurred) values["edges_in_blurred"] = *sharpness->edges_in_blurred;
     if (sharpness->sharpness_in_focus)
         values["sharpness_in_focus"] = *sharpness->sharpness_in_focus;
-    double linear = 0, displayed = 0, relative = 0, symmetric = 0;
-    const double pixels = double(truth.rgb.pixels());
+    double linear = 0, displayed = 0;
     for (size_t c = 0; c < 3; ++c) {
+        linear += mean_of(noise_variance(channel_of(truth, c, [](float v) { return v; }))) / 3;
         displayed += mean_of(noise_variance(channel_of(truth, c, display_value))) / 3;
-        const ImageF variance = noise_variance(channel_of(truth, c, [](float v) { return v; }));
-        linear += mean_of(variance) / 3;
-        for (size_t i = 0; i < variance.data.size(); ++i) {
-            const double s2 = double(variance.data[i]);
-            const double r = std::abs(double(truth.rgb.data[3 * i + c]));
-            const double near = r + kRelMseEpsilon;
-            relative += s2 / (near * near) / (3 * pixels);
-            symmetric +=
-                std::sqrt(2 / std::numbers::pi * s2) / (r + kSmapeEpsilon / 2) / (3 * pixels);
-        }
     }
     values["mse"] = linear;
-    values["relmse"] = relative;
-    values["smape"] = symmetric;
     if (displayed > 0) values["psnr"] = -10 * std::log10(displayed);
     return noise;
 }

@@ -32,7 +32,6 @@ ImageF noise_variance(const ImageF& channel);
 // by name what a picture without any error would score against this truth. Of the metrics for which
 // that follows from the variance alone:
 //   mse                 mean s^2 of linear RGB
-//   relmse, smape       mean s^2 / (|R| + epsilon)^2; mean sqrt(2/pi) s / (|R| + epsilon)
 //   psnr                of the mean s^2 of displayed RGB
 //   edges_in_blurred, sharpness_in_focus     sharpness_without_error()
 struct TruthNoise {

@@ -2,7 +2,8 @@
 //
 //   experiment (ab.h, bench.h) --> Report
 //   Report --report_json.h--> report.json   (docs/report.md)
-//          --report_text.h--> report.csv, report.md
+//          --report_csv.h---> report.csv
+//          --report_text.h--> report.md
 //          --page/page.h----> index.html
 //
 // Pixels are not in here: images lie as EXR files (float, lossless) under the report's folder and

@@ -13,18 +13,6 @@ std::string number(const std::optional<double>& value, int digits) {
     return value ? figure(*value, digits) : "";
 }
 
-// RFC 4180. What a spreadsheet would take for a formula gets an apostrophe before it; numbers do
-// not come this way.
-std::string field(const std::string& name) {
-    const bool formula =
-        !name.empty() && std::string("=+-@\t\r").find(name[0]) != std::string::npos;
-    const std::string text = formula ? "'" + name : name;
-    if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-    std::string quoted = "\"";
-    for (char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-    return quoted + "\"";
-}
-
 // Text as it is, where Markdown would take it for HTML.
 std::string plain(const std::string& text) {
     std::string out;
@@ -41,23 +29,6 @@ std::string cell(const std::string& text) {
         out += c == '\n' ? ' ' : c;
     }
     return out;
-}
-
-std::string csv_times(const Variant& variant) {
-    if (!variant.timing) return ",,,";
-    return "," + number(variant.timing->total.median_ms, 9) + "," +
-           number(variant.timing->total.spread_ms, 9) + "," +
-           (variant.timing->trustworthy ? "yes" : "no");
-}
-
-std::string csv_split(const Variant& variant) {
-    if (!variant.split) return ",,,,,";
-    const ErrorParts& mse = variant.split->mse;
-    std::string text;
-    for (const auto& value :
-         {mse.precision, mse.sampling, mse.model, variant.split->cross, mse.total})
-        text += "," + number(value, 9);
-    return text;
 }
 
 // The page says the same (page/src/explain.js).
@@ -118,6 +89,15 @@ class Markdown {
         header({"", ""});
         row({"input", report_.input});
         row({"truth", report_.truth ? *report_.truth : "none: " + report_.no_truth});
+        if (const auto sigma = mean_of(report_.truth_noise, kNoiseSigma)) {
+            std::string without_error;
+            for (const MetricInfo& metric : report_.metrics)
+                if (const auto value = mean_of(report_.truth_noise, metric.name))
+                    without_error += concat(", ", metric.name, " ", figure(*value, 3));
+            row({"noise of the truth",
+                 concat("standard deviation ", figure(*sigma, 2), " of the displayed luma; a ",
+                        "picture without any error would have ", without_error.substr(2))});
+        }
         std::string list;
         for (int frame : report_.frames) list += (list.empty() ? "" : ", ") + std::to_string(frame);
         row({"frames", concat(list, " (n = ", report_.frames.size(), "), ", report_.width, "x",
@@ -366,47 +346,8 @@ class Markdown {
 
 }  // namespace
 
-std::string report_as_csv(const Report& report) {
-    std::string out = "variant,chain_hash,frame";
-    for (const MetricInfo& metric : report.metrics) out += "," + field(metric.name);
-    out +=
-        ",total_ms,total_spread_ms,time_trusted,mse_precision,mse_sampling,mse_model,mse_cross,"
-        "mse_total,pareto,failure\n";
-    for (const ScoredRow& row : scored_rows(report)) {
-        const Variant* variant = row.variant;
-        const auto line = [&](const std::string& frame, const auto& value_of, bool whole) {
-            out +=
-                field(row.name) + "," + (variant ? hex_of(variant->chain_hash) : "") + "," + frame;
-            for (const MetricInfo& metric : report.metrics) {
-                const auto found = row.metrics->find(metric.name);
-                out += "," + (found == row.metrics->end() ? std::string()
-                                                          : number(value_of(found->second), 9));
-            }
-            out += whole && variant
-                       ? csv_times(*variant) + csv_split(*variant) + "," +
-                             (variant->pareto ? "yes" : "no") + "," + field(variant->failure)
-                       : ",,,,,,,,,,";
-            out += "\n";
-        };
-        for (size_t i = 0; i < report.frames.size(); ++i)
-            line(
-                std::to_string(report.frames[i]),
-                [&](const Series& series) {
-                    return i < series.frames.size() ? series.frames[i] : std::nullopt;
-                },
-                false);
-        line(
-            "mean", [](const Series& series) { return series.mean; }, true);
-    }
-    return out;
-}
-
 std::string report_as_markdown(const Report& report) {
     return Markdown(report).text();
-}
-
-Status write_report_csv(const Report& report) {
-    return report.write(report.folder + "/report.csv", report_as_csv(report));
 }
 
 Status write_report_markdown(const Report& report) {

@@ -58,11 +58,16 @@ export function add_left_out({ model }, more) {
 
 export function add_facts({ model, viewer }, more) {
     const bootstrap = model.comparison?.bootstrap;
+    const noise = model.truth_noise;
     const facts = [
         ["Command",  h("code", {}, model.command.join(" "))],
         ["Input", model.input && h("code", {}, model.input)],
         ["Truth", model.truth ? h("code", {}, model.truth)
             : model.no_truth && `none: ${model.no_truth}`],
+        ["Noise of the truth", noise && `standard deviation ${number(noise.sigma.mean, 2)} of the ` +
+            "displayed luma; a picture without any error would have " + model.metrics
+            .filter((m) => noise[m.name]).map((m) => `${metric_name(m.name)} ` +
+                number(noise[m.name].mean)).join(", ")],
         ["Frames", model.frames.join(", ") + (model.page_frames.length < model.frames.length
             ? ` (pictures of ${model.page_frames.join(", ")})` : "")],
         ["Device, driver", model.device.renderer + (model.device.software ? " (software)" : "")],

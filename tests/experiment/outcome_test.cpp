@@ -114,9 +114,9 @@ TEST(Outcome, FromEightFramesOnTheIntervalDecides) {
     state_outcome(report);
     ASSERT_EQ(report.warnings.size(), 2u);
     EXPECT_THAT(report.warnings[0], HasSubstr("1 of 2 variants is no better than doing nothing"));
-    EXPECT_THAT(report.warnings[0], HasSubstr("v1 0.21, the input 0.1088"));
+    EXPECT_THAT(report.warnings[0], HasSubstr("v1 0.21, the input 0.108"));
     EXPECT_THAT(report.warnings[1], HasSubstr("is not measurably better than doing nothing"));
-    EXPECT_THAT(report.warnings[1], HasSubstr("v0 0.1088, the input 0.1088 (t-interval"));
+    EXPECT_THAT(report.warnings[1], HasSubstr(" (t-interval of the difference -0.008"));
 }
 
 TEST(Outcome, ManyVariantsAreCountedNotListed) {

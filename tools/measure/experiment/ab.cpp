@@ -49,6 +49,8 @@ class AbRun {
         if (Status status = io::check_unchanged(basis_.stamps); !status.ok()) return status;
         for (report::Variant& variant : report_.variants) find_means(variant.metrics);
         find_means(report_.input_metrics);
+        // What only filters have, and what no frame has.
+        std::erase_if(report_.input_metrics, [](const auto& one) { return !one.second.mean; });
         find_means(report_.truth_noise);
         report_.crops = crops_of(std::move(worst_));
         report_.comparison = compare_variants(report_, tiles_);

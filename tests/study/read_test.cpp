@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "passes/registry.h"
-#include "tools/measure/study/study.h"
+#include "tools/measure/study/study_reader.h"
 
 namespace postchain::study {
 namespace {

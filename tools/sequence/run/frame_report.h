@@ -11,7 +11,7 @@
 #include "chain/frame.h"
 #include "chain/gl/executor.h"
 #include "chain/plan.h"
-#include "tools/sequence/io/exr_writer.h"
+#include "tools/sequence/io/write_options.h"
 #include "tools/sequence/io/file_stamp.h"
 #include "tools/sequence/run/cryptomatte_filter.h"
 #include "tools/sequence/run/frame_source.h"

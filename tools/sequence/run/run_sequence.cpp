@@ -7,6 +7,7 @@
 
 #include "chain/layers.h"
 #include "tools/sequence/io/picture_module.h"
+#include "tools/sequence/io/planes_writer.h"
 #include "tools/sequence/io/preview.h"
 #include "tools/sequence/run/clock.h"
 #include "tools/sequence/run/fingerprint.h"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "chain/planner.h"
-#include "tools/sequence/io/exr_writer.h"
+#include "tools/sequence/io/write_options.h"
 #include "tools/sequence/io/output_files.h"
 #include "tools/sequence/io/picture_calls.h"
 #include "tools/sequence/io/picture_writer.h"

@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "chain/planner.h"
-#include "tools/sequence/io/write_options.h"
 #include "tools/sequence/io/output_files.h"
 #include "tools/sequence/io/picture_calls.h"
 #include "tools/sequence/io/picture_writer.h"
 #include "tools/sequence/io/sequence.h"
+#include "tools/sequence/io/write_options.h"
 #include "tools/sequence/run/frame_source.h"
 
 namespace postchain::sequence {

@@ -81,9 +81,8 @@ function form() {
     };
     plan.addEventListener("click", () => attempt(plan, async () => {
         const { kind: _, output, on_existing, missing, on_error, overflow, compression, half,
-            channels, output_transfer, bits, strict, sidecar, png, ocio, ocio_display, ocio_view,
-            ocio_colorspace, dump_stages,
-            priority, ...rest } = ready();
+            channels, output_transfer, bits, strict, sidecar, png, ocio_display, ocio_view,
+            dump_stages, priority, ...rest } = ready();
         planned.replaceChildren(...planView(await post("/v1/plan", rest)));
     }));
     const made = el("form", { onsubmit: (event) => {

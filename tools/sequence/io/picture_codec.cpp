@@ -97,6 +97,8 @@ bool is_stale(const std::string& name) {
                                              "tiff:PhotometricInterpretation",
                                              "Exif:ColorSpace",
                                              "dpx:ImageDescriptor",
+                                             "dpx:EndOfLinePadding",
+                                             "dpx:EndOfImagePadding",
                                              "PixelAspectRatio",
                                              "openexr:chunkCount",
                                              "screenWindowCenter",

@@ -397,6 +397,7 @@ class StudyReader {
             scene.measured.truth_is = scene.truth;
         }
         if (!resolve_file(node, above, "camera", job.camera)) return;
+        if (!resolve_file(node, above, "ocio", job.ocio)) return;
         if (!is_path_word(job.profile) && !resolve_file(node, above, "profile", job.profile))
             return;
         if (!job.camera.empty()) {

@@ -7,7 +7,7 @@
 #include "chain/image.h"
 #include "chain/status.h"
 #include "tools/sequence/io/atomic_file.h"
-#include "tools/sequence/io/picture_calls.h"
+#include "tools/sequence/io/transfer.h"
 
 namespace postchain::io {
 
@@ -21,7 +21,7 @@ struct PreviewOptions {
     std::optional<DisplayView> view = {};  // in place of exposure and curve
 };
 // 8-bit RGB PNG of the first three channels (one channel: gray). Values are those over black.
-// Errors (output): the encoder's; of a view, those of PictureCalls::shown.
+// Errors (output): the encoder's; of a view, those of PictureCalls::to_view.
 Result<std::string> encode_png_preview(const ImageF& color, const PreviewOptions& options = {});
 // The same in a file.
 Status write_png_preview(const std::string& path, const ImageF& color,

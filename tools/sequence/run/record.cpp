@@ -45,7 +45,7 @@ std::string record_text(const Chain& chain, const RunSettings& settings,
         const auto* text = std::get_if<std::string>(&value);
         if (key == "input")
             given[key] = input_text(settings.input);
-        else if (text && (key == "camera" ||
+        else if (text && (key == "camera" || key == "ocio" ||
                           (key == "profile" && text->find_first_of("/.") != std::string::npos)))
             given[key] = whole_path(*text);
         else

@@ -392,6 +392,8 @@ class RequestParser {
         alone.input = "a.exr";
         const ParameterValue value = row.get(&job_);
         if (value == ParameterValue() || value == ParameterValue(std::string())) return Status();
+        // These mean something together: read with the whole.
+        if (row.key.starts_with("ocio") || row.key.ends_with("_transfer")) return Status();
         row.set(&alone, value);
         Diagnostics notes;
         return sequence::run_settings_of(alone, reader_.registry_, notes).status();

@@ -9,13 +9,12 @@
 
 namespace postchain::io {
 
-Result<std::string> encode_png_preview(const ImageF& color, const PreviewOptions& options) {
+Result<Image<uint8_t>> shown_picture(const ImageF& color, const PreviewOptions& options) {
     if (color.empty()) return Status(StatusCode::internal, "no pixels");
     if (options.view) {
         const auto pictures = picture_module(StatusCode::output);
         if (!pictures.ok()) return pictures.status();
-        const auto shown = (*pictures)->shown(color, *options.view);
-        return shown.ok() ? encode_png(*shown) : Result<std::string>(shown.status());
+        return (*pictures)->shown(color, *options.view);
     }
     const int channels = color.channels >= 3 ? 3 : 1;
     const float gain = float(std::exp2(options.exposure_stops));
@@ -32,7 +31,12 @@ Result<std::string> encode_png_preview(const ImageF& color, const PreviewOptions
                 shown(color.data[i * size_t(color.channels) + size_t(c)]);
         }
     }
-    return encode_png(bytes);
+    return bytes;
+}
+
+Result<std::string> encode_png_preview(const ImageF& color, const PreviewOptions& options) {
+    const auto shown = shown_picture(color, options);
+    return shown.ok() ? encode_png(*shown) : Result<std::string>(shown.status());
 }
 
 Status write_png_preview(const std::string& path, const ImageF& color,

@@ -2,6 +2,7 @@
 rename, or never, is what a run writes when all are there, byte by byte.
 
 usage: watch_test.py POSTCHAIN"""
+import json
 import os
 import pathlib
 import random
@@ -13,6 +14,8 @@ import tempfile
 import threading
 import time
 import unittest
+
+import exr
 
 POSTCHAIN = None
 FRAMES = range(1, 6)
@@ -67,11 +70,15 @@ class Watch(unittest.TestCase):
     def frame(self, number):
         return self.folder / f"in/s.{number:04}.exr"
 
-    def start(self, out, *options, chain="balanced", source=None):
-        return subprocess.Popen(
+    def start(self, out, *options, chain="balanced", source=None, camera=None):
+        process = subprocess.Popen(
             [POSTCHAIN, "run", chain, "-i", source or self.folder / "in/s.####.exr", "--camera",
-             self.rendered / "camera.json", "-o", self.folder / out / "o.####.exr", "--mkdir",
+             camera or self.rendered / "camera.json", "-o", self.folder / out / "o.####.exr", "--mkdir",
              *options], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        self.addCleanup(process.stdout.close)
+        self.addCleanup(process.wait)
+        self.addCleanup(process.kill)
+        return process
 
     def end(self, process, code=0):
         said, _ = process.communicate(timeout=120)
@@ -126,7 +133,7 @@ class Watch(unittest.TestCase):
             process = self.start(f"watched{seed}", "--frames", "1-5", "--watch")
             self.write_all(seed).join()
             said = self.end(process)
-            self.assertIn("waiting for frames: not there yet: 1, 2, 3, 4, 5", said)
+            self.assertRegex(said, "0/5 frames; waiting for frames: not (there|complete) yet: ")
             self.assertIn("5 written of 5 frames", said)
             self.assert_as_a_run(f"watched{seed}", "--on-existing", "overwrite")
 
@@ -159,6 +166,34 @@ class Watch(unittest.TestCase):
         self.frame(3).write_bytes(self.data[3])
         self.end(process)
         self.assert_as_a_run("watched", "--frames", "1-3")
+
+    def test_a_frame_waits_for_the_camera_of_the_one_after_it(self):
+        # No vectors: they follow from the cameras in the metadata of three frames, of which this
+        # chain reads nothing else.
+        for n in (1, 2, 3):
+            picture = exr.read(self.rendered / f"sharp.{n:04}.exr")
+            picture.channels = {name: values for name, values in picture.channels.items()
+                                if ".Vector." not in name}
+            x = 0.02 * n * n  # to the right, faster and faster
+            matrix = (1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -x, 0, 0, 1)
+            picture.attributes["worldToCamera"] = "m44f", struct.pack("<16f", *matrix)
+            exr.write(self.folder / f"later.{n:04}.exr", picture)
+        # The scene's camera file has matrices too; this one has none.
+        camera = self.folder / "lens.json"
+        camera.write_text('{"focal_length_mm": 50, "sensor_width_mm": 36}', encoding="utf-8")
+        chain = self.folder / "chain.yaml"
+        chain.write_text("postchain: 1\npasses: [motion_blur: {mode: guertin}]\n", encoding="utf-8")
+        for n in (1, 2):
+            (self.folder / f"later.{n:04}.exr").rename(self.frame(n))
+        process = self.start("watched", "--frames", "1-3", "--watch", chain=chain,
+                             camera=camera)
+        time.sleep(5)
+        self.assertFalse((self.folder / "watched/o.0002.exr").exists())
+        (self.folder / "later.0003.exr").rename(self.frame(3))
+        self.end(process)
+        self.assert_as_a_run("watched", chain=chain, camera=camera)
+        with open(self.folder / "watched/o.0002.exr.json", encoding="utf-8") as file:
+            self.assertGreater(json.load(file)["health"]["motion_from_camera"], 0)
 
     def test_what_never_comes_whole_is_named_and_not_written(self):
         for number in (1, 2, 5):
@@ -193,6 +228,17 @@ class Watch(unittest.TestCase):
         process = self.start("watched", "--watch", "--idle", "3")
         in_pieces(self.frame(5), self.data[5], pause=1.2)  # 7 s, never 3 s without a change
         self.assertIn("5 written of 5 frames", self.end(process))
+
+    def test_a_file_whose_time_still_changes_is_no_frame(self):
+        self.frame(1).write_bytes(self.data[1])
+        process = self.start("watched", "--frames", "1", "--watch")
+        self.assertIn("not complete yet: 1", process.stdout.readline())
+        for _ in range(20):
+            os.utime(self.frame(1))
+            time.sleep(0.2)
+        self.assertFalse((self.folder / "watched/o.0001.exr").exists())
+        self.end(process)
+        self.assert_as_a_run("watched")
 
     def test_signals_end_it_while_it_waits(self):
         for name, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):

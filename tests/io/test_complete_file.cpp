@@ -35,6 +35,7 @@ std::vector<std::vector<FilePart>> kinds() {
     FilePart tiles = part("t");
     tiles.tile = 5;
     FilePart deep = part("d");
+    for (auto& channel : deep.channels) channel.type = Imf::FLOAT;
     deep.deep = true;
     deep.compression = Imf::ZIPS_COMPRESSION;
     FilePart deep_tiles = deep;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "tools/apps/postchain/color_file.h"
 #include "tools/apps/postchain/exit_code.h"
@@ -99,6 +100,19 @@ Result<Image<uint8_t>> thumbnail_of(const SheetWork& work, const ImageF& picture
     return io::shown_picture(io::shrunk(picture, width, height), options);
 }
 
+// So many that the sheet is nearest to 16 by 9.
+int fitting_columns(io::SheetLayout layout) {
+    int best = 1;
+    double least = std::numeric_limits<double>::infinity();
+    for (layout.columns = 1; layout.columns <= layout.cells; ++layout.columns) {
+        const double shape = double(layout.picture_width()) / double(layout.picture_height());
+        const double off = std::abs(std::log(shape * 9 / 16));
+        if (off < least) best = layout.columns;
+        least = std::min(least, off);
+    }
+    return best;
+}
+
 // Of the first frame that can be read; (input) none can.
 Result<io::SheetLayout> layout_of(const SheetWork& work, const SheetOptions& sheet) {
     Status first(StatusCode::input, work.settings.input.color().text() + ": no such frame on disk");
@@ -120,11 +134,8 @@ Result<io::SheetLayout> layout_of(const SheetWork& work, const SheetOptions& she
             layout.width = sheet.width;
             layout.height = std::max(
                 1, int(std::lround(double(sheet.width) * picture->height / picture->width)));
-            const double cell = double(layout.sides) * layout.width / layout.height;
-            layout.columns = sheet.columns > 0
-                                 ? sheet.columns
-                                 : int(std::lround(std::sqrt(layout.cells * 16.0 / 9 / cell)));
-            layout.columns = std::clamp(layout.columns, 1, layout.cells);
+            layout.columns =
+                sheet.columns > 0 ? std::min(sheet.columns, layout.cells) : fitting_columns(layout);
             if (layout.picture_width() > kMostPixels || layout.picture_height() > kMostPixels)
                 return Status(StatusCode::usage,
                               concat("the sheet would have ", layout.picture_width(), "x",

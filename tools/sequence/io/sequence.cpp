@@ -359,9 +359,26 @@ void FrameList::keep(const Chunk& chunk) {
     std::erase_if(files, [&](const auto& entry) { return !kept.contains(entry.first); });
 }
 
-Result<FrameList> find_frames(const InputSpec& input, const std::optional<FrameRange>& range) {
-    std::map<Role, std::map<int, std::string>> on_disk;
+FilesOnDisk files_on_disk(const InputSpec& input) {
+    FilesOnDisk on_disk;
     for (const auto& [role, pattern] : input.patterns) on_disk[role] = pattern.discover();
+    return on_disk;
+}
+
+std::map<Role, std::string> files_of(int frame, const InputSpec& input,
+                                     const FilesOnDisk& on_disk) {
+    std::map<Role, std::string> files;
+    for (const auto& [role, pattern] : input.patterns) {
+        const std::map<int, std::string>& found = on_disk.at(role);
+        const bool still = role != Role::color && !pattern.has_token();
+        const auto it = still ? found.begin() : found.find(frame);
+        if (it != found.end()) files[role] = it->second;
+    }
+    return files;
+}
+
+Result<FrameList> find_frames(const InputSpec& input, const std::optional<FrameRange>& range) {
+    const FilesOnDisk on_disk = files_on_disk(input);
     const std::map<int, std::string>& color = on_disk.at(Role::color);
 
     FrameList list;
@@ -386,14 +403,7 @@ Result<FrameList> find_frames(const InputSpec& input, const std::optional<FrameR
         }
     }
     for (const int frame : list.frames) {
-        std::map<Role, std::string> files;
-        for (const auto& [role, pattern] : input.patterns) {
-            const std::map<int, std::string>& found = on_disk.at(role);
-            // A plane in one file without a token serves every frame; color never does.
-            const bool still = role != Role::color && !pattern.has_token();
-            const auto it = still ? found.begin() : found.find(frame);
-            if (it != found.end()) files[role] = it->second;
-        }
+        std::map<Role, std::string> files = files_of(frame, input, on_disk);
         if (files.size() == input.patterns.size()) {
             list.files[frame] = std::move(files);
         } else {

@@ -106,6 +106,12 @@ struct FrameList {
 // Why a pattern has no file on disk: "no such file", "the folder x cannot be read: ...".
 std::string why_none(const PathPattern& pattern);
 
+// Frames on disk and their paths, for each plane.
+using FilesOnDisk = std::map<Role, std::map<int, std::string>>;
+FilesOnDisk files_on_disk(const InputSpec& input);
+// Those of one frame; a plane whose pattern has no token serves every frame, color never does.
+std::map<Role, std::string> files_of(int frame, const InputSpec& input, const FilesOnDisk& on_disk);
+
 // The frames asked for, or without a range every frame of color on disk. A plane whose pattern
 // has no token serves every frame. Errors (input): nothing found and nothing asked for.
 Result<FrameList> find_frames(const InputSpec& input, const std::optional<FrameRange>& range);

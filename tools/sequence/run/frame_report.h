@@ -71,5 +71,7 @@ struct RunSummary {
 
 // Called on the caller's thread, in the order in which frames finish.
 using FrameObserver = std::function<void(const FrameReport&, const RunProgress&)>;
+// Called on the caller's thread, several times a second, with the frames that are waited for.
+using WaitObserver = std::function<void(const std::string&, const RunProgress&)>;
 
 }  // namespace postchain::sequence

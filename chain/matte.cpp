@@ -13,11 +13,6 @@ namespace {
 // color.
 constexpr double kLeastCoverage = 1.0 / 32;
 
-double matte_at(const ImageD& mattes, int index, int height, int x, int y) {
-    const double m = mattes.at(x, y + index * height);
-    return m > 0 ? std::min(m, 1.0) : 0;
-}
-
 void hold_out_of(PassPlanner& planner, std::optional<Neighbor> neighbor, int matte, int layers) {
     const auto role = [&](Role own) { return neighbor ? role_of(*neighbor, own) : own; };
     const FrameDescription& frame = planner.context().frame;

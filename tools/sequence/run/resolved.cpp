@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "chain/decisions.h"
 #include "tools/sequence/io/parameter_json.h"
 
 namespace postchain::sequence {
@@ -84,7 +85,8 @@ Resolved resolve(const Chain& chain, const SourceFrame& frame, const Plan& plan)
     }
     for (size_t i = 0; i < chain.links.size(); ++i) {
         ResolvedPass pass{chain.links[i].type->name, plan.passes[i].elided, {}};
-        for (UsedValue& used : chain.links[i].pass->used_values(description)) {
+        const auto seen = seen_with_matte(chain, description, i);
+        for (UsedValue& used : chain.links[i].pass->used_values(seen ? *seen : description)) {
             Origin origin = origin_of(chain, frame, i, used);
             pass.values.push_back({std::move(used.key), std::move(used.value), std::move(used.unit),
                                    std::move(origin)});

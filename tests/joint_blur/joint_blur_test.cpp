@@ -103,7 +103,6 @@ TEST(JointBlur, AgreesWithItsReference) {
          {chain_of("joint_blur", {}), chain_of("joint_blur", {{"neighbors", "none"}}),
           chain_of("depth_of_field", {{"method", "inverse_warp"}}),
           chain_of("joint_blur", {{"samples", int64_t(9)}, {"starts", int64_t(1)}}),
-          chain_of("joint_blur", {{"samples", int64_t(12)}, {"max_samples", int64_t(50)}}),
           chain_of("joint_blur", {{"samples", int64_t(40)},
                                   {"noise", "none"},
                                   {"denoise", false},
@@ -118,6 +117,31 @@ TEST(JointBlur, AgreesWithItsReference) {
         EXPECT_LE(difference.fraction, 0.02) << difference.text;
         if (gpu.count(Role::hint) == 0) continue;
         EXPECT_LE(compare(gpu.at(Role::hint), expected.planes.at(Role::hint), 0).fraction, 0.002);
+    }
+}
+
+// Lamps of 0.15 on the left to 0.6 on the right, so that tiles take none, some and all of the samples.
+TEST(JointBlur, AdaptiveSamplingAgreesWithItsReference) {
+    TestFrame layers = layered_frame(187, 77, {33.5f, 9.25f}, {-14.75f, 3.5f}, 8);
+    FramePlanes& planes = layers.planes;
+    const ImageF random = noise_image(187, 77, 4, 13);
+    for (int y = 0; y < 77; ++y)
+        for (int x = 0; x < 187; ++x)
+            for (int c = 0; c < 3; ++c) {
+                const float lamp = 0.15f * std::pow(4.0f, float(x) / 187);
+                planes[Role::color].at(x, y, c) = random.at(x, y, 0) > 0.8f ? lamp : 0.01f;
+            }
+    const TestFrame other = layered_frame(187, 77, {30.5f, 8.25f}, {-12.75f, 2.5f}, 31);
+    for (const auto& [role, plane] : other.planes) planes[role_of(Neighbor::after, role)] = plane;
+    const FrameDescription frame = description_of(planes);
+    for (const bool denoise : {false, true}) {
+        const Chain chain = chain_of(
+            "joint_blur",
+            {{"samples", int64_t(12)}, {"max_samples", int64_t(50)}, {"denoise", denoise}});
+        const ImageF gpu = filter(chain, frame, planes, whole()).at(Role::color);
+        const auto expected = reference(chain, frame, planes, whole());
+        const Difference difference = compare(gpu, expected.planes.at(Role::color), 1e-3);
+        EXPECT_LE(difference.fraction, 0.02) << difference.text;
     }
 }
 
@@ -187,7 +211,7 @@ TEST(JointBlur, MoreSamplesComeInWithoutAJump) {
                                                 {"denoise", false}});
     ImageF first, before, now;
     double largest = 0, whole_way = 0;
-    for (float lamp = 0.25f; lamp < 8; lamp *= 1.06f) {
+    for (float lamp = 0.1f; lamp < 0.5f; lamp *= 1.02f) {
         for (int y = 0; y < 96; ++y)
             for (int x = 0; x < 96; ++x)
                 for (int c = 0; c < 3; ++c)

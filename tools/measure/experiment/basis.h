@@ -19,6 +19,10 @@ struct Basis {
     metrics::ExposureRange exposures;                  // the same for all variants and frames
     std::map<int, std::map<Role, std::string>> files;  // of the input, by frame
     std::vector<io::FileStamp> stamps;  // of input and truth, before the first was read
+
+    bool has_truth(int frame) const { return truth && truth->has(frame); }
+    // Steps in time are between neighboring frame numbers, and judged by the truth's.
+    bool follows(int frame) const { return has_truth(frame) && has_truth(frame - 1); }
 };
 
 // Fills in all of the report but what the variants bring: folder, command, input, truth, reference,

@@ -4,13 +4,13 @@
 #include <set>
 
 #include "tools/measure/experiment/bench_frame.h"
+#include "tools/measure/experiment/bench_key.h"
 #include "tools/measure/experiment/choose.h"
 #include "tools/measure/experiment/outcome.h"
 #include "tools/measure/experiment/temporal_stability.h"
 #include "tools/measure/experiment/timing.h"
 #include "tools/measure/report/images.h"
 #include "tools/measure/report/lists.h"
-#include "tools/sequence/run/fingerprint.h"
 #include "tools/sequence/run/visit_sequence.h"
 
 namespace postchain::experiment {
@@ -71,52 +71,20 @@ class BenchRun {
         }
         for (const auto& seed : seeds_of(variants_[0].chain)) report_.seeds.push_back(seed);
         report_.files = files_;
-        store_.emplace(settings_.folder, conditions(), files_);
+        store_.emplace(settings_.folder, conditions_of(report_, settings_, variants_), files_);
         return store_->prepare();
     }
 
-    // Everything a result depends on except chain and input files.
-    std::string conditions() const {
-        std::string text = concat(
-            "results 3\n", report_.version, "\n", report_.renderer, "\n", report_.threads, "\n",
-            report_.precision, "\n", report_.tone_mapper, " ", settings_.flip.pixels_per_degree,
-            " ", report_.exposure_start, " ", report_.exposure_stop, "\n", kConvergedSeeds, " ",
-            settings_.repeats, "\n", report_.reference, "\n");
-        RuleNames rules;
-        for (const auto& variant : variants_) rules.merge(settings_.run.plan.rules(variant.chain));
-        for (const auto& rule : rules) text += rule + "\n";
-        return text;
-    }
-
-    // Chain, input files and truth files that a frame's result follows from.
+    // What a frame's result follows from.
     Result<std::string> work_of(size_t v, int frame) {
-        return work_of(variants_[v].chain, frame,
+        return work_on(variants_[v].chain, frame,
                        concat(" kept ", kept(frame), " split ", split(frame), " stability ",
-                              contains(stability_frames_, frame)));
+                              contains(stability_frames_, frame)),
+                       settings_, basis_);
     }
     // The same of the unfiltered input, which is what a chain without passes makes.
     Result<std::string> work_of_input(int frame) {
-        return work_of(Chain(), frame, concat(" input kept ", kept(frame)));
-    }
-    Result<std::string> work_of(const Chain& chain, int frame, const std::string& settings) {
-        auto work = files_of(chain, frame);
-        if (!work.ok()) return work.status();
-        if (!follows(frame)) return *work + settings;
-        auto before = files_of(chain, frame - 1);
-        if (!before.ok()) return before.status();
-        return *work + settings + " after " + *before;
-    }
-    Result<std::string> files_of(const Chain& chain, int frame) {
-        sequence::SequenceReader reader(
-            settings_.run.source, settings_.run.input, [&](const sequence::FrameHeader& header) {
-                return sequence::planes_needed(chain, settings_.run.source, header,
-                                               settings_.run.plan);
-            });
-        const auto inputs = reader.open(frame, basis_.files.at(frame));
-        if (!inputs.ok()) return inputs.status();
-        std::string work = sequence::fingerprint_of(chain, settings_.run, *inputs);
-        if (has_truth(frame)) work += " truth " + basis_.truth->identity(frame);
-        return work;
+        return work_on(Chain(), frame, concat(" input kept ", kept(frame)), settings_, basis_);
     }
 
     std::string name_of_variant(size_t v) const { return hex_of(report_.variants[v].chain_hash); }
@@ -125,9 +93,6 @@ class BenchRun {
     }
     bool kept(int frame) const { return contains(report_.page_frames, frame); }
     bool split(int frame) const { return contains(split_frames_, frame); }
-    // Steps in time are between neighboring frame numbers, and judged by the truth's.
-    bool follows(int frame) const { return has_truth(frame) && has_truth(frame - 1); }
-    bool has_truth(int frame) const { return basis_.truth && basis_.truth->has(frame); }
 
     // ---------------------------------------------------------------------------- resume
     // Takes what an earlier run has left and returns the frames on which something is open.
@@ -190,7 +155,7 @@ class BenchRun {
                                      report_, entry(report::ImageKind::truth, -1, frame, "truth")));
     }
     bool take_input_score(int frame) {
-        if (!has_truth(frame)) return true;
+        if (!basis_.has_truth(frame)) return true;
         auto work = work_of_input(frame);
         auto result = work.ok() ? store_->frame(report::kInputName, frame, *work) : std::nullopt;
         auto noise = work.ok() ? store_->frame(kTruthName, frame, *work) : std::nullopt;
@@ -241,7 +206,7 @@ class BenchRun {
     // `stamps`: of the files that the frame was made of.
     Status visit(const sequence::SourceFrame& source, const std::vector<io::FileStamp>& stamps) {
         auto frame = BenchFrame::open(settings_, basis_, executor_, wanted_, source,
-                                      follows(source.description.frame_number));
+                                      basis_.follows(source.description.frame_number));
         if (!frame.ok()) return frame.status();
         const int number = frame->number();
         for (const auto& text : notes_on_neighbors(source)) note(text);

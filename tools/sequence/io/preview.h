@@ -7,7 +7,7 @@
 #include "chain/image.h"
 #include "chain/status.h"
 #include "tools/sequence/io/atomic_file.h"
-#include "tools/sequence/io/picture_calls.h"
+#include "tools/sequence/io/transfer.h"
 
 namespace postchain::io {
 
@@ -21,7 +21,7 @@ struct PreviewOptions {
     std::optional<DisplayView> view = {};  // in place of exposure and curve
 };
 // The first three channels as they are shown, 8 bits (one channel, without a view: gray). Values
-// are those over black. Errors: those of PictureCalls::shown, and where its module cannot be
+// are those over black. Errors: those of PictureCalls::to_view, and where its module cannot be
 // loaded.
 Result<Image<uint8_t>> shown_picture(const ImageF& color, const PreviewOptions& options = {});
 // The same as a PNG. Errors (output): the encoder's.

@@ -85,6 +85,8 @@ struct InputSpec {
     bool separate_files() const { return patterns.size() > 1; }
     const PathPattern& color() const { return patterns.at(Role::color); }
 
+    // What stands before "=" in the text: "color", "depth", "motion", "motion_back".
+    static std::string word_of(Role role);
     // "A.####.exr", or "color=A.####.exr,depth=B.####.exr,motion=C.####.exr" (also motion_back).
     // Errors (usage): unknown or repeated plane, no color, a bad pattern.
     static Result<InputSpec> parse(std::string_view text);

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "chain/depth_at.h"
+#include "chain/hold_still.h"
 #include "config/profile_match.h"
 #include "tools/sequence/io/picture_file.h"
 #include "tools/sequence/run/memory.h"
@@ -344,6 +345,7 @@ FrameDescription planned_description(const Chain& chain, const SourceFrame& fram
         for (Role role : {Role::mattes, Role::mattes_before, Role::mattes_after})
             description.planes.remove(role);
     find_depths(chain, frame.planes, description);
+    find_speeds(chain, frame.planes, description);
     description.camera = description.camera.overlaid_by(chain.camera);
     return description;
 }

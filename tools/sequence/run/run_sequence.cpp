@@ -7,6 +7,7 @@
 
 #include "chain/layers.h"
 #include "tools/sequence/io/picture_module.h"
+#include "tools/sequence/io/planes_writer.h"
 #include "tools/sequence/io/preview.h"
 #include "tools/sequence/run/clock.h"
 #include "tools/sequence/run/fingerprint.h"
@@ -231,6 +232,23 @@ Status have_folder(const RunSettings& settings) {
     return Status(StatusCode::output, folder + ": cannot be made: " + error.message());
 }
 
+// A configuration that cannot be used is found before a frame is filtered.
+Status check_pictures(const RunSettings& settings) {
+    const auto& stored = settings.picture.transfer;
+    if (!settings.preview && !(stored && !io::config_of(*stored).empty())) return Status();
+    const auto module = io::picture_module(StatusCode::output);
+    if (!module.ok()) return module.status();
+    ImageF pixel(1, 1, 3);
+    const auto show = [&](const io::DisplayView& view) { return (*module)->to_view(pixel, view); };
+    if (settings.view)
+        if (Status status = show(*settings.view); !status.ok()) return status;
+    if (!stored) return Status();
+    if (const auto* view = std::get_if<io::DisplayView>(&*stored)) return show(*view);
+    if (const auto* space = std::get_if<io::OcioSpace>(&*stored))
+        return (*module)->to_space(pixel, *space);
+    return Status();
+}
+
 }  // namespace
 
 Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& asked, Executor& executor,
@@ -256,14 +274,7 @@ Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& asked, Ex
                           settings.dump_folder +
                               ": folder of --dump-stages cannot be created: " + error.message());
     }
-    if (settings.preview) {
-        const auto module = io::picture_module(StatusCode::output);
-        if (!module.ok()) return module.status();
-        // A configuration that cannot be used is found before a frame is filtered.
-        if (settings.view)
-            if (auto shown = (*module)->shown(ImageF(1, 1, 4), *settings.view); !shown.ok())
-                return shown.status();
-    }
+    if (Status status = check_pictures(settings); !status.ok()) return status;
     FilterJob job(chain, settings, files, executor, renderer);
     std::unique_ptr<FrameFeed> feed;
     if (settings.watch)

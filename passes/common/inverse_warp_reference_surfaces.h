@@ -30,6 +30,7 @@ struct Sample {
     double u = 0;
     Vec lens;
     double one_depth = 1, weight = 1;
+    int number = 0;  // in its set
 };
 
 // Pixels; a and b are 0 without motion, the radius is without a lens.
@@ -55,7 +56,11 @@ struct Planes {
     const ImageD* inverse_depth = nullptr;
     const ImageD* motion = nullptr;
     const ImageD* motion_back = nullptr;
+    bool of_neighbor = false;
 };
+
+// Of a neighbor's pixel whose inverse depth is below 0: nothing is found there.
+inline constexpr double kNotThere = -2;
 
 // Row by row, as their texture stores them: a in 32 bits, b in steps of 1/64 px, the inverse depth
 // without its last 8 bits, w in 7 bits.

@@ -5,8 +5,8 @@
 #include <string>
 
 #include "chain/image.h"
-#include "tools/sequence/io/exr_writer.h"
 #include "tools/sequence/io/picture_format.h"
+#include "tools/sequence/io/write_options.h"
 
 namespace postchain::io {
 

@@ -24,7 +24,7 @@ ImageF finite_rgb(const ImageF& color) {
 
 }  // namespace
 
-Result<std::string> encode_png_preview(const ImageF& color, const PreviewOptions& options) {
+Result<Image<uint8_t>> shown_picture(const ImageF& color, const PreviewOptions& options) {
     if (color.empty()) return Status(StatusCode::internal, "no pixels");
     if (options.view) {
         const auto pictures = picture_module(StatusCode::output);
@@ -36,7 +36,7 @@ Result<std::string> encode_png_preview(const ImageF& color, const PreviewOptions
             const float v = rgb.data[i];
             bytes.data[i] = uint8_t(std::lround(255 * (v > 0 ? std::min(v, 1.0f) : 0.0f)));
         }
-        return encode_png(bytes);
+        return bytes;
     }
     const int channels = color.channels >= 3 ? 3 : 1;
     const float gain = float(std::exp2(options.exposure_stops));
@@ -53,7 +53,12 @@ Result<std::string> encode_png_preview(const ImageF& color, const PreviewOptions
                 shown(color.data[i * size_t(color.channels) + size_t(c)]);
         }
     }
-    return encode_png(bytes);
+    return bytes;
+}
+
+Result<std::string> encode_png_preview(const ImageF& color, const PreviewOptions& options) {
+    const auto shown = shown_picture(color, options);
+    return shown.ok() ? encode_png(*shown) : Result<std::string>(shown.status());
 }
 
 Status write_png_preview(const std::string& path, const ImageF& color,

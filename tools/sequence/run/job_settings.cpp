@@ -120,6 +120,26 @@ Result<io::ExrSettings> exr_settings_of(const JobSettings& job) {
     return exr;
 }
 
+Result<std::optional<Watch>> watch_of(const JobSettings& job, const RunSettings& settings) {
+    const auto refuse = [](const std::string& why) {
+        return Status(StatusCode::usage, option_name("watch") + why);
+    };
+    if (!job.watch) {
+        if (job.idle) return Status(StatusCode::usage, "--idle is of --watch; add that");
+        return std::optional<Watch>();
+    }
+    if (job.missing != MissingPolicy::error)
+        return refuse(
+            " waits for frames that are not there, and contradicts --missing; give one of them");
+    if (!settings.frames && !job.chunk.empty())
+        return refuse(": parts of which frames? give --frames with --chunk");
+    if (!settings.frames && !job.idle && settings.input.color().has_token())
+        return refuse(
+            ": when does it end? say which frames will come (--frames 1-48), or after how many "
+            "seconds without a change (--idle 600)");
+    return std::optional(Watch{job.idle});
+}
+
 }  // namespace
 
 Result<uint64_t> memory_limit_of(const std::string& text) {
@@ -298,6 +318,18 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                .help = "write each intermediate plane as EXR",
                .unset_means = "not written",
                .group = kOutputGroup})
+        .boolean("watch", &JobSettings::watch,
+                 {.help = "take frames up as a renderer writes them, complete ones only; wait for "
+                          "those of --frames that are not there yet",
+                  .group = kWatchGroup})
+        .number("idle", &JobSettings::idle,
+                {.min = 1,
+                 .max = 1e7,
+                 .unit = "s",
+                 .help = "of --watch: go on without what has not come when nothing has changed for "
+                         "so many seconds",
+                 .unset_means = "wait for ever",
+                 .group = kWatchGroup})
         .table();
 }
 
@@ -324,6 +356,9 @@ Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& 
         if (!chunk.ok()) return chunk.status().at(option_name("chunk"));
         settings.chunk = *chunk;
     }
+    auto watch = watch_of(job, settings);
+    if (!watch.ok()) return watch.status();
+    settings.watch = *watch;
     auto source = source_settings_of(job, notes);
     if (!source.ok()) return source.status();
     settings.source = std::move(*source);
@@ -367,8 +402,8 @@ Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& 
     settings.dump_folder = job.dump_stages;
     // Which frames are written, where to, and what is done besides, is no part of what is made.
     static const std::set<std::string> kNotRepeated = {
-        "frames",   "chunk",   "output", "mkdir",       "on_existing",
-        "on_error", "sidecar", "png",    "dump_stages", "max_memory"};
+        "frames",  "chunk", "output",      "mkdir",      "on_existing", "on_error",
+        "sidecar", "png",   "dump_stages", "max_memory", "watch",       "idle"};
     const ParameterTable table = job_parameters(registry);
     for (const auto& row : table.rows()) {
         const ParameterValue value = row.get(&job);

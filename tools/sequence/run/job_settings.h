@@ -57,13 +57,17 @@ struct JobSettings {
     std::string ocio_display;
     std::string ocio_view;
     std::string dump_stages;
+
+    bool watch = false;
+    std::optional<double> idle;  // s
 };
 
-// Groups of the rows: what is read, filtered, what a plan does, what is written.
+// Groups of the rows: what is read, filtered, what a plan does, what is written, waited for.
 inline constexpr const char* kInputGroup = "input";
 inline constexpr const char* kLayerGroup = "layers";  // what is filtered besides color
 inline constexpr const char* kPlanGroup = "plan";
 inline constexpr const char* kOutputGroup = "output";
+inline constexpr const char* kWatchGroup = "watch";  // of the command alone
 // The names of the rules that may be given are those of the registry.
 ParameterTable job_parameters(const PassRegistry& registry);
 

@@ -1,6 +1,7 @@
 #include "tools/sequence/run/output_frame.h"
 
 #include "tools/sequence/io/picture_file.h"
+#include "tools/sequence/io/planes_writer.h"
 
 namespace postchain::sequence {
 namespace {

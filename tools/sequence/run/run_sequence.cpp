@@ -7,6 +7,7 @@
 
 #include "chain/layers.h"
 #include "tools/sequence/io/picture_module.h"
+#include "tools/sequence/io/planes_writer.h"
 #include "tools/sequence/io/preview.h"
 #include "tools/sequence/run/clock.h"
 #include "tools/sequence/run/fingerprint.h"
@@ -16,6 +17,7 @@
 #include "tools/sequence/run/run_files.h"
 #include "tools/sequence/run/runner.h"
 #include "tools/sequence/run/sidecar.h"
+#include "tools/sequence/run/watch_feed.h"
 #include "tools/sequence/run/written_window.h"
 
 namespace postchain::sequence {
@@ -251,7 +253,8 @@ Status check_pictures(const RunSettings& settings) {
 
 Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& asked, Executor& executor,
                                 const std::string& renderer, const FrameObserver& observer,
-                                const std::atomic<bool>* stop, const FrameStart& start) {
+                                const std::atomic<bool>* stop, const FrameStart& start,
+                                const WaitObserver& waits) {
     const RunSettings settings = settings_for(asked, {&chain});
     std::vector<int> gaps;
     auto tasks = plan_tasks(settings, true, gaps);
@@ -273,7 +276,12 @@ Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& asked, Ex
     }
     if (Status status = check_pictures(settings); !status.ok()) return status;
     FilterJob job(chain, settings, files, executor, renderer);
-    auto summary = walk_sequence(job, settings, std::move(*tasks), observer, stop, start);
+    std::unique_ptr<FrameFeed> feed;
+    if (settings.watch)
+        feed = std::make_unique<WatchFeed>(std::move(*tasks), settings);
+    else
+        feed = std::make_unique<ListFeed>(std::move(*tasks), settings);
+    auto summary = walk_sequence(job, settings, *feed, observer, stop, start, waits);
     if (!summary.ok()) return summary;
     summary->gaps = std::move(gaps);
     summary->counters = executor.counters();

@@ -39,7 +39,7 @@ struct ChainLink {
 struct Chain {
     std::vector<ChainLink> links;
     Camera camera;    // what the chain file says; unset members come from the frame
-    Origins origins;  // of its values that somebody stated, for the record; no part of its text
+    Origins origins;  // of its values that are stated, for the record; no part of its text
 
     // A copy with passes of its own.
     Chain clone() const;

@@ -23,6 +23,10 @@ constexpr double kSoftSpread = 8;
 constexpr double kWindow = 5.7;
 constexpr double kWindowWithShutter = 4.2;
 
+// A tile takes more samples where their variance, as shown, is above this. Chosen by measurement
+// (docs/results/sampling.md).
+constexpr double kNoiseVariance = 0.045;
+
 constexpr double kLeastHalfOpen = 1.0 / 16;  // frames
 
 // Tiles on each side whose surfaces can reach a tile, for the longest path and radius there are. A
@@ -82,7 +86,10 @@ InverseWarpBlock block_of(const Settings& settings, const FrameDescription& fram
         block.barrel_scale = float(1 - barrel * settings.lens->coc.radius_px(0));
         block.middle_x = float(0.5 * (frame.display_width - 1) - frame.origin_x);
         block.middle_y = float(0.5 * (frame.display_height - 1) - frame.origin_y);
-        block.lens_sets = lens::sets_of(settings.samples);
+        block.lens_sets = lens::sets_of(settings.samples + settings.more_samples);
+        block.more_samples = settings.more_samples;
+        // Halves of n samples of variance v: their means differ by 4 v/n in the mean square.
+        block.noise_limit = float(4 * kNoiseVariance / settings.samples);
     }
     return block;
 }
@@ -152,7 +159,9 @@ class Planner {
                                frame_.height);
     }
     // Two positions and a color for each sample, where the first start is right.
-    int taps_px() const { return 3 * std::max(settings_.samples, INVERSE_WARP_LEAST_TIMES); }
+    int taps_px() const {
+        return 3 * std::max(settings_.samples + settings_.more_samples, INVERSE_WARP_LEAST_TIMES);
+    }
 
     Step make_step(const std::string& name) const {
         Step step;
@@ -298,7 +307,8 @@ class Planner {
         noise_ = noise::add_table(planner_, settings_.noise);
         if (!settings_.lens) return;
         lens_points_ = lens::add_table(
-            planner_, lens::lens_points(settings_.lens->aperture, settings_.samples));
+            planner_,
+            lens::lens_points(settings_.lens->aperture, settings_.samples, settings_.more_samples));
     }
 
     void add_gather() {
@@ -308,6 +318,7 @@ class Planner {
         defines["NOISE"] = flag(noise_ >= 0);
         defines["DENOISE"] = flag(settings_.denoise);
         defines["HINT"] = flag(hint_ >= 0);
+        defines["ADAPTIVE"] = flag(settings_.more_samples > 0);
         defines["BEFORE"] = defines["AFTER"] = "0";
         defines["BARREL"] = flag(settings_.lens && settings_.lens->aperture.cats_eye > 0);
         step.bindings = {{0, planner_.input(Role::color), Access::sample_linear},
@@ -453,12 +464,14 @@ Promises promises_of(const Settings& settings) {
 // The tiles that can reach a pixel's tile end `ring` tiles from it, and a surface at their edge is
 // told from what is up to four pixels around it. Every position of the search lies on a path that
 // ends at the pixel; what is hidden there comes from cells up to one and a half tiles around, and
-// what is denoised two pixels further.
+// what is denoised two pixels further. Where tiles choose how many samples they take, a pixel
+// depends on what all of its tile do.
 Reach reach_of(const Settings& settings, const FrameDescription& frame) {
     // A frame away paths are as long as the motion says.
     if (!searched_neighbors(settings, frame.planes).empty()) return {};
     const double longest = longest_px(settings);
-    return {kBlockPx * (ring_of(longest) + 1) + 7.0, longest + 1.5 * kBlockPx + 7};
+    const double tile = settings.more_samples > 0 ? kBlockPx : 0;
+    return {kBlockPx * (ring_of(longest) + 1) + 7.0 + tile, longest + 1.5 * kBlockPx + 7 + tile};
 }
 
 void plan_warp(PassPlanner& planner, const Settings& settings) {

@@ -59,8 +59,10 @@ const ParameterTable& parameter_table();
 struct Settings {
     std::optional<Shutter> shutter;
     std::optional<Lens> lens;
-    int samples = 25;  // per pixel; of the shutter alone: at most; with a lens:
-                       // 1..lens::kMaxPoints
+    int samples = 25;      // per pixel; of the shutter alone: at most; with a lens:
+                           // 1..lens::kMaxPoints
+    int more_samples = 0;  // with a lens: of tiles whose samples disagree, beyond `samples`; both
+                           // together at most lens::kMaxPoints
     Parameters search;
     double still_limit_px = 0.5;  // a tile whose displacements are no longer keeps its color
     bool denoise = true;          // take the noise of the samples away where they are blurred

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "chain/work_list.h"
+#include "passes/common/inverse_warp_reference_adaptive.h"
 #include "passes/common/inverse_warp_reference_background.h"
 #include "passes/common/inverse_warp_reference_bright_edges.h"
 #include "passes/common/inverse_warp_reference_denoise.h"
@@ -19,6 +20,7 @@
 namespace postchain::inverse_warp {
 namespace {
 
+using reference::Halves;
 using reference::Sample;
 using reference::Soft;
 using reference::Surface;
@@ -60,7 +62,9 @@ class Warp {
           half_open_(reference::half_open_of(settings)),
           noise_(noise::table(settings.noise, context.frame.frame_number)),
           hint_wanted_(context.wanted.has(Role::hint)) {
-        if (settings.lens) points_ = lens::lens_points(settings.lens->aperture, settings.samples);
+        if (settings.lens)
+            points_ =
+                lens::lens_points(settings.lens->aperture, settings.samples, settings.more_samples);
         const auto neighbors = searched_neighbors(settings, context.available);
         const bool motion = settings.shutter || !neighbors.empty();
         const auto plane = [&](Role role, bool used) {
@@ -89,20 +93,26 @@ class Warp {
     void run() {
         tiles_ = reference::tiles_of(surfaces_, width_, height_, s_);
         background_.emplace(color_, surfaces_);
+        moments_.resize(surfaces_.size());
+        find_shares_of_more();
         const int channels = color_.channels;
         ImageD color(width_, height_, channels), seen(width_, height_, channels);
         ImageD share(width_, height_, 1), spread(width_, height_, 3);
         for (int y = 0; y < height_; ++y) {
             for (int x = 0; x < width_; ++x) {
                 Soft blurred;
-                const double of_mean = expose(x, y, blurred, color.pixel(x, y));
+                const double more = shares_of_more_[tile_index(x, y)];
+                const double of_mean = expose(x, y, more, blurred, color.pixel(x, y));
                 const double of_soft = 1 / std::max(blurred.weight, 1e-6);
                 blurred.sum.resize(size_t(channels));
                 for (int c = 0; c < channels; ++c)
                     seen.at(x, y, c) = color_.at(x, y, c) + of_soft * blurred.sum[size_t(c)];
                 share.at(x, y) = reference::finite(seen.pixel(x, y)) ? of_mean * blurred.weight : 0;
+                // The window narrows with the root of the samples.
+                const double narrower =
+                    std::sqrt(s_.samples / (s_.samples + more * s_.more_samples));
                 for (size_t c = 0; c < 3; ++c)
-                    spread.at(x, y, int(c)) = of_soft * blurred.spread[c];
+                    spread.at(x, y, int(c)) = narrower * of_soft * blurred.spread[c];
             }
         }
         if (s_.denoise) {
@@ -153,16 +163,17 @@ class Warp {
         return c;
     }
 
-    // Sample k of n. The points of the lens go outward, so the times beside them go by digits
-    // mirrored at the point.
-    Sample sample(int x, int y, int k, double n) const {
+    // Sample k of a set of n, whose points of the lens follow `before` others. They go outward, so
+    // the times beside them go by digits mirrored at the point.
+    Sample sample(int x, int y, int k, double n, int before) const {
         const bool random = !noise_.data.empty();
         const double turn = random ? noise_.at(x % noise_.width, y % noise_.height, 0) : 0;
         const double shift = random ? noise_.at(x % noise_.width, y % noise_.height, 1) : 0;
         Sample sample;
+        sample.number = k;
         if (s_.lens) {
             const int set = std::min(int(turn * points_.sets), points_.sets - 1);
-            const auto point = points_.at(k, set);
+            const auto point = points_.at(before + k, set);
             sample.lens = {point[0], point[1]};
         }
         const double golden = turn + 0.618034 * k;
@@ -196,13 +207,35 @@ class Warp {
         return norm(point + s_.lens->aperture.cats_eye / (0.5 * norm(display)) * place) <= 1;
     }
 
-    // The pixel's color, and what part of its mean a sample is.
-    double expose(int x, int y, Soft& blurred, double* out) {
+    // Which tiles take more samples, by the halves of all their pixels.
+    void find_shares_of_more() {
+        shares_of_more_.assign(tiles_.size(), 0);
+        if (s_.more_samples == 0) return;
+        std::vector<double> noise(tiles_.size()), pixels(tiles_.size());
+        Color unused(size_t(color_.channels));
+        for (int y = 0; y < height_; ++y) {
+            for (int x = 0; x < width_; ++x) {
+                Soft blurred;
+                Halves halves;
+                expose(x, y, 0, blurred, unused.data(), &halves);
+                noise[tile_index(x, y)] += halves.noise(color_.pixel(x, y));
+                pixels[tile_index(x, y)] += 1;
+            }
+        }
+        for (size_t i = 0; i < tiles_.size(); ++i) {
+            shares_of_more_[i] = reference::share_of_more(noise[i] / pixels[i], s_.samples);
+        }
+    }
+
+    // The pixel's color, and what part of its mean a sample is. more: the weight of the samples
+    // beyond the first set; 0: they are not taken.
+    double expose(int x, int y, double more, Soft& blurred, double* out, Halves* halves = nullptr) {
         const Tile& t = tiles_[tile_index(x, y)];
         const auto channels = size_t(color_.channels);
         const double* own = color_.pixel(x, y);
         std::copy(own, own + channels, out);
-        moments_.push_back(0);
+        double& moment = moments_[index(x, y)];
+        moment = 0;
         if (t.longest <= s_.still_limit_px) return 0;
         double n = s_.samples;
         if (!s_.lens)
@@ -211,30 +244,33 @@ class Warp {
         Surface begin = surfaces_[index(x, y)], background = begin;
         const Vec p = {double(x), double(y)};
         Color sum(channels);  // of the differences to the pixel's own color
-        const auto add = [&](const Seen& seen, double weight) {
+        const auto add = [&](const Seen& seen, const Sample& now) {
+            const double weight = now.weight;
             Color difference(channels);
             for (size_t c = 0; c < channels; ++c) {
                 difference[c] = seen.color[c] - own[c];
                 sum[c] += weight * difference[c];
             }
             blurred.add(s_, difference, seen.inverse_depth, seen.path, weight);
+            if (halves) halves->add(now.number, difference, weight);
         };
         double counted = 0;
-        for (int first = 0; first < n; first += kSamplesAtATime) {
+        const auto take = [&](int first, double count, int before) {
             std::vector<Sample> missed;
             Color filled(channels);
             double missed_weight = 0;
-            for (int k = first; k < first + kSamplesAtATime && k < n; ++k) {
-                const Sample now = sample(x, y, k, n);
+            for (int k = first; k < first + kSamplesAtATime && k < count; ++k) {
+                Sample now = sample(x, y, k, count, before);
+                if (before > 0) now.weight = more;
                 if (!passes_barrel(p, now.lens)) continue;
                 counted += now.weight;
                 const Met met = search(p, now, t, begin, background);
-                moments_.back() += now.weight * dot(met.at - p, met.at - p);
+                moment += now.weight * dot(met.at - p, met.at - p);
                 const Color seen = met.found ? color_at(color_, met.at)
                                              : background_->at(met.at, met.inverse_depth,
                                                                color_at(color_, met.far));
                 if (met.found || others_.empty()) {
-                    add({seen, met.inverse_depth, met.path}, now.weight);
+                    add({seen, met.inverse_depth, met.path}, now);
                 } else {
                     missed.push_back(now);
                     missed_weight += now.weight;
@@ -246,16 +282,19 @@ class Warp {
             for (const Sample& now : missed) {
                 const Seen seen = seen_by_others(p, now, t, background);
                 if (seen.inverse_depth >= 0)
-                    add(seen, now.weight);
+                    add(seen, now);
                 else
                     unseen += now.weight;
             }
             // The mean of the fills stands for what no frame has seen.
             if (unseen > 0)
                 for (size_t c = 0; c < channels; ++c) sum[c] += filled[c] * unseen / missed_weight;
-        }
+        };
+        for (int first = 0; first < n; first += kSamplesAtATime) take(first, n, 0);
+        for (int first = 0; more > 0 && first < s_.more_samples; first += kSamplesAtATime)
+            take(first, s_.more_samples, s_.samples);
         if (counted == 0) return 0;
-        moments_.back() /= counted;
+        moment /= counted;
         // From nothing at the limit to all of it at twice that.
         const double onset =
             s_.still_limit_px > 0 ? std::min(t.longest / s_.still_limit_px - 1, 1.0) : 1;
@@ -402,7 +441,8 @@ class Warp {
     std::vector<OtherFrame> others_;
     std::vector<Tile> tiles_;
     std::optional<reference::Background> background_;
-    std::vector<double> moments_;  // of each pixel: mean of the squared displacements, px^2
+    std::vector<double> shares_of_more_;  // of each tile: weight of the samples beyond the first
+    std::vector<double> moments_;         // of each pixel: mean of the squared displacements, px^2
 };
 
 }  // namespace

@@ -30,6 +30,7 @@ struct Sample {
     double u = 0;
     Vec lens;
     double one_depth = 1, weight = 1;
+    int number = 0;  // in its set
 };
 
 // Pixels; a and b are 0 without motion, the radius is without a lens.

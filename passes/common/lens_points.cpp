@@ -37,14 +37,15 @@ int sets_of(int count) {
     return std::min(kMostSets, LENS_POINTS_MAX / count);
 }
 
-Points lens_points(const Aperture& aperture, int count) {
+Points lens_points(const Aperture& aperture, int count, int more) {
     const Outline outline(aperture);
     Points points;
-    points.count = count;
-    points.sets = sets_of(count);
+    points.count = count + more;
+    points.sets = sets_of(points.count);
     for (int set = 0; set < points.sets; ++set) {
-        for (int i = 0; i < count; ++i) {
-            const double within = (i + 0.5) / count;
+        for (int point = 0; point < points.count; ++point) {
+            const int i = point < count ? point : point - count;
+            const double within = (i + 0.5) / (point < count ? count : more);
             const double turns = i / std::numbers::phi + double(set) / points.sets;
             if (aperture.image) {
                 const auto [x, y] = image_point(aperture, within, turns);

@@ -28,8 +28,9 @@ inline constexpr int kMaxPoints = 1023;
 // angle (H. Vogel, A better way to construct the sunflower head, 1979), drawn into the outline of
 // the aperture so that equal areas stay equal, or into a picture of it so that equal shares of
 // light do: by angle, and along each direction by radius. The sets turn the spiral, not the
-// aperture. The barrel cuts none of the points. A picture must be read.
-Points lens_points(const Aperture& aperture, int count);
+// aperture. The barrel cuts none of the points. A picture must be read. `more` points of each set
+// follow on a spiral of their own; both together are at most kMaxPoints.
+Points lens_points(const Aperture& aperture, int count, int more = 0);
 
 // Adds the texture "lens_points", count by sets, x and y in [-1, 1], and the step that fills it.
 TextureId add_table(PassPlanner& planner, const Points& points);

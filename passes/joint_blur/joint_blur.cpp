@@ -15,6 +15,7 @@ constexpr double kUnblurredPx = 0.5;  // up to here a pixel returns its color bi
 
 struct Parameters {
     int samples = 64;
+    int max_samples = 0;
     inverse_warp::Parameters search;
     int max_blur_px = 40;
     shutter::Parameters shutter;
@@ -36,6 +37,13 @@ const ParameterTable& table() {
                       .help = "instants, each with a point of the lens, for each pixel",
                       .convergence = Convergence::set,
                       .converged = 512})
+            .integer("max_samples", &P::max_samples,
+                     {.min = 0,
+                      .max = lens::kMaxPoints,
+                      .soft_max = 256,
+                      .unit = "samples",
+                      .help = "adaptive sampling: so many in tiles whose samples disagree; up to "
+                              "samples: as many everywhere"})
             .rows(&P::search, inverse_warp::parameter_table())
             .integer("max_blur_px", &P::max_blur_px,
                      {.min = 1,
@@ -155,6 +163,7 @@ class JointBlur final : public Pass {
                             .max_path_px = double(parameters_.max_blur_px)};
         settings.lens = {.coc = coc, .aperture = lens::aperture_of(parameters_.aperture, camera)};
         settings.samples = parameters_.samples;
+        settings.more_samples = std::max(parameters_.max_samples - parameters_.samples, 0);
         settings.search = parameters_.search;
         settings.denoise = parameters_.denoise;
         // A few roundings of 2^-24, so that what is unblurred by the frame's bounds is so here too.

@@ -14,6 +14,7 @@
 // BEFORE, AFTER: that frame is searched       NOISE: noise is read
 // BARREL: the lens barrel cuts the aperture away from the picture's middle
 // DENOISE: what blurred samples have seen goes to `soft` and `spread`, for denoise.comp
+// ADAPTIVE: tiles whose samples disagree take block.more_samples more
 // LAYERS: so many further layers too, with those of the background and of the neighbors
 // HINT: written; of the lens alone: read too  LIST: only the blocks of a work list
 #include "common/finite.glsl"
@@ -23,6 +24,9 @@
 #include "inverse_warp/surface.glsl"
 
 #include "inverse_warp/background.glsl"
+#if ADAPTIVE
+#include "inverse_warp/adaptive.glsl"
+#endif
 
 #define NEIGHBORS (BEFORE || AFTER)
 
@@ -117,8 +121,8 @@ float samples_of(float longest) {
 #endif
 }
 
-// Sample k of n. random: x in [0, 1), y in [-1, 1)
-Sample sample_at(int k, float n, vec2 random) {
+// Sample k of a set of n, whose points of the lens begin at `begin`. random: x in [0, 1), y in [-1, 1)
+Sample sample_at(int k, float n, int begin, vec2 random) {
     Sample at;
     at.weight = min(n - float(k), 1.0);
 #if SHUTTER && LENS
@@ -132,7 +136,7 @@ Sample sample_at(int k, float n, vec2 random) {
     at.bend = min(block.half_shutter, 1.0) * at.u * at.u;
 #if LENS
     const int set = min(int(random.x * float(block.lens_sets)), block.lens_sets - 1);
-    at.lens = texelFetch(lens_points, ivec2(k, set), 0).xy;
+    at.lens = texelFetch(lens_points, ivec2(begin + k, set), 0).xy;
 #else
     at.lens = vec2(0.0);
 #endif
@@ -190,7 +194,14 @@ vec2 displacement_from_neighbor(Surface s, Sample at) {
 
 void main() {
     ivec2 pixel;
-    if (!next_pixel(block.size, pixel)) return;
+    const bool is_own = next_pixel(block.size, pixel);
+#if ADAPTIVE
+    // All of a tile meet at its sum. A group beyond the list has none.
+    if (!is_own && all(lessThan(pixel, block.size))) return;
+    pixel = min(pixel, block.size - 1);
+#else
+    if (!is_own) return;
+#endif
     const ivec2 tile = pixel / kBlockPx;
     const int row = (STARTS + 1) * tile.x;
     const vec4 color_p = texelFetch(color, pixel, 0);
@@ -200,6 +211,7 @@ void main() {
     const vec2 hint_p = texelFetch(given_hint, pixel, 0).xy;
 #endif
     if (longest <= block.still_limit_px) {
+        if (!is_own) return;
         STORE(blurred, pixel, color_p);
 #if DENOISE
         STORE(soft, pixel, vec4(0.0));
@@ -219,8 +231,8 @@ void main() {
     for (int i = 0; i < STARTS; ++i)
         start[i] = unpack_surface(texelFetch(starts, ivec2(row + i, tile.y), 0));
 
-    const float samples = samples_of(longest);
-    const int last = int(ceil(samples));
+    float samples = samples_of(longest);
+    int last = int(ceil(samples));
 #if NOISE
     const vec2 random = texelFetch(noise, pixel & 127, 0).xy;
 #else
@@ -258,7 +270,12 @@ void main() {
     const vec2 barrel = block.barrel_per_px * (p - vec2(block.middle_x, block.middle_y));
 #endif
     float counted = 0.0;
-    int first = 0;
+    int first = 0, begin_points = 0;
+#if ADAPTIVE
+    Halves halves = Halves(vec3[2](vec3(0.0), vec3(0.0)), float[2](0.0, 0.0));
+    float share_of_more = 0.0;  // weight of the samples beyond the first set
+    begin_tile();
+#endif
     do {  // 32 samples at a time, a bit each for those that found nothing
         const int end = min(first + 32, last);
 #if NEIGHBORS
@@ -272,7 +289,10 @@ void main() {
 #endif
         int k = first;
         do {
-            const Sample at = sample_at(k, samples, random);
+            Sample at = sample_at(k, samples, begin_points, random);
+#if ADAPTIVE
+            if (begin_points > 0) at.weight = share_of_more;
+#endif
 #if BARREL
             const vec2 passed = block.barrel_scale * at.lens + barrel;
             if (dot(passed, passed) > 1.0) {
@@ -381,6 +401,9 @@ void main() {
 #endif
             {
                 sum += at.weight * (seen - color_p);
+#if ADAPTIVE
+                add_to_half(halves, k, seen - color_p, at.weight);
+#endif
 #if DENOISE
                 const bool is_soft = add_soft(blurred_samples, seen - color_p,
                                               found ? nearest : far.inverse_depth, path, at.weight);
@@ -402,7 +425,10 @@ void main() {
         while (missed != 0u) {
             k = first + findLSB(missed);
             missed &= missed - 1u;
-            const Sample now = sample_at(k, samples, random);
+            Sample now = sample_at(k, samples, begin_points, random);
+#if ADAPTIVE
+            if (begin_points > 0) now.weight = share_of_more;
+#endif
             const float one_depth = one_depth_at(k, random);
             vec4 seen = vec4(0.0);
             vec2 path = vec2(0.0);
@@ -472,6 +498,9 @@ void main() {
             if (nearest >= 0.0) {
                 sum += now.weight * (seen - color_p);
                 found_weight += now.weight;
+#if ADAPTIVE
+                add_to_half(halves, k, seen - color_p, now.weight);
+#endif
 #if DENOISE
                 const bool is_soft =
                     add_soft(blurred_samples, seen - color_p, nearest, path, now.weight);
@@ -495,7 +524,21 @@ void main() {
 #endif
 #endif
         first = end;
+#if ADAPTIVE
+        if (first >= last && begin_points == 0) {
+            share_of_more = share_of_more_in(tile, is_own ? noise_of(halves, color_p.rgb) : 0.0);
+            if (share_of_more > 0.0) {
+                begin_points = last;
+                first = 0;
+                last = block.more_samples;
+                samples = float(last);
+            }
+        }
+#endif
     } while (first < last);
+#if ADAPTIVE
+    if (!is_own) return;
+#endif
     // Without a jump where the blur begins.
     const float onset = clamp(longest / max(block.still_limit_px, 1e-6) - 1.0, 0.0, 1.0);
     const float mean_of = onset / max(counted, 1.0);
@@ -508,7 +551,15 @@ void main() {
     const vec4 soft_color = color_p + of_soft * blurred_samples.sum;
     const float share = is_finite(soft_color) ? mean_of * blurred_samples.weight : 0.0;
     STORE(soft, pixel, vec4(soft_color.rgb, share));
-    STORE(spread, pixel, vec4(of_soft * blurred_samples.spread, soft_color.a));
+#if ADAPTIVE
+    // The window that so many samples have everywhere.
+    const float narrower = inversesqrt(
+        1.0 + share_of_more * float(block.more_samples) / float(block.samples));
+#else
+    const float narrower = 1.0;
+#endif
+    STORE(spread, pixel,
+          vec4(narrower * of_soft * blurred_samples.spread, soft_color.a));
 #ifdef LAYERS
     FOR_LAYERS(l) LAYER_STORE(layers_soft, pixel, l, layers_p[l] + of_soft * soft_layers[l]);
 #endif

@@ -31,6 +31,11 @@ BLOCK_BEGIN(InverseWarpBlock)
     float barrel_scale;    // of points of the lens: 1 - barrel_per_px times the radius at infinity
     float middle_x;        // of the picture, in pixels of the planes
     float middle_y;
+    int more_samples;      // of tiles whose samples disagree, beyond `samples`; 0: of none
+    float noise_limit;     // mean squared difference of two halves of a tile's samples up to which
+                           // it takes no more
+    float padding_0;
+    float padding_1;
 BLOCK_END
 
 // Pixels on each side that are denoised together.
@@ -41,7 +46,7 @@ BLOCK_END
 
 #ifdef __cplusplus
 #include <cstddef>
-static_assert(sizeof(postchain::shared::InverseWarpBlock) == 112);
+static_assert(sizeof(postchain::shared::InverseWarpBlock) == 128);
 static_assert(offsetof(postchain::shared::InverseWarpBlock, ring) == 16);
 static_assert(offsetof(postchain::shared::InverseWarpBlock, still_limit_px) == 32);
 static_assert(offsetof(postchain::shared::InverseWarpBlock, gain_px) == 48);

@@ -120,6 +120,31 @@ TEST(JointBlur, AgreesWithItsReference) {
     }
 }
 
+// Lamps of 0.15 on the left to 0.6 on the right, so that tiles take none, some and all of the samples.
+TEST(JointBlur, AdaptiveSamplingAgreesWithItsReference) {
+    TestFrame layers = layered_frame(187, 77, {33.5f, 9.25f}, {-14.75f, 3.5f}, 8);
+    FramePlanes& planes = layers.planes;
+    const ImageF random = noise_image(187, 77, 4, 13);
+    for (int y = 0; y < 77; ++y)
+        for (int x = 0; x < 187; ++x)
+            for (int c = 0; c < 3; ++c) {
+                const float lamp = 0.15f * std::pow(4.0f, float(x) / 187);
+                planes[Role::color].at(x, y, c) = random.at(x, y, 0) > 0.8f ? lamp : 0.01f;
+            }
+    const TestFrame other = layered_frame(187, 77, {30.5f, 8.25f}, {-12.75f, 2.5f}, 31);
+    for (const auto& [role, plane] : other.planes) planes[role_of(Neighbor::after, role)] = plane;
+    const FrameDescription frame = description_of(planes);
+    for (const bool denoise : {false, true}) {
+        const Chain chain = chain_of(
+            "joint_blur",
+            {{"samples", int64_t(12)}, {"max_samples", int64_t(50)}, {"denoise", denoise}});
+        const ImageF gpu = filter(chain, frame, planes, whole()).at(Role::color);
+        const auto expected = reference(chain, frame, planes, whole());
+        const Difference difference = compare(gpu, expected.planes.at(Role::color), 1e-3);
+        EXPECT_LE(difference.fraction, 0.02) << difference.text;
+    }
+}
+
 TEST(JointBlur, BlocksThatNothingIsBlurredIntoChangeNoBit) {
     FramePlanes planes = moving_plane(190, 140, 0.25f, 0, 0);
     planes[Role::color] = noise_image(190, 140, 4, 9);
@@ -129,13 +154,81 @@ TEST(JointBlur, BlocksThatNothingIsBlurredIntoChangeNoBit) {
             planes[Role::motion].at(x, y) = 20;
         }
     const FrameDescription frame = description_of(planes);
-    const Chain chain = chain_of("joint_blur", {});
     PlanOptions complete;
     complete.rules_off = {"unblurred_tiles"};
-    const ImageF with = filter(chain, frame, planes).at(Role::color);
-    EXPECT_TRUE(equal_bits(with, filter(chain, frame, planes, complete).at(Role::color)));
-    EXPECT_FALSE(equal_bits(with, planes[Role::color]));
-    for (int x = 150; x < 190; ++x) EXPECT_EQ(with.at(x, 130), planes[Role::color].at(x, 130)) << x;
+    for (const Chain& chain :
+         {chain_of("joint_blur", {}),
+          chain_of("joint_blur", {{"samples", int64_t(8)}, {"max_samples", int64_t(32)}})}) {
+        const ImageF with = filter(chain, frame, planes).at(Role::color);
+        EXPECT_TRUE(equal_bits(with, filter(chain, frame, planes, complete).at(Role::color)));
+        EXPECT_FALSE(equal_bits(with, planes[Role::color]));
+        for (int x = 150; x < 190; ++x)
+            EXPECT_EQ(with.at(x, 130), planes[Role::color].at(x, 130)) << x;
+    }
+}
+
+// Faint noise on the left, lamps in the dark on the right. The samples beyond the first are
+// those of a set of their own: the mean is the mean of both results.
+TEST(JointBlur, TilesWhoseSamplesDisagreeTakeMore) {
+    FramePlanes planes = moving_plane(256, 72, 0.75f, 24, 0);  // 72: its last tiles are cut
+    const ImageF random = noise_image(256, 72, 4, 11);
+    for (int y = 0; y < 72; ++y)
+        for (int x = 0; x < 256; ++x)
+            for (int c = 0; c < 3; ++c)
+                planes[Role::color].at(x, y, c) = x < 128 ? 0.5f + 0.02f * random.at(x, y, 0)
+                                                          : 8 * float(random.at(x, y, 0) > 0.875f);
+    const FrameDescription frame = description_of(planes);
+    const auto blurred = [&](int64_t samples, int64_t most) {
+        const Chain chain = chain_of(
+            "joint_blur",
+            {{"samples", samples}, {"max_samples", most}, {"noise", "none"}, {"denoise", false}});
+        return filter(chain, frame, planes, whole()).at(Role::color);
+    };
+    const ImageF few = blurred(8, 0), rest = blurred(24, 0), adaptive = blurred(8, 32);
+    double apart = 0;
+    for (int y = 0; y < 72; ++y) {
+        for (int x = 0; x < 64; ++x) ASSERT_EQ(adaptive.at(x, y), few.at(x, y)) << x << ' ' << y;
+        for (int x = 176; x < 256; ++x) {
+            const double mean = (8 * few.at(x, y) + 24 * rest.at(x, y)) / 32;
+            ASSERT_NEAR(adaptive.at(x, y), mean, 1e-5) << x << ' ' << y;
+            apart = std::max(apart, std::abs(mean - few.at(x, y)));
+        }
+    }
+    EXPECT_GT(apart, 0.1);
+    EXPECT_TRUE(equal_bits(blurred(8, 8), few));
+    EXPECT_TRUE(equal_bits(blurred(8, 3), few));
+}
+
+// The brighter the lamps, the more of their noise shows. Over their brightness the result stays as
+// it is but for the samples that come in, and those come in little by little.
+TEST(JointBlur, MoreSamplesComeInWithoutAJump) {
+    FramePlanes planes = moving_plane(96, 96, 0.75f, 24, 0);
+    const ImageF random = noise_image(96, 96, 4, 12);
+    const FrameDescription frame = description_of(planes);
+    const Chain chain = chain_of("joint_blur", {{"samples", int64_t(8)},
+                                                {"max_samples", int64_t(64)},
+                                                {"noise", "none"},
+                                                {"denoise", false}});
+    ImageF first, before, now;
+    double largest = 0, whole_way = 0;
+    for (float lamp = 0.1f; lamp < 0.5f; lamp *= 1.02f) {
+        for (int y = 0; y < 96; ++y)
+            for (int x = 0; x < 96; ++x)
+                for (int c = 0; c < 3; ++c)
+                    planes[Role::color].at(x, y, c) = random.at(x, y, 0) > 0.875f ? lamp : 0;
+        now = filter(chain, frame, planes, whole()).at(Role::color);
+        for (int y = 0; y < 96; ++y)
+            for (int x = 0; x < 96; ++x) now.at(x, y) /= lamp;
+        if (first.data.empty()) first = before = now;
+        for (int y = 0; y < 96; ++y)
+            for (int x = 0; x < 96; ++x) {
+                largest = std::max(largest, std::abs(double(now.at(x, y)) - before.at(x, y)));
+                whole_way = std::max(whole_way, std::abs(double(now.at(x, y)) - first.at(x, y)));
+            }
+        before = now;
+    }
+    EXPECT_GT(whole_way, 0.05);
+    EXPECT_LT(largest, 0.5 * whole_way);
 }
 
 }  // namespace

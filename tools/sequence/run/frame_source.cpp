@@ -160,6 +160,7 @@ void find_camera_motion(const SourceSettings& settings, const io::CameraMetadata
     const bool makes_all = has_depth && (wanted == CameraMotion::all || !has_motion);
     if (!in_file && (!metadata.pose || (!makes_all && wanted != CameraMotion::sky))) return;
     const int part = header.assignment.at(Role::color).part;
+    header.looked_for_cameras = !in_file;
     header.sky = sky_views(
         file,
         [&](int number) -> std::optional<io::CameraMetadata> {

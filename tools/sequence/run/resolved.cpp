@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "chain/decisions.h"
+#include "tools/sequence/io/parameter_json.h"
 
 namespace postchain::sequence {
 namespace {
@@ -38,20 +39,11 @@ Origin origin_of(const Chain& chain, const SourceFrame& frame, size_t pass, cons
     return {kFromDefault, ""};
 }
 
-Json json_of(const ParameterValue& value) {
-    if (const auto* flag = std::get_if<bool>(&value)) return *flag;
-    if (const auto* integer = std::get_if<int64_t>(&value)) return *integer;
-    if (const auto* number = std::get_if<double>(&value)) return *number;
-    if (const auto* text = std::get_if<std::string>(&value)) return *text;
-    if (const auto* point = std::get_if<std::array<double, 2>>(&value)) return *point;
-    return nullptr;
-}
-
 Json json_of(const std::vector<ResolvedValue>& values) {
     Json json = Json::object();
     for (const auto& one : values) {
         Json& entry = json[one.key];
-        entry["value"] = json_of(one.value);
+        entry["value"] = io::json_of(one.value);
         if (!one.unit.empty()) entry["unit"] = one.unit;
         entry["from"] = one.origin.from;
         if (!one.origin.where.empty()) entry["where"] = one.origin.where;

@@ -2,13 +2,29 @@
 
 namespace postchain {
 
+Status ChainLink::check_matte() const {
+    if (!matte_effect) return Status();
+    if (matte.empty())
+        return Status(StatusCode::chain,
+                      "matte_effect says what is done with a matte, and none is named; name one "
+                      "with matte, or leave matte_effect out");
+    if (keeps_still() && !pass->roles().required.has(Role::motion))
+        return Status(StatusCode::chain, "matte_effect is unmoved, and " + type->name +
+                                             " moves nothing; use unblurred, or leave it out");
+    return Status();
+}
+
+std::string ChainLink::values_text() const {
+    return type->parameters->text(pass->parameters()) + (matte.empty() ? "" : " matte=" + matte) +
+           (keeps_still() ? " matte_effect=unmoved" : "");
+}
+
 std::string ChainLink::text() const {
-    return type->name + ": " + type->parameters->text(pass->parameters()) +
-           (matte.empty() ? "" : " matte=" + matte);
+    return type->name + ": " + values_text();
 }
 
 ChainLink ChainLink::clone() const {
-    ChainLink twin{type, type->create(), matte};
+    ChainLink twin{type, type->create(), matte, matte_effect};
     for (const auto& row : type->parameters->rows())
         row.set(twin.pass->parameters(), row.get(pass->parameters()));
     return twin;

@@ -12,13 +12,23 @@
 
 namespace postchain {
 
+// What a pass leaves of an object that its matte covers (docs/layers.md): all of it as it is, or
+// its place while the shutter is open.
+enum class MatteEffect { unblurred, unmoved };
+
 struct ChainLink {
     const PassType* type = nullptr;  // owned by the registry
     std::unique_ptr<Pass> pass;
-    // Name of what holds out objects from this pass (docs/layers.md); empty: none. Who makes the
-    // frame's description finds it and says which of the frame's mattes it is.
+    // Name of what covers objects that this pass treats apart (docs/layers.md); empty: none. Who
+    // makes the frame's description finds it and says which of the frame's mattes it is.
     std::string matte = {};
-    std::string text() const;  // "motion_blur: samples=25 ..."
+    std::optional<MatteEffect> matte_effect = {};  // unset: unblurred
+
+    bool keeps_still() const { return matte_effect == MatteEffect::unmoved; }
+    // Errors (chain): an effect without a matte; unmoved where the pass reads no motion.
+    Status check_matte() const;
+    std::string values_text() const;  // "samples=25 ... matte=hero"
+    std::string text() const;         // "motion_blur: samples=25 ..."
 
     ChainLink clone() const;  // with a pass of its own
     // This link as it is set if it keeps the promise, else by the first of its variants that does;
@@ -29,7 +39,7 @@ struct ChainLink {
 struct Chain {
     std::vector<ChainLink> links;
     Camera camera;    // what the chain file says; unset members come from the frame
-    Origins origins;  // of its values that somebody stated, for the record; no part of its text
+    Origins origins;  // of its values that are stated, for the record; no part of its text
 
     // A copy with passes of its own.
     Chain clone() const;

@@ -1,5 +1,6 @@
 #include "chain/decisions.h"
 
+#include "chain/hold_still.h"
 #include "chain/matte.h"
 
 namespace postchain {
@@ -36,14 +37,14 @@ RoleSet without_neighbors(RoleSet planes) {
     return planes;
 }
 
-// Where a matte is held out of a pass, the held layers are filtered, and a neighbor serves only
-// where its mattes are there too.
-RoleSet with_held(RoleSet planes, RoleSet of_frame) {
-    planes.add(Role::layers);
+// With a matte a neighbor serves only where its mattes are there too. Where the matte is held out
+// of the pass, the held layers are filtered.
+RoleSet with_matte(RoleSet planes, RoleSet of_frame, bool held) {
+    if (held) planes.add(Role::layers);
     for (const Neighbor neighbor : kNeighbors) {
         if (planes.has(role_of(neighbor, Role::mattes)) &&
             (!of_frame.has(Role::layers) || planes.has(role_of(neighbor, Role::layers)))) {
-            planes.add(role_of(neighbor, Role::layers));
+            if (held) planes.add(role_of(neighbor, Role::layers));
             continue;
         }
         for (const Role role : kNeighborRoles) planes.remove(role_of(neighbor, role));
@@ -71,6 +72,14 @@ RoleSet outputs_of(const PlanOptions& options, const FrameDescription& frame) {
     return options.outputs | (frame.planes & RoleSet{Role::layers});
 }
 
+std::optional<FrameDescription> seen_with_matte(const Chain& chain, const FrameDescription& frame,
+                                                size_t pass) {
+    const int matte = matte_of(frame, pass);
+    if (matte < 0) return std::nullopt;
+    return chain.links[pass].keeps_still() ? with_still_objects(frame, matte)
+                                           : with_held_layers(frame);
+}
+
 FrameDescription seen_by(const Chain& chain, const FrameDescription& given) {
     FrameDescription frame = given;
     frame.camera = frame.camera.overlaid_by(chain.camera);
@@ -95,20 +104,20 @@ Status decide(const Chain& chain, const FrameDescription& frame, const PlanOptio
     }
     RoleSet available = frame.planes;
     bool color_is_input = true;
-    std::optional<FrameDescription> held;
-    if (!frame.mattes.empty()) held = with_held_layers(frame);
     for (size_t i = 0; i < passes.size(); ++i) {
         const Pass& pass = *chain.links[i].pass;
         if (i > spreading) available = without_neighbors(available);
         passes[i].available = available;
         passes[i].color_is_input = color_is_input;
-        const bool matted = matte_of(frame, i) >= 0;
-        if (const std::string& name = chain.links[i].matte; !name.empty() && !matted)
-            return Status(
-                       StatusCode::input,
-                       concat("matte ", name, " was not handed in with frame ", frame.frame_number))
-                .at(concat("passes[", i, "].", chain.links[i].type->name));
-        const PlanContext context = context_of(matted ? *held : frame, options, rules, passes[i]);
+        const auto seen = seen_with_matte(chain, frame, i);
+        Status of_matte = chain.links[i].check_matte();
+        if (const std::string& name = chain.links[i].matte; of_matte.ok() && !name.empty() && !seen)
+            of_matte = Status(
+                StatusCode::input,
+                concat("matte ", name, " was not handed in with frame ", frame.frame_number));
+        if (!of_matte.ok())
+            return of_matte.at(concat("passes[", i, "].", chain.links[i].type->name));
+        const PlanContext context = context_of(seen ? *seen : frame, options, rules, passes[i]);
         auto identity = judge(chain.links[i], context);
         if (!identity.ok())
             return identity.status().at(concat("passes[", i, "].", chain.links[i].type->name));
@@ -142,7 +151,7 @@ Status decide(const Chain& chain, const FrameDescription& frame, const PlanOptio
         if (i > spreading) existing = without_neighbors(existing);
         pass.available = existing;
         if (!pass.elided && matte_of(frame, i) >= 0)
-            pass.available = with_held(existing, frame.planes);
+            pass.available = with_matte(existing, frame.planes, !chain.links[i].keeps_still());
         const RoleSet made = chain.links[i].pass->roles().on_demand;
         existing = pass.elided ? existing - made : existing | (made & pass.wanted);
         if (!pass.elided)

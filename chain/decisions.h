@@ -2,6 +2,7 @@
 // planes exist where each stands, and which it has to make.
 #pragma once
 
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -28,6 +29,10 @@ PlanContext context_of(const FrameDescription& frame, const PlanOptions& options
 // The pass that moves color too far for the planes of other frames to be of use after it; the
 // number of passes if there is none.
 size_t first_spreading_pass(const Chain& chain, const FrameDescription& frame);
+
+// The frame as a pass with a matte sees it; nothing where it has none.
+std::optional<FrameDescription> seen_with_matte(const Chain& chain, const FrameDescription& frame,
+                                                size_t pass);
 
 // Planes that a plan of this frame gives: those that are asked for, and its further layers.
 RoleSet outputs_of(const PlanOptions& options, const FrameDescription& frame);

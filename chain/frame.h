@@ -84,6 +84,12 @@ struct FrameBounds {
     bool camera_cut = false;       // motion leads across a cut: said by the caller, never found
 };
 
+// Of a frame's pixels, each times what a matte leaves of it; pixels per frame.
+struct Speeds {
+    double px = 0;       // largest |motion|
+    double back_px = 0;  // largest |motion_back|
+};
+
 // What was wrong with a frame's input. Counts are pixels.
 struct InputHealth {
     uint64_t nonfinite_color = 0;  // replaced on conversion
@@ -115,6 +121,9 @@ struct FrameDescription {
     // Which of the mattes (the plane Role::mattes) holds for each pass of the chain, in its order;
     // -1, or beyond the end: none.
     std::vector<int> mattes;
+    // Largest speeds of what is beside a matte, by its index, where they are known
+    // (chain/hold_still.h).
+    std::map<int, Speeds> speeds_beside;
     // Why a neighbor brings none: "frame 4 is not on disk".
     std::map<Neighbor, std::string> missing_neighbors;
     Camera camera;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <vector>
 
 #include "chain/work_list.h"
 
@@ -13,9 +14,56 @@ namespace {
 // color.
 constexpr double kLeastCoverage = 1.0 / 32;
 
-double matte_at(const ImageD& mattes, int index, int height, int x, int y) {
-    const double m = mattes.at(x, y + index * height);
-    return m > 0 ? std::min(m, 1.0) : 0;
+// What a soft pixel shows beside the object is the mean of the pixels around it, each with a
+// Gaussian of its distance times (1 - m)^16; of its own color, kOwn (1 - m)^16/m, and what the sum
+// lacks of kLeast.
+constexpr int kAround = 2;
+constexpr double kSpreadPx = 1.25;
+constexpr double kOwn = 1.0 / 16, kLeast = 1.0 / 16;
+
+// What hold_out() makes of a frame or a neighbor.
+ImageD held_reference(const std::map<Role, ImageD>& planes, Role color_role, Role matte_role,
+                      Role layers_role, int matte) {
+    const ImageD &color = planes.at(color_role), &mattes = planes.at(matte_role);
+    const int width = color.width, height = color.height;
+    const auto own = planes.find(layers_role);
+    const int layers = own == planes.end() ? 0 : own->second.height / height;
+    ImageD held(width, height * (layers + 2), 4);
+    struct Part {
+        int x, y;
+        double weight;
+    };
+    const auto parts_of = [&](int x, int y, double m) {
+        if (m == 0 || m == 1) return std::vector<Part>{{x, y, 1}};
+        std::vector<Part> parts;
+        double total = 0;
+        for (int j = std::max(y - kAround, 0); j <= std::min(y + kAround, height - 1); ++j)
+            for (int i = std::max(x - kAround, 0); i <= std::min(x + kAround, width - 1); ++i) {
+                const double square = (i - x) * (i - x) + (j - y) * (j - y);
+                const double other = matte_at(mattes, matte, height, i, j);
+                const double near =
+                    square > 0 ? std::exp(-square / (2 * kSpreadPx * kSpreadPx)) : kOwn / m;
+                parts.push_back({i, j, near * std::pow(1 - other, 16)});
+                total += parts.back().weight;
+            }
+        parts.push_back({x, y, std::max(kLeast - total, 0.0)});
+        for (Part& part : parts) part.weight /= std::max(total, kLeast);
+        return parts;
+    };
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const double m = matte_at(mattes, matte, height, x, y);
+            for (const Part& part : parts_of(x, y, m))
+                for (int c = 0; c < 4; ++c) {
+                    const double share = part.weight * (1 - m);
+                    held.at(x, y, c) += share * color.at(part.x, part.y, c);
+                    for (int i = 0; i < layers; ++i)
+                        held.at(x, y + (i + 2) * height, c) +=
+                            share * own->second.at(part.x, part.y + i * height, c);
+                }
+            held.at(x, y + height) = 1 - m;
+        }
+    return held;
 }
 
 void hold_out_of(PassPlanner& planner, std::optional<Neighbor> neighbor, int matte, int layers) {
@@ -86,23 +134,7 @@ void lay_over(PassPlanner& planner, int matte, const Matted& matted) {
 void hold_out_reference(std::map<Role, ImageD>& planes, int matte) {
     const auto hold = [&](Role color_role, Role matte_role, Role layers_role) {
         if (!planes.count(color_role) || !planes.count(matte_role)) return;
-        const ImageD& color = planes.at(color_role);
-        const int height = color.height;
-        const auto own = planes.find(layers_role);
-        const int layers = own == planes.end() ? 0 : own->second.height / height;
-        ImageD held(color.width, height * (layers + 2), 4);
-        for (int y = 0; y < height; ++y)
-            for (int x = 0; x < color.width; ++x) {
-                const double kept = 1 - matte_at(planes.at(matte_role), matte, height, x, y);
-                for (int c = 0; c < 4; ++c) {
-                    held.at(x, y, c) = color.at(x, y, c) * kept;
-                    for (int i = 0; i < layers; ++i)
-                        held.at(x, y + (i + 2) * height, c) =
-                            own->second.at(x, y + i * height, c) * kept;
-                }
-                held.at(x, y + height) = kept;
-            }
-        planes[layers_role] = std::move(held);
+        planes[layers_role] = held_reference(planes, color_role, matte_role, layers_role, matte);
     };
     hold(Role::color, Role::mattes, Role::layers);
     hold(Role::color_before, Role::mattes_before, Role::layers_before);
@@ -112,6 +144,7 @@ void hold_out_reference(std::map<Role, ImageD>& planes, int matte) {
 void lay_over_reference(std::map<Role, ImageD>& planes, const std::map<Role, ImageD>& before,
                         int matte) {
     const ImageD filtered = planes.at(Role::layers);
+    const ImageD held = held_reference(before, Role::color, Role::mattes, Role::layers, matte);
     const int height = before.at(Role::color).height, width = filtered.width;
     const int layers = filtered.height / height - 2;
     for (const Role role : kHeldRoles) {
@@ -120,15 +153,14 @@ void lay_over_reference(std::map<Role, ImageD>& planes, const std::map<Role, Ima
     }
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
-            const double m = matte_at(before.at(Role::mattes), matte, height, x, y);
+            const double kept = held.at(x, y + height);
             const double coverage = filtered.at(x, y + height);
             const double trust = std::clamp(coverage / kLeastCoverage, 0.0, 1.0);
             const auto lay = [&](ImageD& result, int row, const ImageD& own, int held_row) {
                 for (int c = 0; c < 4; ++c) {
-                    const double sharp = own.at(x, row, c);
                     const double behind = coverage > 0 ? filtered.at(x, held_row, c) / coverage : 0;
                     result.at(x, row, c) =
-                        m * sharp + (1 - m) * (trust * behind + (1 - trust) * sharp);
+                        own.at(x, row, c) + trust * (kept * behind - held.at(x, held_row, c));
                 }
             };
             lay(planes.at(Role::color), y, before.at(Role::color), y);

@@ -1,8 +1,9 @@
-// Objects that a pass leaves as they are: held out before it, laid over its result. docs/layers.md
-// has the method. The pass itself knows nothing of it: it filters two more layers, color without
-// the object and how much of each pixel is not the object.
+// Mattes, and the effect `unblurred`: objects that a pass leaves as they are are held out before it
+// and laid over its result. docs/layers.md has the method. The pass itself knows nothing of it: it
+// filters two more layers, color without the object and how much of each pixel is not the object.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <map>
 
@@ -13,7 +14,15 @@ namespace postchain {
 // Index of the matte that holds for this pass of the chain (FrameDescription::mattes); -1: none.
 int matte_of(const FrameDescription& frame, size_t pass);
 
-// The frame as a pass with a matte sees it: with the two layers of held_layers() before its own.
+// The matte of this index at a pixel of a frame `height` pixels high, in 0..1; NaN counts as 0.
+template <class Image>
+double matte_at(const Image& mattes, int index, int height, int x, int y) {
+    const double m = mattes.at(x, y + index * height);
+    return m > 0 ? std::min(m, 1.0) : 0;
+}
+
+// The frame as a pass with such a matte sees it: with the two layers of held_layers() before its
+// own.
 FrameDescription with_held_layers(const FrameDescription& frame);
 
 // What hold_out() puts in the place of a frame's layers: restored after the pass.

@@ -8,7 +8,7 @@
 
 namespace postchain {
 
-// "chain file", "chain.yaml:3". What gives nobody's own value has no `where`.
+// "chain file", "chain.yaml:3". A value that was not stated has no `where`.
 struct Origin {
     std::string from;   // one of kFrom...
     std::string where;  // file and line, option or attribute
@@ -26,7 +26,7 @@ using Origins = std::map<std::string, Origin>;
 
 // A value as a pass uses it.
 struct UsedValue {
-    enum class Of { pass, camera, standard, frame };  // standard: nobody said
+    enum class Of { pass, camera, standard, frame };  // standard: not stated
     std::string key;
     ParameterValue value;
     std::string unit;

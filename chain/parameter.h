@@ -197,6 +197,27 @@ class ParameterTableBuilder {
         };
         return finish(std::move(row));
     }
+    // The same, which may be unset.
+    template <class E>
+    ParameterTableBuilder& choice(std::string key, std::optional<E> P::*member,
+                                  std::vector<std::string> names, RowOptions options) {
+        Parameter row = start(ParameterType::choice, std::move(key), std::move(options));
+        row.choices = names;
+        row.optional = true;
+        row.get = [member, names](ConstParameterRef p) -> ParameterValue {
+            const auto& value = p.as<P>().*member;
+            if (!value) return std::monostate();
+            return names[static_cast<size_t>(*value)];
+        };
+        row.set = [member, names](ParameterRef p, const ParameterValue& value) {
+            const auto* name = std::get_if<std::string>(&value);
+            auto& slot = p.as<P>().*member;
+            slot.reset();
+            for (size_t i = 0; name && i < names.size(); ++i)
+                if (names[i] == *name) slot = static_cast<E>(i);
+        };
+        return finish(std::move(row));
+    }
     // An empty text is an unset one.
     ParameterTableBuilder& text(std::string key, std::string P::*member, RowOptions options) {
         const bool required = options.required;

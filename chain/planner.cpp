@@ -6,6 +6,7 @@
 #include <span>
 
 #include "chain/decisions.h"
+#include "chain/hold_still.h"
 #include "chain/matte.h"
 
 namespace postchain {
@@ -223,6 +224,15 @@ Status check_layers(const std::map<Role, TextureId>& before,
                   "pass out (of a new pass: docs/adding_a_pass.md says what filters them)");
 }
 
+// What stood in the place of these planes for one pass gives way to them again.
+template <class Roles, class Planes>
+void restore(const Roles& roles, const Planes& before, Planes& current) {
+    for (const Role role : roles) {
+        current.erase(role);
+        if (const auto found = before.find(role); found != before.end()) current.insert(*found);
+    }
+}
+
 class PlanBlocks final : public BlockWriter {
   public:
     PlanBlocks(Plan& plan, int pass) : plan_(plan), pass_(pass) {}
@@ -293,15 +303,23 @@ Result<Plan> make_plan(const Chain& chain, const FrameDescription& given,
         const auto& pass = chain.links[i].pass;
         const PlanShape::OfPass& decided = shape.passes[i];
         const PlanContext context = context_of(frame, options, rules, decided);
-        const std::string& matte_name = chain.links[i].matte;
-        plan.passes.push_back({type->name,
-                               type->parameters->text(pass->parameters()) +
-                                   (matte_name.empty() ? std::string() : " matte=" + matte_name),
-                               decided.elided});
-        if (const int matte = matte_of(frame, i); !decided.elided && matte >= 0) {
+        plan.passes.push_back({type->name, chain.links[i].values_text(), decided.elided});
+        const auto seen = decided.elided ? std::nullopt : seen_with_matte(chain, frame, i);
+        if (seen && chain.links[i].keeps_still()) {
             const std::map<Role, TextureId> before = current;
-            const FrameDescription held = with_held_layers(frame);
-            const PlanContext held_context = context_of(held, options, rules, decided);
+            const PlanContext still_context = context_of(*seen, options, rules, decided);
+            Recorder recorder(plan, current, reasons, still_context, int(i), type->name);
+            hold_still(recorder, matte_of(frame, i));
+            pass->plan(recorder);
+            if (Status s = check_layers(before, current); !s.ok())
+                return s.at(concat("passes[", i, "].", type->name));
+            restore(kStillRoles, before, current);
+            continue;
+        }
+        if (seen) {
+            const int matte = matte_of(frame, i);
+            const std::map<Role, TextureId> before = current;
+            const PlanContext held_context = context_of(*seen, options, rules, decided);
             Recorder holding(plan, current, reasons, held_context, int(i), type->name);
             hold_out(holding, matte, frame.layers);
             const std::map<Role, TextureId> held_planes = current;
@@ -311,10 +329,7 @@ Result<Plan> make_plan(const Chain& chain, const FrameDescription& given,
             const Matted filtered = {before.at(Role::color), current.at(Role::color),
                                      held_planes.at(Role::layers), current.at(Role::layers),
                                      before.count(Role::layers) ? before.at(Role::layers) : -1};
-            for (const Role role : kHeldRoles) {
-                current.erase(role);
-                if (before.count(role)) current[role] = before.at(role);
-            }
+            restore(kHeldRoles, before, current);
             Recorder laying(plan, current, reasons, context, int(i), type->name);
             lay_over(laying, matte, filtered);
             continue;
@@ -394,11 +409,17 @@ Result<ReferenceFrame> run_reference(const Chain& chain, const FrameDescription&
         ReferenceFrame one;
         one.planes = std::move(result.planes);
         const auto& pass = *chain.links[i].pass;
-        if (const int matte = matte_of(frame, i); matte >= 0) {
+        const int matte = matte_of(frame, i);
+        const auto seen = seen_with_matte(chain, frame, i);
+        if (seen && chain.links[i].keeps_still()) {
+            const auto before = one.planes;
+            hold_still_reference(one.planes, matte);
+            pass.reference(context_of(*seen, whole, rules, shape.passes[i]), one);
+            restore(kStillRoles, before, one.planes);
+        } else if (seen) {
             const auto before = one.planes;
             hold_out_reference(one.planes, matte);
-            const FrameDescription held = with_held_layers(frame);
-            pass.reference(context_of(held, whole, rules, shape.passes[i]), one);
+            pass.reference(context_of(*seen, whole, rules, shape.passes[i]), one);
             lay_over_reference(one.planes, before, matte);
             one.stages.clear();  // of the held layers
         } else {

@@ -163,6 +163,17 @@ std::string write_rows(const ParameterTable& table, ConstParameterRef parameters
     return text;
 }
 
+// Of the links as they are after all overrides. `entries`: those of the parser.
+void check_mattes(const PassEntries& entries, ChainFile& file) {
+    Reporter reporter(file.file_name, StatusCode::chain, file.diagnostics);
+    for (size_t i = 0; i < entries.size(); ++i) {
+        if (entries[i] < 0) continue;
+        if (Status status = file.chain.links[size_t(entries[i])].check_matte(); !status.ok())
+            reporter.add(Severity::error, 0, 0, concat("passes[", i, "].matte_effect"),
+                         status.message());
+    }
+}
+
 // What parse_chain() says; throws where memory runs out.
 ChainFile read_chain(std::string_view text, const std::string& file_name,
                      const PassRegistry& registry, const std::vector<std::string>& overrides) {
@@ -175,6 +186,7 @@ ChainFile read_chain(std::string_view text, const std::string& file_name,
         parser.parse(tree.root);
         sort_by_place(file.diagnostics);
         apply_overrides(overrides, parser.entries, registry, file.chain, file.diagnostics);
+        check_mattes(parser.entries, file);
     }
     return file;
 }
@@ -186,9 +198,14 @@ const ParameterTable& link_parameters() {
         ParameterTableBuilder<ChainLink>()
             .text(
                 "matte", &ChainLink::matte,
-                {.help = "what the pass leaves as it is: a channel, cryptomatte:NAME, or the name "
-                         "of a cryptomatte in its place; several names with commas",
+                {.help =
+                     "objects that the pass treats apart: a channel, cryptomatte:NAME, or the name "
+                     "of a cryptomatte in its place; several names with commas",
                  .unset_means = "nothing"})
+            .choice("matte_effect", &ChainLink::matte_effect, {"unblurred", "unmoved"},
+                    {.help = "unblurred: the matte's objects stay as they are; unmoved: they stand "
+                             "still while the shutter is open (motion_blur, joint_blur)",
+                     .unset_means = "unblurred"})
             .table();
     return table;
 }

@@ -54,6 +54,7 @@ void write_row_schema(JsonWriter& json, const Parameter& row) {
         json.end_object();
     }
     if (row.default_value != ParameterValue()) json.field("default", row.default_value);
+    if (!row.group.empty()) json.field("x-group", row.group);
     json.end_object();
 }
 

@@ -191,6 +191,7 @@ class Planner {
         Step step = make_surface_step("surfaces");
         step.name += suffix;
         step.program.defines["BACK"] = flag(back);
+        step.program.defines["NEIGHBOR"] = flag(neighbor.has_value());
         step.bindings = {{0, planner_.input(role(Role::inverse_depth))},
                          {0, of_planes, Access::write}};
         if (motion_) step.bindings.push_back({1, planner_.input(role(Role::motion))});

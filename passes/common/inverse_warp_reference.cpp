@@ -84,7 +84,7 @@ class Warp {
                  reference::with_bright_edges(
                      *of(Role::color),
                      reference::surfaces_of(
-                         {of(Role::inverse_depth), of(Role::motion), of(Role::motion_back)},
+                         {of(Role::inverse_depth), of(Role::motion), of(Role::motion_back), true},
                          settings),
                      settings)});
         }

@@ -65,6 +65,7 @@ class Frame {
   private:
     double depth(int x, int y) const {
         const double q = planes_.inverse_depth->at(x, y);
+        if (planes_.of_neighbor && q < 0) return kNotThere;
         return q > 0 ? std::min(q, 3e38) : 0;
     }
 

@@ -56,7 +56,11 @@ struct Planes {
     const ImageD* inverse_depth = nullptr;
     const ImageD* motion = nullptr;
     const ImageD* motion_back = nullptr;
+    bool of_neighbor = false;
 };
+
+// Of a neighbor's pixel whose inverse depth is below 0: nothing is found there.
+inline constexpr double kNotThere = -2;
 
 // Row by row, as their texture stores them: a in 32 bits, b in steps of 1/64 px, the inverse depth
 // without its last 8 bits, w in 7 bits.

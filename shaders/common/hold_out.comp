@@ -15,14 +15,71 @@ layout(binding = 2) uniform sampler2DArray layers;
 #endif
 layout(binding = 0) writeonly uniform image2DArray held;
 
+// A soft pixel shows both, m F + (1 - m) G. What is not the object, G, is taken from the pixels
+// around: the less they are the object the more, hardly any but those that are not it at all. The
+// pixel's own color counts as its matte goes to 0, and where nothing around is known.
+const int kAround = 2, kWindow = 2 * kAround + 1;
+const float kSpread = 1.25;            // px, of a Gaussian
+const float kOwn = 1.0 / 16.0, kLeast = 1.0 / 16.0;
+
+float weights[kWindow * kWindow];
+
+// (1 - m)^16
+float beside(float m) {
+    const float kept = 1.0 - m;
+    const float second = kept * kept, fourth = second * second;
+    return (fourth * fourth) * (fourth * fourth);
+}
+
+void find_weights(ivec2 p, ivec2 size, float m) {
+    float total = 0.0;
+    for (int j = -kAround; j <= kAround; ++j)
+        for (int i = -kAround; i <= kAround; ++i) {
+            const ivec2 at = p + ivec2(i, j);
+            const int index = (j + kAround) * kWindow + i + kAround;
+            weights[index] = 0.0;
+            if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, size))) continue;
+            const float near = exp(-float(i * i + j * j) / (2.0 * kSpread * kSpread));
+            weights[index] = i == 0 && j == 0 ? kOwn * beside(m) / m : near * beside(matte_at(at));
+            total += weights[index];
+        }
+    weights[kAround * kWindow + kAround] += max(kLeast - total, 0.0);
+    total = max(total, kLeast);
+    for (int i = 0; i < kWindow * kWindow; ++i) weights[i] /= total;
+}
+
+// Of a soft pixel; `fetch(p)` reads the plane.
+#define GROUND(ground, fetch)                                                     \
+    vec4 ground = vec4(0.0);                                                      \
+    for (int i = 0; i < kWindow * kWindow; ++i)                                   \
+        if (weights[i] > 0.0)                                                     \
+            ground += weights[i] * fetch(p + ivec2(i % kWindow, i / kWindow) - kAround);
+
 void main() {
     const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(p, textureSize(color, 0)))) return;
-    const float kept = 1.0 - matte_at(p);
-    imageStore(held, ivec3(p, 0), without(texelFetch(color, p, 0), kept));
+    const ivec2 size = textureSize(color, 0);
+    if (any(greaterThanEqual(p, size))) return;
+    const float m = matte_at(p);
+    const float kept = 1.0 - m;
+    const bool soft = m > 0.0 && m < 1.0;
+    if (soft) find_weights(p, size, m);
+#define FETCH_COLOR(at) texelFetch(color, at, 0)
+    vec4 c = FETCH_COLOR(p);
+    if (soft) {
+        GROUND(ground, FETCH_COLOR)
+        c = ground;
+    }
+    imageStore(held, ivec3(p, 0), without(c, kept));
     imageStore(held, ivec3(p, 1), vec4(kept, 0.0, 0.0, 0.0));
 #if OWN_LAYERS
-    for (int i = 0; i < OWN_LAYERS; ++i)
-        imageStore(held, ivec3(p, i + 2), without(texelFetch(layers, ivec3(p, i), 0), kept));
+    for (int l = 0; l < OWN_LAYERS; ++l) {
+#define FETCH_LAYER(at) texelFetch(layers, ivec3(at, l), 0)
+        vec4 layer = FETCH_LAYER(p);
+        if (soft) {
+            GROUND(ground, FETCH_LAYER)
+            layer = ground;
+        }
+        imageStore(held, ivec3(p, l + 2), without(layer, kept));
+    }
 #endif
 }

@@ -1,6 +1,6 @@
 #version 450 core
-// What was held out of a pass, laid over what it filtered (docs/layers.md): with m the matte, F the
-// filter, out = F(c (1 - m))/F(1 - m) (1 - m) + c m.
+// What was held out of a pass, laid over what it filtered (docs/layers.md): with m the matte, g what
+// is not the object (1 - m of a pixel), F the filter, out = F(g)/F(1 - m) (1 - m) + c - g.
 //
 //   color, mattes, filtered, held, filtered_held [, layers] -> color [, layers]
 //
@@ -28,7 +28,7 @@ vec4 laid_over(vec4 c, vec4 c_held, vec4 c_filtered, float m, float kept, float 
     if (m >= 1.0 || (c_held == c_filtered && coverage == kept)) return c;
     const float trust = clamp(coverage / kLeastCoverage, 0.0, 1.0);
     const vec4 behind = coverage > 0.0 ? c_filtered / coverage : vec4(0.0);
-    return c * m + kept * (c + trust * (behind - c));
+    return c + trust * (kept * behind - c_held);
 }
 
 void main() {

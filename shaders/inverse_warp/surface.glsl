@@ -35,6 +35,7 @@ const float kStepB = 1.0 / 64.0;  // px: what b is rounded to
 // Displacements squared within this ratio are alike, so that rounding does not choose: of paths cut
 // off at max_path_px all are.
 const float kAlike = 1.001;
+const float kNotThere = -2.0;     // inverse depth of a neighbor's pixel that no search may find
 const float kOneDepth = 1.05;     // inverse depths up to this ratio are one surface
 
 // The last 8 bits of an inverse depth are replaced: 7 bits of `straight`, and `edge`.

@@ -4,6 +4,7 @@
 //   inverse_depth [, motion [, motion_back]] -> surfaces_of_planes
 //
 // MOTION: motion is there
+// NEIGHBOR: of the frame before or after; where its inverse depth is below 0 nothing is to be found
 // BACK: motion_back too; else it is taken to equal motion: straight paths at one speed
 #include "common/finite.glsl"
 #include "common/work_group.glsl"
@@ -22,6 +23,9 @@ layout(binding = 0) writeonly uniform uimage2D surfaces_of_planes;
 
 float depth_at(ivec2 p) {
     const float q = texelFetch(inverse_depth, p, 0).x;
+#if NEIGHBOR
+    if (q < 0.0) return kNotThere;
+#endif
     return q > 0.0 ? min(q, 3.0e38) : 0.0;
 }
 

@@ -17,8 +17,8 @@ using Json = nlohmann::ordered_json;
 struct Launch {
     std::map<std::string, std::optional<std::string>> environment = {};  // no value: unset
     std::string folder = {};                                             // working folder
-    std::optional<long> file_bytes;                                      // RLIMIT_FSIZE
-    std::optional<long> memory_bytes;                                    // RLIMIT_AS
+    std::optional<long> file_bytes = {};                                 // RLIMIT_FSIZE
+    std::optional<long> memory_bytes = {};                               // RLIMIT_AS
     std::string stdout_path = {};  // instead of being captured
     bool close_stdout = false;
     bool close_stderr = false;

@@ -436,7 +436,7 @@ TEST_F(Completion, IsBashAndOffersWhatFits) {
     EXPECT_EQ(run_program({"bash", "-n", at("completion")}).code, 0);
     using Words = std::set<std::string>;
     EXPECT_EQ(offered({"postchain", "s"}),
-              (Words{"scene", "schema", "selftest", "serve", "stress", "study"}));
+              (Words{"scene", "schema", "selftest", "serve", "sheet", "stress", "study"}));
     EXPECT_EQ(offered({"postchain", "run", "pap"}), Words{"paper"});
     EXPECT_EQ(offered({"postchain", "run", "rever"}), Words{"reversed.yaml"});
     EXPECT_EQ(offered({"postchain", "run", "paper", "--on-e"}),

@@ -1,84 +1,12 @@
 // postchain run: color in other formats than EXR. Files are made and read back by OpenImageIO, as
 // they are stored; curves are those of their standards, written down here.
-#include <OpenImageIO/imageio.h>
-
 #include <cmath>
-#include <random>
 
-#include "tests/command/fixture.h"
+#include "tests/command/pictures.h"
 
 namespace postchain::test {
 namespace {
 
-struct Stored {
-    int width = 0, height = 0, channels = 0;
-    std::vector<float> values;  // integers over the largest of their type
-};
-
-struct Kind {
-    const char* file;
-    OIIO::TypeDesc type;
-    int bits;
-    int channels;
-    bool unassociated = false;
-    const char* space = "";
-};
-
-// Every code of 8 and 10 bits is there, and a sixth of those of 16.
-Stored noise_of(const Kind& kind, int width = 96, int height = 64) {
-    Stored picture{width, height, kind.channels, {}};
-    std::mt19937 random(7);
-    const int largest = (1 << std::min(kind.bits, 16)) - 1;
-    for (int i = 0; i < width * height * kind.channels; ++i) {
-        const bool alpha = i % kind.channels == 3;
-        if (kind.type != OIIO::TypeDesc::FLOAT)
-            picture.values.push_back(float(i < 3 * largest
-                                               ? i / 3 % (largest + 1)
-                                               : int(random() % unsigned(largest + 1))) /
-                                     float(largest));
-        else if (alpha)
-            picture.values.push_back(float(random() % 5) / 4);
-        else
-            picture.values.push_back(std::ldexp(float(random() % 1000), int(random() % 20) - 12) *
-                                     (std::string(kind.file).ends_with(".hdr") ? 1.f : -1.f));
-    }
-    return picture;
-}
-
-void write_picture(const std::string& path, const Kind& kind, const Stored& picture) {
-    auto out = OIIO::ImageOutput::create(path);
-    ASSERT_TRUE(out) << OIIO::geterror();
-    OIIO::ImageSpec spec(picture.width, picture.height, picture.channels, kind.type);
-    if (kind.type != OIIO::TypeDesc::FLOAT) spec.attribute("oiio:BitsPerSample", kind.bits);
-    if (picture.channels == 4) spec.alpha_channel = 3;
-    if (kind.unassociated) spec.attribute("oiio:UnassociatedAlpha", 1);
-    if (*kind.space) spec.attribute("oiio:ColorSpace", kind.space);
-    spec.attribute("ImageDescription", "a shot");
-    ASSERT_TRUE(out->open(path, spec)) << out->geterror();
-    ASSERT_TRUE(out->write_image(OIIO::TypeDesc::FLOAT, picture.values.data()) && out->close())
-        << out->geterror();
-}
-
-// In the file's own type, alpha as stored.
-Stored read_picture(const std::string& path, OIIO::ImageSpec* spec = nullptr) {
-    OIIO::ImageSpec config;
-    config.attribute("oiio:UnassociatedAlpha", 1);
-    const auto in = OIIO::ImageInput::open(path, &config);
-    EXPECT_TRUE(in) << path << ": " << OIIO::geterror();
-    if (!in) return {};
-    const OIIO::ImageSpec& found = in->spec();
-    if (spec) *spec = found;
-    Stored picture{found.width, found.height, found.nchannels, {}};
-    picture.values.resize(size_t(found.width) * size_t(found.height) * size_t(found.nchannels));
-    EXPECT_TRUE(
-        in->read_image(0, 0, 0, found.nchannels, OIIO::TypeDesc::FLOAT, picture.values.data()))
-        << in->geterror();
-    return picture;
-}
-
-constexpr auto kByte = OIIO::TypeDesc::UINT8;
-constexpr auto kShort = OIIO::TypeDesc::UINT16;
-constexpr auto kFloat = OIIO::TypeDesc::FLOAT;
 const Kind kKinds[] = {
     {"c.png", kByte, 8, 3, true},
     {"c.png", kByte, 8, 4, true},
@@ -96,30 +24,6 @@ const Kind kKinds[] = {
     {"c.dpx", kShort, 16, 4},
     {"c.dpx", kShort, 10, 3, false, "KodakLog"},
     {"c.hdr", kFloat, 32, 3},
-};
-
-class FormatsTest : public CommandTest {
-  protected:
-    void SetUp() override {
-        CommandTest::SetUp();
-        write_text(at("none.yaml"), "postchain: 1\npasses: []\n");
-    }
-    Outcome through(const std::string& in_name, const std::string& out_name, Arguments more = {}) {
-        Arguments arguments = {
-            "run",           at("none.yaml"), "-i", at(in_name), "-o", at("out/" + out_name),
-            "--on-existing", "overwrite"};
-        arguments.insert(arguments.end(), more.begin(), more.end());
-        return run(arguments);
-    }
-    // An EXR of one row: R, G, B, A of each pixel.
-    void write_exr(const std::string& name, const std::vector<std::array<float, 4>>& pixels) {
-        ImageF image(int(pixels.size()), 1, 4);
-        for (size_t i = 0; i < pixels.size(); ++i)
-            for (int c = 0; c < 4; ++c) image.at(int(i), 0, c) = pixels[i][size_t(c)];
-        ASSERT_TRUE(
-            io::write_planes_exr(at(name), image, {"R", "G", "B", "A"}, io::OnExisting::overwrite)
-                .ok());
-    }
 };
 
 TEST_F(FormatsTest, AChainThatDoesNothingGivesTheStoredValuesBack) {
@@ -317,86 +221,6 @@ TEST_F(FormatsTest, WhatIsDoneIsKeptByItsSidecar) {
     write_text(at("out/o.png"), "cut");
     EXPECT_TRUE(contains(again({"--bits", "8"}), "1 written"));
     EXPECT_TRUE(contains(again({"--bits", "8", "--output-transfer", "linear"}), "1 written"));
-}
-
-// Of what is stored: halved has half the value of lin, fourfold four times.
-constexpr const char* kConfig =
-    "ocio_profile_version: 1\n"
-    "search_path: ''\n"
-    "roles: {scene_linear: lin, default: lin}\n"
-    "displays:\n"
-    "  screen:\n"
-    "    - !<View> {name: Plain, colorspace: lin}\n"
-    "    - !<View> {name: Halved, colorspace: halved}\n"
-    "  wall:\n"
-    "    - !<View> {name: Bright, colorspace: fourfold}\n"
-    "active_displays: [screen, wall]\n"
-    "active_views: [Plain, Halved, Bright]\n"
-    "colorspaces:\n"
-    "  - !<ColorSpace>\n"
-    "    name: lin\n"
-    "  - !<ColorSpace>\n"
-    "    name: halved\n"
-    "    from_reference: !<MatrixTransform> {matrix: [0.5, 0, 0, 0, 0, 0.5, 0, 0, 0, 0, 0.5, 0, "
-    "0, 0, 0, 1]}\n"
-    "  - !<ColorSpace>\n"
-    "    name: fourfold\n"
-    "    from_reference: !<MatrixTransform> {matrix: [4, 0, 0, 0, 0, 4, 0, 0, 0, 0, 4, 0, "
-    "0, 0, 0, 1]}\n";
-
-TEST_F(FormatsTest, APreviewIsTheViewOfAConfiguration) {
-    write_text(at("config.ocio"), kConfig);
-    write_exr("in.exr", {{0.5f, 0.25f, -1, 1}, {3, 0.125f, 0, 1}});
-    const auto preview = [&](Arguments more, const Launch& launch = {}) {
-        Arguments arguments = {"run",      at("none.yaml"), "-i",    at("in.exr"),
-                               "-o",       at("out/o.exr"), "--png", "--on-existing",
-                               "overwrite"};
-        arguments.insert(arguments.end(), more.begin(), more.end());
-        const auto outcome = run(arguments, launch);
-        EXPECT_EQ(outcome.code, 0) << outcome.text();
-        std::vector<int> codes;
-        for (const float v : read_picture(at("out/o.png")).values)
-            codes.push_back(int(std::lround(v * 255)));
-        return codes;
-    };
-    using Codes = std::vector<int>;
-    const std::string config = at("config.ocio");
-    const Codes plain = {128, 64, 0, 255, 32, 0};
-    EXPECT_EQ(preview({"--ocio", config}), plain);
-    EXPECT_EQ(preview({"--ocio", config, "--ocio-view", "Halved"}), (Codes{64, 32, 0, 255, 16, 0}));
-    // Stored as four times the light: the same view shows a quarter.
-    EXPECT_EQ(preview({"--ocio", config, "--ocio-colorspace", "fourfold"}),
-              (Codes{32, 16, 0, 191, 8, 0}));
-    EXPECT_EQ(preview({"--ocio", config, "--ocio-display", "wall"}),
-              (Codes{255, 255, 0, 255, 128, 0}));
-    EXPECT_EQ(preview({}, {.environment = {{"OCIO", config}}}), plain);
-    // Without one: (0.5 / 1.5)^(1/2.2).
-    EXPECT_EQ(preview({}, {.environment = {{"OCIO", std::nullopt}}})[0], 155);
-}
-
-TEST_F(FormatsTest, AConfigurationThatCannotBeUsedIsAnErrorThatSaysWhatThereIs) {
-    write_text(at("config.ocio"), kConfig);
-    write_text(at("broken.ocio"), "ocio_profile_version: [");
-    write_exr("in.exr", {{0.5f, 0.25f, 0, 1}});
-    const std::tuple<Arguments, int, const char*> cases[] = {
-        {{"--png", "--ocio", at("none.ocio")}, 4, "no such file"},
-        {{"--png", "--ocio", at("broken.ocio")}, 4, "broken.ocio"},
-        {{"--png", "--ocio", at("config.ocio"), "--ocio-view", "Film"}, 2, "Plain, Halved"},
-        {{"--png", "--ocio", at("config.ocio"), "--ocio-display", "tv"}, 2, "screen, wall"},
-        {{"--png", "--ocio", at("config.ocio"), "--ocio-colorspace", "aces"},
-         2,
-         "lin, halved, fourfold"},
-        {{"--ocio", at("config.ocio")}, 2, "add --png"},
-        {{"--png", "--ocio-view", "Film"}, 2, "which configuration?"},
-    };
-    for (const auto& [more, code, why] : cases) {
-        Arguments arguments = {"run", at("none.yaml"), "-i", at("in.exr"), "-o", at("out/o.exr")};
-        arguments.insert(arguments.end(), more.begin(), more.end());
-        const auto outcome = run(arguments, {.environment = {{"OCIO", std::nullopt}}});
-        EXPECT_EQ(outcome.code, code) << outcome.text();
-        EXPECT_TRUE(contains(outcome.err, why)) << outcome.err;
-        EXPECT_FALSE(exists(at("out/o.exr")));
-    }
 }
 
 }  // namespace

@@ -85,6 +85,8 @@ void write_frame(const std::string& path, const Planes& planes, const FrameFile&
     ImageF ids(planes.color.width, planes.color.height, 1);
     for (size_t i = 0; i < ids.pixels(); ++i) ids.data[i] = float(i % 251);
     if (file.object_ids) exr.channels.push_back({"id", io::PixelType::uint32, &ids, 0});
+    for (const auto& [name, matte] : file.mattes)
+        exr.channels.push_back({name, io::PixelType::float32, &matte, 0});
 
     exr.attributes = file.attributes;
     exr.origin_x = file.origin_x;

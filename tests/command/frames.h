@@ -6,7 +6,7 @@
 
 #include "chain/image.h"
 #include "tests/io/exr_files.h"
-#include "tools/sequence/io/exr_writer.h"
+#include "tools/sequence/io/planes_writer.h"
 
 namespace postchain::test {
 
@@ -27,7 +27,8 @@ struct FrameFile {
     io::PixelType depth_type = io::PixelType::float32;
     bool depth = true;
     bool motion = true;
-    bool object_ids = false;  // one more channel, unused: "id", uint
+    bool object_ids = false;                    // one more channel, unused: "id", uint
+    std::map<std::string, ImageF> mattes = {};  // further channels by their names
     int origin_x = 0, origin_y = 0;
     std::optional<io::Window> display = {};
     std::map<std::string, io::AttributeValue> attributes = {};

@@ -270,6 +270,37 @@ class Mattes(Frames):
                 ("R", "such channels; give the whole name")]:
             self.assertIn(message, self.with_matte(matte, code=4), matte)
 
+    def test_an_unmoved_object_is_one_rendered_at_rest(self):
+        picture = exr.read(FRAMES / "layers.0002.exr")
+        ball = [float(m > 0.5) for m in exr.matte(picture, CRYPTO, "ball")]
+        picture.channels[channel("Combined_key", "B")] = "f", ball
+        vectors = [channel("Vector", word) for word in "XYZW"]
+        self.assertGreater(max(abs(v) * m for name in vectors
+                               for v, m in zip(picture.values(name), ball)), 5)
+        moving, still = (f"{self.folder}/{name}.0002.exr" for name in ("moving", "still"))
+        exr.write(moving, picture)
+        for name in vectors:
+            picture.channels[name] = "f", [v * (1 - m) for v, m in zip(picture.values(name), ball)]
+        exr.write(still, picture)
+        matte = "matte: Combined_key.B, matte_effect: unmoved"
+        for step in ("joint_blur: {samples: 16%s}", "motion_blur: {mode: guertin%s}"):
+            shown = []
+            for path, rest in ((still, ""), (moving, ", " + matte), (moving, "")):
+                self.run_on(path, self.chain(step % rest))
+                shown.append(exr.read(f"{self.folder}/out.0002.exr").raw(channel("Combined", "R")))
+            self.assertEqual(shown[0], shown[1], step)
+            self.assertNotEqual(shown[0], shown[2], step)
+
+    def test_bad_effects(self):
+        pattern = f"{FRAMES}/layers.####.exr"
+        for step, message in [
+                ("joint_blur: {matte_effect: unmoved}", "none is named; name one with matte"),
+                ("fxaa: {matte: 'cryptomatte:ball', matte_effect: unmoved}",
+                 "passes[0].matte_effect: matte_effect is unmoved, and fxaa moves nothing"),
+                ("joint_blur: {matte: 'cryptomatte:ball', matte_effect: unmove}",
+                 "did you mean 'unmoved'?")]:
+            self.assertIn(message, self.run_on(pattern, self.chain(step), code=3), step)
+
 
 if __name__ == "__main__":
     POSTCHAIN = sys.argv.pop(1)

@@ -92,6 +92,10 @@ TEST_F(ReplaceTest, PictureOfTheApertureOfAChainOrCameraFile) {
     EXPECT_EQ(read_text(to("o.0001.png")), picture);
 }
 
+TEST_F(ReplaceTest, Sheet) {
+    check({"s.png", {"sheet", in(), "-o", to("s.png")}, option("--profile"), kProfile});
+}
+
 TEST_F(ReplaceTest, Stress) {
     const Arguments command = {"stress", at("fxaa.yaml"), "--only", "/size/1*fp32", "-o", to("s")};
     for (const char* file : {"s/index.html", "s/stress.txt", "s/stress.json"})

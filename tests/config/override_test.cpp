@@ -52,6 +52,32 @@ TEST(Override, SetsAPoint) {
         EXPECT_EQ(parse(kChain, {concat("smear.middle=", text)}).diagnostics.size(), 1u) << text;
 }
 
+TEST(Override, OfMattesIsJudgedByWhatTheChainThenSays) {
+    const auto parsed = [](const std::string& pass, const std::vector<std::string>& overrides) {
+        return parse_chain("postchain: 1\npasses:\n  - " + pass + "\n", "c.yaml", builtin_passes(),
+                           overrides);
+    };
+    const ChainFile good =
+        parsed("motion_blur: {matte_effect: unmoved}", {"motion_blur.matte=hero"});
+    ASSERT_THAT(texts(good.diagnostics), IsEmpty());
+    EXPECT_EQ(good.chain.links[0].matte_effect, MatteEffect::unmoved);
+    // What is written is read as it was, and says nothing of what is not set.
+    const std::string text = write_chain(good.chain);
+    EXPECT_EQ(parse_chain(text, "c.yaml", builtin_passes(), {}).chain.text(), good.chain.text());
+    EXPECT_EQ(write_chain(parsed("fxaa: {matte: hero}", {}).chain).find("matte_effect"),
+              std::string::npos);
+    EXPECT_THAT(texts(parsed("joint_blur: {matte_effect: unmoved}", {}).diagnostics),
+                ElementsAre(HasSubstr("passes[0].matte_effect: matte_effect says what is done")));
+    EXPECT_THAT(
+        texts(parsed("depth_of_field: {matte: hero}", {"depth_of_field.matte_effect=unmoved"})
+                  .diagnostics),
+        ElementsAre(HasSubstr("depth_of_field moves nothing")));
+    EXPECT_THAT(texts(parsed("fxaa: {matte: a, matte_effect: unmoved}",
+                             {"fxaa.matte_effect=null", "fxaa.matte=null"})
+                          .diagnostics),
+                IsEmpty());
+}
+
 TEST(Override, EqualsTheSameValueInTheFile) {
     const ChainFile file = parse(kChain, {"passes[0].samples=33"});
     std::string text = kChain;

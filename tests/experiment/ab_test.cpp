@@ -56,6 +56,32 @@ TEST_F(Ab, ValuesOfAChainThatDoesNothingAreKnown) {
     EXPECT_EQ(report->comparison->metrics[0].n, 3);
 }
 
+// The unfiltered input is scored as a chain without passes is, in every metric that both have.
+TEST_F(Ab, TheInputIsScoredToo) {
+    auto report = run(test::kChainText, kNothing, settings());
+    ASSERT_TRUE(report.ok()) << report.status().message();
+    const Metrics& nothing = report->variants[1].metrics;
+    size_t compared = 0;
+    for (const auto& [name, series] : report->input_metrics) {
+        for (size_t i = 0; i < 3; ++i) {
+            ASSERT_EQ(series.frames[i].has_value(), nothing.at(name).frames[i].has_value()) << name;
+            if (!series.frames[i]) continue;
+            EXPECT_NEAR(*series.frames[i], *nothing.at(name).frames[i], 1e-6) << name << i;
+            ++compared;
+        }
+    }
+    EXPECT_GE(compared, 40u);
+    EXPECT_NEAR(*report->input_metrics.at("mse").mean, 1.0 / 64, 1e-7);
+    EXPECT_TRUE(report->input_metrics.at("tde").frames[1]);
+    EXPECT_FALSE(report->input_metrics.contains("flicker"));
+    EXPECT_TRUE(report->find(ImageKind::error, -1, 3, "hdr_flip"));
+    // A chain that does nothing is no better than nothing, and the report says so.
+    EXPECT_THAT(report->warnings,
+                ::testing::Contains(HasSubstr("no better than doing nothing, by mean HDR-FLIP")));
+    EXPECT_THAT(report->warnings, ::testing::Contains(HasSubstr("two ")));
+    EXPECT_GT(*report->truth_noise.at(kNoiseSigma).mean, 0);
+}
+
 TEST_F(Ab, PicturesAreThoseOfTheChainsAlone) {
     auto report = run(test::kChainText, test::kOtherOrderText, settings());
     ASSERT_TRUE(report.ok()) << report.status().message();
@@ -84,8 +110,8 @@ TEST_F(Ab, PicturesAreThoseOfTheChainsAlone) {
                       .max,
                   1e-4);
     }
-    // Input, truth, two results and twice two maps of each of three frames.
-    EXPECT_EQ(report->images.size(), 24u);
+    // Input, truth, two results and two maps of each and of the input, of each of three frames.
+    EXPECT_EQ(report->images.size(), 30u);
     EXPECT_TRUE(report->find(ImageKind::error, 1, 3, "hdr_flip"));
     EXPECT_FALSE(report->crops.empty());
     for (const Crop& crop : report->crops) {
@@ -122,6 +148,8 @@ TEST_F(Ab, ATruthForAPartOfTheFrames) {
     }
     EXPECT_TRUE(report->variants[0].metrics.at("grid").frames[1]);  // it was filtered
     EXPECT_EQ(report->comparison->metrics[0].n, 2);
+    EXPECT_FALSE(report->input_metrics.at("mse").frames[1]);
+    EXPECT_TRUE(report->input_metrics.at("mse").frames[2]);
     std::filesystem::remove(folder_.path("truth.0001.exr"));
     std::filesystem::remove(folder_.path("truth.0003.exr"));
     part.folder = folder_.path("none");
@@ -162,7 +190,7 @@ TEST_F(Ab, OnlyChosenFramesKeepPictures) {
     auto report = run(test::kChainText, kNothing, few);
     ASSERT_TRUE(report.ok());
     EXPECT_EQ(report->page_frames, (std::vector<int>{1, 3}));
-    EXPECT_EQ(report->images.size(), 16u);
+    EXPECT_EQ(report->images.size(), 20u);
     EXPECT_FALSE(report->find(ImageKind::color, 0, 2));
 }
 
@@ -193,6 +221,9 @@ TEST_F(Ab, WithoutATruthTheSecondIsHeldAgainstTheFirst) {
     EXPECT_FALSE(report->variants[0].metrics.count("mse"));
     EXPECT_GT(*report->variants[1].metrics.at("mse").mean, 0);
     EXPECT_FALSE(report->find(ImageKind::truth, -1, 1));
+    EXPECT_TRUE(report->input_metrics.empty());
+    EXPECT_TRUE(report->truth_noise.empty());
+    EXPECT_FALSE(report->winner);
     EXPECT_THAT(report->comparison->verdict, HasSubstr("Without a truth"));
 }
 

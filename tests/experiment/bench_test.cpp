@@ -107,7 +107,7 @@ TEST_F(Bench, EveryVariantHasMetricsTimesAndThreeParts) {
               2 * *report->variants[1].split->mse.sampling);
     EXPECT_THAT(report->variants[0].split->convergence,
                 ::testing::Contains("passes[0].motion_blur.samples 5 -> 401"));
-    EXPECT_EQ(report->images.size(), 2u + 6u);  // input, truth; a picture and two maps each
+    EXPECT_EQ(report->images.size(), 4u + 6u);  // input and its maps, truth; three of each
     EXPECT_EQ(report->title, "small: error against run time");
     EXPECT_EQ(report->pareto_metric, "hdr_flip");
 }
@@ -120,6 +120,8 @@ TEST_F(Bench, WithoutATruthModelErrorIsLeftOutAndSaidSo) {
     ASSERT_TRUE(report.ok()) << report.status().message();
     EXPECT_EQ(report->reference, "converged");
     EXPECT_FALSE(report->variants[0].split->mse.model);
+    EXPECT_TRUE(report->input_metrics.empty());
+    EXPECT_FALSE(report->winner);
     EXPECT_TRUE(report->variants[0].split->mse.sampling);
     EXPECT_THAT(report->variants[0].split->notes[0], HasSubstr("there is none"));
     EXPECT_THAT(report->notes[0], HasSubstr("no model error: there is none"));
@@ -221,6 +223,37 @@ TEST_F(Bench, MeasuresWhatAbMeasures) {
         }
     }
     EXPECT_GE(compared, 30u);
+    for (const auto& [of, other_of] : {std::pair{&report->input_metrics, &other->input_metrics},
+                                       std::pair{&report->truth_noise, &other->truth_noise}}) {
+        ASSERT_EQ(of->size(), other_of->size());
+        for (const auto& [name, series] : *of)
+            EXPECT_EQ(series.frames, other_of->at(name).frames) << name;
+    }
+    EXPECT_GE(report->input_metrics.size(), 14u);
+}
+
+// What an earlier program has left has no score of the input: that alone is made, and nothing that
+// is there is made again.
+TEST_F(Bench, ResultsWithoutAScoreOfTheInputGoOn) {
+    auto variants = sweep({"motion_blur.samples=5,9"});
+    auto report = run(*variants, settings());
+    ASSERT_TRUE(report.ok()) << report.status().message();
+    for (const char* name : {"input.1", "input.2", "truth.2"})
+        ASSERT_TRUE(std::filesystem::remove(folder_.path(concat("report/results/", name, ".json"))))
+            << name;
+    std::filesystem::remove(folder_.path("report/images/input.hdr_flip.0001.exr"));
+    auto again = run(*variants, settings());
+    ASSERT_TRUE(again.ok()) << again.status().message();
+    EXPECT_TRUE(again->variants[0].resumed && again->variants[1].resumed);
+    EXPECT_EQ(again->input_metrics.at("hdr_flip").frames,
+              report->input_metrics.at("hdr_flip").frames);
+    EXPECT_EQ(again->truth_noise.at(kNoiseSigma).frames,
+              report->truth_noise.at(kNoiseSigma).frames);
+    EXPECT_TRUE(load_image(*again, *again->find(ImageKind::error, -1, 1, "hdr_flip")).ok());
+    // Another truth is another score.
+    test::write_truth(folder_.path(), "truth", 1, 2, 0.25f);
+    again = run(*variants, settings());
+    EXPECT_NEAR(*again->input_metrics.at("mse").mean, 1.0 / 16, 1e-6);
 }
 
 TEST_F(Bench, AVariantThatFailsLeavesTheOthers) {

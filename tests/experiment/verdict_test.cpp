@@ -25,10 +25,10 @@ Report fabricate(const std::string& metric, Better better, const std::vector<dou
     report.variants[1].name = "second";
     for (size_t i = 0; i < a.size(); ++i) {
         report.frames.push_back(int(i) + 1);
-        set_value(report.variants[0], metric, i, a.size(), a[i]);
-        set_value(report.variants[1], metric, i, a.size(), b[i]);
+        set_value(report.variants[0].metrics, metric, i, a.size(), a[i]);
+        set_value(report.variants[1].metrics, metric, i, a.size(), b[i]);
     }
-    for (Variant& variant : report.variants) find_means(variant);
+    for (Variant& variant : report.variants) find_means(variant.metrics);
     return report;
 }
 

@@ -2,12 +2,11 @@
 // bytes of the reply. Behind them stands a fake service; sockets are left out.
 #include <boost/asio/buffer.hpp>
 #include <boost/beast/http/read.hpp>
-#include <cstdio>
-#include <cstdlib>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "promises.h"
 #include "targets.h"
 #include "tests/service/fake_service.h"
 #include "tools/service/http/api.h"
@@ -20,12 +19,6 @@ using namespace postchain::service;
 
 constexpr uint32_t kMaxHeader = 4096;
 constexpr uint64_t kMaxBody = 8192;
-
-void require(bool holds, const char* promise) {
-    if (holds) return;
-    std::fprintf(stderr, "broken promise: %s\n", promise);
-    std::abort();
-}
 
 // With a token in half of the runs: the same request must not be answered without it.
 struct Behind {

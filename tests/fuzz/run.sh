@@ -11,8 +11,8 @@ cd "$(dirname "$0")/../.."
 
 # The longest input of each target, bytes; every corpus file fits.
 declare -A max_len=([chain]=4096 [camera]=4096 [profile]=8192 [sequence]=256 [exr]=20000
-    [request]=6000)
-all=(chain camera profile sequence exr request)
+    [picture]=10000 [request]=6000)
+all=(chain camera profile sequence exr picture request)
 build=$PWD/build-fuzz
 
 print_total() {

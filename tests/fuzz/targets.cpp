@@ -6,8 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -17,6 +15,7 @@
 #include "config/chain_file.h"
 #include "config/profile.h"
 #include "passes/registry.h"
+#include "promises.h"
 #include "tools/sequence/io/camera_metadata.h"
 #include "tools/sequence/io/exr_reader.h"
 #include "tools/sequence/io/exr_writer.h"
@@ -27,30 +26,12 @@ namespace postchain::fuzz {
 
 namespace {
 
-// Every seed is far below; a hostile header is not.
-constexpr io::ReadLimits kLimits = {.max_side = 2048,
-                                    .max_bytes = uint64_t(4) << 20,
-                                    .max_chunk_bytes = uint64_t(8) << 20,
-                                    .max_channels = 256};
-
-// Not assert(): the promises hold in every build.
-void require(bool holds, const char* promise) {
-    if (holds) return;
-    std::fprintf(stderr, "broken promise: %s\n", promise);
-    std::abort();
-}
-
 void require_finite(const Camera& camera) {
     for (const std::optional<double>& value :
          {camera.focal_length_mm, camera.sensor_width_mm, camera.f_stop, camera.focus_distance,
           camera.near_clip, camera.far_clip, camera.shutter_frames, camera.meters_per_unit}) {
         require(!value || std::isfinite(*value), "a camera value is finite");
     }
-}
-
-// A refusal says why, and only a refusal does.
-void require_reason(const Status& status) {
-    require(status.ok() == status.message().empty(), "errors have a message, successes none");
 }
 
 // Channels in the ways that writers name them, for profiles to be matched with.
@@ -102,27 +83,6 @@ void ask_part(io::ExrFile& file, int index) {
     require(image.width == part.data_window.width() && image.height == part.data_window.height(),
             "pixels fill the data window");
 }
-
-// Where a copy goes: a folder of its own, in memory where the system has such. Made anew each time,
-// since libFuzzer ends the process without destroying what is static.
-class OutputFolder {
-  public:
-    OutputFolder() {
-        std::error_code failed;
-        const std::filesystem::path memory = "/dev/shm";
-        const bool there = std::filesystem::is_directory(memory, failed);
-        name_ = (there ? memory : std::filesystem::temp_directory_path()) / "postchain_fuzz_XXXXXX";
-        require(::mkdtemp(name_.data()) != nullptr, "a folder can be made");
-    }
-    ~OutputFolder() {
-        std::error_code ignored;
-        std::filesystem::remove_all(name_, ignored);
-    }
-    std::string path(const char* file) const { return name_ + "/" + file; }
-
-  private:
-    std::string name_;
-};
 
 // The file as `run` writes it: color through floats, every other part chunk by chunk.
 void ask_copy(const std::string& path, const io::ChannelAssignment& roles) {
@@ -257,9 +217,9 @@ bool exr(std::string_view bytes) {
 }
 
 const std::vector<Target>& targets() {
-    static const std::vector<Target> list = {{"chain", chain},     {"camera", camera},
-                                             {"profile", profile}, {"sequence", sequence},
-                                             {"exr", exr},         {"request", request}};
+    static const std::vector<Target> list = {
+        {"chain", chain}, {"camera", camera},   {"profile", profile}, {"sequence", sequence},
+        {"exr", exr},     {"picture", picture}, {"request", request}};
     return list;
 }
 

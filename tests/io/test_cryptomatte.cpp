@@ -109,6 +109,21 @@ TEST(Cryptomatte, BlendersFileHasItsObjects) {
     EXPECT_FALSE(one.holds(0, "ViewLayer.Combined.R"));
 }
 
+TEST(Cryptomatte, ManifestsAreReadWhereAskedFor) {
+    const test::TempFolder folder;
+    const std::string path =
+        write(folder, {.attributes = attributes({{"manifest", "{\"hello\": \"248bfa47\"}"}})});
+    auto file = ExrFile::open(path);
+    const auto read = find_cryptomattes(*file, Manifests::read);
+    ASSERT_TRUE(read.ok()) << read.status().message();
+    EXPECT_EQ(read->front().manifest.at("hello"), 0x248bfa47u);
+    const auto not_read = find_cryptomattes(*file, Manifests::not_read);
+    ASSERT_TRUE(not_read.ok()) << not_read.status().message();
+    EXPECT_TRUE(not_read->front().manifest.empty());
+    EXPECT_EQ(not_read->front().no_manifest, "");
+    EXPECT_EQ(not_read->front().levels.size(), read->front().levels.size());
+}
+
 TEST(Cryptomatte, CoveragesOfBlendersFileAddUpToItsAlpha) {
     auto file = ExrFile::open(kRendered);
     ASSERT_TRUE(file.ok());

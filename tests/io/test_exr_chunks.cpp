@@ -9,6 +9,7 @@
 
 #include "tests/io/exr_files.h"
 #include "tests/io/written_files.h"
+#include "tools/sequence/io/planes_writer.h"
 #include "tools/sequence/io/zlib_stream.h"
 
 namespace postchain::io {

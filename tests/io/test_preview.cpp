@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "tests/io/exr_files.h"
-#include "tools/sequence/io/exr_writer.h"
 #include "tools/sequence/io/preview.h"
 
 namespace postchain::io {

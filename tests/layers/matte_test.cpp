@@ -1,35 +1,12 @@
 // Objects held out of a pass: they stay as they are, and leave nothing of themselves in what is
 // filtered.
 #include <algorithm>
+#include <cmath>
 
 #include "tests/layers/support.h"
 
 namespace postchain::test {
 namespace {
-
-void add_matte(TestFrame& frame, const ImageF& matte, size_t passes) {
-    frame.planes[Role::mattes] = matte;
-    frame.description.planes.add(Role::mattes);
-    frame.description.mattes.assign(passes, 0);
-    for (const Neighbor neighbor : kNeighbors) {
-        if (!frame.planes.count(role_of(neighbor, Role::color))) continue;
-        frame.planes[role_of(neighbor, Role::mattes)] = matte;
-        frame.description.planes.add(role_of(neighbor, Role::mattes));
-    }
-}
-
-// The near square of bright_frame(), with a soft edge of `soft_px` around it.
-ImageF square_matte(int width, int height, int soft_px = 0) {
-    ImageF matte(width, height, 1);
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x) {
-            const int out_x = std::max({width / 3 - x, x - (2 * width / 3 - 1), 0});
-            const int out_y = std::max({height / 3 - y, y - (2 * height / 3 - 1), 0});
-            const int out = std::max(out_x, out_y);
-            matte.at(x, y) = out == 0 ? 1.0f : std::max(0.0f, 1 - float(out) / float(soft_px + 1));
-        }
-    return matte;
-}
 
 TEST(Mattes, OfZeroChangeNoBit) {
     TestFrame without = bright_frame(67, 45);
@@ -102,12 +79,89 @@ TEST(Mattes, HeldOutObjectLeavesNothingInTheBackground) {
     }
 }
 
+// The same with an antialiased edge: a pixel there shows m of the object and 1 - m of the ground,
+// and still does.
+TEST(Mattes, AntialiasedEdgesKeepWhatEachSideShows) {
+    TestFrame frame = bright_frame(96, 64);
+    const ImageF matte = square_matte(96, 64, 1);
+    ImageF& color = frame.planes.at(Role::color);
+    const float ground[] = {0.5f, 0.0f, 0.25f, 1.0f}, object[] = {0.0f, 8.0f, 0.0f, 1.0f};
+    for (int y = 0; y < 64; ++y)
+        for (int x = 0; x < 96; ++x)
+            for (int c = 0; c < 4; ++c)
+                color.at(x, y, c) = matte.at(x, y) * object[c] + (1 - matte.at(x, y)) * ground[c];
+    frame.description.bounds = {};
+    frame.description.camera.focus_distance = 5;
+    for (const NamedChain& one : every_mode()) {
+        TestFrame held = frame;
+        add_matte(held, matte, one.chain.links.size());
+        const FramePlanes out = filter(one.chain, held.description, held.planes);
+        // At m of a half a part of 1/8 (1/2)^16 of the pixel's own color counts as ground.
+        EXPECT_LE(compare(out.at(Role::color), color, 1e-5).max, 1e-4)
+            << one.name << compare(out.at(Role::color), color, 1e-5).text;
+    }
+}
+
+// Texture before texture, the edge antialiased: against what is composed of ground and object as
+// they are known, filtered as layers. `c (1 - m)` in the place of the ground is several times as
+// wrong.
+TEST(Mattes, SoftPixelsAreTakenApart) {
+    const int width = 96, height = 64;
+    TestFrame frame = bright_frame(width, height);
+    frame.description.camera.focus_distance = 5;
+    const ImageF ground = textured_image(width, height, 4, 21);
+    ImageF object = textured_image(width, height, 4, 22), matte(width, height, 1);
+    for (float& value : object.data) value += 2;
+    ImageF& color = frame.planes.at(Role::color);
+    ImageF true_held(width, height, 4), color_held = true_held, kept = true_held;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const float from_edge = 18.3f - std::hypot(float(x) - 47.6f, float(y) - 31.2f);
+            const float m = std::clamp(from_edge + 0.5f, 0.0f, 1.0f);
+            matte.at(x, y) = m;
+            kept.at(x, y) = 1 - m;
+            for (int c = 0; c < 4; ++c) {
+                color.at(x, y, c) = m * object.at(x, y, c) + (1 - m) * ground.at(x, y, c);
+                true_held.at(x, y, c) = (1 - m) * ground.at(x, y, c);
+                color_held.at(x, y, c) = (1 - m) * color.at(x, y, c);
+            }
+        }
+    frame.description.bounds = {};
+    for (const char* type : {"motion_blur", "depth_of_field", "joint_blur"}) {
+        const Chain chain = chain_of(type);
+        TestFrame lit = frame;
+        lit.description.layers = 3;
+        lit.description.planes.add(Role::layers);
+        lit.planes[Role::layers] = stack_planes({true_held, color_held, kept});
+        const ImageF layers = filter(chain, lit.description, lit.planes).at(Role::layers);
+        TestFrame held = frame;
+        add_matte(held, matte, 1);
+        const ImageF out = filter(chain, held.description, held.planes).at(Role::color);
+        double error = 0, by_color = 0;
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x) {
+                const double m = matte.at(x, y), coverage = layers.at(x, y + 2 * height);
+                if (m == 1 || coverage < 0.1) continue;
+                for (int c = 0; c < 3; ++c) {
+                    const double truth =
+                        m * object.at(x, y, c) + (1 - m) / coverage * layers.at(x, y, c);
+                    const double old =
+                        m * color.at(x, y, c) + (1 - m) / coverage * layers.at(x, y + height, c);
+                    error += std::abs(out.at(x, y, c) - truth);
+                    by_color += std::abs(old - truth);
+                }
+            }
+        EXPECT_LT(error, 0.25 * by_color) << type;
+        std::printf("%s: %.4f of the error\n", type, error / by_color);
+    }
+}
+
 TEST(Mattes, AgreeWithTheReferenceAndLightsStillSum) {
     TestFrame frame = bright_frame(45, 37);
     TestFrame neighbored = frame;
     add_neighbors(neighbored);
     for (TestFrame* one : {&frame, &neighbored}) add_lights(*one, 2);
-    for (const int soft_px : {0, 4}) {
+    for (const int soft_px : {0, 1, 4}) {
         for (const NamedChain& one : every_mode()) {
             for (TestFrame held : {frame, neighbored}) {
                 add_matte(held, square_matte(45, 37, soft_px), one.chain.links.size());

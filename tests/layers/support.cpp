@@ -58,6 +58,29 @@ TestFrame traced_frame() {
     return frame;
 }
 
+void add_matte(TestFrame& frame, const ImageF& matte, size_t passes) {
+    frame.planes[Role::mattes] = matte;
+    frame.description.planes.add(Role::mattes);
+    frame.description.mattes.assign(passes, 0);
+    for (const Neighbor neighbor : kNeighbors) {
+        if (!frame.planes.count(role_of(neighbor, Role::color))) continue;
+        frame.planes[role_of(neighbor, Role::mattes)] = matte;
+        frame.description.planes.add(role_of(neighbor, Role::mattes));
+    }
+}
+
+ImageF square_matte(int width, int height, int soft_px) {
+    ImageF matte(width, height, 1);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const int out_x = std::max({width / 3 - x, x - (2 * width / 3 - 1), 0});
+            const int out_y = std::max({height / 3 - y, y - (2 * height / 3 - 1), 0});
+            const int out = std::max(out_x, out_y);
+            matte.at(x, y) = out == 0 ? 1.0f : std::max(0.0f, 1 - float(out) / float(soft_px + 1));
+        }
+    return matte;
+}
+
 ImageF sum_of(const ImageF& layers, int height) {
     ImageF sum(layers.width, height, 4);
     for (int i = 0; i < layers.height / height; ++i) {

@@ -18,6 +18,12 @@ TestFrame bright_frame(int width, int height);
 // The crop of a path-traced picture (tests/data/motion_blur), 160 x 160.
 TestFrame traced_frame();
 
+// Hands in one matte, of the frame and of its neighbors, for so many passes.
+void add_matte(TestFrame& frame, const ImageF& matte, size_t passes);
+
+// The near square of bright_frame(), with a soft edge of `soft_px` around it.
+ImageF square_matte(int width, int height, int soft_px = 0);
+
 // The sum of the layers that stand in `layers`.
 ImageF sum_of(const ImageF& layers, int height);
 

@@ -191,4 +191,59 @@ Report make_blind_report(const std::string& folder) {
     return report;
 }
 
+Report make_scored_report(const std::string& folder) {
+    Report report = make_report(folder);
+    // Nearer than variant 0 (0.4), farther than the others; by mse and psnr worse than all.
+    report.input_metrics["hdr_flip"] = {{0.3 * 0.9, 0.3 * 1.1}, 0.3};
+    report.input_metrics["mse"] = {{0.5, 0.5}, 0.5};
+    report.input_metrics["psnr"] = {{3.0, 3.0}, 3.0};
+    report.truth_noise[kNoiseSigma] = {{0.0125, 0.0125}, 0.0125};
+    report.truth_noise["mse"] = {{0.002, 0.002}, 0.002};
+    report.winner = Winner{1, "hdr_flip", "motion_blur.samples=10 has the lowest mean HDR-FLIP"};
+    report.warnings = {"1 of 4 variants is <no better> than doing nothing"};
+    for (const int frame : kFrames)
+        store(report, {ImageKind::error, -1, frame, "hdr_flip", image_path("input_error", frame)},
+              error_map(kGood - 1));
+    return report;
+}
+
+Report make_ab_report(const std::string& folder) {
+    Report report = make_scored_report(folder);
+    report.kind = Kind::ab;
+    report.under.clear();
+    report.pareto_metric.clear();
+    report.variants.resize(2);
+    std::erase_if(report.images, [](const StoredImage& image) { return image.variant > 1; });
+    report.winner = Winner{0, "hdr_flip", "it says so"};
+    const auto compared = [](const char* metric, Finding finding) {
+        MetricComparison one;
+        one.metric = metric;
+        one.differences = {0.125, 0.25};
+        one.n = 8;
+        one.mean = 0.1875;
+        one.t_interval = Interval{0.125, 0.25};
+        one.finding = finding;
+        one.words = "in words";
+        return one;
+    };
+    report.comparison.emplace();
+    report.comparison->metrics = {compared("hdr_flip", Finding::a_better),
+                                  compared("mse", Finding::no_measurable_difference),
+                                  compared("psnr", Finding::no_measurable_difference)};
+    report.comparison->bootstrap_tile_px = 32;
+    report.comparison->verdict = "A is nearer.";
+    return report;
+}
+
+Report make_undecided_report(const std::string& folder) {
+    Report report = make_ab_report(folder);
+    report.winner.reset();
+    for (MetricComparison& one : report.comparison->metrics) {
+        one.finding = Finding::too_few_frames;
+        one.n = 2;
+    }
+    report.comparison->metrics[1].differences = {0.0, 0.0};
+    return report;
+}
+
 }  // namespace postchain::report::testing

@@ -11,6 +11,7 @@
 
 #include "tests/experiment/support.h"
 #include "tools/measure/report/json_parts.h"
+#include "tools/measure/report/report_csv.h"
 #include "tools/measure/report/report_json.h"
 #include "tools/measure/report/report_text.h"
 
@@ -18,6 +19,7 @@ namespace postchain::report {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 // Every member filled with something of its own.
 Report filled() {
@@ -75,6 +77,11 @@ Report filled() {
     report.images = {image};
     report.crops = {{10, 1, 2, 3, 4, "why"}};
     report.notes = {"a note"};
+    report.warnings = {"a warning"};
+    report.input_metrics["flip"] = {{0.5, 0.75}, 0.625};
+    report.truth_noise[kNoiseSigma] = {{0.01, 0.02}, 0.015};
+    report.truth_noise["flip"] = {{0.1, 0.3}, 0.2};
+    report.winner = Winner{1, "flip", "bad has won"};
     return report;
 }
 
@@ -113,6 +120,14 @@ TEST(ReportJson, ValuesAndNulls) {
     EXPECT_EQ(json["comparison"]["metrics"][0]["finding"], "too_few_frames");
     EXPECT_TRUE(json["images"][0]["variant"].is_null());
     EXPECT_EQ(json["truth"], "truth.####.exr");
+    EXPECT_EQ(json["input_metrics"]["flip"]["frames"], Json::parse("[0.5, 0.75]"));
+    EXPECT_EQ(json["truth_noise"]["sigma"]["mean"], 0.015);
+    EXPECT_EQ(json["winner"], Json::parse(R"({"variant": 1, "metric": "flip",
+                                               "words": "bad has won"})"));
+    EXPECT_EQ(json["warnings"], Json::parse(R"(["a warning"])"));
+    const Json bare = Json::parse(report_as_json(Report()));
+    for (const char* key : {"input_metrics", "truth_noise", "winner"})
+        EXPECT_TRUE(bare.at(key).is_null()) << key;
 }
 
 TEST(ReportJson, NonFiniteNumbersAndForeignBytesStillMakeJson) {
@@ -170,7 +185,8 @@ TEST(ReportCsv, EveryRowHasEveryColumn) {
     Report report = filled();
     report.variants[1].failure = "frame 10: no, \"never\"";
     const auto lines = lines_of(report_as_csv(report));
-    ASSERT_EQ(lines.size(), 7u);  // header, two variants of two frames and a mean
+    // Header; of two variants and of the input two frames and a mean.
+    ASSERT_EQ(lines.size(), 10u);
     const auto header = fields_of(lines[0]);
     for (const auto& line : lines) EXPECT_EQ(fields_of(line).size(), header.size()) << line;
     const auto field = [&](size_t line, const std::string& name) {
@@ -188,13 +204,30 @@ TEST(ReportCsv, EveryRowHasEveryColumn) {
     EXPECT_EQ(field(3, "mse_total"), "0.7");
     EXPECT_EQ(field(6, "failure"), "frame 10: no, \"never\"");
     EXPECT_EQ(field(6, "total_ms"), "");
+    EXPECT_EQ(field(7, "variant"), "input");
+    EXPECT_EQ(field(7, "chain_hash"), "");
+    EXPECT_EQ(field(8, "flip"), "0.75");
+    EXPECT_EQ(field(9, "frame"), "mean");
+    EXPECT_EQ(field(9, "flip"), "0.625");
+    EXPECT_EQ(field(9, "pareto"), "");
 }
 
 TEST(ReportMarkdown, TablesVerdictAndFailures) {
     const std::string text = report_as_markdown(filled());
     EXPECT_THAT(text, HasSubstr("Too few."));
     EXPECT_THAT(text, HasSubstr("bad failed: frame 10: no"));
-    EXPECT_THAT(text, HasSubstr("| flip | 1 | 0.1 |  | -1 .. 1 | too few frames to decide |"));
+    EXPECT_THAT(text,
+                HasSubstr("| flip | lower is better | 1 | 0.1 |  | -1 .. 1 | too few frames to "
+                          "decide |"));
+    EXPECT_THAT(text, HasSubstr("| flip | lower is better | 0.25 |  | 0.625 |"));
+    EXPECT_THAT(text, HasSubstr("| 11 | input | 0.75 |"));
+    EXPECT_THAT(text, HasSubstr("\n- **Warning:** a warning\n"));
+    EXPECT_THAT(text, HasSubstr("\nbad has won.\n"));
+    EXPECT_THAT(text, HasSubstr("| noise of the truth | standard deviation 0.015 of the displayed "
+                                "luma; a picture without any error would have flip 0.2 |"));
+    EXPECT_THAT(text, HasSubstr("**t-interval**: "));
+    EXPECT_THAT(text, HasSubstr("**Tiles redrawn** (bootstrap): "));
+    EXPECT_THAT(text, Not(HasSubstr("without a measurable difference")));
     EXPECT_THAT(text, HasSubstr("| one, two | 0.1 | 0.2 | 0.3 | 0.1 | 0.7 |"));
     EXPECT_THAT(text, HasSubstr("\n- what a split has to say\n"));
     EXPECT_THAT(text, HasSubstr("- a note"));
@@ -216,6 +249,24 @@ TEST(ReportMarkdown, TablesVerdictAndFailures) {
     }
 }
 
+// Rows without a finding have a table of their own, after the others.
+TEST(ReportMarkdown, MetricsWithoutADifferenceStandApart) {
+    Report report = filled();
+    report.comparison->metrics[0].finding = Finding::b_better;
+    for (const char* name : {"psnr", "ssim"}) {
+        auto same = report.comparison->metrics[0];
+        same.metric = name;
+        same.finding = Finding::no_measurable_difference;
+        report.comparison->metrics.insert(report.comparison->metrics.begin(), same);
+    }
+    const std::string text = report_as_markdown(report);
+    const auto found = text.find("| b better |"), apart = text.find("### 2 metrics without a meas");
+    const auto open = text.find("| psnr | higher is better | 1 |");
+    ASSERT_TRUE(found != text.npos && apart != text.npos && open != text.npos);
+    EXPECT_LT(found, apart);
+    EXPECT_LT(apart, open);
+}
+
 TEST(ReportMarkdown, BenchPutsErrorBesideTime) {
     Report report = filled();
     report.kind = Kind::bench;
@@ -231,7 +282,8 @@ TEST(ReportMarkdown, BenchPutsErrorBesideTime) {
     EXPECT_THAT(text, HasSubstr("| variant | ms | hdr_flip | mse | psnr | Pareto set |\n"
                                 "|---|---|---|---|---|---|\n"
                                 "| one, two | 1.5 | 0.25 | 0.125 |  | yes |\n"
-                                "| slow | 20 | 0.25 | 0.125 |  |  |\n"));
+                                "| slow | 20 | 0.25 | 0.125 |  |  |\n"
+                                "| input |  |  |  |  |  |\n"));
     report.variants.resize(1);
     report.variants[0].elisions.clear();
     EXPECT_THAT(report_as_markdown(report), HasSubstr("Nothing: every plan is whole."));

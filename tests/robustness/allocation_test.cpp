@@ -18,6 +18,7 @@
 #include "tools/sequence/io/aperture_file.h"
 #include "tools/sequence/io/exr_writer.h"
 #include "tools/sequence/io/frame_reader.h"
+#include "tools/sequence/io/planes_writer.h"
 #include "tools/sequence/io/preview.h"
 
 namespace {

@@ -32,7 +32,8 @@ TEST(JobSettings, EveryRowSaysWhatItIs) {
         EXPECT_TRUE(keys.insert(row.key).second) << row.key;
         EXPECT_FALSE(row.help.empty()) << row.key;
         EXPECT_TRUE(row.group == kInputGroup || row.group == kLayerGroup ||
-                    row.group == kPlanGroup || row.group == kOutputGroup)
+                    row.group == kPlanGroup || row.group == kOutputGroup ||
+                    row.group == kWatchGroup)
             << row.key;
         EXPECT_EQ(row.optional, !row.unset_means.empty()) << row.key;
     }

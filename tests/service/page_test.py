@@ -91,6 +91,9 @@ class Page(unittest.TestCase):
         self.browser.wait("document.querySelector(\"#new input[name=kind]\")")
         self.type("Frames to read", "shots/sharp.####.exr")
         self.type("Camera file", "shots/camera.json")
+        # What concerns outputs and the queue alone is no part of a plan, which would refuse it.
+        self.type("Frames to write", "out/planned.####.exr")
+        self.type("Priority", "3")
         self.press("Plan only")
         self.browser.wait("document.querySelector('#new .card')")
         self.assertIn("joint_blur, then fxaa", self.text("#new .card"))

@@ -266,9 +266,10 @@ TEST_F(RequestTest, NoPathLeavesTheRoots) {
 // A row that is added to a table and names files must not pass by the roots.
 TEST_F(RequestTest, EveryTextOfTheTablesIsKnownToNameFilesOrNot) {
     const std::set<std::string> no_files = {
-        "frames",   "chunk",        "cuts",      "layer",          "view",
-        "layers",   "max_memory",   "no_elide",  "elide",          "compression",
-        "channels", "ocio_display", "ocio_view", "ocio_colorspace"};
+        "frames",    "chunk",           "cuts",           "layer",
+        "view",      "layers",          "max_memory",     "no_elide",
+        "elide",     "compression",     "channels",       "ocio_display",
+        "ocio_view", "ocio_colorspace", "input_transfer", "output_transfer"};
     size_t files = 0;
     for (const ParameterTable* table :
          {&reader_->run_table(), &experiment::ab_parameters(), &experiment::bench_parameters()})

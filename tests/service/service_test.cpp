@@ -31,21 +31,6 @@ class Jobs : public ServiceTest {
     std::vector<Event> events(const std::string& id) const {
         return std::get<std::vector<Event>>(service_->events(id, 0, 1000));
     }
-    Picture picture(const std::function<void(std::function<void(Answer<Picture>)>)>& ask) {
-        auto promise = std::make_shared<std::promise<Answer<Picture>>>();
-        auto answer = promise->get_future();
-        ask([promise](Answer<Picture> got) { promise->set_value(std::move(got)); });
-        if (answer.wait_for(std::chrono::seconds(20)) != std::future_status::ready) {
-            ADD_FAILURE() << "no answer";
-            return {};
-        }
-        auto got = answer.get();
-        if (const auto* problem = std::get_if<Problem>(&got)) {
-            ADD_FAILURE() << problem->detail << text_of(problem->diagnostics);
-            return {};
-        }
-        return std::get<Picture>(std::move(got));
-    }
 };
 
 TEST_F(Jobs, AJobIsDone) {

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <future>
 #include <thread>
 
 #include "passes/registry.h"
@@ -84,6 +85,22 @@ std::vector<JobFrame> ServiceTest::frames(const std::string& id) const {
     if (const auto* frames = std::get_if<std::vector<JobFrame>>(&answer)) return *frames;
     ADD_FAILURE() << std::get<Problem>(answer).detail;
     return {};
+}
+
+Picture ServiceTest::picture(const std::function<void(std::function<void(Answer<Picture>)>)>& ask) {
+    auto promise = std::make_shared<std::promise<Answer<Picture>>>();
+    auto answer = promise->get_future();
+    ask([promise](Answer<Picture> got) { promise->set_value(std::move(got)); });
+    if (answer.wait_for(std::chrono::seconds(20)) != std::future_status::ready) {
+        ADD_FAILURE() << "no answer";
+        return {};
+    }
+    auto got = answer.get();
+    if (const auto* problem = std::get_if<Problem>(&got)) {
+        ADD_FAILURE() << problem->detail << text_of(problem->diagnostics);
+        return {};
+    }
+    return std::get<Picture>(std::move(got));
 }
 
 bool ServiceTest::wait_for(const std::function<bool()>& what) {

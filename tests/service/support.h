@@ -33,6 +33,9 @@ class ServiceTest : public testing::Test {
     service::Job job(const std::string& id) const;
     std::vector<service::JobFrame> frames(const std::string& id) const;
     service::Job ended(const std::string& id) const;  // waits
+    // What is asked for, once it is there; a failure of the test when it is a problem.
+    static service::Picture picture(
+        const std::function<void(std::function<void(service::Answer<service::Picture>)>)>& ask);
     // Waits until it holds; false after half a minute.
     static bool wait_for(const std::function<bool()>& what);
 

@@ -121,6 +121,7 @@ TEST(Writers, AreTheseAndAskWhatMayBeReplaced) {
         {"tools/measure/scenes/scene.cpp", 3},       // pictures, the aperture's, camera.json
         {"tools/apps/postchain/diff.cpp", 2},        // maps
         {"tools/apps/postchain/selftest.cpp", 1},    // in a folder of its own
+        {"tools/apps/postchain/sheet.cpp", 1},
         {"tools/apps/postchain/stress.cpp", 1},
         {"tools/measure/report/report.cpp", 1},     // json, csv, md, pictures of the page, chains
         {"tools/measure/report/images.cpp", 2},     // images/
@@ -147,7 +148,8 @@ TEST(Writers, AreTheseAndAskWhatMayBeReplaced) {
 TEST(Writers, RemoveWhatKillsLeft) {
     const Counts checks = count(R"(\bfiles(->|\.)check(_names)?\(\))");
     const Counts removals = count(R"(\bremove_left_temporaries\(\);)");
-    EXPECT_EQ(checks.size(), 7u);  // run, ab and bench, study, scene, diff, selftest, stress
+    // run, ab and bench, study, scene, diff, selftest, sheet, stress
+    EXPECT_EQ(checks.size(), 8u);
     for (const auto& [file, times] : checks) EXPECT_TRUE(removals.count(file)) << file;
 }
 

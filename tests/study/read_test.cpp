@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "passes/registry.h"
-#include "tools/measure/study/study.h"
+#include "tools/measure/study/study_reader.h"
 
 namespace postchain::study {
 namespace {
@@ -95,7 +95,7 @@ TEST(StudyFile, FaultsAreNamedAtTheirPlaces) {
     EXPECT_THAT(refused(kHead), HasSubstr("scenes: is a list"));
 }
 
-// What a service lets nobody read is refused with the place of the text.
+// What a service does not let a study read is refused with the place of the text.
 TEST(StudyFile, EveryPathIsAskedFor) {
     std::vector<std::string> asked;
     const StudyPaths paths = {[&](const std::string& path) -> Result<std::string> {

@@ -11,6 +11,7 @@
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/metrics/temporal.h"
 #include "tools/sequence/io/json.h"
+#include "tools/sequence/io/planes_writer.h"
 #include "tools/sequence/io/png.h"
 
 namespace postchain {

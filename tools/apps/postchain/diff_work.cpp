@@ -2,40 +2,13 @@
 
 #include <cmath>
 
+#include "tools/apps/postchain/color_file.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/sequence/run/frame_task.h"
 #include "tools/sequence/run/memory.h"
 
 namespace postchain {
 namespace {
-
-// Color as the file has it, non-finite values included; premultiplied.
-struct Color {
-    io::InputFrame input;
-    ImageF& rgba() { return input.planes.at(Role::color); }
-};
-
-Result<Color> read_color(const DiffWork& work, const std::string& path, int frame) {
-    auto header = sequence::open_source_frame(work.source, {{Role::color, path}}, frame);
-    if (!header.ok()) return header.status();
-    // Two pictures and their copies for the metrics, error maps not counted.
-    const uint64_t bytes =
-        sequence::frame_bytes(*header, {Role::color}, io::Keep::nothing, header->window.height());
-    if (Status status = sequence::check_memory(path, 2 * bytes, work.source.max_memory);
-        !status.ok())
-        return status;
-    auto input =
-        io::read_frame(header->files, header->assignment, {Role::color}, io::Keep::nothing);
-    if (!input.ok()) return input.status();
-    log::detail(concat(path, ": profile ", header->match.profile));
-    Color color{std::move(*input)};
-    if (header->match.options.unpremultiplied) {
-        ImageF& rgba = color.rgba();
-        for (size_t i = 0; i < rgba.pixels(); ++i)
-            for (size_t c = 0; c < 3; ++c) rgba.data[4 * i + c] *= rgba.data[4 * i + 3];
-    }
-    return color;
-}
 
 std::string known_metrics() {
     std::string text;
@@ -192,9 +165,9 @@ Result<DiffWork> work_of(const Options& options, const DiffOptions& diff) {
 
 Result<metrics::Pair> read_pair(const DiffWork& work, const DiffFrame& frame) {
     const std::string both = frame.both();
-    auto a = read_color(work, frame.a, frame.number);
+    auto a = read_color(work.source, frame.a, frame.number);
     if (!a.ok()) return a.status().at(both);
-    auto b = read_color(work, frame.b, frame.number);
+    auto b = read_color(work.source, frame.b, frame.number);
     if (!b.ok()) return b.status().at(both);
     const auto same = [&](const char* what, const io::Window& wa, const io::Window& wb) {
         if (wa == wb) return Status();
@@ -208,11 +181,11 @@ Result<metrics::Pair> read_pair(const DiffWork& work, const DiffFrame& frame) {
         log::info(concat(both, ": data windows differ, ", a->input.window.text(), " and ",
                          b->input.window.text(), ": compared in the display window ",
                          display.text(), ", where a file without pixels is clear"));
-        for (Color* color : {&*a, &*b})
+        for (ColorFile* color : {&*a, &*b})
             color->rgba() = io::placed(color->rgba(), color->input.window, display);
     }
     if (work.over)
-        for (Color* color : {&*a, &*b}) metrics::composite_over(color->rgba(), *work.over);
+        for (ColorFile* color : {&*a, &*b}) metrics::composite_over(color->rgba(), *work.over);
     if (a->input.description.luma_weights != b->input.description.luma_weights)
         log::warning(both + ": their chromaticities differ; values are compared as they are");
     auto pair = metrics::pair_of(b->rgba(), a->rgba());
@@ -221,7 +194,7 @@ Result<metrics::Pair> read_pair(const DiffWork& work, const DiffFrame& frame) {
 }
 
 Result<metrics::Picture> read_reference(const DiffWork& work, const DiffFrame& frame) {
-    auto color = read_color(work, frame.a, frame.number);
+    auto color = read_color(work.source, frame.a, frame.number);
     if (!color.ok()) return color.status().at(frame.both());
     if (work.over) metrics::composite_over(color->rgba(), *work.over);
     auto picture = metrics::picture_of(color->rgba());

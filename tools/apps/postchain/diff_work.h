@@ -10,7 +10,6 @@
 #include "tools/apps/postchain/options.h"
 #include "tools/measure/metrics/compare.h"
 #include "tools/measure/metrics/limit.h"
-#include "tools/sequence/io/exr_writer.h"
 #include "tools/sequence/io/output_files.h"
 
 namespace postchain {

@@ -66,18 +66,20 @@ Status complete(experiment::ExperimentSettings& settings, const Options& o,
 // Time and error of each variant, the cheapest first.
 void print_curve(const report::Report& report) {
     const auto timed = report::by_time(report);
-    size_t width = 0;
+    size_t width = report.input_metrics.empty() ? 0 : std::string(report::kInputName).size();
     for (const auto* variant : timed) width = std::max(width, variant->name.size());
     const std::string& metric = report.pareto_metric;
     for (const auto* variant : timed) {
-        const auto series = variant->metrics.find(metric);
-        const bool known = series != variant->metrics.end() && series->second.mean;
+        const auto mean = report::mean_of(variant->metrics, metric);
         // The mark of times that are not to be trusted, as on the page.
         std::printf("%-*s  %c%9.2f ms  %s %s%s\n", int(width), printable(variant->name).c_str(),
                     variant->timing->trustworthy ? ' ' : '~', variant->timing->total.median_ms,
-                    metric.c_str(), known ? report::figure(*series->second.mean).c_str() : "none",
+                    metric.c_str(), mean ? report::figure(*mean).c_str() : "none",
                     variant->pareto ? "  in the Pareto set" : "");
     }
+    if (const auto mean = report::mean_of(report.input_metrics, metric))
+        std::printf("%-*s  %13s  %s %s\n", int(width), report::kInputName, "unfiltered",
+                    metric.c_str(), report::figure(*mean).c_str());
 }
 
 // All files of the report, a summary on stdout, and the exit code. `met`: of choose_under().
@@ -85,6 +87,7 @@ int finish(const report::Report& report, const Options& options, const std::stri
            const std::vector<report::MetricLimit>& limits, bool met) {
     if (Status status = experiment::write_report_files(report, assets); !status.ok())
         return fail(status);
+    for (const auto& warning : report.warnings) log::warning(warning);
     for (const auto& note : report.notes) log::warning(note);
     for (const auto& variant : report.variants)
         if (!variant.failure.empty()) log::error(variant.name + ": " + variant.failure);

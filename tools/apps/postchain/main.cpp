@@ -24,6 +24,7 @@
 #include "tools/apps/postchain/scene.h"
 #include "tools/apps/postchain/selftest.h"
 #include "tools/apps/postchain/serve.h"
+#include "tools/apps/postchain/sheet.h"
 #include "tools/apps/postchain/stress.h"
 #include "tools/apps/postchain/study.h"
 
@@ -60,6 +61,7 @@ int command(int argc, char** argv) {
     Options options;
     SceneOptions scene;
     DiffOptions diff;
+    SheetOptions sheet;
     ExperimentOptions experiment;
     StressOptions stress;
     ServeOptions serve;
@@ -80,7 +82,7 @@ int command(int argc, char** argv) {
     CLI::App* run = app.add_subcommand("run", "filter a sequence");
     add_chain(*run, options);
     for (const char* group : {sequence::kInputGroup, sequence::kLayerGroup, sequence::kOutputGroup,
-                              sequence::kPlanGroup})
+                              sequence::kPlanGroup, sequence::kWatchGroup})
         add_settings(*run, job, group, &options.job);
     run->add_flag("--json", options.json, "one JSON object per frame on stdout");
     add_progress(*run, options);
@@ -118,6 +120,9 @@ int command(int argc, char** argv) {
     CLI::App* diff_app =
         app.add_subcommand("diff", "error metrics of an image or sequence against a reference");
     add_diff(*diff_app, options, diff);
+
+    CLI::App* sheet_app = app.add_subcommand("sheet", "thumbnails of a sequence in one picture");
+    add_sheet(*sheet_app, options, sheet);
 
     CLI::App* scene_app =
         app.add_subcommand("scene", "render a generated sequence, optionally with ground truth");
@@ -174,6 +179,7 @@ int command(int argc, char** argv) {
     if (*plan) return plan_verb(options, plan_format, plan_pilot);
     if (*inspect) return inspect_verb(options);
     if (*diff_app) return diff_verb(options, diff);
+    if (*sheet_app) return sheet_verb(options, sheet);
     if (*scene_app) return scene_verb(options, scene);
     if (*ab) return ab_verb(options, experiment, argc, argv);
     if (*bench) return bench_verb(options, experiment, argc, argv);

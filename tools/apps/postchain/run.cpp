@@ -1,5 +1,6 @@
 #include "tools/apps/postchain/run.h"
 
+#include <chrono>
 #include <cstdio>
 #include <set>
 
@@ -62,6 +63,27 @@ void say(const sequence::FrameReport& report, const sequence::RunProgress& progr
                " elapsed, ", seconds_text(progress.remaining_s), " to go"));
 }
 
+// What is waited for: on a terminal in the line of the progress, else in a line each minute.
+class WaitLines {
+  public:
+    void operator()(const std::string& text, const sequence::RunProgress& progress) {
+        const std::string line =
+            concat(progress.done, "/", progress.total, " frames; waiting for frames: ", text);
+        log::progress(line);
+        const auto now = std::chrono::steady_clock::now();
+        if (log::progress_is_shown() || text == last_ || (said_at_ && now - *said_at_ < kBetween))
+            return;
+        log::info(line);
+        last_ = text;
+        said_at_ = now;
+    }
+
+  private:
+    static constexpr auto kBetween = std::chrono::minutes(1);
+    std::string last_;
+    std::optional<std::chrono::steady_clock::time_point> said_at_;
+};
+
 }  // namespace
 
 int run_verb(const Options& options, const std::optional<sequence::Record>& like) {
@@ -91,7 +113,7 @@ int run_verb(const Options& options, const std::optional<sequence::Record>& like
                                                      "input files"
                                                    : ": chain, settings or input files differ"));
         },
-        &stop.flag());
+        &stop.flag(), {}, WaitLines());
     log::progress("");
     if (!summary.ok()) return fail(summary.status());
     std::string text = concat(summary->written, " written");

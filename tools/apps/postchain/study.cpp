@@ -10,6 +10,7 @@
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/printable.h"
 #include "tools/apps/postchain/stop_on_signal.h"
+#include "tools/measure/study/study_reader.h"
 #include "tools/measure/study/study_report.h"
 #include "tools/measure/study/work.h"
 #include "tools/sequence/run/device.h"

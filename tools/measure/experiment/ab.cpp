@@ -5,6 +5,7 @@
 #include "chain/merge.h"
 #include "config/chain_file.h"
 #include "tools/measure/experiment/basis.h"
+#include "tools/measure/experiment/outcome.h"
 #include "tools/measure/experiment/report_folder.h"
 #include "tools/measure/experiment/statistics.h"
 #include "tools/measure/experiment/temporal_stability.h"
@@ -46,12 +47,17 @@ class AbRun {
         if (!summary->first_failure.ok()) return summary->first_failure;
         if (Status status = time_both(); !status.ok()) return status;
         if (Status status = io::check_unchanged(basis_.stamps); !status.ok()) return status;
-        for (report::Variant& variant : report_.variants) find_means(variant);
+        for (report::Variant& variant : report_.variants) find_means(variant.metrics);
+        find_means(report_.input_metrics);
+        // What only filters have, and what no frame has.
+        std::erase_if(report_.input_metrics, [](const auto& one) { return !one.second.mean; });
+        find_means(report_.truth_noise);
         report_.crops = crops_of(std::move(worst_));
         report_.comparison = compare_variants(report_, tiles_);
         report_.comparison->shared_steps = shared_steps_;
         report_.comparison->steps_a = steps_[0];
         report_.comparison->steps_b = steps_[1];
+        state_outcome(report_);
         return std::move(report_);
     }
 
@@ -184,17 +190,20 @@ class AbRun {
             if (!results[v]) continue;
             auto pair = metrics::pair_of(*results[v], reference->rgb);
             if (!pair.ok()) return pair.status();
-            Status status = judge(v, index, *pair, basis_.truth ? &*input : nullptr, maps[v]);
+            Status status = judge(report_.variants[v].metrics, steps_in_time_[v], index, *pair,
+                                  basis_.truth ? &*input : nullptr, maps[v]);
             if (!status.ok()) return status;
         }
+        if (basis_.truth && reference)
+            if (Status s = score_input(*input, *reference, index, number, kept); !s.ok()) return s;
         for (size_t v = 0; v < 2 && contains(stability_frames_, number); ++v) {
             if (!results[v]) continue;
             auto stability = temporal_stability(chains_[v]->chain, frame, *results[v],
                                                 settings_.run.plan, executor_);
             if (!stability.ok()) return stability.status();
             const size_t count = report_.frames.size();
-            set_value(report_.variants[v], "flicker", index, count, stability->flicker);
-            set_value(report_.variants[v], "grid", index, count, stability->grid);
+            set_value(report_.variants[v].metrics, "flicker", index, count, stability->flicker);
+            set_value(report_.variants[v].metrics, "grid", index, count, stability->grid);
         }
         for (size_t v = 0; v < 2 && kept; ++v) {
             if (!results[v]) continue;
@@ -220,29 +229,54 @@ class AbRun {
         return Status();
     }
 
-    // Every metric of one variant's picture.
-    Status judge(size_t v, size_t index, const metrics::Pair& pair, const metrics::Picture* input,
+    // What was measured last of a variant or of the input.
+    struct StepsInTime {
+        metrics::TemporalError error;
+        int last_index = -2;
+    };
+
+    // Every metric of one picture.
+    Status judge(report::Metrics& metrics, StepsInTime& steps, size_t index,
+                 const metrics::Pair& pair, const metrics::Picture* input,
                  std::map<std::string, ImageF>& maps) {
         auto measured = measure(pair, input, basis_.exposures, settings_.flip, true);
         if (!measured.ok()) return measured.status();
-        report::Variant& variant = report_.variants[v];
         const size_t count = report_.frames.size();
         for (const auto& column : report_.metrics) {
             const auto value = measured->values.find(column.name);
-            set_value(variant, column.name, index, count,
+            set_value(metrics, column.name, index, count,
                       value == measured->values.end() ? std::nullopt
                                                       : std::optional<double>(value->second));
         }
         // Steps in time are between neighboring frame numbers only.
-        auto& temporal = temporal_[v];
         const bool follows = index > 0 && report_.frames[index] == report_.frames[index - 1] + 1 &&
-                             last_index_[v] == int(index) - 1;
-        if (!follows) temporal = metrics::TemporalError();
-        if (Status status = temporal.add(pair); !status.ok()) return status;
-        last_index_[v] = int(index);
-        set_value(variant, "tde", index, count, follows ? temporal.last() : std::nullopt);
+                             steps.last_index == int(index) - 1;
+        if (!follows) steps.error = metrics::TemporalError();
+        if (Status status = steps.error.add(pair); !status.ok()) return status;
+        steps.last_index = int(index);
+        set_value(metrics, "tde", index, count, follows ? steps.error.last() : std::nullopt);
         maps = std::move(measured->maps);
         return Status();
+    }
+
+    // What the input would score as it is, so that one sees whether filtering helped at all; and
+    // the noise of what it is held against.
+    Status score_input(const metrics::Picture& input, const metrics::Picture& truth, size_t index,
+                       int number, bool kept) {
+        auto pair = metrics::pair_of(input, truth);
+        if (!pair.ok()) return pair.status();
+        std::map<std::string, ImageF> maps;
+        Status status =
+            judge(report_.input_metrics, steps_in_time_of_input_, index, *pair, &input, maps);
+        auto noise = noise_of_truth(truth, input);
+        if (!noise.ok()) return noise.status();
+        for (const auto& [name, value] : *noise)
+            set_value(report_.truth_noise, name, index, report_.frames.size(), value);
+        for (const char* map : kStoredMaps)
+            if (status.ok() && kept)
+                status = store(report::ImageKind::error, -1, number, concat("input.", map),
+                               maps.at(map), map);
+        return status;
     }
 
     Status store(report::ImageKind kind, int variant, int frame, const std::string& name,
@@ -287,8 +321,8 @@ class AbRun {
     report::Report report_;
     Basis basis_;
     std::vector<int> stability_frames_;
-    std::array<metrics::TemporalError, 2> temporal_;
-    std::array<int, 2> last_index_ = {-2, -2};
+    std::array<StepsInTime, 2> steps_in_time_;
+    StepsInTime steps_in_time_of_input_;
     std::map<std::string, TileBootstrap> tiles_;
     std::vector<std::pair<WorstTile, std::string>> worst_;
     int shared_steps_ = 0;

@@ -3,6 +3,7 @@
 #include "tools/measure/experiment/experiment.h"
 #include "tools/measure/experiment/truth.h"
 #include "tools/measure/report/page/page.h"
+#include "tools/measure/report/report_csv.h"
 #include "tools/measure/report/report_json.h"
 #include "tools/measure/report/report_text.h"
 #include "tools/sequence/io/aperture_file.h"

@@ -5,6 +5,7 @@
 
 #include "tools/measure/experiment/bench_frame.h"
 #include "tools/measure/experiment/choose.h"
+#include "tools/measure/experiment/outcome.h"
 #include "tools/measure/experiment/temporal_stability.h"
 #include "tools/measure/experiment/timing.h"
 #include "tools/measure/report/images.h"
@@ -16,6 +17,7 @@ namespace postchain::experiment {
 namespace {
 
 constexpr const char* kParetoMetric = "hdr_flip";
+constexpr const char* kTruthName = "truth";  // of the results that hold its noise
 
 class BenchRun {
   public:
@@ -88,17 +90,23 @@ class BenchRun {
 
     // Chain, input files and truth files that a frame's result follows from.
     Result<std::string> work_of(size_t v, int frame) {
-        auto work = files_of(v, frame);
-        if (!work.ok()) return work.status();
-        std::string text = concat(*work, " kept ", kept(frame), " split ", split(frame),
-                                  " stability ", contains(stability_frames_, frame));
-        if (!follows(frame)) return text;
-        auto before = files_of(v, frame - 1);
-        if (!before.ok()) return before.status();
-        return text + " after " + *before;
+        return work_of(variants_[v].chain, frame,
+                       concat(" kept ", kept(frame), " split ", split(frame), " stability ",
+                              contains(stability_frames_, frame)));
     }
-    Result<std::string> files_of(size_t v, int frame) {
-        const Chain& chain = variants_[v].chain;
+    // The same of the unfiltered input, which is what a chain without passes makes.
+    Result<std::string> work_of_input(int frame) {
+        return work_of(Chain(), frame, concat(" input kept ", kept(frame)));
+    }
+    Result<std::string> work_of(const Chain& chain, int frame, const std::string& settings) {
+        auto work = files_of(chain, frame);
+        if (!work.ok()) return work.status();
+        if (!follows(frame)) return *work + settings;
+        auto before = files_of(chain, frame - 1);
+        if (!before.ok()) return before.status();
+        return *work + settings + " after " + *before;
+    }
+    Result<std::string> files_of(const Chain& chain, int frame) {
         sequence::SequenceReader reader(
             settings_.run.source, settings_.run.input, [&](const sequence::FrameHeader& header) {
                 return sequence::planes_needed(chain, settings_.run.source, header,
@@ -127,7 +135,8 @@ class BenchRun {
         results_.resize(variants_.size());
         std::vector<int> open;
         for (int frame : report_.frames) {
-            bool whole = !kept(frame) || take_common(frame);
+            const bool pictures = !kept(frame) || take_common(frame);
+            bool whole = take_input_score(frame) && pictures;
             for (size_t v = 0; v < variants_.size(); ++v) {
                 auto work = work_of(v, frame);
                 auto result =
@@ -161,6 +170,9 @@ class BenchRun {
         image.map = map;
         return image;
     }
+    report::StoredImage input_error_entry(int frame, const char* map) const {
+        return entry(report::ImageKind::error, -1, frame, concat("input.", map), map);
+    }
     report::StoredImage error_entry(size_t v, int frame, const char* map) const {
         return entry(report::ImageKind::error, int(v), frame, concat(name_of_variant(v), ".", map),
                      map);
@@ -176,6 +188,20 @@ class BenchRun {
                                          entry(report::ImageKind::input, -1, frame, "input")) &&
                (!basis_.truth || report::take_stored_image(
                                      report_, entry(report::ImageKind::truth, -1, frame, "truth")));
+    }
+    bool take_input_score(int frame) {
+        if (!has_truth(frame)) return true;
+        auto work = work_of_input(frame);
+        auto result = work.ok() ? store_->frame(report::kInputName, frame, *work) : std::nullopt;
+        auto noise = work.ok() ? store_->frame(kTruthName, frame, *work) : std::nullopt;
+        bool whole = result.has_value() && noise.has_value();
+        for (const char* map : kStoredMaps)
+            whole = whole && (!kept(frame) ||
+                              report::take_stored_image(report_, input_error_entry(frame, map)));
+        if (!whole) return false;
+        input_results_[frame] = std::move(*result);
+        truth_results_[frame] = std::move(*noise);
+        return true;
     }
     bool take_pictures(size_t v, int frame) {
         bool whole = report::take_stored_image(
@@ -228,6 +254,8 @@ class BenchRun {
                                              frame->truth()->rgb);
             if (!status.ok()) return status;
         }
+        if (frame->truth() && !input_results_.count(number))
+            if (Status status = score_input(*frame, stamps); !status.ok()) return status;
         for (size_t v = 0; v < variants_.size(); ++v) {
             if (stopped()) return Status(StatusCode::canceled, "stopped");
             if (results_[v].count(number)) continue;
@@ -248,7 +276,39 @@ class BenchRun {
         return Status();
     }
 
-    // Pictures, then the result, which says that they are there, and of which files they are.
+    Status score_input(const BenchFrame& frame, const std::vector<io::FileStamp>& stamps) {
+        const int number = frame.number();
+        auto found = frame.measure_input();
+        if (!found.ok()) return found.status();
+        for (const char* map : kStoredMaps)
+            if (kept(number))
+                if (Status status = report::store_image(report_, input_error_entry(number, map),
+                                                        found->maps.at(map));
+                    !status.ok())
+                    return status;
+        auto noise = noise_of_truth(*frame.truth(), frame.input());
+        if (!noise.ok()) return noise.status();
+        FrameResult of_truth;
+        of_truth.metrics = std::move(*noise);
+        auto work = work_of_input(number);
+        if (!work.ok()) return work.status();
+        Status status = keep_result(report::kInputName, number, *work, found->result, stamps);
+        if (status.ok()) status = keep_result(kTruthName, number, *work, of_truth, stamps);
+        if (!status.ok()) return status;
+        input_results_[number] = std::move(found->result);
+        truth_results_[number] = std::move(of_truth);
+        return Status();
+    }
+
+    // The result, with which goes of which files it is.
+    Status keep_result(const std::string& name, int number, const std::string& work,
+                       const FrameResult& result, const std::vector<io::FileStamp>& stamps) {
+        for (const auto& files : {stamps, basis_.stamps})
+            if (Status status = io::check_unchanged(files); !status.ok()) return status;
+        return store_->keep(name, number, work, result);
+    }
+
+    // Pictures, then the result, which says that they are there.
     Status keep(size_t v, int number, Findings found, const std::vector<io::FileStamp>& stamps) {
         if (kept(number)) {
             Status status = report::store_image(
@@ -268,9 +328,8 @@ class BenchRun {
             result.split->notes.push_back("no model error: " + report_.no_truth);
         auto work = work_of(v, number);
         if (!work.ok()) return work.status();
-        for (const auto& files : {stamps, basis_.stamps})
-            if (Status status = io::check_unchanged(files); !status.ok()) return status;
-        if (Status status = store_->keep(name_of_variant(v), number, *work, result); !status.ok())
+        if (Status status = keep_result(name_of_variant(v), number, *work, result, stamps);
+            !status.ok())
             return status;
         results_[v][number] = std::move(result);
         return Status();
@@ -332,12 +391,12 @@ class BenchRun {
                 const auto result = results_[v].find(report_.frames[i]);
                 if (result == results_[v].end()) continue;
                 for (const auto& [name, value] : result->second.metrics)
-                    set_value(variant, name, i, count, value);
+                    set_value(variant.metrics, name, i, count, value);
                 for (const Elision& elision : result->second.elisions)
                     variant.elisions.emplace_back(report_.frames[i], elision);
                 if (result->second.split) splits.push_back(*result->second.split);
             }
-            find_means(variant);
+            find_means(variant.metrics);
             if (!splits.empty()) variant.split = mean_split(splits);
             for (int frame : report_.page_frames) {
                 const report::StoredImage* map =
@@ -348,8 +407,19 @@ class BenchRun {
                 worst.emplace_back(worst_tile(*pixels, frame, kCropPx), variant.name);
             }
         }
+        for (size_t i = 0; i < count; ++i) {
+            const int frame = report_.frames[i];
+            if (!input_results_.contains(frame)) continue;
+            for (const auto& [name, value] : input_results_.at(frame).metrics)
+                set_value(report_.input_metrics, name, i, count, value);
+            for (const auto& [name, value] : truth_results_.at(frame).metrics)
+                set_value(report_.truth_noise, name, i, count, value);
+        }
+        find_means(report_.input_metrics);
+        find_means(report_.truth_noise);
         report_.crops = crops_of(std::move(worst));
         mark_pareto(report_, kParetoMetric);
+        state_outcome(report_);
         return Status();
     }
 
@@ -364,8 +434,9 @@ class BenchRun {
     std::optional<BenchStore> store_;
     std::vector<int> split_frames_, stability_frames_;
     RoleSet wanted_;
-    std::vector<std::map<int, FrameResult>> results_;  // of each variant
-    size_t done_ = 0;                                  // units taken from an earlier run
+    std::vector<std::map<int, FrameResult>> results_;           // of each variant
+    std::map<int, FrameResult> input_results_, truth_results_;  // by frame; the latter: its noise
+    size_t done_ = 0;                                           // units taken from an earlier run
 };
 
 }  // namespace

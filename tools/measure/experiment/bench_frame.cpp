@@ -57,19 +57,32 @@ Result<const Converged*> BenchFrame::converge_once(const Chain& chain) {
     return &found->second;
 }
 
-// tde: the step from the frame before.
-Status BenchFrame::measure_step(const Chain& chain, const metrics::Pair& pair,
-                                FrameResult& result) {
-    if (!frame_before_) return Status();
-    auto color = filtered(chain, *frame_before_, nullptr);
-    if (!color.ok()) return color.status();
-    auto before = metrics::pair_of(*color, truth_before_->rgb);
-    if (!before.ok()) return before.status();
+// tde: the step from the frame before, of which `before` was made.
+Status BenchFrame::measure_step(const ImageF& before, const metrics::Pair& pair,
+                                FrameResult& result) const {
+    auto pair_before = metrics::pair_of(before, truth_before_->rgb);
+    if (!pair_before.ok()) return pair_before.status();
     metrics::TemporalError temporal;
-    Status status = temporal.add(*before);
+    Status status = temporal.add(*pair_before);
     if (status.ok()) status = temporal.add(pair);
     if (status.ok()) result.metrics["tde"] = *temporal.last();
     return status;
+}
+
+Result<Findings> BenchFrame::measure_input() const {
+    auto pair = metrics::pair_of(input_, *truth_);
+    if (!pair.ok()) return pair.status();
+    auto measured = experiment::measure(*pair, &input_, basis_->exposures, settings_->flip, false);
+    if (!measured.ok()) return measured.status();
+    Findings found;
+    found.result.metrics = std::move(measured->values);
+    found.maps = std::move(measured->maps);
+    if (frame_before_)
+        if (Status status =
+                measure_step(*frame_before_->planes.at(Role::color), *pair, found.result);
+            !status.ok())
+            return status;
+    return found;
 }
 
 Result<Findings> BenchFrame::measure(const Chain& chain, bool split, bool stability) {
@@ -98,7 +111,11 @@ Result<Findings> BenchFrame::measure(const Chain& chain, bool split, bool stabil
     if (!measured.ok()) return measured.status();
     found.result.metrics.merge(measured->values);
     found.maps = std::move(measured->maps);
-    if (Status status = measure_step(chain, *pair, found.result); !status.ok()) return status;
+    if (frame_before_) {
+        auto before = filtered(chain, *frame_before_, nullptr);
+        if (!before.ok()) return before.status();
+        if (Status status = measure_step(*before, *pair, found.result); !status.ok()) return status;
+    }
     if (!split) return found;
     auto reference = run_reference(chain, frame_->description, frame_->planes, settings_->run.plan);
     if (!reference.ok()) return reference.status();

@@ -37,6 +37,8 @@ class BenchFrame {
     // `split`: also the error in three parts; `stability`: also flicker and grid. Errors: those of
     // planning and of the executor.
     Result<Findings> measure(const Chain& chain, bool split, bool stability);
+    // The unfiltered input against the truth, which there must be.
+    Result<Findings> measure_input() const;
 
   private:
     BenchFrame(const BenchSettings& settings, const Basis& basis, Executor& executor)
@@ -44,7 +46,7 @@ class BenchFrame {
     Result<ImageF> filtered(const Chain& chain, const sequence::SourceFrame& frame,
                             std::vector<Elision>* elisions);
     Result<const Converged*> converge_once(const Chain& chain);
-    Status measure_step(const Chain& chain, const metrics::Pair& pair, FrameResult& result);
+    Status measure_step(const ImageF& before, const metrics::Pair& pair, FrameResult& result) const;
 
     const BenchSettings* settings_;
     const Basis* basis_;

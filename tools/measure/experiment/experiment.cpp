@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "tools/measure/experiment/temporal_stability.h"
+#include "tools/measure/metrics/noise.h"
 #include "tools/measure/metrics/sharpness.h"
 #include "tools/measure/report/words.h"
 
@@ -115,6 +116,15 @@ Result<Measured> measure(const metrics::Pair& pair, const metrics::Picture* inpu
     return measured;
 }
 
+Result<std::map<std::string, double>> noise_of_truth(const metrics::Picture& truth,
+                                                     const metrics::Picture& input) {
+    auto noise = metrics::truth_noise(truth, input);
+    if (!noise.ok()) return noise.status();
+    std::map<std::string, double> values = std::move(noise->of_no_error);
+    values[report::kNoiseSigma] = noise->sigma;
+    return values;
+}
+
 std::vector<int> spread_frames(const std::vector<int>& frames, int count) {
     if (count <= 0 || frames.empty()) return {};
     const size_t n = frames.size(), k = std::min(n, size_t(count));
@@ -135,15 +145,15 @@ std::vector<std::string> seeds_of(const Chain& chain) {
     return seeds;
 }
 
-void set_value(report::Variant& variant, const std::string& metric, size_t index, size_t frames,
+void set_value(report::Metrics& metrics, const std::string& metric, size_t index, size_t frames,
                std::optional<double> value) {
-    auto& series = variant.metrics[metric].frames;
+    auto& series = metrics[metric].frames;
     series.resize(frames);
     series[index] = value;
 }
 
-void find_means(report::Variant& variant) {
-    for (auto& [name, series] : variant.metrics) {
+void find_means(report::Metrics& metrics) {
+    for (auto& [name, series] : metrics) {
         double sum = 0;
         int count = 0;
         for (const auto& value : series.frames) {

@@ -57,6 +57,10 @@ Result<Measured> measure(const metrics::Pair& pair, const metrics::Picture* inpu
                          const metrics::ExposureRange& exposures, const metrics::FlipSettings& flip,
                          bool maps);
 
+// Values of report::Report::truth_noise of one frame. Errors (input): sizes that differ.
+Result<std::map<std::string, double>> noise_of_truth(const metrics::Picture& truth,
+                                                     const metrics::Picture& input);
+
 // A frame's mean of per-pixel squared differences over RGB, in double; sizes must be equal.
 template <class A, class B>
 double mean_squared(const Image<A>& a, const Image<B>& b) {
@@ -78,9 +82,9 @@ std::vector<int> spread_frames(const std::vector<int>& frames, int count);
 std::vector<std::string> seeds_of(const Chain& chain);
 
 // Adds a value to the series of `frame`'s index; means over frames with a value.
-void set_value(report::Variant& variant, const std::string& metric, size_t index, size_t frames,
+void set_value(report::Metrics& metrics, const std::string& metric, size_t index, size_t frames,
                std::optional<double> value);
-void find_means(report::Variant& variant);
+void find_means(report::Metrics& metrics);
 
 // The page's regions: for each kept frame the tile with the largest HDR-FLIP of each variant.
 struct WorstTile {

@@ -6,9 +6,9 @@
 #include "config/text_tree.h"
 #include "tools/measure/report/words.h"
 #include "tools/sequence/io/aperture_file.h"
-#include "tools/sequence/io/exr_writer.h"
 #include "tools/sequence/io/file_stamp.h"
 #include "tools/sequence/io/json.h"
+#include "tools/sequence/io/planes_writer.h"
 #include "tools/sequence/run/frame_task.h"
 #include "tools/sequence/run/run_settings.h"
 

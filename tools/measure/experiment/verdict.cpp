@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/measure/report/lists.h"
 #include "tools/measure/report/words.h"
 
 namespace postchain::experiment {
@@ -130,8 +131,11 @@ class Judge {
         const auto claim = [&](const char* metric, const char* what) {
             const auto x = mean(0, metric), y = mean(1, metric);
             if (!x || !y) return;
-            text += concat(text.empty() ? "" : " ", what, ": ", a(), " ", report::figure(*x), ", ",
-                           b(), " ", report::figure(*y), " (1 = the truth's).");
+            const auto input = report::mean_of(report_.input_metrics, metric);
+            text +=
+                concat(text.empty() ? "" : " ", what, ": ", a(), " ", report::figure(*x), ", ", b(),
+                       " ", report::figure(*y),
+                       input ? ", the input " + report::figure(*input) : "", " (1 = the truth's).");
         };
         claim("edges_in_blurred", "Edges in blurred regions");
         claim("sharpness_in_focus", "Sharpness in focus");

@@ -63,29 +63,49 @@ struct Region {
     }
 };
 
-}  // namespace
+Status check_sizes(const Picture& truth, const Picture& input) {
+    if (input.rgb.width == truth.rgb.width && input.rgb.height == truth.rgb.height) return Status();
+    return Status(StatusCode::input,
+                  concat("sizes differ: the input has ", input.rgb.width, "x", input.rgb.height,
+                         ", the truth ", truth.rgb.width, "x", truth.rgb.height));
+}
 
-Result<Sharpness> sharpness(const Pair& truth_pair, const Picture& input) {
-    if (input.rgb.width != truth_pair.width() || input.rgb.height != truth_pair.height())
-        return Status(StatusCode::input,
-                      concat("sizes differ: the input has ", input.rgb.width, "x", input.rgb.height,
-                             ", the truth ", truth_pair.width(), "x", truth_pair.height()));
-    const ImageF test = energy_around(truth_pair.test);
-    const ImageF truth = energy_around(truth_pair.reference);
+// `test_energy(i, e)`: e of the test at pixel i, where e is the truth's.
+template <class TestEnergy>
+Sharpness over_regions(const Picture& truth_picture, const Picture& input,
+                       const TestEnergy& test_energy) {
+    const ImageF truth = energy_around(truth_picture);
     const ImageF unblurred = energy_around(input);
     Region blurred, sharp;
-    for (size_t i = 0; i < test.data.size(); ++i) {
+    for (size_t i = 0; i < truth.data.size(); ++i) {
         const double before = double(unblurred.data[i]), after = double(truth.data[i]);
         if (before < kMinEnergy) continue;
         Region* region = nullptr;
         if (after <= kBlurredPart * before) region = &blurred;
         if (after >= kSharpPart * before && after * kSharpPart <= before) region = &sharp;
         if (!region) continue;
-        region->test += double(test.data[i]);
+        region->test += test_energy(i, after);
         region->truth += after;
         ++region->pixels;
     }
     return Sharpness{blurred.ratio(), sharp.ratio(), blurred.pixels, sharp.pixels};
+}
+
+}  // namespace
+
+Result<Sharpness> sharpness(const Pair& truth_pair, const Picture& input) {
+    if (Status status = check_sizes(truth_pair.reference, input); !status.ok()) return status;
+    const ImageF test = energy_around(truth_pair.test);
+    return over_regions(truth_pair.reference, input,
+                        [&](size_t i, double) { return double(test.data[i]); });
+}
+
+Result<Sharpness> sharpness_without_error(const Picture& truth, const ImageF& variance,
+                                          const Picture& input) {
+    if (Status status = check_sizes(truth, input); !status.ok()) return status;
+    return over_regions(truth, input, [&](size_t i, double energy) {
+        return std::max(0.0, energy - double(variance.data[i]));
+    });
 }
 
 }  // namespace postchain::metrics

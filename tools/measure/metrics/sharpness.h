@@ -38,4 +38,10 @@ struct Sharpness {
 // (input): sizes that differ.
 Result<Sharpness> sharpness(const Pair& truth_pair, const Picture& input);
 
+// What a test without any error would read against a truth with white noise of this variance
+// (noise.h, of display_luma(truth)): noise of variance s^2 adds s^2 to the mean of g, so the test's
+// e is the truth's less s^2. 1: the noise does not matter. Errors (input): sizes that differ.
+Result<Sharpness> sharpness_without_error(const Picture& truth, const ImageF& variance,
+                                          const Picture& input);
+
 }  // namespace postchain::metrics

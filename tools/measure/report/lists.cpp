@@ -5,6 +5,19 @@
 
 namespace postchain::report {
 
+std::vector<ScoredRow> scored_rows(const Report& report) {
+    std::vector<ScoredRow> rows;
+    for (const Variant& variant : report.variants)
+        rows.push_back({variant.name, &variant.metrics, &variant});
+    if (!report.input_metrics.empty()) rows.push_back({kInputName, &report.input_metrics, nullptr});
+    return rows;
+}
+
+std::optional<double> mean_of(const Metrics& metrics, const std::string& metric) {
+    const auto series = metrics.find(metric);
+    return series == metrics.end() ? std::nullopt : series->second.mean;
+}
+
 std::vector<const Variant*> by_time(const Report& report) {
     std::vector<const Variant*> timed;
     for (const Variant& variant : report.variants)

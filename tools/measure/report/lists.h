@@ -1,12 +1,23 @@
-// The lists that tables print: variants by time, and what was elided; doubts.
+// The lists that tables print: what was scored, variants by time, what was elided; doubts.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "tools/measure/report/report.h"
 
 namespace postchain::report {
+
+// A row of the tables of metrics: each variant, then the unfiltered input where it was scored.
+struct ScoredRow {
+    std::string name;
+    const Metrics* metrics;
+    const Variant* variant;  // null: the input
+};
+inline constexpr const char* kInputName = "input";
+std::vector<ScoredRow> scored_rows(const Report& report);
+std::optional<double> mean_of(const Metrics& metrics, const std::string& metric);
 
 // Those that have a time, the quickest first.
 std::vector<const Variant*> by_time(const Report& report);

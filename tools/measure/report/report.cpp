@@ -24,6 +24,18 @@ const char* name_of(Better better) {
     return "unknown";
 }
 
+const char* words_of(Better better) {
+    switch (better) {
+        case Better::lower:
+            return "lower is better";
+        case Better::higher:
+            return "higher is better";
+        case Better::one:
+            return "best at 1";
+    }
+    return "unknown";
+}
+
 const char* name_of(Finding finding) {
     switch (finding) {
         case Finding::too_few_frames:

@@ -2,7 +2,8 @@
 //
 //   experiment (ab.h, bench.h) --> Report
 //   Report --report_json.h--> report.json   (docs/report.md)
-//          --report_text.h--> report.csv, report.md
+//          --report_csv.h---> report.csv
+//          --report_text.h--> report.md
 //          --page/page.h----> index.html
 //
 // Pixels are not in here: images lie as EXR files (float, lossless) under the report's folder and
@@ -32,7 +33,8 @@ enum class Better {
     higher,  // psnr, ssim
     one,     // a ratio to the truth: nearer to 1 is better
 };
-const char* name_of(Better better);
+const char* name_of(Better better);   // "lower", "higher", "one"
+const char* words_of(Better better);  // "lower is better", "higher is better", "best at 1"
 struct MetricInfo {
     std::string name;  // key: "hdr_flip"
     std::string help;  // one line, with its epsilon
@@ -45,6 +47,7 @@ struct Series {
     std::vector<std::optional<double>> frames;
     std::optional<double> mean;
 };
+using Metrics = std::map<std::string, Series>;  // by MetricInfo::name
 
 // Milliseconds over `n` repetitions.
 struct TimeFigure {
@@ -89,7 +92,7 @@ struct Variant {
     std::vector<std::pair<std::string, std::string>> sweep;  // key, value
     std::string chain_text;                                  // a chain file (write_chain)
     uint64_t chain_hash = 0;
-    std::map<std::string, Series> metrics;  // by MetricInfo::name
+    Metrics metrics;
     std::optional<Timing> timing;
     std::optional<ErrorSplit> split;
     std::vector<std::string> passes;                // their types, as in the chain
@@ -131,17 +134,24 @@ struct Comparison {
     std::string verdict;  // in words that the numbers support
 };
 
+// The variant that the page opens on: the one that won, and by what.
+struct Winner {
+    size_t variant = 0;
+    std::string metric;
+    std::string words;  // "lowest mean HDR-FLIP of 3 variants: 0.1"
+};
+
 enum class ImageKind {
     input,  // what was filtered
     truth,
     color,      // a variant's result
-    error,      // a variant's error map, one channel
+    error,      // a variant's error map or, where it was scored, the input's; one channel
     converged,  // without a truth: what a variant was measured against; variants may share it
 };
 const char* name_of(ImageKind kind);
 struct StoredImage {
     ImageKind kind = ImageKind::color;
-    int variant = -1;  // index into Report::variants; -1 for input and truth
+    int variant = -1;  // index into Report::variants; -1: of input and truth
     int frame = 0;
     std::string map;   // of ImageKind::error: one of kStoredMaps; others follow from the pixels
     std::string path;  // relative to Report::folder
@@ -154,6 +164,8 @@ struct Crop {
     int x = 0, y = 0, width = 0, height = 0;  // pixels, inside the picture
     std::string why;                          // "paper: mean HDR-FLIP 0.41"
 };
+
+inline constexpr const char* kNoiseSigma = "sigma";  // of Report::truth_noise
 
 struct Report {
     Kind kind = Kind::ab;
@@ -188,14 +200,22 @@ struct Report {
     std::string precision;           // fp16, fp32
     std::vector<std::string> seeds;  // "motion_blur.seed 0"
 
-    std::vector<Variant> variants;         // ab: A, then B
+    std::vector<Variant> variants;  // ab: A, then B
+    // The unfiltered input, scored like a variant's result; empty without a truth. It has no
+    // flicker and no grid: those are of filters.
+    Metrics input_metrics;
+    // What the truth's own noise does (metrics/noise.h): "sigma", and by metric what a picture
+    // without any error would score. Empty without a truth.
+    Metrics truth_noise;
     std::optional<Comparison> comparison;  // ab
+    std::optional<Winner> winner;          // none: not decided, or no truth
     std::vector<std::string> under;        // bench: "flip=0.1: motion_blur.samples=9 (12.1 ms)"
     std::string pareto_metric;             // bench: the error beside which time is put
 
     std::vector<StoredImage> images;
     std::vector<Crop> crops;
-    std::vector<std::string> notes;  // what was left out and what to mistrust
+    std::vector<std::string> warnings;  // what not to believe, and variants no better than nothing
+    std::vector<std::string> notes;     // what was left out, and doubts of less weight
 
     // Writes a text file of the report, whole or not at all, if it may be. Errors (output).
     Status write(const std::string& path, std::string_view text) const;

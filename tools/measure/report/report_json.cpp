@@ -13,6 +13,17 @@ Json numbers(const std::vector<std::optional<double>>& values) {
     return list;
 }
 
+Json metrics_json(const Metrics& metrics) {
+    Json json = Json::object();
+    for (const auto& [name, series] : metrics)
+        json[name] = {{"mean", json_of(series.mean)}, {"frames", numbers(series.frames)}};
+    return json;
+}
+
+Json metrics_or_null(const Metrics& metrics) {
+    return metrics.empty() ? Json(nullptr) : metrics_json(metrics);
+}
+
 Json word(const std::string& text) {
     return text.empty() ? Json(nullptr) : Json(text);
 }
@@ -20,9 +31,6 @@ Json word(const std::string& text) {
 Json variant(const Variant& variant) {
     Json sweep = Json::object();
     for (const auto& [key, value] : variant.sweep) sweep[key] = value;
-    Json metrics = Json::object();
-    for (const auto& [name, series] : variant.metrics)
-        metrics[name] = {{"mean", json_of(series.mean)}, {"frames", numbers(series.frames)}};
     Json left_out = Json::array();
     for (const auto& [frame, elision] : variant.elisions) {
         Json one = {{"frame", frame}};
@@ -33,7 +41,7 @@ Json variant(const Variant& variant) {
             {"sweep", sweep},
             {"chain", variant.chain_text},
             {"chain_hash", hex_of(variant.chain_hash)},
-            {"metrics", metrics},
+            {"metrics", metrics_json(variant.metrics)},
             {"timing", variant.timing ? json_of(*variant.timing) : Json(nullptr)},
             {"split", variant.split ? json_of(*variant.split) : Json(nullptr)},
             {"left_out", left_out},
@@ -80,6 +88,11 @@ Json comparison(const Comparison& comparison) {
               {"tile_px", comparison.bootstrap_tile_px}}},
             {"claims", word(comparison.claims)},
             {"verdict", comparison.verdict}};
+}
+
+Json winner(const std::optional<Winner>& winner) {
+    if (!winner) return nullptr;
+    return {{"variant", winner->variant}, {"metric", winner->metric}, {"words", winner->words}};
 }
 
 Json image(const StoredImage& image) {
@@ -144,12 +157,16 @@ std::string report_as_json(const Report& report) {
           {"precision", report.precision}}},
         {"seeds", report.seeds},
         {"variants", variants},
+        {"input_metrics", metrics_or_null(report.input_metrics)},
+        {"truth_noise", metrics_or_null(report.truth_noise)},
         {"left_out", left_out},
         {"comparison", report.comparison ? comparison(*report.comparison) : Json(nullptr)},
         {"pareto_metric", word(report.pareto_metric)},
+        {"winner", winner(report.winner)},
         {"under", report.under},
         {"images", images},
         {"crops", crops},
+        {"warnings", report.warnings},
         {"notes", report.notes}};
     // A path may hold bytes that are not UTF-8; they must not end the report.
     return io::json_text(json, 1) + "\n";

@@ -13,18 +13,6 @@ std::string number(const std::optional<double>& value, int digits) {
     return value ? figure(*value, digits) : "";
 }
 
-// RFC 4180. What a spreadsheet would take for a formula gets an apostrophe before it; numbers do
-// not come this way.
-std::string field(const std::string& name) {
-    const bool formula =
-        !name.empty() && std::string("=+-@\t\r").find(name[0]) != std::string::npos;
-    const std::string text = formula ? "'" + name : name;
-    if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-    std::string quoted = "\"";
-    for (char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-    return quoted + "\"";
-}
-
 // Text as it is, where Markdown would take it for HTML.
 std::string plain(const std::string& text) {
     std::string out;
@@ -43,22 +31,14 @@ std::string cell(const std::string& text) {
     return out;
 }
 
-std::string csv_times(const Variant& variant) {
-    if (!variant.timing) return ",,,";
-    return "," + number(variant.timing->total.median_ms, 9) + "," +
-           number(variant.timing->total.spread_ms, 9) + "," +
-           (variant.timing->trustworthy ? "yes" : "no");
-}
-
-std::string csv_split(const Variant& variant) {
-    if (!variant.split) return ",,,,,";
-    const ErrorParts& mse = variant.split->mse;
-    std::string text;
-    for (const auto& value :
-         {mse.precision, mse.sampling, mse.model, variant.split->cross, mse.total})
-        text += "," + number(value, 9);
-    return text;
-}
+// The page says the same (page/src/explain.js).
+constexpr const char* kIntervalsExplained =
+    "**t-interval**: how far the mean of these frames may be from the mean over many frames of "
+    "this kind. The more the frames disagree and the fewer they are, the wider it is. An interval "
+    "that contains 0 leaves open which of the two is better. **Tiles redrawn** (bootstrap): each "
+    "frame is cut into tiles, and tiles are drawn again and again at random, some of them twice "
+    "and some not at all. An interval on one side of 0 says that the difference does not come from "
+    "a few places of these frames; it says nothing about other frames.";
 
 class Markdown {
   public:
@@ -71,8 +51,9 @@ class Markdown {
             if (!report_.comparison->claims.empty())
                 out_ += plain(report_.comparison->claims) + "\n\n";
         }
-        for (const auto& line : report_.under) out_ += "- " + plain(line) + "\n";
-        if (!report_.under.empty()) out_ += "\n";
+        if (report_.winner) out_ += plain(report_.winner->words) + ".\n\n";
+        list(report_.under);
+        list(report_.warnings, "**Warning:** ");
         conditions();
         curve();
         means();
@@ -82,14 +63,18 @@ class Markdown {
         elisions();
         frames();
         chains();
-        for (size_t i = 0; i < report_.notes.size(); ++i)
-            out_ += (i ? "" : "## Notes\n\n") + ("- " + plain(report_.notes[i])) + "\n";
+        if (!report_.notes.empty()) out_ += "## Notes\n\n";
+        list(report_.notes);
         return out_;
     }
 
   private:
     using Notes = std::vector<std::string>;
 
+    void list(const std::vector<std::string>& lines, const std::string& before = {}) {
+        for (const auto& line : lines) out_ += "- " + before + plain(line) + "\n";
+        if (!lines.empty()) out_ += "\n";
+    }
     void row(const std::vector<std::string>& cells) {
         for (const auto& text : cells) out_ += "| " + cell(text) + " ";
         out_ += "|\n";
@@ -104,6 +89,15 @@ class Markdown {
         header({"", ""});
         row({"input", report_.input});
         row({"truth", report_.truth ? *report_.truth : "none: " + report_.no_truth});
+        if (const auto sigma = mean_of(report_.truth_noise, kNoiseSigma)) {
+            std::string without_error;
+            for (const MetricInfo& metric : report_.metrics)
+                if (const auto value = mean_of(report_.truth_noise, metric.name))
+                    without_error += concat(", ", metric.name, " ", figure(*value, 3));
+            row({"noise of the truth",
+                 concat("standard deviation ", figure(*sigma, 2), " of the displayed luma; a ",
+                        "picture without any error would have ", without_error.substr(2))});
+        }
         std::string list;
         for (int frame : report_.frames) list += (list.empty() ? "" : ", ") + std::to_string(frame);
         row({"frames", concat(list, " (n = ", report_.frames.size(), "), ", report_.width, "x",
@@ -132,8 +126,15 @@ class Markdown {
             std::vector<std::string> row_cells = {variant->name,
                                                   number(variant->timing->total.median_ms, 4)};
             for (size_t i = 2; i + 1 < cells.size(); ++i)
-                row_cells.push_back(mean(*variant, cells[i]));
+                row_cells.push_back(mean(variant->metrics, cells[i]));
             row_cells.push_back(variant->pareto ? "yes" : "");
+            row(row_cells);
+        }
+        if (!report_.input_metrics.empty()) {
+            std::vector<std::string> row_cells = {kInputName, ""};
+            for (size_t i = 2; i + 1 < cells.size(); ++i)
+                row_cells.push_back(mean(report_.input_metrics, cells[i]));
+            row_cells.push_back("");
             row(row_cells);
         }
         out_ += "\nIn the Pareto set: no other variant is both faster and nearer by " +
@@ -158,36 +159,41 @@ class Markdown {
                 : report_.reference == "a"
                     ? "## Against the first chain, mean over frames\n\n"
                     : "## Against the same filter converged, mean over frames\n\n";
-        std::vector<std::string> cells = {"metric", "better"};
-        for (const Variant& variant : report_.variants) cells.push_back(variant.name);
+        const auto rows = scored_rows(report_);
+        std::vector<std::string> cells;
         if (report_.variants.size() > 4) {  // many variants: one row each
             cells = {"variant"};
-            for (const MetricInfo& metric : measured()) cells.push_back(metric.name);
+            for (const MetricInfo& metric : measured())
+                cells.push_back(concat(metric.name, " (", words_of(metric.better), ")"));
             header(cells);
-            for (const Variant& variant : report_.variants) {
-                cells = {variant.name};
+            for (const ScoredRow& one : rows) {
+                cells = {one.name};
                 for (const MetricInfo& metric : measured())
-                    cells.push_back(mean(variant, metric.name));
+                    cells.push_back(mean(*one.metrics, metric.name));
                 row(cells);
             }
         } else {
+            cells = {"metric", ""};
+            for (const ScoredRow& one : rows) cells.push_back(one.name);
             header(cells);
             for (const MetricInfo& metric : measured()) {
-                cells = {metric.name, name_of(metric.better)};
-                for (const Variant& variant : report_.variants)
-                    cells.push_back(mean(variant, metric.name));
+                cells = {metric.name, words_of(metric.better)};
+                for (const ScoredRow& one : rows) cells.push_back(mean(*one.metrics, metric.name));
                 row(cells);
             }
         }
+        if (!report_.input_metrics.empty())
+            out_ += concat("\n`", kInputName,
+                           "`: the unfiltered input against the same truth. A variant that is not "
+                           "better than it by a metric has made that metric worse.\n");
         for (const Variant& variant : report_.variants)
             if (!variant.failure.empty())
                 out_ += "\n" + plain(variant.name + " failed: " + variant.failure) + "\n";
         out_ += "\n";
     }
 
-    static std::string mean(const Variant& variant, const std::string& metric) {
-        const auto found = variant.metrics.find(metric);
-        return found == variant.metrics.end() ? "" : number(found->second.mean, 5);
+    static std::string mean(const Metrics& metrics, const std::string& metric) {
+        return number(mean_of(metrics, metric), 5);
     }
 
     void differences() {
@@ -195,26 +201,47 @@ class Markdown {
         const Comparison& comparison = *report_.comparison;
         out_ +=
             "## " + plain(report_.variants[1].name + " minus " + report_.variants[0].name) + "\n\n";
-        header({"metric", "n", "mean", "95 % t-interval over frames",
-                "95 % of tiles redrawn within frames", "finding"});
         const auto range = [](const std::optional<Interval>& interval) {
             return interval ? number(interval->low, 4) + " .. " + number(interval->high, 4)
                             : std::string();
         };
-        for (const auto& metric : comparison.metrics) {
-            if (metric.n == 0) continue;
-            std::string finding = name_of(metric.finding);
-            for (char& c : finding) c = c == '_' ? ' ' : c;
-            if (metric.finding == Finding::too_few_frames) finding += " to decide";
-            row({metric.metric, std::to_string(metric.n), number(metric.mean, 4),
-                 range(metric.t_interval), range(metric.bootstrap), finding});
+        const auto table = [&](const std::vector<const MetricComparison*>& metrics) {
+            header({"metric", "", "n", "mean", "95 % t-interval over frames",
+                    "95 % of tiles redrawn within frames", "finding"});
+            for (const MetricComparison* metric : metrics) {
+                std::string finding = name_of(metric->finding);
+                for (char& c : finding) c = c == '_' ? ' ' : c;
+                if (metric->finding == Finding::too_few_frames) finding += " to decide";
+                row({metric->metric, way(metric->metric), std::to_string(metric->n),
+                     number(metric->mean, 4), range(metric->t_interval), range(metric->bootstrap),
+                     finding});
+            }
+            out_ += "\n";
+        };
+        std::vector<const MetricComparison*> found, open;
+        for (const auto& metric : comparison.metrics)
+            if (metric.n > 0)
+                (metric.finding == Finding::no_measurable_difference ? open : found)
+                    .push_back(&metric);
+        if (!found.empty()) table(found);
+        if (!open.empty()) {
+            out_ += concat("### ", counted(open.size(), "metric"),
+                           " without a measurable difference\n\n");
+            table(open);
         }
         out_ +=
-            concat("\nMetrics whose best value is 1 are compared by their distance from 1. ",
+            concat(kIntervalsExplained,
+                   "\n\nMetrics whose best value is 1 are compared by their distance from 1. ",
                    "Tiles are ", comparison.bootstrap_tile_px, " px, ",
                    comparison.bootstrap_replicates, " replicates, seed ", comparison.bootstrap_seed,
                    ". Of ", comparison.steps_a, " and ", comparison.steps_b, " dispatches a frame ",
                    comparison.shared_steps, " are the same and run once.\n\n");
+    }
+
+    std::string way(const std::string& name) const {
+        for (const MetricInfo& metric : report_.metrics)
+            if (metric.name == name) return words_of(metric.better);
+        return "";
     }
 
     void times() {
@@ -293,12 +320,11 @@ class Markdown {
         for (const MetricInfo& metric : measured()) cells.push_back(metric.name);
         header(cells);
         for (size_t i = 0; i < report_.frames.size(); ++i) {
-            for (const Variant& variant : report_.variants) {
-                cells = {std::to_string(report_.frames[i]), variant.name};
+            for (const ScoredRow& one : scored_rows(report_)) {
+                cells = {std::to_string(report_.frames[i]), one.name};
                 for (const MetricInfo& metric : measured()) {
-                    const auto found = variant.metrics.find(metric.name);
-                    const bool has =
-                        found != variant.metrics.end() && i < found->second.frames.size();
+                    const auto found = one.metrics->find(metric.name);
+                    const bool has = found != one.metrics->end() && i < found->second.frames.size();
                     cells.push_back(has ? number(found->second.frames[i], 5) : "");
                 }
                 row(cells);
@@ -320,44 +346,8 @@ class Markdown {
 
 }  // namespace
 
-std::string report_as_csv(const Report& report) {
-    std::string out = "variant,chain_hash,frame";
-    for (const MetricInfo& metric : report.metrics) out += "," + field(metric.name);
-    out +=
-        ",total_ms,total_spread_ms,time_trusted,mse_precision,mse_sampling,mse_model,mse_cross,"
-        "mse_total,pareto,failure\n";
-    for (const Variant& variant : report.variants) {
-        const auto line = [&](const std::string& frame, const auto& value_of, bool whole) {
-            out += field(variant.name) + "," + hex_of(variant.chain_hash) + "," + frame;
-            for (const MetricInfo& metric : report.metrics) {
-                const auto found = variant.metrics.find(metric.name);
-                out += "," + (found == variant.metrics.end() ? std::string()
-                                                             : number(value_of(found->second), 9));
-            }
-            out += whole ? csv_times(variant) + csv_split(variant) + "," +
-                               (variant.pareto ? "yes" : "no") + "," + field(variant.failure)
-                         : ",,,,,,,,,,";
-            out += "\n";
-        };
-        for (size_t i = 0; i < report.frames.size(); ++i)
-            line(
-                std::to_string(report.frames[i]),
-                [&](const Series& series) {
-                    return i < series.frames.size() ? series.frames[i] : std::nullopt;
-                },
-                false);
-        line(
-            "mean", [](const Series& series) { return series.mean; }, true);
-    }
-    return out;
-}
-
 std::string report_as_markdown(const Report& report) {
     return Markdown(report).text();
-}
-
-Status write_report_csv(const Report& report) {
-    return report.write(report.folder + "/report.csv", report_as_csv(report));
 }
 
 Status write_report_markdown(const Report& report) {

@@ -14,8 +14,8 @@
 #include "tools/measure/scenes/wheels.h"
 #include "tools/measure/scenes/zoom.h"
 #include "tools/sequence/io/aperture_file.h"
-#include "tools/sequence/io/exr_writer.h"
 #include "tools/sequence/io/json.h"
+#include "tools/sequence/io/planes_writer.h"
 #include "tools/sequence/io/sequence.h"
 
 namespace postchain::scenes {

@@ -1,28 +1,22 @@
-// A study: ab or bench over several scenes, as its file says it. Format: docs/studies.md.
+// A study: ab or bench over several scenes, as its file says it.
 //
-//   YAML or JSON --read_study()--> Study --units_of()--> Units: one call of ab or bench each
+//   YAML or JSON --study_reader.h--> Study --units_of()--> Units: one call of ab or bench each
 //
 // Settings of scenes are the rows of run/job_settings.h and experiment/settings.h.
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "chain/pass.h"
-#include "config/diagnostic.h"
 #include "tools/measure/experiment/ab.h"
 #include "tools/measure/experiment/settings.h"
 #include "tools/measure/experiment/sweep.h"
 #include "tools/sequence/run/job_settings.h"
 
 namespace postchain::study {
-
-inline constexpr int kStudyFileVersion = 1;
-inline constexpr size_t kMaxUnits = 10000;
 
 struct Scene {
     std::string name;
@@ -55,24 +49,5 @@ struct Unit {
 };
 // Scene by scene.
 std::vector<Unit> units_of(const Study& study);
-
-// Where the paths of a study lead. A failure's message is put at the place of the text.
-struct StudyPaths {
-    std::function<Result<std::string>(const std::string&)> file;
-    std::function<Result<io::PathPattern>(const io::PathPattern&)> pattern;
-};
-// From the folder of the study's file.
-StudyPaths paths_beside(const std::string& study_file);
-
-struct StudyFile {
-    Study study;  // what could be read; run it only when status() is ok
-    Diagnostics diagnostics;
-    Status status() const { return status_of(diagnostics); }
-};
-// Reads chains, cameras and profiles too, but no frame. Errors: (usage) what is wrong in the text,
-// (chain) and (input) what is wrong in the files that it names.
-StudyFile read_study(std::string_view text, const std::string& file_name,
-                     const PassRegistry& registry, const StudyPaths& paths,
-                     const std::string& version);
 
 }  // namespace postchain::study

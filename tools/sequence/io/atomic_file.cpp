@@ -177,6 +177,12 @@ std::string name_of_temporary(const std::string& temporary) {
 
 }  // namespace
 
+Result<bool> skipped_already(const std::string& path, OnExisting on_existing) {
+    if (on_existing == OnExisting::overwrite || ::access(path.c_str(), F_OK) != 0) return false;
+    if (on_existing == OnExisting::skip) return true;
+    return Status(StatusCode::output, concat(path, ": exists already, and is not replaced"));
+}
+
 Result<AtomicFile> AtomicFile::create(const std::string& path) try {
     const size_t slash = path.rfind('/');
     const std::string name = slash == std::string::npos ? path : path.substr(slash + 1);

@@ -25,6 +25,10 @@ enum class OnExisting {
     skip,       // keep the old file, drop the new one
 };
 
+// What `fail` and `skip` can say before any work: true where the file is there and stays, an error
+// (output) where it is there under `fail`. AtomicFile::commit() decides for good.
+Result<bool> skipped_already(const std::string& path, OnExisting on_existing);
+
 class AtomicFile {
   public:
     // Errors (output): folder missing, a file where a folder should be, a folder where the file

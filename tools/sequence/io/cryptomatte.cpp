@@ -70,6 +70,16 @@ std::string take_manifest_file(const std::string& frame, const std::string& name
     return why.empty() ? why : concat(path.string(), ": ", why);
 }
 
+// In the attributes of a cryptomatte, or in the file that they name.
+std::string find_manifest(const std::string& frame,
+                          const std::map<std::string, std::string>& attributes, Cryptomatte& to) {
+    if (const auto text = attributes.find("manifest"); text != attributes.end())
+        return take_manifest(text->second, to);
+    if (const auto name = attributes.find("manif_file"); name != attributes.end())
+        return take_manifest_file(frame, name->second, to);
+    return "it has no manifest";
+}
+
 // The four channels of a level, which is a layer of a part or a part of its own.
 std::optional<CryptoLevel> level_of(const ExrFile& file, const std::string& name, int number) {
     const std::string layer = concat(name, number < 10 ? "0" : "", number);
@@ -163,7 +173,7 @@ bool Cryptomatte::holds(int part, std::string_view channel) const {
     });
 }
 
-Result<std::vector<Cryptomatte>> find_cryptomattes(const ExrFile& file) try {
+Result<std::vector<Cryptomatte>> find_cryptomattes(const ExrFile& file, Manifests manifests) try {
     // By name: in a file of many parts each may repeat the attributes.
     std::map<std::string, std::map<std::string, std::string>> found;
     for (const ExrPart& part : file.parts()) {
@@ -197,12 +207,8 @@ Result<std::vector<Cryptomatte>> find_cryptomattes(const ExrFile& file) try {
         if (Status status = stated("hash", "MurmurHash3_32"); !status.ok()) return status;
         if (Status status = stated("conversion", "uint32_to_float32"); !status.ok()) return status;
         if (Status status = find_levels(file, cryptomatte); !status.ok()) return status;
-        if (const auto text = own.find("manifest"); text != own.end())
-            cryptomatte.no_manifest = take_manifest(text->second, cryptomatte);
-        else if (const auto path = own.find("manif_file"); path != own.end())
-            cryptomatte.no_manifest = take_manifest_file(file.path(), path->second, cryptomatte);
-        else
-            cryptomatte.no_manifest = "it has no manifest";
+        if (manifests == Manifests::read)
+            cryptomatte.no_manifest = find_manifest(file.path(), own, cryptomatte);
         all.push_back(std::move(cryptomatte));
     }
     return all;

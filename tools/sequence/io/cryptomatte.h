@@ -50,10 +50,15 @@ struct Cryptomatte {
     bool holds(int part, std::string_view channel) const;
 };
 
+// Names are needed where a matte is asked for by one. Not read, Cryptomatte::manifest and
+// no_manifest stay empty.
+enum class Manifests { read, not_read };
+
 // In the order of their names. A manifest that cannot be read is no error: Cryptomatte::no_manifest
 // says why. Errors (input), each naming the file: a hash or conversion that the specification does
 // not have, ranks that are not there, are no float channels or are of parts of different size.
-Result<std::vector<Cryptomatte>> find_cryptomattes(const ExrFile& file);
+Result<std::vector<Cryptomatte>> find_cryptomattes(const ExrFile& file,
+                                                   Manifests manifests = Manifests::read);
 
 // Ids and coverages of every pixel, ranks together: [(y * width + x) * ranks + rank].
 struct RankedCoverage {

@@ -250,7 +250,7 @@ Result<HeaderFacts> scan_header(int fd, uint64_t file_bytes, const ReadLimits& l
         if (!multi_part) break;
     }
     if (parts.empty()) return input_error("damaged header: no image in the file");
-    HeaderFacts facts{multi_part, parts[0].type.has_value(), {}};
+    HeaderFacts facts{multi_part, parts[0].type.has_value(), {}, {}};
     uint64_t least_bytes = 0;
     for (size_t i = 0; i < parts.size(); ++i) {
         const std::string place =
@@ -262,6 +262,7 @@ Result<HeaderFacts> scan_header(int fd, uint64_t file_bytes, const ReadLimits& l
         if (least_bytes > file_bytes)
             return at_place(too_much_packed(parts[i], *needs, file_bytes));
         if (needs->chunks * 8 > file_bytes) return truncated();
+        facts.forms.push_back({parts[i].known, parts[i].tiled, parts[i].deep});
         std::vector<uint64_t>& chunks = facts.chunks.emplace_back();
         for (uint64_t c = 0; c < needs->chunks; ++c) {
             const uint64_t offset = in.number(8);

@@ -14,12 +14,20 @@ namespace postchain::io {
 
 struct ReadLimits;
 
+// How the chunks of a part are laid out.
+struct ChunkForm {
+    bool known = true;  // a kind of part that OpenEXR reads
+    bool tiled = false;
+    bool deep = false;
+};
+
 // What OpenEXR does not tell of a file it has opened.
 struct HeaderFacts {
     bool multi_part = false;      // the flag; such a file may have one part
     bool type_attribute = false;  // of the first part: optional in a single flat part
     // Of each part, where its chunks begin, each before the file's end. 0: never written.
     std::vector<std::vector<uint64_t>> chunks;
+    std::vector<ChunkForm> forms;  // of each part
 };
 
 // `fd` is a regular file of `file_bytes` bytes. Errors (input), without the path: zero bytes, not

@@ -139,6 +139,11 @@ Result<Packer> write_multi_part(Imf::OStream& stream, const std::vector<Imf::Hea
     return Packer::openexr;
 }
 
+namespace {
+
+// Whether every chunk has been written, asked of the file as a reader would. OpenEXR 3.1 writes
+// nothing of lines that it could not compress for want of memory, and says nothing either. Errors
+// (memory), (output). Throws what OpenEXR throws.
 Status check_complete(AtomicFile& file) {
     if (Status s = file.flush(); !s.ok()) return s;
     FdIStream stream(file.temporary());
@@ -153,6 +158,33 @@ Status check_complete(AtomicFile& file) {
             return Status(
                 StatusCode::memory,
                 concat(file.path(), ": not enough memory: OpenEXR could not compress every line"));
+    return {};
+}
+
+}  // namespace
+
+Status write_exr_file(const std::string& path, const WriteOptions& options, WriteReport& report,
+                      const std::function<Result<Packer>(Imf::OStream&)>& write) {
+    Result<AtomicFile> file = AtomicFile::create(path);
+    if (!file.ok()) return file.status();
+    AtomicOStream stream(*file);
+    try {
+        const Result<Packer> packer = write(stream);
+        if (!packer.ok()) return packer.status().at(path);
+        if (*packer == Packer::openexr)
+            if (Status s = check_complete(*file); !s.ok()) return s;
+        // A failure that OpenEXR's destructors swallowed has stuck to the file.
+        if (Status s = file->flush(); !s.ok()) return s;
+    } catch (...) {
+        if (!stream.status.ok()) return stream.status;
+        return status_of_exr_exception(StatusCode::output, path);
+    }
+    report.bytes = file->size();
+    if (options.before_commit)
+        if (Status s = options.before_commit(); !s.ok()) return s;
+    Result<bool> written = file->commit(options.on_existing);
+    if (!written.ok()) return written.status();
+    report.skipped = !*written;
     return {};
 }
 

@@ -10,16 +10,18 @@
 #include <ImfIO.h>
 #include <ImfMultiPartInputFile.h>
 
+#include <functional>
 #include <map>
+#include <string>
 #include <vector>
 
 #include "chain/status.h"
-#include "tools/sequence/io/atomic_file.h"
 #include "tools/sequence/io/exr_internal.h"
+#include "tools/sequence/io/write_options.h"
 
 namespace postchain::io {
 
-// Who has written the chunks. What OpenEXR has written is to be checked (check_complete()).
+// Who has written the chunks. What OpenEXR has written is checked once more.
 enum class Packer { own, openexr };
 
 // Level and compression are those of the header. All throw what OpenEXR and the stream throw;
@@ -32,9 +34,10 @@ Result<Packer> write_multi_part(Imf::OStream& stream, const std::vector<Imf::Hea
                                 const std::map<int, PartPlanes>& planes,
                                 Imf::MultiPartInputFile& input, const std::vector<int>& from);
 
-// Whether every chunk has been written, asked of the file as a reader would. OpenEXR 3.1 writes
-// nothing of lines that it could not compress for want of memory, and says nothing either. Errors
-// (memory), (output). Throws what OpenEXR throws.
-Status check_complete(AtomicFile& file);
+// Runs `write` on a stream into a new file at `path`, then commits. `write` may throw, and must
+// have closed its OpenEXR objects when it returns. Errors (output): the path (see AtomicFile),
+// write errors, those of `write` and of WriteOptions::before_commit; (memory).
+Status write_exr_file(const std::string& path, const WriteOptions& options, WriteReport& report,
+                      const std::function<Result<Packer>(Imf::OStream&)>& write);
 
 }  // namespace postchain::io

@@ -12,7 +12,7 @@
 
 #include "chain/aperture_image.h"
 #include "tools/sequence/io/picture_codec.h"
-#include "tools/sequence/io/picture_view.h"
+#include "tools/sequence/io/picture_ocio.h"
 
 namespace postchain::io {
 namespace {
@@ -121,7 +121,8 @@ Result<ImageF> read_gray(const std::string& path, int max_side) {
 const postchain::io::PictureCalls* postchain_picture_calls() {
     using namespace postchain::io;
     static const PictureCalls calls = {
-        POSTCHAIN_VERSION, OIIO_VERSION_STRING, encode_png,     magma_of,     read_gray,
-        describe_picture,  read_stored_picture, encode_picture, shown_by_view};
+        POSTCHAIN_VERSION, OIIO_VERSION_STRING, encode_png,          magma_of,
+        read_gray,         describe_picture,    read_stored_picture, encode_picture,
+        from_ocio_space,   to_ocio_space,       to_ocio_view};
     return &calls;
 }

@@ -9,11 +9,13 @@
 
 #include "chain/image.h"
 #include "chain/status.h"
+#include "tools/sequence/io/transfer.h"
 
 namespace postchain::io {
 
 // A picture of three or four channels, red, green, blue, alpha, as its file stores it.
 struct PictureInfo {
+    std::string format;  // in OpenImageIO's words
     int width = 0, height = 0;
     int x = 0, y = 0;  // of the first pixel
     int display_x = 0, display_y = 0, display_width = 0, display_height = 0;
@@ -28,21 +30,11 @@ struct PictureInfo {
 
 // A picture to write.
 struct PictureToWrite {
-    std::string format;       // in OpenImageIO's words
-    PictureInfo info;         // windows, channels, bits, alpha, color space
+    PictureInfo info;         // format, windows, channels, bits, alpha, color space
     const void* values;       // uint16_t of the whole range of 16 bits, or float
     std::string metadata_of;  // a file whose metadata are kept; may be empty
     int metadata_part = 0;    // of it
     std::map<std::string, std::string> attributes;  // besides
-};
-
-// A view of an OpenColorIO configuration. Empty texts: the default display and its default view,
-// and the space of the role scene_linear.
-struct DisplayView {
-    std::string config;  // a file
-    std::string display;
-    std::string view;
-    std::string space;  // of the frames
 };
 
 struct PictureCalls {
@@ -64,10 +56,13 @@ struct PictureCalls {
     Result<ImageF> (*read_stored)(const std::string& path, const PictureInfo& info);
     // The bytes of a file. Errors (output): the encoder's.
     Result<std::string> (*encode)(const PictureToWrite& picture);
-    // Color (over black) as a view shows it, three channels. What is not finite is taken as 0.
-    // Errors: (input) the configuration cannot be used; (usage) it has no such name, with those
-    // that it has.
-    Result<Image<uint8_t>> (*shown)(const ImageF& color, const DisplayView& view);
+    // The first three channels in place, by a configuration of OpenColorIO: stored values of a
+    // color space as the frames have them, and the frames as they are stored in a color space, or
+    // as a view shows them. Values are finite. Errors: (input) the configuration cannot be used;
+    // (usage) it has no such name, with those that it has.
+    Status (*from_space)(ImageF& color, const OcioSpace& space);
+    Status (*to_space)(ImageF& color, const OcioSpace& space);
+    Status (*to_view)(ImageF& color, const DisplayView& view);
 };
 
 }  // namespace postchain::io

@@ -12,6 +12,8 @@
 #include <fstream>
 #include <memory>
 
+#include "tools/sequence/io/picture_scan.h"
+
 namespace postchain::io {
 namespace {
 
@@ -19,60 +21,49 @@ Status refuse(const std::string& why) {
     return Status(StatusCode::input, why);
 }
 
-// Color as it is stored: OpenImageIO would multiply it by alpha in the file's own bits.
-std::unique_ptr<OIIO::ImageInput> open_as_stored(const std::string& path) {
-    OIIO::ImageSpec config;
+// Color as it is stored: OpenImageIO would multiply it by alpha in the file's own bits. By the
+// reader of this format and no other.
+Result<std::unique_ptr<OIIO::ImageInput>> open_as_stored(const std::string& path,
+                                                         const std::string& format) {
+    OIIO::ImageSpec config, found;
     config.attribute("oiio:UnassociatedAlpha", 1);
-    return OIIO::ImageInput::open(path, &config);
+    auto file = OIIO::ImageInput::create(format);
+    if (!file) return refuse("cannot be read: " + OIIO::geterror());
+    if (!file->open(path, found, config))
+        return refuse("damaged, or no picture of its name: " + file->geterror());
+    return file;
 }
 
-// libjpeg fills what is missing of a file with gray, and says nothing.
-bool jpeg_has_end(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    std::array<char, 4096> tail;
-    file.seekg(0, std::ios::end);
-    const std::streamoff size = file.tellg();
-    const std::streamoff count = std::min<std::streamoff>(size, std::streamoff(tail.size()));
-    file.seekg(size - count);
-    file.read(tail.data(), count);
-    for (std::streamoff i = count - 1; i > 0; --i)
-        if (tail[size_t(i)] == char(0xd9) && tail[size_t(i - 1)] == char(0xff)) return true;
-    return false;
-}
+// A header may state anything.
+constexpr int kMostOffset = 1 << 28;
+constexpr size_t kMostAttribute = size_t(1) << 20;  // of a text; more is cut off
+constexpr uint64_t kMostTileBytes = uint64_t(512) << 20;
 
-// Bytes that the pixels of a DPX file take at least and where they begin, by its header (SMPTE
-// 268M: data offset at 4; of the first element packing at 804, encoding at 806); OpenImageIO gives
-// what is missing as it finds it in memory. 0: the header does not tell (run-length encoded).
-uint64_t least_dpx_bytes(const std::string& path, const PictureInfo& info) {
-    std::ifstream file(path, std::ios::binary);
-    std::array<unsigned char, 808> header;
-    if (!file.read(reinterpret_cast<char*>(header.data()), std::streamsize(header.size())))
-        return header.size();
-    const bool big = header[0] == 'S';
-    const auto number = [&](size_t at, size_t bytes) {
-        uint64_t value = 0;
-        for (size_t i = 0; i < bytes; ++i)
-            value = value << 8 | header[at + (big ? i : bytes - 1 - i)];
-        return value;
+// Sizes that the file cannot hold, and what would not fit in a number.
+Status check_sizes(const std::string& path, const std::string& format,
+                   const OIIO::ImageSpec& spec) {
+    for (const int offset : {spec.x, spec.y, spec.full_x, spec.full_y})
+        if (std::abs(int64_t(offset)) > kMostOffset)
+            return refuse(concat("its pixels begin at ", offset, "; set their offset to 0"));
+    if (spec.width < 1 || spec.height < 1) return refuse("has no pixels");
+    // Whole tiles are decoded, and a tile may be larger than the picture.
+    const auto whole = [](int side, int tile) {
+        return tile > 0 ? (int64_t(side) + tile - 1) / tile * tile : int64_t(side);
     };
-    if (number(806, 2) != 0) return 0;
-    const uint64_t samples = uint64_t(info.width) * uint64_t(info.channels);
-    const bool filled = number(804, 2) != 0;
-    const uint64_t row = info.bits == 10 && filled   ? (samples + 2) / 3 * 4
-                         : info.bits == 12 && filled ? samples * 2
-                                                     : samples * uint64_t(info.bits) / 8;
-    return number(4, 4) + row * uint64_t(info.height);
-}
-
-uint64_t bytes_in(const std::string& path) {
-    std::ifstream file(path, std::ios::binary | std::ios::ate);
-    return uint64_t(std::max<std::streamoff>(file.tellg(), 0));
-}
-
-// What OpenImageIO does not say of a file that ends too early.
-bool is_cut(const std::string& path, const std::string& format, const PictureInfo& info) {
-    if (format == "jpeg") return !jpeg_has_end(path);
-    return format == "dpx" && bytes_in(path) < least_dpx_bytes(path, info);
+    const uint64_t of_pixel = spec.pixel_bytes(true);
+    if (spec.tile_width > 0 &&
+        uint64_t(spec.tile_width) * uint64_t(spec.tile_height) > kMostTileBytes / of_pixel)
+        return refuse(concat("has tiles of ", spec.tile_width, "x", spec.tile_height,
+                             " pixels, more than 512 MiB each; write it with smaller ones"));
+    const uint64_t width = uint64_t(whole(spec.width, spec.tile_width));
+    const uint64_t height = uint64_t(whole(spec.height, spec.tile_height));
+    const uint64_t most =
+        most_stored_bytes(format, spec.get_string_attribute("compression"), bytes_in(path));
+    if (width > most / height / of_pixel)
+        return refuse(concat("damaged or truncated: ", spec.width, "x", spec.height,
+                             " pixels are more than ", bytes_in(path),
+                             " bytes can hold; render it again, or wait until it is written"));
+    return {};
 }
 
 // Integers of `bits` as OpenImageIO gives them: spread over 8 or 16 bits.
@@ -106,6 +97,8 @@ bool is_stale(const std::string& name) {
                                              "tiff:PhotometricInterpretation",
                                              "Exif:ColorSpace",
                                              "dpx:ImageDescriptor",
+                                             "dpx:EndOfLinePadding",
+                                             "dpx:EndOfImagePadding",
                                              "PixelAspectRatio",
                                              "openexr:chunkCount",
                                              "screenWindowCenter",
@@ -122,7 +115,7 @@ Status add_metadata(const PictureToWrite& picture, OIIO::ImageSpec& spec) {
     const auto from = OIIO::ImageInput::open(picture.metadata_of);
     if (!from) return Status(StatusCode::output, "no metadata of " + OIIO::geterror());
     const OIIO::ImageSpec there = from->spec(picture.metadata_part);
-    const bool same_format = picture.format == from->format_name();
+    const bool same_format = picture.info.format == from->format_name();
     for (const OIIO::ParamValue& attribute : there.extra_attribs) {
         const std::string name = attribute.name().string();
         if (is_stale(name) || (!same_format && is_of_format(name))) continue;
@@ -165,17 +158,17 @@ OIIO::TypeDesc type_of(const PictureInfo& info) {
 }  // namespace
 
 Result<PictureInfo> describe_picture(const std::string& path, const std::string& format) {
-    const auto file = open_as_stored(path);
-    if (!file) return refuse("damaged, or no picture of its name: " + OIIO::geterror());
-    if (format != file->format_name())
-        return refuse(concat("holds a picture of the format ", file->format_name(),
-                             ", and its name says ", format, "; rename it"));
-    const OIIO::ImageSpec& spec = file->spec();
+    if (Status s = check_content(path, format); !s.ok()) return s;
+    const auto file = open_as_stored(path, format);
+    if (!file.ok()) return file.status();
+    const OIIO::ImageSpec& spec = (*file)->spec();
     if (spec.deep || spec.depth > 1) return refuse("is deep or a volume; flatten it");
     if (spec.nchannels < 3 || spec.nchannels > 4)
         return refuse(concat("has ", spec.nchannels,
                              " channels; color has three, or four with alpha: write it as RGB"));
+    if (Status s = check_sizes(path, format, spec); !s.ok()) return s;
     PictureInfo info;
+    info.format = format;
     info.width = spec.width;
     info.height = spec.height;
     info.x = spec.x;
@@ -184,13 +177,18 @@ Result<PictureInfo> describe_picture(const std::string& path, const std::string&
     info.display_y = spec.full_y;
     info.display_width = spec.full_width;
     info.display_height = spec.full_height;
-    info.pixel_aspect = spec.get_float_attribute("PixelAspectRatio", 1);
+    // What OpenEXR takes as one; DPX states it as NaN or 0 where it is not known.
+    const float aspect = spec.get_float_attribute("PixelAspectRatio", 1);
+    if (aspect >= 1e-6f && aspect <= 1e6f) info.pixel_aspect = aspect;
     info.channels = spec.nchannels;
     info.is_float = spec.format.is_floating_point();
     info.bits = info.is_float
                     ? 32
                     : spec.get_int_attribute("oiio:BitsPerSample", int(spec.format.size()) * 8);
     if (!info.is_float && info.bits < 8) info.bits = 8;
+    if (!info.is_float && size_t(info.bits) > spec.format.size() * 8)
+        return refuse(
+            concat("says that its values have ", info.bits, " bits, in ", spec.format.size() * 8));
     const bool integer =
         spec.format == OIIO::TypeDesc::UINT8 || spec.format == OIIO::TypeDesc::UINT16;
     if ((!info.is_float && !integer) || (info.is_float && spec.format.size() > 4))
@@ -201,19 +199,23 @@ Result<PictureInfo> describe_picture(const std::string& path, const std::string&
         (format == "png" || spec.get_int_attribute("oiio:UnassociatedAlpha", 0) != 0);
     info.color_space = spec.get_string_attribute("oiio:ColorSpace");
     for (const OIIO::ParamValue& attribute : spec.extra_attribs) {
-        const std::string text = spec.metadata_val(attribute, false);
-        info.attributes[attribute.name().string()] = text.substr(0, 1000);
+        // In metadata_val() a text has quotes around it.
+        const std::string text = attribute.type() == OIIO::TypeString
+                                     ? attribute.get_string()
+                                     : spec.metadata_val(attribute, false);
+        info.attributes[attribute.name().string()] = text.substr(0, kMostAttribute);
     }
     return info;
 }
 
 Result<ImageF> read_stored_picture(const std::string& path, const PictureInfo& info) {
-    const auto file = open_as_stored(path);
-    if (!file) return refuse("cannot be read: " + OIIO::geterror());
+    const auto opened = open_as_stored(path, info.format);
+    if (!opened.ok()) return opened.status();
+    OIIO::ImageInput* file = opened->get();
     const OIIO::ImageSpec& spec = file->spec();
     if (spec.width != info.width || spec.height != info.height || spec.nchannels != info.channels)
         return refuse("has changed while it was read");
-    if (is_cut(path, file->format_name(), info))
+    if (is_cut(path, info.format, info))
         return refuse("truncated: it ends too early; render it again, or wait until it is written");
     ImageF image(info.width, info.height, info.channels);
     bool read = false;
@@ -249,7 +251,7 @@ Result<std::string> encode_picture(const PictureToWrite& picture) {
     if (info.pixel_aspect != 1) spec.attribute("PixelAspectRatio", info.pixel_aspect);
     for (const auto& [name, text] : picture.attributes) spec.attribute(name, text);
     const MemoryFile memory;
-    const auto out = OIIO::ImageOutput::create(picture.format);
+    const auto out = OIIO::ImageOutput::create(picture.info.format);
     const OIIO::TypeDesc given = info.is_float ? OIIO::TypeDesc(OIIO::TypeDesc::FLOAT)
                                                : OIIO::TypeDesc(OIIO::TypeDesc::UINT16);
     if (!out || !out->open(memory.path(), spec) || !out->write_image(given, picture.values) ||

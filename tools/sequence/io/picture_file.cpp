@@ -10,26 +10,39 @@ namespace postchain::io {
 namespace {
 
 // What the file says of its values by OpenImageIO's names.
-Result<Transfer> stated_transfer(const PictureInfo& info) {
+Result<Curve> stated_curve(const PictureInfo& info) {
     std::string said = info.color_space;
     for (char& c : said) c = c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c;
-    if (said == "linear" || said == "scene_linear") return Transfer::linear;
-    if (said == "srgb") return Transfer::srgb;
-    if (said == "rec709") return Transfer::rec709;
-    if (said == "kodaklog") return Transfer::cineon;
-    if (said == "gamma2.2" || said == "gammacorrected2.2") return Transfer::gamma22;
-    if (said.empty()) return info.is_float ? Transfer::linear : Transfer::srgb;
+    if (said == "linear" || said == "scene_linear") return Curve::linear;
+    if (said == "srgb") return Curve::srgb;
+    if (said == "rec709") return Curve::rec709;
+    if (said == "kodaklog") return Curve::cineon;
+    if (said == "gamma2.2" || said == "gammacorrected2.2") return Curve::gamma22;
+    if (said.empty()) return info.is_float ? Curve::linear : Curve::srgb;
     return Status(StatusCode::input, concat("says that its values are ", info.color_space,
                                             "; say what they are with --input-transfer"));
 }
 
 // Each stored value of an integer file as light.
-std::vector<float> decoded_codes(Transfer transfer, int bits) {
+std::vector<float> decoded_codes(Curve curve, int bits) {
     const int largest = (1 << bits) - 1;
     std::vector<float> light(size_t(largest) + 1);
     for (int code = 0; code <= largest; ++code)
-        light[size_t(code)] = float(decode(transfer, double(code) / largest));
+        light[size_t(code)] = float(decode(curve, double(code) / largest));
     return light;
+}
+
+// Values of a color space as the frames have them. What is not finite stays so.
+Status decode_space(const PictureCalls& calls, const OcioSpace& space, ImageF& stored) {
+    std::vector<std::pair<size_t, float>> nonfinite;
+    for (size_t i = 0; i < stored.data.size(); ++i)
+        if (float& value = stored.data[i]; !std::isfinite(value)) {
+            nonfinite.emplace_back(i, value);
+            value = 0;
+        }
+    Status status = calls.from_space(stored, space);
+    for (const auto& [i, value] : nonfinite) stored.data[i] = value;
+    return status;
 }
 
 }  // namespace
@@ -59,9 +72,18 @@ Result<PictureFile> PictureFile::open(const std::string& path, const ReadLimits&
         limits.max_bytes)
         return Status(StatusCode::input,
                       concat(path, ": ", i.width, "x", i.height, " pixels are more than are read"));
-    auto stated = transfer ? Result<Transfer>(*transfer) : stated_transfer(i);
-    if (!stated.ok()) return stated.status().at(path);
-    file.transfer_ = *stated;
+    if (transfer) {
+        file.transfer_ = *transfer;
+    } else {
+        auto stated = stated_curve(i);
+        if (!stated.ok()) return stated.status().at(path);
+        file.transfer_ = *stated;
+    }
+    // A configuration that cannot be used is found before pixels are decoded.
+    if (const auto* space = std::get_if<OcioSpace>(&file.transfer_)) {
+        ImageF pixel(1, 1, 3);
+        if (Status s = (*calls)->from_space(pixel, *space); !s.ok()) return s;
+    }
     return file;
 }
 
@@ -81,18 +103,22 @@ ExrPart PictureFile::part() const {
 }
 
 Status PictureFile::read(PartPixels& pixels) {
+    const auto* space = std::get_if<OcioSpace>(&transfer_);
+    const Curve curve = space ? Curve::linear : std::get<Curve>(transfer_);
     if (!stored_) {
         const auto calls = picture_module(StatusCode::input);
         if (!calls.ok()) return calls.status().at(path_);
         auto stored = (*calls)->read_stored(path_, info_);
         if (!stored.ok()) return stored.status().at(path_);
+        if (space)
+            if (Status s = decode_space(**calls, *space, *stored); !s.ok()) return s;
         stored_ = std::make_shared<const ImageF>(std::move(*stored));
     }
     const ImageF& stored = *stored_;
     const Window whole = part().data_window;
     const int largest = (1 << std::min(info_.bits, 16)) - 1;
     std::vector<float> codes;
-    if (!info_.is_float) codes = decoded_codes(transfer_, info_.bits);
+    if (!info_.is_float && !space) codes = decoded_codes(curve, info_.bits);
     for (PartPixels::Plane& plane : pixels.planes) {
         const int channel = int(std::string_view("RGBA").find(plane.channel.name));
         auto* values = reinterpret_cast<float*>(plane.bytes.get());
@@ -100,10 +126,10 @@ Status PictureFile::read(PartPixels& pixels) {
             const float* row = stored.pixel(0, y - whole.min_y) + channel;
             for (int x = 0; x < stored.width; ++x, ++values) {
                 const float value = row[size_t(x) * size_t(stored.channels)];
-                if (channel == 3 || (info_.is_float && transfer_ == Transfer::linear))
+                if (channel == 3 || space || (info_.is_float && curve == Curve::linear))
                     *values = value;
                 else if (info_.is_float)
-                    *values = float(decode(transfer_, double(value)));
+                    *values = float(decode(curve, double(value)));
                 else
                     *values = codes[size_t(std::lround(value * float(largest)))];
             }

@@ -20,7 +20,8 @@ class PictureFile {
     // `transfer`: what the values mean; not given: what the file says, else sRGB of integers and
     // linear of float. Errors (input), with the path: not there, damaged, of another format than
     // its name says, gray, a volume, more than 16 bits of an integer, a side above the limit, a
-    // curve that is not known; also where the module cannot be loaded.
+    // curve that is not known; also where the module cannot be loaded; those of
+    // PictureCalls::from_space.
     static Result<PictureFile> open(const std::string& path, const ReadLimits& limits,
                                     std::optional<Transfer> transfer);
 
@@ -37,8 +38,8 @@ class PictureFile {
     std::string path_;
     const PictureFormat* format_ = nullptr;
     PictureInfo info_;
-    Transfer transfer_ = Transfer::linear;
-    std::shared_ptr<const ImageF> stored_;
+    Transfer transfer_;
+    std::shared_ptr<const ImageF> stored_;  // of a color space: as the frames have it
 };
 
 }  // namespace postchain::io

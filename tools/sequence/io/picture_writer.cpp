@@ -11,17 +11,17 @@ namespace postchain::io {
 namespace {
 
 // OpenImageIO's words.
-std::string color_space_of(Transfer transfer) {
-    switch (transfer) {
-        case Transfer::linear:
+std::string color_space_of(Curve curve) {
+    switch (curve) {
+        case Curve::linear:
             return "Linear";
-        case Transfer::srgb:
+        case Curve::srgb:
             return "sRGB";
-        case Transfer::rec709:
+        case Curve::rec709:
             return "Rec709";
-        case Transfer::gamma22:
+        case Curve::gamma22:
             return "GammaCorrected2.2";
-        case Transfer::cineon:
+        case Curve::cineon:
             return "KodakLog";
     }
     return "";
@@ -42,8 +42,27 @@ uint16_t spread(uint32_t code, int bits) {
     return uint16_t(wide);
 }
 
-Encoded encode_pixels(const ImageF& color, const PictureEncoding& encoding) {
+// Color as a configuration of OpenColorIO stores it; empty where that is a curve's work.
+Result<ImageF> converted(const ImageF& color, const Transfer& transfer) {
+    if (std::holds_alternative<Curve>(transfer)) return ImageF();
+    const auto calls = picture_module(StatusCode::output);
+    if (!calls.ok()) return calls.status();
+    constexpr float kLargest = 65504;  // of half: transforms still have room above it
+    ImageF stored = color;
+    for (float& v : stored.data)
+        if (!std::isfinite(v)) v = std::isnan(v) ? 0 : std::copysign(kLargest, v);
+    const auto* space = std::get_if<OcioSpace>(&transfer);
+    const Status status = space ? (*calls)->to_space(stored, *space)
+                                : (*calls)->to_view(stored, std::get<DisplayView>(transfer));
+    if (!status.ok()) return status;
+    return stored;
+}
+
+// `stored_color`: converted(), where it is not by a curve.
+Encoded encode_pixels(const ImageF& color, const ImageF& stored_color,
+                      const PictureEncoding& encoding) {
     Encoded out;
+    const auto* curve = std::get_if<Curve>(&encoding.transfer);
     const int channels = encoding.alpha ? 4 : 3;
     const bool is_float = PictureFormat::is_float(encoding.bits);
     const double largest =
@@ -64,7 +83,9 @@ Encoded encode_pixels(const ImageF& color, const PictureEncoding& encoding) {
         out.has_alpha |= rgba[3] != 1;
         for (int c = 0; c < channels; ++c, ++at) {
             const double light = double(rgba[c]);
-            double stored = c == 3 ? light : encode(encoding.transfer, light);
+            double stored = c == 3  ? light
+                            : curve ? encode(*curve, light)
+                                    : double(stored_color.data[4 * pixel + size_t(c)]);
             if (!is_float) stored = std::round(stored * largest);
             nonfinite |= !std::isfinite(rgba[c]);
             if (std::isnan(stored)) {
@@ -119,7 +140,11 @@ Result<PictureEncoding> picture_encoding(const std::string& path, const ExrFile&
     encoding.transfer = settings.transfer ? *settings.transfer
                         : input && input->info().is_float == is_float
                             ? input->transfer()
-                            : (is_float ? Transfer::linear : Transfer::srgb);
+                            : (is_float ? Curve::linear : Curve::srgb);
+    if (const auto* curve = std::get_if<Curve>(&encoding.transfer))
+        encoding.color_space = color_space_of(*curve);
+    else if (input && input->transfer() == encoding.transfer)
+        encoding.color_space = input->info().color_space;
     return encoding;
 }
 
@@ -128,7 +153,9 @@ Result<WriteReport> write_picture(const std::string& path, const ImageF& color,
                                   int metadata_part, const WriteOptions& options) try {
     const auto calls = picture_module(StatusCode::output);
     if (!calls.ok()) return calls.status();
-    const Encoded encoded = encode_pixels(color, encoding);
+    const auto stored = converted(color, encoding.transfer);
+    if (!stored.ok()) return stored.status();
+    const Encoded encoded = encode_pixels(color, *stored, encoding);
     if (encoded.outside > 0 && options.overflow == HalfOverflow::refuse)
         return Status(
             StatusCode::output,
@@ -142,14 +169,14 @@ Result<WriteReport> write_picture(const std::string& path, const ImageF& color,
     if (encoded.has_alpha && !encoding.alpha && !encoding.format->alpha)
         report.notes.push_back(concat("alpha left out: ", encoding.format->name, " has none"));
     PictureToWrite picture;
-    picture.format = encoding.format->name;
+    picture.info.format = encoding.format->name;
     picture.info.width = picture.info.display_width = color.width;
     picture.info.height = picture.info.display_height = color.height;
     picture.info.channels = encoding.alpha ? 4 : 3;
     picture.info.bits = encoding.bits;
     picture.info.is_float = PictureFormat::is_float(encoding.bits);
     picture.info.unassociated = encoding.unassociated;
-    picture.info.color_space = color_space_of(encoding.transfer);
+    picture.info.color_space = encoding.color_space;
     picture.values = picture.info.is_float ? static_cast<const void*>(encoded.values.data())
                                            : static_cast<const void*>(encoded.codes.data());
     picture.metadata_of = metadata_of;

@@ -5,8 +5,8 @@
 #include <string>
 
 #include "chain/image.h"
-#include "tools/sequence/io/exr_writer.h"
 #include "tools/sequence/io/picture_format.h"
+#include "tools/sequence/io/write_options.h"
 
 namespace postchain::io {
 
@@ -21,7 +21,8 @@ struct PictureEncoding {
     int bits = 8;
     bool alpha = false;
     bool unassociated = false;  // PNG always, TIFF where the input has it so
-    Transfer transfer = Transfer::srgb;
+    Transfer transfer = Curve::srgb;
+    std::string color_space;  // that the file says, in OpenImageIO's words; may be empty
 };
 // From the frame's header. Errors (usage): bits that the format has not.
 Result<PictureEncoding> picture_encoding(const std::string& path, const ExrFile& color_file,
@@ -30,8 +31,9 @@ Result<PictureEncoding> picture_encoding(const std::string& path, const ExrFile&
 // Writes `color` as `encoding` has it: four channels of the display window, linear, multiplied by
 // alpha or not as PictureEncoding::unassociated says. A value that lies further outside the
 // format's range than its rounding is an error (output), or clamped and counted under
-// HalfOverflow::clamp, as is what is not finite (NaN becomes 0). No dither. Metadata of part
-// `metadata_part` of the input are kept where the format has a place for them.
+// HalfOverflow::clamp, as is what is not finite (NaN becomes 0; before a configuration's transform
+// Inf becomes the largest half). No dither. Metadata of part `metadata_part` of the input are kept
+// where the format has a place for them. Errors besides: those of PictureCalls::to_space, to_view.
 Result<WriteReport> write_picture(const std::string& path, const ImageF& color,
                                   const PictureEncoding& encoding, const std::string& metadata_of,
                                   int metadata_part, const WriteOptions& options);

@@ -3,10 +3,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "chain/image.h"
-#include "tools/sequence/io/exr_writer.h"
+#include "chain/status.h"
+#include "tools/sequence/io/write_options.h"
 
 namespace postchain::io {
 
@@ -29,6 +31,9 @@ struct EncodeCounts {
 // counts. Float: as it is, or with `finite` the largest float for Inf and 0 for NaN. Uint: rounded
 // and limited to 0..2^32-1, NaN 0.
 EncodeCounts encode_channels(const std::vector<EncodeTarget>& targets);
+
+// Under `refuse` an error (output) that names `path` and counts what does not fit.
+Status check_counts(const std::string& path, const EncodeCounts& counts, HalfOverflow policy);
 
 // 16-bit patterns of `count` floats that lie within +-kMaxHalf. Source: IEEE 754 binary16.
 void floats_to_halves(const float* from, size_t count, uint16_t* to);

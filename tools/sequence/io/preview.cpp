@@ -8,14 +8,35 @@
 #include "tools/sequence/io/png.h"
 
 namespace postchain::io {
+namespace {
 
-Result<std::string> encode_png_preview(const ImageF& color, const PreviewOptions& options) {
+// The first three channels, or gray in each; 0 for what is not finite.
+ImageF finite_rgb(const ImageF& color) {
+    ImageF rgb(color.width, color.height, 3);
+    for (size_t i = 0; i < color.pixels(); ++i)
+        for (size_t c = 0; c < 3; ++c) {
+            const float value =
+                color.data[i * size_t(color.channels) + (color.channels >= 3 ? c : 0)];
+            rgb.data[3 * i + c] = std::isfinite(value) ? value : 0;
+        }
+    return rgb;
+}
+
+}  // namespace
+
+Result<Image<uint8_t>> shown_picture(const ImageF& color, const PreviewOptions& options) {
     if (color.empty()) return Status(StatusCode::internal, "no pixels");
     if (options.view) {
         const auto pictures = picture_module(StatusCode::output);
         if (!pictures.ok()) return pictures.status();
-        const auto shown = (*pictures)->shown(color, *options.view);
-        return shown.ok() ? encode_png(*shown) : Result<std::string>(shown.status());
+        ImageF rgb = finite_rgb(color);
+        if (Status s = (*pictures)->to_view(rgb, *options.view); !s.ok()) return s;
+        Image<uint8_t> bytes(rgb.width, rgb.height, 3);
+        for (size_t i = 0; i < bytes.data.size(); ++i) {
+            const float v = rgb.data[i];
+            bytes.data[i] = uint8_t(std::lround(255 * (v > 0 ? std::min(v, 1.0f) : 0.0f)));
+        }
+        return bytes;
     }
     const int channels = color.channels >= 3 ? 3 : 1;
     const float gain = float(std::exp2(options.exposure_stops));
@@ -32,7 +53,12 @@ Result<std::string> encode_png_preview(const ImageF& color, const PreviewOptions
                 shown(color.data[i * size_t(color.channels) + size_t(c)]);
         }
     }
-    return encode_png(bytes);
+    return bytes;
+}
+
+Result<std::string> encode_png_preview(const ImageF& color, const PreviewOptions& options) {
+    const auto shown = shown_picture(color, options);
+    return shown.ok() ? encode_png(*shown) : Result<std::string>(shown.status());
 }
 
 Status write_png_preview(const std::string& path, const ImageF& color,

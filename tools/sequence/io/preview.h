@@ -7,7 +7,7 @@
 #include "chain/image.h"
 #include "chain/status.h"
 #include "tools/sequence/io/atomic_file.h"
-#include "tools/sequence/io/picture_calls.h"
+#include "tools/sequence/io/transfer.h"
 
 namespace postchain::io {
 
@@ -20,8 +20,11 @@ struct PreviewOptions {
     OnExisting on_existing = OnExisting::fail;
     std::optional<DisplayView> view = {};  // in place of exposure and curve
 };
-// 8-bit RGB PNG of the first three channels (one channel: gray). Values are those over black.
-// Errors (output): the encoder's; of a view, those of PictureCalls::shown.
+// The first three channels as they are shown, 8 bits (one channel, without a view: gray). Values
+// are those over black. Errors: those of PictureCalls::to_view, and where its module cannot be
+// loaded.
+Result<Image<uint8_t>> shown_picture(const ImageF& color, const PreviewOptions& options = {});
+// The same as a PNG. Errors (output): the encoder's.
 Result<std::string> encode_png_preview(const ImageF& color, const PreviewOptions& options = {});
 // The same in a file.
 Status write_png_preview(const std::string& path, const ImageF& color,

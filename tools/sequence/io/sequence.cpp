@@ -258,11 +258,25 @@ std::map<int, std::string> PathPattern::discover() const {
     return found;
 }
 
+namespace {
+
+const std::map<std::string_view, Role>& roles_of_words() {
+    static const std::map<std::string_view, Role> kRoles = {{"color", Role::color},
+                                                            {"depth", Role::inverse_depth},
+                                                            {"motion", Role::motion},
+                                                            {"motion_back", Role::motion_back}};
+    return kRoles;
+}
+
+}  // namespace
+
+std::string InputSpec::word_of(Role role) {
+    for (const auto& [word, of] : roles_of_words())
+        if (of == role) return std::string(word);
+    return {};
+}
+
 Result<InputSpec> InputSpec::parse(std::string_view text) {
-    static const std::map<std::string_view, Role> kKeys = {{"color", Role::color},
-                                                           {"depth", Role::inverse_depth},
-                                                           {"motion", Role::motion},
-                                                           {"motion_back", Role::motion_back}};
     const auto key_of = [](std::string_view item) -> std::optional<std::string_view> {
         const size_t equals = item.find_first_of("=/.");
         if (equals == std::string_view::npos || equals == 0 || item[equals] != '=') return {};
@@ -278,7 +292,7 @@ Result<InputSpec> InputSpec::parse(std::string_view text) {
     std::string_view rest = text;
     while (true) {
         const std::optional<std::string_view> key = key_of(rest);
-        if (!key || !kKeys.contains(*key)) {
+        if (!key || !roles_of_words().contains(*key)) {
             return usage_error(concat("input '", text, "': '", key.value_or(rest),
                                       "' is none of color=, depth=, motion=, motion_back= (a file "
                                       "name with '=' can be written ./NAME)"));
@@ -291,7 +305,7 @@ Result<InputSpec> InputSpec::parse(std::string_view text) {
         }
         Result<PathPattern> pattern = PathPattern::parse(rest.substr(0, end));
         if (!pattern.ok()) return pattern.status().at(concat("input ", *key));
-        if (!spec.patterns.emplace(kKeys.at(*key), std::move(*pattern)).second) {
+        if (!spec.patterns.emplace(roles_of_words().at(*key), std::move(*pattern)).second) {
             return usage_error(concat("input '", text, "': ", *key, "= is given twice"));
         }
         if (end == std::string_view::npos) break;
@@ -345,9 +359,26 @@ void FrameList::keep(const Chunk& chunk) {
     std::erase_if(files, [&](const auto& entry) { return !kept.contains(entry.first); });
 }
 
-Result<FrameList> find_frames(const InputSpec& input, const std::optional<FrameRange>& range) {
-    std::map<Role, std::map<int, std::string>> on_disk;
+FilesOnDisk files_on_disk(const InputSpec& input) {
+    FilesOnDisk on_disk;
     for (const auto& [role, pattern] : input.patterns) on_disk[role] = pattern.discover();
+    return on_disk;
+}
+
+std::map<Role, std::string> files_of(int frame, const InputSpec& input,
+                                     const FilesOnDisk& on_disk) {
+    std::map<Role, std::string> files;
+    for (const auto& [role, pattern] : input.patterns) {
+        const std::map<int, std::string>& found = on_disk.at(role);
+        const bool still = role != Role::color && !pattern.has_token();
+        const auto it = still ? found.begin() : found.find(frame);
+        if (it != found.end()) files[role] = it->second;
+    }
+    return files;
+}
+
+Result<FrameList> find_frames(const InputSpec& input, const std::optional<FrameRange>& range) {
+    const FilesOnDisk on_disk = files_on_disk(input);
     const std::map<int, std::string>& color = on_disk.at(Role::color);
 
     FrameList list;
@@ -372,14 +403,7 @@ Result<FrameList> find_frames(const InputSpec& input, const std::optional<FrameR
         }
     }
     for (const int frame : list.frames) {
-        std::map<Role, std::string> files;
-        for (const auto& [role, pattern] : input.patterns) {
-            const std::map<int, std::string>& found = on_disk.at(role);
-            // A plane in one file without a token serves every frame; color never does.
-            const bool still = role != Role::color && !pattern.has_token();
-            const auto it = still ? found.begin() : found.find(frame);
-            if (it != found.end()) files[role] = it->second;
-        }
+        std::map<Role, std::string> files = files_of(frame, input, on_disk);
         if (files.size() == input.patterns.size()) {
             list.files[frame] = std::move(files);
         } else {

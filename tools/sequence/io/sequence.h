@@ -85,6 +85,8 @@ struct InputSpec {
     bool separate_files() const { return patterns.size() > 1; }
     const PathPattern& color() const { return patterns.at(Role::color); }
 
+    // What stands before "=" in the text: "color", "depth", "motion", "motion_back".
+    static std::string word_of(Role role);
     // "A.####.exr", or "color=A.####.exr,depth=B.####.exr,motion=C.####.exr" (also motion_back).
     // Errors (usage): unknown or repeated plane, no color, a bad pattern.
     static Result<InputSpec> parse(std::string_view text);
@@ -103,6 +105,12 @@ struct FrameList {
 
 // Why a pattern has no file on disk: "no such file", "the folder x cannot be read: ...".
 std::string why_none(const PathPattern& pattern);
+
+// Frames on disk and their paths, for each plane.
+using FilesOnDisk = std::map<Role, std::map<int, std::string>>;
+FilesOnDisk files_on_disk(const InputSpec& input);
+// Those of one frame; a plane whose pattern has no token serves every frame, color never does.
+std::map<Role, std::string> files_of(int frame, const InputSpec& input, const FilesOnDisk& on_disk);
 
 // The frames asked for, or without a range every frame of color on disk. A plane whose pattern
 // has no token serves every frame. Errors (input): nothing found and nothing asked for.

@@ -2,6 +2,9 @@
 
 #include <cmath>
 
+#include "chain/status.h"
+#include "chain/text.h"
+
 namespace postchain::io {
 namespace {
 
@@ -15,54 +18,70 @@ const double kCineonBlack = cineon_exposure(95 / 1023.0);
 
 }  // namespace
 
-const char* name_of(Transfer transfer) {
-    switch (transfer) {
-        case Transfer::linear:
+const char* name_of(Curve curve) {
+    switch (curve) {
+        case Curve::linear:
             return "linear";
-        case Transfer::srgb:
+        case Curve::srgb:
             return "srgb";
-        case Transfer::rec709:
+        case Curve::rec709:
             return "rec709";
-        case Transfer::gamma22:
+        case Curve::gamma22:
             return "gamma22";
-        case Transfer::cineon:
+        case Curve::cineon:
             return "cineon";
     }
     return "";
 }
 
-double decode(Transfer transfer, double v) {
-    switch (transfer) {
-        case Transfer::linear:
+double decode(Curve curve, double v) {
+    switch (curve) {
+        case Curve::linear:
             return v;
-        case Transfer::srgb:
+        case Curve::srgb:
             return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
-        case Transfer::rec709:
+        case Curve::rec709:
             return v < 0.081 ? v / 4.5 : std::pow((v + 0.099) / 1.099, 1 / 0.45);
-        case Transfer::gamma22:
+        case Curve::gamma22:
             return std::copysign(std::pow(std::abs(v), 2.2), v);
-        case Transfer::cineon:
+        case Curve::cineon:
             return (cineon_exposure(v) - kCineonBlack) / (1 - kCineonBlack);
     }
     return v;
 }
 
-double encode(Transfer transfer, double v) {
-    switch (transfer) {
-        case Transfer::linear:
+double encode(Curve curve, double v) {
+    switch (curve) {
+        case Curve::linear:
             return v;
-        case Transfer::srgb:
+        case Curve::srgb:
             return v <= 0.0031308 ? v * 12.92 : 1.055 * std::pow(v, 1 / 2.4) - 0.055;
-        case Transfer::rec709:
+        case Curve::rec709:
             return v < 0.018 ? v * 4.5 : 1.099 * std::pow(v, 0.45) - 0.099;
-        case Transfer::gamma22:
+        case Curve::gamma22:
             return std::copysign(std::pow(std::abs(v), 1 / 2.2), v);
-        case Transfer::cineon: {
+        case Curve::cineon: {
             const double exposure = v * (1 - kCineonBlack) + kCineonBlack;
             return (std::log10(exposure) / kCineonStep + 685) / 1023;
         }
     }
     return v;
+}
+
+std::string config_of(const Transfer& transfer) {
+    if (const auto* space = std::get_if<OcioSpace>(&transfer)) return space->config;
+    if (const auto* view = std::get_if<DisplayView>(&transfer)) return view->config;
+    return "";
+}
+
+std::string description_of(const Transfer& transfer) {
+    if (const auto* curve = std::get_if<Curve>(&transfer)) return name_of(*curve);
+    if (const auto* space = std::get_if<OcioSpace>(&transfer))
+        return concat("space ", quoted(space->space), " from ", quoted(space->working), " of ",
+                      quoted(space->config));
+    const auto& view = std::get<DisplayView>(transfer);
+    return concat("view ", quoted(view.view), " of ", quoted(view.display), " from ",
+                  quoted(view.working), " of ", quoted(view.config));
 }
 
 }  // namespace postchain::io

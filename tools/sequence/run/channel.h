@@ -1,6 +1,7 @@
 // Channel<T>: a bounded queue between two threads.
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <mutex>
@@ -27,6 +28,18 @@ class Channel {
         std::unique_lock lock(mutex_);
         changed_.wait(lock, [&] { return closed_ || !items_.empty(); });
         return take();
+    }
+    // The same, for so long at most: nothing may also mean that none came.
+    template <class Duration>
+    std::optional<T> pop_for(Duration duration) {
+        std::unique_lock lock(mutex_);
+        changed_.wait_for(lock, duration, [&] { return closed_ || !items_.empty(); });
+        return take();
+    }
+    // Closed and empty: no further value comes.
+    bool is_over() {
+        const std::lock_guard lock(mutex_);
+        return closed_ && items_.empty();
     }
     // A value if there is one.
     std::optional<T> try_pop() {

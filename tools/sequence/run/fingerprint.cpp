@@ -100,9 +100,15 @@ std::string fingerprint_of(const Chain& chain, const RunSettings& settings,
                        exr.compression->level.value_or(-1), "\n");
     if (exr.half) text += "half\n";
     const auto& transfer = settings.source.input_transfer;
-    if (transfer) text += concat("input ", io::name_of(*transfer), "\n");
+    if (transfer) text += concat("input ", io::description_of(*transfer), "\n");
     if (settings.picture.transfer)
-        text += concat("output ", io::name_of(*settings.picture.transfer), "\n");
+        text += concat("output ", io::description_of(*settings.picture.transfer), "\n");
+    for (const auto* used : {transfer ? &*transfer : nullptr,
+                             settings.picture.transfer ? &*settings.picture.transfer : nullptr})
+        if (const std::string config = used ? io::config_of(*used) : ""; !config.empty()) {
+            const auto file = io::FileStamp::of(config);
+            text += concat("configuration ", file.bytes, " ", file.time, "\n");
+        }
     if (settings.picture.bits != 0) text += concat("bits ", settings.picture.bits, "\n");
     for (const std::string& channel : exr.channels) text += concat("channel ", channel, "\n");
     // Of the rules that are on by default only this one changes pixels.

@@ -249,7 +249,8 @@ Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
     FrameLayers result;
     std::vector<FileLayer> layers = find_layers(io::channels_of(file), match, data);
     result.filter_cryptomattes = settings.cryptomatte == CryptomatteChoice::filter;
-    auto cryptomattes = io::find_cryptomattes(file);
+    auto cryptomattes = io::find_cryptomattes(
+        file, settings.mattes.empty() ? io::Manifests::not_read : io::Manifests::read);
     if (cryptomattes.ok())
         result.cryptomattes = std::move(*cryptomattes);
     else if (result.filter_cryptomattes || !settings.mattes.empty())

@@ -11,8 +11,8 @@
 #include "chain/frame.h"
 #include "chain/gl/executor.h"
 #include "chain/plan.h"
-#include "tools/sequence/io/exr_writer.h"
 #include "tools/sequence/io/file_stamp.h"
+#include "tools/sequence/io/write_options.h"
 #include "tools/sequence/run/cryptomatte_filter.h"
 #include "tools/sequence/run/frame_source.h"
 #include "tools/sequence/run/resolved.h"
@@ -71,5 +71,7 @@ struct RunSummary {
 
 // Called on the caller's thread, in the order in which frames finish.
 using FrameObserver = std::function<void(const FrameReport&, const RunProgress&)>;
+// Called on the caller's thread, several times a second, with the frames that are waited for.
+using WaitObserver = std::function<void(const std::string&, const RunProgress&)>;
 
 }  // namespace postchain::sequence

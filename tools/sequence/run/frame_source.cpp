@@ -6,6 +6,7 @@
 #include <set>
 
 #include "chain/depth_at.h"
+#include "chain/hold_still.h"
 #include "config/profile_match.h"
 #include "tools/sequence/io/picture_file.h"
 #include "tools/sequence/run/memory.h"
@@ -159,6 +160,7 @@ void find_camera_motion(const SourceSettings& settings, const io::CameraMetadata
     const bool makes_all = has_depth && (wanted == CameraMotion::all || !has_motion);
     if (!in_file && (!metadata.pose || (!makes_all && wanted != CameraMotion::sky))) return;
     const int part = header.assignment.at(Role::color).part;
+    header.looked_for_cameras = !in_file;
     header.sky = sky_views(
         file,
         [&](int number) -> std::optional<io::CameraMetadata> {
@@ -343,6 +345,7 @@ FrameDescription planned_description(const Chain& chain, const SourceFrame& fram
         for (Role role : {Role::mattes, Role::mattes_before, Role::mattes_after})
             description.planes.remove(role);
     find_depths(chain, frame.planes, description);
+    find_speeds(chain, frame.planes, description);
     description.camera = description.camera.overlaid_by(chain.camera);
     return description;
 }

@@ -56,11 +56,12 @@ struct FrameHeader {
     io::OpenFrame files;
     ProfileMatch match;
     io::ChannelAssignment assignment;
-    io::Window window;            // that is filtered
-    Camera camera;                // metadata overlaid by the camera file
-    Origins camera_origins;       // of its values
-    std::optional<SkyViews> sky;  // where there are matrices, and vectors are made of them
-    bool makes_motion = false;    // every vector by `sky`, in place of the file's if any
+    io::Window window;                // that is filtered
+    Camera camera;                    // metadata overlaid by the camera file
+    Origins camera_origins;           // of its values
+    std::optional<SkyViews> sky;      // where there are matrices, and vectors are made of them
+    bool looked_for_cameras = false;  // in the files of the frames before and after
+    bool makes_motion = false;        // every vector by `sky`, in place of the file's if any
     std::vector<io::FoundAttribute> camera_attributes;  // of the color's part
     FrameLayers layers;                                 // of color's file
     std::vector<std::string> warnings;                  // one line each

@@ -41,21 +41,38 @@ Status check_output_name(const RunSettings& settings) {
                                             io::picture_extensions()));
 }
 
+// Of a watch: what is on disk is looked for later.
+Result<io::FrameList> frames_to_come(const RunSettings& settings) {
+    io::FrameList list;
+    if (settings.frames)
+        list.frames = settings.frames->frames;
+    else if (!frames_are_unknown(settings))
+        list.frames = {settings.input.color().literal_frame()};
+    return list;
+}
+
 }  // namespace
+
+bool frames_are_unknown(const RunSettings& settings) {
+    return settings.watch && !settings.frames && settings.input.color().has_token();
+}
 
 Result<std::vector<FrameTask>> plan_tasks(const RunSettings& settings, bool writes,
                                           std::vector<int>& gaps) {
     if (writes)
         if (Status status = check_output_name(settings); !status.ok()) return status;
-    auto list = io::find_frames(settings.input, settings.frames);
+    auto list = settings.watch ? frames_to_come(settings)
+                               : io::find_frames(settings.input, settings.frames);
     if (!list.ok()) return list.status();
     list->keep(settings.chunk);
     gaps = list->gaps;
+    const bool many = list->frames.size() > 1 || frames_are_unknown(settings);
     if (!list->missing.empty() && settings.missing == MissingPolicy::error)
         return Status(StatusCode::input, missing_text(list->missing, settings));
-    if (writes && list->frames.size() > 1 && !settings.output.has_token())
+    if (writes && many && !settings.output.has_token())
         return Status(StatusCode::usage,
-                      concat(settings.output.text(), ": one output name for ", list->frames.size(),
+                      concat(settings.output.text(), ": one output name for ",
+                             list->frames.empty() ? "all" : std::to_string(list->frames.size()),
                              " frames; add #### to the name"));
     // A frame is held from what is on disk, asked for or not: a part of a sequence must give what
     // the whole gives.

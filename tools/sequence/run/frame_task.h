@@ -21,9 +21,13 @@ struct FrameTask {
 // Called on the reader thread before the first file of a frame is opened; an error is that frame's.
 using FrameStart = std::function<Status(const FrameTask&)>;
 
+// Of a watch without a range: which frames there are is known when they have come.
+bool frames_are_unknown(const RunSettings& settings);
+
 // The frames asked for, in their order, with the files that MissingPolicy gives each; `gaps` gets
 // the numbers missing on disk that were not asked for. `writes`: outputs are to be made, and have a
-// name each. Errors: those of run_sequence() that are found before anything is read.
+// name each. Of a watch: the frames that are waited for, without their files; none where they are
+// unknown. Errors: those of run_sequence() that are found before anything is read.
 Result<std::vector<FrameTask>> plan_tasks(const RunSettings& settings, bool writes,
                                           std::vector<int>& gaps);
 

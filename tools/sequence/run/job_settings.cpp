@@ -1,11 +1,11 @@
 #include "tools/sequence/run/job_settings.h"
 
-#include <cstdlib>
 #include <set>
 #include <sstream>
 
 #include "config/profile.h"
 #include "tools/sequence/io/aperture_file.h"
+#include "tools/sequence/run/color_settings.h"
 #include "tools/sequence/run/memory.h"
 
 namespace postchain::sequence {
@@ -62,14 +62,6 @@ Status read_pictures(CameraFile& file) {
     return Status();
 }
 
-const std::vector<std::string> kTransfers = {"auto",   "linear",  "srgb",
-                                             "rec709", "gamma22", "cineon"};
-
-std::optional<io::Transfer> transfer_of(TransferChoice choice) {
-    if (choice == TransferChoice::as_stated) return std::nullopt;
-    return io::Transfer(int(choice) - 1);
-}
-
 int bits_of(BitsChoice choice) {
     constexpr int kBits[] = {0, 8, 10, 12, 16, 32};
     return kBits[size_t(choice)];
@@ -82,7 +74,9 @@ Result<SourceSettings> source_settings_of(const JobSettings& job, Diagnostics& n
     source.nonfinite_color = job.nonfinite;
     source.data_window = job.data_window;
     source.camera_motion = job.camera_motion;
-    source.input_transfer = transfer_of(job.input_transfer);
+    auto transfer = input_transfer_of(job);
+    if (!transfer.ok()) return transfer.status();
+    source.input_transfer = std::move(*transfer);
     source.layers.layers = job.layers;
     source.layers.cryptomatte = job.cryptomatte;
     auto memory = memory_limit_of(job.max_memory);
@@ -109,26 +103,6 @@ Result<SourceSettings> source_settings_of(const JobSettings& job, Diagnostics& n
     return source;
 }
 
-Result<std::optional<io::DisplayView>> view_of(const JobSettings& job) {
-    const bool named = !job.ocio_display.empty() || !job.ocio_view.empty() ||
-                       !job.ocio_colorspace.empty() || !job.ocio.empty();
-    if (!job.png) {
-        if (!named) return std::optional<io::DisplayView>();
-        return Status(StatusCode::usage,
-                      option_name("ocio") + " is of previews; add " + option_name("png"));
-    }
-    const char* stated = std::getenv("OCIO");
-    const std::string config = !job.ocio.empty() ? job.ocio : stated ? stated : "";
-    if (config.empty()) {
-        if (!named) return std::optional<io::DisplayView>();
-        return Status(StatusCode::usage, option_name("ocio") +
-                                             ": which configuration? name its file, or set OCIO in "
-                                             "the environment");
-    }
-    return std::optional(
-        io::DisplayView{config, job.ocio_display, job.ocio_view, job.ocio_colorspace});
-}
-
 Result<io::ExrSettings> exr_settings_of(const JobSettings& job) {
     io::ExrSettings exr;
     exr.half = job.half;
@@ -144,6 +118,26 @@ Result<io::ExrSettings> exr_settings_of(const JobSettings& job) {
         exr.compression = *compression;
     }
     return exr;
+}
+
+Result<std::optional<Watch>> watch_of(const JobSettings& job, const RunSettings& settings) {
+    const auto refuse = [](const std::string& why) {
+        return Status(StatusCode::usage, option_name("watch") + why);
+    };
+    if (!job.watch) {
+        if (job.idle) return Status(StatusCode::usage, "--idle is of --watch; add that");
+        return std::optional<Watch>();
+    }
+    if (job.missing != MissingPolicy::error)
+        return refuse(
+            " waits for frames that are not there, and contradicts --missing; give one of them");
+    if (!settings.frames && !job.chunk.empty())
+        return refuse(": parts of which frames? give --frames with --chunk");
+    if (!settings.frames && !job.idle && settings.input.color().has_token())
+        return refuse(
+            ": when does it end? say which frames will come (--frames 1-48), or after how many "
+            "seconds without a change (--idle 600)");
+    return std::optional(Watch{job.idle});
 }
 
 }  // namespace
@@ -210,10 +204,23 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                .help = "memory that frames may take, as 8G or 500M",
                .unset_means = "three quarters of the machine's",
                .group = kInputGroup})
-        .choice("input_transfer", &JobSettings::input_transfer, kTransfers,
-                {.help = "what values of pictures that are no EXR mean; auto: what the file says, "
-                         "else srgb of integers, linear of float",
-                 .group = kInputGroup})
+        .text("input_transfer", &JobSettings::input_transfer,
+              {.unit = "NAME",
+               .help = "what values of pictures that are no EXR mean: linear, srgb, rec709, "
+                       "gamma22, cineon, ocio:SPACE; auto: what the file says, else srgb of "
+                       "integers, linear of float",
+               .unset_means = "auto",
+               .group = kInputGroup})
+        .text("ocio", &JobSettings::ocio,
+              {.unit = "FILE",
+               .help = "OpenColorIO configuration of ocio:SPACE, view and --png",
+               .unset_means = "the environment's OCIO, else none",
+               .group = kInputGroup})
+        .text("ocio_colorspace", &JobSettings::ocio_colorspace,
+              {.unit = "NAME",
+               .help = "color space of the frames in the OpenColorIO configuration",
+               .unset_means = "that of its role scene_linear",
+               .group = kInputGroup})
         .text("layers", &JobSettings::layers,
               {.unit = "NAMES",
                .help = "further color layers that are filtered as the color is: none, all, or "
@@ -278,10 +285,13 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                .help = "channels of EXR outputs, with commas; * stands for any text",
                .unset_means = "all",
                .group = kOutputGroup})
-        .choice("output_transfer", &JobSettings::output_transfer, kTransfers,
-                {.help = "how values of outputs that are no EXR are stored; auto: as the input's, "
-                         "else srgb of integers, linear of float",
-                 .group = kOutputGroup})
+        .text("output_transfer", &JobSettings::output_transfer,
+              {.unit = "NAME",
+               .help = "how values of outputs that are no EXR are stored: the same names, or view: "
+                       "as --ocio-view shows them; auto: as the input's, else srgb of integers, "
+                       "linear of float",
+               .unset_means = "auto",
+               .group = kOutputGroup})
         .choice("bits", &JobSettings::bits, {"auto", "8", "10", "12", "16", "32"},
                 {.help = "of a value of outputs that are no EXR, 32 is float; auto: as the "
                          "input's, else 16 of PNG, 32 of TIFF, 10 of DPX",
@@ -293,11 +303,6 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                  {.help = "OUT.json beside each output", .group = kOutputGroup})
         .boolean("png", &JobSettings::png,
                  {.help = "write OUT.png beside each output, for a look", .group = kOutputGroup})
-        .text("ocio", &JobSettings::ocio,
-              {.unit = "FILE",
-               .help = "OpenColorIO configuration whose view makes the pictures of --png",
-               .unset_means = "the environment's OCIO, else none",
-               .group = kOutputGroup})
         .text("ocio_display", &JobSettings::ocio_display,
               {.unit = "NAME",
                .help = "display of the OpenColorIO configuration",
@@ -308,16 +313,23 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                .help = "view of that display",
                .unset_means = "its default",
                .group = kOutputGroup})
-        .text("ocio_colorspace", &JobSettings::ocio_colorspace,
-              {.unit = "NAME",
-               .help = "color space of the frames in the OpenColorIO configuration",
-               .unset_means = "that of its role scene_linear",
-               .group = kOutputGroup})
         .text("dump_stages", &JobSettings::dump_stages,
               {.unit = "DIR",
                .help = "write each intermediate plane as EXR",
                .unset_means = "not written",
                .group = kOutputGroup})
+        .boolean("watch", &JobSettings::watch,
+                 {.help = "take frames up as a renderer writes them, complete ones only; wait for "
+                          "those of --frames that are not there yet",
+                  .group = kWatchGroup})
+        .number("idle", &JobSettings::idle,
+                {.min = 1,
+                 .max = 1e7,
+                 .unit = "s",
+                 .help = "of --watch: go on without what has not come when nothing has changed for "
+                         "so many seconds",
+                 .unset_means = "wait for ever",
+                 .group = kWatchGroup})
         .table();
 }
 
@@ -344,6 +356,9 @@ Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& 
         if (!chunk.ok()) return chunk.status().at(option_name("chunk"));
         settings.chunk = *chunk;
     }
+    auto watch = watch_of(job, settings);
+    if (!watch.ok()) return watch.status();
+    settings.watch = *watch;
     auto source = source_settings_of(job, notes);
     if (!source.ok()) return source.status();
     settings.source = std::move(*source);
@@ -373,20 +388,22 @@ Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& 
     auto exr = exr_settings_of(job);
     if (!exr.ok()) return exr.status();
     settings.exr = std::move(*exr);
-    settings.picture = {transfer_of(job.output_transfer), bits_of(job.bits)};
+    auto transfer = output_transfer_of(job);
+    if (!transfer.ok()) return transfer.status();
+    settings.picture = {std::move(*transfer), bits_of(job.bits)};
     settings.strict = job.strict;
     settings.sidecar = job.sidecar;
     settings.preview = job.png;
-    auto view = view_of(job);
+    auto view = preview_view_of(job);
     if (!view.ok()) return view.status();
     settings.view = std::move(*view);
-    if (settings.view)
-        settings.other_inputs.push_back({settings.view->config, "the OpenColorIO configuration"});
+    for (const std::string& config : settings.ocio_configs())
+        settings.other_inputs.push_back({config, "the OpenColorIO configuration"});
     settings.dump_folder = job.dump_stages;
     // Which frames are written, where to, and what is done besides, is no part of what is made.
     static const std::set<std::string> kNotRepeated = {
-        "frames",   "chunk",   "output", "mkdir",       "on_existing",
-        "on_error", "sidecar", "png",    "dump_stages", "max_memory"};
+        "frames",  "chunk", "output",      "mkdir",      "on_existing", "on_error",
+        "sidecar", "png",   "dump_stages", "max_memory", "watch",       "idle"};
     const ParameterTable table = job_parameters(registry);
     for (const auto& row : table.rows()) {
         const ParameterValue value = row.get(&job);

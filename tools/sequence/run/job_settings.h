@@ -13,8 +13,6 @@
 
 namespace postchain::sequence {
 
-// What the stored values of pictures mean; `as_stated`: as the file, else the format, says.
-enum class TransferChoice { as_stated, linear, srgb, rec709, gamma22, cineon };
 enum class BitsChoice { as_input, bits_8, bits_10, bits_12, bits_16, bits_32 };
 
 // Texts are in the forms that docs/command.md describes; an empty one is not given.
@@ -30,7 +28,9 @@ struct JobSettings {
     DataWindow data_window = DataWindow::grow;
     CameraMotion camera_motion = CameraMotion::missing;
     std::string max_memory;
-    TransferChoice input_transfer = TransferChoice::as_stated;
+    std::string input_transfer = "auto";  // "auto", a curve, or "ocio:SPACE"
+    std::string ocio;
+    std::string ocio_colorspace;
 
     std::string layers = "none";  // "none", "all", or names with commas
     CryptomatteChoice cryptomatte = CryptomatteChoice::keep;
@@ -49,23 +49,25 @@ struct JobSettings {
     std::string compression;
     bool half = false;
     std::string channels;
-    TransferChoice output_transfer = TransferChoice::as_stated;
+    std::string output_transfer = "auto";  // that of input_transfer, or "view"
     BitsChoice bits = BitsChoice::as_input;
     bool strict = false;
     bool sidecar = true;
     bool png = false;
-    std::string ocio;
     std::string ocio_display;
     std::string ocio_view;
-    std::string ocio_colorspace;
     std::string dump_stages;
+
+    bool watch = false;
+    std::optional<double> idle;  // s
 };
 
-// Groups of the rows: what is read, filtered, what a plan does, what is written.
+// Groups of the rows: what is read, filtered, what a plan does, what is written, waited for.
 inline constexpr const char* kInputGroup = "input";
 inline constexpr const char* kLayerGroup = "layers";  // what is filtered besides color
 inline constexpr const char* kPlanGroup = "plan";
 inline constexpr const char* kOutputGroup = "output";
+inline constexpr const char* kWatchGroup = "watch";  // of the command alone
 // The names of the rules that may be given are those of the registry.
 ParameterTable job_parameters(const PassRegistry& registry);
 

@@ -1,6 +1,7 @@
 #include "tools/sequence/run/output_frame.h"
 
 #include "tools/sequence/io/picture_file.h"
+#include "tools/sequence/io/planes_writer.h"
 
 namespace postchain::sequence {
 namespace {
@@ -26,6 +27,11 @@ Result<io::WriteReport> write_new_exr(const std::string& path, const SourceFrame
 Status check_output(const FrameHeader& header, const std::string& path, const RunSettings& settings,
                     const io::WriteOptions& options) {
     const io::ExrFile& color_file = header.files.color_file();
+    if (settings.source.input_transfer && !color_file.picture())
+        return Status(StatusCode::usage, concat(color_file.path(),
+                                                ": --input-transfer is of pictures that are no "
+                                                "EXR, which holds scene-linear light; leave it "
+                                                "out"));
     const RoleChannels& color = header.assignment.at(Role::color);
     if (io::picture_format_of(path)) {
         if (settings.exr.compression || settings.exr.half || !settings.exr.channels.empty())
@@ -34,6 +40,12 @@ Status check_output(const FrameHeader& header, const std::string& path, const Ru
         return io::picture_encoding(path, color_file, color.channels.size(), settings.picture)
             .status();
     }
+    if (settings.picture.transfer || settings.picture.bits != 0)
+        return Status(StatusCode::usage,
+                      concat(path,
+                             ": --output-transfer and --bits are of other outputs: an EXR holds "
+                             "scene-linear light; write .tif with --bits 32, or look at it with "
+                             "--png"));
     if (color_file.picture()) return io::check_new_exr(color_file, color, options);
     return io::check_rewritable(header.files.color_file(), color, options);
 }

@@ -6,13 +6,15 @@
 #include <vector>
 
 #include "chain/image.h"
+#include "tools/sequence/io/exr_writer.h"
 #include "tools/sequence/run/frame_source.h"
 #include "tools/sequence/run/run_settings.h"
 
 namespace postchain::sequence {
 
 // Whether the frame can be written so, from its header alone. Errors: those of
-// io::check_rewritable() and io::picture_encoding(); (usage) settings of EXR outputs for another.
+// io::check_rewritable() and io::picture_encoding(); (usage) settings of EXR files for another, or
+// the other way round.
 Status check_output(const FrameHeader& header, const std::string& path, const RunSettings& settings,
                     const io::WriteOptions& options);
 

@@ -4,6 +4,7 @@
 
 #include "chain/text.h"
 #include "config/chain_file.h"
+#include "tools/sequence/io/parameter_json.h"
 #include "tools/sequence/run/resolved.h"
 
 namespace postchain::sequence {
@@ -20,37 +21,18 @@ std::string whole_path(const std::string& path) {
 // --input with whole paths.
 std::string input_text(const io::InputSpec& input) {
     if (!input.separate_files()) return whole_path(input.color().text());
-    static const std::map<Role, const char*> kWords = {{Role::color, "color"},
-                                                       {Role::inverse_depth, "depth"},
-                                                       {Role::motion, "motion"},
-                                                       {Role::motion_back, "motion_back"}};
     std::string text;
     for (const auto& [role, pattern] : input.patterns)
-        text += concat(text.empty() ? "" : ",", kWords.at(role), "=", whole_path(pattern.text()));
+        text += concat(text.empty() ? "" : ",", io::InputSpec::word_of(role), "=",
+                       whole_path(pattern.text()));
     return text;
-}
-
-Json json_of(const ParameterValue& value) {
-    if (const auto* flag = std::get_if<bool>(&value)) return *flag;
-    if (const auto* integer = std::get_if<int64_t>(&value)) return *integer;
-    if (const auto* number = std::get_if<double>(&value)) return *number;
-    if (const auto* text = std::get_if<std::string>(&value)) return *text;
-    return nullptr;
-}
-
-ParameterValue value_of(const Json& json) {
-    if (json.is_boolean()) return json.get<bool>();
-    if (json.is_number_integer()) return json.get<int64_t>();
-    if (json.is_number()) return json.get<double>();
-    if (json.is_string()) return json.get<std::string>();
-    return {};
 }
 
 // What a camera file gave, as one.
 Json camera_json(const Resolved& resolved) {
     Json camera = Json::object();
     for (const auto& one : resolved.camera)
-        if (one.origin.from == kFromCameraFile) camera[one.key] = json_of(one.value);
+        if (one.origin.from == kFromCameraFile) camera[one.key] = io::json_of(one.value);
     return camera;
 }
 
@@ -63,11 +45,11 @@ std::string record_text(const Chain& chain, const RunSettings& settings,
         const auto* text = std::get_if<std::string>(&value);
         if (key == "input")
             given[key] = input_text(settings.input);
-        else if (text && (key == "camera" ||
+        else if (text && (key == "camera" || key == "ocio" ||
                           (key == "profile" && text->find_first_of("/.") != std::string::npos)))
             given[key] = whole_path(*text);
         else
-            given[key] = json_of(value);
+            given[key] = io::json_of(value);
     }
     Json inputs = Json::array();
     for (const auto& file : report.stamps)
@@ -96,7 +78,7 @@ Result<Record> read_record(const std::string& path) {
             record.frame = json.at("frame").get<int>();
             record.chain = json.at("chain").get<std::string>();
             for (const auto& [key, value] : json.at("settings").items())
-                record.settings[key] = value_of(value);
+                record.settings[key] = io::value_of(value).value_or(ParameterValue());
             for (const auto& input : json.at("inputs"))
                 record.inputs.push_back(
                     {input.at("file").get<std::string>(), input.at("bytes").get<uint64_t>(), 0});

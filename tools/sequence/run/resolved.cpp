@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "chain/decisions.h"
+#include "tools/sequence/io/parameter_json.h"
+
 namespace postchain::sequence {
 namespace {
 
@@ -36,20 +39,11 @@ Origin origin_of(const Chain& chain, const SourceFrame& frame, size_t pass, cons
     return {kFromDefault, ""};
 }
 
-Json json_of(const ParameterValue& value) {
-    if (const auto* flag = std::get_if<bool>(&value)) return *flag;
-    if (const auto* integer = std::get_if<int64_t>(&value)) return *integer;
-    if (const auto* number = std::get_if<double>(&value)) return *number;
-    if (const auto* text = std::get_if<std::string>(&value)) return *text;
-    if (const auto* point = std::get_if<std::array<double, 2>>(&value)) return *point;
-    return nullptr;
-}
-
 Json json_of(const std::vector<ResolvedValue>& values) {
     Json json = Json::object();
     for (const auto& one : values) {
         Json& entry = json[one.key];
-        entry["value"] = json_of(one.value);
+        entry["value"] = io::json_of(one.value);
         if (!one.unit.empty()) entry["unit"] = one.unit;
         entry["from"] = one.origin.from;
         if (!one.origin.where.empty()) entry["where"] = one.origin.where;
@@ -91,7 +85,8 @@ Resolved resolve(const Chain& chain, const SourceFrame& frame, const Plan& plan)
     }
     for (size_t i = 0; i < chain.links.size(); ++i) {
         ResolvedPass pass{chain.links[i].type->name, plan.passes[i].elided, {}};
-        for (UsedValue& used : chain.links[i].pass->used_values(description)) {
+        const auto seen = seen_with_matte(chain, description, i);
+        for (UsedValue& used : chain.links[i].pass->used_values(seen ? *seen : description)) {
             Origin origin = origin_of(chain, frame, i, used);
             pass.values.push_back({std::move(used.key), std::move(used.value), std::move(used.unit),
                                    std::move(origin)});

@@ -32,6 +32,18 @@ class StageNames {
     std::set<std::string> ends_;
 };
 
+// Whether a file of this name is the picture, the sidecar or the preview of some frame.
+bool is_output_name(const std::string& name, const RunSettings& settings) {
+    const std::string sidecar_end = sidecar_path("");
+    if (settings.output.match(name)) return true;
+    if (settings.sidecar && name.ends_with(sidecar_end) &&
+        settings.output.match(name.substr(0, name.size() - sidecar_end.size())))
+        return true;
+    if (!settings.preview) return false;
+    const auto preview = io::PathPattern::parse(io::preview_path(settings.output.text()));
+    return preview.ok() && preview->match(name);
+}
+
 }  // namespace
 
 std::string stage_path(const std::string& folder, const std::string& stage, int frame) {
@@ -70,6 +82,11 @@ io::OutputFiles files_of_run(const Chain& chain, const RunSettings& settings,
             files.write(io::OutputFile{io::preview_path(task.output), "the preview" + of,
                                        "go without " + option_name("png") + ", or " + other});
     }
+    if (frames_are_unknown(settings))
+        files.write(io::OutputFamily{
+            settings.output.folder(),
+            [settings](const std::string& name) { return is_output_name(name, settings); },
+            "an output", other});
     if (!settings.dump_folder.empty())
         files.write(io::OutputFamily{settings.dump_folder, StageNames(chain, tasks), "a stage",
                                      "name another folder with " + option_name("dump_stages")});

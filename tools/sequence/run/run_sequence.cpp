@@ -7,6 +7,7 @@
 
 #include "chain/layers.h"
 #include "tools/sequence/io/picture_module.h"
+#include "tools/sequence/io/planes_writer.h"
 #include "tools/sequence/io/preview.h"
 #include "tools/sequence/run/clock.h"
 #include "tools/sequence/run/fingerprint.h"
@@ -16,6 +17,7 @@
 #include "tools/sequence/run/run_files.h"
 #include "tools/sequence/run/runner.h"
 #include "tools/sequence/run/sidecar.h"
+#include "tools/sequence/run/watch_feed.h"
 #include "tools/sequence/run/written_window.h"
 
 namespace postchain::sequence {
@@ -230,11 +232,29 @@ Status have_folder(const RunSettings& settings) {
     return Status(StatusCode::output, folder + ": cannot be made: " + error.message());
 }
 
+// A configuration that cannot be used is found before a frame is filtered.
+Status check_pictures(const RunSettings& settings) {
+    const auto& stored = settings.picture.transfer;
+    if (!settings.preview && !(stored && !io::config_of(*stored).empty())) return Status();
+    const auto module = io::picture_module(StatusCode::output);
+    if (!module.ok()) return module.status();
+    ImageF pixel(1, 1, 3);
+    const auto show = [&](const io::DisplayView& view) { return (*module)->to_view(pixel, view); };
+    if (settings.view)
+        if (Status status = show(*settings.view); !status.ok()) return status;
+    if (!stored) return Status();
+    if (const auto* view = std::get_if<io::DisplayView>(&*stored)) return show(*view);
+    if (const auto* space = std::get_if<io::OcioSpace>(&*stored))
+        return (*module)->to_space(pixel, *space);
+    return Status();
+}
+
 }  // namespace
 
 Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& asked, Executor& executor,
                                 const std::string& renderer, const FrameObserver& observer,
-                                const std::atomic<bool>* stop, const FrameStart& start) {
+                                const std::atomic<bool>* stop, const FrameStart& start,
+                                const WaitObserver& waits) {
     const RunSettings settings = settings_for(asked, {&chain});
     std::vector<int> gaps;
     auto tasks = plan_tasks(settings, true, gaps);
@@ -254,16 +274,14 @@ Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& asked, Ex
                           settings.dump_folder +
                               ": folder of --dump-stages cannot be created: " + error.message());
     }
-    if (settings.preview) {
-        const auto module = io::picture_module(StatusCode::output);
-        if (!module.ok()) return module.status();
-        // A configuration that cannot be used is found before a frame is filtered.
-        if (settings.view)
-            if (auto shown = (*module)->shown(ImageF(1, 1, 4), *settings.view); !shown.ok())
-                return shown.status();
-    }
+    if (Status status = check_pictures(settings); !status.ok()) return status;
     FilterJob job(chain, settings, files, executor, renderer);
-    auto summary = walk_sequence(job, settings, std::move(*tasks), observer, stop, start);
+    std::unique_ptr<FrameFeed> feed;
+    if (settings.watch)
+        feed = std::make_unique<WatchFeed>(std::move(*tasks), settings);
+    else
+        feed = std::make_unique<ListFeed>(std::move(*tasks), settings);
+    auto summary = walk_sequence(job, settings, *feed, observer, stop, start, waits);
     if (!summary.ok()) return summary;
     summary->gaps = std::move(gaps);
     summary->counters = executor.counters();

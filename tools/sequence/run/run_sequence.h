@@ -20,9 +20,10 @@ namespace postchain::sequence {
 // frames, missing frames under MissingPolicy::error, outputs that run/run_files.h refuses; those
 // that exist are a failure of their frames under ErrorPolicy::keep_going); failures of single
 // frames are in the summary, as of walk_sequence(). A frame one of whose inputs changes before its
-// output is in place fails.
+// output is in place fails. With RunSettings::watch it waits for frames, and tells `waits` which.
 Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& settings, Executor& executor,
                                 const std::string& renderer, const FrameObserver& observer,
-                                const std::atomic<bool>* stop, const FrameStart& start = {});
+                                const std::atomic<bool>* stop, const FrameStart& start = {},
+                                const WaitObserver& waits = {});
 
 }  // namespace postchain::sequence

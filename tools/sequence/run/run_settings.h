@@ -3,15 +3,15 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "chain/planner.h"
-#include "tools/sequence/io/exr_writer.h"
 #include "tools/sequence/io/output_files.h"
-#include "tools/sequence/io/picture_calls.h"
 #include "tools/sequence/io/picture_writer.h"
 #include "tools/sequence/io/sequence.h"
+#include "tools/sequence/io/write_options.h"
 #include "tools/sequence/run/frame_source.h"
 
 namespace postchain::sequence {
@@ -23,11 +23,17 @@ enum class MissingPolicy {
 };
 enum class ErrorPolicy { stop, keep_going };
 
+// Frames are taken as a renderer writes them (run/watch_feed.h).
+struct Watch {
+    std::optional<double> idle_s;  // seconds without a change after which the rest is given up
+};
+
 struct RunSettings {
     io::InputSpec input;
     std::vector<io::InputFile> other_inputs;  // chain, camera, profile, pictures
     std::optional<io::FrameRange> frames;     // none: all on disk
     io::Chunk chunk;                          // of the frames, the part that is run
+    std::optional<Watch> watch;
     io::PathPattern output;
     bool make_folder = false;  // the folder of the output, and those above it
     SourceSettings source;
@@ -46,6 +52,9 @@ struct RunSettings {
     std::string version;                  // of the command, for metadata
     // Those of the settings that the record of an output repeats and that are not the default.
     std::map<std::string, ParameterValue> given;
+
+    // Files of OpenColorIO that are used, each once.
+    std::set<std::string> ocio_configs() const;
 };
 
 // The settings with what the chain names besides: its mattes.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <limits>
 #include <semaphore>
-#include <set>
 #include <system_error>
 #include <thread>
 
@@ -13,6 +12,8 @@
 
 namespace postchain::sequence {
 namespace {
+
+constexpr auto kBetweenReports = std::chrono::milliseconds(250);
 
 // What `stage` throws must not leave its thread: memory runs out in a library, mostly.
 template <class Stage>
@@ -34,21 +35,23 @@ struct Numbered {
 class Walk {
   public:
     Walk(FrameJob& job, const RunSettings& settings, const FrameObserver& observer,
-         const std::atomic<bool>* stop, const FrameStart& start, std::vector<FrameTask> tasks)
+         const std::atomic<bool>* stop, const FrameStart& start, FrameFeed& feed,
+         const WaitObserver& waits)
         : job_(job),
           settings_(settings),
           observer_(observer),
           stop_(stop),
           frame_start_(start),
-          tasks_(std::move(tasks)),
+          feed_(feed),
+          waits_(waits),
           reader_(
               settings.source, settings.input,
-              [&job](const FrameHeader& header) { return job.planes(header); }, written_back()),
+              [&job](const FrameHeader& header) { return job.planes(header); },
+              [this](int frame) { return job_.keep() == io::Keep::all && feed_.has(frame); }),
           gate_(settings.source.max_memory) {}
 
     Result<RunSummary> walk() {
         start_ = Clock::now();
-        summary_.total = tasks_.size();
         std::thread reader, writer;
         try {
             writer = std::thread([this] { write_all(); });
@@ -61,44 +64,48 @@ class Walk {
                 concat("no thread could be started (too little memory, or too many threads): ",
                        error.what()));
         }
-        while (auto next = to_process_.pop()) {
+        while (!to_process_.is_over()) {
+            auto next = to_process_.pop_for(kBetweenReports);
+            report_finished();
+            report_waiting();
+            if (!next) continue;
             if (next->frame.source && !given_up(next->index))
                 finish_stage(*next, [&] { return process(next->frame); });
             if (!to_write_.push(std::move(*next))) break;
-            report_finished();
         }
         to_write_.close();
         reader.join();
         writer.join();
         report_finished();
+        summary_.total = feed_.total();
         summary_.elapsed_s = milliseconds_since(start_) * 1e-3;
         summary_.frames_in_flight = in_flight_peak_;
         summary_.frames_decoded = reader_.decoded();
+        if (!failed_feed_.ok()) return failed_feed_;
         return summary_;
     }
 
   private:
-    // Frames whose files are read whole.
-    std::set<int> written_back() const {
-        std::set<int> frames;
-        if (job_.keep() == io::Keep::all)
-            for (const FrameTask& task : tasks_) frames.insert(task.source);
-        return frames;
-    }
-
     // After a failure under ErrorPolicy::stop the frames before it are still finished: what is
     // written must not depend on how far ahead the reader was.
     bool given_up(size_t index) const { return index > first_failed_ || (stop_ && *stop_); }
 
     // ------------------------------------------------------------------- reader thread
     void read_all() {
-        for (size_t index = 0; index < tasks_.size(); ++index) {
-            const FrameTask& task = tasks_[index];
+        for (size_t index = 0;; ++index) {
             free_places_.acquire();
-            if (given_up(index)) {
+            std::optional<FrameFeed::Fed> fed;
+            const auto is_over = [&] { return given_up(index); };
+            const Status status = guarded("the frames on disk", [&] {
+                if (!is_over()) fed = feed_.next(reader_, is_over);
+                return Status();
+            });
+            if (!fed || given_up(index)) {
+                if (!status.ok()) failed_feed_ = status;
                 free_places_.release();
                 break;
             }
+            const FrameTask& task = fed->task;
             const int alive = ++in_flight_;
             in_flight_peak_ = std::max(in_flight_peak_.load(), alive);
             Numbered next;
@@ -106,21 +113,21 @@ class Walk {
             next.frame.report.frame = task.frame;
             next.frame.report.output = task.output;
             next.frame.report.inputs = task.files;
-            finish_stage(next, [&] { return read(task, next); });
+            finish_stage(next, [&] { return read(*fed, next); });
             if (!to_process_.push(std::move(next))) break;
         }
         to_process_.close();
     }
 
-    Status read(const FrameTask& task, Numbered& next) {
+    Status read(const FrameFeed::Fed& fed, Numbered& next) {
+        const FrameTask& task = fed.task;
         FrameInFlight& frame = next.frame;
         FrameReport& report = frame.report;
         if (frame_start_)
             if (Status status = frame_start_(task); !status.ok()) return status;
-        if (task.files.empty()) {
+        if (!fed.missing.ok()) {
             report.outcome = Outcome::missing;
-            report.status = Status(StatusCode::input,
-                                   absent_files(task.frame, settings_) + ": frame is not on disk");
+            report.status = fed.missing;
             return Status();
         }
         auto inputs = reader_.open(task.source, task.files);
@@ -246,9 +253,9 @@ class Walk {
             if (!report->status.ok() && summary_.first_failure.ok())
                 summary_.first_failure = report->status;
             ++done_;
-            RunProgress progress{done_, tasks_.size(), milliseconds_since(start_) * 1e-3, 0};
+            RunProgress progress = progress_so_far();
             progress.remaining_s =
-                progress.elapsed_s / double(done_) * double(tasks_.size() - done_);
+                progress.elapsed_s / double(done_) * double(progress.total - done_);
             if (!observer_) continue;
             const Status status = guarded(concat("frame ", report->frame), [&] {
                 observer_(*report, progress);
@@ -262,12 +269,23 @@ class Walk {
         }
     }
 
+    RunProgress progress_so_far() const {
+        return {done_, feed_.total(), milliseconds_since(start_) * 1e-3, 0};
+    }
+
+    void report_waiting() {
+        if (!waits_) return;
+        if (const std::string text = feed_.waits_for(); !text.empty())
+            waits_(text, progress_so_far());
+    }
+
     FrameJob& job_;
     const RunSettings& settings_;
     const FrameObserver& observer_;
     const std::atomic<bool>* stop_;
     const FrameStart& frame_start_;
-    const std::vector<FrameTask> tasks_;
+    FrameFeed& feed_;
+    const WaitObserver& waits_;
     SequenceReader reader_;  // of the reader thread
     MemoryGate gate_;
 
@@ -281,15 +299,16 @@ class Walk {
     std::atomic<int> in_flight_peak_ = 0;
     Clock::time_point start_;
     size_t done_ = 0;
+    Status failed_feed_;  // of the reader thread, until it has ended
     RunSummary summary_;
 };
 
 }  // namespace
 
-Result<RunSummary> walk_sequence(FrameJob& job, const RunSettings& settings,
-                                 std::vector<FrameTask> tasks, const FrameObserver& observer,
-                                 const std::atomic<bool>* stop, const FrameStart& start) {
-    return Walk(job, settings, observer, stop, start, std::move(tasks)).walk();
+Result<RunSummary> walk_sequence(FrameJob& job, const RunSettings& settings, FrameFeed& feed,
+                                 const FrameObserver& observer, const std::atomic<bool>* stop,
+                                 const FrameStart& start, const WaitObserver& waits) {
+    return Walk(job, settings, observer, stop, start, feed, waits).walk();
 }
 
 }  // namespace postchain::sequence

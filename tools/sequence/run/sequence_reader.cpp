@@ -48,7 +48,7 @@ struct SequenceReader::Entry : OpenedFrame {
 };
 
 SequenceReader::SequenceReader(const SourceSettings& settings, io::InputSpec input,
-                               PlanesOf planes_of, std::set<int> whole)
+                               PlanesOf planes_of, IsWhole whole)
     : settings_(settings),
       input_(std::move(input)),
       planes_of_(std::move(planes_of)),
@@ -78,21 +78,40 @@ Result<std::shared_ptr<SequenceReader::Entry>> SequenceReader::enter(
     for (const auto& [role, path] : files) entry->stamps.push_back(io::FileStamp::of(path));
     auto header = open_source_frame(settings_, files, number);
     if (!header.ok()) return header.status();
-    const RoleSet wanted = planes_of_(*header);
-    const RoleSet own = roles_in_files(*header);
+    entry->planes = planes_to_read(*header);
+    entry->header = std::move(*header);
+    window_[number] = entry;
+    return entry;
+}
+
+RoleSet SequenceReader::planes_to_read(const FrameHeader& header) const {
+    const RoleSet wanted = planes_of_(header);
+    const RoleSet own = roles_in_files(header);
     // Mattes are there where a chain names them, and are then read with whatever else is.
-    entry->planes = RoleSet{Role::color} | (own & (wanted | RoleSet{Role::mattes}));
+    RoleSet planes = RoleSet{Role::color} | (own & (wanted | RoleSet{Role::mattes}));
     for (Neighbor neighbor : kNeighbors) {
         for (Role role : kNeighborRoles) {
             const Role with = role == Role::mattes ? Role::color : role;
             if (!own.has(role) || !wanted.of(neighbor).has(with)) continue;
-            entry->planes.add(role);
-            entry->planes.add(role_of(neighbor, role));
+            planes.add(role);
+            planes.add(role_of(neighbor, role));
         }
     }
-    entry->header = std::move(*header);
-    window_[number] = entry;
-    return entry;
+    return planes;
+}
+
+std::set<Neighbor> SequenceReader::reads_with(int number,
+                                              const std::map<Role, std::string>& files) {
+    std::set<Neighbor> neighbors;
+    const auto header = open_source_frame(settings_, files, number);
+    if (!header.ok()) return neighbors;
+    const RoleSet planes = planes_to_read(*header);
+    for (Neighbor neighbor : kNeighbors) {
+        const int cut = neighbor == Neighbor::before ? number - 1 : number;
+        const bool reads = !planes.of(neighbor).empty() || header->looked_for_cameras;
+        if (reads && !settings_.cuts.contains(cut)) neighbors.insert(neighbor);
+    }
+    return neighbors;
 }
 
 void SequenceReader::find_neighbor(Neighbor neighbor, FrameInputs& inputs) {
@@ -129,7 +148,8 @@ std::string SequenceReader::absence(int number, Neighbor neighbor) {
     if (!input_.color().has_token()) return "the input is one file";
     if (!on_disk_) {
         auto list = io::find_frames(input_, std::nullopt);
-        on_disk_ = list.ok() ? std::move(list->files) : decltype(list->files)();
+        on_disk_ = std::make_shared<const FramesOnDisk>(list.ok() ? std::move(list->files)
+                                                                  : FramesOnDisk());
     }
     const bool before = neighbor == Neighbor::before;
     const int wanted = number_of(neighbor, number);
@@ -149,8 +169,9 @@ Status SequenceReader::decode(Entry& entry) {
     if (entry.is_decoded) return entry.status;
     entry.is_decoded = true;
     ++decoded_;
-    auto source = read_source_frame(settings_, entry.header, entry.planes,
-                                    whole_.count(entry.number) ? io::Keep::all : io::Keep::nothing);
+    auto source =
+        read_source_frame(settings_, entry.header, entry.planes,
+                          whole_ && whole_(entry.number) ? io::Keep::all : io::Keep::nothing);
     entry.status = source.status();
     if (!source.ok()) return entry.status;
     entry.pixels = source->planes;

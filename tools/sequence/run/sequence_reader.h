@@ -32,6 +32,9 @@ struct OpenedFrame {
     RoleSet planes;  // to read: its own, and those of its neighbors
 };
 
+// Frames with their files, those that have one for each plane.
+using FramesOnDisk = std::map<int, std::map<Role, std::string>>;
+
 struct FrameInputs {
     std::shared_ptr<const OpenedFrame> frame;
     // Those of which planes are wanted: the frame, or why there is none.
@@ -45,11 +48,20 @@ class SequenceReader {
     // The planes to read of a frame and of its neighbors, from its header alone. Those that it
     // names of a neighbor are also read of the frame itself: it is its neighbors' neighbor.
     using PlanesOf = std::function<RoleSet(const FrameHeader&)>;
+    using IsWhole = std::function<bool(int number)>;
 
-    // `whole`: frames that are written back; their files are read with every channel.
+    // `whole`: frames that are written back; their files are read with every channel. None: no
+    // frame is.
     SequenceReader(const SourceSettings& settings, io::InputSpec input, PlanesOf planes_of,
-                   std::set<int> whole = {});
+                   IsWhole whole = {});
     ~SequenceReader();
+
+    // From now on these are the frames on disk; without it they are those that the first frame
+    // finds which has a neighbor.
+    void see(std::shared_ptr<const FramesOnDisk> on_disk) { on_disk_ = std::move(on_disk); }
+    // Of which neighbors a frame reads planes or the camera, were they there; none where its own
+    // files cannot be read.
+    std::set<Neighbor> reads_with(int number, const std::map<Role, std::string>& files);
 
     // Errors (input): the frame's own. A neighbor's are a reason and a warning.
     Result<FrameInputs> open(int number, const std::map<Role, std::string>& files);
@@ -62,15 +74,16 @@ class SequenceReader {
     struct Entry;
     Result<std::shared_ptr<Entry>> enter(int number, const std::map<Role, std::string>& files);
     void find_neighbor(Neighbor neighbor, FrameInputs& inputs);
+    RoleSet planes_to_read(const FrameHeader& header) const;
     std::string absence(int number, Neighbor neighbor);
     Status decode(Entry& entry);
 
     SourceSettings settings_;
     io::InputSpec input_;
     PlanesOf planes_of_;
-    std::set<int> whole_;
+    IsWhole whole_;
     std::map<int, std::shared_ptr<Entry>> window_;  // by number
-    std::optional<std::map<int, std::map<Role, std::string>>> on_disk_;
+    std::shared_ptr<const FramesOnDisk> on_disk_;
     size_t decoded_ = 0;
 };
 

@@ -29,8 +29,9 @@ Result<RunSummary> visit_sequence(const RunSettings& settings, RoleSet wanted,
     std::vector<int> gaps;
     auto tasks = plan_tasks(settings, false, gaps);
     if (!tasks.ok()) return tasks.status();
+    ListFeed feed(std::move(*tasks), settings);
     VisitJob job(wanted, visitor);
-    auto summary = walk_sequence(job, settings, std::move(*tasks), observer, stop);
+    auto summary = walk_sequence(job, settings, feed, observer, stop);
     if (summary.ok()) summary->gaps = std::move(gaps);
     return summary;
 }

@@ -80,11 +80,9 @@ function form() {
         who.disabled = false;
     };
     plan.addEventListener("click", () => attempt(plan, async () => {
-        const { kind: _, output, on_existing, missing, on_error, overflow, compression, half,
-            channels, output_transfer, bits, strict, sidecar, png, ocio, ocio_display, ocio_view,
-            ocio_colorspace, dump_stages,
-            priority, ...rest } = ready();
-        planned.replaceChildren(...planView(await post("/v1/plan", rest)));
+        const asked = Object.entries(body).filter(([key]) =>
+            key !== "priority" && own.properties[key]?.["x-group"] !== "output");
+        planned.replaceChildren(...planView(await post("/v1/plan", Object.fromEntries(asked))));
     }));
     const made = el("form", { onsubmit: (event) => {
         event.preventDefault();

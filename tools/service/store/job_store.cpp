@@ -2,74 +2,12 @@
 
 #include <sqlite3.h>
 
-#include <charconv>
-
 #include "tools/sequence/io/json.h"
+#include "tools/service/store/rows.h"
 #include "tools/service/store/upkeep.h"
 
 namespace postchain::service {
 namespace {
-
-constexpr const char* kJob =
-    "SELECT id, kind, state, priority, body, message, created_ms, started_ms, ended_ms, frames, "
-    "done, failed, exit_code, verdict FROM jobs ";
-constexpr const char* kFrame =
-    "SELECT frame, state, attempts, output, message, filter_ms, sidecar FROM frames ";
-constexpr const char* kFrameAlone =
-    "SELECT frame, state, attempts, output, message, filter_ms, '' FROM frames ";
-
-// Of an id as it is shown; 0 is no job's.
-int64_t number_of(const std::string& id) {
-    int64_t number = 0;
-    const char* end = id.data() + id.size();
-    const auto parsed = std::from_chars(id.data(), end, number);
-    const bool good = parsed.ec == std::errc() && parsed.ptr == end && number > 0;
-    return good && std::to_string(number) == id ? number : 0;
-}
-
-template <class Enum>
-Enum named(const std::string& name, std::initializer_list<Enum> all) {
-    for (const Enum one : all)
-        if (name == name_of(one)) return one;
-    return *all.begin();
-}
-
-JobState state_of(const std::string& name) {
-    return named(name, {JobState::failed, JobState::queued, JobState::running, JobState::done,
-                        JobState::canceled});
-}
-
-Job job_of(const Statement& row) {
-    Job job;
-    job.id = row.text(0);
-    job.kind = named(row.text(1), {JobKind::run, JobKind::ab, JobKind::bench, JobKind::study});
-    job.state = state_of(row.text(2));
-    job.priority = int(row.integer(3));
-    job.body = row.text(4);
-    job.message = row.text(5);
-    job.created_ms = row.integer(6);
-    job.started_ms = row.integer(7);
-    job.ended_ms = row.integer(8);
-    job.frames = int(row.integer(9));
-    job.done = int(row.integer(10));
-    job.failed = int(row.integer(11));
-    job.exit_code = int(row.integer(12));
-    job.verdict = row.text(13);
-    return job;
-}
-
-JobFrame frame_of(const Statement& row) {
-    JobFrame frame;
-    frame.frame = int(row.integer(0));
-    frame.state = named(row.text(1), {FrameState::waiting, FrameState::written, FrameState::skipped,
-                                      FrameState::missing, FrameState::set_aside});
-    frame.attempts = int(row.integer(2));
-    frame.output = row.text(3);
-    frame.message = row.text(4);
-    frame.filter_ms = row.number(5);
-    frame.sidecar = row.text(6);
-    return frame;
-}
 
 // Of the exception now being handled.
 Status status_of(const std::string& path) {

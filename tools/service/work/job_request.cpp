@@ -8,6 +8,7 @@
 #include "config/text_tree.h"
 #include "tools/measure/experiment/assemble.h"
 #include "tools/sequence/io/aperture_file.h"
+#include "tools/sequence/io/parameter_json.h"
 #include "tools/sequence/run/memory.h"
 
 namespace postchain::service {
@@ -168,18 +169,6 @@ class RequestParser {
 
     static bool has_zero(const std::string& text) { return text.find('\0') != std::string::npos; }
 
-    // The value as a row of a table takes it; nothing where it has no such form.
-    static std::optional<ParameterValue> value_of(const io::Json& json) {
-        if (json.is_null()) return ParameterValue();
-        if (json.is_boolean()) return ParameterValue(json.get<bool>());
-        if (json.is_number_unsigned() && json.get<uint64_t>() > uint64_t(INT64_MAX))
-            return std::nullopt;
-        if (json.is_number_integer()) return ParameterValue(json.get<int64_t>());
-        if (json.is_number()) return ParameterValue(json.get<double>());
-        if (json.is_string()) return ParameterValue(json.get<std::string>());
-        return std::nullopt;
-    }
-
     void read_row(const Parameter& row, const ParameterTable& table, ParameterRef settings) {
         const JsonMember* member = body_.find(row.key);
         if (!member) {
@@ -187,7 +176,7 @@ class RequestParser {
                 fault(body_.text.find('{'), row.key, "is missing");
             return;
         }
-        const auto value = value_of(member->value);
+        const auto value = io::value_of(member->value);
         if (!value)
             return fault(row.key, "is " + row.domain() + ", not " + member->value.type_name());
         if (const auto* text = std::get_if<std::string>(&*value)) {
@@ -403,6 +392,8 @@ class RequestParser {
         alone.input = "a.exr";
         const ParameterValue value = row.get(&job_);
         if (value == ParameterValue() || value == ParameterValue(std::string())) return Status();
+        // These mean something together: read with the whole.
+        if (row.key.starts_with("ocio") || row.key.ends_with("_transfer")) return Status();
         row.set(&alone, value);
         Diagnostics notes;
         return sequence::run_settings_of(alone, reader_.registry_, notes).status();

@@ -17,7 +17,7 @@
 #include "tools/measure/experiment/sweep.h"
 #include "tools/measure/report/limits.h"
 #include "tools/measure/study/settings.h"
-#include "tools/measure/study/study.h"
+#include "tools/measure/study/study_reader.h"
 #include "tools/sequence/run/job_settings.h"
 #include "tools/service/store/job.h"
 #include "tools/service/work/held_paths.h"

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "chain/layers.h"
 #include "tools/sequence/io/preview.h"
 #include "tools/sequence/run/sequence_reader.h"
 
@@ -33,9 +34,17 @@ void reduce_lengths(Chain& chain, double scale) {
 
 Role role_in_its_frame(Role role) {
     for (const Neighbor neighbor : kNeighbors)
-        for (const Role own : kFileRoles)
+        for (const Role own : kNeighborRoles)
             if (role_of(neighbor, own) == role) return own;
     return role;
+}
+
+// Several planes one below another, each by mean.
+ImageF stack_reduced(const ImageF& stack, int height_of_each, int width, int height) {
+    std::vector<ImageF> planes;
+    for (int i = 0; i < stack.height / height_of_each; ++i)
+        planes.push_back(mean_reduced(plane_of_stack(stack, i, height_of_each), width, height));
+    return stack_planes(planes);
 }
 
 }  // namespace
@@ -77,9 +86,9 @@ ImageF middle_reduced(const ImageF& image, int width, int height) {
 }
 
 Result<PreparedPreview> prepare_preview(JobRequest& request) {
-    sequence::RunSettings& settings = request.run;
-    settings.frames = io::FrameRange{{request.frame}};
     Chain& chain = request.chain.chain;
+    sequence::RunSettings settings = sequence::settings_for(request.run, {&chain});
+    settings.frames = io::FrameRange{{request.frame}};
     auto list = io::find_frames(settings.input, settings.frames);
     if (!list.ok()) return list.status();
     const auto files = list->files.find(request.frame);
@@ -104,7 +113,9 @@ Result<PreparedPreview> prepare_preview(JobRequest& request) {
         for (auto& [role, plane] : source->planes) {
             const Role own = role_in_its_frame(role);
             ImageF reduced = own == Role::color ? mean_reduced(*plane, width, height)
-                                                : middle_reduced(*plane, width, height);
+                             : own == Role::mattes
+                                 ? stack_reduced(*plane, frame.height, width, height)
+                                 : middle_reduced(*plane, width, height);
             if (own == Role::motion || own == Role::motion_back)
                 for (size_t i = 0; i < reduced.pixels(); ++i) {
                     reduced.data[2 * i] *= scale_x;

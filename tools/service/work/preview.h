@@ -20,9 +20,9 @@ struct PreparedPreview {
     Plan plan;
     SharedPlanes planes;
 };
-// Reads the request's frame with its neighbors and reduces it: color by mean, depth and vectors by
-// the middle, vectors and the passes' lengths in pixels by the scale. Errors: those of reading and
-// planning.
+// Reads the request's frame with its neighbors and the chain's mattes, and reduces it: color and
+// mattes by mean, depth and vectors by the middle, vectors and the passes' lengths in pixels by the
+// scale. Errors: those of reading and planning.
 Result<PreparedPreview> prepare_preview(JobRequest& request);
 
 // The color of a file at most this wide and high, as 8-bit PNG. Errors (input), (output).

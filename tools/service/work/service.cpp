@@ -13,7 +13,7 @@
 #include "config/describe.h"
 #include "config/schema.h"
 #include "config/text_tree.h"
-#include "tools/sequence/io/exr_writer.h"
+#include "tools/sequence/io/planes_writer.h"
 #include "tools/sequence/io/preview.h"
 #include "tools/sequence/run/device.h"
 #include "tools/sequence/run/plan_sequence.h"

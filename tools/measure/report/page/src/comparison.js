@@ -1,7 +1,8 @@
 // A against B: the table of ab.
 import { h, limit, number, signed } from "./dom.js";
+import { explain_intervals, kWorse, way_of } from "./explain.js";
 import { metric_name } from "./model.js";
-import { head, panel } from "./panel.js";
+import { head, mean_cell, panel } from "./panel.js";
 
 // Difference and interval as a dot and a line, in parts of A's mean; the axis is common. What lies
 // beyond its end is an arrow there.
@@ -28,8 +29,21 @@ const kFindings = {
     too_few_frames: "too few frames", no_measurable_difference: "no measurable difference",
     a_better: "A is better", b_better: "B is better",
 };
-// Which way is better, where it is not down.
-const kWays = { higher: " \u2191", one: " \u2192 1" };
+// Rows without a finding are folded; where no metric has one, because there are too few frames,
+// only those that are equal.
+function folds_of(entries) {
+    const few = entries.every((m) => m.finding === "too_few_frames" ||
+        m.finding === "no_measurable_difference");
+    const kinds = [
+        ["without a measurable difference", (m) => m.n > 0 &&
+            (m.finding === "no_measurable_difference" ||
+                (few && m.differences.every((d) => d === null || d === 0)))],
+        ["with too few frames to decide", (m) => m.n > 0 && !few && m.finding === "too_few_frames"],
+        ["without a value of both", (m) => m.n === 0],
+    ];
+    return kinds.map(([what, is]) => ({ what, is, count: entries.filter(is).length }))
+        .filter(({ count }) => count);
+}
 
 export function add_comparison({ model }, more) {
     const comparison = model.comparison;
@@ -46,27 +60,42 @@ export function add_comparison({ model }, more) {
     spans.sort((x, y) => x - y);
     const reach = spans[Math.floor(0.9 * (spans.length - 1))] || 1;
     const interval = (v) => (v ? v.map(signed).join(" \u2026 ") : "\u2013");
+    const input = model.source("input")?.data;
+    const row = (m) => {
+        const i = comparison.metrics.indexOf(m);
+        return h("tr", {},
+            h("th", { scope: "row", title: model.metric(m.metric)?.help }, metric_name(m.metric),
+                h("small", {}, way_of(model.metric(m.metric)))),
+            mean_cell(model, a, m.metric), mean_cell(model, b, m.metric),
+            input && h("td", { class: "num" }, number(model.mean(input, m.metric))),
+            h("td", { class: "num" }, Number.isFinite(m.mean) ? signed(m.mean) : "\u2013"),
+            h("td", { class: "words" }, h("details", {},
+                h("summary", {}, kFindings[m.finding] ?? m.finding), m.words)),
+            h("td", {}, bases[i] && Number.isFinite(m.mean) ? whisker(m, bases[i], reach) : ""),
+            h("td", { class: "num" }, interval(m.t_interval)),
+            h("td", { class: "num" }, interval(m.bootstrap)),
+            h("td", { class: "num" }, String(m.n)));
+    };
+    const folds = folds_of(comparison.metrics);
+    const bodies = [h("tbody", {}, comparison.metrics.filter((m) => !folds.some(({ is }) => is(m)))
+        .map(row))];
+    for (const { what, is, count } of folds) {
+        const hidden = h("tbody", { hidden: true }, comparison.metrics.filter(is).map(row));
+        const fold = h("details", { ontoggle: () => (hidden.hidden = !fold.open) },
+            h("summary", {}, `${count} metric${count === 1 ? "" : "s"} ${what}`));
+        bodies.push(h("tbody", { class: "fold" }, h("tr", {},
+            h("td", { colspan: input ? 10 : 9 }, fold))), hidden);
+    }
+    const table = h("table", { class: "compare" },
+        head(["Metric"], ["A", "num"], ["B", "num"], ...(input ? [["Input", "num", "unfiltered"]]
+            : []), ["B \u2212 A", "num"], ["Finding"], ["relative to A"],
+        ["t-interval", "num", undefined, "over frames"],
+        ["tile interval", "num", undefined, "within frames"], ["n", "num", "frames"]), bodies);
     more.append(panel("A against B",
-        `A: ${a.name}. B: ${b.name}. Differences are B \u2212 A (for ratios, how much further ` +
-        "from 1), with paired 95 % t-intervals over frames and the bootstrap over tiles " +
-        "within frames. " +
-        `The axis reaches \u00b1${number(100 * reach, 2)} % of A; the line is the t-interval. ` +
-        "Lower is better but where \u2191 (higher) or \u2192 1 (nearer to 1) says else.",
+        `A: ${a.name}. B: ${b.name}. Differences are B \u2212 A (for metrics that are best at 1, ` +
+        "how much further from 1), with 95 % intervals. " +
+        `The axis reaches \u00b1${number(100 * reach, 2)} % of A; the line is the t-interval.` +
+        (table.querySelector(".worse") ? ` ${kWorse}` : ""),
         comparison.claims && h("p", {}, comparison.claims),
-        h("div", { class: "scroll" }, h("table", { class: "compare" },
-            head(["Metric"], ["A", "num"], ["B", "num"], ["B \u2212 A", "num"], ["Finding"],
-                ["relative to A"], ["t-interval", "num"], ["bootstrap", "num"],
-                ["n", "num", "frames"]),
-            h("tbody", {}, comparison.metrics.map((m, i) => h("tr", {},
-                h("th", { scope: "row", title: model.metric(m.metric)?.help },
-                    metric_name(m.metric), kWays[model.metric(m.metric)?.better]),
-                h("td", { class: "num" }, number(a.metrics?.[m.metric]?.mean)),
-                h("td", { class: "num" }, number(b.metrics?.[m.metric]?.mean)),
-                h("td", { class: "num" }, Number.isFinite(m.mean) ? signed(m.mean) : "\u2013"),
-                h("td", { class: "words" }, h("details", {},
-                    h("summary", {}, kFindings[m.finding] ?? m.finding), m.words)),
-                h("td", {}, bases[i] && Number.isFinite(m.mean) ? whisker(m, bases[i], reach) : ""),
-                h("td", { class: "num" }, interval(m.t_interval)),
-                h("td", { class: "num" }, interval(m.bootstrap)),
-                h("td", { class: "num" }, String(m.n)))))))));
+        h("div", { class: "scroll" }, table), explain_intervals(comparison.bootstrap)));
 }

@@ -51,7 +51,7 @@ export function add_crops(page, more) {
         const [image, reference, stored] = await Promise.all([
             store.load(source.kind, source.variant, crop.frame),
             map?.formula && against && store.load(against.kind, against.variant, crop.frame),
-            map?.formula === 0 && store.load("error", source.variant, crop.frame, map.key),
+            map?.formula === 0 && store.load(...model.stored_map(source, crop.frame, map.key)),
         ]).catch(() => []);
         if (!image || !canvas.isConnected) return;
         const view = {

@@ -1,5 +1,6 @@
 // The list of pictures: key, name, error, time, and the values under the cursor.
 import { by_id, h, milliseconds, number } from "./dom.js";
+import { kWays } from "./explain.js";
 import { is_better, metric_name } from "./model.js";
 
 // Three values in columns of 8.
@@ -26,12 +27,13 @@ export function fill_list(page) {
                 failure ?? passes_of(source)),
             at: h("span", { class: "at" }),
         };
-        const time = source.data && !(failure && model.time(source.data) === undefined)
+        const time = source.kind === "color" && !(failure && model.time(source.data) === undefined)
             ? milliseconds(model.time(source.data)) : "";
         const untrusted = source.data?.timing?.trustworthy === false;
         parts.row = h("button", {
             type: "button", class: "row", "aria-pressed": "false",
-            title: failure || source.data?.name,
+            title: failure || source.data?.name ||
+                (source.data && "what the metrics are without any filter"),
             onclick: () => page.show(source.key),
             // After a click the keyboard belongs to the picture, so that space flips.
             onpointerup: () => page.viewer.canvas.focus({ preventScroll: true }),
@@ -52,18 +54,23 @@ export function fill_list(page) {
     state.watch(["metric"], () => {
         select.value = state.get("metric");
         const better = model.metric(state.get("metric"))?.better;
+        by_id("way").textContent = kWays[better] ?? "";
         let best;
         for (const source of model.variant_sources.filter(() => model.reference_kind !== "a")) {
             const mean = model.mean(source.data, state.get("metric"));
             if (mean !== undefined && (best === undefined || is_better(better, mean, best)))
                 best = mean;
         }
-        for (const source of model.variant_sources) {
+        for (const source of model.sources.filter((s) => s.data)) {
             const mean = model.mean(source.data, state.get("metric"));
             const { figure } = rows.get(source.key);
             const failed = source.data.failure && mean === undefined;
             figure.textContent = failed ? "failed" : number(mean);
-            figure.classList.toggle("best", mean !== undefined && mean === best);
+            figure.classList.toggle("best", source.kind === "color" && mean !== undefined &&
+                mean === best);
+            const worse = model.is_worse(source.data, state.get("metric"));
+            figure.classList.toggle("worse", worse);
+            figure.title = worse ? "worse than the unfiltered input" : "";
             figure.classList.toggle("bad", Boolean(failed));
         }
     });

@@ -1,5 +1,5 @@
 // Starts the page: reads the report, wires the parts together.
-import { by_id } from "./dom.js";
+import { by_id, h } from "./dom.js";
 import { fill_bar } from "./bar.js";
 import { add_comparison } from "./comparison.js";
 import { add_split, add_times } from "./costs.js";
@@ -30,12 +30,18 @@ function start() {
     const verdict = [model.comparison?.verdict, ...model.under.map((line) => `${line}.`),
         model.reference_kind === "converged" && "Without a truth every variant is measured " +
             `against its own filter converged, and there is no model error: ${model.no_truth}.`,
+        model.winner && `Shown first: ${model.winner.words}.`,
     ].filter(Boolean).join(" ");
     by_id("verdict").hidden = !verdict;
     by_id("verdict").textContent = verdict;
+    by_id("warnings").append(...model.warnings.map((text) => h("li", {}, text)));
+    by_id("warnings").hidden = !model.warnings.length;
 
     const shown = model.sources.filter((s) => s.frames.length);
-    const first = shown.find((s) => s.kind === "color") ?? shown[0] ?? model.sources[0];
+    // The variant that won; of two without a winner B, beside A.
+    const colors = shown.filter((s) => s.kind === "color");
+    const first = colors.find((s) => s.variant === model.winner?.variant) ??
+        (model.comparison && colors[1]) ?? colors[0] ?? shown[0] ?? model.sources[0];
     const second = shown.find((s) => s.kind === "color" && s !== first) ?? shown.find(
         (s) => s !== first) ?? first;
     const metric = model.metric(model.pareto_metric) ?? model.metric("hdr_flip") ??
@@ -114,7 +120,7 @@ function preload({ model, store, state }) {
         const names = model.sources.map((s) => [s.kind, s.variant, frame]);
         names.push(...model.variant_sources.map((s) => ["converged", s.variant, frame]));
         for (const map of model.maps.filter((m) => m.formula === 0))
-            names.push(...model.variant_sources.map((s) => ["error", s.variant, frame, map.key]));
+            names.push(...model.scored_sources.map((s) => model.stored_map(s, frame, map.key)));
         for (const name of names) {
             await store.load(...name).catch(() => undefined);
             if (mine !== round) return;

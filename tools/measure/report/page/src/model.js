@@ -38,7 +38,9 @@ export function model_of(report, store) {
     const input_frames = frames_with("input", -1);
     if (input_frames.length)
         model.sources.push({ key: "input", kind: "input", variant: -1, name: "Input", digit: "I",
-            frames: input_frames });
+            frames: input_frames,
+            // Scored where there is a truth.
+            data: report.input_metrics ? { metrics: report.input_metrics } : undefined });
     // The names of variants are short here.
     model.left_out = report.left_out.map((row) => ({ ...row, variant:
         names[report.variants.findIndex((v) => v.name === row.variant)] ?? row.variant }));
@@ -49,6 +51,11 @@ export function model_of(report, store) {
     });
     model.source = (key) => model.sources.find((s) => s.key === key);
     model.variant_sources = model.sources.filter((s) => s.kind === "color");
+    model.scored_sources = model.sources.filter((s) => s.data?.metrics);
+    // [kind, variant, frame, map] of a stored error map, as ImageStore asks for it. The truth has
+    // none; variant -1 is the input.
+    model.stored_map = (source, frame, map) =>
+        [source.kind === "truth" ? "none" : "error", source.variant, frame, map];
 
     // What the metrics were compared with (docs/report.md), and what error maps are: without truth
     // two chains are compared with each other.
@@ -72,6 +79,13 @@ export function model_of(report, store) {
         (v) => Number.isFinite(v.metrics?.[m.name]?.mean)));
     model.metric = (name) => model.metrics.find((m) => m.name === name);
     model.mean = (variant, name) => variant.metrics?.[name]?.mean ?? undefined;
+    // Is a variant's mean worse than that of the unfiltered input?
+    model.is_worse = (variant, name) => {
+        const [mean, input] = [model.mean(variant, name),
+            report.input_metrics?.[name]?.mean ?? undefined];
+        return mean !== undefined && input !== undefined &&
+            is_better(model.metric(name)?.better, input, mean);
+    };
     model.time = (variant) => variant.timing?.total?.median_ms ?? undefined;
     return model;
 }

@@ -1,13 +1,23 @@
 // What the panels with tables share.
-import { h } from "./dom.js";
+import { h, number } from "./dom.js";
 
 export const panel = (title, about, ...rest) =>
     h("section", { class: "panel wide", "aria-label": title }, h("h2", {}, title),
         about && h("p", { class: "about" }, about), ...rest);
 
-// cells: [text, class, help] each.
-export const head = (...cells) => h("thead", {}, h("tr", {}, cells.map(([text, kind, help]) =>
-    h("th", { class: kind, scope: "col", title: help }, text))));
+// cells: [text, class, help, line below] each.
+export const head = (...cells) => h("thead", {}, h("tr", {}, cells.map(([text, kind, help, below]) =>
+    h("th", { class: kind, scope: "col", title: help }, text,
+        below && h("small", {}, below)))));
+
+// The cell of a mean; marked where the variant is worse than the unfiltered input.
+export function mean_cell(model, variant, name) {
+    const worse = model.is_worse(variant, name);
+    return h("td", { class: "num" }, worse
+        ? h("span", { class: "worse", title: `worse than the unfiltered input: ` +
+            number(model.input_metrics[name].mean) }, number(model.mean(variant, name)))
+        : number(model.mean(variant, name)));
+}
 
 // entries: [name, color] each.
 export const legend = (entries) => h("div", { class: "legend" }, entries.map(([name, color]) =>

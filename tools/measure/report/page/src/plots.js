@@ -1,6 +1,7 @@
 // Error against time, and error over frames, drawn with uPlot.
 import uPlot from "uplot";
 import { color_of, h, limit, milliseconds, number } from "./dom.js";
+import { way_of } from "./explain.js";
 import { metric_name, pareto_of } from "./model.js";
 
 const kReach = 28;   // CSS pixels a click may miss a point by
@@ -186,8 +187,10 @@ export function add_pareto(page, more) {
         }
         front = pareto_of(points, metric.better);
         const name = metric_name(metric.name);
-        const way = { lower: "lower", higher: "higher", one: "nearer to 1" }[metric.better];
-        about.textContent = `${name} against ${model.compared}: ${way} is better. On the line: no other variant is both ` +
+        const input = model.source("input")?.data;
+        about.textContent = `${name} against ${model.compared}: ${way_of(metric)}. ` +
+            (input && model.mean(input, metric.name) !== undefined
+                ? `The unfiltered input has ${number(model.mean(input, metric.name))}. ` : "") + `On the line: no other variant is both ` +
             "faster and nearer. A click shows the picture." +
             (model.variant_sources.some((s) => s.data.timing?.trustworthy === false)
                 ? " Not all times are to be trusted: see below." : "");
@@ -226,7 +229,8 @@ export function add_pareto(page, more) {
 export function add_frames_plot(page, more) {
     const { model, state } = page;
     if (model.frames.length < 2 || !model.metrics.length) return;
-    const sources = model.variant_sources.filter((s) => s.data.metrics);
+    const sources = model.scored_sources;
+    const input = sources.find((s) => s.kind === "input");
     const box = h("div", { class: "plot" });
     const about = h("p", { class: "about" });
     const legend = h("div", { class: "legend" });
@@ -246,7 +250,8 @@ export function add_frames_plot(page, more) {
         plot?.destroy();
         plot = undefined;
         box.replaceChildren();
-        about.textContent = `${metric_name(metric.name)} of each frame. A click shows the frame.`;
+        about.textContent = `${metric_name(metric.name)} of each frame (${way_of(metric)}). ` +
+            "A click shows the frame.";
         if (!values.length) return;
         const y = axis_of(values, false, metric_name(metric.name), 54);
         const x = axis_of(model.frames, false, "frame", 36);
@@ -261,6 +266,7 @@ export function add_frames_plot(page, more) {
             scales: { x: x.scale, y: y.scale }, axes: [x.axis, y.axis],
             series: [{}, ...sources.map((s) => ({
                 label: s.name, width: 1.5, stroke: () => color(s.key),
+                dash: s === input ? [5, 4] : undefined,
                 points: { show: true, size: 6, width: 1.5, fill: () => color_of("panel") },
             }))],
             hooks: { draw: [(u) => {
@@ -283,7 +289,8 @@ export function add_frames_plot(page, more) {
         plot?.redraw(true);
         legend.replaceChildren(...["show", "last"].map((part) => sources.find(
             (s) => s.key === state.get(part))).filter((s, i, all) => s && all.indexOf(s) === i)
-            .map((s) => h("span", {}, h("i", { style: { "--color": color(s.key) } }), s.name)));
+            .map((s) => h("span", {}, h("i", { style: { "--color": color(s.key) } }), s.name)),
+        ...(input ? [h("span", {}, "dashed: the unfiltered input")] : []));
     });
     keep_fresh(box, () => plot);
 }

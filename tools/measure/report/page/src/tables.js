@@ -1,7 +1,8 @@
 // Variants with their chains, and the conditions of the experiment.
 import { h, number, short } from "./dom.js";
+import { kWorse, way_of } from "./explain.js";
 import { metric_name } from "./model.js";
-import { follow, head, panel } from "./panel.js";
+import { follow, head, mean_cell, panel } from "./panel.js";
 
 export function add_variants(page, more) {
     const { model } = page;
@@ -12,11 +13,19 @@ export function add_variants(page, more) {
                 h("details", {}, h("summary", {}, h("code", {}, v.chain_hash)),
                     h("pre", {}, v.chain),
                     v.resumed ? h("p", { class: "quiet" }, "Taken from an interrupted run.") : "")),
-            model.metrics.map((m) => h("td", { class: "num" }, number(model.mean(v, m.name))))) };
+            model.metrics.map((m) => mean_cell(model, v, m.name))) };
     });
-    more.append(panel("Variants", "Means over frames; the hash opens the chain.",
+    const input = model.source("input");
+    if (input?.data)
+        rows.push({ key: "input", row: h("tr", {}, h("th", { scope: "row" }, "input"),
+            h("td", { class: "quiet" }, "no filter"),
+            model.metrics.map((m) => h("td", { class: "num" },
+                number(model.mean(input.data, m.name))))) });
+    const worse = rows.some(({ row }) => row.querySelector(".worse"));
+    more.append(panel("Variants", "Means over frames; the hash opens the chain." +
+        (worse ? ` ${kWorse}` : ""),
         h("div", { class: "scroll" }, h("table", {}, head(["Variant"], ["Chain"],
-            ...model.metrics.map((m) => [metric_name(m.name), "num", m.help])),
+            ...model.metrics.map((m) => [metric_name(m.name), "num", m.help, way_of(m)])),
         h("tbody", {}, rows.map(({ row }) => row))))));
     follow(page, rows);
 }
@@ -49,11 +58,16 @@ export function add_left_out({ model }, more) {
 
 export function add_facts({ model, viewer }, more) {
     const bootstrap = model.comparison?.bootstrap;
+    const noise = model.truth_noise;
     const facts = [
         ["Command",  h("code", {}, model.command.join(" "))],
         ["Input", model.input && h("code", {}, model.input)],
         ["Truth", model.truth ? h("code", {}, model.truth)
             : model.no_truth && `none: ${model.no_truth}`],
+        ["Noise of the truth", noise && `standard deviation ${number(noise.sigma.mean, 2)} of the ` +
+            "displayed luma; a picture without any error would have " + model.metrics
+            .filter((m) => noise[m.name]).map((m) => `${metric_name(m.name)} ` +
+                number(noise[m.name].mean)).join(", ")],
         ["Frames", model.frames.join(", ") + (model.page_frames.length < model.frames.length
             ? ` (pictures of ${model.page_frames.join(", ")})` : "")],
         ["Device, driver", model.device.renderer + (model.device.software ? " (software)" : "")],
@@ -83,5 +97,6 @@ export function add_facts({ model, viewer }, more) {
             h("th", { scope: "row" }, name), h("td", {}, value)))))));
     more.append(h("section", { class: "panel", "aria-label": "Metrics" }, h("h2", {}, "Metrics"),
         h("table", { class: "facts" }, h("tbody", {}, model.metrics.map((m) => h("tr", {},
-            h("th", { scope: "row" }, metric_name(m.name)), h("td", {}, m.help)))))));
+            h("th", { scope: "row" }, metric_name(m.name)),
+            h("td", {}, `${m.help}; ${way_of(m)}`)))))));
 }

@@ -62,7 +62,7 @@ export class Viewer {
         const list = { image: [source.kind, source.variant, frame] };
         const map = this.map();
         if (!map) return list;
-        if (map.formula === 0) list.stored = ["error", source.variant, frame, map.key];
+        if (map.formula === 0) list.stored = this.model.stored_map(source, frame, map.key);
         else list.reference = this.#reference(source, frame);
         return list;
     }
@@ -283,7 +283,7 @@ export class Viewer {
             rgb: rgb_at(image, x, y),
             error: map && error_at({
                 image, scale_of_error: map,
-                stored: this.store.ready("error", source.variant, frame, map.key),
+                stored: this.store.ready(...this.model.stored_map(source, frame, map.key)),
                 reference: this.store.ready(...this.#reference(source, frame)),
             }, x, y),
         };

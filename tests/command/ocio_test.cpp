@@ -1,0 +1,318 @@
+// postchain run: color in and out through a configuration of OpenColorIO whose transforms have a
+// closed form, written down here.
+#include <cmath>
+#include <limits>
+
+#include "tests/command/pictures.h"
+
+namespace postchain::test {
+namespace {
+
+// Of what is stored: halved has half the value of lin, fourfold four times; camera is the log of
+// base 10 after the inverse of kMatrix, film the power 1/2.4 after kPrint.
+constexpr double kMatrix[3][3] = {{0.9, 0.1, 0}, {0.05, 0.9, 0.05}, {0, 0.2, 0.8}};
+constexpr double kPrint[3][3] = {{0.8, 0.2, 0}, {0.1, 0.8, 0.1}, {0, 0.1, 0.9}};
+constexpr const char* kConfig =
+    "ocio_profile_version: 1\n"
+    "search_path: ''\n"
+    "roles: {scene_linear: lin, default: lin}\n"
+    "displays:\n"
+    "  screen:\n"
+    "    - !<View> {name: Plain, colorspace: lin}\n"
+    "    - !<View> {name: Halved, colorspace: halved}\n"
+    "  wall:\n"
+    "    - !<View> {name: Bright, colorspace: fourfold}\n"
+    "    - !<View> {name: Film, colorspace: film}\n"
+    "active_displays: [screen, wall]\n"
+    "active_views: [Plain, Halved, Bright, Film]\n"
+    "colorspaces:\n"
+    "  - !<ColorSpace>\n"
+    "    name: lin\n"
+    "  - !<ColorSpace>\n"
+    "    name: halved\n"
+    "    from_reference: !<MatrixTransform> {matrix: [0.5, 0, 0, 0, 0, 0.5, 0, 0, 0, 0, 0.5, 0, "
+    "0, 0, 0, 1]}\n"
+    "  - !<ColorSpace>\n"
+    "    name: fourfold\n"
+    "    from_reference: !<MatrixTransform> {matrix: [4, 0, 0, 0, 0, 4, 0, 0, 0, 0, 4, 0, "
+    "0, 0, 0, 1]}\n"
+    "  - !<ColorSpace>\n"
+    "    name: camera\n"
+    "    to_reference: !<GroupTransform>\n"
+    "      children:\n"
+    "        - !<LogTransform> {base: 10, direction: inverse}\n"
+    "        - !<MatrixTransform> {matrix: [0.9, 0.1, 0, 0, 0.05, 0.9, 0.05, 0, 0, 0.2, 0.8, 0, "
+    "0, 0, 0, 1]}\n"
+    "  - !<ColorSpace>\n"
+    "    name: film\n"
+    "    from_reference: !<GroupTransform>\n"
+    "      children:\n"
+    "        - !<MatrixTransform> {matrix: [0.8, 0.2, 0, 0, 0.1, 0.8, 0.1, 0, 0, 0.1, 0.9, 0, "
+    "0, 0, 0, 1]}\n"
+    "        - !<ExponentTransform> {value: [2.4, 2.4, 2.4, 1], direction: inverse}\n";
+
+using Triple = std::array<double, 3>;
+Triple times(const double (&m)[3][3], const Triple& v) {
+    Triple out{};
+    for (size_t i = 0; i < 3; ++i)
+        for (size_t k = 0; k < 3; ++k) out[i] += m[i][k] * v[k];
+    return out;
+}
+
+class OcioTest : public FormatsTest {
+  protected:
+    void SetUp() override {
+        FormatsTest::SetUp();
+        write_text(config(), kConfig);
+    }
+    std::string config() const { return at("config.ocio"); }
+    Arguments with_config(Arguments more) const {
+        more.insert(more.end(), {"--ocio", config()});
+        return more;
+    }
+};
+
+TEST_F(OcioTest, StoredValuesOfAColorSpaceAreReadAsItsTransformSays) {
+    const Kind kind{"c.png", kByte, 8, 3, true};
+    const Stored picture = noise_of(kind);
+    write_picture(at("c.png"), kind, picture);
+    const auto outcome =
+        through("c.png", "o.exr", with_config({"--input-transfer", "ocio:camera"}));
+    ASSERT_EQ(outcome.code, 0) << outcome.text();
+    const ImageF light = read_color(at("out/o.exr"));
+    double largest = 0;
+    for (size_t i = 0; i < light.pixels(); ++i) {
+        Triple v{};
+        for (size_t c = 0; c < 3; ++c) v[c] = std::pow(10, double(picture.values[3 * i + c]));
+        v = times(kMatrix, v);
+        for (size_t c = 0; c < 3; ++c)
+            largest = std::max(largest, std::abs(light.data[3 * i + c] / v[c] - 1));
+    }
+    EXPECT_LT(largest, 1e-5);
+    // Another space of the frames: four times the light.
+    ASSERT_EQ(
+        through("c.png", "o.exr",
+                with_config({"--input-transfer", "ocio:camera", "--ocio-colorspace", "fourfold"}))
+            .code,
+        0);
+    const ImageF more = read_color(at("out/o.exr"));
+    for (size_t i = 0; i < light.data.size(); i += 97)
+        EXPECT_NEAR(more.data[i] / light.data[i], 4, 1e-5) << i;
+    // A role stands for its space.
+    ASSERT_EQ(
+        through("c.png", "o.exr", with_config({"--input-transfer", "ocio:scene_linear"})).code, 0);
+    EXPECT_NEAR(read_color(at("out/o.exr")).data[30], picture.values[30], 1e-7);
+}
+
+TEST_F(OcioTest, LightIsStoredInAColorSpaceOrAsAViewShowsIt) {
+    std::vector<std::array<float, 4>> pixels;
+    std::vector<Triple> codes;
+    for (int i = 0; i < 64; ++i) {
+        const Triple v = {i / 63.0, (i * 5 % 64) / 63.0, (i * 11 % 64) / 63.0};
+        const Triple light = times(
+            kMatrix, {std::pow(10, v[0]) / 16, std::pow(10, v[1]) / 16, std::pow(10, v[2]) / 16});
+        codes.push_back(v);
+        pixels.push_back({float(light[0]), float(light[1]), float(light[2]), 1});
+    }
+    write_exr("in.exr", pixels);
+    // The light is a sixteenth of it, and log10(16) is taken off.
+    ASSERT_EQ(through("in.exr", "o.png",
+                      with_config({"--output-transfer", "ocio:camera", "--overflow", "clamp"}))
+                  .code,
+              0);
+    const Stored camera = read_picture(at("out/o.png"));
+    for (const char* bits : {"8", "16"}) {
+        const auto outcome =
+            through("in.exr", "o.png",
+                    with_config({"--output-transfer", "view", "--ocio-view", "Film",
+                                 "--ocio-display", "wall", "--bits", bits}));
+        ASSERT_EQ(outcome.code, 0) << outcome.text();
+        const double steps = std::string(bits) == "8" ? 255 : 65535;
+        const Stored film = read_picture(at("out/o.png"));
+        for (size_t i = 0; i < pixels.size(); ++i) {
+            const Triple print =
+                times(kPrint, {double(pixels[i][0]), double(pixels[i][1]), double(pixels[i][2])});
+            for (size_t c = 0; c < 3; ++c) {
+                const size_t at = i * size_t(film.channels) + c;
+                // Half a step, and what single precision adds.
+                EXPECT_NEAR(film.values[at] * steps, std::pow(print[c], 1 / 2.4) * steps,
+                            0.5 + 2e-5 * steps)
+                    << bits << " " << i;
+                EXPECT_NEAR(camera.values[at], std::max(0.0, codes[i][c] - std::log10(16.0)),
+                            1.5 / 65535)
+                    << i;
+            }
+        }
+    }
+}
+
+TEST_F(OcioTest, AlphaIsNoColorAndColorIsTransformedAsItIsStored) {
+    write_exr("in.exr", {{0.25f, 0, 0.125f, 0.5f}, {0, 0, 0, 0}, {0.5f, 0.5f, 0.5f, 1}});
+    const auto film = [](Triple v) {
+        v = times(kPrint, v);
+        for (double& one : v) one = std::pow(one, 1 / 2.4);
+        return v;
+    };
+    for (const auto& [name, first] :
+         {std::pair{"o.png", film({0.5, 0, 0.25})}, {"o.tif", film({0.25, 0, 0.125})}}) {
+        const auto outcome =
+            through("in.exr", name,
+                    with_config({"--output-transfer", "view", "--ocio-view", "Film",
+                                 "--ocio-display", "wall", "--bits", "16"}));
+        ASSERT_EQ(outcome.code, 0) << outcome.text();
+        const Stored out = read_picture(at(std::string("out/") + name));
+        ASSERT_EQ(out.channels, 4);
+        for (size_t c = 0; c < 3; ++c) {
+            EXPECT_NEAR(out.values[c], first[c], 3e-5) << name;
+            EXPECT_EQ(out.values[4 + c], 0) << name;
+            EXPECT_NEAR(out.values[8 + c], std::pow(0.5, 1 / 2.4), 3e-5) << name;
+        }
+        EXPECT_NEAR(out.values[3], 0.5, 1.0 / 65535) << name;
+        EXPECT_EQ(out.values[7], 0) << name;
+    }
+}
+
+TEST_F(OcioTest, WhatDoesNotFitAfterTheTransformIsAnErrorOrClamped) {
+    const float inf = std::numeric_limits<float>::infinity();
+    write_exr("in.exr", {{0.5f, 0.1f, 0.1f, 1}, {0.2f, 0.2f, 0.2f, 1}, {inf, 0.1f, 0.1f, 1}});
+    const Arguments bright =
+        with_config({"--output-transfer", "ocio:fourfold", "--nonfinite", "clamp"});
+    const auto refused = through("in.exr", "o.png", bright);
+    EXPECT_EQ(refused.code, 5) << refused.text();
+    EXPECT_TRUE(contains(refused.err, "2 pixels do not fit")) << refused.err;
+    Arguments clamped = bright;
+    clamped.insert(clamped.end(), {"--overflow", "clamp", "--bits", "8"});
+    const auto outcome = through("in.exr", "o.png", clamped);
+    ASSERT_EQ(outcome.code, 0) << outcome.text();
+    EXPECT_TRUE(contains(outcome.err, "2 pixels clamped")) << outcome.err;
+    const Stored out = read_picture(at("out/o.png"));
+    EXPECT_EQ(out.values[0], 1);
+    EXPECT_NEAR(out.values[1], 102 / 255.0, 1e-6);
+    EXPECT_NEAR(out.values[4], 204 / 255.0, 1e-6);
+    EXPECT_EQ(out.values[8], 1);
+    EXPECT_NEAR(out.values[9], 102 / 255.0, 1e-6);
+}
+
+// Through a transform and back in single precision: less than half a code of 16 bits.
+TEST_F(OcioTest, AChainThatDoesNothingGivesTheStoredValuesBack) {
+    const Kind kinds[] = {{"c.png", kByte, 8, 4, true}, {"c.png", kShort, 16, 3, true},
+                          {"c.dpx", kShort, 10, 3},     {"c.dpx", kShort, 12, 3},
+                          {"c.tif", kByte, 8, 3},       {"c.tif", kShort, 16, 4}};
+    for (const Kind& kind : kinds) {
+        write_picture(at(kind.file), kind, noise_of(kind));
+        const Stored in = read_picture(at(kind.file));
+        for (const char* space : {"ocio:camera", "ocio:halved"}) {
+            const auto outcome =
+                through(kind.file, kind.file, with_config({"--input-transfer", space}));
+            ASSERT_EQ(outcome.code, 0) << outcome.text();
+            EXPECT_EQ(read_picture(at(std::string("out/") + kind.file)).values, in.values)
+                << kind.file << " " << kind.bits << " " << space;
+        }
+    }
+}
+
+TEST_F(OcioTest, AnOutputIsMadeAgainWhenTheConfigurationHasChanged) {
+    write_exr("in.exr", {{0.5f, 0.25f, 0.125f, 1}});
+    const auto again = [&] {
+        return run({"run", at("none.yaml"), "-i", at("in.exr"), "-o", at("out/o.png"),
+                    "--on-existing", "skip", "--output-transfer", "view", "--ocio", config()})
+            .err;
+    };
+    EXPECT_TRUE(contains(again(), "1 written"));
+    EXPECT_TRUE(contains(again(), "1 skipped"));
+    write_text(config(), std::string(kConfig) + "# another\n");
+    EXPECT_TRUE(contains(again(), "1 written"));
+}
+
+TEST_F(OcioTest, ThePlanAndTheInspectionReadTheColorSpaceToo) {
+    const Kind kind{"c.png", kByte, 8, 3, true};
+    write_picture(at("c.png"), kind, noise_of(kind));
+    for (const char* verb : {"plan", "inspect"}) {
+        Arguments arguments = {verb};
+        if (std::string(verb) == "plan") arguments.push_back(at("none.yaml"));
+        arguments.insert(arguments.end(), {"-i", at("c.png"), "--ocio", config()});
+        arguments.push_back("--input-transfer");
+        Arguments wrong = arguments;
+        arguments.push_back("ocio:camera");
+        EXPECT_EQ(run(arguments).code, 0) << run(arguments).text();
+        wrong.push_back("ocio:kamera");
+        EXPECT_TRUE(contains(run(wrong).err, "has no 'kamera'; it has lin, halved")) << verb;
+    }
+}
+
+TEST_F(OcioTest, APreviewIsTheViewOfAConfiguration) {
+    write_text(at("config.ocio"), kConfig);
+    write_exr("in.exr", {{0.5f, 0.25f, -1, 1}, {3, 0.125f, 0, 1}});
+    const auto preview = [&](Arguments more, const Launch& launch = {}) {
+        Arguments arguments = {"run",      at("none.yaml"), "-i",    at("in.exr"),
+                               "-o",       at("out/o.exr"), "--png", "--on-existing",
+                               "overwrite"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const auto outcome = run(arguments, launch);
+        EXPECT_EQ(outcome.code, 0) << outcome.text();
+        std::vector<int> codes;
+        for (const float v : read_picture(at("out/o.png")).values)
+            codes.push_back(int(std::lround(v * 255)));
+        return codes;
+    };
+    using Codes = std::vector<int>;
+    const std::string config = at("config.ocio");
+    const Codes plain = {128, 64, 0, 255, 32, 0};
+    EXPECT_EQ(preview({"--ocio", config}), plain);
+    EXPECT_EQ(preview({"--ocio", config, "--ocio-view", "Halved"}), (Codes{64, 32, 0, 255, 16, 0}));
+    // Stored as four times the light: the same view shows a quarter.
+    EXPECT_EQ(preview({"--ocio", config, "--ocio-colorspace", "fourfold"}),
+              (Codes{32, 16, 0, 191, 8, 0}));
+    EXPECT_EQ(preview({"--ocio", config, "--ocio-display", "wall"}),
+              (Codes{255, 255, 0, 255, 128, 0}));
+    EXPECT_EQ(preview({}, {.environment = {{"OCIO", config}}}), plain);
+    // Without one: (0.5 / 1.5)^(1/2.2).
+    EXPECT_EQ(preview({}, {.environment = {{"OCIO", std::nullopt}}})[0], 155);
+}
+
+TEST_F(OcioTest, AConfigurationThatCannotBeUsedIsAnErrorThatSaysWhatThereIs) {
+    write_text(at("config.ocio"), kConfig);
+    write_text(at("broken.ocio"), "ocio_profile_version: [");
+    write_exr("in.exr", {{0.5f, 0.25f, 0, 1}});
+    const std::tuple<Arguments, int, const char*> cases[] = {
+        {{"--png", "--ocio", at("none.ocio")}, 4, "no such file"},
+        {{"--png", "--ocio", at("broken.ocio")}, 4, "broken.ocio"},
+        {{"--png", "--ocio", at("config.ocio"), "--ocio-view", "Film"}, 2, "Plain, Halved"},
+        {{"--png", "--ocio", at("config.ocio"), "--ocio-display", "tv"}, 2, "screen, wall"},
+        {{"--png", "--ocio", at("config.ocio"), "--ocio-colorspace", "aces"},
+         2,
+         "lin, halved, fourfold"},
+        {{"--ocio", at("config.ocio")}, 2, "changes nothing alone"},
+        {{"--ocio", at("config.ocio"), "--ocio-view", "Halved"}, 2, "--output-transfer view"},
+        {{"--output-transfer", "view"}, 2, "which configuration?"},
+        {{"--output-transfer", "ocio:halved", "--ocio", at("config.ocio")}, 2, "an EXR holds"},
+        {{"--output-transfer", "view", "--ocio", at("config.ocio")}, 2, "look at it with --png"},
+        {{"--input-transfer", "ocio:halved", "--ocio", at("config.ocio")}, 2, "leave it out"},
+        {{"--input-transfer", "view", "--ocio", at("config.ocio")}, 2, "no way back"},
+        {{"--input-transfer", "halved", "--ocio", at("config.ocio")}, 2, "ocio:SPACE"},
+        {{"--png", "--ocio-view", "Film"}, 2, "which configuration?"},
+    };
+    for (const auto& [more, code, why] : cases) {
+        Arguments arguments = {"run", at("none.yaml"), "-i", at("in.exr"), "-o", at("out/o.exr")};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const auto outcome = run(arguments, {.environment = {{"OCIO", std::nullopt}}});
+        EXPECT_EQ(outcome.code, code) << outcome.text();
+        EXPECT_TRUE(contains(outcome.err, why)) << outcome.err;
+        EXPECT_FALSE(exists(at("out/o.exr")));
+    }
+    const std::tuple<Arguments, int, const char*> of_pictures[] = {
+        {with_config({"--output-transfer", "ocio:film2"}), 2, "has no 'film2'; it has lin, halved"},
+        {with_config({"--output-transfer", "view", "--ocio-view", "Noir"}), 2, "Plain, Halved"},
+        {{"--output-transfer", "ocio:film", "--ocio", at("broken.ocio")}, 4, "broken.ocio"},
+        {{"--output-transfer", "view", "--ocio", at("none.ocio")}, 4, "no such file"},
+    };
+    for (const auto& [more, code, why] : of_pictures) {
+        const auto outcome = through("in.exr", "o.png", more);
+        EXPECT_EQ(outcome.code, code) << outcome.text();
+        EXPECT_TRUE(contains(outcome.err, why)) << outcome.err;
+        EXPECT_FALSE(exists(at("out/o.png")));
+    }
+}
+
+}  // namespace
+}  // namespace postchain::test

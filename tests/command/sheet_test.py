@@ -1,0 +1,212 @@
+"""postchain sheet: frames of one color each, found again in the picture, which is decoded here by the
+PNG specification.
+
+usage: sheet_test.py POSTCHAIN"""
+import os
+import pathlib
+import struct
+import subprocess
+import sys
+import tempfile
+import unittest
+import zlib
+
+import exr
+
+POSTCHAIN = None
+WIDTH, HEIGHT = 64, 36
+HALVED = """ocio_profile_version: 1
+search_path: ''
+roles: {scene_linear: lin, default: lin}
+displays:
+  screen:
+    - !<View> {name: Halved, colorspace: halved}
+active_displays: [screen]
+active_views: [Halved]
+colorspaces:
+  - !<ColorSpace>
+    name: lin
+  - !<ColorSpace>
+    name: halved
+    from_reference: !<MatrixTransform> {matrix: [0.5,0,0,0, 0,0.5,0,0, 0,0,0.5,0, 0,0,0,1]}
+"""
+
+
+def decode(path):
+    """Width, height and rows of an 8 bit RGB PNG."""
+    data = path.read_bytes()
+    assert data[:8] == b"\x89PNG\r\n\x1a\n"
+    at, packed = 8, b""
+    while at < len(data):
+        size, kind = struct.unpack_from(">I4s", data, at)
+        if kind == b"IHDR":
+            width, height, bits, color = struct.unpack_from(">IIBB", data, at + 8)
+            assert (bits, color) == (8, 2)
+        if kind == b"IDAT":
+            packed += data[at + 8:at + 8 + size]
+        at += 12 + size
+    raw, rows, stride = zlib.decompress(packed), [], 3 * width
+    before = bytes(stride)
+    for y in range(height):
+        kind = raw[y * (stride + 1)]
+        row = bytearray(raw[y * (stride + 1) + 1:(y + 1) * (stride + 1)])
+        for i in range(stride):
+            a = row[i - 3] if i >= 3 else 0
+            b, c = before[i], before[i - 3] if i >= 3 else 0
+            nearest = min((abs(b - c), 0, a), (abs(a - c), 1, b), (abs(a + b - 2 * c), 2, c))[2]
+            row[i] = row[i] + (0, a, b, (a + b) // 2, nearest)[kind] & 255
+        rows.append(bytes(row))
+        before = rows[-1]
+    return width, height, rows
+
+
+def shown(value):
+    """x / (1 + x), then the power 1 / 2.2, as a byte."""
+    return round(255 * (value / (1 + value)) ** (1 / 2.2))
+
+
+class Sheet(unittest.TestCase):
+    def setUp(self):
+        self.temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(self.temporary.cleanup)
+        self.folder = pathlib.Path(self.temporary.name)
+
+    def write(self, name, color, width=WIDTH, height=HEIGHT):
+        """color: three numbers, or a function of x and y that gives them."""
+        at = color if callable(color) else lambda x, y: color
+        pixels = [at(x, y) for y in range(height) for x in range(width)]
+        window = struct.pack("<4i", 0, 0, width - 1, height - 1)
+        attributes = {"dataWindow": ("box2i", window), "displayWindow": ("box2i", window),
+                      "lineOrder": ("lineOrder", b"\0"),
+                      "pixelAspectRatio": ("float", struct.pack("<f", 1)),
+                      "screenWindowCenter": ("v2f", bytes(8)),
+                      "screenWindowWidth": ("float", struct.pack("<f", 1))}
+        exr.write(self.folder / name, exr.Picture(width, height, attributes, {
+            word: ("f", [p[i] for p in pixels]) for i, word in enumerate("RGB")}))
+
+    def sequence(self, numbers):
+        """Frame n has the color (n / 4, 0, 1 / n)."""
+        for n in numbers:
+            self.write(f"o.{n:04}.exr", (n / 4, 0, 1 / n))
+        return {n: (shown(n / 4), 0, shown(1 / n)) for n in numbers}
+
+    def sheet(self, *options, code=0, source="o.####.exr", output="sheet.png"):
+        done = subprocess.run([POSTCHAIN, "sheet", source, "-o", output, *options],
+                              cwd=self.folder, capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        self.said = done.stdout + done.stderr
+        return decode(self.folder / output) if code in (0, 1) else None
+
+    def place_of(self, color, sheet):
+        """Upper left corner and size of what has this color, which is a whole rectangle."""
+        width, _, rows = sheet
+        found = [(x, y) for y, row in enumerate(rows) for x in range(width)
+                 if row[3 * x:3 * x + 3] == bytes(color)]
+        if not found:
+            return None
+        left, top = min(x for x, _ in found), min(y for _, y in found)
+        size = max(x for x, _ in found) + 1 - left, max(y for _, y in found) + 1 - top
+        self.assertEqual(len(found), size[0] * size[1])
+        return left, top, *size
+
+    def below(self, place, sheet, rows=24):
+        """The label: the rows below a thumbnail, over its width."""
+        left, top, width, height = place
+        return [sheet[2][y][3 * left:3 * (left + width)]
+                for y in range(top + height, top + height + rows)]
+
+    def test_each_frame_stands_in_its_place_with_its_number(self):
+        colors = self.sequence(range(1, 8))
+        sheet = self.sheet("--width", "64", "--columns", "3")
+        places = {n: self.place_of(color, sheet) for n, color in colors.items()}
+        for place in places.values():
+            self.assertEqual(place[2:], (64, 36))
+        # In rows of three.
+        self.assertEqual([n for n, _ in sorted(places.items(), key=lambda p: p[1][1::-1])],
+                         list(range(1, 8)))
+        self.assertEqual(len({p[1] for p in places.values()}), 3)
+        self.assertEqual(len({p[0] for p in places.values()}), 3)
+        labels = {n: self.below(place, sheet) for n, place in places.items()}
+        for n, label in labels.items():
+            self.assertGreater(len(set(b"".join(label))), 1, n)
+            self.assertEqual([m for m in labels if labels[m] == label], [n])
+        # The number alone decides how its label looks.
+        colors = self.sequence([5])
+        alone = self.sheet("--frames", "5", "--width", "64", "--on-existing", "overwrite")
+        self.assertEqual(self.below(self.place_of(colors[5], alone), alone), labels[5])
+
+    def test_light_is_averaged_before_it_is_shown(self):
+        self.write("o.0001.exr", lambda x, y: (2.0 * ((x + y) % 2), 3.0 * (x % 2), 0.5))
+        sheet = self.sheet("--width", "16")
+        self.assertEqual(self.place_of((shown(1), shown(1.5), shown(0.5)), sheet)[2:], (16, 9))
+
+    def test_of_many_frames_evenly_chosen_ones_are_shown(self):
+        colors = self.sequence(range(1, 11))
+        sheet = self.sheet("--cells", "4", "--width", "64")
+        there = [n for n, color in colors.items() if self.place_of(color, sheet)]
+        self.assertEqual(there, [1, 4, 7, 10])
+        self.assertIn("4 of 10 frames", self.said)
+        several = self.sheet("--frames", "3-9x2", "--width", "64", "--on-existing", "overwrite")
+        there = [n for n, color in colors.items() if self.place_of(color, several)]
+        self.assertEqual(there, [3, 5, 7, 9])
+
+    def test_the_input_beside_the_output(self):
+        colors = self.sequence([1, 2])
+        for n in (1, 2):
+            self.write(f"i.{n:04}.exr", (0, n, 0))
+        sheet = self.sheet("--beside", "i.####.exr", "--width", "64")
+        for n in (1, 2):
+            left, right = self.place_of(colors[n], sheet), self.place_of((0, shown(n), 0), sheet)
+            self.assertEqual((left[0] + 64, left[1]), right[:2])
+
+    def test_the_view_of_a_configuration(self):
+        self.sequence([2])
+        (self.folder / "c.ocio").write_text(HALVED, encoding="utf-8")
+        sheet = self.sheet("--ocio", "c.ocio", "--width", "64")
+        self.assertIsNotNone(self.place_of((64, 0, 64), sheet))
+        self.sheet("--ocio", "c.ocio", "--ocio-view", "Film", "--on-existing", "overwrite", code=2)
+        self.assertIn("Halved", self.said)
+
+    def test_another_size_is_fitted(self):
+        colors = self.sequence([1])
+        self.write("o.0002.exr", (0, 1, 0), 36, 36)
+        sheet = self.sheet("--width", "64")
+        self.assertEqual(self.place_of(colors[1], sheet)[2:], (64, 36))
+        self.assertEqual(self.place_of((0, shown(1), 0), sheet)[2:], (36, 36))
+
+    def test_what_is_not_there_or_damaged_is_shown_so(self):
+        colors = self.sequence([1, 2, 4])
+        whole = (self.folder / "o.0002.exr").read_bytes()
+        (self.folder / "o.0002.exr").write_bytes(whole[:-99])
+        sheet = self.sheet("--frames", "1-4", "--width", "128", code=1)
+        self.assertIn("o.0002.exr", self.said)
+        self.assertIn("1 picture is not on disk", self.said)
+        self.assertEqual([n for n in (1, 2, 4) if self.place_of(colors[n], sheet)], [1, 4])
+        (self.folder / "o.0001.exr").unlink()
+        (self.folder / "o.0004.exr").unlink()
+        (self.folder / "sheet.png").unlink()
+        self.sheet(code=4)
+        self.assertFalse((self.folder / "sheet.png").exists())
+        self.sheet(source="none.####.exr", code=4)
+
+    def test_what_is_refused(self):
+        self.sequence([1])
+        self.sheet(output="sheet.jpg", code=2)
+        self.sheet("--width", "4096", "--columns", "5", "--frames", "1-9", code=2)
+        self.assertIn("--width", self.said)
+        (self.folder / "sheet.png").write_bytes(b"mine")
+        self.sheet(code=5)
+        self.assertEqual((self.folder / "sheet.png").read_bytes(), b"mine")
+        # A sheet that would be one more frame, or replace one.
+        subprocess.run([POSTCHAIN, "sheet", "o.####.exr", "-o", "s.0001.png"], cwd=self.folder,
+                       check=True, capture_output=True)
+        before = (self.folder / "s.0001.png").read_bytes()
+        for output in ("s.0001.png", "s.0002.png"):
+            self.sheet("--on-existing", "overwrite", source="s.####.png", output=output, code=2)
+        self.assertEqual((self.folder / "s.0001.png").read_bytes(), before)
+        self.assertFalse((self.folder / "s.0002.png").exists())
+
+
+if __name__ == "__main__":
+    POSTCHAIN = os.path.abspath(sys.argv.pop(1))
+    unittest.main()

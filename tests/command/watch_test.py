@@ -1,0 +1,312 @@
+"""postchain run --watch: what it writes of frames that come slowly, in any order, in pieces, by
+rename, or never, is what a run writes when all are there, byte by byte.
+
+usage: watch_test.py POSTCHAIN"""
+import json
+import os
+import pathlib
+import random
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+
+import exr
+
+POSTCHAIN = None
+FRAMES = range(1, 6)
+
+
+def table_of(data, chunks):
+    """Where the table of an EXR's chunks begins: the first chunk follows it."""
+    return next(at for at in range(len(data) - 8 * chunks)
+                if struct.unpack_from("<Q", data, at)[0] == at + 8 * chunks)
+
+
+def in_pieces(path, data, chunks=3, pause=0.2):
+    """As a renderer writes an EXR: header, a table of zeros, pixels, at last the table."""
+    at = table_of(data, chunks)
+    with open(path, "wb", buffering=0) as file:
+        pieces = data[:at] + bytes(8 * chunks) + data[at + 8 * chunks:]
+        step = len(pieces) // 6 + 1
+        for place in range(0, len(pieces), step):
+            file.write(pieces[place:place + step])
+            time.sleep(pause)
+        file.seek(at)
+        file.write(data[at:at + 8 * chunks])
+
+
+def by_rename(path, data, pause=0.3):
+    temporary = path.with_name("." + path.name + ".part")
+    temporary.write_bytes(data[:len(data) // 2])
+    time.sleep(pause)
+    temporary.write_bytes(data)
+    temporary.rename(path)
+
+
+class Watch(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.scene = tempfile.TemporaryDirectory()
+        cls.rendered = pathlib.Path(cls.scene.name)
+        subprocess.run([POSTCHAIN, "scene", "wheels", "--size", "64x36", "--frames", "1-5", "-o",
+                        cls.rendered, "-q"], check=True)
+        cls.data = {n: (cls.rendered / f"sharp.{n:04}.exr").read_bytes() for n in FRAMES}
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.scene.cleanup()
+
+    def setUp(self):
+        self.temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(self.temporary.cleanup)
+        self.folder = pathlib.Path(self.temporary.name)
+        (self.folder / "in").mkdir()
+
+    def frame(self, number):
+        return self.folder / f"in/s.{number:04}.exr"
+
+    def start(self, out, *options, chain="balanced", source=None, camera=None):
+        process = subprocess.Popen(
+            [POSTCHAIN, "run", chain, "-i", source or self.folder / "in/s.####.exr", "--camera",
+             camera or self.rendered / "camera.json", "-o", self.folder / out / "o.####.exr", "--mkdir",
+             *options], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        self.addCleanup(process.stdout.close)
+        self.addCleanup(process.wait)
+        self.addCleanup(process.kill)
+        return process
+
+    def end(self, process, code=0):
+        said, _ = process.communicate(timeout=120)
+        self.assertEqual(process.returncode, code, said)
+        return said
+
+    def run_now(self, out, *options, code=0, **more):
+        return self.end(self.start(out, *options, **more), code)
+
+    def pictures(self, out):
+        return {path.name: path.read_bytes() for path in (self.folder / out).glob("*.exr")}
+
+    def assert_as_a_run(self, out, *options, **more):
+        """What `out` holds is what a run writes of the files that are there now."""
+        self.run_now("plain", *options, **more)
+        expected = self.pictures("plain")
+        self.assertGreater(len(expected), 0)
+        found = self.pictures(out)
+        self.assertEqual(sorted(found), sorted(expected))
+        for name, data in expected.items():
+            self.assertTrue(found[name] == data, name)
+        left = [path.name for path in (self.folder / out).iterdir() if path.name.startswith(".")]
+        self.assertEqual(left, [])
+
+    def write_all(self, seed):
+        """Starts a writer: in random order, in pieces or by rename, some at the same time."""
+        order = list(FRAMES)
+        rng = random.Random(seed)
+        rng.shuffle(order)
+        ways = {n: rng.choice([in_pieces, by_rename]) for n in order}
+        ways[order[0]], ways[order[1]] = in_pieces, by_rename
+
+        def write():
+            running = []
+            for number in order:
+                running.append(threading.Thread(target=ways[number],
+                                                args=(self.frame(number), self.data[number])))
+                running[-1].start()
+                time.sleep(rng.random())
+            for one in running:
+                one.join()
+
+        writer = threading.Thread(target=write)
+        writer.start()
+        self.addCleanup(writer.join)
+        return writer
+
+    def test_frames_that_come_slowly_give_the_bytes_of_a_run(self):
+        for seed in (1, 2):
+            for path in (self.folder / "in").iterdir():
+                path.unlink()
+            process = self.start(f"watched{seed}", "--frames", "1-5", "--watch")
+            self.write_all(seed).join()
+            said = self.end(process)
+            self.assertRegex(said, "0/5 frames; waiting for frames: not (there|complete) yet: ")
+            self.assertIn("5 written of 5 frames", said)
+            self.assert_as_a_run(f"watched{seed}", "--on-existing", "overwrite")
+
+    def test_without_a_range_it_ends_when_nothing_comes(self):
+        process = self.start("watched", "--watch", "--idle", "4", "--png")
+        self.write_all(3).join()
+        said = self.end(process)
+        self.assertIn("5 written of 5 frames", said)
+        self.assertTrue((self.folder / "watched/o.0003.png").exists())
+        self.assert_as_a_run("watched")
+
+    def test_parts_of_a_farm_wait_for_frames_of_others(self):
+        parts = [self.start("watched", "--frames", "1-5", "--chunk", f"{i}/2", "--watch")
+                 for i in (1, 2)]
+        self.write_all(4).join()
+        for part in parts:
+            self.end(part)
+        self.assert_as_a_run("watched")
+
+    def test_a_frame_waits_for_the_one_after_it_and_the_last_goes_without(self):
+        for number in (1, 2):
+            self.frame(number).write_bytes(self.data[number])
+        process = self.start("watched", "--frames", "1-3", "--watch")
+        deadline = time.monotonic() + 60
+        while not (self.folder / "watched/o.0001.exr").exists():
+            self.assertLess(time.monotonic(), deadline)
+            time.sleep(0.1)
+        time.sleep(3)
+        self.assertFalse((self.folder / "watched/o.0002.exr").exists())
+        self.frame(3).write_bytes(self.data[3])
+        self.end(process)
+        self.assert_as_a_run("watched", "--frames", "1-3")
+
+    def test_a_frame_waits_for_the_camera_of_the_one_after_it(self):
+        # No vectors: they follow from the cameras in the metadata of three frames, of which this
+        # chain reads nothing else.
+        for n in (1, 2, 3):
+            picture = exr.read(self.rendered / f"sharp.{n:04}.exr")
+            picture.channels = {name: values for name, values in picture.channels.items()
+                                if ".Vector." not in name}
+            x = 0.02 * n * n  # to the right, faster and faster
+            matrix = (1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -x, 0, 0, 1)
+            picture.attributes["worldToCamera"] = "m44f", struct.pack("<16f", *matrix)
+            exr.write(self.folder / f"later.{n:04}.exr", picture)
+        # The scene's camera file has matrices too; this one has none.
+        camera = self.folder / "lens.json"
+        camera.write_text('{"focal_length_mm": 50, "sensor_width_mm": 36}', encoding="utf-8")
+        chain = self.folder / "chain.yaml"
+        chain.write_text("postchain: 1\npasses: [motion_blur: {mode: guertin}]\n", encoding="utf-8")
+        for n in (1, 2):
+            (self.folder / f"later.{n:04}.exr").rename(self.frame(n))
+        process = self.start("watched", "--frames", "1-3", "--watch", chain=chain,
+                             camera=camera)
+        time.sleep(5)
+        self.assertFalse((self.folder / "watched/o.0002.exr").exists())
+        (self.folder / "later.0003.exr").rename(self.frame(3))
+        self.end(process)
+        self.assert_as_a_run("watched", chain=chain, camera=camera)
+        with open(self.folder / "watched/o.0002.exr.json", encoding="utf-8") as file:
+            self.assertGreater(json.load(file)["health"]["motion_from_camera"], 0)
+
+    def test_what_never_comes_whole_is_named_and_not_written(self):
+        for number in (1, 2, 5):
+            self.frame(number).write_bytes(self.data[number])
+        # The writer was killed: at 3 in the middle, at 4 before the table.
+        self.frame(3).write_bytes(self.data[3][:-100])
+        at = table_of(self.data[4], 3)
+        self.frame(4).write_bytes(self.data[4][:at] + bytes(24) + self.data[4][at + 24:])
+        said = self.run_now("watched", "--frames", "1-6", "--watch", "--idle", "3", code=1)
+        for words in ("frame 3 is not complete", str(self.frame(3)), "frame 4 is not complete",
+                      f"{self.frame(4)}: 3 of 3 chunks are not written",
+                      f"{self.frame(6)}: frame did not come", "3 missing",
+                      "nothing has changed for 3 s (--idle)"):
+            self.assertIn(words, said)
+        self.assertEqual(sorted(p.name for p in (self.folder / "watched").glob("*.exr*")),
+                         sorted(f"o.{n:04}.exr{end}" for n in (1, 2, 5) for end in ("", ".json")))
+        # They come at last: the rest is made, and what lacked a neighbor is made again.
+        for number in (3, 4):
+            self.frame(number).write_bytes(self.data[number])
+        said = self.run_now("watched", "--frames", "1-5", "--watch", "--on-existing", "skip")
+        self.assertIn("4 written, 1 skipped of 5 frames", said)
+        self.assert_as_a_run("watched")
+
+    def test_an_empty_placeholder_is_no_frame(self):
+        self.frame(1).write_bytes(b"")
+        said = self.run_now("watched", "--frames", "1", "--watch", "--idle", "2", code=4)
+        self.assertIn("the file is empty (zero bytes)", said)
+
+    def test_a_frame_that_still_grows_keeps_it_from_ending(self):
+        for number in (1, 2, 3, 4):
+            self.frame(number).write_bytes(self.data[number])
+        process = self.start("watched", "--watch", "--idle", "3")
+        in_pieces(self.frame(5), self.data[5], pause=1.2)  # 7 s, never 3 s without a change
+        self.assertIn("5 written of 5 frames", self.end(process))
+
+    def test_a_file_whose_time_still_changes_is_no_frame(self):
+        self.frame(1).write_bytes(self.data[1])
+        process = self.start("watched", "--frames", "1", "--watch")
+        self.assertIn("not complete yet: 1", process.stdout.readline())
+        for _ in range(20):
+            os.utime(self.frame(1))
+            time.sleep(0.2)
+        self.assertFalse((self.folder / "watched/o.0001.exr").exists())
+        self.end(process)
+        self.assert_as_a_run("watched")
+
+    def test_signals_end_it_while_it_waits(self):
+        for name, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
+            process = self.start(f"out{code}", "--frames", "1-2", "--watch")
+            line = process.stdout.readline()
+            self.assertIn("waiting for frames", line)
+            process.send_signal(name)
+            self.end(process, code)
+
+    def test_a_killed_watch_is_taken_up(self):
+        self.frame(1).write_bytes(self.data[1])
+        process = self.start("watched", "--frames", "1-5", "--watch")
+        process.stdout.readline()
+        process.kill()
+        process.communicate()
+        self.assertEqual(self.pictures("watched"), {})
+        process = self.start("watched", "--frames", "1-5", "--watch", "--on-existing", "skip")
+        self.write_all(5).join()
+        self.end(process)
+        self.assert_as_a_run("watched")
+
+    def test_pictures_beside_data(self):
+        subprocess.run([POSTCHAIN, "run", "balanced", "-i", self.rendered / "sharp.####.exr",
+                        "--camera", self.rendered / "camera.json", "-o",
+                        self.folder / "c.####.png", "--overflow", "clamp", "-q"], check=True)
+        pngs = {n: (self.folder / f"c.{n:04}.png").read_bytes() for n in FRAMES}
+        source = (f"color={self.folder}/in/c.####.png,depth={self.folder}/in/s.####.exr,"
+                  f"motion={self.folder}/in/s.####.exr")
+        process = self.start("watched", "--frames", "1-3", "--watch", source=source)
+        for number in (2, 3, 1):
+            path = self.folder / f"in/c.{number:04}.png"
+            data = pngs[number]
+            path.write_bytes(data[:len(data) // 2])
+            self.frame(number).write_bytes(self.data[number])
+            time.sleep(2.5)
+            path.write_bytes(data)
+        self.end(process)
+        self.assert_as_a_run("watched", source=source)
+        # Half a picture, for ever.
+        half = self.folder / "in/c.0004.png"
+        half.write_bytes(pngs[4][:-400])
+        self.frame(4).write_bytes(self.data[4])
+        said = self.run_now("half", "--frames", "4", "--watch", "--idle", "3",
+                            source=source, code=4)
+        self.assertIn(str(half), said)
+        self.assertEqual(self.pictures("half"), {})
+
+    def test_contradictions_are_refused(self):
+        for options, words in (
+                (("--watch",), "when does it end?"),
+                (("--watch", "--idle", "9", "--chunk", "1/2"), "give --frames with --chunk"),
+                (("--watch", "--frames", "1-2", "--missing", "hold"), "contradicts --missing"),
+                (("--watch", "--frames", "1-2", "--missing", "skip"), "contradicts --missing"),
+                (("--idle", "9"), "--idle is of --watch"),
+                (("--watch", "--idle", "0"), "--idle"),
+                (("--watch", "--idle", "nan"), "--idle")):
+            said = self.run_now("refused", *options, code=2)
+            self.assertIn(words, said)
+            self.assertFalse((self.folder / "refused").exists())
+
+    def test_outputs_that_are_there_are_refused_before_it_waits(self):
+        self.frame(1).write_bytes(self.data[1])
+        self.run_now("out")
+        for options in (("--frames", "1-3"), ("--idle", "60")):
+            said = self.run_now("out", "--watch", *options, code=5)
+            self.assertIn("o.0001.exr", said)
+
+
+if __name__ == "__main__":
+    POSTCHAIN = os.path.abspath(sys.argv.pop(1))
+    unittest.main()

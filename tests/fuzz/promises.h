@@ -1,0 +1,56 @@
+// What the targets share: promises that abort when they are broken, and a place for files.
+#pragma once
+
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+
+#include "chain/status.h"
+#include "tools/sequence/io/exr_reader.h"
+
+namespace postchain::fuzz {
+
+// Every seed is far below; a hostile header is not.
+constexpr io::ReadLimits kLimits = {.max_side = 2048,
+                                    .max_bytes = uint64_t(4) << 20,
+                                    .max_chunk_bytes = uint64_t(8) << 20,
+                                    .max_channels = 256};
+
+// Not assert(): the promises hold in every build.
+inline void require(bool holds, const char* promise) {
+    if (holds) return;
+    std::fprintf(stderr, "broken promise: %s\n", promise);
+    std::abort();
+}
+
+// A refusal says why, and only a refusal does.
+inline void require_reason(const Status& status) {
+    require(status.ok() == status.message().empty(), "errors have a message, successes none");
+}
+
+// Where files go: a folder of its own, in memory where the system has such. Made anew each time,
+// since libFuzzer ends the process without destroying what is static.
+class OutputFolder {
+  public:
+    OutputFolder() {
+        std::error_code failed;
+        const std::filesystem::path memory = "/dev/shm";
+        const bool there = std::filesystem::is_directory(memory, failed);
+        name_ = (there ? memory : std::filesystem::temp_directory_path()) / "postchain_fuzz_XXXXXX";
+        require(::mkdtemp(name_.data()) != nullptr, "a folder can be made");
+    }
+    ~OutputFolder() {
+        std::error_code ignored;
+        std::filesystem::remove_all(name_, ignored);
+    }
+    OutputFolder(const OutputFolder&) = delete;
+    std::string path(const std::string& file) const { return name_ + "/" + file; }
+
+  private:
+    std::string name_;
+};
+
+}  // namespace postchain::fuzz

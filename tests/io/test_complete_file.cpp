@@ -1,0 +1,131 @@
+// Complete is a file with all of its bytes and nothing less: each kind of EXR, made by OpenEXR, cut
+// at every length, and with each entry of its table of chunks not yet written.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "tests/io/exr_files.h"
+#include "tools/sequence/io/complete_file.h"
+
+namespace postchain::io {
+namespace {
+
+using test::file_bytes;
+using test::FilePart;
+using test::MemoryFile;
+using test::TempFolder;
+using test::write_file;
+using testing::AllOf;
+using testing::HasSubstr;
+
+FilePart part(const std::string& name = "") {
+    return {.name = name, .channels = {{"R"}, {"G"}, {"B"}, {"Z", Imf::FLOAT}}};
+}
+
+std::vector<std::vector<FilePart>> kinds() {
+    FilePart lines = part();
+    lines.compression = Imf::NO_COMPRESSION;
+    FilePart upwards = part();
+    upwards.compression = Imf::ZIPS_COMPRESSION;
+    upwards.line_order = Imf::DECREASING_Y;
+    FilePart mip = part();
+    mip.tile = 4;
+    mip.levels = Imf::MIPMAP_LEVELS;
+    FilePart tiles = part("t");
+    tiles.tile = 5;
+    FilePart deep = part("d");
+    for (auto& channel : deep.channels) channel.type = Imf::FLOAT;
+    deep.deep = true;
+    deep.compression = Imf::ZIPS_COMPRESSION;
+    FilePart deep_tiles = deep;
+    deep_tiles.name = "e";
+    deep_tiles.tile = 4;
+    return {{lines}, {part()}, {upwards}, {mip}, {part("a"), tiles}, {deep}, {deep, deep_tiles}};
+}
+
+TEST(CompleteFile, IsTheWholeFileAlone) {
+    TempFolder folder;
+    const std::string path = folder.path("a.exr");
+    MemoryFile file;
+    for (const auto& parts : kinds()) {
+        write_file(path, parts);
+        const std::string bytes = file_bytes(path);
+        EXPECT_TRUE(check_complete(path).ok()) << check_complete(path).message();
+        for (size_t length = 0; length < bytes.size(); ++length) {
+            file.set(std::string_view(bytes).substr(0, length));
+            const Status status = check_complete(file.path());
+            ASSERT_FALSE(status.ok()) << length << " of " << bytes.size();
+            EXPECT_EQ(status.code(), StatusCode::input);
+            EXPECT_THAT(status.message(), HasSubstr(file.path()));
+        }
+    }
+}
+
+// Where the table begins: before the first chunk by eight bytes for each chunk; found without the
+// code that is tested, by the offset of the first chunk, which follows the table.
+size_t table_of(const std::string& bytes, size_t chunks) {
+    for (size_t at = 0; at + 8 * chunks <= bytes.size(); ++at) {
+        uint64_t first = 0;
+        std::memcpy(&first, bytes.data() + at, 8);
+        if (first == at + 8 * chunks) return at;
+    }
+    return 0;
+}
+
+TEST(CompleteFile, EachChunkHasItsPlaceInTheTable) {
+    TempFolder folder;
+    const std::string path = folder.path("a.exr");
+    FilePart lines = part();
+    lines.compression = Imf::ZIPS_COMPRESSION;  // a chunk for each of nine lines
+    write_file(path, {lines});
+    const std::string whole = file_bytes(path);
+    const size_t table = table_of(whole, 9);
+    ASSERT_GT(table, 0u);
+    MemoryFile file;
+    for (size_t chunk = 0; chunk < 9; ++chunk) {
+        std::string bytes = whole;
+        std::memset(bytes.data() + table + 8 * chunk, 0, 8);
+        file.set(bytes);
+        EXPECT_THAT(check_complete(file.path()).message(),
+                    HasSubstr("1 of 9 chunks are not written"));
+        // Behind the end, and so near to it that the chunk does not fit.
+        for (const uint64_t offset : {whole.size(), whole.size() - 1, whole.size() - 9}) {
+            bytes = whole;
+            std::memcpy(bytes.data() + table + 8 * chunk, &offset, 8);
+            file.set(bytes);
+            EXPECT_FALSE(check_complete(file.path()).ok()) << chunk << " at " << offset;
+        }
+    }
+    std::string bytes = whole;
+    std::memset(bytes.data() + table, 0, 72);
+    file.set(bytes);
+    EXPECT_THAT(check_complete(file.path()).message(), HasSubstr("9 of 9 chunks are not written"));
+}
+
+TEST(CompleteFile, ATableOfALaterPartCountsToo) {
+    TempFolder folder;
+    const std::string path = folder.path("a.exr");
+    FilePart second = part("b");
+    second.compression = Imf::ZIPS_COMPRESSION;
+    write_file(path, {part("a"), second});
+    std::string bytes = file_bytes(path);
+    // Ten chunks in two tables one behind the other: one, then nine.
+    const size_t table = table_of(bytes, 10);
+    ASSERT_GT(table, 0u);
+    std::memset(bytes.data() + table + 8 * 5, 0, 8);
+    test::set_file_bytes(path, bytes);
+    EXPECT_THAT(check_complete(path).message(),
+                AllOf(HasSubstr(path), HasSubstr("1 of 9 chunks of part 1 are not written")));
+}
+
+TEST(CompleteFile, NeedsAFile) {
+    TempFolder folder;
+    EXPECT_THAT(check_complete(folder.path("none.exr")).message(), HasSubstr("No such file"));
+    EXPECT_THAT(check_complete(folder.path()).message(), HasSubstr("is not a file"));
+    test::set_file_bytes(folder.path("a.exr"), "");
+    EXPECT_THAT(check_complete(folder.path("a.exr")).message(), HasSubstr("zero bytes"));
+}
+
+}  // namespace
+}  // namespace postchain::io

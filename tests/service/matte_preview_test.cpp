@@ -1,0 +1,104 @@
+// Previews of chains with mattes, at their size and reduced.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <future>
+
+#include "tests/command/frames.h"
+#include "tests/service/support.h"
+
+namespace postchain::service {
+namespace {
+
+// Frames with mattes: "all" and "none" are 1 and 0 everywhere, "half" is 0.5, "checker" 1 and 0 by
+// turns, "left" 1 in the left half.
+class MattePreviews : public test::ServiceTest {
+  protected:
+    void SetUp() override {
+        ServiceTest::SetUp();
+        test::FrameFile file;
+        for (const char* name : {"all", "none", "half", "checker", "left"})
+            file.mattes[concat("mask.", name)] = ImageF(kWidth, kHeight, 1);
+        for (int y = 0; y < kHeight; ++y)
+            for (int x = 0; x < kWidth; ++x) {
+                file.mattes["mask.all"].at(x, y) = 1;
+                file.mattes["mask.half"].at(x, y) = 0.5f;
+                file.mattes["mask.checker"].at(x, y) = float((x + y) % 2);
+                file.mattes["mask.left"].at(x, y) = x < kWidth / 2 ? 1.0f : 0.0f;
+            }
+        test::write_sequence(root(), {1, 2, 3}, kWidth, kHeight, file);
+        open();
+    }
+    // Two passes, so that mattes of two names stand in one plane.
+    static std::string chain(const std::string& blur, const std::string& fxaa) {
+        const auto matte = [](const std::string& name) {
+            return name.empty() ? "" : concat(R"("matte": "mask.)", name, "\"");
+        };
+        return concat(R"("chain": {"postchain": 1, "passes": [{"motion_blur": {)", matte(blur),
+                      R"(}}, {"fxaa": {)", matte(fxaa), "}}]}");
+    }
+    ImageF preview(const std::string& chain, double scale) {
+        const std::string asked =
+            concat("{", chain, R"(, "input": "in.####.exr", "frame": 2, "scale": )", scale, "}");
+        const Picture exr =
+            picture([&](auto done) { service_->preview(asked, std::move(done), "image/x-exr"); });
+        std::ofstream(root("preview.exr"), std::ios::binary) << exr.bytes;
+        return test::read_color(root("preview.exr"));
+    }
+    static constexpr int kWidth = 48, kHeight = 32;
+};
+
+TEST_F(MattePreviews, AtItsSizeItIsWhatARunWrites) {
+    const std::string held = chain("left", "half");
+    const std::string id = submit(concat("{", held, R"(, "input": "in.####.exr", "frames": "2",
+        "output": "out/o.####.exr"})"));
+    ASSERT_EQ(ended(id).state, JobState::done) << ended(id).message;
+    const ImageF written = test::read_color(root("out/o.0002.exr")), shown = preview(held, 1);
+    EXPECT_EQ(shown.data, written.data);
+    const ImageF input = test::make_planes(kWidth, kHeight, 2).color;
+    double moved = 0;
+    for (int x = kWidth / 2; x < kWidth; ++x)
+        moved = std::max(moved, double(std::abs(shown.at(x, 14, 0) - input.at(x, 14, 0))));
+    EXPECT_GT(moved, 0.05) << "nothing is blurred where the matte is 0";
+}
+
+TEST_F(MattePreviews, ReducedTheMatteIsTheMeanOfWhatAPixelCovers) {
+    const ImageF plain = preview(chain("", ""), 0.5), held = preview(chain("all", "all"), 0.5);
+    ASSERT_EQ(held.width, kWidth / 2);
+    EXPECT_EQ(preview(chain("none", "none"), 0.5).data, plain.data);
+    // The mean of each four pixels of the input.
+    const ImageF input = test::make_planes(kWidth, kHeight, 2).color;
+    for (int y = 0; y < kHeight / 2; ++y)
+        for (int x = 0; x < kWidth / 2; ++x)
+            for (int c = 0; c < 4; ++c)
+                ASSERT_NEAR(held.at(x, y, c),
+                            (input.at(2 * x, 2 * y, c) + input.at(2 * x + 1, 2 * y, c) +
+                             input.at(2 * x, 2 * y + 1, c) + input.at(2 * x + 1, 2 * y + 1, c)) /
+                                4,
+                            1e-6)
+                    << x << " " << y;
+    EXPECT_GT(test::largest_difference(held, plain), 0.05);
+    const ImageF soft = preview(chain("half", "none"), 0.5);
+    EXPECT_EQ(preview(chain("checker", "none"), 0.5).data, soft.data);
+    EXPECT_GT(test::largest_difference(soft, plain), 0.01);
+    EXPECT_GT(test::largest_difference(soft, held), 0.01);
+    // The left half is held, and FXAA is off in all of it: each plane of the stack by itself.
+    const ImageF left = preview(chain("left", "all"), 0.5);
+    for (int y = 0; y < kHeight / 2; ++y)
+        for (int x = 0; x < kWidth / 4; ++x)
+            ASSERT_NEAR(left.at(x, y, 0), held.at(x, y, 0), 1e-6) << x << " " << y;
+    EXPECT_GT(test::largest_difference(left, held), 0.05);
+}
+
+TEST_F(MattePreviews, AMatteThatIsNotThereIsSaidWithTheNearestName) {
+    std::promise<Answer<Picture>> answer;
+    service_->preview(concat("{", chain("lefd", ""), R"(, "input": "in.####.exr", "frame": 2})"),
+                      [&](Answer<Picture> got) { answer.set_value(std::move(got)); });
+    const auto got = answer.get_future().get();
+    ASSERT_TRUE(std::holds_alternative<Problem>(got));
+    const std::string detail = std::get<Problem>(got).detail;
+    EXPECT_NE(detail.find("did you mean 'mask.left'?"), std::string::npos) << detail;
+}
+
+}  // namespace
+}  // namespace postchain::service

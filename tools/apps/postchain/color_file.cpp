@@ -1,0 +1,30 @@
+#include "tools/apps/postchain/color_file.h"
+
+#include "tools/apps/postchain/log.h"
+#include "tools/sequence/run/memory.h"
+
+namespace postchain {
+
+Result<ColorFile> read_color(const sequence::SourceSettings& settings, const std::string& path,
+                             int frame) {
+    auto header = sequence::open_source_frame(settings, {{Role::color, path}}, frame);
+    if (!header.ok()) return header.status();
+    // Two pictures and their copies, error maps not counted.
+    const uint64_t bytes =
+        sequence::frame_bytes(*header, {Role::color}, io::Keep::nothing, header->window.height());
+    if (Status status = sequence::check_memory(path, 2 * bytes, settings.max_memory); !status.ok())
+        return status;
+    auto input =
+        io::read_frame(header->files, header->assignment, {Role::color}, io::Keep::nothing);
+    if (!input.ok()) return input.status();
+    log::detail(concat(path, ": profile ", header->match.profile));
+    ColorFile color{std::move(*input)};
+    if (header->match.options.unpremultiplied) {
+        ImageF& rgba = color.rgba();
+        for (size_t i = 0; i < rgba.pixels(); ++i)
+            for (size_t c = 0; c < 3; ++c) rgba.data[4 * i + c] *= rgba.data[4 * i + 3];
+    }
+    return color;
+}
+
+}  // namespace postchain

@@ -1,0 +1,229 @@
+#include "tools/apps/postchain/sheet.h"
+
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tools/apps/postchain/color_file.h"
+#include "tools/apps/postchain/exit_code.h"
+#include "tools/apps/postchain/log.h"
+#include "tools/apps/postchain/stop_on_signal.h"
+#include "tools/sequence/io/contact_sheet.h"
+#include "tools/sequence/io/png.h"
+#include "tools/sequence/io/preview.h"
+#include "tools/sequence/run/run_files.h"
+
+namespace postchain {
+namespace {
+
+constexpr int kMostPixels = 16384;  // on a side
+
+// What goes into one cell: a file for each side, or none.
+struct SheetFrame {
+    int number = 0;
+    std::vector<std::string> files;  // empty: not on disk
+};
+
+struct SheetWork {
+    sequence::RunSettings settings;
+    std::vector<SheetFrame> frames;
+    size_t of = 0;  // frames, before some were chosen
+    int sides = 1;
+    io::OutputFiles files;
+};
+
+Result<SheetWork> work_of(const Options& options, const SheetOptions& sheet) {
+    SheetWork work;
+    Options with_view = options;
+    with_view.job.png = true;  // the view of previews
+    auto settings = run_settings_of(with_view);
+    if (!settings.ok()) return settings.status();
+    work.settings = std::move(*settings);
+    if (!sheet.output.ends_with(".png"))
+        return Status(StatusCode::usage, "--output: " + sheet.output + " does not end in .png");
+    std::vector<io::PathPattern> patterns = {work.settings.input.color()};
+    work.files = io::OutputFiles(sheet.on_existing);
+    sequence::read_inputs(work.settings, work.files);
+    if (!sheet.beside.empty()) {
+        auto beside = io::PathPattern::parse(sheet.beside);
+        if (!beside.ok()) return beside.status().at("--beside");
+        work.files.read(*beside, "the picture beside it");
+        patterns.push_back(std::move(*beside));
+    }
+    work.files.write(
+        io::OutputFile{sheet.output, "the contact sheet", "name another with --output"});
+    if (Status status = work.files.check(); !status.ok()) return status;
+    work.files.remove_left_temporaries();
+
+    std::vector<std::map<int, std::string>> on_disk;
+    for (const auto& pattern : patterns) on_disk.push_back(pattern.discover());
+    std::vector<int> numbers;
+    if (work.settings.frames)
+        numbers = work.settings.frames->frames;
+    else
+        for (const auto& [number, path] : on_disk[0]) numbers.push_back(number);
+    if (numbers.empty())
+        return Status(StatusCode::input, patterns[0].text() + ": " + io::why_none(patterns[0]));
+    work.of = numbers.size();
+    work.sides = int(patterns.size());
+    for (const size_t i : io::evenly_chosen(numbers.size(), size_t(sheet.cells))) {
+        SheetFrame frame{numbers[i], {}};
+        for (const auto& files : on_disk) {
+            const auto found = files.find(frame.number);
+            frame.files.push_back(found == files.end() ? "" : found->second);
+        }
+        work.frames.push_back(std::move(frame));
+    }
+    return work;
+}
+
+// The display window, black where the file has no pixels.
+Result<ImageF> read_shown(const SheetWork& work, const std::string& path, int number) {
+    auto color = read_color(work.settings.source, path, number);
+    if (!color.ok()) return color.status();
+    const io::Window &data = color->input.window, &display = color->input.display_window;
+    if (data == display) return std::move(color->rgba());
+    return io::placed(color->rgba(), data, display);
+}
+
+// As large as fits, in the proportions of the picture.
+Result<Image<uint8_t>> thumbnail_of(const SheetWork& work, const ImageF& picture,
+                                    const io::SheetLayout& layout) {
+    const double scale =
+        std::min(double(layout.width) / picture.width, double(layout.height) / picture.height);
+    const int width = std::clamp(int(std::lround(picture.width * scale)), 1, layout.width);
+    const int height = std::clamp(int(std::lround(picture.height * scale)), 1, layout.height);
+    io::PreviewOptions options;
+    options.view = work.settings.view;
+    return io::shown_picture(io::shrunk(picture, width, height), options);
+}
+
+// So many that the sheet is nearest to 16 by 9.
+int fitting_columns(io::SheetLayout layout) {
+    int best = 1;
+    double least = std::numeric_limits<double>::infinity();
+    for (layout.columns = 1; layout.columns <= layout.cells; ++layout.columns) {
+        const double shape = double(layout.picture_width()) / double(layout.picture_height());
+        const double off = std::abs(std::log(shape * 9 / 16));
+        if (off < least) best = layout.columns;
+        least = std::min(least, off);
+    }
+    return best;
+}
+
+// Of the first frame that can be read; (input) none can.
+Result<io::SheetLayout> layout_of(const SheetWork& work, const SheetOptions& sheet) {
+    Status first(StatusCode::input, work.settings.input.color().text() + ": no such frame on disk");
+    bool tried = false;
+    for (const SheetFrame& frame : work.frames)
+        for (const std::string& path : frame.files) {
+            if (path.empty()) continue;
+            const auto picture = read_shown(work, path, frame.number);
+            if (!picture.ok()) {
+                // What no other frame would do better.
+                if (picture.status().code() != StatusCode::input) return picture.status();
+                if (!tried) first = picture.status();
+                tried = true;
+                continue;
+            }
+            io::SheetLayout layout;
+            layout.cells = int(work.frames.size());
+            layout.sides = work.sides;
+            layout.width = sheet.width;
+            layout.height = std::max(
+                1, int(std::lround(double(sheet.width) * picture->height / picture->width)));
+            layout.columns =
+                sheet.columns > 0 ? std::min(sheet.columns, layout.cells) : fitting_columns(layout);
+            if (layout.picture_width() > kMostPixels || layout.picture_height() > kMostPixels)
+                return Status(StatusCode::usage,
+                              concat("the sheet would have ", layout.picture_width(), "x",
+                                     layout.picture_height(), " pixels, at most ", kMostPixels,
+                                     " a side are written; choose fewer --cells or a smaller "
+                                     "--width"));
+            return layout;
+        }
+    return first;
+}
+
+}  // namespace
+
+void add_sheet(CLI::App& verb, Options& o, SheetOptions& sheet) {
+    verb.add_option("IN", o.job.input, "the sequence, as for --input of run: out.####.exr")
+        ->required();
+    verb.add_option("-o,--output", sheet.output, "the sheet: a PNG")->required()->type_name("FILE");
+    verb.add_option("--beside", sheet.beside,
+                    "a second sequence, whose frame is shown right of each: the input beside the "
+                    "output")
+        ->type_name("IN");
+    verb.add_option("--cells", sheet.cells,
+                    "frames on the sheet, at most; of more, evenly chosen ones are shown")
+        ->check(CLI::Range(1, 10000))
+        ->capture_default_str();
+    verb.add_option("--columns", sheet.columns,
+                    "frames in a row (default: so many that the sheet is about 16 by 9)")
+        ->check(CLI::Range(1, 10000));
+    verb.add_option("--width", sheet.width, "of a thumbnail, pixels")
+        ->check(CLI::Range(16, 4096))
+        ->capture_default_str();
+    add_on_existing(verb, "when the sheet exists", sheet.on_existing);
+    for (const char* key : {"frames", "profile", "layer", "view", "max_memory", "input_transfer",
+                            "ocio", "ocio_display", "ocio_view", "ocio_colorspace"})
+        add_setting(verb, *job_parameters().find(key), &o.job);
+    verb.add_option("--threads", o.threads, "CPU threads (default: all cores)")
+        ->check(CLI::Range(1, 1024));
+}
+
+int sheet_verb(const Options& options, const SheetOptions& sheet) {
+    auto made = work_of(options, sheet);
+    if (!made.ok()) return fail(made.status());
+    const SheetWork& work = *made;
+    io::set_exr_threads(threads_of(options));
+    const StopOnSignal stop;
+    const auto layout = layout_of(work, sheet);
+    if (!layout.ok()) return fail(layout.status());
+    io::ContactSheet page(*layout);
+    size_t absent = 0, unreadable = 0;
+    for (size_t i = 0; i < work.frames.size(); ++i) {
+        const SheetFrame& frame = work.frames[i];
+        if (stop.asked()) return stop.exit_code();
+        log::progress(concat("frame ", frame.number, ", ", i, " of ", work.frames.size(), " done"));
+        page.label(int(i), concat(frame.number));
+        for (int side = 0; side < work.sides; ++side) {
+            const std::string& path = frame.files[size_t(side)];
+            if (path.empty()) {
+                ++absent;
+                page.say(int(i), side, "missing");
+                continue;
+            }
+            const auto picture = read_shown(work, path, frame.number);
+            if (!picture.ok()) {
+                ++unreadable;
+                log::error(picture.status().message());
+                page.say(int(i), side, "unreadable");
+                continue;
+            }
+            const auto thumbnail = thumbnail_of(work, *picture, *layout);
+            if (!thumbnail.ok()) return fail(thumbnail.status());
+            page.put(int(i), side, *thumbnail);
+        }
+    }
+    log::progress("");
+    page.footer(work.frames.size() < work.of
+                    ? concat(work.frames.size(), " of ", work.of, " frames")
+                    : concat(work.of, work.of == 1 ? " frame" : " frames"));
+    const auto png = io::encode_png(page.picture());
+    if (!png.ok()) return fail(png.status().at(sheet.output));
+    const auto permit = work.files.permit(sheet.output);
+    if (!permit.ok()) return fail(permit.status());
+    const auto written = io::atomic_write_text(sheet.output, *png, *permit);
+    if (!written.ok()) return fail(written.status());
+    if (absent)
+        log::warning(concat(absent, absent == 1 ? " picture is" : " pictures are",
+                            " not on disk: 'missing' on the sheet"));
+    log::info(concat(sheet.output, ": ", work.frames.size(), " of ", work.of, " frames"));
+    return absent + unreadable > 0 ? kExitSomeFailed : kExitOk;
+}
+
+}  // namespace postchain

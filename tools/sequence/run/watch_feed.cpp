@@ -1,0 +1,217 @@
+#include "tools/sequence/run/watch_feed.h"
+
+#include <algorithm>
+#include <thread>
+
+#include "chain/parameter.h"
+#include "tools/sequence/io/complete_file.h"
+#include "tools/sequence/run/run_settings.h"
+
+namespace postchain::sequence {
+namespace {
+
+constexpr auto kBetweenLooks = std::chrono::seconds(1);
+constexpr auto kSlice = std::chrono::milliseconds(50);  // after which a stop is noticed
+
+int number_of(Neighbor neighbor, int number) {
+    return neighbor == Neighbor::before ? number - 1 : number + 1;
+}
+
+bool same(const io::FileStamp& a, const io::FileStamp& b) {
+    return a.bytes == b.bytes && a.time == b.time;
+}
+
+}  // namespace
+
+WatchFeed::WatchFeed(std::vector<FrameTask> tasks, const RunSettings& settings)
+    : settings_(settings), is_open_(frames_are_unknown(settings)), waiting_(std::move(tasks)) {
+    for (const FrameTask& task : waiting_) asked_.insert(task.frame);
+    expected_ = asked_;
+    if (settings.frames)
+        expected_.insert(settings.frames->frames.begin(), settings.frames->frames.end());
+    total_ = waiting_.size();
+    next_look_ = last_change_ = Clock::now();
+}
+
+std::string WatchFeed::waits_for() const {
+    const std::lock_guard lock(mutex_);
+    return text_;
+}
+
+std::optional<FrameFeed::Fed> WatchFeed::next(SequenceReader& reader,
+                                              const std::function<bool()>& given_up) {
+    std::optional<Fed> fed = pick(reader);
+    while (!fed && !given_up()) {
+        if (!is_open_ && waiting_.empty()) break;
+        if (closing_) {
+            fed = give_up_one();
+            break;
+        }
+        if (Clock::now() < next_look_) {
+            std::this_thread::sleep_for(kSlice);
+            continue;
+        }
+        look();
+        const std::chrono::duration<double> quiet = Clock::now() - last_change_;
+        closing_ = settings_.watch->idle_s && quiet.count() >= *settings_.watch->idle_s;
+        fed = pick(reader);
+        if (!fed) say_what_is_awaited();
+    }
+    const std::lock_guard lock(mutex_);
+    text_.clear();
+    return fed;
+}
+
+// Of the files of the frames that are not done, and of their neighbors.
+void WatchFeed::look() {
+    const io::FilesOnDisk found = io::files_on_disk(settings_.input);
+    auto on_disk = std::make_shared<FramesOnDisk>();
+    color_on_disk_.clear();
+    for (const auto& [frame, path] : found.at(Role::color)) {
+        color_on_disk_.insert(frame);
+        auto files = io::files_of(frame, settings_.input, found);
+        if (files.size() == settings_.input.patterns.size()) (*on_disk)[frame] = std::move(files);
+        if (is_open_ && asked_.insert(frame).second) {
+            waiting_.push_back({frame, frame, {}, settings_.output.format(frame)});
+            ++total_;
+        }
+    }
+    on_disk_ = std::move(on_disk);
+
+    std::set<int> wanted;
+    for (const FrameTask& task : waiting_)
+        wanted.insert({task.frame - 1, task.frame, task.frame + 1});
+    bool changed = false;
+    std::set<std::string> there;
+    for (const auto& [role, frames] : found)
+        for (const auto& [frame, path] : frames)
+            if (wanted.contains(frame) || (is_open_ && !asked_.contains(frame)) ||
+                !settings_.input.patterns.at(role).has_token()) {
+                there.insert(path);
+                changed = look_at(path) || changed;
+            }
+    changed = std::erase_if(files_,
+                            [&](const auto& file) {
+                                return !there.contains(file.first) && !file.second.complete;
+                            }) > 0 ||
+              changed;
+    if (changed) last_change_ = Clock::now();
+    next_look_ = Clock::now() + kBetweenLooks;
+}
+
+// True where the file is new or has changed since the last look.
+bool WatchFeed::look_at(const std::string& path) {
+    const io::FileStamp now = io::FileStamp::of(path);
+    const auto [at, fresh] = files_.try_emplace(path);
+    File& file = at->second;
+    if (fresh || !same(file.stamp, now)) {
+        file = {now, false, Status(StatusCode::input, path + ": still changes")};
+        return true;
+    }
+    if (file.complete) return false;
+    // A client of a file system keeps sizes and times for a while: opening the file, as the check
+    // does, is what makes it ask again.
+    file.why = io::check_complete(path);
+    const io::FileStamp after = io::FileStamp::of(path);
+    file.complete = file.why.ok() && same(after, now);
+    const bool changed = !same(after, now);
+    file.stamp = after;
+    return changed;
+}
+
+// Why a file of the frame is not complete, or ok; a complete one that has changed since is not.
+Status WatchFeed::incomplete(const FilesOfFrame& files) {
+    for (const auto& [role, path] : files) {
+        const auto known = files_.find(path);
+        if (known == files_.end()) return Status(StatusCode::input, path + ": is new");
+        File& file = known->second;
+        if (file.complete && !same(file.stamp, io::FileStamp::of(path))) {
+            files_.erase(known);
+            return Status(StatusCode::input, path + ": still changes");
+        }
+        if (!file.complete) return file.why;
+    }
+    return Status();
+}
+
+bool WatchFeed::will_come(int frame) const {
+    if (closing_) return false;
+    return is_open_ || expected_.contains(frame) || color_on_disk_.contains(frame);
+}
+
+bool WatchFeed::waits_for_neighbor(const FrameTask& task, SequenceReader& reader) {
+    if (!settings_.input.color().has_token()) return false;
+    for (const Neighbor neighbor : kNeighbors) {
+        const int number = number_of(neighbor, task.frame);
+        if (!will_come(number)) continue;
+        if (const auto files = on_disk_->find(number);
+            files != on_disk_->end() && incomplete(files->second).ok())
+            continue;
+        auto known = read_with_.find(task.frame);
+        if (known == read_with_.end())
+            known = read_with_.emplace(task.frame, reader.reads_with(task.frame, task.files)).first;
+        if (known->second.contains(neighbor)) return true;
+    }
+    return false;
+}
+
+// The first frame that can be taken.
+std::optional<FrameFeed::Fed> WatchFeed::pick(SequenceReader& reader) {
+    neighbors_awaited_.clear();
+    for (auto task = waiting_.begin(); task != waiting_.end(); ++task) {
+        const auto files = on_disk_->find(task->frame);
+        if (files == on_disk_->end() || !incomplete(files->second).ok()) continue;
+        task->files = files->second;
+        if (waits_for_neighbor(*task, reader)) {
+            neighbors_awaited_.insert(task->frame);
+            continue;
+        }
+        Fed fed{std::move(*task), Status()};
+        waiting_.erase(task);
+        read_with_.erase(fed.task.frame);
+        reader.see(on_disk_);
+        return fed;
+    }
+    return std::nullopt;
+}
+
+// At the end: the next of the frames that cannot be taken.
+std::optional<FrameFeed::Fed> WatchFeed::give_up_one() {
+    if (waiting_.empty()) return std::nullopt;
+    Fed fed{std::move(waiting_.front()), Status()};
+    waiting_.erase(waiting_.begin());
+    const std::string quiet =
+        concat("nothing has changed for ", text_of(*settings_.watch->idle_s), " s (--idle)");
+    const auto files = on_disk_->find(fed.task.frame);
+    if (files == on_disk_->end())
+        fed.missing = Status(StatusCode::input, concat(absent_files(fed.task.frame, settings_),
+                                                       ": frame did not come; ", quiet));
+    else
+        fed.missing =
+            Status(StatusCode::input, concat("frame ", fed.task.frame, " is not complete, and ",
+                                             quiet, ": ", incomplete(files->second).message()));
+    fed.task.files.clear();
+    return fed;
+}
+
+void WatchFeed::say_what_is_awaited() {
+    std::vector<int> absent, unfinished;
+    for (const FrameTask& task : waiting_) {
+        if (neighbors_awaited_.contains(task.frame)) continue;
+        (color_on_disk_.contains(task.frame) ? unfinished : absent).push_back(task.frame);
+    }
+    std::string text;
+    const auto add = [&](const char* what, const std::vector<int>& frames) {
+        if (!frames.empty())
+            text += concat(text.empty() ? "" : "; ", what, " ", frames_text(frames));
+    };
+    add("not there yet:", absent);
+    add("not complete yet:", unfinished);
+    add("complete, waiting for a frame before or after:",
+        {neighbors_awaited_.begin(), neighbors_awaited_.end()});
+    if (text.empty()) text = "a further frame";
+    const std::lock_guard lock(mutex_);
+    text_ = std::move(text);
+}
+
+}  // namespace postchain::sequence

@@ -1,0 +1,29 @@
+// Rows of the store as jobs and frames.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "tools/service/store/job.h"
+#include "tools/service/store/sqlite.h"
+
+namespace postchain::service {
+
+// What job_of() and frame_of() read, up to WHERE.
+inline constexpr const char* kJob =
+    "SELECT id, kind, state, priority, body, message, created_ms, started_ms, ended_ms, frames, "
+    "done, failed, exit_code, verdict FROM jobs ";
+inline constexpr const char* kFrame =
+    "SELECT frame, state, attempts, output, message, filter_ms, sidecar FROM frames ";
+// Without its sidecar.
+inline constexpr const char* kFrameAlone =
+    "SELECT frame, state, attempts, output, message, filter_ms, '' FROM frames ";
+
+// Of an id as it is shown; 0 is no job's.
+int64_t number_of(const std::string& id);
+
+JobState state_of(const std::string& name);
+Job job_of(const Statement& row);
+JobFrame frame_of(const Statement& row);
+
+}  // namespace postchain::service

@@ -150,15 +150,19 @@ class Page {
         text_ += "</tr>\n";
         for (const auto& table : report_.tables) {
             text_ += "<tr><td title=\"" + escaped(table.metric.help) + "\">" +
-                     escaped(table.metric.name) + "</td>";
+                     escaped(table.metric.name) + "<span class=\"way\">" +
+                     report::words_of(table.metric.better) + "</span></td>";
             values(table, table.means);
             for (const auto& one : table.pairs) text_ += "<td>" + gain(one) + "</td>";
             text_ += "</tr>\n";
         }
         text_ +=
             "</table></div>\n<p class=\"quiet\">Blue: the nearest to the truth. Under each "
-            "question the gain, its 95 % interval, and the families in which the first named "
-            "is nearer.</p>\n";
+            "question the gain (how much nearer to the truth the first named is, whichever way the "
+            "metric runs), its 95 % interval, and the families in which the first named is "
+            "nearer. The interval says how far the mean of these families may be from the mean "
+            "over many families of this kind; one that contains 0 leaves the question "
+            "open.</p>\n";
     }
 
     static std::string gain(const PairResult& one) {
@@ -231,7 +235,8 @@ class Page {
 
     void metric(const MetricTable& table) {
         text_ += concat("<details", table.metric.name == "hdr_flip" ? " open" : "", "><summary><b>",
-                        escaped(table.metric.name), "</b> ", escaped(table.metric.help),
+                        escaped(table.metric.name), "</b> ", escaped(table.metric.help), " (",
+                        report::words_of(table.metric.better), ")",
                         "</summary>\n<div class=\"wide\"><table>\n<tr><th>scene</th>");
         for (const auto& name : report_.variants) text_ += "<th>" + escaped(name) + "</th>";
         for (size_t p = 0; p < report_.pairs.size(); ++p)

@@ -320,7 +320,8 @@ std::string report_as_markdown(const StudyReport& report) {
                             concat(one.nearer, " of ", one.families), one.words});
         }
     for (const auto& table : report.tables) {
-        text += "\n## " + table.metric.name + "\n\n" + cell(table.metric.help) + "\n\n";
+        text += concat("\n## ", table.metric.name, "\n\n", cell(table.metric.help), "; ",
+                       report::words_of(table.metric.better), "\n\n");
         std::vector<std::string> head = {"scene", "family"};
         head.insert(head.end(), report.variants.begin(), report.variants.end());
         for (size_t p = 0; p < report.pairs.size(); ++p)

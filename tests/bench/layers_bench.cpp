@@ -1,11 +1,14 @@
-// What further layers cost: bytes, taps and time of each pass with none, one, four and eight of
-// them, as a part of what it takes without. Runs take turns, so that what else the machine does
-// falls on all.
+// What further layers cost: bytes, taps, time and CPU time of each pass with none, one, four and
+// eight of them, as a part of what it takes without. Runs take turns, so that what else the machine
+// does falls on all. CPU time is that of all threads of the process, upload and read back among it:
+// of a software renderer the work itself, whatever else the machine does.
 //
-//   layers_bench [runs [width height]]
+//   layers_bench [runs [width height [PASS]]]   PASS: only those whose name begins so
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
+#include <string>
 
 #include "chain/egl/context.h"
 #include "chain/gl/executor.h"
@@ -35,11 +38,29 @@ Chain chain_of(const Case& one) {
     return chain;
 }
 
-double milliseconds(Executor& executor, const Plan& plan, const FramePlanes& planes) {
+struct Times {
+    std::vector<double> device_ms, cpu_ms;
+};
+
+double cpu_milliseconds() {
+    timespec now;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return 1e3 * double(now.tv_sec) + 1e-6 * double(now.tv_nsec);
+}
+
+void measure(Executor& executor, const Plan& plan, const FramePlanes& planes, Times* times) {
+    const double begin = cpu_milliseconds();
     bench::require(executor.filter(plan, planes).status());
+    if (!times) return;
+    times->cpu_ms.push_back(cpu_milliseconds() - begin);
     double sum = 0;
     for (const PassTime& time : executor.pass_times()) sum += time.milliseconds;
-    return sum;
+    times->device_ms.push_back(sum);
+}
+
+double median(std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    return values[values.size() / 2];
 }
 
 }  // namespace
@@ -56,15 +77,18 @@ int main(int count, char** words) {
         {"joint_blur", "joint_blur", {}},
         {"fxaa", "fxaa", {}},
         {"fxaa: {mode: directional}", "fxaa", {{"mode", "directional"}}}};
+    const std::string only = count > 4 ? words[4] : "";
     auto context = egl::Context::create();
     bench::require(context.status());
     Executor executor((*context)->device());
     executor.set_timing(true);
     bench::BenchFrame frame = bench::make_frame("mixed", width, height);
     std::printf(
-        "%dx%d, median of %d; bytes a pixel, taps a pixel, time, and as parts of no layers\n",
+        "%dx%d, median of %d; bytes a pixel, taps a pixel, time, CPU time, and as parts of no "
+        "layers\n",
         width, height, runs);
     for (const Case& one : cases) {
+        if (!std::string(one.name).starts_with(only)) continue;
         const Chain chain = chain_of(one);
         std::vector<Plan> plans;
         std::vector<FramePlanes> planes;
@@ -81,17 +105,14 @@ int main(int count, char** words) {
             bench::require(plan.status());
             plans.push_back(std::move(*plan));
         }
-        std::vector<std::vector<double>> times(kCounts.size());
+        std::vector<Times> times(kCounts.size());
         for (int run = -1; run < runs; ++run)  // the first compiles
-            for (size_t i = 0; i < kCounts.size(); ++i) {
-                const double ms = milliseconds(executor, plans[i], planes[i]);
-                if (run >= 0) times[i].push_back(ms);
-            }
+            for (size_t i = 0; i < kCounts.size(); ++i)
+                measure(executor, plans[i], planes[i], run < 0 ? nullptr : &times[i]);
         std::printf("%s\n", one.name);
-        double first_bytes = 0, first_taps = 0, first_ms = 0;
+        double first_bytes = 0, first_taps = 0, first_ms = 0, first_cpu = 0;
         for (size_t i = 0; i < kCounts.size(); ++i) {
-            std::sort(times[i].begin(), times[i].end());
-            const double ms = times[i][times[i].size() / 2];
+            const double ms = median(times[i].device_ms), cpu = median(times[i].cpu_ms);
             double taps = 0;
             for (const Step& step : plans[i].steps) taps += double(step.taps);
             taps /= double(width) * height;
@@ -100,11 +121,14 @@ int main(int count, char** words) {
                 first_bytes = bytes;
                 first_taps = taps;
                 first_ms = ms;
+                first_cpu = cpu;
             }
             std::printf(
-                "  %d layers  %2zu steps  %7.1f bytes %5.2f  %6.1f taps %5.2f  %8.2f ms %5.2f\n",
+                "  %d layers  %2zu steps  %7.1f bytes %5.2f  %6.1f taps %5.2f  %8.2f ms %5.2f  "
+                "%8.2f ms CPU "
+                "%5.2f\n",
                 kCounts[i], plans[i].steps.size(), bytes, bytes / first_bytes, taps,
-                taps / first_taps, ms, ms / first_ms);
+                taps / first_taps, ms, ms / first_ms, cpu, cpu / first_cpu);
         }
     }
 }

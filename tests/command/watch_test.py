@@ -305,6 +305,12 @@ class Watch(unittest.TestCase):
         for options in (("--frames", "1-3"), ("--idle", "60")):
             said = self.run_now("out", "--watch", *options, code=5)
             self.assertIn("o.0001.exr", said)
+            self.assertNotIn("waiting", said)
+        self.run_now("out", "--watch", "--idle", "2", "--on-existing", "overwrite")
+
+    def test_nothing_at_all_is_an_error(self):
+        said = self.run_now("out", "--watch", "--idle", "1", code=4)
+        self.assertIn("s.####.exr: no file matches this pattern, and nothing came for 1 s", said)
 
 
 if __name__ == "__main__":

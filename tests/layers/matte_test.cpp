@@ -152,7 +152,7 @@ TEST(Mattes, SoftPixelsAreTakenApart) {
                 }
             }
         EXPECT_LT(error, 0.25 * by_color) << type;
-        std::printf("%s: %.4f of the error\n", type, error / by_color);
+        std::printf("%s: %.2f of the error of c (1 - m)\n", type, error / by_color);
     }
 }
 

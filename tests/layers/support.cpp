@@ -134,6 +134,7 @@ std::vector<NamedChain> every_mode() {
                            {"hdr_weight", true}});
     add("joint_blur", {});
     add("joint_blur", {{"samples", int64_t(48)}, {"denoise", false}});
+    add("joint_blur", {{"samples", int64_t(8)}, {"max_samples", int64_t(40)}});
     for (const char* mode : {"search", "directional"})
         for (const char* blend : {"tonemapped", "stored"})
             for (const char* luma : {"display", "stored"})

@@ -240,6 +240,13 @@ TEST(Unmoved, NeighborsShowNoSecondObject) {
             held.planes[role_of(neighbor, Role::mattes)] = ImageF(width, height, 1);
         const FramePlanes second = filter(chain, held.description, held.planes);
         EXPECT_GT(worst_green(second.at(Role::color)), 0.02) << type;
+        // Without mattes they are not searched.
+        for (const auto& [neighbor, there] : theirs) {
+            held.planes.erase(role_of(neighbor, Role::mattes));
+            held.description.planes.remove(role_of(neighbor, Role::mattes));
+        }
+        const FramePlanes unsearched = filter(chain, held.description, held.planes);
+        EXPECT_TRUE(equal_bits(unsearched.at(Role::color), without.at(Role::color))) << type;
     }
 }
 

@@ -263,6 +263,18 @@ TEST_F(RequestTest, NoPathLeavesTheRoots) {
     EXPECT_EQ(refused(bench.dump()).kind, Problem::Kind::forbidden);
 }
 
+// A job of the service waits in its queue, not for a renderer.
+TEST_F(RequestTest, WatchingIsOfTheCommandAlone) {
+    for (const auto& [key, value] : {std::pair<const char*, json>{"watch", true}, {"idle", 60}}) {
+        json body = whole_;
+        body[key] = value;
+        const Problem problem = refused(body.dump());
+        ASSERT_EQ(problem.diagnostics.size(), 1u);
+        EXPECT_EQ(problem.diagnostics[0].path, key);
+        EXPECT_NE(problem.detail.find("unknown key"), std::string::npos) << problem.detail;
+    }
+}
+
 // A row that is added to a table and names files must not pass by the roots.
 TEST_F(RequestTest, EveryTextOfTheTablesIsKnownToNameFilesOrNot) {
     const std::set<std::string> no_files = {

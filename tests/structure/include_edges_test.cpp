@@ -224,7 +224,7 @@ TEST(IncludeEdges, OpenImageIoIsInTheModuleAlone) {
         ++count;
         EXPECT_TRUE(include.file == "tools/sequence/io/picture_calls.cpp" ||
                     include.file == "tools/sequence/io/picture_codec.cpp" ||
-                    include.file == "tools/sequence/io/picture_view.cpp")
+                    include.file == "tools/sequence/io/picture_ocio.cpp")
             << include.place();
     }
     EXPECT_GT(count, 0u);

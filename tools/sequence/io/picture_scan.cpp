@@ -1,9 +1,12 @@
 #include "tools/sequence/io/picture_scan.h"
 
+#include <zlib.h>
+
 #include <algorithm>
 #include <array>
 #include <fstream>
 #include <string_view>
+#include <vector>
 
 namespace postchain::io {
 namespace {
@@ -82,22 +85,79 @@ std::string format_of(std::string_view first) {
     return "";
 }
 
-// Bytes that the packed texts and profiles of a PNG become at most. libpng limits each to 8 MB, and
-// there may be a thousand.
-uint64_t most_text_of_png(const std::string& path) {
-    constexpr uint64_t kMostOfOne = 8000000, kDeflate = 1032;
+// What a zlib stream becomes: how many bytes, counted to kMostText, and the first four as a number.
+struct Unpacked {
+    uint64_t bytes = 0;
+    uint32_t first = 0;
+};
+
+Unpacked unpacked(std::string_view packed) {
+    Unpacked result;
+    z_stream stream = {};
+    if (inflateInit(&stream) != Z_OK) return result;
+    std::vector<unsigned char> part(size_t(1) << 16);
+    stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));
+    stream.avail_in = uInt(packed.size());
+    int code = Z_OK;
+    while (code == Z_OK && result.bytes <= kMostText) {
+        stream.next_out = part.data();
+        stream.avail_out = uInt(part.size());
+        code = inflate(&stream, Z_NO_FLUSH);
+        const size_t got = part.size() - stream.avail_out;
+        if (result.bytes == 0 && got >= 4) result.first = big_endian(part.data());
+        result.bytes += got;
+        if (got == 0) break;
+    }
+    inflateEnd(&stream);
+    return result;
+}
+
+// Where the packed bytes of a text or profile begin; npos: it is not packed.
+size_t packed_at(std::string_view type, std::string_view body) {
+    const size_t name = body.find('\0');
+    if (name == std::string_view::npos) return name;
+    if (type != "iTXt") return name + 2;
+    if (name + 2 >= body.size() || body[name + 1] == 0) return std::string_view::npos;
+    const size_t language = body.find('\0', name + 3);
+    const size_t translated =
+        language == std::string_view::npos ? language : body.find('\0', language + 1);
+    return translated == std::string_view::npos ? translated : translated + 1;
+}
+
+// libpng takes memory for the length that each chunk states, and for what its texts and profile
+// become.
+Status check_chunks_of_png(const std::string& path) {
+    const uint64_t whole = bytes_in(path);
     std::ifstream file(path, std::ios::binary);
-    file.seekg(8);
-    uint64_t most = 0;
     std::array<unsigned char, 8> head;
-    while (file.read(reinterpret_cast<char*>(head.data()), std::streamsize(head.size()))) {
+    uint64_t texts = 0;
+    for (uint64_t at = 8; at + 12 <= whole;) {
+        file.seekg(std::streamoff(at));
+        if (!file.read(reinterpret_cast<char*>(head.data()), std::streamsize(head.size()))) break;
         const uint64_t length = big_endian(head.data());
         const std::string_view type(reinterpret_cast<const char*>(head.data()) + 4, 4);
-        if (type == "zTXt" || type == "iTXt" || type == "iCCP")
-            most += std::min(kMostOfOne, kDeflate * length);
-        file.seekg(std::streamoff(length + 4), std::ios::cur);
+        if (length > whole - at - 12)
+            return refuse(concat("truncated or damaged: a part of ", length, " bytes in a file of ",
+                                 whole, "; render it again, or wait until it is written"));
+        if (type == "zTXt" || type == "iTXt" || type == "iCCP") {
+            texts += length;
+            if (texts <= kMostText) {
+                std::string body(length, '\0');
+                file.read(body.data(), std::streamsize(length));
+                if (const size_t from = packed_at(type, body); from < body.size()) {
+                    const Unpacked text = unpacked(std::string_view(body).substr(from));
+                    texts +=
+                        type == "iCCP" ? std::max<uint64_t>(text.bytes, text.first) : text.bytes;
+                }
+            }
+            if (texts > kMostText)
+                return refuse(
+                    "has texts or a profile that become more than 64 MiB; write it "
+                    "without them");
+        }
+        at += length + 12;
     }
-    return most;
+    return {};
 }
 
 // Bytes of what the writer of a DPX put after its header (SMPTE 268M: at 32); all ones: nothing.
@@ -119,10 +179,7 @@ Status check_content(const std::string& path, const std::string& format) {
     if (found != format)
         return refuse(concat("holds a picture of the format ", found, ", and its name says ",
                              format, "; rename it"));
-    if (format == "png" && most_text_of_png(path) > kMostText)
-        return refuse(
-            "has packed texts or profiles that may become more than 64 MiB; write it "
-            "without them");
+    if (format == "png") return check_chunks_of_png(path);
     if (format == "dpx") {
         const uint64_t user = user_bytes_of_dpx(path);
         if (user > kMostText || user > bytes_in(path))

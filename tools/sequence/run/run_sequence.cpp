@@ -283,6 +283,11 @@ Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& asked, Ex
         feed = std::make_unique<ListFeed>(std::move(*tasks), settings);
     auto summary = walk_sequence(job, settings, *feed, observer, stop, start, waits);
     if (!summary.ok()) return summary;
+    if (frames_are_unknown(settings) && summary->total == 0 && !(stop && *stop))
+        return Status(
+            StatusCode::input,
+            concat(settings.input.color().text(), ": ", io::why_none(settings.input.color()),
+                   ", and nothing came for ", text_of(*settings.watch->idle_s), " s (--idle)"));
     summary->gaps = std::move(gaps);
     summary->counters = executor.counters();
     return summary;

@@ -1,0 +1,113 @@
+// What a soft pixel shows beside the object, estimated, against composites whose ground is known.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+
+#include "chain/matte.h"
+#include "tests/layers/support.h"
+
+namespace postchain::test {
+namespace {
+
+constexpr int kSize = 96, kFine = 6;  // pixels, and samples along each side of a pixel
+
+// Pixels of samples: their means, or means that reach into the pixels beside.
+ImageD pixels_of(const std::function<double(double, double)>& value, bool wide) {
+    ImageD mean(kSize, kSize, 4);
+    for (int y = 0; y < kSize * kFine; ++y)
+        for (int x = 0; x < kSize * kFine; ++x)
+            for (int c = 0; c < 4; ++c)
+                mean.at(x / kFine, y / kFine, c) +=
+                    value((x + 0.5) / kFine, (y + 0.5) / kFine) / (kFine * kFine);
+    if (!wide) return mean;
+    ImageD result = mean;
+    for (int y = 0; y < kSize; ++y)
+        for (int x = 0; x < kSize; ++x)
+            for (int c = 0; c < 4; ++c) {
+                const auto at = [&](int i, int j) {
+                    return mean.at(std::clamp(i, 0, kSize - 1), std::clamp(j, 0, kSize - 1), c);
+                };
+                result.at(x, y, c) = 0.5 * at(x, y) + 0.125 * (at(x - 1, y) + at(x + 1, y) +
+                                                               at(x, y - 1) + at(x, y + 1));
+            }
+    return result;
+}
+
+double disc(double x, double y) {
+    return std::hypot(x - 48.3, y - 47.6) < 25 ? 1 : 0;
+}
+// A smaller disc with 14 hairs 0.7 px wide.
+double hair(double x, double y) {
+    const double u = x - 48.3, v = y - 47.6;
+    if (std::hypot(u, v) < 18) return 1;
+    for (int k = 0; k < 14; ++k) {
+        const double a = 0.45 * k, along = u * std::cos(a) + v * std::sin(a);
+        const double off = v * std::cos(a) - u * std::sin(a);
+        if (along > 0 && along < 40 && std::abs(off) < 0.35) return 1;
+    }
+    return 0;
+}
+double ramp(double x, double y) {
+    return std::clamp((32 - std::hypot(x - 48.3, y - 47.6)) / 10, 0.0, 1.0);
+}
+
+// Detail of 4 to 9 px in 0..1.
+double texture(double x, double y) {
+    return 0.5 + 0.25 * (std::sin(1.3 * x + 0.4 * y) + std::sin(0.7 * y - 0.9 * x + 1));
+}
+
+// Mean error of what is held out over the soft pixels, as a part of that of c (1 - m).
+double part_of_error(double (*shape)(double, double), double object_light, bool wide) {
+    const auto ground = [](double x, double y) { return texture(x, y); };
+    const auto object = [&](double x, double y) { return object_light + texture(y, x + 7); };
+    const ImageD matte = pixels_of(shape, false);
+    const ImageD truth =
+        pixels_of([&](double x, double y) { return (1 - shape(x, y)) * ground(x, y); }, wide);
+    std::map<Role, ImageD> planes;
+    planes[Role::color] = pixels_of(
+        [&](double x, double y) {
+            return shape(x, y) * object(x, y) + (1 - shape(x, y)) * ground(x, y);
+        },
+        wide);
+    ImageD mattes(kSize, kSize, 1);
+    for (int y = 0; y < kSize; ++y)
+        for (int x = 0; x < kSize; ++x) {
+            const double m = matte.at(x, y);
+            mattes.at(x, y) = m < 1e-9 ? 0 : m > 1 - 1e-9 ? 1 : m;
+        }
+    planes[Role::mattes] = mattes;
+    const ImageD color = planes.at(Role::color);
+    hold_out_reference(planes, 0);
+    const ImageD& held = planes.at(Role::layers);
+    double error = 0, by_color = 0;
+    for (int y = 0; y < kSize; ++y)
+        for (int x = 0; x < kSize; ++x) {
+            const double m = mattes.at(x, y);
+            if (m == 0 || m == 1) continue;
+            error += std::abs(held.at(x, y) - truth.at(x, y));
+            by_color += std::abs((1 - m) * color.at(x, y) - truth.at(x, y));
+        }
+    return error / by_color;
+}
+
+TEST(SoftMattes, LeaveLittleOfTheObjectInTheGround) {
+    const struct {
+        const char* name;
+        double (*shape)(double, double);
+        double object_light;
+        bool wide;
+        double most;
+    } cases[] = {{"disc", disc, 2, false, 0.35},         {"hair", hair, 2, false, 0.3},
+                 {"bright disc", disc, 40, false, 0.05}, {"bright hair", hair, 40, false, 0.05},
+                 {"wider disc", disc, 2, true, 0.35},    {"wider hair", hair, 2, true, 0.4},
+                 {"ramp", ramp, 2, false, 0.95}};
+    for (const auto& one : cases) {
+        const double part = part_of_error(one.shape, one.object_light, one.wide);
+        std::printf("%-12s %.2f of the error of c (1 - m)\n", one.name, part);
+        EXPECT_LT(part, one.most) << one.name;
+    }
+}
+
+}  // namespace
+}  // namespace postchain::test

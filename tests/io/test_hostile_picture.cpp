@@ -36,8 +36,9 @@ class HostilePicture : public testing::Test {
         auto file = io::ExrFile::open(path);
         Status status = file.status();
         if (file.ok()) status = file->read_part(0).status();
-        if (!status.ok())
+        if (!status.ok()) {
             EXPECT_LT(largest_allocation(), size_t(2) << 20) << name << ": " << status.message();
+        }
         return status.message();
     }
     TempFolder folder_;

@@ -82,7 +82,9 @@ TEST(ZlibStream, ZlibReadsWhatIsPacked) {
             } else {
                 EXPECT_LT(size, count / 2);
             }
-            if (level == 99) EXPECT_EQ(size, last);  // as 9
+            if (level == 99) {
+                EXPECT_EQ(size, last);  // as 9
+            }
             last = size;
         }
     }

@@ -75,7 +75,9 @@ TEST(Mattes, HeldOutObjectLeavesNothingInTheBackground) {
         EXPECT_TRUE(same) << one.name;
         EXPECT_LE(worst, 2e-6) << one.name;
         // Without the matte it smears, but for the method that keeps near things from it itself.
-        if (one.name.find("leak=depth") == std::string::npos) EXPECT_GT(leaked, 1) << one.name;
+        if (one.name.find("leak=depth") == std::string::npos) {
+            EXPECT_GT(leaked, 1) << one.name;
+        }
     }
 }
 

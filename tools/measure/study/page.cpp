@@ -178,16 +178,17 @@ class Page {
     }
 
     void values(const MetricTable& table, const Values& means) {
-        std::optional<size_t> best;
+        const size_t none = means.size();
+        size_t best = none;
         for (size_t v = 0; v < means.size(); ++v)
-            if (means[v] && (!best || gain_of(table.metric.better, *means[*best], *means[v]) > 0))
+            if (means[v] &&
+                (best == none || gain_of(table.metric.better, *means[best], *means[v]) > 0))
                 best = v;
         // Of values that are all the same none is the best.
         if (std::all_of(means.begin(), means.end(), [&](const auto& v) { return v == means[0]; }))
-            best.reset();
+            best = none;
         for (size_t v = 0; v < means.size(); ++v)
-            text_ +=
-                (best && *best == v ? "<td class=\"best\">" : "<td>") + number(means[v]) + "</td>";
+            text_ += (best == v ? "<td class=\"best\">" : "<td>") + number(means[v]) + "</td>";
     }
 
     void plots() {

@@ -120,7 +120,8 @@ TEST(JointBlur, AgreesWithItsReference) {
     }
 }
 
-// Lamps of 0.15 on the left to 0.6 on the right, so that tiles take none, some and all of the samples.
+// Lamps of 0.15 on the left to 0.6 on the right, so that tiles take none, some and all of the
+// samples.
 TEST(JointBlur, AdaptiveSamplingAgreesWithItsReference) {
     TestFrame layers = layered_frame(187, 77, {33.5f, 9.25f}, {-14.75f, 3.5f}, 8);
     FramePlanes& planes = layers.planes;

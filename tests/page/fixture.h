@@ -25,8 +25,8 @@ Report make_report(const std::string& folder);
 // The same without a truth: variants 0 and 1 share a converged picture, that of the truth; variant
 // 2's is 1/4 everywhere.
 Report make_blind_report(const std::string& folder);
-// The first with a score of the input, whose HDR-FLIP map is x / 95, a winner (variant 1), a warning
-// and the truth's noise.
+// The first with a score of the input, whose HDR-FLIP map is x / 95, a winner (variant 1), a
+// warning and the truth's noise.
 Report make_scored_report(const std::string& folder);
 // Variants 0 and 1 of that compared: 0 has won, two of three metrics without a finding.
 Report make_ab_report(const std::string& folder);

@@ -275,6 +275,24 @@ TEST_F(RequestTest, WatchingIsOfTheCommandAlone) {
     }
 }
 
+TEST_F(RequestTest, OcioIsReadWithWhatUsesIt) {
+    write("root/look.ocio", "ocio_profile_version: 1\n");
+    json body = whole_;
+    body.update({{"output", "out/o.####.png"}, {"ocio", "look.ocio"}, {"output_transfer", "view"}});
+    const auto transfer = taken(body).run.picture.transfer;
+    ASSERT_TRUE(transfer.has_value());
+    EXPECT_EQ(std::get<io::DisplayView>(*transfer).config, base_ + "/root/look.ocio");
+    body["output_transfer"] = "film";
+    const Problem unknown = refused(body.dump());
+    ASSERT_FALSE(unknown.diagnostics.empty());
+    EXPECT_EQ(unknown.diagnostics[0].path, "output_transfer");
+    EXPECT_EQ(unknown.diagnostics[0].message.find("no 'film'; there are auto, linear"), 0u)
+        << unknown.diagnostics[0].message;
+    body["output_transfer"] = "view";
+    body["ocio"] = "/etc/passwd";
+    EXPECT_EQ(refused(body.dump()).kind, Problem::Kind::forbidden);
+}
+
 // A row that is added to a table and names files must not pass by the roots.
 TEST_F(RequestTest, EveryTextOfTheTablesIsKnownToNameFilesOrNot) {
     const std::set<std::string> no_files = {

@@ -64,18 +64,21 @@ Result<std::optional<io::Transfer>> output_transfer_of(const JobSettings& job) {
     return transfer_of(job, "output_transfer", job.output_transfer, true);
 }
 
+bool needs_ocio(const JobSettings& job) {
+    return job.output_transfer == kView || job.input_transfer.starts_with(kSpace) ||
+           job.output_transfer.starts_with(kSpace);
+}
+
 Result<std::optional<io::DisplayView>> preview_view_of(const JobSettings& job) {
     const bool names_view = !job.ocio_display.empty() || !job.ocio_view.empty();
     const bool names_any = names_view || !job.ocio.empty() || !job.ocio_colorspace.empty();
     const bool shows = job.png || job.output_transfer == kView;
-    const bool converts =
-        job.input_transfer.starts_with(kSpace) || job.output_transfer.starts_with(kSpace);
     if (names_view && !shows)
         return Status(StatusCode::usage,
                       concat(option_name("ocio_view"), " and ", option_name("ocio_display"),
                              " are of pictures that show a view; add ", option_name("png"), " or ",
                              option_name("output_transfer"), " ", kView));
-    if (names_any && !shows && !converts)
+    if (names_any && !shows && !needs_ocio(job))
         return Status(
             StatusCode::usage,
             concat(option_name("ocio"), " changes nothing alone; add ", option_name("png"), ", ",

@@ -14,6 +14,9 @@ namespace postchain::sequence {
 Result<std::optional<io::Transfer>> input_transfer_of(const JobSettings& job);
 Result<std::optional<io::Transfer>> output_transfer_of(const JobSettings& job);
 
+// Whether a transfer of inputs or outputs is one of an OpenColorIO configuration.
+bool needs_ocio(const JobSettings& job);
+
 // The view that previews show; none: they have a curve of their own. Errors (usage): a
 // configuration that nothing uses or that is not named, a view that nothing shows.
 Result<std::optional<io::DisplayView>> preview_view_of(const JobSettings& job);

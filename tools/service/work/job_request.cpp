@@ -9,6 +9,7 @@
 #include "tools/measure/experiment/assemble.h"
 #include "tools/sequence/io/aperture_file.h"
 #include "tools/sequence/io/parameter_json.h"
+#include "tools/sequence/run/color_settings.h"
 #include "tools/sequence/run/memory.h"
 
 namespace postchain::service {
@@ -392,9 +393,10 @@ class RequestParser {
         alone.input = "a.exr";
         const ParameterValue value = row.get(&job_);
         if (value == ParameterValue() || value == ParameterValue(std::string())) return Status();
-        // These mean something together: read with the whole.
-        if (row.key.starts_with("ocio") || row.key.ends_with("_transfer")) return Status();
+        // What names a view means something beside what shows it alone: read with the whole.
+        if (row.key.starts_with("ocio")) return Status();
         row.set(&alone, value);
+        if (sequence::needs_ocio(alone)) alone.ocio = job_.ocio;
         Diagnostics notes;
         return sequence::run_settings_of(alone, reader_.registry_, notes).status();
     }

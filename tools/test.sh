@@ -21,7 +21,7 @@ build_and_test() {
     echo "== preset $1"
     cmake --preset "$1" -DBUILD_TESTING=ON
     cmake --build --preset "$1" -j "$(nproc)"
-    ctest --preset "$1" --no-tests=error
+    ctest --preset "$1" --no-tests=error -j "$(nproc)"
 }
 
 build_and_test release

@@ -326,6 +326,13 @@ TEST_F(RequestTest, AbAndBenchTakeTheTablesOfTheCommand) {
     EXPECT_EQ(request.ab.folder, base_ + "/root/report");
     EXPECT_EQ(request.ab.repeats, 3);
     EXPECT_EQ(request.ab.flip.pixels_per_degree, 50.5);
+    // No output of the job may replace its chains.
+    ab["chain_b"] = "chain.yaml";
+    const auto inputs = taken(ab).ab.run.other_inputs;
+    EXPECT_TRUE(std::any_of(inputs.begin(), inputs.end(), [&](const auto& input) {
+        return input.path == base_ + "/root/chain.yaml";
+    }));
+    ab["chain_b"] = "best";
     ab["fail_above"] = {"flop=1"};
     EXPECT_EQ(refused(ab.dump()).diagnostics.at(0).path, "fail_above");
     json bench = whole_;

@@ -8,9 +8,9 @@
 #include "config/text_tree.h"
 #include "tools/measure/experiment/assemble.h"
 #include "tools/sequence/io/aperture_file.h"
-#include "tools/sequence/io/parameter_json.h"
 #include "tools/sequence/run/color_settings.h"
 #include "tools/sequence/run/memory.h"
+#include "tools/service/work/request_body.h"
 
 namespace postchain::service {
 
@@ -28,76 +28,39 @@ JobReader::JobReader(const Roots& roots, const PassRegistry& registry, const std
 class RequestParser {
   public:
     RequestParser(const JobReader& reader, const std::string& text)
-        : reader_(reader), roots_(reader.roots_), body_(read_json_body(text, faults_)) {}
+        : reader_(reader), roots_(reader.roots_), body_(text, reader.roots_) {}
 
     Answer<JobRequest> read(RequestKind asked) {
-        if (!faults_.empty()) return problem();
+        if (!body_.faults().empty()) return body_.problem();
         kind_ = asked == RequestKind::run ? kind_asked() : asked;
         list_known();
-        for (const JsonMember& member : body_.members)
+        for (const JsonMember& member : body_.members())
             if (std::find(known_.begin(), known_.end(), member.key) == known_.end())
-                fault(member.key_at, member.key, unknown_word("key", member.key, known_));
+                body_.fault(member.key_at, member.key, unknown_word("key", member.key, known_));
         request_.kind = kind_ == RequestKind::ab      ? JobKind::ab
                         : kind_ == RequestKind::bench ? JobKind::bench
                         : kind_ == RequestKind::study ? JobKind::study
                                                       : JobKind::run;
-        integer("priority", -100, 100, request_.priority);
+        body_.integer("priority", -100, 100, request_.priority);
         if (kind_ == RequestKind::study) {
             read_study();
-            if (has_errors(faults_)) return problem();
+            if (has_errors(body_.faults())) return body_.problem();
             return std::move(request_);
         }
-        request_.sets = list("set");
+        request_.sets = body_.list("set");
         read_tables();
         read_chain("chain", "chain_text", request_.chain, &request_.text);
-        ChainText of_b;
         if (kind_ == RequestKind::ab)
-            read_chain("chain_b", "chain_b_text", request_.chain_b, &of_b);
+            read_chain("chain_b", "chain_b_text", request_.chain_b, &text_b_);
         if (kind_ == RequestKind::bench) read_sweeps();
         if (kind_ == RequestKind::preview) read_preview();
         read_settings();
         if (kind_ == RequestKind::ab || kind_ == RequestKind::bench) read_limits();
-        if (has_errors(faults_)) return problem();
+        if (has_errors(body_.faults())) return body_.problem();
         return std::move(request_);
     }
 
   private:
-    // ------------------------------------------------------------------------------- faults
-    void fault(size_t at, const std::string& path, const std::string& message) {
-        only_outside_ = false;
-        faults_.push_back(body_.fault(at, path, message));
-    }
-    void fault(const std::string& key, const std::string& message) {
-        const JsonMember* member = body_.find(key);
-        fault(member ? member->value_at : 0, key, message);
-    }
-    // What Roots has to say.
-    void outside(const std::string& key, const std::string& message) {
-        const JsonMember* member = body_.find(key);
-        faults_.push_back(body_.fault(member ? member->value_at : 0, key, message));
-        met_outside_ = true;
-    }
-
-    Problem problem() {
-        Problem problem;
-        problem.kind =
-            met_outside_ && only_outside_ ? Problem::Kind::forbidden : Problem::Kind::invalid;
-        problem.diagnostics = faults_;
-        for (Diagnostic& one : problem.diagnostics) {
-            one.file = roots_.shown_in(one.file);
-            one.message = roots_.shown_in(one.message);
-        }
-        size_t errors = 0;
-        const Diagnostic* first = nullptr;
-        for (const Diagnostic& one : problem.diagnostics)
-            if (one.severity == Severity::error && errors++ == 0) first = &one;
-        if (first)
-            problem.detail = (first->path.empty() ? first->file : first->path) + ": " +
-                             first->message +
-                             (errors > 1 ? concat(" (and ", errors - 1, " more)") : "");
-        return problem;
-    }
-
     // -------------------------------------------------------------------------------- keys
     RequestKind kind_asked() {
         const JsonMember* member = body_.find("kind");
@@ -106,7 +69,7 @@ class RequestParser {
         if (member->value == "ab") return RequestKind::ab;
         if (member->value == "bench") return RequestKind::bench;
         if (member->value == "study") return RequestKind::study;
-        fault("kind", "is one of run, ab, bench, study");
+        body_.fault("kind", "is one of run, ab, bench, study");
         return RequestKind::run;
     }
 
@@ -141,68 +104,18 @@ class RequestParser {
         if (kind_ == RequestKind::preview) known_.insert(known_.end(), {"frame", "scale"});
     }
 
-    void integer(const char* key, int least, int most, int& value) {
-        const JsonMember* member = body_.find(key);
-        if (!member) return;
-        const io::Json& json = member->value;
-        if (!json.is_number_integer() || json < least || json > most)
-            return fault(key, concat("is an integer in ", least, "..", most));
-        value = json.get<int>();
-    }
-
-    std::vector<std::string> list(const char* key) {
-        std::vector<std::string> texts;
-        const JsonMember* member = body_.find(key);
-        if (!member) return texts;
-        if (!member->value.is_array()) {
-            fault(key, "is a list of texts");
-            return texts;
-        }
-        for (size_t i = 0; i < member->value.size(); ++i) {
-            const io::Json& item = member->value[i];
-            if (!item.is_string() || has_zero(item.get_ref<const std::string&>()))
-                fault(member->value_at, concat(key, "[", i, "]"), "is no text");
-            else
-                texts.push_back(item.get<std::string>());
-        }
-        return texts;
-    }
-
-    static bool has_zero(const std::string& text) { return text.find('\0') != std::string::npos; }
-
-    void read_row(const Parameter& row, const ParameterTable& table, ParameterRef settings) {
-        const JsonMember* member = body_.find(row.key);
-        if (!member) {
-            if (!row.optional && row.default_value == ParameterValue())
-                fault(body_.text.find('{'), row.key, "is missing");
-            return;
-        }
-        const auto value = io::value_of(member->value);
-        if (!value)
-            return fault(row.key, "is " + row.domain() + ", not " + member->value.type_name());
-        if (const auto* text = std::get_if<std::string>(&*value)) {
-            if (text->empty()) return fault(row.key, "is empty");
-            if (has_zero(*text)) return fault(row.key, "has a zero byte");
-        }
-        if (Status status = table.set(settings, row.key, *value); !status.ok())
-            fault(row.key, status.message());
-    }
-
-    void read_rows(const ParameterTable& table, const char* group, ParameterRef settings) {
-        for (const Parameter& row : table.rows())
-            if (row.group == group) read_row(row, table, settings);
-    }
-
     void read_tables() {
         // In the service one frame's failure does not end a job, unless that is asked for.
         job_.on_error = sequence::ErrorPolicy::keep_going;
-        read_rows(reader_.table_, sequence::kInputGroup, &job_);
-        read_rows(reader_.table_, sequence::kPlanGroup, &job_);
-        if (takes_layers()) read_rows(reader_.table_, sequence::kLayerGroup, &job_);
-        if (kind_ == RequestKind::run) read_rows(reader_.table_, sequence::kOutputGroup, &job_);
-        if (kind_ == RequestKind::ab) read_rows(experiment::ab_parameters(), "", &request_.ab);
+        body_.read_rows(reader_.table_, sequence::kInputGroup, &job_);
+        body_.read_rows(reader_.table_, sequence::kPlanGroup, &job_);
+        if (takes_layers()) body_.read_rows(reader_.table_, sequence::kLayerGroup, &job_);
+        if (kind_ == RequestKind::run)
+            body_.read_rows(reader_.table_, sequence::kOutputGroup, &job_);
+        if (kind_ == RequestKind::ab)
+            body_.read_rows(experiment::ab_parameters(), "", &request_.ab);
         if (kind_ == RequestKind::bench)
-            read_rows(experiment::bench_parameters(), "", &request_.bench);
+            body_.read_rows(experiment::bench_parameters(), "", &request_.bench);
     }
 
     // -------------------------------------------------------------------------------- chains
@@ -210,14 +123,16 @@ class RequestParser {
                     experiment::NamedChain& chain, ChainText* text) {
         const JsonMember* named = body_.find(key);
         const JsonMember* written = body_.find(text_key);
-        if (named && written) return fault(text_key, "contradicts " + key + "; give one of them");
+        if (named && written)
+            return body_.fault(text_key, "contradicts " + key + "; give one of them");
         if (!named && !written)
-            return fault(body_.text.find('{'), key, "is missing: a chain's name, file or object");
+            return body_.fault(body_.start(), key, "is missing: a chain's name, file or object");
         // Files that a chain names are looked for from the folder of its text.
         const std::string from_root = joined_path(roots_.folders().front(), kBodyFile);
         std::string shown_as;
         if (written) {
-            if (!written->value.is_string()) return fault(text_key, "is the text of a chain file");
+            if (!written->value.is_string())
+                return body_.fault(text_key, "is the text of a chain file");
             *text = {from_root, written->value.get<std::string>(), false};
             shown_as = text_key;
         } else if (named->value.is_object()) {
@@ -226,20 +141,19 @@ class RequestParser {
         } else if (named->value.is_string()) {
             if (!find_chain_text(key, named->value.get<std::string>(), *text)) return;
         } else {
-            return fault(key, "is a chain's name, file or object");
+            return body_.fault(key, "is a chain's name, file or object");
         }
         chain.name = shown_as.empty() ? fs::path(text->file_name).stem().string() : key;
         ChainFile file = parse_chain(text->text, text->file_name, reader_.registry_, sets());
         for (Diagnostic& one : file.diagnostics) {
             if (one.file == text->file_name && !shown_as.empty()) one.file = shown_as;
-            if (one.severity == Severity::error) only_outside_ = false;
-            faults_.push_back(std::move(one));
+            body_.add(std::move(one));
         }
         if (!file.status().ok()) return;
-        if (hold_picture(key, file.chain.camera)) {
+        if (body_.hold_picture(key, file.chain.camera)) {
             io::ApertureFiles pictures;
             if (Status status = pictures.read(file.chain.camera); !status.ok())
-                fault(key, "camera.aperture_image: " + status.message());
+                body_.fault(key, "camera.aperture_image: " + status.message());
         }
         chain.chain = std::move(file.chain);
     }
@@ -250,36 +164,22 @@ class RequestParser {
         if (!is_word(name) || std::find(shipped.begin(), shipped.end(), name) == shipped.end()) {
             auto resolved = roots_.resolve(name);
             if (!resolved.ok()) {
-                outside(key, resolved.status().message());
+                body_.outside(key, resolved.status().message());
                 return false;
             }
             path = *resolved;
             std::error_code error;
             if (is_word(name) && !fs::exists(path, error)) {
-                fault(key, unknown_word("chain", name, shipped));
+                body_.fault(key, unknown_word("chain", name, shipped));
                 return false;
             }
         }
         auto found = find_chain(path);
         if (!found.ok()) {
-            fault(key, found.status().message());
+            body_.fault(key, found.status().message());
             return false;
         }
         text = std::move(*found);
-        return true;
-    }
-
-    // Under the roots, and by its real name.
-    bool hold_picture(const std::string& key, Camera& camera) {
-        const std::string file = camera.aperture_image.file();
-        if (file.empty()) return true;
-        auto resolved = roots_.resolve(file);
-        if (!resolved.ok()) {
-            // Its name has been made whole by now, and would tell where the roots are.
-            outside(key, "camera.aperture_image is outside the folders of this service");
-            return false;
-        }
-        camera.aperture_image = ApertureImage(*resolved);
         return true;
     }
 
@@ -300,10 +200,10 @@ class RequestParser {
     void read_sweeps() {
         std::vector<experiment::Sweep> sweeps;
         bool good = true;
-        for (const std::string& text : list("sweep")) {
+        for (const std::string& text : body_.list("sweep")) {
             auto sweep = experiment::parse_sweep(text);
             if (!sweep.ok()) {
-                fault("sweep", sweep.status().message());
+                body_.fault("sweep", sweep.status().message());
                 good = false;
                 continue;
             }
@@ -313,16 +213,16 @@ class RequestParser {
                     if (resolved.ok()) {
                         value = *resolved;
                     } else {
-                        outside("sweep", resolved.status().message());
+                        body_.outside("sweep", resolved.status().message());
                         good = false;
                     }
                 }
             sweeps.push_back(std::move(*sweep));
         }
-        if (!good || has_errors(faults_)) return;
+        if (!good || has_errors(body_.faults())) return;
         auto variants = experiment::sweep_variants(request_.text, reader_.registry_, sets(), sweeps,
                                                    request_.bench.max_variants);
-        if (!variants.ok()) return fault("sweep", variants.status().message());
+        if (!variants.ok()) return body_.fault("sweep", variants.status().message());
         request_.variants = std::move(*variants);
     }
 
@@ -330,54 +230,51 @@ class RequestParser {
     // A file under a root, whose paths are taken from its folder, or the study itself, whose paths
     // are taken from the first root.
     void read_study() {
-        read_rows(study::study_parameters(), "", &request_.study_settings);
-        hold_rows(study::study_parameters(), &request_.study_settings);
+        body_.read_rows(study::study_parameters(), "", &request_.study_settings);
+        body_.hold_rows(study::study_parameters(), &request_.study_settings);
         const JsonMember* member = body_.find("study");
-        if (!member) return fault(body_.text.find('{'), "study", "is missing: a file or an object");
+        if (!member) return body_.fault(body_.start(), "study", "is missing: a file or an object");
         std::string file = joined_path(roots_.folders().front(), kBodyFile), text;
         if (member->value.is_object()) {
             text = body_.alone(*member);
         } else if (member->value.is_string() &&
-                   !has_zero(member->value.get_ref<const std::string&>())) {
+                   !RequestBody::has_zero(member->value.get_ref<const std::string&>())) {
             auto resolved = roots_.resolve(member->value.get<std::string>());
-            if (!resolved.ok()) return outside("study", resolved.status().message());
+            if (!resolved.ok()) return body_.outside("study", resolved.status().message());
             file = *resolved;
             auto read = read_text_file(file, StatusCode::usage);
-            if (!read.ok()) return fault("study", read.status().message());
+            if (!read.ok()) return body_.fault("study", read.status().message());
             text = std::move(*read);
         } else {
-            return fault("study", "is a study's file or object");
+            return body_.fault("study", "is a study's file or object");
         }
         size_t refused = 0;  // by the roots
         study::StudyFile read =
             study::read_study(text, file, reader_.registry_,
                               paths_from(fs::path(file).parent_path(), refused), reader_.version_);
-        size_t errors = 0;
         for (Diagnostic& one : read.diagnostics) {
             if (one.file == file && member->value.is_object()) one.file = kBodyFile;
-            if (one.severity == Severity::error && errors++ == refused) only_outside_ = false;
-            faults_.push_back(std::move(one));
+            const bool is_refused = one.severity == Severity::error && refused > 0;
+            if (is_refused) --refused;
+            body_.add(std::move(one), is_refused);
         }
         request_.study = std::move(read.study);
     }
 
     study::StudyPaths paths_from(const fs::path& folder, size_t& refused) {
-        const auto count = [this, &refused] {
-            met_outside_ = true;
-            ++refused;
-        };
-        return {[=, this](const std::string& path) {
-                    auto resolved = roots_.resolve((folder / path).string());
-                    if (!resolved.ok()) count();
-                    return resolved;
-                },
-                [=, this](const io::PathPattern& pattern) -> Result<io::PathPattern> {
-                    auto whole = io::PathPattern::parse((folder / pattern.text()).string());
-                    if (!whole.ok()) return whole;
-                    auto resolved = resolve_pattern(*whole, roots_);
-                    if (!resolved.ok()) count();
-                    return resolved;
-                }};
+        return {
+            [this, folder, &refused](const std::string& path) {
+                auto resolved = roots_.resolve((folder / path).string());
+                refused += !resolved.ok();
+                return resolved;
+            },
+            [this, folder, &refused](const io::PathPattern& pattern) -> Result<io::PathPattern> {
+                auto whole = io::PathPattern::parse((folder / pattern.text()).string());
+                if (!whole.ok()) return whole;
+                auto resolved = resolve_pattern(*whole, roots_);
+                refused += !resolved.ok();
+                return resolved;
+            }};
     }
 
     // ------------------------------------------------------------------------------ settings
@@ -401,67 +298,40 @@ class RequestParser {
         return sequence::run_settings_of(alone, reader_.registry_, notes).status();
     }
 
-    void hold_file(const Parameter& row, ParameterRef settings) {
-        const ParameterValue value = row.get(settings);
-        const auto* text = std::get_if<std::string>(&value);
-        if (!text || text->empty()) return;
-        if (path_kind(row) == PathKind::profile && is_word(*text)) return;
-        auto resolved = roots_.resolve(*text);
-        if (!resolved.ok()) return outside(row.key, resolved.status().message());
-        row.set(settings, *resolved);
-    }
-
-    std::optional<io::InputSpec> hold_input(const std::string& key, const std::string& text) {
-        auto input = io::InputSpec::parse(text);
-        if (!input.ok()) {
-            fault(key, input.status().message());
-            return std::nullopt;
-        }
-        for (auto& [role, pattern] : input->patterns) {
-            auto resolved = resolve_pattern(pattern, roots_);
-            if (!resolved.ok()) {
-                outside(key, resolved.status().message());
-                return std::nullopt;
-            }
-            pattern = std::move(*resolved);
-        }
-        return std::move(*input);
-    }
-
     // A camera file may name pictures, and they are read with it.
     bool hold_camera() {
         if (job_.camera.empty()) return true;
         auto camera = load_camera(job_.camera);
         if (!camera.ok() || !camera->status().ok()) return true;  // said with the settings
-        bool good = hold_picture("camera", camera->camera);
+        bool good = body_.hold_picture("camera", camera->camera);
         for (auto& [number, frame] : camera->frames)
-            good = hold_picture("camera", frame.camera) && good;
+            good = body_.hold_picture("camera", frame.camera) && good;
         return good;
     }
 
     void read_settings() {
-        const size_t before = faults_.size();
+        const size_t before = body_.faults().size();
         request_.input = job_.input;
         for (const Parameter& row : reader_.table_.rows())
             if (path_kind(row) == PathKind::file || path_kind(row) == PathKind::profile)
-                hold_file(row, &job_);
-        hold_rows(experiment::ab_parameters(), &request_.ab);
-        hold_rows(experiment::bench_parameters(), &request_.bench);
-        if (!hold_camera() || faults_.size() > before) return;
+                body_.hold_file(row, &job_);
+        body_.hold_rows(experiment::ab_parameters(), &request_.ab);
+        body_.hold_rows(experiment::bench_parameters(), &request_.bench);
+        if (!hold_camera() || body_.faults().size() > before) return;
         std::optional<io::InputSpec> input;
-        if (!job_.input.empty()) input = hold_input("input", job_.input);
+        if (!job_.input.empty()) input = body_.hold_input("input", job_.input);
         for (const Parameter& row : reader_.table_.rows())
             if (path_kind(row) != PathKind::input && path_kind(row) != PathKind::output &&
                 row.type == ParameterType::text)
                 if (Status status = status_of_row(row); !status.ok())
-                    fault(row.key, without_option(row.key, status.message()));
+                    body_.fault(row.key, without_option(row.key, status.message()));
         std::optional<io::PathPattern> output = hold_output();
         hold_truth(request_.ab);
         hold_truth(request_.bench);
-        if (has_errors(faults_) || !input) return;
+        if (has_errors(body_.faults()) || !input) return;
         Diagnostics notes;
         auto settings = sequence::run_settings_of(job_, reader_.registry_, notes);
-        if (!settings.ok()) return fault(body_.text.find('{'), "", settings.status().message());
+        if (!settings.ok()) return body_.fault(body_.start(), "", settings.status().message());
         settings->input = std::move(*input);
         if (output) settings->output = std::move(*output);
         settings->version = reader_.version_;
@@ -470,21 +340,16 @@ class RequestParser {
         request_.bench.chain_name = request_.chain.name;
     }
 
-    void hold_rows(const ParameterTable& table, ParameterRef settings) {
-        for (const Parameter& row : table.rows())
-            if (path_kind(row) == PathKind::file) hold_file(row, settings);
-    }
-
     std::optional<io::PathPattern> hold_output() {
         if (job_.output.empty()) return std::nullopt;
         auto output = io::PathPattern::parse(job_.output);
         if (!output.ok()) {
-            fault("output", output.status().message());
+            body_.fault("output", output.status().message());
             return std::nullopt;
         }
         auto resolved = resolve_pattern(*output, roots_);
         if (!resolved.ok()) {
-            outside("output", resolved.status().message());
+            body_.outside("output", resolved.status().message());
             return std::nullopt;
         }
         return std::move(*resolved);
@@ -492,9 +357,10 @@ class RequestParser {
 
     void hold_truth(experiment::ExperimentSettings& settings) {
         if (settings.truth.empty()) return;
-        auto truth = hold_input("truth", settings.truth);
+        auto truth = body_.hold_input("truth", settings.truth);
         if (!truth) return;
-        if (truth->separate_files()) return fault("truth", "give one pattern, for color only");
+        if (truth->separate_files())
+            return body_.fault("truth", "give one pattern, for color only");
         settings.truth_is = settings.truth;
         settings.truth = truth->color().text();
     }
@@ -518,32 +384,29 @@ class RequestParser {
         const auto limits = [&](const char* key, const std::vector<std::string>& texts) {
             auto found = experiment::limits_of(sequence::option_name(key), texts, kind, with_truth);
             if (found.ok()) return std::move(*found);
-            fault(key, without_option(key, found.status().message()));
+            body_.fault(key, without_option(key, found.status().message()));
             return std::vector<report::MetricLimit>();
         };
-        request_.under = limits("under", list("under"));
-        request_.fail_above = limits("fail_above", list("fail_above"));
+        request_.under = limits("under", body_.list("under"));
+        request_.fail_above = limits("fail_above", body_.list("fail_above"));
     }
 
     void read_preview() {
-        integer("frame", -io::kMaxFrameNumber, io::kMaxFrameNumber, request_.frame);
-        if (!body_.find("frame")) fault(body_.text.find('{'), "frame", "is missing");
+        body_.integer("frame", -io::kMaxFrameNumber, io::kMaxFrameNumber, request_.frame);
+        if (!body_.find("frame")) body_.fault(body_.start(), "frame", "is missing");
         const JsonMember* scale = body_.find("scale");
         if (!scale) return;
         if (!scale->value.is_number() || !(scale->value.get<double>() >= 0.05) ||
             !(scale->value.get<double>() <= 1))
-            return fault("scale", "is a number in 0.05..1");
+            return body_.fault("scale", "is a number in 0.05..1");
         request_.scale = scale->value.get<double>();
     }
 
     const JobReader& reader_;
     const Roots& roots_;
-    Diagnostics faults_;
-    const JsonBody body_;
+    RequestBody body_;
     RequestKind kind_ = RequestKind::run;
     std::vector<std::string> known_;
-    bool met_outside_ = false;
-    bool only_outside_ = true;
     sequence::JobSettings job_;
     JobRequest request_;
     ChainText text_b_;

@@ -85,7 +85,7 @@ std::optional<Token> token_at(std::string_view name, size_t at, bool& blank_padd
 
 }  // namespace
 
-Result<FrameRange> FrameRange::parse(std::string_view text) {
+Result<FrameRange> FrameRange::parse(std::string_view text, size_t max_frames) {
     if (text.find(':') != std::string_view::npos) {
         return usage_error(
             concat("frames '", text,
@@ -123,9 +123,9 @@ Result<FrameRange> FrameRange::parse(std::string_view text) {
                                       "' runs backwards; write the smaller number first"));
         }
         const int64_t count = (int64_t(*last) - *first) / *step + 1;
-        if (uint64_t(count) + range.frames.size() > kMaxFrames) {
+        if (uint64_t(count) + range.frames.size() > max_frames) {
             return usage_error(
-                concat("frames '", text, "': more than ", std::to_string(kMaxFrames), " frames"));
+                concat("frames '", text, "': more than ", std::to_string(max_frames), " frames"));
         }
         // The only item names no frame twice.
         const bool only = range.frames.empty() && comma == std::string_view::npos;

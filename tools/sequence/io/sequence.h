@@ -28,9 +28,9 @@ struct FrameRange {
     std::vector<int> frames;
 
     // Items separated by commas: N, A-B, A-BxSTEP; A, B and N may be negative, STEP >= 1.
-    // Errors (usage): a colon (it means two things), a descending range, more than kMaxFrames
+    // Errors (usage): a colon (it means two things), a descending range, more than max_frames
     // frames, anything else that is not a number.
-    static Result<FrameRange> parse(std::string_view text);
+    static Result<FrameRange> parse(std::string_view text, size_t max_frames = kMaxFrames);
 };
 
 // "3/8": the third of eight parts of a list of frames. The parts are runs of neighboring frames,

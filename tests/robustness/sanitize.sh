@@ -29,7 +29,7 @@ export LD_LIBRARY_PATH=$build/modules${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}
 cmake --preset "$preset" -DBUILD_TESTING=ON >/dev/null
 if (($# == 0)); then
     cmake --build --preset "$preset" -j "$jobs"
-    ctest --preset "$preset" --no-tests=error
+    ctest --preset "$preset" --no-tests=error -j "$jobs"
     exit
 fi
 cmake --build --preset "$preset" -j "$jobs" --target "$@"

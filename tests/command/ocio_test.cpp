@@ -220,7 +220,20 @@ TEST_F(OcioTest, AnOutputIsMadeAgainWhenTheConfigurationHasChanged) {
     };
     EXPECT_TRUE(contains(again(), "1 written"));
     EXPECT_TRUE(contains(again(), "1 skipped"));
-    write_text(config(), std::string(kConfig) + "# another\n");
+    // With a table, and with another one of the same name.
+    const auto table = [](const char* last) {
+        return std::string("Version 1\nFrom 0 1\nLength 2\nComponents 1\n{\n0\n") + last + "\n}\n";
+    };
+    std::string tabled = kConfig;
+    const std::string matrix =
+        "!<MatrixTransform> {matrix: [0.5, 0, 0, 0, 0, 0.5, 0, 0, 0, 0, 0.5, "
+        "0, 0, 0, 0, 1]}";
+    tabled.replace(tabled.find(matrix), matrix.size(), "!<FileTransform> {src: half.spi1d}");
+    write_text(config(), tabled);
+    write_text(at("half.spi1d"), table("0.5"));
+    EXPECT_TRUE(contains(again(), "1 written"));
+    EXPECT_TRUE(contains(again(), "1 skipped"));
+    write_text(at("half.spi1d"), table("0.25"));
     EXPECT_TRUE(contains(again(), "1 written"));
 }
 

@@ -293,6 +293,40 @@ TEST_F(RequestTest, OcioIsReadWithWhatUsesIt) {
     EXPECT_EQ(refused(body.dump()).kind, Problem::Kind::forbidden);
 }
 
+TEST_F(RequestTest, TablesOfAConfigurationOfColorAreHeldUnderTheRoots) {
+    json body = whole_;
+    body.update({{"output", "out/o.####.png"}, {"ocio", "look.ocio"}, {"output_transfer", "view"}});
+    const auto with = [&](const std::string& search, const std::string& table) {
+        write("root/look.ocio",
+              "ocio_profile_version: 1\nsearch_path: '" + search +
+                  "'\nroles: {scene_linear: lin}\n"
+                  "displays: {screen: [!<View> {name: Film, colorspace: film}]}\n"
+                  "colorspaces:\n  - !<ColorSpace>\n    name: lin\n  - !<ColorSpace>\n"
+                  "    name: film\n    from_reference: !<FileTransform> {src: '" +
+                  table + "'}\n");
+        return body.dump();
+    };
+    for (const auto& [search, table] :
+         {std::pair{"", "a.spi1d"}, {"luts", "more/a.spi1d"}, {".:luts", "../root/a.spi1d"}}) {
+        const std::string text = with(search, table);
+        EXPECT_EQ(taken(json::parse(text)).run.picture.transfer.has_value(), true) << table;
+    }
+    std::filesystem::create_symlink("/etc/passwd", base_ + "/root/link.spi1d");
+    for (const auto& [search, table] : {std::pair{"", "/etc/passwd"},
+                                        {"", "../outside.spi1d"},
+                                        {"/etc", "passwd"},
+                                        {"..", "outside.spi1d"},
+                                        {"", "/etc/none.spi1d"},
+                                        {"", "link.spi1d"}}) {
+        const Problem problem = refused(with(search, table));
+        EXPECT_EQ(problem.kind, Problem::Kind::forbidden) << search << " " << table;
+        ASSERT_EQ(problem.diagnostics.size(), 1u) << search << " " << table;
+        EXPECT_EQ(problem.diagnostics[0].path, "ocio");
+        EXPECT_EQ(problem.diagnostics[0].message,
+                  "names a table that is outside the folders of this service");
+    }
+}
+
 // A row that is added to a table and names files must not pass by the roots.
 TEST_F(RequestTest, EveryTextOfTheTablesIsKnownToNameFilesOrNot) {
     const std::set<std::string> no_files = {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "chain/aperture_image.h"
+#include "tools/sequence/io/ocio_config.h"
 #include "tools/sequence/io/picture_codec.h"
 #include "tools/sequence/io/picture_ocio.h"
 
@@ -123,6 +124,6 @@ const postchain::io::PictureCalls* postchain_picture_calls() {
     static const PictureCalls calls = {
         POSTCHAIN_VERSION, OIIO_VERSION_STRING, encode_png,          magma_of,
         read_gray,         describe_picture,    read_stored_picture, encode_picture,
-        from_ocio_space,   to_ocio_space,       to_ocio_view};
+        from_ocio_space,   to_ocio_space,       to_ocio_view,        ocio_files};
     return &calls;
 }

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "chain/image.h"
 #include "chain/status.h"
@@ -63,6 +64,10 @@ struct PictureCalls {
     Status (*from_space)(ImageF& color, const OcioSpace& space);
     Status (*to_space)(ImageF& color, const OcioSpace& space);
     Status (*to_view)(ImageF& color, const DisplayView& view);
+    // The configuration's file, then each that its transforms name, in every folder of its search
+    // path, whether there or not; absolute. What those files name themselves is not among them.
+    // Errors (input): no such file, none that OpenColorIO can read.
+    Result<std::vector<std::string>> (*ocio_files)(const std::string& config);
 };
 
 }  // namespace postchain::io

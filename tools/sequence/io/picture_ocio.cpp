@@ -1,12 +1,8 @@
 #include "tools/sequence/io/picture_ocio.h"
 
-#include <OpenImageIO/color.h>
-
 #include <algorithm>
-#include <filesystem>
-#include <map>
-#include <memory>
-#include <mutex>
+
+#include "tools/sequence/io/ocio_config.h"
 
 namespace postchain::io {
 namespace {
@@ -55,29 +51,6 @@ Result<std::string> working_space(const OIIO::ColorConfig& config, const std::st
                          listed(config.getColorSpaceNames())));
 }
 
-// One for each file; reading one takes long.
-Result<OIIO::ColorConfig*> config_of(const std::string& path) {
-    static std::mutex mutex;
-    static std::map<std::string, std::unique_ptr<OIIO::ColorConfig>> configs;
-    const std::lock_guard lock(mutex);
-    std::unique_ptr<OIIO::ColorConfig>& config = configs[path];
-    if (!config) {
-        std::error_code error;
-        if (!std::filesystem::is_regular_file(path, error))
-            return Status(StatusCode::input, path + ": no OpenColorIO configuration: no such file");
-        auto made = std::make_unique<OIIO::ColorConfig>(path);
-        if (made->has_error() || made->getNumDisplays() == 0) {
-            std::string why = made->geterror();
-            std::replace(why.begin(), why.end(), '\n', ' ');
-            return Status(StatusCode::input,
-                          concat(path, ": no OpenColorIO configuration that can be used: ",
-                                 why.empty() ? "it has no display" : why));
-        }
-        config = std::move(made);
-    }
-    return config.get();
-}
-
 Status apply(const OIIO::ColorProcessorHandle& processor, const std::string& what,
              OIIO::ColorConfig& config, ImageF& color) {
     if (!processor)
@@ -89,7 +62,7 @@ Status apply(const OIIO::ColorProcessorHandle& processor, const std::string& wha
 }
 
 Status convert_space(ImageF& color, const OcioSpace& space, const char* option, bool to_working) {
-    const auto config = config_of(space.config);
+    const auto config = ocio_config(space.config);
     if (!config.ok()) return config.status();
     OIIO::ColorConfig& c = **config;
     const auto working = working_space(c, space.config, space.working);
@@ -113,7 +86,7 @@ Status to_ocio_space(ImageF& color, const OcioSpace& space) {
 }
 
 Status to_ocio_view(ImageF& color, const DisplayView& view) {
-    const auto config = config_of(view.config);
+    const auto config = ocio_config(view.config);
     if (!config.ok()) return config.status();
     OIIO::ColorConfig& c = **config;
     const auto display =

@@ -4,6 +4,7 @@
 #include <fstream>
 
 #include "tools/sequence/io/json.h"
+#include "tools/sequence/io/picture_module.h"
 #include "tools/sequence/io/preview.h"
 #include "tools/sequence/run/sidecar.h"
 
@@ -21,6 +22,20 @@ bool whole(io::ExrFile& file) {
 }
 
 // What the canonical planes of one frame follow from, besides SourceSettings.
+// A configuration of OpenColorIO and the tables that it names, as they are now.
+std::string text_of_config(const std::string& config) {
+    std::vector<std::string> files = {config};
+    const auto module = io::picture_module(StatusCode::input);
+    if (module.ok())
+        if (auto named = (*module)->ocio_files(config); named.ok()) files = std::move(*named);
+    std::string text;
+    for (const std::string& path : files) {
+        const auto file = io::FileStamp::of(path);
+        text += concat("configuration ", file.bytes, " ", file.time, "\n");
+    }
+    return text;
+}
+
 std::string text_of(const OpenedFrame& frame) {
     const FrameHeader& header = frame.header;
     std::string text = header.camera.text() + "\n";
@@ -105,10 +120,8 @@ std::string fingerprint_of(const Chain& chain, const RunSettings& settings,
         text += concat("output ", io::description_of(*settings.picture.transfer), "\n");
     for (const auto* used : {transfer ? &*transfer : nullptr,
                              settings.picture.transfer ? &*settings.picture.transfer : nullptr})
-        if (const std::string config = used ? io::config_of(*used) : ""; !config.empty()) {
-            const auto file = io::FileStamp::of(config);
-            text += concat("configuration ", file.bytes, " ", file.time, "\n");
-        }
+        if (const std::string config = used ? io::config_of(*used) : ""; !config.empty())
+            text += text_of_config(config);
     if (settings.picture.bits != 0) text += concat("bits ", settings.picture.bits, "\n");
     for (const std::string& channel : exr.channels) text += concat("channel ", channel, "\n");
     // Of the rules that are on by default only this one changes pixels.

@@ -1,6 +1,7 @@
 #include "tools/service/work/request_body.h"
 
 #include "tools/sequence/io/parameter_json.h"
+#include "tools/sequence/io/picture_module.h"
 #include "tools/service/work/held_paths.h"
 
 namespace postchain::service {
@@ -113,6 +114,17 @@ void RequestBody::hold_file(const Parameter& row, ParameterRef settings) {
     auto resolved = roots_.resolve(*text);
     if (!resolved.ok()) return outside(row.key, resolved.status().message());
     row.set(settings, *resolved);
+    if (row.key == "ocio") hold_tables(row.key, *resolved);
+}
+
+void RequestBody::hold_tables(const std::string& key, const std::string& config) {
+    const auto module = io::picture_module(StatusCode::input);
+    if (!module.ok()) return fault(key, module.status().message());
+    const auto files = (*module)->ocio_files(config);
+    if (!files.ok()) return;  // said by what uses it
+    for (const std::string& file : *files)
+        if (!roots_.resolve(file).ok())
+            return outside(key, "names a table that is outside the folders of this service");
 }
 
 std::optional<io::InputSpec> RequestBody::hold_input(const std::string& key,

@@ -51,6 +51,8 @@ class RequestBody {
 
   private:
     void read_row(const Parameter& row, const ParameterTable& table, ParameterRef settings);
+    // The tables that a configuration of OpenColorIO names are under the roots too.
+    void hold_tables(const std::string& key, const std::string& config);
 
     const Roots& roots_;
     Diagnostics faults_;

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "tests/command/pictures.h"
+#include "tests/io/exr_files.h"
 
 namespace postchain::test {
 namespace {
@@ -131,6 +132,15 @@ TEST_F(PictureMetadataTest, PagesThatAreLeftOutAreNoted) {
     write_noise("one.tif", {});
     ASSERT_EQ(through("one.tif", "o.tif").code, 0);
     EXPECT_FALSE(contains(notes_of("o.tif"), "pages")) << notes_of("o.tif");
+}
+
+TEST_F(PictureMetadataTest, ChannelsOfEveryPartThatAreLeftOutAreCounted) {
+    write_file(at("in.exr"),
+               {{.name = "beauty", .channels = {{"R"}, {"G"}, {"B"}, {"key.R"}}},
+                {.name = "data", .channels = {{"Z", Imf::FLOAT}, {"id", Imf::UINT}}}});
+    const auto outcome = through("in.exr", "o.tif");
+    ASSERT_EQ(outcome.code, 0) << outcome.text();
+    EXPECT_TRUE(contains(notes_of("o.tif"), "3 channels besides color")) << notes_of("o.tif");
 }
 
 // Where 4.5 v meets a v^0.45 - (a - 1) with one slope: a = 10 v^0.55, and so 5.5 v - 10 v^0.55 + 1

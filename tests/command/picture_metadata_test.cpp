@@ -143,6 +143,29 @@ TEST_F(PictureMetadataTest, ChannelsOfEveryPartThatAreLeftOutAreCounted) {
     EXPECT_TRUE(contains(notes_of("o.tif"), "3 channels besides color")) << notes_of("o.tif");
 }
 
+TEST_F(PictureMetadataTest, WhatAFileDoesNotSayOfItsCurveIsNoted) {
+    write_exr("in.exr", {{0.5f, 0.25f, 0.125f, 1}, {0.01f, 0.9f, 0.3f, 1}});
+    int noted = 0;
+    for (const char* name : {"o.png", "o.tif", "o.dpx", "o.jpg", "o.hdr"})
+        for (const char* curve : {"linear", "srgb", "rec709", "gamma22", "cineon"}) {
+            Arguments more = {"--output-transfer", curve};
+            if (std::string(name) == "o.tif") more.insert(more.end(), {"--bits", "16"});
+            const auto outcome = through("in.exr", name, more);
+            ASSERT_EQ(outcome.code, 0) << outcome.text();
+            // Read back without a word it is the same light, or there was a note.
+            const std::string out = at(std::string("out/") + name), back = at("out/back.exr");
+            ASSERT_EQ(
+                run({"run", at("none.yaml"), "-i", out, "-o", back, "--on-existing", "overwrite"})
+                    .code,
+                0);
+            const bool same = std::abs(read_color(back).data[0] - 0.5f) < 0.02f;
+            const bool says = contains(outcome.text(), "does not say that its values are");
+            EXPECT_NE(same, says) << name << " " << curve;
+            noted += says;
+        }
+    EXPECT_EQ(noted, 4 + 4 + 4 + 1);
+}
+
 // Where 4.5 v meets a v^0.45 - (a - 1) with one slope: a = 10 v^0.55, and so 5.5 v - 10 v^0.55 + 1
 // = 0.
 TEST_F(PictureMetadataTest, EveryCodeOf16BitsComesBackThroughEveryCurve) {

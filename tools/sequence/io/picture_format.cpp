@@ -13,13 +13,28 @@ bool PictureFormat::can_have(int bits_of_value) const {
     return std::find(bits.begin(), bits.end(), bits_of_value) != bits.end();
 }
 
+bool PictureFormat::tells(Curve curve, int bits_of_value) const {
+    return curve == (is_float(bits_of_value) ? Curve::linear : Curve::srgb) ||
+           std::find(stated.begin(), stated.end(), curve) != stated.end();
+}
+
 const std::vector<PictureFormat>& picture_formats() {
     static const std::vector<PictureFormat> formats = {
-        {"png", {".png"}, {16, 8}, true, false},
-        {"tiff", {".tif", ".tiff"}, {32, 16, 8}, true, false},
-        {"dpx", {".dpx"}, {10, 8, 12, 16}, true, false},
-        {"jpeg", {".jpg", ".jpeg"}, {8}, false, true},
-        {"hdr", {".hdr"}, {32}, false, true},
+        {"png",
+         {".png"},
+         {16, 8},
+         true,
+         false,
+         {Curve::linear, Curve::rec709, Curve::gamma22, Curve::cineon}},
+        {"tiff", {".tif", ".tiff"}, {32, 16, 8}, true, false, {}},
+        {"dpx",
+         {".dpx"},
+         {10, 8, 12, 16},
+         true,
+         false,
+         {Curve::linear, Curve::rec709, Curve::cineon}},
+        {"jpeg", {".jpg", ".jpeg"}, {8}, false, true, {}},
+        {"hdr", {".hdr"}, {32}, false, true, {}},
     };
     return formats;
 }

@@ -15,11 +15,16 @@ struct PictureFormat {
     std::vector<int> bits;  // of a value; the first where the input has another format
     bool alpha;
     bool lossy;
+    std::vector<Curve>
+        stated;  // curves that its files can say, besides what is taken without a word
 
     // 32: float, which holds any value. HDR's has no sign.
     static bool is_float(int bits) { return bits == 32; }
     bool has_sign() const;
     bool can_have(int bits_of_value) const;
+    // Values of this curve are read back as such: the file says so, or says nothing and it is the
+    // curve that is taken then (integers srgb, float linear).
+    bool tells(Curve curve, int bits_of_value) const;
 };
 
 const std::vector<PictureFormat>& picture_formats();

@@ -145,6 +145,11 @@ Result<PictureEncoding> picture_encoding(const std::string& path, const ExrFile&
         encoding.color_space = color_space_of(*curve);
     else if (input && input->transfer() == encoding.transfer)
         encoding.color_space = input->info().color_space;
+    if (const auto* curve = std::get_if<Curve>(&encoding.transfer);
+        curve && !format.tells(*curve, encoding.bits))
+        encoding.notes.push_back(concat("a ", format.name, " does not say that its values are ",
+                                        name_of(*curve), "; read it with --input-transfer ",
+                                        name_of(*curve)));
     if (!input) return encoding;
     const auto& stated = input->info().attributes;
     if (input->transfer() != encoding.transfer) {

@@ -34,6 +34,7 @@ TEST(ExrWriter, ColorBeyondHalfIsRefusedOrClampedNeverInf) {
     ASSERT_FALSE(refused.ok());
     EXPECT_EQ(refused.status().code(), StatusCode::output);
     EXPECT_THAT(refused.status().message(), HasSubstr("2 pixels"));
+    EXPECT_THAT(refused.status().message(), HasSubstr("or render color as float"));
     EXPECT_THAT(folder.names(), ElementsAre("in.exr"));
 
     color.at(4, 4, 0) = std::numeric_limits<float>::infinity();

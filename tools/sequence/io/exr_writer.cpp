@@ -179,6 +179,7 @@ EncodeCounts RewrittenPart::replace(const PartPixels& kept, const Window& window
     fresh.part = under.part;
     fresh.window = under.window;
     std::vector<EncodeTarget> targets;
+    bool narrowed = false;
     images.reserve(layers.size());
     for (const FilteredLayer* layer : layers) {
         if (window != frame.window) images.push_back(placed(*layer->image, frame.window, window));
@@ -188,15 +189,18 @@ EncodeCounts RewrittenPart::replace(const PartPixels& kept, const Window& window
             const PartPixels::Plane* old = under.find(layer->channels[i]);
             PartPixels::Plane& plane = fresh.planes.emplace_back();
             plane.channel = old->channel;
-            if (exr.half && !layer->ids && plane.channel.type == PixelType::float32)
+            if (exr.half && !layer->ids && plane.channel.type == PixelType::float32) {
                 plane.channel.type = PixelType::half;
+                narrowed = true;
+            }
             plane.width = old->width;
             plane.height = old->height;
             plane.bytes = std::make_unique_for_overwrite<std::byte[]>(plane.total_bytes());
             targets.push_back({&image, int(i), plane.channel.type, plane.bytes.get(), !layer->ids});
         }
     }
-    const EncodeCounts counts = encode_channels(targets);
+    EncodeCounts counts = encode_channels(targets);
+    counts.narrowed = narrowed;
     planes.window = fresh.window;
     for (const PartPixels* pixels : {&std::as_const(fresh), &under})
         for (const PartPixels::Plane& plane : pixels->planes)
@@ -284,6 +288,7 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
         counts.overflow_pixels += found.overflow_pixels;
         counts.nonfinite_pixels += found.nonfinite_pixels;
         counts.refused_pixels += found.refused_pixels;
+        counts.narrowed = counts.narrowed || found.narrowed;
         WriteOptions of_header = options;
         if (part != color_part) {
             of_header.attributes.clear();

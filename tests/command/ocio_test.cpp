@@ -343,7 +343,8 @@ TEST_F(OcioTest, AConfigurationThatCannotBeUsedIsAnErrorThatSaysWhatThereIs) {
         {{"--input-transfer", "ocio:halved", "--ocio", at("config.ocio")}, 2, "leave it out"},
         {{"--input-transfer", "view", "--ocio", at("config.ocio")}, 2, "no way back"},
         {{"--input-transfer", "halved", "--ocio", at("config.ocio")}, 2, "ocio:SPACE"},
-        {{"--png", "--ocio-view", "Film"}, 2, "which configuration?"},
+        {{"--png", "--ocio-view", "Film"}, 2, "--ocio-view: which configuration?"},
+        {{"--png", "--ocio-display", "tv"}, 2, "--ocio-display: which configuration?"},
     };
     for (const auto& [more, code, why] : cases) {
         Arguments arguments = {"run", at("none.yaml"), "-i", at("in.exr"), "-o", at("out/o.exr")};

@@ -237,6 +237,46 @@ TEST_F(OcioTest, AnOutputIsMadeAgainWhenTheConfigurationHasChanged) {
     EXPECT_TRUE(contains(again(), "1 written"));
 }
 
+TEST_F(OcioTest, APreviewIsMadeAgainWhenWhatItShowsHasChanged) {
+    write_text(at("config.ocio"), kConfig);
+    write_exr("in.exr", {{0.5f, 0.25f, 0.125f, 1}});
+    const auto again = [&](const Arguments& more) {
+        Arguments arguments = {"run",           at("none.yaml"), "-i",  at("in.exr"), "-o",
+                               at("out/o.exr"), "--on-existing", "skip"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const auto outcome = run(arguments, {.environment = {{"OCIO", std::nullopt}}});
+        EXPECT_EQ(outcome.code, 0) << outcome.text();
+        return contains(outcome.err, "1 written") ? "written" : "skipped";
+    };
+    const auto red = [&] {
+        return int(std::lround(read_picture(at("out/o.png")).values.front() * 255));
+    };
+    const std::string config = at("config.ocio");
+    const Arguments wall = {"--png", "--ocio", config, "--ocio-display", "wall"};
+    const Arguments halved = {"--png", "--ocio", config, "--ocio-view", "Halved"};
+    EXPECT_STREQ(again({"--png"}), "written");
+    EXPECT_STREQ(again({"--png"}), "skipped");
+    EXPECT_EQ(red(), 155);
+    EXPECT_STREQ(again(wall), "written");
+    EXPECT_STREQ(again(wall), "skipped");
+    EXPECT_EQ(red(), 255);
+    EXPECT_STREQ(again(halved), "written");
+    EXPECT_EQ(red(), 64);
+    // Of another configuration of the same name.
+    std::string doubled = kConfig;
+    const std::string matrix = "matrix: [0.5, 0, 0, 0, 0, 0.5, 0, 0, 0, 0, 0.5";
+    doubled.replace(doubled.find(matrix), matrix.size(),
+                    "matrix: [1.5, 0, 0, 0, 0, 1.5, 0, 0, 0, 0, 1.5");
+    write_text(config, doubled);
+    EXPECT_STREQ(again(halved), "written");
+    EXPECT_STREQ(again(halved), "skipped");
+    EXPECT_EQ(red(), 191);
+    // A run that asks for no preview compares none.
+    EXPECT_STREQ(again({}), "skipped");
+    EXPECT_STREQ(again({"--png"}), "written");
+    EXPECT_EQ(red(), 155);
+}
+
 TEST_F(OcioTest, ThePlanAndTheInspectionReadTheColorSpaceToo) {
     const Kind kind{"c.png", kByte, 8, 3, true};
     write_picture(at("c.png"), kind, noise_of(kind));
@@ -303,7 +343,8 @@ TEST_F(OcioTest, AConfigurationThatCannotBeUsedIsAnErrorThatSaysWhatThereIs) {
         {{"--input-transfer", "ocio:halved", "--ocio", at("config.ocio")}, 2, "leave it out"},
         {{"--input-transfer", "view", "--ocio", at("config.ocio")}, 2, "no way back"},
         {{"--input-transfer", "halved", "--ocio", at("config.ocio")}, 2, "ocio:SPACE"},
-        {{"--png", "--ocio-view", "Film"}, 2, "which configuration?"},
+        {{"--png", "--ocio-view", "Film"}, 2, "--ocio-view: which configuration?"},
+        {{"--png", "--ocio-display", "tv"}, 2, "--ocio-display: which configuration?"},
     };
     for (const auto& [more, code, why] : cases) {
         Arguments arguments = {"run", at("none.yaml"), "-i", at("in.exr"), "-o", at("out/o.exr")};

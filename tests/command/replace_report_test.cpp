@@ -64,7 +64,31 @@ TEST_F(ReplaceReportTest, AReportIsReplacedOnlyWhenAsked) {
     expect_refused(bench({"--on-existing", "fail"}), 5);
 }
 
-// Also one that a report does not hold: what is in its folder is removed with it.
+// Files of its own that somebody keeps beside those of the report stay.
+TEST_F(ReplaceReportTest, OnlyFilesOfTheReportAreRemoved) {
+    const std::string own[] = {"notes.txt",         "images/grade.txt", "images/plate.0001.exr",
+                               "results/table.csv", "truth/from.txt",   "results/mine.json"};
+    ASSERT_EQ(run(ab()).code, 0);
+    ASSERT_TRUE(exists(to("r/images/input.0001.exr")));
+    fs::create_directories(to("r/results"));
+    fs::create_directories(to("r/truth"));
+    for (const std::string& file : own) write_text(to("r/" + file), kStranger);
+    write_text(to("r/results/old.0001.json"), kStranger);
+    write_text(to("r/images/input.0001.exr"), kStranger);
+    ASSERT_EQ(run(ab("r", {"--on-existing", "overwrite"})).code, 0);
+    for (const std::string& file : own)
+        EXPECT_EQ(exists(to("r/" + file)) ? read_text(to("r/" + file)) : "", kStranger) << file;
+    EXPECT_FALSE(exists(to("r/results/old.0001.json")));
+    EXPECT_FALSE(read_text(to("r/images/input.0001.exr")) == kStranger);
+    // Without a list the form of the names decides.
+    write_text(to("r/images/stale.0007.exr"), kStranger);
+    fs::remove(to("r/report.json"));
+    ASSERT_EQ(run(ab("r", {"--on-existing", "overwrite"})).code, 0);
+    EXPECT_FALSE(exists(to("r/images/stale.0007.exr")));
+    EXPECT_TRUE(exists(to("r/images/grade.txt")));
+}
+
+// Also one that a report does not hold: it could have any name that a report makes.
 TEST_F(ReplaceReportTest, NoInputLiesInTheFolder) {
     for (const char* file : {"report.json", "images/camera.json", "under_mse.yaml", "mine.json"})
         for (const Arguments& command : {ab(), bench()})

@@ -290,6 +290,19 @@ TEST_F(SequenceTest, SkipIsForCompleteOutputsOfTheSameWork) {
     EXPECT_EQ(skip("fxaa"), "written");
     EXPECT_EQ(skip("fxaa", {"--png"}), "written");  // the preview is not there yet
     EXPECT_EQ(skip("fxaa", {"--png"}), "skipped");
+    const std::string preview = fs::path(out(1)).replace_extension(".png");
+    const std::string shown = read_text(preview);
+    for (size_t keep : {size_t(0), size_t(100), shown.size() - 1}) {
+        write_text(preview, shown.substr(0, keep));
+        EXPECT_EQ(skip("fxaa", {"--png"}), "written") << keep << " bytes were left of the preview";
+        EXPECT_TRUE(read_text(preview) == shown);
+    }
+    // A preview of another chain, whose output was replaced since without one.
+    EXPECT_EQ(skip("motion_blur"), "written");
+    EXPECT_EQ(skip("motion_blur", {"--png"}), "written");
+    EXPECT_FALSE(read_text(preview) == shown);
+    EXPECT_EQ(skip("motion_blur", {"--png"}), "skipped");
+    EXPECT_EQ(skip("fxaa"), "written");
     write_text(out(1), "not a picture");
     EXPECT_EQ(skip("fxaa"), "written");
 }

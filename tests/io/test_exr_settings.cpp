@@ -171,6 +171,7 @@ TEST(ExrSettings, HalfMakesFloatColorHalfAndNothingElse) {
     const auto refused = write_filtered(folder.path("out.exr"), frame, color, options);
     ASSERT_FALSE(refused.ok());
     EXPECT_NE(refused.status().message().find("2 pixels"), std::string::npos);
+    EXPECT_NE(refused.status().message().find("or leave --half out"), std::string::npos);
     options.overflow = HalfOverflow::clamp;
     EXPECT_EQ(write_ok(folder.path("out.exr"), frame, color, options).overflow_pixels, 2u);
     file = ExrFile::open(folder.path("out.exr"));

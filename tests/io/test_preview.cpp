@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
+#include <iterator>
 #include <limits>
 
 #include "tests/io/exr_files.h"
@@ -47,6 +49,36 @@ TEST(Preview, OtherCurvesAndGray) {
     ImageF gray(2, 1, 1);
     gray.data = {0, 1};
     EXPECT_THAT(shown(gray, {.curve = ToneCurve::none}), ElementsAre(0, 255));
+}
+
+// The text is where OpenImageIO, an independent reader, finds it, and only a whole file has it.
+TEST(Preview, KeepsItsProvenance) {
+    const TempFolder folder;
+    const std::string path = folder.path("p.png");
+    const ImageF color(3, 2, 3);
+    ASSERT_TRUE(write_png_preview(path, color, {.provenance = "work 12 shown 34"}).ok());
+    EXPECT_EQ(preview_provenance(path), "work 12 shown 34");
+    const auto in = OIIO::ImageInput::open(path);
+    ASSERT_NE(in, nullptr) << OIIO::geterror();
+    EXPECT_EQ(in->spec().get_string_attribute("postchain"), "work 12 shown 34");
+    std::ifstream file(path, std::ios::binary);
+    const std::string whole(std::istreambuf_iterator<char>(file), {});
+    for (size_t keep = 0; keep < whole.size(); ++keep) {
+        std::ofstream(path, std::ios::binary) << whole.substr(0, keep);
+        EXPECT_EQ(preview_provenance(path), "") << keep;
+    }
+    for (size_t at = 0; at < whole.size(); ++at) {
+        std::string damaged = whole;
+        damaged[at] = char(damaged[at] ^ 4);
+        std::ofstream(path, std::ios::binary) << damaged;
+        EXPECT_EQ(preview_provenance(path), "") << at;
+    }
+    std::ofstream(path, std::ios::binary) << whole << "more";
+    EXPECT_EQ(preview_provenance(path), "");
+    EXPECT_EQ(preview_provenance(folder.path("none.png")), "");
+    const std::string plain = folder.path("plain.png");
+    ASSERT_TRUE(write_png_preview(plain, color).ok());
+    EXPECT_EQ(preview_provenance(plain), "");
 }
 
 TEST(Preview, UnwritablePathIsAnError) {

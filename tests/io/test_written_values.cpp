@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
+#include <iterator>
 #include <limits>
 
 #include "tests/io/exr_files.h"
@@ -32,6 +34,7 @@ TEST(ExrWriter, ColorBeyondHalfIsRefusedOrClampedNeverInf) {
     ASSERT_FALSE(refused.ok());
     EXPECT_EQ(refused.status().code(), StatusCode::output);
     EXPECT_THAT(refused.status().message(), HasSubstr("2 pixels"));
+    EXPECT_THAT(refused.status().message(), HasSubstr("or render color as float"));
     EXPECT_THAT(folder.names(), ElementsAre("in.exr"));
 
     color.at(4, 4, 0) = std::numeric_limits<float>::infinity();
@@ -136,6 +139,74 @@ TEST(ExrWriter, LossyCompressionOfColorAloneIsKept) {
     const Result<ImageF> back = ExrFile::open(out)->read_channels(0, kRgba);
     ASSERT_TRUE(back.ok());
     for (const float v : back->data) EXPECT_NEAR(v, 0.5f, 0.01f);
+}
+
+std::string bytes_of(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+// Packed again, a value of B44 or DWA changes a little each time.
+TEST(ExrWriter, LossyColorThatIsAsReadIsCopied) {
+    const TempFolder folder;
+    const std::string in = folder.path("in.exr");
+    const std::string out = folder.path("out.exr");
+    for (const auto compression : {Imf::PXR24_COMPRESSION, Imf::B44_COMPRESSION,
+                                   Imf::DWAA_COMPRESSION, Imf::DWAB_COMPRESSION})
+        for (const auto& [name, tile] : {std::pair{"", 0}, {"color", 0}, {"color", 16}}) {
+            const bool alone = std::string_view(name).empty();
+            FilePart part{.name = name,
+                          .channels = {{"R"}, {"G"}, {"B"}, {"A"}},
+                          .data = {{-3, 2}, {60, 65}},
+                          .compression = compression,
+                          .tile = tile};
+            part.special_values = false;
+            std::vector<FilePart> parts = {part};
+            if (!alone) parts.push_back({.name = "other", .channels = {{"Z"}}});
+            write_file(in, parts);
+            InputFrame frame = read_ok(in);
+            const auto before = ExrFile::open(in)->read_channels(0, kRgba);
+            ASSERT_TRUE(before.ok());
+            WriteOptions options{.on_existing = OnExisting::overwrite};
+            options.attributes["postchain"] = "a longer header";
+            EXPECT_THAT(write_ok(out, frame, *before, options).notes, IsEmpty());
+            EXPECT_EQ(ExrFile::open(out)->read_channels(0, kRgba)->data, before->data)
+                << compression << " " << tile;
+            // Behind header and table, chunk after chunk.
+            constexpr size_t kMostHeader = 2048;
+            const std::string stored = bytes_of(in);
+            ASSERT_GT(stored.size(), 2 * kMostHeader);
+            EXPECT_TRUE(bytes_of(out).ends_with(stored.substr(kMostHeader)))
+                << compression << " " << tile;
+            // One value that differs: all of the part is packed anew.
+            ImageF other = *before;
+            other.at(5, 6, 1) = 8;
+            EXPECT_THAT(write_ok(out, frame, other, options).notes, IsEmpty());
+            EXPECT_NEAR(ExrFile::open(out)->read_channels(0, kRgba)->at(5, 6, 1), other.at(5, 6, 1),
+                        0.2f);
+            // Where the chunks do not fit, that is said.
+            options.exr.channels = {"R", "G", "B"};
+            EXPECT_THAT(write_ok(out, frame, *before, options).notes,
+                        ElementsAre(HasSubstr("packed anew with")));
+            options.exr.channels.clear();
+            options.exr.compression = *ExrCompression::parse("dwaa:45");
+            EXPECT_THAT(write_ok(out, frame, *before, options).notes,
+                        ElementsAre(HasSubstr("packed anew with dwaa")));
+            options.exr.compression = *ExrCompression::parse("zip");
+            EXPECT_THAT(write_ok(out, frame, *before, options).notes, IsEmpty());
+            EXPECT_EQ(ExrFile::open(out)->read_channels(0, kRgba)->data, before->data);
+        }
+    // Tiles of a file of one part: said.
+    FilePart tiles{.channels = {{"R"}, {"G"}, {"B"}, {"A"}},
+                   .data = {{0, 0}, {63, 63}},
+                   .compression = Imf::DWAA_COMPRESSION,
+                   .tile = 16};
+    write_file(in, {tiles});
+    InputFrame frame = read_ok(in);
+    const auto before = ExrFile::open(in)->read_channels(0, kRgba);
+    ASSERT_TRUE(before.ok());
+    EXPECT_THAT(write_ok(out, frame, *before, {.on_existing = OnExisting::overwrite}).notes,
+                ElementsAre(HasSubstr("tiles of a file of one part")));
 }
 
 }  // namespace

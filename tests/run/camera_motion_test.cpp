@@ -83,10 +83,17 @@ TEST(CameraMotion, ForwardZoomRollAndPixelAspect) {
 
 TEST(CameraMotion, WhatComesToLieBehindTheCameraGetsNone) {
     Scene scene;
+    scene.planes.erase(Role::motion_back);
     EXPECT_EQ(set_camera_motion({view({0, 0, 0}), view({0, 0, 0}), view({0, 0, -5}), 1},
                                 scene.planes, scene.frame),
               0u);
     EXPECT_EQ(scene.at(Role::motion, 1, 1, 0), 0);
+    // Each side by itself: a meter nearer in each frame, from 5 meters to 4.
+    Scene both;
+    set_camera_motion({view({0, 0, 0}), view({0, 0, 1}), view({0, 0, -5}), 1}, both.planes,
+                      both.frame);
+    EXPECT_EQ(both.at(Role::motion, 1, 1, 0), 0);
+    EXPECT_NEAR(both.at(Role::motion_back, 1, 1, 0), from_middle_x(1) / 5, 1e-5);
 }
 
 io::CameraMetadata standing(double x) {
@@ -116,6 +123,36 @@ TEST(CameraMotion, NeedsAMatrixOfTheFrameAndOfOneBesideIt) {
         set_camera_motion(*found, scene.planes, scene.frame);
         for (Role role : {Role::motion, Role::motion_back})
             EXPECT_NEAR(scene.at(role, 8, 8, 0), -1.25 * kWidth * 0.1 / kDistance, 1e-4);
+    }
+}
+
+// Back by 9 units in a frame: what is 4 away shrinks to 4/13. Moved on evenly, the camera of the
+// frame before, which there is not, would have it behind it.
+TEST(CameraMotion, TheSideThatIsKnownCounts) {
+    const Display display = {kWidth, kHeight, 1};
+    const auto at_z = [](double z) {
+        io::CameraMetadata metadata;
+        metadata.pose = io::CameraPose{kStraight, {0, 0, z}, 1.25};
+        return metadata;
+    };
+    for (const bool first : {true, false}) {
+        const auto views =
+            sky_views(nullptr,
+                      [&](int frame) -> std::optional<io::CameraMetadata> {
+                          if (frame == 5) return at_z(0);
+                          return frame == (first ? 6 : 4) ? std::optional(at_z(9)) : std::nullopt;
+                      },
+                      5, display, {});
+        ASSERT_TRUE(views);
+        Scene scene;
+        EXPECT_EQ(set_camera_motion(*views, scene.planes, scene.frame), uint64_t(kWidth * kHeight));
+        const double shrinks = (first ? 1 : -1) * (4.0 / 13 - 1);
+        for (Role role : {Role::motion, Role::motion_back}) {
+            EXPECT_NEAR(scene.at(role, 30, 2, 0), from_middle_x(30) * shrinks, 1e-4) << first;
+            EXPECT_NEAR(scene.at(role, 30, 2, 1), from_middle_y(2) * shrinks, 1e-4) << first;
+        }
+        EXPECT_NEAR(scene.frame.bounds.max_speed_px,
+                    std::hypot(from_middle_x(0), from_middle_y(0)) * std::abs(shrinks), 1e-4);
     }
 }
 

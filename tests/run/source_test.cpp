@@ -193,6 +193,48 @@ TEST(Source, APlanThatFailsSaysWhatWasFound) {
         EXPECT_NE(plan.status().message().find(word), std::string::npos) << plan.status().message();
 }
 
+TEST(Source, AMatrixThatIsNotUsedIsNamedWithTheReason) {
+    TempFolder folder;
+    const auto said = [&](const std::string& matrix, bool motion, CameraMotion wanted) {
+        FrameFile file;
+        file.convention = "generic";
+        file.motion = motion;
+        if (!matrix.empty()) file.attributes["worldToCamera"] = matrix;
+        test::write_frame(folder.path("f.exr"), make_planes(24, 16), file);
+        SourceSettings settings;
+        settings.camera_motion = wanted;
+        const auto frame = source_of(folder.path("f.exr"), settings);
+        EXPECT_TRUE(frame.ok()) << frame.status().message();
+        std::string text;
+        for (const std::string& warning : frame->warnings) text += warning + "\n";
+        const auto chain = parse_chain(test::kMotionBlur, "chain.yaml", builtin_passes());
+        const auto plan = plan_source_frame(chain.chain, *frame, {});
+        EXPECT_EQ(plan.ok(), motion);
+        return text + plan.status().message();
+    };
+    const std::string one = "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1";
+    const std::pair<std::string, const char*> cases[] = {
+        {"1 0 0 0 0 1 0 0 0 0 0 0 0 0 0 1", "worldToCamera (singular)"},
+        {"nan 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1", "worldToCamera (not finite)"},
+        {"1 0 0 0 0.5 1 0 0 0 0 1 0 0 0 0 1", "worldToCamera (its axes are not at right angles)"},
+        {one, "worldToCamera (no focal length is known"},
+    };
+    const auto has = [](const std::string& text, const char* what) {
+        return text.find(what) != std::string::npos;
+    };
+    for (const auto& [matrix, why] : cases) {
+        for (const CameraMotion wanted : {CameraMotion::missing, CameraMotion::all}) {
+            const std::string text = said(matrix, false, wanted);
+            EXPECT_TRUE(has(text, why) && has(text, "looked for as motion.x")) << text;
+        }
+        const std::string text = said(matrix, true, CameraMotion::all);
+        EXPECT_TRUE(has(text, why) && has(text, "vectors are the file's own")) << text;
+        EXPECT_FALSE(has(said(matrix, true, CameraMotion::missing), "worldToCamera"));
+        EXPECT_FALSE(has(said(matrix, false, CameraMotion::none), "worldToCamera"));
+    }
+    EXPECT_FALSE(has(said("", false, CameraMotion::all), "matrix"));
+}
+
 // Straight alpha is multiplied on the way in and divided on the way out; alpha 0 stays as it is.
 TEST(Source, StraightAlphaComesBack) {
     ConvertOptions options;

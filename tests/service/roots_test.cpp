@@ -105,6 +105,14 @@ TEST_F(RootsTest, ShownFromTheFirstRoot) {
     EXPECT_EQ(roots_.shown(base_ + "/second/b"), base_ + "/second/b");
     EXPECT_EQ(roots_.shown_in("cannot read " + base_ + "/root/a: no (" + base_ + "/root/b)"),
               "cannot read a: no (b)");
+    // The root itself, and what only begins or ends like it.
+    const std::string root = base_ + "/root";
+    EXPECT_EQ(roots_.shown_in(root + ": is the folder of '" + root + "', in " + root),
+              ".: is the folder of '.', in .");
+    EXPECT_EQ(roots_.shown_in(root + "/: no (" + root + "/)"), ".: no (.)");
+    EXPECT_EQ(roots_.shown_in(root + "/(a)/b, " + root + "/.b.tmp"), "(a)/b, .b.tmp");
+    for (const std::string& other : {root + "2: no", root + "-b/a", "/mnt" + root + "/a"})
+        EXPECT_EQ(roots_.shown_in(other), other);
 }
 
 TEST_F(RootsTest, FoldersThatAreNone) {

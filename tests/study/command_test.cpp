@@ -170,7 +170,12 @@ TEST_F(StudyCommand, ResultsOfAnotherStudyAreRefused) {
     write_sequence(at("b"), {1}, 40, 30);
     refused("in.0001.exr");
     // A later call says what may be done about it.
+    for (const char* file : {"units/mine.json", "units/notes.txt", "scenes/notes.txt"})
+        write_text(at(std::string("study/") + file), "mine");
     EXPECT_EQ(run(study("study", {"--on-existing", "overwrite"})).code, 1);
+    // That removes results and reports alone.
+    for (const char* file : {"units/mine.json", "units/notes.txt", "scenes/notes.txt"})
+        EXPECT_TRUE(exists(at(std::string("study/") + file))) << file;
 }
 
 TEST_F(StudyCommand, AFolderOfOthersIsNotTouched) {

@@ -1,9 +1,15 @@
 #include "tools/measure/experiment/report_folder.h"
 
 #include <filesystem>
+#include <fstream>
+#include <optional>
+#include <set>
+#include <string_view>
 
 #include "tools/measure/experiment/choose.h"
 #include "tools/measure/experiment/experiment.h"
+#include "tools/measure/report/images.h"
+#include "tools/sequence/io/json.h"
 #include "tools/sequence/run/run_files.h"
 
 namespace postchain::experiment {
@@ -37,22 +43,92 @@ Result<io::OutputFiles> files_of(const ExperimentSettings& settings) {
     return files;
 }
 
-Status remove_report(const std::string& folder) {
-    std::vector<std::string> names = {"images",      "results",    "truth",    "index.html",
-                                      "report.json", "report.csv", "report.md"};
-    for (const auto& column : metric_columns(report::Kind::bench, true))
-        names.push_back(under_file(column.name));
-    for (const auto& name : names) {
-        std::error_code error;
-        fs::remove_all(folder + "/" + name, error);
-        if (error)
-            return Status(StatusCode::output,
-                          concat(folder, "/", name, ": cannot be removed: ", error.message()));
-    }
-    return Status();
+bool is_number(std::string_view text) {
+    text.remove_prefix(text.starts_with('-'));
+    return !text.empty() && text.find_first_not_of("0123456789") == text.npos;
+}
+
+// What stands between the last dot and `extension`: "0001" of "input.0001.exr".
+std::string_view counted(std::string_view name, std::string_view extension) {
+    if (!name.ends_with(extension)) return {};
+    name.remove_suffix(extension.size());
+    const size_t dot = name.rfind('.');
+    return dot == name.npos || dot == 0 ? std::string_view() : name.substr(dot + 1);
+}
+
+bool is_frame_file(std::string_view name) {
+    const std::string_view number = counted(name, ".exr");
+    return number.size() >= 4 && is_number(number);
+}
+
+bool is_result_file(std::string_view name) {
+    const std::string_view what = counted(name, ".json");
+    return what == "time" || is_number(what);
+}
+
+// The pictures that report.json lists; nothing where there is no such list.
+std::optional<std::set<std::string>> listed_pictures(const std::string& folder) {
+    std::ifstream file(folder + "/report.json");
+    const auto json = io::Json::parse(file, nullptr, false);
+    if (!json.is_object() || !json.contains("images") || !json["images"].is_array())
+        return std::nullopt;
+    std::set<std::string> listed;
+    for (const auto& image : json["images"])
+        if (image.is_object() && image.contains("path") && image["path"].is_string())
+            listed.insert(image["path"].get<std::string>());
+    return listed;
 }
 
 }  // namespace
+
+Status remove_files(const std::string& folder,
+                    const std::function<bool(const std::string& name)>& made) {
+    std::error_code error;
+    if (fs::is_symlink(folder, error) || !fs::is_directory(folder, error)) return Status();
+    std::vector<fs::path> paths;
+    for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+        std::error_code ignored;
+        const bool is_folder = it->is_directory(ignored) && !it->is_symlink(ignored);
+        if (!is_folder && made(it->path().filename().string())) paths.push_back(it->path());
+    }
+    for (const fs::path& path : paths) {
+        fs::remove(path, error);
+        if (error)
+            return Status(StatusCode::output,
+                          concat(path.string(), ": cannot be removed: ", error.message()));
+    }
+    fs::remove(folder, error);  // where it is empty
+    return Status();
+}
+
+Status remove_report(const std::string& folder) {
+    std::set<std::string> names = {"index.html", "report.json", "report.csv", "report.md"};
+    for (const auto& column : metric_columns(report::Kind::bench, true))
+        names.insert(under_file(column.name));
+    const auto listed = listed_pictures(folder);
+    const std::string images = report::kImageFolder;
+    Status status = remove_files(folder + "/" + images, [&](const std::string& name) {
+        return listed ? listed->contains(images + "/" + name) : is_frame_file(name);
+    });
+    if (status.ok()) status = remove_files(folder + "/results", is_result_file);
+    std::error_code error;
+    std::vector<std::string> truths;
+    for (fs::directory_iterator it(folder + "/truth", error), end; !error && it != end;
+         it.increment(error))
+        truths.push_back(it->path().string());
+    for (const std::string& truth : truths)
+        if (status.ok())
+            status = remove_files(truth, [](const std::string& name) {
+                return name.starts_with("both.") && is_frame_file(name);
+            });
+    if (status.ok())
+        status = remove_files(folder + "/truth", [](const std::string&) { return false; });
+    // The list goes last: one that is killed above is taken up with it.
+    if (status.ok())
+        status =
+            remove_files(folder, [&](const std::string& name) { return names.contains(name); });
+    return status;
+}
 
 Result<io::OutputFiles> prepare_folder(const ExperimentSettings& settings) {
     auto files = files_of(settings);

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "config/text_tree.h"
+#include "tools/measure/experiment/report_folder.h"
 #include "tools/sequence/run/run_files.h"
 
 namespace postchain::study {
@@ -39,6 +40,61 @@ std::string difference(const std::vector<std::string>& was, const std::vector<st
     return "";
 }
 
+bool is_result(const std::string& path) {
+    const auto text = read_text_file(path, StatusCode::input, kResultLimits);
+    return text.ok() && unit_result_from(*text);
+}
+
+std::vector<std::string> folders_in(const std::string& folder) {
+    std::vector<std::string> folders;
+    std::error_code error;
+    if (fs::is_symlink(folder, error)) return folders;
+    for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+        std::error_code ignored;
+        if (it->is_directory(ignored) && !it->is_symlink(ignored))
+            folders.push_back(it->path().string());
+    }
+    return folders;
+}
+
+// The report in a folder of its own, with its mark where nothing else is left.
+Status remove_scene(const std::string& folder) {
+    const std::string mark = experiment::kFolderMark;
+    std::error_code error;
+    if (!fs::exists(folder + "/" + mark, error)) return Status();
+    if (Status status = experiment::remove_report(folder); !status.ok()) return status;
+    size_t others = 0;
+    for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error))
+        others += it->path().filename() != mark;
+    if (error || others > 0) return Status();
+    return experiment::remove_files(folder, [&](const std::string& name) { return name == mark; });
+}
+
+// What a study has written, and nothing else.
+Status remove_study(const Study& study, const std::string& path) {
+    std::set<std::string> known;
+    for (const Unit& unit : units_of(study)) known.insert(fs::path(result_path(unit)).filename());
+    const std::string units = path + "/units", scenes = path + "/scenes";
+    Status status = experiment::remove_files(units, [&](const std::string& name) {
+        const std::string extension = fs::path(name).extension();
+        return extension == ".claim" || known.contains(name) ||
+               (extension == ".json" && is_result(units + "/" + name));
+    });
+    const auto nothing = [](const std::string&) { return false; };
+    for (const std::string& scene : folders_in(scenes)) {
+        for (const std::string& pair : folders_in(scene))
+            if (status.ok()) status = remove_scene(pair);
+        if (status.ok()) status = remove_scene(scene);
+        if (status.ok()) status = experiment::remove_files(scene, nothing);
+    }
+    if (status.ok()) status = experiment::remove_files(scenes, nothing);
+    if (!status.ok()) return status;
+    return experiment::remove_files(path, [](const std::string& name) {
+        return name == "report.json" || name == "report.csv" || name == "report.md" ||
+               name == "index.html";
+    });
+}
+
 }  // namespace
 
 Result<StudyFolder> StudyFolder::open(const Study& study, const std::string& path,
@@ -58,14 +114,7 @@ Result<StudyFolder> StudyFolder::open(const Study& study, const std::string& pat
     if (Status status = files.check(); !status.ok()) return status;
     files.remove_left_temporaries();
     if (on_existing == io::OnExisting::overwrite)
-        for (const char* name :
-             {"units", "scenes", "report.json", "report.csv", "report.md", "index.html"}) {
-            std::error_code error;
-            fs::remove_all(path + "/" + name, error);
-            if (error)
-                return Status(StatusCode::output,
-                              concat(path, "/", name, ": cannot be removed: ", error.message()));
-        }
+        if (Status status = remove_study(study, path); !status.ok()) return status;
     if (Status status = files.make_folders(); !status.ok()) return status;
     std::error_code error;
     fs::create_directories(path + "/units", error);
@@ -87,7 +136,8 @@ Status StudyFolder::check_results(const Study& study) const {
     std::error_code error;
     for (const auto& entry : fs::directory_iterator(path_ + "/units", error)) {
         const std::string name = entry.path().filename().string();
-        if (entry.path().extension() == ".json" && name[0] != '.' && !known.contains(name))
+        if (entry.path().extension() == ".json" && name[0] != '.' && !known.contains(name) &&
+            is_result(entry.path().string()))
             return Status(StatusCode::usage,
                           concat(path_, "/units/", name,
                                  ": is of another study: this one has no such scene or question; "

@@ -96,6 +96,13 @@ Result<Packer> write_single_part(Imf::OStream& stream, const Imf::Header& header
     return Packer::own;
 }
 
+Result<Packer> copy_single_part(Imf::OStream& stream, const Imf::Header& header,
+                                Imf::MultiPartInputFile& input) {
+    Imf::InputPart from(input, 0);
+    Imf::OutputFile(stream, header, Imf::globalThreadCount()).copyPixels(from);
+    return Packer::openexr;
+}
+
 Result<Packer> write_multi_part(Imf::OStream& stream, const std::vector<Imf::Header>& headers,
                                 const std::map<int, PartPlanes>& planes,
                                 Imf::MultiPartInputFile& input, const std::vector<int>& from) {

@@ -28,6 +28,10 @@ enum class Packer { own, openexr };
 // errors (output, memory) as write_chunks().
 Result<Packer> write_single_part(Imf::OStream& stream, const Imf::Header& header,
                                  const PartPlanes& planes);
+// The chunks of the only part of `input`, which has scan lines, as they are stored. (OpenEXR 3.1
+// copies tiles of such a file from wherever its stream happens to stand.)
+Result<Packer> copy_single_part(Imf::OStream& stream, const Imf::Header& header,
+                                Imf::MultiPartInputFile& input);
 // `planes`: of the parts that are written anew, by their place in `headers`; part i of the others
 // is copied from part `from[i]` of `input`.
 Result<Packer> write_multi_part(Imf::OStream& stream, const std::vector<Imf::Header>& headers,

@@ -6,6 +6,7 @@
 #include <ImfStringAttribute.h>
 
 #include <algorithm>
+#include <cstring>
 #include <numeric>
 
 #include "tools/sequence/io/exr_attributes.h"
@@ -143,7 +144,27 @@ struct RewrittenPart {
     // not fit its channel.
     EncodeCounts replace(const PartPixels& kept, const Window& window, const InputFrame& frame,
                          const std::vector<const FilteredLayer*>& layers, const ExrSettings& exr);
+    // After replace(): every value of the replaced channels is the one that was read.
+    bool is_as_read(const PartPixels& kept) const;
 };
+
+bool RewrittenPart::is_as_read(const PartPixels& kept) const {
+    return planes.window == kept.window &&
+           std::all_of(fresh.planes.begin(), fresh.planes.end(), [&](const auto& plane) {
+               const PartPixels::Plane* old = kept.find(plane.channel.name);
+               return plane.channel.type == old->channel.type &&
+                      std::memcmp(plane.bytes.get(), old->bytes.get(), old->total_bytes()) == 0;
+           });
+}
+
+// Whether chunks of the one part can stand in the other.
+bool chunks_fit(const Imf::Header& from, const Imf::Header& to) {
+    const bool tiled = from.hasTileDescription();
+    return from.compression() == to.compression() && from.dataWindow() == to.dataWindow() &&
+           from.lineOrder() == to.lineOrder() && from.channels() == to.channels() &&
+           tiled == to.hasTileDescription() &&
+           (!tiled || from.tileDescription() == to.tileDescription());
+}
 
 EncodeCounts RewrittenPart::replace(const PartPixels& kept, const Window& window,
                                     const InputFrame& frame,
@@ -158,6 +179,7 @@ EncodeCounts RewrittenPart::replace(const PartPixels& kept, const Window& window
     fresh.part = under.part;
     fresh.window = under.window;
     std::vector<EncodeTarget> targets;
+    bool narrowed = false;
     images.reserve(layers.size());
     for (const FilteredLayer* layer : layers) {
         if (window != frame.window) images.push_back(placed(*layer->image, frame.window, window));
@@ -167,15 +189,18 @@ EncodeCounts RewrittenPart::replace(const PartPixels& kept, const Window& window
             const PartPixels::Plane* old = under.find(layer->channels[i]);
             PartPixels::Plane& plane = fresh.planes.emplace_back();
             plane.channel = old->channel;
-            if (exr.half && !layer->ids && plane.channel.type == PixelType::float32)
+            if (exr.half && !layer->ids && plane.channel.type == PixelType::float32) {
                 plane.channel.type = PixelType::half;
+                narrowed = true;
+            }
             plane.width = old->width;
             plane.height = old->height;
             plane.bytes = std::make_unique_for_overwrite<std::byte[]>(plane.total_bytes());
             targets.push_back({&image, int(i), plane.channel.type, plane.bytes.get(), !layer->ids});
         }
     }
-    const EncodeCounts counts = encode_channels(targets);
+    EncodeCounts counts = encode_channels(targets);
+    counts.narrowed = narrowed;
     planes.window = fresh.window;
     for (const PartPixels* pixels : {&std::as_const(fresh), &under})
         for (const PartPixels::Plane& plane : pixels->planes)
@@ -263,6 +288,7 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
         counts.overflow_pixels += found.overflow_pixels;
         counts.nonfinite_pixels += found.nonfinite_pixels;
         counts.refused_pixels += found.refused_pixels;
+        counts.narrowed = counts.narrowed || found.narrowed;
         WriteOptions of_header = options;
         if (part != color_part) {
             of_header.attributes.clear();
@@ -271,10 +297,27 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
         headers[size_t(part)] = color_header(headers[size_t(part)], color_channels(of_part),
                                              input.facts.multi_part || input.facts.type_attribute,
                                              of_header, report.notes);
-        if (!grown) continue;
-        headers[size_t(part)].dataWindow() = box_of(window);
-        report.notes.push_back(concat("data window ", kept.window.text(), " grown to ",
-                                      window.text(), ": the chain moves light out of it"));
+        if (grown) {
+            headers[size_t(part)].dataWindow() = box_of(window);
+            report.notes.push_back(concat("data window ", kept.window.text(), " grown to ",
+                                          window.text(), ": the chain moves light out of it"));
+        }
+        // What is packed with loss again and again is a little further off each time.
+        const Imf::Header& header = headers[size_t(part)];
+        if (!is_lossy(header.compression()) || !next.is_as_read(kept)) continue;
+        const Imf::Header& stored = input.file->header(part);
+        if (!is_lossy(stored.compression())) continue;
+        const bool can_copy = input.facts.multi_part || !stored.hasTileDescription();
+        if (can_copy && !of_header.exr.compression && chunks_fit(stored, header))
+            rewritten.erase(part);
+        else
+            report.notes.push_back(
+                concat("color is unchanged, and is packed anew with ",
+                       compression_name(header.compression()), ", which changes it a little: ",
+                       can_copy ? "it is copied only where compression, channels and tiles are "
+                                  "the input's (zip would change nothing)"
+                                : "tiles of a file of one part are not copied (zip would change "
+                                  "nothing)"));
     }
     if (Status s = check_counts(path, counts, options.overflow); !s.ok()) return s;
     report.overflow_pixels = counts.overflow_pixels;
@@ -283,6 +326,8 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
     std::vector<Imf::Header> written;
     for (const int part : copied) written.push_back(headers[size_t(part)]);
     const auto write = [&](Imf::OStream& stream) {
+        if (!input.facts.multi_part && rewritten.empty())
+            return copy_single_part(stream, written[0], *input.file);
         if (!input.facts.multi_part)
             return write_single_part(stream, written[0], rewritten.at(0).planes);
         std::map<int, PartPlanes> planes;

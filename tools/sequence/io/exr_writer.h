@@ -5,6 +5,10 @@
 //     a layer's part  the same, where a further layer is filtered
 //     other parts     chunk by chunk as stored (copyPixels): flat, tiled, mip-mapped and deep alike
 //
+// Where every value of color is the one that was read, and the compression is lossy and the
+// input's, the chunks of color's part are copied too: packed anew they would be a little further
+// off.
+//
 // Kept: channel set, types and names, windows, compression, line order, tiling, pixel aspect,
 // views, every attribute that stays true. Dropped because they describe the unfiltered picture:
 // preview, oiio:SHA-1, oiio:AverageColor, oiio:ConstantColor.

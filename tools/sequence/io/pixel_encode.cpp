@@ -137,13 +137,15 @@ EncodeCounts encode_channels(const std::vector<EncodeTarget>& targets) {
 
 Status check_counts(const std::string& path, const EncodeCounts& counts, HalfOverflow policy) {
     if (policy == HalfOverflow::clamp || counts.refused_pixels == 0) return {};
+    const char* remedy = counts.overflow_pixels == 0 ? "render it less bright"
+                         : counts.narrowed           ? "leave --half out"
+                                                     : "render color as float";
     return Status(StatusCode::output,
-                  concat(path, ": ", std::to_string(counts.refused_pixels),
+                  concat(path, ": ", counts.refused_pixels,
                          " pixels of color do not fit their channels (half holds 65504 at most, "
                          "float 3.4e38), ",
-                         std::to_string(counts.nonfinite_pixels),
-                         " of them not finite; clamp them (--overflow clamp), or render ",
-                         counts.overflow_pixels > 0 ? "color as float" : "it less bright"));
+                         counts.nonfinite_pixels,
+                         " of them not finite; clamp them (--overflow clamp), or ", remedy));
 }
 
 }  // namespace postchain::io

@@ -24,6 +24,7 @@ struct EncodeCounts {
     uint64_t overflow_pixels = 0;   // finite, beyond the half range, in a half channel
     uint64_t nonfinite_pixels = 0;  // NaN or Inf, in any channel
     uint64_t refused_pixels = 0;    // either of them in a half channel, or one that is `finite`
+    bool narrowed = false;          // float channels were asked for as half
 };
 
 // Half and float channels of images of one size. Half: rounded to nearest even; beyond the range

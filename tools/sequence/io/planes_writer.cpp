@@ -22,7 +22,7 @@ struct EncodedPlanes {
 
 // Errors name `path`.
 Result<EncodedPlanes> encode_planes(const std::string& path, const PlanesFile& file,
-                                    HalfOverflow overflow) {
+                                    const WriteOptions& options) {
     if (file.channels.empty()) {
         return Status(StatusCode::internal, concat(path, ": no channels to write"));
     }
@@ -48,7 +48,8 @@ Result<EncodedPlanes> encode_planes(const std::string& path, const PlanesFile& f
         targets.push_back({c.image, c.index, c.type, plane.bytes.get()});
     }
     encoded.counts = encode_channels(targets);
-    if (Status s = check_counts(path, encoded.counts, overflow); !s.ok()) return s;
+    encoded.counts.narrowed = options.exr.half;
+    if (Status s = check_counts(path, encoded.counts, options.overflow); !s.ok()) return s;
     return encoded;
 }
 
@@ -96,7 +97,7 @@ Result<WriteReport> write_planes_exr(const std::string& path, const PlanesFile& 
         report.skipped = true;
         return report;
     }
-    const auto encoded = encode_planes(path, file, options.overflow);
+    const auto encoded = encode_planes(path, file, options);
     if (!encoded.ok()) return encoded.status();
     report.overflow_pixels = encoded->counts.overflow_pixels;
     report.nonfinite_pixels = encoded->counts.nonfinite_pixels;
@@ -113,7 +114,7 @@ Result<std::string> planes_exr_bytes(const ImageF& image, const std::vector<std:
     const std::string place = "an EXR in memory";
     try {
         const PlanesFile file = file_of(image, names);
-        const auto encoded = encode_planes(place, file, HalfOverflow::refuse);
+        const auto encoded = encode_planes(place, file, WriteOptions());
         if (!encoded.ok()) return encoded.status();
         Imf::StdOSStream stream;
         const auto packer = write_encoded(stream, *encoded, file, {});

@@ -3,12 +3,17 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 
 #include "tools/sequence/io/picture_module.h"
 #include "tools/sequence/io/png.h"
+#include "tools/sequence/io/png_text.h"
 
 namespace postchain::io {
 namespace {
+
+constexpr const char* kProvenance = "postchain";  // as the attribute of an EXR
 
 // The first three channels, or gray in each; 0 for what is not finite.
 ImageF finite_rgb(const ImageF& color) {
@@ -58,7 +63,10 @@ Result<Image<uint8_t>> shown_picture(const ImageF& color, const PreviewOptions& 
 
 Result<std::string> encode_png_preview(const ImageF& color, const PreviewOptions& options) {
     const auto shown = shown_picture(color, options);
-    return shown.ok() ? encode_png(*shown) : Result<std::string>(shown.status());
+    if (!shown.ok()) return shown.status();
+    auto png = encode_png(*shown);
+    if (!png.ok() || options.provenance.empty()) return png;
+    return with_png_text(*png, kProvenance, options.provenance);
 }
 
 Status write_png_preview(const std::string& path, const ImageF& color,
@@ -68,6 +76,12 @@ Status write_png_preview(const std::string& path, const ImageF& color,
     return atomic_write_text(path, *png, options.on_existing).status();
 } catch (...) {
     return status_of_exception(path);
+}
+
+std::string preview_provenance(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    const std::string bytes(std::istreambuf_iterator<char>(file), {});
+    return png_text(bytes, kProvenance).value_or("");
 }
 
 std::string preview_path(const std::string& output) {

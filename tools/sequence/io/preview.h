@@ -19,6 +19,7 @@ struct PreviewOptions {
     ToneCurve curve = ToneCurve::display;
     OnExisting on_existing = OnExisting::fail;
     std::optional<DisplayView> view = {};  // in place of exposure and curve
+    std::string provenance = {};           // kept in the file; empty: none
 };
 // The first three channels as they are shown, 8 bits (one channel, without a view: gray). Values
 // are those over black. Errors: those of PictureCalls::to_view, and where its module cannot be
@@ -29,6 +30,9 @@ Result<std::string> encode_png_preview(const ImageF& color, const PreviewOptions
 // The same in a file.
 Status write_png_preview(const std::string& path, const ImageF& color,
                          const PreviewOptions& options = {});
+
+// PreviewOptions::provenance of a file; empty: it is not there, not whole, or has none.
+std::string preview_provenance(const std::string& path);
 
 // OUT.png beside OUT.exr.
 std::string preview_path(const std::string& output);

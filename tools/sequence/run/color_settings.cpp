@@ -84,7 +84,10 @@ Result<std::optional<io::DisplayView>> preview_view_of(const JobSettings& job) {
             concat(option_name("ocio"), " changes nothing alone; add ", option_name("png"), ", ",
                    option_name("output_transfer"), " or ", option_name("input_transfer")));
     if (!job.png || (!names_any && config_of(job).empty())) return std::optional<io::DisplayView>();
-    const auto config = config_for(job, option_name("png"));
+    const char* said = !job.ocio_view.empty()      ? "ocio_view"
+                       : !job.ocio_display.empty() ? "ocio_display"
+                                                   : "ocio_colorspace";
+    const auto config = config_for(job, option_name(said));
     if (!config.ok()) return config.status();
     return std::optional(view_by(job, *config));
 }

@@ -21,7 +21,6 @@ bool whole(io::ExrFile& file) {
     return true;
 }
 
-// What the canonical planes of one frame follow from, besides SourceSettings.
 // A configuration of OpenColorIO and the tables that it names, as they are now.
 std::string text_of_config(const std::string& config) {
     std::vector<std::string> files = {config};
@@ -36,6 +35,7 @@ std::string text_of_config(const std::string& config) {
     return text;
 }
 
+// What the canonical planes of one frame follow from, besides SourceSettings.
 std::string text_of(const OpenedFrame& frame) {
     const FrameHeader& header = frame.header;
     std::string text = header.camera.text() + "\n";
@@ -72,10 +72,19 @@ std::string provenance_of(const std::string& fingerprint, bool strict) {
     return fingerprint + (strict ? " strict" : "");
 }
 
+std::string preview_provenance_of(const std::string& fingerprint, const RunSettings& settings) {
+    std::string text = "curve";
+    if (settings.view)
+        text = io::description_of(*settings.view) + "\n" + text_of_config(settings.view->config);
+    return concat(fingerprint, " shown ", hex_of(hash_text(text)));
+}
+
 bool is_done(const std::string& output, const std::string& fingerprint,
              const RunSettings& settings) {
     std::error_code error;
-    if (settings.preview && !fs::exists(io::preview_path(output), error)) return false;
+    if (settings.preview && io::preview_provenance(io::preview_path(output)) !=
+                                preview_provenance_of(fingerprint, settings))
+        return false;
     std::ifstream file(sidecar_path(output));
     const auto json = io::Json::parse(file, nullptr, false);
     const auto sidecar_says = [&](const std::string& provenance, uint64_t bytes) {

@@ -19,7 +19,11 @@ std::string fingerprint_of(const Chain& chain, const RunSettings& settings,
 // and whether the frame was made under RunSettings::strict.
 std::string provenance_of(const std::string& fingerprint, bool strict);
 
-// Output, sidecar and preview are there, whole and with this fingerprint. Under
+// The provenance of a preview: the fingerprint of its output, and the view that it shows.
+std::string preview_provenance_of(const std::string& fingerprint, const RunSettings& settings);
+
+// Output, sidecar and preview, as far as they are asked for, are there, whole and with this
+// fingerprint, the preview with this view. Under
 // RunSettings::strict only what was made so: nothing else says that its values are finite.
 bool is_done(const std::string& output, const std::string& fingerprint,
              const RunSettings& settings);

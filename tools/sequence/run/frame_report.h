@@ -34,6 +34,7 @@ struct FrameReport {
     std::optional<Plan> plan;
     std::optional<Resolved> resolved;
     std::string provenance;             // run/fingerprint.h
+    std::string preview_provenance;     // the same, where a preview is asked for
     std::vector<io::FileStamp> stamps;  // of the files that are read, its neighbors' among them
     FrameLayers layers;                 // of color's file
     std::vector<CryptomatteReport> cryptomattes;  // that were filtered

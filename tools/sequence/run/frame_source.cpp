@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <set>
 
 #include "chain/depth_at.h"
 #include "chain/hold_still.h"
 #include "config/profile_match.h"
 #include "tools/sequence/io/picture_file.h"
+#include "tools/sequence/run/camera_motion.h"
 #include "tools/sequence/run/memory.h"
 #include "tools/sequence/run/source_strip.h"
 
@@ -134,43 +134,6 @@ const Profile& profile_of(const SourceSettings& settings, const Writer& writer,
 // Computed wide: a header may state any window.
 bool fits(const io::Window& w) {
     return int64_t(w.max_x) - w.min_x < io::kMaxSide && int64_t(w.max_y) - w.min_y < io::kMaxSide;
-}
-
-// The camera of the frame `number` of the same sequence, from the part that has this one's color.
-std::optional<io::CameraMetadata> metadata_of_frame(const SourceSettings& settings, int part,
-                                                    int number) {
-    if (!settings.color_frames || !settings.color_frames->has_token()) return std::nullopt;
-    const std::string path = settings.color_frames->format(number);
-    std::error_code error;
-    if (!std::filesystem::exists(path, error)) return std::nullopt;
-    const auto file = io::ExrFile::open(path);
-    if (!file.ok() || size_t(part) >= file->parts().size()) return std::nullopt;
-    return io::camera_metadata(file->parts()[size_t(part)]);
-}
-
-// Sets `sky` and `makes_motion`, as SourceSettings::camera_motion says.
-void find_camera_motion(const SourceSettings& settings, const io::CameraMetadata& metadata,
-                        int frame, const Display& display, FrameHeader& header) {
-    const CameraMotion wanted = settings.camera_motion;
-    if (wanted == CameraMotion::none) return;
-    const CameraFile* file = settings.camera ? &*settings.camera : nullptr;
-    const bool has_motion = header.assignment.contains(Role::motion);
-    const bool has_depth = header.assignment.contains(Role::inverse_depth);
-    const bool in_file = file && file->rotations.contains(frame);
-    const bool makes_all = has_depth && (wanted == CameraMotion::all || !has_motion);
-    if (!in_file && (!metadata.pose || (!makes_all && wanted != CameraMotion::sky))) return;
-    const int part = header.assignment.at(Role::color).part;
-    header.looked_for_cameras = !in_file;
-    header.sky = sky_views(
-        file,
-        [&](int number) -> std::optional<io::CameraMetadata> {
-            if (number == frame) return metadata;
-            return metadata_of_frame(settings, part, number);
-        },
-        frame, display, settings.cuts);
-    header.makes_motion = header.sky && makes_all && header.sky->have_places();
-    if (header.sky && !header.makes_motion && (!has_motion || !header.sky->turns()))
-        header.sky.reset();
 }
 
 }  // namespace

@@ -86,6 +86,8 @@ class FilterJob final : public FrameJob {
         report.renderer = renderer_;
         const std::string fingerprint = fingerprint_of(chain_, settings_, inputs);
         report.provenance = provenance_of(fingerprint, settings_.strict);
+        if (settings_.preview)
+            report.preview_provenance = preview_provenance_of(fingerprint, settings_);
         const FrameHeader& header = inputs.frame->header;
         if (Status status = check_output(header, task.output, settings_, write_options(report, ""));
             !status.ok())
@@ -167,8 +169,7 @@ class FilterJob final : public FrameJob {
                                              "the largest value of its channel, NaN to 0"));
         report.write_ms = milliseconds_since(start);
         if (settings_.preview)
-            if (Status status = write_preview(report.output, frame.result); !status.ok())
-                return status;
+            if (Status status = write_preview(report, frame.result); !status.ok()) return status;
         return settings_.sidecar ? write_sidecar(report) : Status();
     }
 
@@ -183,13 +184,14 @@ class FilterJob final : public FrameJob {
         return options;
     }
 
-    Status write_preview(const std::string& output, const ImageF& color) const {
-        const std::string path = io::preview_path(output);
+    Status write_preview(const FrameReport& report, const ImageF& color) const {
+        const std::string path = io::preview_path(report.output);
         const auto permit = files_.permit(path);
         if (!permit.ok()) return permit.status();
         io::PreviewOptions options;
         options.on_existing = *permit;
         options.view = settings_.view;
+        options.provenance = report.preview_provenance;
         return io::write_png_preview(path, color, options);
     }
 

@@ -134,6 +134,7 @@ std::string SkyViews::text() const {
             for (double value : row) text += text_of(value) + " ";
         text += text_of(view->focal_px) + " ";
     }
+    text += concat(int(knows_before), " ", int(knows_after));
     return text;
 }
 
@@ -151,8 +152,13 @@ std::optional<SkyViews> sky_views(const CameraFile* file, const MetadataOf& meta
     if (!cuts.count(frame - 1)) before = view_of(frame - 1);
     if (!cuts.count(frame)) after = view_of(frame + 1);
     if (!before && !after) return std::nullopt;
-    SkyViews views{*now, before ? *before : continued(*now, *after),
-                   after ? *after : continued(*now, *before), display.pixel_aspect, !in_file};
+    SkyViews views{*now,
+                   before ? *before : continued(*now, *after),
+                   after ? *after : continued(*now, *before),
+                   display.pixel_aspect,
+                   !in_file,
+                   before.has_value(),
+                   after.has_value()};
     return views;
 }
 
@@ -168,9 +174,9 @@ uint64_t set_vectors(const SkyViews& views, FramePlanes& planes, FrameDescriptio
     const ImageF& depth = planes.at(Role::inverse_depth);
     uint64_t count = 0;
     double largest = 0, largest_back = 0;
-    const auto set = [](float* v, double x, double y, double& most) {
-        v[0] = float(x);
-        v[1] = float(y);
+    const auto set = [](float* v, const std::array<double, 2>& motion, double& most) {
+        v[0] = float(motion[0]);
+        v[1] = float(motion[1]);
         most = std::max(most, std::hypot(double(v[0]), double(v[1])));
     };
     for (size_t pixel = 0; pixel < planes.at(Role::color).pixels(); ++pixel) {
@@ -182,11 +188,15 @@ uint64_t set_vectors(const SkyViews& views, FramePlanes& planes, FrameDescriptio
         const double y =
             frame.origin_y + double(pixel / size_t(frame.width)) + 0.5 - 0.5 * frame.display_height;
         const double w = is_infinitely_far(depth.data[pixel]) ? 0 : double(depth.data[pixel]);
-        const auto after = to_after(x, y, w), before = to_before(x, y, w);
-        if (!after || !before) continue;
-        set(v, (*after)[0] - x, (*after)[1] - y, largest);
-        if (k) set(k, x - (*before)[0], y - (*before)[1], largest_back);
-        ++count;
+        std::optional<std::array<double, 2>> forward, backward;
+        if (const auto at = to_after(x, y, w)) forward = {(*at)[0] - x, (*at)[1] - y};
+        if (const auto at = to_before(x, y, w)) backward = {x - (*at)[0], y - (*at)[1]};
+        // No frame was rendered there: the surface moves on as it does on the other side.
+        if (!forward && !views.knows_after) forward = backward;
+        if (!backward && !views.knows_before) backward = forward;
+        if (forward) set(v, *forward, largest);
+        if (k && backward) set(k, *backward, largest_back);
+        count += forward || (k && backward);
     }
     FrameBounds& bounds = frame.bounds;
     bounds.max_speed_px = std::max(bounds.max_speed_px, largest);

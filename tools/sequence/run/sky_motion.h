@@ -35,6 +35,8 @@ struct SkyViews {
     SkyView now, before, after;
     double pixel_aspect = 1;
     bool from_metadata = false;  // else from the camera file
+    // Else that view is `now`, moved on evenly from the other side.
+    bool knows_before = true, knows_after = true;
 
     bool turns() const;  // or zooms: the sky moves through the picture
     bool have_places() const { return now.place && before.place && after.place; }
@@ -51,8 +53,9 @@ std::optional<SkyViews> sky_views(const CameraFile* file, const MetadataOf& meta
                                   const Display& display, const std::set<int>& cuts);
 
 // Sets every vector of a canonical frame of which `views` have the places, clear pixels' too, and
-// the bounds of the speeds. Returns how many pixels it set: none where the frame before or after
-// would have the pixel's surface behind the camera.
+// the bounds of the speeds. Each side by itself: the vector to a frame that has the pixel's surface
+// behind its camera is (0, 0), and where no such frame is known it is that of the other side.
+// Returns how many pixels it set, of either side.
 uint64_t set_camera_motion(const SkyViews& views, FramePlanes& planes, FrameDescription& frame);
 
 // Replaces vectors of (0, 0) where a canonical frame is infinitely far (is_infinitely_far())

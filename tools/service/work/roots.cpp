@@ -4,8 +4,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cctype>
 #include <deque>
 #include <filesystem>
+#include <string_view>
 
 namespace postchain::service {
 namespace {
@@ -117,10 +119,28 @@ std::string Roots::shown(const std::string& path) const {
 }
 
 std::string Roots::shown_in(std::string text) const {
-    const std::string first = folders_.front() + "/";
-    if (first == "//") return text;
-    for (size_t at = 0; (at = text.find(first, at)) != std::string::npos;)
-        text.erase(at, first.size());
+    const std::string& first = folders_.front();
+    if (first == "/") return text;
+    // Whether a name goes on here; a dot may end a sentence.
+    const auto in_name = [&](size_t i) {
+        if (i < text.size() && text[i] == '.') ++i;
+        return i < text.size() &&
+               (std::isalnum(uint8_t(text[i])) || uint8_t(text[i]) >= 128 ||
+                std::string_view("_-+~@%#/").find(text[i]) != std::string_view::npos);
+    };
+    for (size_t at = 0; (at = text.find(first, at)) != std::string::npos;) {
+        size_t end = at + first.size();
+        const bool goes_on = end < text.size() && text[end] != '/' && in_name(end);
+        if (goes_on || (at > 0 && in_name(at - 1))) {
+            at = end;
+            continue;
+        }
+        end += end < text.size() && text[end] == '/';
+        const bool itself = end == text.size() || std::string_view(" :;,'\")\n").find(text[end]) !=
+                                                      std::string_view::npos;
+        text.replace(at, end - at, itself ? "." : "");
+        at += itself;
+    }
     return text;
 }
 

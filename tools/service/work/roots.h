@@ -22,7 +22,7 @@ class Roots {
     // "shots/a.0001.exr" of an absolute path in the first root: what answers show. Of another root
     // the whole path, which names the same file when it is given back.
     std::string shown(const std::string& path) const;
-    // The same of every path in a message.
+    // The same of every path in a message: the first root itself is ".".
     std::string shown_in(std::string text) const;
 
     const std::vector<std::string>& folders() const { return folders_; }

@@ -1,0 +1,94 @@
+#include "tools/sequence/run/camera_motion.h"
+
+#include <filesystem>
+#include <string_view>
+
+namespace postchain::sequence {
+namespace {
+
+// The camera of the frame `number` of the same sequence, from the part that has this one's color.
+std::optional<io::CameraMetadata> metadata_of_frame(const SourceSettings& settings, int part,
+                                                    int number) {
+    if (!settings.color_frames || !settings.color_frames->has_token()) return std::nullopt;
+    const std::string path = settings.color_frames->format(number);
+    std::error_code error;
+    if (!std::filesystem::exists(path, error)) return std::nullopt;
+    const auto file = io::ExrFile::open(path);
+    if (!file.ok() || size_t(part) >= file->parts().size()) return std::nullopt;
+    return io::camera_metadata(file->parts()[size_t(part)]);
+}
+
+// Sets `sky` and `makes_motion`.
+void find_views(const SourceSettings& settings, const io::CameraMetadata& metadata, int frame,
+                const Display& display, FrameHeader& header) {
+    const CameraMotion wanted = settings.camera_motion;
+    if (wanted == CameraMotion::none) return;
+    const CameraFile* file = settings.camera ? &*settings.camera : nullptr;
+    const bool has_motion = header.assignment.contains(Role::motion);
+    const bool has_depth = header.assignment.contains(Role::inverse_depth);
+    const bool in_file = file && file->rotations.contains(frame);
+    const bool makes_all = has_depth && (wanted == CameraMotion::all || !has_motion);
+    if (!in_file && (!metadata.pose || (!makes_all && wanted != CameraMotion::sky))) return;
+    const int part = header.assignment.at(Role::color).part;
+    header.looked_for_cameras = !in_file;
+    header.sky = sky_views(
+        file,
+        [&](int number) -> std::optional<io::CameraMetadata> {
+            if (number == frame) return metadata;
+            return metadata_of_frame(settings, part, number);
+        },
+        frame, display, settings.cuts);
+    header.makes_motion = header.sky && makes_all && header.sky->have_places();
+    if (header.sky && !header.makes_motion && (!has_motion || !header.sky->turns()))
+        header.sky.reset();
+}
+
+// Why vectors do not follow from the camera though a matrix is there: "worldToCamera (singular)";
+// empty: none is there, or they do.
+std::string why_no_camera_motion(const SourceSettings& settings, const io::CameraMetadata& metadata,
+                                 int frame, const FrameHeader& header) {
+    if (header.makes_motion || settings.camera_motion == CameraMotion::none) return "";
+    std::string matrix;
+    if (settings.camera && settings.camera->rotations.contains(frame)) {
+        matrix = "camera_matrix_world of the camera file";
+        if (!settings.camera->places.contains(frame)) return matrix + " (it has no place)";
+    } else {
+        std::string unused;
+        for (const io::FoundAttribute& found : metadata.found)
+            if (found.row->gives == std::string_view("camera matrix")) {
+                if (found.gives.empty())
+                    unused +=
+                        concat(unused.empty() ? "" : ", ", found.row->name, " (", found.why, ")");
+                else if (matrix.empty())
+                    matrix = found.row->name;
+            }
+        if (matrix.empty()) return unused;
+    }
+    if (!header.assignment.contains(Role::inverse_depth)) return matrix + " (there is no depth)";
+    const bool focal = (metadata.pose && metadata.pose->focal_widths) ||
+                       (header.camera.focal_length_mm && header.camera.sensor_width_mm);
+    return matrix + (focal ? " (no frame before or after has one)"
+                           : " (no focal length is known: focal_length_mm and sensor_width_mm)");
+}
+
+}  // namespace
+
+void find_camera_motion(const SourceSettings& settings, const io::CameraMetadata& metadata,
+                        int frame, const Display& display, FrameHeader& header) {
+    find_views(settings, metadata, frame, display, header);
+    if (const std::string why = why_no_camera_motion(settings, metadata, frame, header);
+        !why.empty()) {
+        if (const auto looked_for = header.match.missing.find(Role::motion);
+            looked_for != header.match.missing.end())
+            looked_for->second +=
+                ", or made from the camera's matrix, which is there and is not used: " + why;
+        else if (settings.camera_motion == CameraMotion::all)
+            header.warnings.push_back(
+                concat(header.files.color_file().path(),
+                       ": vectors are the file's own, not from the camera's matrix, which is there "
+                       "and is not used: ",
+                       why));
+    }
+}
+
+}  // namespace postchain::sequence

@@ -50,13 +50,19 @@ std::string take_manifest(const std::string& text, Cryptomatte& to) {
 
 // A file beside the frame or below its folder, as the specification has it: a frame must not make
 // the program read elsewhere.
-std::string take_manifest_file(const std::string& frame, const std::string& name, Cryptomatte& to) {
+std::string take_manifest_file(const std::string& frame, const std::string& name,
+                               const PathHold& hold, Cryptomatte& to) {
     const fs::path relative(name);
     const bool leaves = std::any_of(relative.begin(), relative.end(),
                                     [](const fs::path& word) { return word == ".."; });
     if (relative.is_absolute() || leaves || name.empty())
         return concat("its manifest file ", quoted(name), " is not in the frame's folder");
-    const fs::path path = fs::path(frame).parent_path() / relative;
+    fs::path path = fs::path(frame).parent_path() / relative;
+    if (hold) {
+        auto held = hold(path.string());
+        if (!held.ok()) return concat("its manifest file: ", held.status().message());
+        path = std::move(*held);
+    }
     std::error_code error;
     if (!fs::is_regular_file(path, error))
         return concat("its manifest file ", path.string(), " is not there");
@@ -72,11 +78,12 @@ std::string take_manifest_file(const std::string& frame, const std::string& name
 
 // In the attributes of a cryptomatte, or in the file that they name.
 std::string find_manifest(const std::string& frame,
-                          const std::map<std::string, std::string>& attributes, Cryptomatte& to) {
+                          const std::map<std::string, std::string>& attributes,
+                          const PathHold& hold, Cryptomatte& to) {
     if (const auto text = attributes.find("manifest"); text != attributes.end())
         return take_manifest(text->second, to);
     if (const auto name = attributes.find("manif_file"); name != attributes.end())
-        return take_manifest_file(frame, name->second, to);
+        return take_manifest_file(frame, name->second, hold, to);
     return "it has no manifest";
 }
 
@@ -173,7 +180,8 @@ bool Cryptomatte::holds(int part, std::string_view channel) const {
     });
 }
 
-Result<std::vector<Cryptomatte>> find_cryptomattes(const ExrFile& file, Manifests manifests) try {
+Result<std::vector<Cryptomatte>> find_cryptomattes(const ExrFile& file, Manifests manifests,
+                                                   const PathHold& hold) try {
     // By name: in a file of many parts each may repeat the attributes.
     std::map<std::string, std::map<std::string, std::string>> found;
     for (const ExrPart& part : file.parts()) {
@@ -208,7 +216,7 @@ Result<std::vector<Cryptomatte>> find_cryptomattes(const ExrFile& file, Manifest
         if (Status status = stated("conversion", "uint32_to_float32"); !status.ok()) return status;
         if (Status status = find_levels(file, cryptomatte); !status.ok()) return status;
         if (manifests == Manifests::read)
-            cryptomatte.no_manifest = find_manifest(file.path(), own, cryptomatte);
+            cryptomatte.no_manifest = find_manifest(file.path(), own, hold, cryptomatte);
         all.push_back(std::move(cryptomatte));
     }
     return all;

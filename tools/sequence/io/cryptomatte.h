@@ -11,6 +11,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <string>
 #include <string_view>
@@ -54,11 +55,16 @@ struct Cryptomatte {
 // no_manifest stay empty.
 enum class Manifests { read, not_read };
 
+// Of a file that a frame names the path to read, without links, or why it is not to be read. None:
+// every file is read, and links are followed.
+using PathHold = std::function<Result<std::string>(const std::string& path)>;
+
 // In the order of their names. A manifest that cannot be read is no error: Cryptomatte::no_manifest
 // says why. Errors (input), each naming the file: a hash or conversion that the specification does
 // not have, ranks that are not there, are no float channels or are of parts of different size.
 Result<std::vector<Cryptomatte>> find_cryptomattes(const ExrFile& file,
-                                                   Manifests manifests = Manifests::read);
+                                                   Manifests manifests = Manifests::read,
+                                                   const PathHold& hold = {});
 
 // Ids and coverages of every pixel, ranks together: [(y * width + x) * ranks + rank].
 struct RankedCoverage {

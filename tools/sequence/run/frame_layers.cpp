@@ -250,7 +250,8 @@ Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
     std::vector<FileLayer> layers = find_layers(io::channels_of(file), match, data);
     result.filter_cryptomattes = settings.cryptomatte == CryptomatteChoice::filter;
     auto cryptomattes = io::find_cryptomattes(
-        file, settings.mattes.empty() ? io::Manifests::not_read : io::Manifests::read);
+        file, settings.mattes.empty() ? io::Manifests::not_read : io::Manifests::read,
+        settings.hold);
     if (cryptomattes.ok())
         result.cryptomattes = std::move(*cryptomattes);
     else if (result.filter_cryptomattes || !settings.mattes.empty())

@@ -29,6 +29,7 @@ struct LayerSettings {
     std::string layers = "none";  // choose_layers()
     CryptomatteChoice cryptomatte = CryptomatteChoice::keep;
     std::vector<std::string> mattes;  // mattes_of() the chains
+    io::PathHold hold;                // of the manifests' files; none: all are read
 };
 
 // What the passes name as their mattes, each once, in the order of the passes.

@@ -4,6 +4,7 @@ usage: layers_test.py POSTCHAIN"""
 import json
 import os
 import pathlib
+import shutil
 import struct
 import subprocess
 import sys
@@ -401,6 +402,29 @@ class Mattes(Frames):
         self.assertIn("no pixel of cryptomatte ViewLayer.CryptoObject has such an id", out)
         self.assertIn("patterns need a manifest",
                       self.with_matte("cryptomatte:b*", pattern=path, code=4))
+
+    def test_a_manifest_is_never_replaced(self):
+        picture = exr.read(FRAMES / "layers.0002.exr")
+        manifest = picture.attributes.pop("cryptomatte/542cafa/manifest")[1]
+        chain = self.chain('fxaa: {matte: "cryptomatte:ball"}')
+        # By the sidecar of this frame, of another, and as the name of a link.
+        for output, place in (("out.0001.exr.json", ""), ("out.0002.exr.json", ""),
+                              ("out.0002.exr.json", "names.json")):
+            picture.attributes["cryptomatte/542cafa/manif_file"] = (
+                "string", (place or output).encode())
+            exr.write(f"{self.folder}/in.0002.exr", picture)
+            shutil.copy(FRAMES / "layers.0001.exr", f"{self.folder}/in.0001.exr")
+            path = pathlib.Path(self.folder) / output
+            path.write_bytes(manifest)
+            if place:
+                os.symlink(path, f"{self.folder}/{place}")
+            message = self.run_on(f"{self.folder}/in.####.exr", chain, code=2)
+            self.assertIn(f"the manifest of cryptomatte {CRYPTO}", message)
+            self.assertIn("--no-sidecar", message)
+            self.assertEqual(path.read_bytes(), manifest)
+            self.run_on(f"{self.folder}/in.####.exr", chain, "--no-sidecar")
+            self.assertEqual(path.read_bytes(), manifest)
+            path.unlink()
 
     def test_bad_mattes(self):
         for matte, message in [

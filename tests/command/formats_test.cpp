@@ -77,7 +77,7 @@ TEST_F(FormatsTest, ValuesAreDecodedByTheirCurve) {
         EXPECT_NEAR(plain.at(code, 0, 1), srgb_light(v), 1e-7) << code;
         EXPECT_NEAR(linear.at(code, 0, 1), v, 1e-7) << code;
         EXPECT_NEAR(rec709.at(code, 0, 1),
-                    v < 0.081 ? v / 4.5 : std::pow((v + 0.099) / 1.099, 1 / 0.45), 1e-7)
+                    v < 0.08124 ? v / 4.5 : std::pow((v + 0.0992968) / 1.0992968, 1 / 0.45), 1e-7)
             << code;
         EXPECT_NEAR(gamma.at(code, 0, 1), std::pow(v, 2.2), 1e-7) << code;
         // OpenColorIO's Cineon of its default configurations, and Kodak's: 685 is 1, 95 is 0.

@@ -15,6 +15,10 @@ void* operator new(size_t size) {
     if (void* memory = std::malloc(size ? size : 1)) return memory;
     throw std::bad_alloc();
 }
+void* operator new(size_t size, const std::nothrow_t&) noexcept {
+    ++count;
+    return refuses ? nullptr : std::malloc(size ? size : 1);
+}
 void* operator new[](size_t size) {
     return operator new(size);
 }

@@ -31,7 +31,7 @@ TEST(ZipBytes, WordsApartAndTogether) {
         }
         ASSERT_EQ(halves.back(), 0xee);
         join_words(halves.data(), halves.data() + words, words, again.data());
-        ASSERT_EQ(std::memcmp(again.data(), bytes.data(), bytes.size()), 0) << words;
+        ASSERT_TRUE(std::equal(bytes.begin(), bytes.end(), again.begin())) << words;
         ASSERT_EQ(again.back(), 0xee);
     }
 }

@@ -26,7 +26,7 @@ Rotation turned(int axis, double angle) {
 }
 
 // A camera that turns by `angle` a frame, known in these frames.
-CameraFile turning(int axis, double angle, std::initializer_list<int> frames) {
+CameraFile turning(int axis, double angle, const std::vector<int>& frames) {
     CameraFile file;
     file.camera.focal_length_mm = 50;
     file.camera.sensor_width_mm = 36;
@@ -109,7 +109,7 @@ TEST(SkyMotion, TurnsOnEvenlyWhereAFrameIsMissingOrCut) {
     ASSERT_TRUE(whole);
     Sky all;
     fill_sky_motion(*whole, all.planes, all.frame);
-    const std::pair<std::initializer_list<int>, std::set<int>> cases[] = {
+    const std::pair<std::vector<int>, std::set<int>> cases[] = {
         {{5, 6}, {}}, {{4, 5}, {}}, {{4, 5, 6}, {4}}, {{4, 5, 6}, {5}}};
     for (const auto& [frames, cuts] : cases) {
         const auto views = views_of(turning(1, 0.1, frames), cuts);

@@ -26,15 +26,18 @@ struct PictureInfo {
     bool is_float = false;
     bool unassociated = false;  // color is not multiplied by alpha
     std::string color_space;    // what the file says, in OpenImageIO's words; empty: nothing
+    bool has_more = false;      // pictures after the first: pages
     std::map<std::string, std::string> attributes;
 };
 
 // A picture to write.
 struct PictureToWrite {
-    PictureInfo info;         // format, windows, channels, bits, alpha, color space
-    const void* values;       // uint16_t of the whole range of 16 bits, or float
-    std::string metadata_of;  // a file whose metadata are kept; may be empty
-    int metadata_part = 0;    // of it
+    PictureInfo info;           // format, windows, channels, bits, alpha, color space
+    const void* values;         // uint16_t of the whole range of 16 bits, or float
+    std::string metadata_of;    // a file whose metadata are kept; may be empty
+    int metadata_part = 0;      // of it
+    bool same_transfer = true;  // its values mean what these do: a profile of them is still true
+    std::string compression;    // of TIFF, in OpenImageIO's words; empty: its default, without loss
     std::map<std::string, std::string> attributes;  // besides
 };
 

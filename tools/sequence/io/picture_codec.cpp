@@ -76,7 +76,7 @@ float unit_value(uint32_t stored, uint32_t whole, int bits) {
 bool is_of_format(const std::string& name) {
     for (const char* prefix : {"tiff:", "png:", "dpx:", "jpeg:", "hdr:", "openexr:"})
         if (name.starts_with(prefix)) return true;
-    return name == "compression" || name == "Compression";
+    return false;
 }
 
 // What was true of the file that was read alone, or is said anew.
@@ -92,7 +92,11 @@ bool is_stale(const std::string& name) {
                                              "thumbnail_height",
                                              "thumbnail_nchannels",
                                              "thumbnail_image",
+                                             "compression",
+                                             "Compression",
                                              "planarconfig",
+                                             "tiff:ColorSpace",
+                                             "tiff:Compression",
                                              "tiff:PlanarConfiguration",
                                              "tiff:PhotometricInterpretation",
                                              "Exif:ColorSpace",
@@ -119,6 +123,7 @@ Status add_metadata(const PictureToWrite& picture, OIIO::ImageSpec& spec) {
     for (const OIIO::ParamValue& attribute : there.extra_attribs) {
         const std::string name = attribute.name().string();
         if (is_stale(name) || (!same_format && is_of_format(name))) continue;
+        if (!picture.same_transfer && name.starts_with("ICCProfile")) continue;
         spec.extra_attribs.push_back(attribute);
     }
     return {};
@@ -167,12 +172,21 @@ Result<PictureInfo> describe_picture(const std::string& path, const std::string&
         return refuse(concat("has ", spec.nchannels,
                              " channels; color has three, or four with alpha: write it as RGB"));
     if (Status s = check_sizes(path, format, spec); !s.ok()) return s;
+    std::string space = spec.get_string_attribute("tiff:ColorSpace");
+    for (char& c : space) c = c >= 'a' && c <= 'z' ? char(c - 'a' + 'A') : c;
+    if (space.ends_with("LAB") || space.starts_with("LOGL"))
+        return refuse(concat("has values of ", space, "; write it as RGB"));
     PictureInfo info;
     info.format = format;
     info.width = spec.width;
     info.height = spec.height;
     info.x = spec.x;
     info.y = spec.y;
+    // A place on a page is none in a display window.
+    if (spec.full_width == spec.width && spec.full_height == spec.height) {
+        info.x = spec.full_x;
+        info.y = spec.full_y;
+    }
     info.display_x = spec.full_x;
     info.display_y = spec.full_y;
     info.display_width = spec.full_width;
@@ -205,6 +219,7 @@ Result<PictureInfo> describe_picture(const std::string& path, const std::string&
                                      : spec.metadata_val(attribute, false);
         info.attributes[attribute.name().string()] = text.substr(0, kMostAttribute);
     }
+    info.has_more = (*file)->seek_subimage(1, 0);
     return info;
 }
 
@@ -249,6 +264,12 @@ Result<std::string> encode_picture(const PictureToWrite& picture) {
     if (info.unassociated) spec.attribute("oiio:UnassociatedAlpha", 1);
     if (!info.color_space.empty()) spec.attribute("oiio:ColorSpace", info.color_space);
     if (info.pixel_aspect != 1) spec.attribute("PixelAspectRatio", info.pixel_aspect);
+    if (!picture.compression.empty()) spec.attribute("compression", picture.compression);
+    // Where there is none, encoders of TIFF and DPX would take the time of writing: no two files
+    // were equal then. EXIF's word for an unknown time.
+    const bool is_timed = info.format == "tiff" || info.format == "dpx";
+    if (is_timed && !spec.find_attribute("DateTime"))
+        spec.attribute("DateTime", "0000:00:00 00:00:00");
     for (const auto& [name, text] : picture.attributes) spec.attribute(name, text);
     const MemoryFile memory;
     const auto out = OIIO::ImageOutput::create(picture.info.format);

@@ -145,6 +145,23 @@ Result<PictureEncoding> picture_encoding(const std::string& path, const ExrFile&
         encoding.color_space = color_space_of(*curve);
     else if (input && input->transfer() == encoding.transfer)
         encoding.color_space = input->info().color_space;
+    if (!input) return encoding;
+    const auto& stated = input->info().attributes;
+    if (input->transfer() != encoding.transfer) {
+        encoding.same_transfer = false;
+        if (stated.count("ICCProfile"))
+            encoding.notes.push_back("the ICC profile is left out: it is of the input's transfer");
+    }
+    const auto packed = stated.find("compression");
+    if (same_format && std::string_view(format.name) == "tiff" && packed != stated.end()) {
+        static constexpr std::string_view kLossless[] = {"none", "lzw", "zip", "packbits"};
+        if (std::find(std::begin(kLossless), std::end(kLossless), packed->second) !=
+            std::end(kLossless))
+            encoding.compression = packed->second;
+        else
+            encoding.notes.push_back(
+                concat("packed with zip, not with ", packed->second, " as the input is"));
+    }
     return encoding;
 }
 
@@ -164,6 +181,7 @@ Result<WriteReport> write_picture(const std::string& path, const ImageF& color,
                    " of them not finite; clamp them (--overflow clamp), or write a format "
                    "that holds them (.exr, .tif of 32 bits)"));
     WriteReport report;
+    report.notes = encoding.notes;
     report.overflow_pixels = encoded.outside - encoded.nonfinite;
     report.nonfinite_pixels = encoded.nonfinite;
     if (encoded.has_alpha && !encoding.alpha && !encoding.format->alpha)
@@ -181,6 +199,8 @@ Result<WriteReport> write_picture(const std::string& path, const ImageF& color,
                                            : static_cast<const void*>(encoded.codes.data());
     picture.metadata_of = metadata_of;
     picture.metadata_part = metadata_part;
+    picture.same_transfer = encoding.same_transfer;
+    picture.compression = encoding.compression;
     picture.attributes = options.attributes;
     const auto bytes = (*calls)->encode(picture);
     if (!bytes.ok()) return bytes.status().at(path);

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "chain/image.h"
 #include "tools/sequence/io/picture_format.h"
@@ -22,7 +23,10 @@ struct PictureEncoding {
     bool alpha = false;
     bool unassociated = false;  // PNG always, TIFF where the input has it so
     Transfer transfer = Curve::srgb;
-    std::string color_space;  // that the file says, in OpenImageIO's words; may be empty
+    std::string color_space;    // that the file says, in OpenImageIO's words; may be empty
+    bool same_transfer = true;  // as the input: a profile of its color is still true
+    std::string compression;    // of TIFF, that of its input where it loses nothing; may be empty
+    std::vector<std::string> notes;  // what of the input is not in the output
 };
 // From the frame's header. Errors (usage): bits that the format has not.
 Result<PictureEncoding> picture_encoding(const std::string& path, const ExrFile& color_file,

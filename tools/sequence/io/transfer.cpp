@@ -16,6 +16,11 @@ double cineon_exposure(double stored) {
 }
 const double kCineonBlack = cineon_exposure(95 / 1023.0);
 
+// BT.709 rounds them to 1.099 and 0.018, which leaves a gap between the curve's parts: these are
+// where they meet with one slope (ITU-R BT.2020-2, table 4, note).
+constexpr double kAlpha = 1.09929682680944;
+constexpr double kBeta = 0.018053968510807;
+
 }  // namespace
 
 const char* name_of(Curve curve) {
@@ -41,7 +46,7 @@ double decode(Curve curve, double v) {
         case Curve::srgb:
             return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
         case Curve::rec709:
-            return v < 0.081 ? v / 4.5 : std::pow((v + 0.099) / 1.099, 1 / 0.45);
+            return v < 4.5 * kBeta ? v / 4.5 : std::pow((v + kAlpha - 1) / kAlpha, 1 / 0.45);
         case Curve::gamma22:
             return std::copysign(std::pow(std::abs(v), 2.2), v);
         case Curve::cineon:
@@ -57,7 +62,7 @@ double encode(Curve curve, double v) {
         case Curve::srgb:
             return v <= 0.0031308 ? v * 12.92 : 1.055 * std::pow(v, 1 / 2.4) - 0.055;
         case Curve::rec709:
-            return v < 0.018 ? v * 4.5 : 1.099 * std::pow(v, 0.45) - 0.099;
+            return v < kBeta ? v * 4.5 : kAlpha * std::pow(v, 0.45) - (kAlpha - 1);
         case Curve::gamma22:
             return std::copysign(std::pow(std::abs(v), 1 / 2.2), v);
         case Curve::cineon: {

@@ -10,7 +10,7 @@ namespace postchain::io {
 enum class Curve {
     linear,   // values are light, or are to stay as they are
     srgb,     // IEC 61966-2-1
-    rec709,   // the camera curve of ITU-R BT.709-6, 1.2
+    rec709,   // the camera curve of ITU-R BT.709-6, 1.2, its constants not rounded
     gamma22,  // the power 2.2
     cineon,   // printing density as log, black 95, white 685 of 1023, 0.002 density each, gamma 0.6
 };

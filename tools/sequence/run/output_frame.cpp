@@ -22,6 +22,22 @@ Result<io::WriteReport> write_new_exr(const std::string& path, const SourceFrame
     return io::write_planes_exr(path, file, options);
 }
 
+// Says what else the input has, of which the output has color alone: channels besides
+// `color_channels`, pages.
+Result<io::WriteReport> with_notes(Result<io::WriteReport> report, const io::ExrFile& input,
+                                   size_t color_channels) {
+    if (!report.ok()) return report;
+    size_t channels = 0;
+    for (const io::ExrPart& part : input.parts()) channels += part.channels.size();
+    if (channels > color_channels)
+        report->notes.push_back(concat(channels - color_channels,
+                                       " channels besides color are not in the output; they stand "
+                                       "in the input"));
+    if (input.picture() && input.picture()->info().has_more)
+        report->notes.push_back("the input has further pages; the first alone is in the output");
+    return report;
+}
+
 }  // namespace
 
 Status check_output(const FrameHeader& header, const std::string& path, const RunSettings& settings,
@@ -61,7 +77,9 @@ Result<io::WriteReport> write_output(const std::string& path, SourceFrame& sourc
     const io::ExrFile& color_file = input.files.color_file();
     const bool stored_unassociated = source.conversion.unpremultiplied;
     if (!io::picture_format_of(path)) {
-        if (color_file.picture()) return write_new_exr(path, source, result, options);
+        if (color_file.picture())
+            return with_notes(write_new_exr(path, source, result, options), color_file,
+                              source.input.assignment.at(Role::color).channels.size());
         if (stored_unassociated) to_file_convention(result, source.conversion, stored_color(input));
         return io::write_filtered(path, source.input, result, options, layers);
     }
@@ -78,13 +96,7 @@ Result<io::WriteReport> write_output(const std::string& path, SourceFrame& sourc
     }
     const ImageF shown = io::placed(result, input.window, input.display_window);
     auto report = io::write_picture(path, shown, *encoding, color_file.path(), color.part, options);
-    if (!report.ok()) return report;
-    const size_t others = color_file.parts()[size_t(color.part)].channels.size();
-    if (others > color.channels.size())
-        report->notes.push_back(concat(others - color.channels.size(),
-                                       " channels besides color are not in the output; they stand "
-                                       "in the input"));
-    return report;
+    return with_notes(std::move(report), color_file, color.channels.size());
 }
 
 std::string largest_text(const std::string& path) {

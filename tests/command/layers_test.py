@@ -2,7 +2,9 @@
 
 usage: layers_test.py POSTCHAIN"""
 import json
+import os
 import pathlib
+import shutil
 import struct
 import subprocess
 import sys
@@ -202,6 +204,147 @@ class Layers(Frames):
                 self.assertEqual(after.raw(name), before.raw(name), name)
 
 
+class WrittenChannels(Frames):
+    """With --channels: what is not written is not filtered, nor said to be there."""
+    COLOR = ["ViewLayer.Combined.*", "ViewLayer.Depth.*", "ViewLayer.Vector.*"]
+
+    def only(self, *channels, options=()):
+        return self.filtered("balanced", "--channels", ",".join([*self.COLOR, *channels]),
+                             "--layers", "Combined_*", "--cryptomatte", "filter", *options)
+
+    def names(self, picture):
+        return {name for name in picture.attributes if name.startswith("cryptomatte/")}
+
+    def test_a_cryptomatte_that_is_not_written(self):
+        before = exr.read(FRAMES / "layers.0002.exr")
+        after = self.only("ViewLayer.Combined_key.*")
+        self.assertEqual(len(self.names(before)), 4)
+        self.assertEqual(self.names(after), set())
+        self.assertIn("cryptomatte/542cafa/manifest", " ".join(self.sidecar()["write_notes"]))
+        found = self.sidecar()["layers"]
+        self.assertEqual(found["filtered"], ["ViewLayer.Combined_key"])
+        self.assertNotIn("cryptomattes", found)
+        left = {one["name"]: one["why"] for one in found["left"]}
+        for name in ("Combined_fill", "CryptoObject00", "Normal"):
+            self.assertEqual(left[f"ViewLayer.{name}"], "is not written (--channels)")
+        whole = self.filtered("balanced", "--layers", "Combined_*")
+        for name in after.channels:
+            self.assertEqual(after.raw(name), whole.raw(name), name)
+
+    def test_a_cryptomatte_that_is_written(self):
+        whole = self.filtered("balanced", "--cryptomatte", "filter")
+        after = self.only(f"{CRYPTO}0*")
+        self.assertEqual(self.names(after), self.names(whole))
+        for name in after.channels:
+            self.assertEqual(after.raw(name), whole.raw(name), name)
+        self.assertEqual(self.sidecar()["layers"]["cryptomattes"][0]["name"], CRYPTO)
+        self.assertNotIn("filtered", self.sidecar()["layers"])
+        # Its first ranks are a cryptomatte too.
+        self.assertEqual(self.names(self.only(f"{CRYPTO}00.*")), self.names(whole))
+        self.assertEqual(self.names(self.only(f"{CRYPTO}01.*", f"{CRYPTO}00.r")), set())
+
+    def test_the_output_can_be_an_input(self):
+        self.only("ViewLayer.Combined_key.*")
+        again = f"{self.folder}/again.0002.exr"
+        os.rename(f"{self.folder}/out.0002.exr", again)
+        self.run_on(again, "balanced", "--cryptomatte", "filter", "--set",
+                    "fxaa.matte=Combined_key.R")
+        self.assertIn("the file has no cryptomatte",
+                      self.run_on(again, "balanced", "--set", "fxaa.matte=cryptomatte:ball",
+                                  code=4))
+
+    def test_a_mask_needs_no_cryptomatte(self):
+        """Attributes without channels, as other programs leave them, and an unknown hash."""
+        bare = exr.read(FRAMES / "layers.0002.exr")
+        for name in [name for name in bare.channels if "Crypto" in name]:
+            del bare.channels[name]
+        hashed = exr.read(FRAMES / "layers.0002.exr")
+        hashed.attributes["cryptomatte/542cafa/hash"] = "string", b"crc32"
+        path = f"{self.folder}/odd.0002.exr"
+        for picture, why, filtered in ((bare, "are not there", 0), (hashed, "its hash is", 4)):
+            exr.write(path, picture)
+            self.run_on(path, "balanced", "--set", "fxaa.matte=Combined_key.R")
+            self.assertIn(why, self.run_on(path, "balanced", "--set",
+                                           "fxaa.matte=cryptomatte:ball", code=4))
+            self.assertIn(why, self.run_on(path, "balanced", "--cryptomatte", "filter",
+                                           code=filtered))
+        # Ids stay ids, whatever their hash is.
+        self.run_on(path, "balanced", "--layers", "all")
+        self.assertEqual(exr.read(f"{self.folder}/out.0002.exr").raw(f"{CRYPTO}00.r"),
+                         hashed.raw(f"{CRYPTO}00.r"))
+
+
+class LayersOfSomeFrames(Frames):
+    """Neighbors with other layers than the frame's: color does not change for that."""
+    # Frame 2 reads both neighbors; the last two are made of its pictures.
+    LAYERS = {1: ["key", "zed"], 2: ["zed", "fill", "key"], 3: ["zed"]}
+
+    def write(self, folder, frames, crypto=(1, 2, 3)):
+        os.mkdir(f"{self.folder}/{folder}")
+        for frame in frames:
+            picture = exr.read(FRAMES / f"layers.{2 - frame % 2:04}.exr")
+            for name in list(picture.channels):
+                if not name.split(".")[1] in ("Combined", "Depth", "Vector") and not (
+                        frame in crypto and name.startswith(CRYPTO)):
+                    del picture.channels[name]
+            for at, layer in enumerate(("key", "fill", "zed")):
+                for word in "RGB":
+                    if layer in self.LAYERS[frame]:
+                        source = picture.values(channel("Combined", word))
+                        picture.channels[channel(layer, word)] = "f", [
+                            value * (at + 1) / 6 for value in source]
+            if frame not in crypto:
+                for name in [one for one in picture.attributes if one.startswith("cryptomatte/")]:
+                    del picture.attributes[name]
+            exr.write(f"{self.folder}/{folder}/in.{frame:04}.exr", picture)
+
+    def second(self, folder, *options):
+        self.messages = self.run_on(f"{self.folder}/{folder}/in.####.exr", "balanced", "--frames",
+                                    "2", *options)
+        return exr.read(f"{self.folder}/out.0002.exr")
+
+    def same(self, first, second, layer):
+        names = [name for name in first.channels if name.split(".")[1].startswith(layer)]
+        self.assertGreater(len(names), 2)
+        return all(first.raw(name) == second.raw(name) for name in names)
+
+    def test_each_layer_is_filtered_with_the_neighbors_that_have_it(self):
+        for folder, frames in (("all", (1, 2, 3)), ("first", (1, 2)), ("alone", (2,))):
+            self.write(folder, frames)
+        plain, first, alone = (self.second("all"), self.second("first", "--layers", "all"),
+                               self.second("alone", "--layers", "all"))
+        self.assertFalse(self.same(plain, alone, "Combined"))
+        after = self.second("all", "--layers", "all")
+        self.assertTrue(self.same(after, plain, "Combined"))
+        self.assertTrue(self.same(after, first, "key"))
+        self.assertFalse(self.same(after, alone, "key"))
+        self.assertTrue(self.same(after, alone, "fill"))
+        self.assertIn("without the frame before, which has no such layers: ViewLayer.fill\n",
+                      self.messages)
+        self.assertIn("without the frame after, which has no such layers: ViewLayer.fill, "
+                      "ViewLayer.key\n", self.messages)
+        self.assertNotIn("missing_neighbors", self.sidecar()["plan"])
+        # What all have is a part of color everywhere.
+        for word in "RGB":
+            half = [value / 2 for value in after.values(channel("Combined", word))]
+            self.assertLess(largest_difference(after.values(channel("zed", word)), half), 1e-5)
+        # No layer that all have, and none that any has.
+        for layers in ("key,fill", "fill"):
+            after = self.second("all", "--layers", layers)
+            self.assertTrue(self.same(after, plain, "Combined"), layers)
+            self.assertTrue(self.same(after, alone, "fill"), layers)
+
+    def test_a_cryptomatte_that_a_neighbor_lacks(self):
+        self.write("all", (1, 2, 3), crypto=(2,))
+        self.write("alone", (2,))
+        plain = self.second("all")
+        after = self.second("all", "--cryptomatte", "filter")
+        self.assertTrue(self.same(after, plain, "Combined"))
+        self.assertIn(f"has no such layers: {CRYPTO}\n", self.messages)
+        alone = self.second("alone", "--cryptomatte", "filter")
+        self.assertTrue(self.same(after, alone, "CryptoObject0"))
+
+
 class Mattes(Frames):
     """Passes that leave an object as it is."""
 
@@ -259,6 +402,29 @@ class Mattes(Frames):
         self.assertIn("no pixel of cryptomatte ViewLayer.CryptoObject has such an id", out)
         self.assertIn("patterns need a manifest",
                       self.with_matte("cryptomatte:b*", pattern=path, code=4))
+
+    def test_a_manifest_is_never_replaced(self):
+        picture = exr.read(FRAMES / "layers.0002.exr")
+        manifest = picture.attributes.pop("cryptomatte/542cafa/manifest")[1]
+        chain = self.chain('fxaa: {matte: "cryptomatte:ball"}')
+        # By the sidecar of this frame, of another, and as the name of a link.
+        for output, place in (("out.0001.exr.json", ""), ("out.0002.exr.json", ""),
+                              ("out.0002.exr.json", "names.json")):
+            picture.attributes["cryptomatte/542cafa/manif_file"] = (
+                "string", (place or output).encode())
+            exr.write(f"{self.folder}/in.0002.exr", picture)
+            shutil.copy(FRAMES / "layers.0001.exr", f"{self.folder}/in.0001.exr")
+            path = pathlib.Path(self.folder) / output
+            path.write_bytes(manifest)
+            if place:
+                os.symlink(path, f"{self.folder}/{place}")
+            message = self.run_on(f"{self.folder}/in.####.exr", chain, code=2)
+            self.assertIn(f"the manifest of cryptomatte {CRYPTO}", message)
+            self.assertIn("--no-sidecar", message)
+            self.assertEqual(path.read_bytes(), manifest)
+            self.run_on(f"{self.folder}/in.####.exr", chain, "--no-sidecar")
+            self.assertEqual(path.read_bytes(), manifest)
+            path.unlink()
 
     def test_bad_mattes(self):
         for matte, message in [

@@ -196,7 +196,8 @@ TEST(Cryptomatte, WhatCannotBeRead) {
     const test::TempFolder folder;
     const auto error = [&](const CryptoFile& file) {
         const auto all = found(write(folder, file));
-        return all.ok() ? "" : all.status().message();
+        EXPECT_TRUE(all.ok()) << all.status().message();
+        return all->empty() ? "" : all->front().fault.message();
     };
     EXPECT_THAT(error({.attributes = attributes({{"hash", "MD5"}})}),
                 HasSubstr("only MurmurHash3_32 is known"));
@@ -207,6 +208,26 @@ TEST(Cryptomatte, WhatCannotBeRead) {
     EXPECT_THAT(error({.attributes = attributes(), .type = Imf::UINT}),
                 HasSubstr("crypto_object00.r is uint"));
     EXPECT_EQ(error({.attributes = {}}), "");
+    EXPECT_EQ(error({.attributes = attributes()}), "");
+}
+
+TEST(Cryptomatte, AttributesAreTrueOfItsFirstRanks) {
+    const test::TempFolder folder;
+    auto file =
+        ExrFile::open(write(folder, {.attributes = attributes({{"manif_file", "m.json"}})}));
+    ASSERT_TRUE(file.ok());
+    const auto lost = [&](const std::vector<std::string>& channels) {
+        const ExrPart& part = file->parts()[0];
+        return attributes_without_ranks(part, file->parts(), {.channels = channels}).size();
+    };
+    EXPECT_EQ(lost({}), 0u);
+    EXPECT_EQ(lost({"crypto_object00.*"}), 0u);
+    EXPECT_EQ(lost({"crypto_object01.*"}), 4u);
+    EXPECT_EQ(lost({"crypto_object00.r"}), 4u);
+    // What was not true before is not touched.
+    auto other = ExrFile::open(write(folder, {.attributes = attributes({{"name", "other"}})}));
+    EXPECT_THAT(attributes_without_ranks(other->parts()[0], other->parts(), {.channels = {"a"}}),
+                ElementsAre());
 }
 
 ImageF plane(std::initializer_list<float> values) {

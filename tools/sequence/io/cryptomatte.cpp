@@ -49,14 +49,24 @@ std::string take_manifest(const std::string& text, Cryptomatte& to) {
 }
 
 // A file beside the frame or below its folder, as the specification has it: a frame must not make
-// the program read elsewhere.
-std::string take_manifest_file(const std::string& frame, const std::string& name, Cryptomatte& to) {
+// the program read elsewhere. Empty where the name leads there.
+std::string manifest_file(const std::string& frame, const std::string& name) {
     const fs::path relative(name);
     const bool leaves = std::any_of(relative.begin(), relative.end(),
                                     [](const fs::path& word) { return word == ".."; });
-    if (relative.is_absolute() || leaves || name.empty())
+    if (relative.is_absolute() || leaves || name.empty()) return "";
+    return (fs::path(frame).parent_path() / relative).string();
+}
+
+std::string take_manifest_file(const std::string& name, const PathHold& hold, Cryptomatte& to) {
+    fs::path path = to.manifest_file;
+    if (path.empty())
         return concat("its manifest file ", quoted(name), " is not in the frame's folder");
-    const fs::path path = fs::path(frame).parent_path() / relative;
+    if (hold) {
+        auto held = hold(path.string());
+        if (!held.ok()) return concat("its manifest file: ", held.status().message());
+        path = std::move(*held);
+    }
     std::error_code error;
     if (!fs::is_regular_file(path, error))
         return concat("its manifest file ", path.string(), " is not there");
@@ -71,22 +81,23 @@ std::string take_manifest_file(const std::string& frame, const std::string& name
 }
 
 // In the attributes of a cryptomatte, or in the file that they name.
-std::string find_manifest(const std::string& frame,
-                          const std::map<std::string, std::string>& attributes, Cryptomatte& to) {
+std::string find_manifest(const std::map<std::string, std::string>& attributes,
+                          const PathHold& hold, Cryptomatte& to) {
     if (const auto text = attributes.find("manifest"); text != attributes.end())
         return take_manifest(text->second, to);
     if (const auto name = attributes.find("manif_file"); name != attributes.end())
-        return take_manifest_file(frame, name->second, to);
+        return take_manifest_file(name->second, hold, to);
     return "it has no manifest";
 }
 
 // The four channels of a level, which is a layer of a part or a part of its own.
-std::optional<CryptoLevel> level_of(const ExrFile& file, const std::string& name, int number) {
+std::optional<CryptoLevel> level_of(const std::vector<ExrPart>& parts, const std::string& name,
+                                    int number) {
     const std::string layer = concat(name, number < 10 ? "0" : "", number);
     constexpr std::array<std::array<const char*, 4>, 3> kWords = {
         {{"r", "g", "b", "a"}, {"R", "G", "B", "A"}, {"red", "green", "blue", "alpha"}}};
-    for (size_t part = 0; part < file.parts().size(); ++part) {
-        const ExrPart& info = file.parts()[part];
+    for (size_t part = 0; part < parts.size(); ++part) {
+        const ExrPart& info = parts[part];
         std::vector<std::string> prefixes = {layer + "."};
         if (info.name == layer) prefixes.push_back("");
         for (const std::string& prefix : prefixes) {
@@ -104,19 +115,24 @@ std::optional<CryptoLevel> level_of(const ExrFile& file, const std::string& name
     return {};
 }
 
-Status find_levels(const ExrFile& file, Cryptomatte& cryptomatte) {
+void find_levels(const ExrFile& file, Cryptomatte& cryptomatte) {
     for (int number = 0; number < 100; ++number) {
-        auto level = level_of(file, cryptomatte.name, number);
+        auto level = level_of(file.parts(), cryptomatte.name, number);
         if (!level) break;
-        const std::vector<std::string> names(level->channels.begin(), level->channels.end());
-        if (Status status = file.check_channels(level->part, names); !status.ok()) return status;
+        cryptomatte.levels.push_back(std::move(*level));
+    }
+}
+
+Status check_levels(const ExrFile& file, const Cryptomatte& cryptomatte) {
+    for (const CryptoLevel& level : cryptomatte.levels) {
+        const std::vector<std::string> names(level.channels.begin(), level.channels.end());
+        if (Status status = file.check_channels(level.part, names); !status.ok()) return status;
         for (const std::string& name : names)
-            if (const auto type = file.parts()[size_t(level->part)].find(name)->type;
+            if (const auto type = file.parts()[size_t(level.part)].find(name)->type;
                 type != PixelType::float32)
                 return fault(file, cryptomatte,
                              concat("channel ", name, " is ", name_of(type),
                                     ", and ids are the bits of floats; write it as float"));
-        cryptomatte.levels.push_back(std::move(*level));
     }
     if (cryptomatte.levels.empty())
         return fault(file, cryptomatte,
@@ -128,6 +144,13 @@ Status find_levels(const ExrFile& file, Cryptomatte& cryptomatte) {
         if (window(level) != window(cryptomatte.levels[0]))
             return fault(file, cryptomatte, "its ranks are of parts of different size");
     return Status();
+}
+
+// "1234567" of "cryptomatte/1234567/name"; empty where it is no attribute of a cryptomatte.
+std::string key_of(const std::string& attribute) {
+    const size_t slash = attribute.rfind('/');
+    if (!attribute.starts_with(kPrefix) || slash < kPrefix.size()) return "";
+    return attribute.substr(kPrefix.size(), slash - kPrefix.size());
 }
 
 }  // namespace
@@ -173,17 +196,15 @@ bool Cryptomatte::holds(int part, std::string_view channel) const {
     });
 }
 
-Result<std::vector<Cryptomatte>> find_cryptomattes(const ExrFile& file, Manifests manifests) try {
+Result<std::vector<Cryptomatte>> find_cryptomattes(const ExrFile& file, Manifests manifests,
+                                                   const PathHold& hold) try {
     // By name: in a file of many parts each may repeat the attributes.
     std::map<std::string, std::map<std::string, std::string>> found;
     for (const ExrPart& part : file.parts()) {
         std::map<std::string, std::map<std::string, std::string>> keys;
         for (const auto& [name, value] : part.attributes) {
-            if (!name.starts_with(kPrefix)) continue;
-            const size_t slash = name.rfind('/');
-            if (slash < kPrefix.size()) continue;
-            auto& own = keys[name.substr(kPrefix.size(), slash - kPrefix.size())];
-            own[name.substr(slash + 1)] = value;
+            const std::string key = key_of(name);
+            if (!key.empty()) keys[key][name.substr(name.rfind('/') + 1)] = value;
         }
         for (auto& [key, own] : keys)
             if (own.contains("name")) {
@@ -204,16 +225,40 @@ Result<std::vector<Cryptomatte>> find_cryptomattes(const ExrFile& file, Manifest
                 file, cryptomatte,
                 concat("its ", what, " is ", quoted(it->second), ", and only ", only, " is known"));
         };
-        if (Status status = stated("hash", "MurmurHash3_32"); !status.ok()) return status;
-        if (Status status = stated("conversion", "uint32_to_float32"); !status.ok()) return status;
-        if (Status status = find_levels(file, cryptomatte); !status.ok()) return status;
+        find_levels(file, cryptomatte);
+        cryptomatte.fault = stated("hash", "MurmurHash3_32");
+        if (cryptomatte.fault.ok()) cryptomatte.fault = stated("conversion", "uint32_to_float32");
+        if (cryptomatte.fault.ok()) cryptomatte.fault = check_levels(file, cryptomatte);
+        if (const auto named = own.find("manif_file"); named != own.end() && !own.count("manifest"))
+            cryptomatte.manifest_file = manifest_file(file.path(), named->second);
         if (manifests == Manifests::read)
-            cryptomatte.no_manifest = find_manifest(file.path(), own, cryptomatte);
+            cryptomatte.no_manifest = find_manifest(own, hold, cryptomatte);
         all.push_back(std::move(cryptomatte));
     }
     return all;
 } catch (...) {
     return status_of_exception(file.path());
+}
+
+std::vector<std::string> attributes_without_ranks(const ExrPart& part,
+                                                  const std::vector<ExrPart>& parts,
+                                                  const ExrSettings& written) {
+    std::vector<ExrPart> left;
+    for (const ExrPart& one : parts) {
+        ExrPart& to = left.emplace_back();
+        to.name = one.name;
+        for (const ExrChannel& channel : one.channels)
+            if (written.takes(channel.name)) to.channels.push_back(channel);
+    }
+    std::vector<std::string> lost;
+    for (const auto& [attribute, value] : part.attributes) {
+        const std::string key = key_of(attribute);
+        const auto name = part.attributes.find(concat(kPrefix, key, "/name"));
+        if (key.empty() || name == part.attributes.end()) continue;
+        if (level_of(parts, name->second, 0) && !level_of(left, name->second, 0))
+            lost.push_back(attribute);
+    }
+    return lost;
 }
 
 RankedCoverage::RankedCoverage(int w, int h, int r)

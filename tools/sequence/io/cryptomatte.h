@@ -11,6 +11,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <string>
 #include <string_view>
@@ -19,6 +20,7 @@
 #include "chain/image.h"
 #include "chain/status.h"
 #include "tools/sequence/io/exr_reader.h"
+#include "tools/sequence/io/exr_settings.h"
 
 namespace postchain::io {
 
@@ -43,6 +45,8 @@ struct Cryptomatte {
     std::vector<CryptoLevel> levels;
     std::map<std::string, CryptoId> manifest;  // by name; empty where there is none
     std::string no_manifest;                   // why there is none
+    std::string manifest_file;                 // that its attributes name; empty: none
+    Status fault;                              // why it cannot be used
 
     int ranks() const { return 2 * int(levels.size()); }
     // Without what stands before its last dot: "CryptoObject".
@@ -54,11 +58,23 @@ struct Cryptomatte {
 // no_manifest stay empty.
 enum class Manifests { read, not_read };
 
+// Of a file that a frame names the path to read, without links, or why it is not to be read. None:
+// every file is read, and links are followed.
+using PathHold = std::function<Result<std::string>(const std::string& path)>;
+
 // In the order of their names. A manifest that cannot be read is no error: Cryptomatte::no_manifest
-// says why. Errors (input), each naming the file: a hash or conversion that the specification does
-// not have, ranks that are not there, are no float channels or are of parts of different size.
+// says why. Nor is a cryptomatte that cannot be used; Cryptomatte::fault (input) names the file: a
+// hash or conversion that the specification does not have, ranks that are not there (it has no
+// levels then), are no float channels or are of parts of different size.
 Result<std::vector<Cryptomatte>> find_cryptomattes(const ExrFile& file,
-                                                   Manifests manifests = Manifests::read);
+                                                   Manifests manifests = Manifests::read,
+                                                   const PathHold& hold = {});
+
+// The attributes of `part` that would be true no more in a file with the channels that `written`
+// takes: those of cryptomattes whose ranks `parts`, the whole file, has, and the new one has not.
+std::vector<std::string> attributes_without_ranks(const ExrPart& part,
+                                                  const std::vector<ExrPart>& parts,
+                                                  const ExrSettings& written);
 
 // Ids and coverages of every pixel, ranks together: [(y * width + x) * ranks + rank].
 struct RankedCoverage {

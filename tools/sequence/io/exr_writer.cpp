@@ -9,6 +9,8 @@
 #include <cstring>
 #include <numeric>
 
+#include "chain/text.h"
+#include "tools/sequence/io/cryptomatte.h"
 #include "tools/sequence/io/exr_attributes.h"
 #include "tools/sequence/io/exr_internal.h"
 #include "tools/sequence/io/exr_layout.h"
@@ -272,6 +274,13 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
     std::vector<Imf::Header> headers;
     for (int i = 0; i < input.file->parts(); ++i) headers.push_back(input.file->header(i));
     const std::vector<int> copied = written_parts(parts, options.exr);
+    for (const int part : copied) {
+        const auto lost = attributes_without_ranks(parts[size_t(part)], parts, options.exr);
+        if (lost.empty()) continue;
+        headers[size_t(part)] = without(headers[size_t(part)], lost);
+        report.notes.push_back(
+            concat("attributes left out: their cryptomatte is not written: ", joined(lost)));
+    }
     std::map<int, RewrittenPart> rewritten;
     EncodeCounts counts;
     for (const auto& [part, of_part] : *replaced) {

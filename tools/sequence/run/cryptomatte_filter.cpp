@@ -30,9 +30,13 @@ struct Sources {
 
 Sources sources_of(const SourceFrame& frame, size_t index) {
     Sources sources{&frame.cryptomattes->ranks[index], {}};
-    for (const auto& [neighbor, other] : frame.neighbor_cryptomattes)
-        if (frame.planes.count(role_of(neighbor, Role::color)))
-            sources.neighbors[neighbor] = {&other->ranks[index], other->window};
+    for (const auto& [neighbor, other] : frame.neighbor_cryptomattes) {
+        const auto named =
+            std::find(other->names.begin(), other->names.end(), frame.cryptomattes->names[index]);
+        if (named != other->names.end() && frame.planes.count(role_of(neighbor, Role::color)))
+            sources.neighbors[neighbor] = {&other->ranks[size_t(named - other->names.begin())],
+                                           other->window};
+    }
     return sources;
 }
 

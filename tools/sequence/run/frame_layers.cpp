@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <set>
 
 #include "chain/layers.h"
@@ -40,8 +41,10 @@ std::string obstacle(const io::ExrFile& file, const RoleChannels& channels,
 // ------------------------------------------------------------------------------------- mattes
 class MatteFinder {
   public:
-    MatteFinder(const io::ExrFile& file, const ProfileMatch& match, FrameLayers& layers)
-        : file_(file), match_(match), layers_(layers) {}
+    // `faulty`: cryptomattes that cannot be used.
+    MatteFinder(const io::ExrFile& file, const ProfileMatch& match,
+                const std::vector<io::Cryptomatte>& faulty, FrameLayers& layers)
+        : file_(file), match_(match), faulty_(faulty), layers_(layers) {}
 
     Result<MatteSource> find(const std::string& name) {
         MatteSource source;
@@ -49,16 +52,20 @@ class MatteFinder {
         const size_t colon = name.find(':');
         if (colon != std::string::npos) {
             const std::string of = name.substr(0, colon);
+            const auto is_meant = [&](const io::Cryptomatte& one) {
+                return of == kAnyCryptomatte || of == one.name || of == one.short_name();
+            };
             std::vector<size_t> candidates;
-            for (size_t i = 0; i < layers_.cryptomattes.size(); ++i) {
-                const auto& one = layers_.cryptomattes[i];
-                if (of == kAnyCryptomatte || of == one.name || of == one.short_name())
-                    candidates.push_back(i);
-            }
+            for (size_t i = 0; i < layers_.cryptomattes.size(); ++i)
+                if (is_meant(layers_.cryptomattes[i])) candidates.push_back(i);
+            const auto faulty = std::find_if(faulty_.begin(), faulty_.end(), is_meant);
+            if (candidates.empty() && faulty != faulty_.end()) return faulty->fault;
             if (!candidates.empty() || of == kAnyCryptomatte) {
                 Status status = find_ids(name, name.substr(colon + 1), candidates, source);
-                if (!status.ok()) return status;
-                return source;
+                if (status.ok()) return source;
+                if (faulty == faulty_.end()) return status;
+                return Status(status.code(),
+                              concat(status.message(), "; and ", faulty->fault.message()));
             }
         }
         Status status = find_channel(source);
@@ -171,6 +178,7 @@ class MatteFinder {
 
     const io::ExrFile& file_;
     const ProfileMatch& match_;
+    const std::vector<io::Cryptomatte>& faulty_;
     FrameLayers& layers_;
 };
 
@@ -199,6 +207,26 @@ void mark_cryptomattes(const std::vector<io::Cryptomatte>& cryptomattes,
         }
 }
 
+// Any channel of them.
+bool is_written(const std::vector<std::string>& channels, const io::ExrSettings& written) {
+    return std::any_of(channels.begin(), channels.end(),
+                       [&](const std::string& name) { return written.takes(name); });
+}
+
+bool is_written(const io::Cryptomatte& cryptomatte, const io::ExrSettings& written) {
+    return std::any_of(
+        cryptomatte.levels.begin(), cryptomatte.levels.end(), [&](const io::CryptoLevel& level) {
+            return is_written({level.channels.begin(), level.channels.end()}, written);
+        });
+}
+
+bool is_of_filtered(const FileLayer& layer, const FrameLayers& layers) {
+    const auto end = layers.cryptomattes.begin() + std::ptrdiff_t(layers.filtered_cryptomattes);
+    return std::any_of(layers.cryptomattes.begin(), end, [&](const io::Cryptomatte& one) {
+        return one.holds(layer.channels.part, layer.channels.channels[0]);
+    });
+}
+
 }  // namespace
 
 std::vector<std::string> mattes_of(const Chain& chain) {
@@ -207,6 +235,10 @@ std::vector<std::string> mattes_of(const Chain& chain) {
         if (!link.matte.empty() && std::find(names.begin(), names.end(), link.matte) == names.end())
             names.push_back(link.matte);
     return names;
+}
+
+bool is_matte_of_ids(const std::string& matte) {
+    return matte.find(':') != std::string::npos;
 }
 
 std::vector<int> matte_indices(const Chain& chain, const std::vector<std::string>& mattes) {
@@ -229,8 +261,8 @@ std::string FrameLayers::text() const {
         channels(layer.channels);
         text += "\n";
     }
-    for (const io::Cryptomatte& one : cryptomattes)
-        if (filter_cryptomattes) text += "cryptomatte " + one.name + "\n";
+    for (size_t i = 0; i < filtered_cryptomattes; ++i)
+        text += "cryptomatte " + cryptomattes[i].name + "\n";
     for (const MatteSource& matte : mattes) {
         text += "matte";
         channels(matte.channel);
@@ -248,14 +280,25 @@ Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
                                       const ProfileMatch& match) try {
     FrameLayers result;
     std::vector<FileLayer> layers = find_layers(io::channels_of(file), match, data);
-    result.filter_cryptomattes = settings.cryptomatte == CryptomatteChoice::filter;
     auto cryptomattes = io::find_cryptomattes(
-        file, settings.mattes.empty() ? io::Manifests::not_read : io::Manifests::read);
-    if (cryptomattes.ok())
-        result.cryptomattes = std::move(*cryptomattes);
-    else if (result.filter_cryptomattes || !settings.mattes.empty())
-        return cryptomattes.status();
-    mark_cryptomattes(result.cryptomattes, layers);
+        file, settings.mattes.empty() ? io::Manifests::not_read : io::Manifests::read,
+        settings.hold);
+    if (!cryptomattes.ok()) return cryptomattes.status();
+    mark_cryptomattes(*cryptomattes, layers);
+    std::vector<io::Cryptomatte> kept, faulty;
+    for (io::Cryptomatte& one : *cryptomattes) {
+        const bool asked = settings.cryptomatte == CryptomatteChoice::filter;
+        const bool filtered = asked && is_written(one, settings.written);
+        if (filtered && !one.fault.ok()) return one.fault;
+        if (asked && one.levels.empty())
+            result.warnings.push_back(one.fault.message() + ": nothing is filtered");
+        (!one.fault.ok() ? faulty
+         : filtered      ? result.cryptomattes
+                         : kept)
+            .push_back(std::move(one));
+    }
+    result.filtered_cryptomattes = result.cryptomattes.size();
+    std::move(kept.begin(), kept.end(), std::back_inserter(result.cryptomattes));
 
     const auto chosen = choose_layers(layers, settings.layers, match.layer);
     if (!chosen.ok()) return chosen.status().at(file.path() + ": --layers");
@@ -263,9 +306,12 @@ Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
     const bool all = std::find(words.begin(), words.end(), "all") != words.end();
     for (size_t i = 0; i < layers.size(); ++i) {
         FileLayer& layer = layers[i];
+        if (!is_written(layer.channels.channels, settings.written)) {
+            result.left.push_back({layer.name, "is not written (--channels)"});
+            continue;
+        }
         if (!std::binary_search(chosen->begin(), chosen->end(), i)) {
-            const bool filtered = result.filter_cryptomattes && layer.data == "is a cryptomatte";
-            if (!filtered)
+            if (!is_of_filtered(layer, result))
                 result.left.push_back(
                     {layer.name, layer.is_color() ? "not asked for" : layer.data});
             continue;
@@ -279,19 +325,21 @@ Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
             return Status(StatusCode::input,
                           concat(file.path(), ": --layers: layer ", layer.name, " ", why));
     }
-    for (const io::Cryptomatte& one : result.cryptomattes) {
+    for (size_t i = 0; i < result.cryptomattes.size(); ++i) {
+        const io::Cryptomatte& one = result.cryptomattes[i];
         const RoleChannels where{one.levels[0].part, {}};
         const std::string why = obstacle(file, where, match);
-        if (result.filter_cryptomattes && !why.empty())
+        const bool filtered = i < result.filtered_cryptomattes;
+        if (filtered && !why.empty())
             return Status(StatusCode::input,
                           concat(file.path(), ": --cryptomatte: ", one.name, " ", why));
-        if (!result.filter_cryptomattes && !result.filtered.empty())
+        if (!filtered && !result.filtered.empty() && is_written(one, settings.written))
             result.warnings.push_back(
                 concat(file.path(), ": cryptomatte ", one.name,
                        " stays as rendered and is sharper than the layers beside it "
                        "(--cryptomatte filter)"));
     }
-    MatteFinder finder(file, match, result);
+    MatteFinder finder(file, match, faulty, result);
     for (const std::string& name : settings.mattes) {
         auto matte = finder.find(name);
         if (!matte.ok()) return matte.status();

@@ -29,10 +29,14 @@ struct LayerSettings {
     std::string layers = "none";  // choose_layers()
     CryptomatteChoice cryptomatte = CryptomatteChoice::keep;
     std::vector<std::string> mattes;  // mattes_of() the chains
+    io::PathHold hold;                // of the manifests' files; none: all are read
+    io::ExrSettings written;          // what it takes is filtered, what is asked for
 };
 
 // What the passes name as their mattes, each once, in the order of the passes.
 std::vector<std::string> mattes_of(const Chain& chain);
+// Whether it is the coverage of ids, not a channel: "cryptomatte:hero".
+bool is_matte_of_ids(const std::string& matte);
 // FrameDescription::mattes of the chain, where the plane of mattes holds `mattes`.
 std::vector<int> matte_indices(const Chain& chain, const std::vector<std::string>& mattes);
 
@@ -52,20 +56,19 @@ struct FrameLayers {
     std::vector<FileLayer> filtered;  // in the order of the plane Role::layers
     std::vector<LeftLayer> left;      // written back bit for bit
     std::vector<io::Cryptomatte> cryptomattes;
-    bool filter_cryptomattes = false;
-    std::vector<MatteSource> mattes;  // in the order of LayerSettings::mattes
+    size_t filtered_cryptomattes = 0;  // so many of them, the first
+    std::vector<MatteSource> mattes;   // in the order of LayerSettings::mattes
     std::vector<std::string> warnings;
 
     // Whether Role::layers has anything to do here.
-    bool any_filtered() const {
-        return !filtered.empty() || (filter_cryptomattes && !cryptomattes.empty());
-    }
+    bool any_filtered() const { return !filtered.empty() || filtered_cryptomattes > 0; }
     std::string text() const;  // what the filtered pixels follow from, for the fingerprint
 };
 
 // `data`: data_names() of the profile. Errors (usage, input), each naming the file:
 // choose_layers(), a layer of another size, one with channels that cannot be filtered; a matte that
-// is not there (nearest names) or that several channels or cryptomattes have.
+// is not there (nearest names) or that several channels or cryptomattes have; a cryptomatte with a
+// fault that is to be filtered, or that alone could have a matte.
 Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
                                       const std::vector<std::string>& data, const io::ExrFile& file,
                                       const ProfileMatch& match);

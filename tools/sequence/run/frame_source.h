@@ -83,7 +83,14 @@ struct SurfaceHealth {
 // The cryptomattes of a frame that are filtered, in the order of FrameLayers::cryptomattes.
 struct FrameCryptomattes {
     io::Window window;
+    std::vector<std::string> names;
     std::vector<io::RankedCoverage> ranks;
+};
+
+// Layers that are filtered without the neighbors that lack them (layers_apart.h).
+struct LayersApart {
+    std::vector<size_t> layers;  // of FrameLayers::filtered
+    SharedPlanes planes;         // Role::layers, and those of the neighbors that have them
 };
 
 struct SourceFrame {
@@ -95,6 +102,7 @@ struct SourceFrame {
     ProfileMatch match;
     Origins camera_origins;  // of description.camera
     FrameLayers layers;
+    std::vector<LayersApart> layers_apart;  // `planes` has the others
     // None where they stay as they are.
     std::shared_ptr<const FrameCryptomattes> cryptomattes;
     std::map<Neighbor, std::shared_ptr<const FrameCryptomattes>> neighbor_cryptomattes;

@@ -47,9 +47,9 @@ std::string layers_text(const FrameLayers& layers) {
     if (layers.any_filtered()) {
         std::vector<std::string> names;
         for (const FileLayer& layer : layers.filtered) names.push_back(layer.name);
-        if (layers.filter_cryptomattes)
-            for (const io::Cryptomatte& one : layers.cryptomattes)
-                names.push_back(concat(one.name, " (by id, ", one.ranks(), " ranks)"));
+        for (size_t i = 0; i < layers.filtered_cryptomattes; ++i)
+            names.push_back(concat(layers.cryptomattes[i].name, " (by id, ",
+                                   layers.cryptomattes[i].ranks(), " ranks)"));
         text += "layers filtered too: " + joined(names) + "\n";
     }
     std::map<std::string, std::vector<std::string>> left;  // by reason

@@ -77,9 +77,10 @@ uint64_t frame_bytes(const FrameHeader& header, RoleSet present, io::Keep keep, 
     planes += layers;
     if (present.has(Role::mattes)) planes += header.layers.mattes.size() * pixels * sizeof(float);
     // Ranks as read and as filtered, and the layers of a chunk of ids in and out.
-    if (present.has(Role::layers) && header.layers.filter_cryptomattes) {
-        for (const io::Cryptomatte& one : header.layers.cryptomattes)
-            planes += 2 * pixels * uint64_t(one.ranks()) * (sizeof(io::CryptoId) + sizeof(float));
+    if (present.has(Role::layers) && header.layers.filtered_cryptomattes > 0) {
+        for (size_t i = 0; i < header.layers.filtered_cryptomattes; ++i)
+            planes += 2 * pixels * uint64_t(header.layers.cryptomattes[i].ranks()) *
+                      (sizeof(io::CryptoId) + sizeof(float));
         planes += 2 * uint64_t(layers_at_once(pixels)) * pixels * 4 * sizeof(float);
     }
     if (keep == io::Keep::nothing) return planes + stored;

@@ -1,7 +1,10 @@
 #include "tools/sequence/run/run_files.h"
 
+#include <algorithm>
+#include <map>
 #include <set>
 
+#include "tools/sequence/io/cryptomatte.h"
 #include "tools/sequence/io/preview.h"
 #include "tools/sequence/run/job_settings.h"
 #include "tools/sequence/run/sidecar.h"
@@ -44,6 +47,27 @@ bool is_output_name(const std::string& name, const RunSettings& settings) {
     return preview.ok() && preview->match(name);
 }
 
+// Manifests of cryptomattes, which frames name. They are read where a matte is of ids.
+void read_manifests(const Chain& chain, const RunSettings& settings,
+                    const std::vector<FrameTask>& tasks, io::OutputFiles& files) {
+    const auto mattes = mattes_of(chain);
+    if (std::none_of(mattes.begin(), mattes.end(), is_matte_of_ids)) return;
+    const std::map<int, std::string> on_disk = settings.input.color().discover();
+    std::set<int> opened;
+    for (const FrameTask& task : tasks) {
+        for (int frame : {task.source - 1, task.source, task.source + 1}) {
+            if (!on_disk.contains(frame) || !opened.insert(frame).second) continue;
+            const auto file = io::ExrFile::open(on_disk.at(frame));
+            if (!file.ok()) continue;
+            const auto cryptomattes = io::find_cryptomattes(*file, io::Manifests::not_read);
+            if (!cryptomattes.ok()) continue;
+            for (const io::Cryptomatte& one : *cryptomattes)
+                if (!one.manifest_file.empty())
+                    files.read({one.manifest_file, "the manifest of cryptomatte " + one.name});
+        }
+    }
+}
+
 }  // namespace
 
 std::string stage_path(const std::string& folder, const std::string& stage, int frame) {
@@ -71,6 +95,7 @@ io::OutputFiles files_of_run(const Chain& chain, const RunSettings& settings,
                              const std::vector<FrameTask>& tasks) {
     io::OutputFiles files(settings.on_existing, "skip or overwrite");
     read_inputs(settings, files);
+    read_manifests(chain, settings, tasks, files);
     const std::string other = "name another output with " + option_name("output");
     for (const FrameTask& task : tasks) {
         const std::string of = concat(" of frame ", task.frame);

@@ -11,6 +11,7 @@
 #include "tools/sequence/io/preview.h"
 #include "tools/sequence/run/clock.h"
 #include "tools/sequence/run/fingerprint.h"
+#include "tools/sequence/run/layers_apart.h"
 #include "tools/sequence/run/output_frame.h"
 #include "tools/sequence/run/plan_warnings.h"
 #include "tools/sequence/run/record.h"
@@ -126,6 +127,12 @@ class FilterJob final : public FrameJob {
         report.work_done = executor_.work_done();
         report.timing_source = executor_.timing_source();
         report.counters = executor_.counters();
+        if (!frame.source->layers_apart.empty()) {
+            auto layers =
+                filter_apart(chain_, *frame.source, settings_.plan, executor_, frame.layers);
+            if (!layers.ok()) return layers.status().at(report.inputs.at(Role::color));
+            frame.layers = std::move(*layers);
+        }
         const bool any_pass = std::any_of(report.plan->passes.begin(), report.plan->passes.end(),
                                           [](const auto& pass) { return !pass.elided; });
         if (frame.source->cryptomattes && any_pass) {

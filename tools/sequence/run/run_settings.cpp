@@ -19,6 +19,7 @@ RunSettings settings_for(RunSettings settings, const std::vector<const Chain*>& 
         for (const std::string& name : mattes_of(*chain))
             if (std::find(mattes.begin(), mattes.end(), name) == mattes.end())
                 mattes.push_back(name);
+    settings.source.layers.written = settings.exr;
     return settings;
 }
 

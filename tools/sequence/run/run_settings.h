@@ -57,7 +57,7 @@ struct RunSettings {
     std::set<std::string> ocio_configs() const;
 };
 
-// The settings with what the chain names besides: its mattes.
+// The settings with what the chain names besides, its mattes, and with what is written of layers.
 RunSettings settings_for(RunSettings settings, const std::vector<const Chain*>& chains);
 
 }  // namespace postchain::sequence

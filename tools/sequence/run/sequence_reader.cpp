@@ -5,23 +5,14 @@
 #include <utility>
 
 #include "chain/layers.h"
+#include "chain/text.h"
+#include "tools/sequence/run/layers_apart.h"
 
 namespace postchain::sequence {
 namespace {
 
 std::string first_line(const std::string& text) {
     return text.substr(0, text.find('\n'));
-}
-
-bool same_layers(const FrameLayers& a, const FrameLayers& b) {
-    const auto names = [](const FrameLayers& layers) {
-        std::vector<std::string> all;
-        for (const io::Cryptomatte& one : layers.cryptomattes) all.push_back(one.name);
-        return all;
-    };
-    if (a.filter_cryptomattes && names(a) != names(b)) return false;
-    return std::equal(a.filtered.begin(), a.filtered.end(), b.filtered.begin(), b.filtered.end(),
-                      [](const FileLayer& x, const FileLayer& y) { return x.name == y.name; });
 }
 
 // A plane, or several one below another, of the window `from` as of the window `to`.
@@ -39,6 +30,7 @@ int number_of(Neighbor neighbor, int number) {
 }  // namespace
 
 struct SequenceReader::Entry : OpenedFrame {
+    bool is_neighbor_only = false;  // it lacks a layer that is asked for by name
     bool is_decoded = false;
     Status status;  // of decoding
     SharedPlanes pixels;
@@ -58,7 +50,8 @@ SequenceReader::~SequenceReader() = default;
 
 Result<FrameInputs> SequenceReader::open(int number, const std::map<Role, std::string>& files) {
     std::erase_if(window_, [&](const auto& entry) {
-        return entry.first < number - 1 || entry.first > number + 1;
+        return entry.first < number - 1 || entry.first > number + 1 ||
+               (entry.first == number && entry.second->is_neighbor_only);
     });
     auto entry = enter(number, files);
     if (!entry.ok()) return entry.status();
@@ -121,6 +114,13 @@ void SequenceReader::find_neighbor(Neighbor neighbor, FrameInputs& inputs) {
     why = absence(frame.number, neighbor);
     if (!why.empty()) return;
     auto other = enter(number, on_disk_->at(number));
+    if (other.status().code() == StatusCode::usage) {
+        // For its color, with whichever layers it has.
+        const std::string asked = std::exchange(settings_.layers.layers, "all");
+        other = enter(number, on_disk_->at(number));
+        settings_.layers.layers = asked;
+        if (other.ok()) (*other)->is_neighbor_only = true;
+    }
     if (!other.ok()) {
         why = first_line(other.status().message());
         inputs.warnings.push_back(
@@ -129,16 +129,19 @@ void SequenceReader::find_neighbor(Neighbor neighbor, FrameInputs& inputs) {
     }
     const io::Window &own = color_part(frame.header).display_window,
                      &its = color_part((*other)->header).display_window;
-    const RoleSet lacking = frame.planes.of(neighbor) - (*other)->planes;
+    // Its color is used without its layers too.
+    const RoleSet lacking = frame.planes.of(neighbor) - (*other)->planes - RoleSet{Role::layers};
     if (own != its)
         why =
             concat("frame ", number, " has display window ", its.text(), ", this one ", own.text());
     else if (!lacking.empty())
         why = concat("frame ", number, " brings no ", lacking.text());
-    else if (frame.planes.of(neighbor).has(Role::layers) &&
-             !same_layers(frame.header.layers, (*other)->header.layers))
-        why = concat("frame ", number, " has other layers");
     if (!why.empty()) return;
+    if (frame.planes.of(neighbor).has(Role::layers))
+        if (const auto layers = layers_lacking(frame.header.layers, (*other)->header.layers);
+            !layers.empty())
+            inputs.warnings.push_back(concat("filtered without the frame ", name_of(neighbor),
+                                             ", which has no such layers: ", joined(layers)));
     inputs.missing.erase(neighbor);
     inputs.neighbors[neighbor] = *other;
 }
@@ -190,6 +193,7 @@ Result<SourceFrame> SequenceReader::read(const FrameInputs& inputs) {
     entry.source.reset();
     frame.description.missing_neighbors = inputs.missing;
     frame.warnings.insert(frame.warnings.end(), inputs.warnings.begin(), inputs.warnings.end());
+    std::map<Neighbor, NeighborLayers> layers;
     for (const auto& [neighbor, opened] : inputs.neighbors) {
         Entry& other = *window_.at(opened->number);
         if (Status status = decode(other); !status.ok()) {
@@ -206,14 +210,20 @@ Result<SourceFrame> SequenceReader::read(const FrameInputs& inputs) {
             if (!entry.planes.of(neighbor).has(role)) continue;
             if (role == Role::layers && other.cryptomattes)
                 frame.neighbor_cryptomattes[neighbor] = other.cryptomattes;
-            if (!other.pixels.count(role)) continue;  // layers of a cryptomatte alone
-            const auto& plane = other.pixels.at(role);
-            frame.planes[role_of(neighbor, role)] =
-                here == there ? plane : std::make_shared<const ImageF>(moved(*plane, there, here));
+            if (role == Role::layers) layers[neighbor].found = &other.header.layers;
+            if (!other.pixels.count(role)) continue;  // layers of a cryptomatte alone, or none
+            auto plane = other.pixels.at(role);
+            if (here != there) plane = std::make_shared<const ImageF>(moved(*plane, there, here));
+            if (role == Role::layers) {
+                layers[neighbor].plane = std::move(plane);
+                continue;
+            }
+            frame.planes[role_of(neighbor, role)] = std::move(plane);
             frame.description.planes.add(role_of(neighbor, role));
         }
         if (frame.strict_fault.ok()) frame.strict_fault = other.strict_fault;
     }
+    if (!layers.empty()) set_apart(layers, frame);
     if (inputs.neighbors.empty()) {
         entry.pixels.clear();
         entry.cryptomattes.reset();

@@ -115,12 +115,14 @@ Result<SourceStrip> read_strip(const SourceSettings& settings, const FrameHeader
         if (!layers.ok()) return layers.status();
         read->planes[Role::layers] = std::move(*layers);
     }
-    if (present.has(Role::layers) && header.layers.filter_cryptomattes) {
+    if (present.has(Role::layers) && header.layers.filtered_cryptomattes > 0) {
         auto cryptomattes = std::make_shared<FrameCryptomattes>();
         cryptomattes->window = area.window;
-        for (const io::Cryptomatte& one : header.layers.cryptomattes) {
-            auto ranks = io::read_ranks(header.files.color_file(), one, area.window);
+        for (size_t i = 0; i < header.layers.filtered_cryptomattes; ++i) {
+            auto ranks = io::read_ranks(header.files.color_file(), header.layers.cryptomattes[i],
+                                        area.window);
             if (!ranks.ok()) return ranks.status();
+            cryptomattes->names.push_back(header.layers.cryptomattes[i].name);
             cryptomattes->ranks.push_back(std::move(*ranks));
         }
         strip.cryptomattes = std::move(cryptomattes);

@@ -32,6 +32,10 @@ std::string joined_path(const std::string& folder, const std::string& name) {
     return folder == "/" ? folder + name : folder + "/" + name;
 }
 
+io::PathHold hold_of(const Roots& roots) {
+    return [roots](const std::string& path) { return roots.resolve(path); };
+}
+
 Result<io::PathPattern> resolve_pattern(const io::PathPattern& pattern, const Roots& roots) {
     std::string path = pattern.text();
     if (!pattern.has_token()) {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "chain/parameter.h"
+#include "tools/sequence/io/cryptomatte.h"
 #include "tools/sequence/io/sequence.h"
 #include "tools/service/work/roots.h"
 
@@ -23,6 +24,9 @@ PathKind path_kind(const Parameter& row);
 // A word for a shipped thing, not a file.
 bool is_word(const std::string& text);
 std::string joined_path(const std::string& folder, const std::string& name);
+
+// What frames name besides, as manifests of cryptomattes: read under these roots alone.
+io::PathHold hold_of(const Roots& roots);
 
 // The pattern with its folder resolved; without a token the whole path. Errors: those of
 // Roots::resolve().

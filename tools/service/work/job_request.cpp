@@ -259,6 +259,8 @@ class RequestParser {
             body_.add(std::move(one), is_refused);
         }
         request_.study = std::move(read.study);
+        for (study::Scene& scene : request_.study.scenes)
+            scene.measured.run.source.layers.hold = hold_of(roots_);
     }
 
     study::StudyPaths paths_from(const fs::path& folder, size_t& refused) {
@@ -335,6 +337,7 @@ class RequestParser {
         settings->input = std::move(*input);
         if (output) settings->output = std::move(*output);
         settings->version = reader_.version_;
+        settings->source.layers.hold = hold_of(roots_);
         request_.run = std::move(*settings);
         complete();
         request_.bench.chain_name = request_.chain.name;

@@ -1,0 +1,109 @@
+// Manifests of cryptomattes, which frames name: a service reads those under its roots alone.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <future>
+#include <nlohmann/json.hpp>
+
+#include "tests/command/frames.h"
+#include "tests/service/support.h"
+
+namespace postchain::service {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using testing::HasSubstr;
+using testing::Not;
+
+// Frames whose manifest is root/man.json: a link.
+class ManifestsOfAService : public test::ServiceTest {
+  protected:
+    void SetUp() override {
+        ServiceTest::SetUp();
+        test::FrameFile file;
+        for (const char* channel : {"r", "g", "b", "a"})
+            file.mattes[concat("crypto00.", channel)] = ImageF(24, 16, 1);
+        file.attributes = {{"cryptomatte/1234567/name", "crypto"},
+                           {"cryptomatte/1234567/manif_file", "man.json"}};
+        test::write_sequence(root(), {1, 2}, 24, 16, file);
+        fs::create_directory(root("more"));
+        std::ofstream(root("more/names.json")) << R"({"inside": "00000007"})";
+        std::ofstream(outside("names.json")) << R"({"secret": "00000007"})";
+        open();
+    }
+    void link(const std::string& target) const {
+        fs::remove(root("man.json"));
+        fs::create_symlink(target, root("man.json"));
+    }
+    // What is said of a request for a matte of that name: faults, messages, warnings, sidecars.
+    std::string plan(const std::string& matte) {
+        const auto answer = service_->plan(chain(matte, {{"input", "in.####.exr"}}).dump());
+        if (const auto* problem = std::get_if<Problem>(&answer)) return problem->detail;
+        return std::get<std::string>(answer);
+    }
+    std::string preview(const std::string& matte) {
+        std::promise<Answer<Picture>> answer;
+        service_->preview(chain(matte, {{"input", "in.####.exr"}, {"frame", 1}}).dump(),
+                          [&](Answer<Picture> got) { answer.set_value(std::move(got)); });
+        const auto got = answer.get_future().get();
+        const auto* problem = std::get_if<Problem>(&got);
+        return problem ? problem->detail : "a picture";
+    }
+    std::string work(const std::string& kind, const std::string& matte) {
+        json body = chain(matte, {{"kind", kind}, {"output", concat(kind, ++jobs_)}});
+        if (kind == "study") {
+            std::ofstream(root("held.json")) << body["chain"];
+            std::ofstream(root("plain.json")) << R"({"postchain": 1, "passes": ["fxaa"]})";
+            body.erase("chain");
+            body["study"] = json::parse(R"({
+                "postchain_study": 1, "settings": {"repeats": 1},
+                "chains": {"held": "held.json", "plain": "plain.json"},
+                "scenes": [{"name": "s", "input": "in.####.exr", "truth": "in.####.exr"}]})");
+        } else {
+            body["input"] = "in.####.exr";
+            body["frames"] = "1";
+        }
+        if (kind == "run") body["output"] = concat("out/o", jobs_, ".####.exr");
+        if (kind == "ab") body["chain_b"] = {{"postchain", 1}, {"passes", json::array()}};
+        if (kind == "bench") body.update({{"sweep", {"fxaa.preset=12,39"}}, {"split_frames", 0}});
+        if (kind == "ab" || kind == "bench") body["repeats"] = 1;
+        const std::string id = submit(body.dump());
+        const Job job = ended(id);
+        std::string said = job.message + job.verdict;
+        for (const JobFrame& frame : frames(id)) said += frame.message + frame.sidecar;
+        return said;
+    }
+    static json chain(const std::string& matte, json more) {
+        more["chain"] = {{"postchain", 1},
+                         {"passes", {{{"fxaa", {{"matte", "cryptomatte:" + matte}}}}}}};
+        return more;
+    }
+    int jobs_ = 0;
+};
+
+TEST_F(ManifestsOfAService, AreReadUnderItsRoots) {
+    link("more/names.json");
+    for (const std::string& said : {plan("zzz"), preview("zzz"), work("run", "zzz"),
+                                    work("ab", "zzz"), work("bench", "zzz"), work("study", "zzz")})
+        EXPECT_THAT(said, HasSubstr("no 'zzz' in the cryptomatte; it has inside"));
+}
+
+TEST_F(ManifestsOfAService, AreNotReadElsewhere) {
+    for (const std::string& target : {outside("names.json"), outside("none.json")}) {
+        link(target);
+        for (const std::string& said :
+             {plan("zzz"), preview("zzz"), work("run", "zzz"), work("ab", "zzz"),
+              work("bench", "zzz"), work("study", "zzz")})
+            EXPECT_THAT(said, Not(HasSubstr("no 'zzz'")));
+        // Whether there is such a file is not said either.
+        const std::string said = work("run", "zzz");
+        EXPECT_THAT(said, HasSubstr("man.json' is outside the folders of this service"));
+        EXPECT_THAT(said, HasSubstr("'zzz' is found by the hash of its name"));
+    }
+}
+
+}  // namespace
+}  // namespace postchain::service

@@ -1,30 +1,15 @@
 #include "tools/sequence/io/png_text.h"
 
-#include <array>
 #include <cstdint>
+
+#include "tools/sequence/io/zlib_stream.h"
 
 namespace postchain::io {
 namespace {
 
 constexpr std::string_view kSignature("\x89PNG\r\n\x1a\n", 8);
-constexpr size_t kAround = 12;         // of a chunk's data: length, type, CRC
-constexpr size_t kHeaderData = 13;     // of IHDR
-constexpr uint32_t kCrc = 0xEDB88320;  // the polynomial, low bit first
-
-uint32_t crc_of(std::string_view bytes) {
-    static const auto table = [] {
-        std::array<uint32_t, 256> values{};
-        for (uint32_t i = 0; i < 256; ++i) {
-            values[i] = i;
-            for (int bit = 0; bit < 8; ++bit)
-                values[i] = values[i] & 1 ? kCrc ^ values[i] >> 1 : values[i] >> 1;
-        }
-        return values;
-    }();
-    uint32_t crc = ~0u;
-    for (const char byte : bytes) crc = table[(crc ^ uint8_t(byte)) & 255] ^ crc >> 8;
-    return ~crc;
-}
+constexpr size_t kAround = 12;      // of a chunk's data: length, type, CRC
+constexpr size_t kHeaderData = 13;  // of IHDR
 
 std::string big_endian(uint32_t value) {
     return {char(value >> 24), char(value >> 16), char(value >> 8), char(value)};
@@ -43,7 +28,7 @@ std::string with_png_text(std::string_view png, std::string_view keyword, std::s
     std::string data = "tEXt";
     data.append(keyword).append(1, '\0').append(text);
     std::string file(png.substr(0, behind_header));
-    file += big_endian(uint32_t(data.size() - 4)) + data + big_endian(crc_of(data));
+    file += big_endian(uint32_t(data.size() - 4)) + data + big_endian(crc32_of(data));
     return file.append(png.substr(behind_header));
 }
 
@@ -54,7 +39,7 @@ std::optional<std::string> png_text(std::string_view png, std::string_view keywo
         const size_t length = big_endian_at(png, at);
         if (length > png.size() - at - kAround) return std::nullopt;
         const std::string_view chunk = png.substr(at + 4, 4 + length);
-        if (crc_of(chunk) != big_endian_at(png, at + 8 + length)) return std::nullopt;
+        if (crc32_of(chunk) != big_endian_at(png, at + 8 + length)) return std::nullopt;
         at += kAround + length;
         const std::string_view type = chunk.substr(0, 4), data = chunk.substr(4);
         if (type == "IEND") return at == png.size() ? found : std::nullopt;

@@ -39,6 +39,10 @@ bool Inflater::unpack(const std::byte* from, size_t packed, std::byte* to, size_
            LIBDEFLATE_SUCCESS;
 }
 
+uint32_t crc32_of(std::string_view bytes) {
+    return libdeflate_crc32(0, bytes.data(), bytes.size());
+}
+
 const char* deflate_library() {
     return "libdeflate";
 }
@@ -66,6 +70,10 @@ bool Inflater::unpack(const std::byte* from, size_t packed, std::byte* to, size_
                                   reinterpret_cast<const Bytef*>(from), packed);
     if (result == Z_MEM_ERROR) throw std::bad_alloc();
     return result == Z_OK && size == count;
+}
+
+uint32_t crc32_of(std::string_view bytes) {
+    return uint32_t(crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
 }
 
 const char* deflate_library() {

@@ -4,7 +4,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
+#include <string_view>
 
 namespace postchain::io {
 
@@ -36,6 +38,9 @@ class Inflater {
     struct Impl;
     std::unique_ptr<Impl> impl_;
 };
+
+// CRC-32 of ISO 3309, as PNG's chunks have it.
+uint32_t crc32_of(std::string_view bytes);
 
 // "libdeflate" or "zlib".
 const char* deflate_library();

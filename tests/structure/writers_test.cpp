@@ -82,9 +82,9 @@ TEST(Writers, NothingElseOpensAFileForWriting) {
         {"tools/sequence/io/exr_output.cpp", "OpenEXR, on a stream of the atomic file"},
         {"tools/sequence/io/picture_calls.cpp", "OpenImageIO, into memory"},
         {"tools/sequence/io/picture_codec.cpp", "OpenImageIO, into memory"},
-        {"tools/measure/experiment/report_folder.cpp", "removes a report that is replaced"},
+        {"tools/measure/experiment/report_folder.cpp",
+         "removes a report or study that is replaced"},
         {"tools/sequence/io/claim.cpp", "a lock among processes, nothing is written to it"},
-        {"tools/measure/study/study_folder.cpp", "removes a study that is replaced"},
         {"tools/apps/postchain/selftest.cpp", "removes the folder that it has made"},
         {"tools/apps/postchain/main.cpp", "/dev/null for streams that are closed"},
     };

@@ -113,9 +113,10 @@ Status remove_report(const std::string& folder) {
     if (status.ok()) status = remove_files(folder + "/results", is_result_file);
     std::error_code error;
     std::vector<std::string> truths;
-    for (fs::directory_iterator it(folder + "/truth", error), end; !error && it != end;
-         it.increment(error))
-        truths.push_back(it->path().string());
+    if (!fs::is_symlink(folder + "/truth", error))
+        for (fs::directory_iterator it(folder + "/truth", error), end; !error && it != end;
+             it.increment(error))
+            truths.push_back(it->path().string());
     for (const std::string& truth : truths)
         if (status.ok())
             status = remove_files(truth, [](const std::string& name) {

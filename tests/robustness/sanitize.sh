@@ -45,7 +45,8 @@ for program in "$@"; do
     echo "$program: ${passed:-0} tests passed, exit code $code, $((SECONDS - start)) s"
     if ((code != 0)); then
         failed=1
-        grep -E 'ERROR|WARNING: ThreadSanitizer|SUMMARY|runtime error|FAILED' "$log" | head -n 20
+        grep -m 20 -E 'ERROR|WARNING: ThreadSanitizer|SUMMARY|runtime error|FAILED' "$log" ||
+            tail -n 5 "$log"
     fi
 done
 exit "$failed"

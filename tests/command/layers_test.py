@@ -1,72 +1,13 @@
 """Filters frames with layers and a cryptomatte by the command, and decodes them apart from it.
 
 usage: layers_test.py POSTCHAIN"""
-import json
 import os
-import pathlib
-import shutil
 import struct
 import subprocess
-import sys
-import tempfile
-import unittest
 
 import exr
-
-FRAMES = pathlib.Path(__file__).resolve().parents[1] / "data/layers"
-GROUPS = ["Combined_key", "Combined_fill", "Combined_glow"]
-CRYPTO = "ViewLayer.CryptoObject"
-OBJECTS = ["wall", "post", "lamp", "ball"]
-LENS = ["--set", "camera.focal_length_mm=35", "--set", "camera.sensor_width_mm=36", "--set",
-        "camera.f_stop=0.7", "--set", "camera.focus_distance=3"]
-CHAINS = ["paper", "dof_first", "balanced", "best"]
-
-
-def channel(layer, word):
-    return f"ViewLayer.{layer}.{word}"
-
-
-def largest_difference(first, second):
-    return max(abs(a - b) for a, b in zip(first, second))
-
-
-class Frames(unittest.TestCase):
-    def setUp(self):
-        self.temporary = tempfile.TemporaryDirectory()
-        self.addCleanup(self.temporary.cleanup)
-        self.folder = self.temporary.name
-
-    def run_on(self, pattern, chain, *options, code=0):
-        done = subprocess.run(
-            [POSTCHAIN, "run", chain, "-i", pattern, "-o", f"{self.folder}/out.####.exr",
-             "--on-existing", "overwrite", *LENS, *options], capture_output=True, text=True,
-            check=False)
-        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
-        return done.stdout + done.stderr
-
-    def chain(self, *passes):
-        path = f"{self.folder}/chain.yaml"
-        with open(path, "w", encoding="utf-8") as file:
-            file.write("\n  - ".join(["postchain: 1\npasses:", *passes]) + "\n")
-        return path
-
-    def filtered(self, chain, *options, frame=2):
-        self.messages = self.run_on(f"{FRAMES}/layers.####.exr", chain, "--frames", str(frame),
-                                    *options)
-        return exr.read(f"{self.folder}/out.{frame:04}.exr")
-
-    def sidecar(self, frame=2):
-        with open(f"{self.folder}/out.{frame:04}.exr.json", encoding="utf-8") as file:
-            return json.load(file)
-
-    def matte_frame(self):
-        """A frame whose light group key holds the mattes of three objects."""
-        picture = exr.read(FRAMES / "layers.0002.exr")
-        for word, name in zip("RGB", OBJECTS[1:]):
-            picture.channels[channel("Combined_key", word)] = "f", exr.matte(picture, CRYPTO, name)
-        path = f"{self.folder}/mattes.0002.exr"
-        exr.write(path, picture)
-        return path, picture
+from layer_frames import (CHAINS, CRYPTO, FRAMES, GROUPS, LENS, OBJECTS, Frames, channel,
+                          largest_difference, main)
 
 
 class Layers(Frames):
@@ -120,7 +61,7 @@ class Layers(Frames):
         self.assertNotIn("cryptomatte", self.messages)
 
     def test_plan_lists_layers(self):
-        done = subprocess.run([POSTCHAIN, "plan", "balanced", "-q", "-i",
+        done = subprocess.run([self.postchain, "plan", "balanced", "-q", "-i",
                                FRAMES / "layers.0002.exr", "--layers", "Emit", *LENS],
                               capture_output=True, text=True, check=True)
         self.assertIn("layers filtered too: ViewLayer.Emit\n", done.stdout)
@@ -345,129 +286,5 @@ class LayersOfSomeFrames(Frames):
         self.assertTrue(self.same(after, alone, "CryptoObject0"))
 
 
-class Mattes(Frames):
-    """Passes that leave an object as it is."""
-
-    def with_matte(self, matte, *options, pattern=None, code=0):
-        chain = self.chain(f'joint_blur: {{samples: 16, matte: "{matte}"}}')
-        out = self.run_on(pattern or f"{FRAMES}/layers.####.exr", chain, "--frames", "2", *options,
-                          code=code)
-        return out if code else exr.read(f"{self.folder}/out.0002.exr")
-
-    def check_held(self, after, matte, names):
-        """Where nothing but the objects is, the pixels are those of the input."""
-        before = exr.read(FRAMES / "layers.0002.exr")
-        plain = self.filtered(self.chain("joint_blur: {samples: 16}"))
-        covered = [sum(one) for one in zip(*(exr.matte(before, CRYPTO, name) for name in names))]
-        inside = [i for i, value in enumerate(covered) if value == 1]
-        self.assertGreater(len(inside), 50)
-        name = channel("Combined", "R")
-        was, plainly, now = (picture.values(name) for picture in (before, plain, after))
-        self.assertEqual([was[i] for i in inside], [now[i] for i in inside], matte)
-        self.assertGreater(max(abs(was[i] - plainly[i]) for i in inside), 0.05)
-
-    def test_names_of_a_cryptomatte(self):
-        for matte, names in [("cryptomatte:ball", ["ball"]),
-                             ("CryptoObject:ball", ["ball"]),
-                             ("ViewLayer.CryptoObject:ball, post", ["ball", "post"]),
-                             ("cryptomatte:b*", ["ball"])]:
-            after = self.with_matte(matte)
-            record, = self.sidecar()["layers"]["mattes"]
-            self.assertEqual(record["name"], matte)
-            ids = ", ".join(f"{one:08x}" for one in sorted(map(exr.crypto_id, names)))
-            self.assertEqual(record["from"], f"ids {ids} of {CRYPTO}")
-            self.check_held(after, matte, names)
-
-    def test_a_channel(self):
-        path, _ = self.matte_frame()
-        by_name = self.with_matte("cryptomatte:ball", pattern=path)
-        by_channel = self.with_matte("Combined_key.B", pattern=path)
-        for word in "RGBA":
-            name = channel("Combined", word)
-            self.assertEqual(by_name.raw(name), by_channel.raw(name))
-
-    def test_without_a_manifest(self):
-        picture = exr.read(FRAMES / "layers.0002.exr")
-        del picture.attributes["cryptomatte/542cafa/manifest"]
-        path = f"{self.folder}/bare.0002.exr"
-        exr.write(path, picture)
-        chain = self.chain("joint_blur: {samples: 16, neighbors: none}")
-        out = self.run_on(path, chain, "--set", "passes[0].matte=cryptomatte:ball")
-        self.assertIn("it has no manifest: 'ball' is found by the hash of its name", out)
-        named = exr.read(f"{self.folder}/out.0002.exr")
-        with_manifest = self.filtered(chain, "--set", "joint_blur.matte=cryptomatte:ball")
-        self.assertEqual(named.raw(channel("Combined", "R")),
-                         with_manifest.raw(channel("Combined", "R")))
-        out = self.run_on(path, chain, "--set", "passes[0].matte=cryptomatte:bal")
-        self.assertIn("no pixel of cryptomatte ViewLayer.CryptoObject has such an id", out)
-        self.assertIn("patterns need a manifest",
-                      self.with_matte("cryptomatte:b*", pattern=path, code=4))
-
-    def test_a_manifest_is_never_replaced(self):
-        picture = exr.read(FRAMES / "layers.0002.exr")
-        manifest = picture.attributes.pop("cryptomatte/542cafa/manifest")[1]
-        chain = self.chain('fxaa: {matte: "cryptomatte:ball"}')
-        # By the sidecar of this frame, of another, and as the name of a link.
-        for output, place in (("out.0001.exr.json", ""), ("out.0002.exr.json", ""),
-                              ("out.0002.exr.json", "names.json")):
-            picture.attributes["cryptomatte/542cafa/manif_file"] = (
-                "string", (place or output).encode())
-            exr.write(f"{self.folder}/in.0002.exr", picture)
-            shutil.copy(FRAMES / "layers.0001.exr", f"{self.folder}/in.0001.exr")
-            path = pathlib.Path(self.folder) / output
-            path.write_bytes(manifest)
-            if place:
-                os.symlink(path, f"{self.folder}/{place}")
-            message = self.run_on(f"{self.folder}/in.####.exr", chain, code=2)
-            self.assertIn(f"the manifest of cryptomatte {CRYPTO}", message)
-            self.assertIn("--no-sidecar", message)
-            self.assertEqual(path.read_bytes(), manifest)
-            self.run_on(f"{self.folder}/in.####.exr", chain, "--no-sidecar")
-            self.assertEqual(path.read_bytes(), manifest)
-            path.unlink()
-
-    def test_bad_mattes(self):
-        for matte, message in [
-                ("cryptomatte:bal", "no 'bal' in the cryptomatte (did you mean 'ball'?)"),
-                ("cryptomatte:xyz", "it has ball, lamp, post, wall"),
-                ("cryptomatte:", "no name is given after the colon"),
-                ("cryptomatte:x*", "no 'x*' in the cryptomatte"),
-                ("Combined_key.H", "no such channel (did you mean"),
-                ("R", "such channels; give the whole name")]:
-            self.assertIn(message, self.with_matte(matte, code=4), matte)
-
-    def test_an_unmoved_object_is_one_rendered_at_rest(self):
-        picture = exr.read(FRAMES / "layers.0002.exr")
-        ball = [float(m > 0.5) for m in exr.matte(picture, CRYPTO, "ball")]
-        picture.channels[channel("Combined_key", "B")] = "f", ball
-        vectors = [channel("Vector", word) for word in "XYZW"]
-        self.assertGreater(max(abs(v) * m for name in vectors
-                               for v, m in zip(picture.values(name), ball)), 5)
-        moving, still = (f"{self.folder}/{name}.0002.exr" for name in ("moving", "still"))
-        exr.write(moving, picture)
-        for name in vectors:
-            picture.channels[name] = "f", [v * (1 - m) for v, m in zip(picture.values(name), ball)]
-        exr.write(still, picture)
-        matte = "matte: Combined_key.B, matte_effect: unmoved"
-        for step in ("joint_blur: {samples: 16%s}", "motion_blur: {mode: guertin%s}"):
-            shown = []
-            for path, rest in ((still, ""), (moving, ", " + matte), (moving, "")):
-                self.run_on(path, self.chain(step % rest))
-                shown.append(exr.read(f"{self.folder}/out.0002.exr").raw(channel("Combined", "R")))
-            self.assertEqual(shown[0], shown[1], step)
-            self.assertNotEqual(shown[0], shown[2], step)
-
-    def test_bad_effects(self):
-        pattern = f"{FRAMES}/layers.####.exr"
-        for step, message in [
-                ("joint_blur: {matte_effect: unmoved}", "none is named; name one with matte"),
-                ("fxaa: {matte: 'cryptomatte:ball', matte_effect: unmoved}",
-                 "passes[0].matte_effect: matte_effect is unmoved, and fxaa moves nothing"),
-                ("joint_blur: {matte: 'cryptomatte:ball', matte_effect: unmove}",
-                 "did you mean 'unmoved'?")]:
-            self.assertIn(message, self.run_on(pattern, self.chain(step), code=3), step)
-
-
 if __name__ == "__main__":
-    POSTCHAIN = sys.argv.pop(1)
-    unittest.main()
+    main()

@@ -21,7 +21,7 @@ Status FileStamp::unchanged() const {
         return Status(StatusCode::input,
                       path + ": was removed while it was in use; the result is not written");
     const FileStamp now = of(path);
-    if (now.bytes == bytes && now.time == time) return Status();
+    if (now == *this) return Status();
     return Status(StatusCode::input,
                   concat(path, ": was changed while it was in use (",
                          now.bytes == bytes ? std::string("another time of change")

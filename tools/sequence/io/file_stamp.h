@@ -15,6 +15,7 @@ struct FileStamp {
     int64_t time = 0;  // of the last change, in ticks of std::filesystem's clock
 
     static FileStamp of(const std::string& path);
+    bool operator==(const FileStamp&) const = default;
     // Errors (input): the file has another size or time now, or is gone.
     Status unchanged() const;
 };

@@ -101,8 +101,7 @@ Result<Kept> read(const std::string& path) {
 }
 
 bool is_same(const FileStamp& stamp) {
-    const FileStamp now = FileStamp::of(stamp.path);
-    return now.bytes == stamp.bytes && now.time == stamp.time;
+    return FileStamp::of(stamp.path) == stamp;
 }
 
 std::mutex mutex;  // of what is kept

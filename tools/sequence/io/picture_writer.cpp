@@ -112,6 +112,24 @@ std::string range_text(const PictureEncoding& encoding) {
                                        : "it holds no negative values";
 }
 
+// What the input's file says of its profile and packing, where it is true of the output too.
+void keep_stated(const PictureFile& input, PictureEncoding& encoding) {
+    static constexpr std::string_view kLossless[] = {"none", "lzw", "zip", "packbits"};
+    const auto& stated = input.info().attributes;
+    if (!encoding.same_transfer && stated.count("ICCProfile"))
+        encoding.notes.push_back("the ICC profile is left out: it is of the input's transfer");
+    const auto packed = stated.find("compression");
+    if (&input.format() != encoding.format || std::string_view(encoding.format->name) != "tiff" ||
+        packed == stated.end())
+        return;
+    if (std::find(std::begin(kLossless), std::end(kLossless), packed->second) !=
+        std::end(kLossless))
+        encoding.compression = packed->second;
+    else
+        encoding.notes.push_back(
+            concat("packed with zip, not with ", packed->second, " as the input is"));
+}
+
 }  // namespace
 
 Result<PictureEncoding> picture_encoding(const std::string& path, const ExrFile& color_file,
@@ -141,32 +159,17 @@ Result<PictureEncoding> picture_encoding(const std::string& path, const ExrFile&
                         : input && input->info().is_float == is_float
                             ? input->transfer()
                             : (is_float ? Curve::linear : Curve::srgb);
-    if (const auto* curve = std::get_if<Curve>(&encoding.transfer))
+    encoding.same_transfer = !input || input->transfer() == encoding.transfer;
+    if (const auto* curve = std::get_if<Curve>(&encoding.transfer)) {
         encoding.color_space = color_space_of(*curve);
-    else if (input && input->transfer() == encoding.transfer)
+        if (!format.tells(*curve, encoding.bits))
+            encoding.notes.push_back(concat("a ", format.name, " does not say that its values are ",
+                                            name_of(*curve), "; read it with --input-transfer ",
+                                            name_of(*curve)));
+    } else if (input && encoding.same_transfer) {
         encoding.color_space = input->info().color_space;
-    if (const auto* curve = std::get_if<Curve>(&encoding.transfer);
-        curve && !format.tells(*curve, encoding.bits))
-        encoding.notes.push_back(concat("a ", format.name, " does not say that its values are ",
-                                        name_of(*curve), "; read it with --input-transfer ",
-                                        name_of(*curve)));
-    if (!input) return encoding;
-    const auto& stated = input->info().attributes;
-    if (input->transfer() != encoding.transfer) {
-        encoding.same_transfer = false;
-        if (stated.count("ICCProfile"))
-            encoding.notes.push_back("the ICC profile is left out: it is of the input's transfer");
     }
-    const auto packed = stated.find("compression");
-    if (same_format && std::string_view(format.name) == "tiff" && packed != stated.end()) {
-        static constexpr std::string_view kLossless[] = {"none", "lzw", "zip", "packbits"};
-        if (std::find(std::begin(kLossless), std::end(kLossless), packed->second) !=
-            std::end(kLossless))
-            encoding.compression = packed->second;
-        else
-            encoding.notes.push_back(
-                concat("packed with zip, not with ", packed->second, " as the input is"));
-    }
+    if (input) keep_stated(*input, encoding);
     return encoding;
 }
 

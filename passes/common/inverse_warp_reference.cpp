@@ -30,7 +30,6 @@ using reference::Vec;
 constexpr double kAcceptPx = 0.75;
 constexpr double kAcceptNeighborPx = 1;
 constexpr double kOneDepthLeast = 1.01, kOneDepthMost = 1.03;  // of samples
-constexpr int kSamplesAtATime = 32;
 constexpr int kSteps = 2;
 constexpr double kSharpening = 2;
 constexpr int kLeastTimes = 5;
@@ -255,44 +254,27 @@ class Warp {
             if (halves) halves->add(now.number, difference, weight);
         };
         double counted = 0;
-        const auto take = [&](int first, double count, int before) {
-            std::vector<Sample> missed;
-            Color filled(channels);
-            double missed_weight = 0;
-            for (int k = first; k < first + kSamplesAtATime && k < count; ++k) {
+        const auto take = [&](double count, int before) {
+            for (int k = 0; k < count; ++k) {
                 Sample now = sample(x, y, k, count, before);
                 if (before > 0) now.weight = more;
                 if (!passes_barrel(p, now.lens)) continue;
                 counted += now.weight;
                 const Met met = search(p, now, t, begin, background);
                 moment += now.weight * dot(met.at - p, met.at - p);
-                const Color seen = met.found ? color_at(color_, met.at)
-                                             : background_->at(met.at, met.inverse_depth,
-                                                               color_at(color_, met.far));
-                if (met.found || others_.empty()) {
-                    add({seen, met.inverse_depth, met.path}, now);
-                } else {
-                    missed.push_back(now);
-                    missed_weight += now.weight;
-                    for (size_t c = 0; c < channels; ++c)
-                        filled[c] += now.weight * (seen[c] - own[c]);
-                }
-            }
-            double unseen = 0;
-            for (const Sample& now : missed) {
-                const Seen seen = seen_by_others(p, now, t, background);
-                if (seen.inverse_depth >= 0)
-                    add(seen, now);
+                const Seen elsewhere = seen_by_others(p, now, t, background, met);
+                if (elsewhere.inverse_depth >= 0)
+                    add(elsewhere, now);
+                else if (met.found)
+                    add({color_at(color_, met.at), met.inverse_depth, met.path}, now);
                 else
-                    unseen += now.weight;
+                    add({background_->at(met.at, met.inverse_depth, color_at(color_, met.far)),
+                         met.inverse_depth, met.path},
+                        now);
             }
-            // The mean of the fills stands for what no frame has seen.
-            if (unseen > 0)
-                for (size_t c = 0; c < channels; ++c) sum[c] += filled[c] * unseen / missed_weight;
         };
-        for (int first = 0; first < n; first += kSamplesAtATime) take(first, n, 0);
-        for (int first = 0; more > 0 && first < s_.more_samples; first += kSamplesAtATime)
-            take(first, s_.more_samples, s_.samples);
+        take(n, 0);
+        if (more > 0) take(s_.more_samples, s_.samples);
         if (counted == 0) return 0;
         moment /= counted;
         // From nothing at the limit to all of it at twice that.
@@ -332,8 +314,9 @@ class Warp {
         bool found = false;
         Vec at;  // the place that it sees; where nothing is found, of what is hidden there
         double inverse_depth = 0;
-        Vec path;  // of that surface, a
-        Vec far;   // the pixel of the farthest surface met
+        Vec path;                  // of that surface, a
+        Vec far;                   // the pixel of the farthest surface met
+        std::vector<bool> hidden;  // of each start: something not farther stands in its way
     };
 
     // A color, and of its surface the inverse depth, -1 where there is none, and the path, a.
@@ -351,7 +334,8 @@ class Warp {
         Surface far;
         far.inverse_depth = 3.4e38;
         const auto nearer = [&](double a, double b) { return a > b * now.one_depth; };
-        const auto from = [&](Vec d, int steps, Surface* accepted_surface) {
+        std::vector<bool> hidden_starts(t.starts.size());
+        const auto from = [&](Vec d, int steps, Surface* accepted_surface, size_t start) {
             for (int step = 0; step < steps; ++step) {
                 const double x = std::floor(p.x - d.x + 0.5), y = std::floor(p.y - d.y + 0.5);
                 const Vec inside = clamped({x, y});
@@ -368,7 +352,12 @@ class Warp {
                 }
                 if (nearer(background.inverse_depth, s.inverse_depth)) background = s;
                 // What lies beyond the picture a neighbor may have seen.
-                if (error > kAcceptPx || (beyond && !others_.empty())) continue;
+                if (error > kAcceptPx || (beyond && !others_.empty())) {
+                    if (start < t.starts.size() &&
+                        !nearer(t.starts[start].inverse_depth, s.inverse_depth))
+                        hidden_starts[start] = true;
+                    continue;
+                }
                 if (nearer(s.inverse_depth, nearest) ||
                     (!nearer(nearest, s.inverse_depth) && error < residual)) {
                     nearest = s.inverse_depth;
@@ -380,27 +369,33 @@ class Warp {
                 return;
             }
         };
-        from(begin.at(now, half_open_), s_.shutter ? kSteps : 1, s_.lens ? nullptr : &begin);
+        from(begin.at(now, half_open_), s_.shutter ? kSteps : 1, s_.lens ? nullptr : &begin,
+             t.starts.size());
         // What the search from p has found hides what is not nearer; what a start has found hides
         // what is farther.
         double hidden = nearest * now.one_depth;
-        for (const Surface& start : t.starts) {
-            if (start.inverse_depth <= hidden) break;
-            from(start.at(now, half_open_), kSteps, nullptr);
+        for (size_t i = 0; i < t.starts.size(); ++i) {
+            if (t.starts[i].inverse_depth <= hidden) break;
+            from(t.starts[i].at(now, half_open_), kSteps, nullptr, i);
             hidden = std::max(hidden, nearest / now.one_depth);
         }
-        if (nearest >= 0) return {true, found, nearest, path, far_at};
-        return {false, clamped(p - far.at(now, half_open_)), far.inverse_depth, far.a, far_at};
+        if (nearest >= 0) return {true, found, nearest, path, far_at, hidden_starts};
+        return {false, clamped(p - far.at(now, half_open_)), far.inverse_depth, far.a, far_at, {}};
     }
 
-    // What other frames saw there. In each frame, the nearer in time first, from the background;
-    // where that finds nothing, from the starts.
-    Seen seen_by_others(Vec p, const Sample& now, const Tile& t, const Surface& background) const {
+    // What other frames saw there nearer than this one. In each frame, the nearer in time first:
+    // from the background and all starts where this frame has found nothing, else from the starts
+    // that are hidden in it.
+    Seen seen_by_others(Vec p, const Sample& now, const Tile& t, const Surface& background,
+                        const Met& met) const {
         std::vector<const OtherFrame*> frames;
         for (const OtherFrame& other : others_) frames.push_back(&other);
         if (frames.size() == 2 && now.u >= 0) std::swap(frames[0], frames[1]);
+        double nearest = met.found ? met.inverse_depth : -1;
+        const auto nearer = [&](double depth) { return depth > nearest * now.one_depth; };
         Seen seen;
         const auto search = [&](const OtherFrame& other, Surface begin) {
+            if (!nearer(begin.inverse_depth)) return;
             Sample then = now;
             then.u -= other.offset / half_open_;
             begin.b = {};  // a parabola about this frame is none about that one
@@ -411,17 +406,30 @@ class Warp {
                 d = s.at(then, half_open_);
                 const Vec off = x - p + d;
                 if (std::max(std::abs(off.x), std::abs(off.y)) > kAcceptNeighborPx ||
-                    s.inverse_depth <= seen.inverse_depth * now.one_depth)
+                    !nearer(s.inverse_depth) || shows_farther(s, x, other, now))
                     continue;
+                nearest = s.inverse_depth;
                 const Vec where = s.edge ? x : clamped(p - d);
                 seen = {color_at(other.color, where), s.inverse_depth, s.a};
             }
         };
-        for (const OtherFrame* other : frames) search(*other, background);
-        for (const Surface& start : t.starts)
+        if (!met.found)
+            for (const OtherFrame* other : frames) search(*other, background);
+        for (size_t i = 0; i < t.starts.size(); ++i)
             for (const OtherFrame* other : frames)
-                if (seen.inverse_depth < 0) search(*other, start);
+                if (!met.found || met.hidden[i]) search(*other, t.starts[i]);
         return seen;
+    }
+
+    // Does this frame show what is farther than surface s where s would stand in it? x: its pixel
+    // in the other frame
+    bool shows_farther(const Surface& s, Vec x, const OtherFrame& other, const Sample& now) const {
+        Sample here;  // at the middle of the lens
+        here.u = -other.offset / half_open_;
+        const Vec at = x + s.at(here, half_open_);
+        const double px = std::floor(at.x + 0.5), py = std::floor(at.y + 0.5);
+        if (px < 0 || py < 0 || px >= width_ || py >= height_) return false;
+        return surfaces_[index(int(px), int(py))].inverse_depth * now.one_depth < s.inverse_depth;
     }
 
     Vec clamped(Vec at) const {

@@ -62,6 +62,8 @@ TEST_F(OutputTest, DiskFullByAFileSizeLimit) {
     const long whole = long(fs::file_size(out(1)));
     write_text(out(1), "old");
     for (long bytes : {0L, 10L, 1000L, whole / 2, whole - 1}) {
+        // An empty program with the thread sanitizer writes a file before main.
+        if (POSTCHAIN_SANITIZED && bytes == 0) continue;
         Launch launch;
         launch.file_bytes = bytes;
         launch.stdout_path = "/dev/null";

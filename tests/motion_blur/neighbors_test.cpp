@@ -9,35 +9,48 @@ namespace {
 constexpr int kWidth = 160, kHeight = 24, kBar = 20;
 constexpr double kSpeed = 48;  // px per frame
 
-// A bar before a pattern that slides the other way; where it begins at time t in frames.
-double bar_at(double t) {
-    return 70 + kSpeed * t;
-}
+// A bar before a pattern that slides the other way, and between them a strip that stands still.
+struct Scene {
+    double pattern_speed = -8;  // px per frame
+    bool strip = false;
+};
+const Scene kTwoLayers, kThreeLayers = {-80, true};
+
 double pattern(double x, double y) {
     return 0.5 + 0.25 * std::sin(0.35 * x) + 0.25 * std::sin(0.2 * x + 0.9 * y);
 }
-double pattern_shift(double t) {
-    return -8 * t;
+
+struct Pixel {
+    double gray, inverse_depth, speed;
+};
+
+// What stands at x at time t in frames.
+Pixel at(const Scene& scene, double t, double x, double y) {
+    const double bar = 70 + kSpeed * t;
+    if (x >= bar && x < bar + kBar) return {2, 2, kSpeed};
+    if (scene.strip && x >= 66 && x < 92) return {1.2 + 0.2 * std::sin(0.7 * x), 1.5, 0};
+    return {pattern(x - scene.pattern_speed * t, y), 1, scene.pattern_speed};
 }
 
 // The frame at time t.
-BlurFrame frame_at(double t) {
+BlurFrame frame_at(const Scene& scene, double t) {
     BlurFrame frame(kWidth, kHeight);
     for (int y = 0; y < kHeight; ++y) {
         for (int x = 0; x < kWidth; ++x) {
-            const bool on = x >= bar_at(t) && x < bar_at(t) + kBar;
-            frame.motion().at(x, y, 0) = float(on ? kSpeed : -8);
-            frame.depth().at(x, y) = on ? 2.0f : 1.0f;
-            frame.set_gray(x, y, on ? 2 : float(pattern(x - pattern_shift(t), y)));
+            const Pixel pixel = at(scene, t, x, y);
+            frame.motion().at(x, y, 0) = float(pixel.speed);
+            frame.depth().at(x, y) = float(pixel.inverse_depth);
+            frame.set_gray(x, y, float(pixel.gray));
         }
     }
     return frame;
 }
 
-BlurFrame with_neighbors(std::initializer_list<Neighbor> neighbors) {
-    BlurFrame frame = frame_at(0);
+BlurFrame with_neighbors(std::initializer_list<Neighbor> neighbors,
+                         const Scene& scene = kTwoLayers) {
+    BlurFrame frame = frame_at(scene, 0);
     for (const Neighbor neighbor : neighbors) {
-        const BlurFrame other = frame_at(neighbor == Neighbor::before ? -1 : 1);
+        const BlurFrame other = frame_at(scene, neighbor == Neighbor::before ? -1 : 1);
         for (const auto& [role, plane] : other.planes)
             frame.planes[role_of(neighbor, role)] = plane;
     }
@@ -45,18 +58,15 @@ BlurFrame with_neighbors(std::initializer_list<Neighbor> neighbors) {
 }
 
 // RMS error of what the shutter, open for half a frame, sees beside the bar and behind it.
-double error_of(const ImageF& out) {
+double error_of(const ImageF& out, const Scene& scene = kTwoLayers) {
     constexpr int kTimes = 400;
     double sum = 0;
     int count = 0;
     for (int y = 0; y < kHeight; ++y) {
         for (int x = 40; x < 120; ++x) {
             double truth = 0;
-            for (int i = 0; i < kTimes; ++i) {
-                const double t = (i + 0.5) / kTimes * 0.5 - 0.25;
-                const bool on = x + 0.5 >= bar_at(t) && x + 0.5 < bar_at(t) + kBar;
-                truth += (on ? 2 : pattern(x - pattern_shift(t), y)) / kTimes;
-            }
+            for (int i = 0; i < kTimes; ++i)
+                truth += at(scene, (i + 0.5) / kTimes * 0.5 - 0.25, x, y).gray / kTimes;
             sum += std::pow(out.at(x, y) - truth, 2);
             ++count;
         }
@@ -80,6 +90,18 @@ TEST(Neighbors, ShowWhatIsHidden) {
     // As the parameter says.
     EXPECT_EQ(error_of(blurred(warp({{"neighbors", "none"}}), both)), alone);
     EXPECT_EQ(error_of(blurred(warp({{"neighbors", "before"}}), both)), before);
+}
+
+// The strip is hidden where this frame shows the pattern that is behind both: what is seen there
+// must not stand for what is before it.
+TEST(Neighbors, ShowWhatIsHiddenBeforeWhatIsSeen) {
+    const auto error = [](std::initializer_list<Neighbor> neighbors) {
+        return error_of(blurred(warp(), with_neighbors(neighbors, kThreeLayers)), kThreeLayers);
+    };
+    const double alone = error({});
+    EXPECT_LT(error({Neighbor::before}), 0.5 * alone);
+    EXPECT_LT(error({Neighbor::after}), 0.5 * alone);
+    EXPECT_LT(error({Neighbor::before, Neighbor::after}), 0.5 * alone);
 }
 
 // A frame away is too far for paths of a shutter that hardly opens.

@@ -385,7 +385,8 @@ class Warp {
 
     // What other frames saw there nearer than this one. In each frame, the nearer in time first:
     // from the background and all starts where this frame has found nothing, else from the starts
-    // that are hidden in it.
+    // that are hidden in it. Pixels at edges, which show two surfaces, count where nothing else is
+    // found.
     Seen seen_by_others(Vec p, const Sample& now, const Tile& t, const Surface& background,
                         const Met& met) const {
         std::vector<const OtherFrame*> frames;
@@ -406,7 +407,8 @@ class Warp {
                 d = s.at(then, half_open_);
                 const Vec off = x - p + d;
                 if (std::max(std::abs(off.x), std::abs(off.y)) > kAcceptNeighborPx ||
-                    !nearer(s.inverse_depth) || shows_farther(s, x, other, now))
+                    (s.edge && nearest >= 0) || !nearer(s.inverse_depth) ||
+                    shows_farther(s, x, other, now))
                     continue;
                 nearest = s.inverse_depth;
                 const Vec where = s.edge ? x : clamped(p - d);

@@ -90,7 +90,8 @@ bool may_be_hidden(Surface s, vec2 x, bool after, float one_depth) {
 
 // Searches a sample in both frames, the nearer in time first: from the background, if this frame shows
 // nothing there (`nearest` is below 0), and from the starts whose bit is set. What is found is nearer
-// than the inverse depth `nearest`. Fills seen_layers too.
+// than the inverse depth `nearest`. Pixels at edges, which show two surfaces, count where nothing else
+// is found. Fills seen_layers too.
 bool seen_by_neighbors(vec2 p, Sample now, float one_depth, Surface background,
                        Surface start[STARTS], int count, uint starts_of, float nearest,
                        out Seen seen) {
@@ -118,8 +119,8 @@ bool seen_by_neighbors(vec2 p, Sample now, float one_depth, Surface background,
             const Surface s = unpack_surface(surface_bits_of(after, ivec2(x)));
             d = displacement_from_neighbor(s, at);
             const vec2 off = abs(x - p + d);
-            if (max(off.x, off.y) > kAcceptNeighborPx || s.inverse_depth <= nearest * one_depth ||
-                !may_be_hidden(s, x, after, one_depth))
+            if (max(off.x, off.y) > kAcceptNeighborPx || (s.edge && nearest >= 0.0) ||
+                s.inverse_depth <= nearest * one_depth || !may_be_hidden(s, x, after, one_depth))
                 continue;
             found = true;
             nearest = s.inverse_depth;

@@ -52,7 +52,8 @@ BOTH = [
     ("`joint_blur`, 128 samples, frame alone", "joint_blur: {samples: 128, neighbors: none}"),
     ("`joint_blur`, 32 samples", "joint_blur: {samples: 32}"),
     ("`balanced`: the same, then FXAA", "balanced"),
-    ("`best`: 128 samples", "best"),
+    ("`joint_blur`, 128 samples", "joint_blur: {samples: 128}"),
+    ("`best`: the same, 8 starts", "best"),
 ]
 TABLES = {"motion": ("mb", MOTION), "lens": ("dof", LENS), "both": ("both", BOTH)}
 

@@ -316,7 +316,8 @@ class Warp {
         double inverse_depth = 0;
         Vec path;                  // of that surface, a
         Vec far;                   // the pixel of the farthest surface met
-        std::vector<bool> hidden;  // of each start: something not farther stands in its way
+        std::vector<bool> hidden;  // of each start: what is not farther stands in its way, or
+                                   // it lies beyond the picture
     };
 
     // A color, and of its surface the inverse depth, -1 where there is none, and the path, a.
@@ -354,7 +355,7 @@ class Warp {
                 // What lies beyond the picture a neighbor may have seen.
                 if (error > kAcceptPx || (beyond && !others_.empty())) {
                     if (start < t.starts.size() &&
-                        !nearer(t.starts[start].inverse_depth, s.inverse_depth))
+                        (beyond || !nearer(t.starts[start].inverse_depth, s.inverse_depth)))
                         hidden_starts[start] = true;
                     continue;
                 }
@@ -380,13 +381,13 @@ class Warp {
             hidden = std::max(hidden, nearest / now.one_depth);
         }
         if (nearest >= 0) return {true, found, nearest, path, far_at, hidden_starts};
-        return {false, clamped(p - far.at(now, half_open_)), far.inverse_depth, far.a, far_at, {}};
+        const Vec behind = clamped(p - far.at(now, half_open_));
+        return {false, behind, far.inverse_depth, far.a, far_at, hidden_starts};
     }
 
     // What other frames saw there nearer than this one. In each frame, the nearer in time first:
-    // from the background and all starts where this frame has found nothing, else from the starts
-    // that are hidden in it. Pixels at edges, which show two surfaces, count where nothing else is
-    // found.
+    // from the background where this frame has found nothing, and from the starts that are hidden
+    // in it. Pixels at edges, which show two surfaces, count where nothing else is found.
     Seen seen_by_others(Vec p, const Sample& now, const Tile& t, const Surface& background,
                         const Met& met) const {
         std::vector<const OtherFrame*> frames;
@@ -419,7 +420,7 @@ class Warp {
             for (const OtherFrame* other : frames) search(*other, background);
         for (size_t i = 0; i < t.starts.size(); ++i)
             for (const OtherFrame* other : frames)
-                if (!met.found || met.hidden[i]) search(*other, t.starts[i]);
+                if (met.hidden[i]) search(*other, t.starts[i]);
         return seen;
     }
 

@@ -184,7 +184,8 @@ void main() {
             int next = 0, step_count = 0;
             bool more;
 #if NEIGHBORS
-            uint hidden_starts = 0u;  // a bit each: something else stands in their way
+            uint hidden_starts = 0u;  // a bit each: what is not farther stands in their way, or
+                                      // they lie beyond the picture
 #endif
             do {
                 // Beyond the picture its last pixels go on. Found as a distance from p: far from the
@@ -228,7 +229,8 @@ void main() {
                 more = true;
 #if NEIGHBORS
                 for (int i = 0; i < STARTS; ++i)
-                    if (i + 1 == next && !accepted && q * one_depth >= start[i].inverse_depth)
+                    if (i + 1 == next && !accepted &&
+                        (x != inside || q * one_depth >= start[i].inverse_depth))
                         hidden_starts |= 1u << i;
 #endif
                 if (accepted || step_count >= (next == 0 ? kOwnSteps : kSteps)) {
@@ -260,8 +262,8 @@ void main() {
             // What is hidden in this frame is mostly seen in the one before or after.
             Seen seen;
             if ((!found || hidden_starts != 0u) &&
-                seen_by_neighbors(p, at, one_depth, background, start, count,
-                                  found ? hidden_starts : ~0u, nearest, seen)) {
+                seen_by_neighbors(p, at, one_depth, background, start, hidden_starts, nearest,
+                                  seen)) {
                 add_sample(k, seen.color, seen.inverse_depth, seen.path, at.weight);
                 continue;
             }

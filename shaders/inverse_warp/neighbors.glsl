@@ -89,23 +89,23 @@ bool may_be_hidden(Surface s, vec2 x, bool after, float one_depth) {
 }
 
 // Searches a sample in both frames, the nearer in time first: from the background, if this frame shows
-// nothing there (`nearest` is below 0), and from the starts whose bit is set. What is found is nearer
-// than the inverse depth `nearest`. Pixels at edges, which show two surfaces, count where nothing else
-// is found. Fills seen_layers too.
+// nothing there (`nearest` is below 0), and from the starts that are hidden in it, a bit each. What is
+// found is nearer than the inverse depth `nearest`. Pixels at edges, which show two surfaces, count
+// where nothing else is found. Fills seen_layers too.
 bool seen_by_neighbors(vec2 p, Sample now, float one_depth, Surface background,
-                       Surface start[STARTS], int count, uint starts_of, float nearest,
-                       out Seen seen) {
-    const int frames = BEFORE + AFTER;
+                       Surface start[STARTS], uint hidden_starts, float nearest, out Seen seen) {
     bool found = false;
-    for (int search = nearest < 0.0 ? 0 : frames; search < frames * (1 + count); ++search) {
+    uint begins = (hidden_starts << 1) | (nearest < 0.0 ? 1u : 0u);  // bit 0: the background
+    bool in_second = false;  // of the two frames
+    while (begins != 0u) {
+        const int index = findLSB(begins) - 1;
 #if BEFORE && AFTER
-        const bool after = ((search & 1) == 0) == (now.u >= 0.0);
-        const int index = (search >> 1) - 1;
+        const bool after = (now.u >= 0.0) != in_second;
+        in_second = !in_second;
 #else
         const bool after = AFTER == 1;
-        const int index = search - 1;
 #endif
-        if (index >= 0 && (starts_of & (1u << index)) == 0u) continue;
+        if (!in_second) begins &= begins - 1u;
         const Sample at = seen_from(now, after);
         Surface begin = background;
         for (int i = 0; i < STARTS; ++i)

@@ -9,12 +9,14 @@ namespace {
 constexpr int kWidth = 160, kHeight = 24, kBar = 20;
 constexpr double kSpeed = 48;  // px per frame
 
-// A bar before a pattern that slides the other way, and between them a strip that stands still.
+// A bar before a pattern that slides the other way, and between them a strip that stands still; or
+// a fence that comes in from the right.
 struct Scene {
     double pattern_speed = -8;  // px per frame
-    bool strip = false;
+    bool strip = false, fence = false;
+    int begin = 40, end = 120;  // columns of which the error is taken: beside the bar and behind it
 };
-const Scene kTwoLayers, kThreeLayers = {-80, true};
+const Scene kTwoLayers, kThreeLayers = {-80, true}, kFence = {0, false, true, 150, kWidth};
 
 double pattern(double x, double y) {
     return 0.5 + 0.25 * std::sin(0.35 * x) + 0.25 * std::sin(0.2 * x + 0.9 * y);
@@ -26,8 +28,9 @@ struct Pixel {
 
 // What stands at x at time t in frames.
 Pixel at(const Scene& scene, double t, double x, double y) {
+    if (scene.fence && std::fmod(x + kSpeed * (t + 5), 20) < 8) return {2, 2, -kSpeed};
     const double bar = 70 + kSpeed * t;
-    if (x >= bar && x < bar + kBar) return {2, 2, kSpeed};
+    if (!scene.fence && x >= bar && x < bar + kBar) return {2, 2, kSpeed};
     if (scene.strip && x >= 66 && x < 92) return {1.2 + 0.2 * std::sin(0.7 * x), 1.5, 0};
     return {pattern(x - scene.pattern_speed * t, y), 1, scene.pattern_speed};
 }
@@ -57,13 +60,13 @@ BlurFrame with_neighbors(std::initializer_list<Neighbor> neighbors,
     return frame;
 }
 
-// RMS error of what the shutter, open for half a frame, sees beside the bar and behind it.
+// RMS error of what the shutter, open for half a frame, sees.
 double error_of(const ImageF& out, const Scene& scene = kTwoLayers) {
     constexpr int kTimes = 400;
     double sum = 0;
     int count = 0;
     for (int y = 0; y < kHeight; ++y) {
-        for (int x = 40; x < 120; ++x) {
+        for (int x = scene.begin; x < scene.end; ++x) {
             double truth = 0;
             for (int i = 0; i < kTimes; ++i)
                 truth += at(scene, (i + 0.5) / kTimes * 0.5 - 0.25, x, y).gray / kTimes;
@@ -100,6 +103,16 @@ TEST(Neighbors, ShowWhatIsHiddenBeforeWhatIsSeen) {
     };
     const double alone = error({});
     EXPECT_LT(error({Neighbor::before}), 0.5 * alone);
+    EXPECT_LT(error({Neighbor::after}), 0.5 * alone);
+    EXPECT_LT(error({Neighbor::before, Neighbor::after}), 0.5 * alone);
+}
+
+// A post of the fence is beyond the picture, at whose edge there is what is behind the fence.
+TEST(Neighbors, ShowWhatComesFromBeyondThePicture) {
+    const auto error = [](std::initializer_list<Neighbor> neighbors) {
+        return error_of(blurred(warp(), with_neighbors(neighbors, kFence)), kFence);
+    };
+    const double alone = error({});
     EXPECT_LT(error({Neighbor::after}), 0.5 * alone);
     EXPECT_LT(error({Neighbor::before, Neighbor::after}), 0.5 * alone);
 }

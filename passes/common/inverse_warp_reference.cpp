@@ -28,9 +28,8 @@ using reference::Tile;
 using reference::Vec;
 
 constexpr double kAcceptPx = 0.75;
-constexpr double kAcceptNeighborPx = 1;
 constexpr double kOneDepthLeast = 1.01, kOneDepthMost = 1.03;  // of samples
-constexpr int kSteps = 2;
+constexpr int kSteps = 2, kNeighborSteps = 3;
 constexpr double kSharpening = 2;
 constexpr int kLeastTimes = 5;
 
@@ -240,7 +239,7 @@ class Warp {
         if (!s_.lens)
             n = std::clamp(2 * t.longest / s_.shutter->path_px_per_time, double(kLeastTimes),
                            std::max(n, double(kLeastTimes)));
-        Surface begin = surfaces_[index(x, y)], background = begin;
+        Surface begin = surfaces_[index(x, y)];
         const Vec p = {double(x), double(y)};
         Color sum(channels);  // of the differences to the pixel's own color
         const auto add = [&](const Seen& seen, const Sample& now) {
@@ -260,15 +259,15 @@ class Warp {
                 if (before > 0) now.weight = more;
                 if (!passes_barrel(p, now.lens)) continue;
                 counted += now.weight;
-                const Met met = search(p, now, t, begin, background);
+                const Met met = search(p, now, t, begin);
                 moment += now.weight * dot(met.at - p, met.at - p);
-                const Seen elsewhere = seen_by_others(p, now, t, background, met);
+                const Seen elsewhere = seen_by_others(p, now, t, met);
                 if (elsewhere.inverse_depth >= 0)
                     add(elsewhere, now);
                 else if (met.found)
                     add({color_at(color_, met.at), met.inverse_depth, met.path}, now);
                 else
-                    add({background_->at(met.at, met.inverse_depth, color_at(color_, met.far)),
+                    add({background_->at(met.at, met.inverse_depth, color_at(color_, met.far_at)),
                          met.inverse_depth, met.path},
                         now);
             }
@@ -315,7 +314,8 @@ class Warp {
         Vec at;  // the place that it sees; where nothing is found, of what is hidden there
         double inverse_depth = 0;
         Vec path;                  // of that surface, a
-        Vec far;                   // the pixel of the farthest surface met
+        Surface far;               // the farthest surface met
+        Vec far_at;                // its pixel
         std::vector<bool> hidden;  // of each start: what is not farther stands in its way, or
                                    // it lies beyond the picture
     };
@@ -327,9 +327,8 @@ class Warp {
         Vec path;
     };
 
-    // Of the shutter alone `begin` becomes what the search from it has found. `background`: the
-    // farthest surface that the pixel's samples have met.
-    Met search(Vec p, const Sample& now, const Tile& t, Surface& begin, Surface& background) const {
+    // Of the shutter alone `begin` becomes what the search from it has found.
+    Met search(Vec p, const Sample& now, const Tile& t, Surface& begin) const {
         double nearest = -1, residual = kAcceptPx, far_residual = 3.4e38;
         Vec found, far_at, path;
         Surface far;
@@ -351,7 +350,6 @@ class Warp {
                     far_residual = error;
                     far_at = inside;
                 }
-                if (nearer(background.inverse_depth, s.inverse_depth)) background = s;
                 // What lies beyond the picture a neighbor may have seen.
                 if (error > kAcceptPx || (beyond && !others_.empty())) {
                     if (start < t.starts.size() &&
@@ -380,16 +378,16 @@ class Warp {
             from(t.starts[i].at(now, half_open_), kSteps, nullptr, i);
             hidden = std::max(hidden, nearest / now.one_depth);
         }
-        if (nearest >= 0) return {true, found, nearest, path, far_at, hidden_starts};
+        if (nearest >= 0) return {true, found, nearest, path, far, far_at, hidden_starts};
         const Vec behind = clamped(p - far.at(now, half_open_));
-        return {false, behind, far.inverse_depth, far.a, far_at, hidden_starts};
+        return {false, behind, far.inverse_depth, far.a, far, far_at, hidden_starts};
     }
 
     // What other frames saw there nearer than this one. In each frame, the nearer in time first:
-    // from the background where this frame has found nothing, and from the starts that are hidden
-    // in it. Pixels at edges, which show two surfaces, count where nothing else is found.
-    Seen seen_by_others(Vec p, const Sample& now, const Tile& t, const Surface& background,
-                        const Met& met) const {
+    // from the farthest surface met where this frame has found nothing, and from the starts that
+    // are hidden in it. Pixels at edges, which show two surfaces, count where nothing else is
+    // found.
+    Seen seen_by_others(Vec p, const Sample& now, const Tile& t, const Met& met) const {
         std::vector<const OtherFrame*> frames;
         for (const OtherFrame& other : others_) frames.push_back(&other);
         if (frames.size() == 2 && now.u >= 0) std::swap(frames[0], frames[1]);
@@ -402,12 +400,12 @@ class Warp {
             then.u -= other.offset / half_open_;
             begin.b = {};  // a parabola about this frame is none about that one
             Vec d = begin.at(then, half_open_);
-            for (int step = 0; step < kSteps; ++step) {
+            for (int step = 0; step < kNeighborSteps; ++step) {
                 const Vec x = clamped({std::floor(p.x - d.x + 0.5), std::floor(p.y - d.y + 0.5)});
                 const Surface& s = other.surfaces[index(int(x.x), int(x.y))];
                 d = s.at(then, half_open_);
                 const Vec off = x - p + d;
-                if (std::max(std::abs(off.x), std::abs(off.y)) > kAcceptNeighborPx ||
+                if (std::max(std::abs(off.x), std::abs(off.y)) > kAcceptPx ||
                     (s.edge && nearest >= 0) || !nearer(s.inverse_depth) ||
                     shows_farther(s, x, other, now))
                     continue;
@@ -417,7 +415,7 @@ class Warp {
             }
         };
         if (!met.found)
-            for (const OtherFrame* other : frames) search(*other, background);
+            for (const OtherFrame* other : frames) search(*other, met.far);
         for (size_t i = 0; i < t.starts.size(); ++i)
             for (const OtherFrame* other : frames)
                 if (met.hidden[i]) search(*other, t.starts[i]);

@@ -151,9 +151,6 @@ void main() {
     const float own_radius = abs(own.radius);
 #endif
     float moment = 0.0, counted = 0.0;
-#if NEIGHBORS
-    Surface background = own;  // the farthest met
-#endif
 #if BARREL
     const vec2 barrel = block.barrel_per_px * (p - vec2(block.middle_x, block.middle_y));
 #endif
@@ -219,9 +216,6 @@ void main() {
                     far_residual = error;
                     far_at = inside;
                 }
-#if NEIGHBORS
-                if (q * one_depth < background.inverse_depth) background = s;
-#endif
 #if !LENS
                 if (accepted && next == 0) own = s;
 #endif
@@ -262,8 +256,7 @@ void main() {
             // What is hidden in this frame is mostly seen in the one before or after.
             Seen seen;
             if ((!found || hidden_starts != 0u) &&
-                seen_by_neighbors(p, at, one_depth, background, start, hidden_starts, nearest,
-                                  seen)) {
+                seen_by_neighbors(p, at, one_depth, far, start, hidden_starts, nearest, seen)) {
                 add_sample(k, seen.color, seen.inverse_depth, seen.path, at.weight);
                 continue;
             }

@@ -16,7 +16,7 @@ layout(binding = 5) uniform sampler2DArray layers_after;  // linear
 #endif
 #endif
 
-const float kAcceptNeighborPx = 1.0;  // |X + D(X) - p| along each axis
+const int kNeighborSteps = 3;  // of the iteration from each start
 
 // The displacement with the motion of a frame, whatever is blurred: a neighbor is a frame away.
 vec2 displacement_from_neighbor(Surface s, Sample at) {
@@ -88,14 +88,14 @@ bool may_be_hidden(Surface s, vec2 x, bool after, float one_depth) {
                s.inverse_depth;
 }
 
-// Searches a sample in both frames, the nearer in time first: from the background, if this frame shows
-// nothing there (`nearest` is below 0), and from the starts that are hidden in it, a bit each. What is
-// found is nearer than the inverse depth `nearest`. Pixels at edges, which show two surfaces, count
-// where nothing else is found. Fills seen_layers too.
-bool seen_by_neighbors(vec2 p, Sample now, float one_depth, Surface background,
-                       Surface start[STARTS], uint hidden_starts, float nearest, out Seen seen) {
+// Searches a sample in both frames, the nearer in time first: from the farthest surface met, if this
+// frame shows nothing there (`nearest` is below 0), and from the starts that are hidden in it, a bit
+// each. What is found is nearer than the inverse depth `nearest`. Pixels at edges, which show two
+// surfaces, count where nothing else is found. Fills seen_layers too.
+bool seen_by_neighbors(vec2 p, Sample now, float one_depth, Surface far, Surface start[STARTS],
+                       uint hidden_starts, float nearest, out Seen seen) {
     bool found = false;
-    uint begins = (hidden_starts << 1) | (nearest < 0.0 ? 1u : 0u);  // bit 0: the background
+    uint begins = (hidden_starts << 1) | (nearest < 0.0 ? 1u : 0u);  // bit 0: far
     bool in_second = false;  // of the two frames
     while (begins != 0u) {
         const int index = findLSB(begins) - 1;
@@ -107,19 +107,19 @@ bool seen_by_neighbors(vec2 p, Sample now, float one_depth, Surface background,
 #endif
         if (!in_second) begins &= begins - 1u;
         const Sample at = seen_from(now, after);
-        Surface begin = background;
+        Surface begin = far;
         for (int i = 0; i < STARTS; ++i)
             if (i == index) begin = start[i];
         if (begin.inverse_depth <= nearest * one_depth) continue;
         // Straight: a parabola about this frame is none about that one.
         begin.b = vec2(0.0);
         vec2 d = displacement_from_neighbor(begin, at);
-        for (int i = 0; i < kSteps; ++i) {
+        for (int i = 0; i < kNeighborSteps; ++i) {
             const vec2 x = inside_of(p + floor(0.5 - d));
             const Surface s = unpack_surface(surface_bits_of(after, ivec2(x)));
             d = displacement_from_neighbor(s, at);
             const vec2 off = abs(x - p + d);
-            if (max(off.x, off.y) > kAcceptNeighborPx || (s.edge && nearest >= 0.0) ||
+            if (max(off.x, off.y) > kAcceptPx || (s.edge && nearest >= 0.0) ||
                 s.inverse_depth <= nearest * one_depth || !may_be_hidden(s, x, after, one_depth))
                 continue;
             found = true;

@@ -15,8 +15,10 @@ struct Scene {
     double pattern_speed = -8;  // px per frame
     bool strip = false, fence = false;
     int begin = 40, end = 120;  // columns of which the error is taken: beside the bar and behind it
+    double wave = 0;            // px per frame, by which the pattern's speed goes up and down
 };
-const Scene kTwoLayers, kThreeLayers = {-80, true}, kFence = {0, false, true, 150, kWidth};
+const Scene kTwoLayers, kThreeLayers = {-80, true}, kFence = {0, false, true, 150, kWidth},
+                        kWave = {-8, false, false, 40, 120, 14};
 
 double pattern(double x, double y) {
     return 0.5 + 0.25 * std::sin(0.35 * x) + 0.25 * std::sin(0.2 * x + 0.9 * y);
@@ -32,7 +34,12 @@ Pixel at(const Scene& scene, double t, double x, double y) {
     const double bar = 70 + kSpeed * t;
     if (!scene.fence && x >= bar && x < bar + kBar) return {2, 2, kSpeed};
     if (scene.strip && x >= 66 && x < 92) return {1.2 + 0.2 * std::sin(0.7 * x), 1.5, 0};
-    return {pattern(x - scene.pattern_speed * t, y), 1, scene.pattern_speed};
+    double from = x, speed = scene.pattern_speed;  // where that of the pattern is at time 0
+    for (int i = 0; i < 100; ++i) {
+        speed = scene.pattern_speed + scene.wave * std::sin(0.06 * from + 0.15 * y);
+        from = x - speed * t;
+    }
+    return {pattern(from, y), 1, speed};
 }
 
 // The frame at time t.
@@ -107,6 +114,17 @@ TEST(Neighbors, ShowWhatIsHiddenBeforeWhatIsSeen) {
     EXPECT_LT(error({Neighbor::before, Neighbor::after}), 0.5 * alone);
 }
 
+// Each place of the pattern has a speed of its own, so that a search comes near it step by step.
+TEST(Neighbors, ShowWhatIsHiddenOfWhatStretches) {
+    const auto error = [](std::initializer_list<Neighbor> neighbors) {
+        return error_of(blurred(warp(), with_neighbors(neighbors, kWave)), kWave);
+    };
+    const double alone = error({});
+    EXPECT_LT(error({Neighbor::before}), 0.8 * alone);
+    EXPECT_LT(error({Neighbor::after}), 0.8 * alone);
+    EXPECT_LT(error({Neighbor::before, Neighbor::after}), 0.8 * alone);
+}
+
 // A post of the fence is beyond the picture, at whose edge there is what is behind the fence.
 TEST(Neighbors, ShowWhatComesFromBeyondThePicture) {
     const auto error = [](std::initializer_list<Neighbor> neighbors) {
@@ -147,6 +165,14 @@ TEST(Neighbors, AgreeWithTheReference) {
             EXPECT_LE(difference.fraction, 0.01) << difference.text;
         }
     }
+}
+
+TEST(Neighbors, AgreeWithTheReferenceWhereThePatternStretches) {
+    const BlurFrame both = with_neighbors({Neighbor::before, Neighbor::after}, kWave);
+    const auto gpu = stages_of(warp(), both);
+    const auto expected = reference_stages_of(warp(), both);
+    const Difference difference = compare(gpu.at("color"), expected.at("color"), 1e-3);
+    EXPECT_LE(difference.fraction, 0.01) << difference.text;
 }
 
 TEST(Neighbors, KeepConstantColors) {

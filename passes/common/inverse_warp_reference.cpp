@@ -313,11 +313,12 @@ class Warp {
         bool found = false;
         Vec at;  // the place that it sees; where nothing is found, of what is hidden there
         double inverse_depth = 0;
-        Vec path;                  // of that surface, a
-        Surface far;               // the farthest surface met
-        Vec far_at;                // its pixel
-        std::vector<bool> hidden;  // of each start: what is not farther stands in its way, or
-                                   // it lies beyond the picture
+        Vec path;                   // of that surface, a
+        Surface far;                // the farthest surface met
+        Vec far_at;                 // its pixel
+        bool shows_behind = false;  // the farthest is behind what the first step has come to
+        std::vector<bool> hidden;   // of each start: what is not farther stands in its way, or
+                                    // it lies beyond the picture
     };
 
     // A color, and of its surface the inverse depth, -1 where there is none, and the path, a.
@@ -329,7 +330,7 @@ class Warp {
 
     // Of the shutter alone `begin` becomes what the search from it has found.
     Met search(Vec p, const Sample& now, const Tile& t, Surface& begin) const {
-        double nearest = -1, residual = kAcceptPx, far_residual = 3.4e38;
+        double nearest = -1, residual = kAcceptPx, far_residual = 3.4e38, first = -1;
         Vec found, far_at, path;
         Surface far;
         far.inverse_depth = 3.4e38;
@@ -342,6 +343,7 @@ class Warp {
                 const bool beyond = inside.x != x || inside.y != y;
                 const Surface& s = surfaces_[index(int(inside.x), int(inside.y))];
                 d = s.at(now, half_open_);
+                if (first < 0) first = s.inverse_depth;
                 const Vec to = p - d;
                 const double error = std::max(std::abs(x - to.x), std::abs(y - to.y));
                 if (nearer(far.inverse_depth, s.inverse_depth) ||
@@ -378,20 +380,24 @@ class Warp {
             from(t.starts[i].at(now, half_open_), kSteps, nullptr, i);
             hidden = std::max(hidden, nearest / now.one_depth);
         }
-        if (nearest >= 0) return {true, found, nearest, path, far, far_at, hidden_starts};
+        const bool behind_first = nearer(first, far.inverse_depth);
+        if (nearest >= 0)
+            return {true, found, nearest, path, far, far_at, behind_first, hidden_starts};
         const Vec behind = clamped(p - far.at(now, half_open_));
-        return {false, behind, far.inverse_depth, far.a, far, far_at, hidden_starts};
+        return {false, behind, far.inverse_depth, far.a, far, far_at, behind_first, hidden_starts};
     }
 
     // What other frames saw there nearer than this one. In each frame, the nearer in time first:
     // from the farthest surface met where this frame has found nothing, and from the starts that
-    // are hidden in it. Pixels at edges, which show two surfaces, count where nothing else is
+    // are hidden in it. Nothing counts that is farther than the farthest surface met, where that
+    // is behind another. Pixels at edges, which show two surfaces, count where nothing else is
     // found.
     Seen seen_by_others(Vec p, const Sample& now, const Tile& t, const Met& met) const {
         std::vector<const OtherFrame*> frames;
         for (const OtherFrame& other : others_) frames.push_back(&other);
         if (frames.size() == 2 && now.u >= 0) std::swap(frames[0], frames[1]);
         double nearest = met.found ? met.inverse_depth : -1;
+        const double farthest = met.shows_behind ? met.far.inverse_depth : 0;
         const auto nearer = [&](double depth) { return depth > nearest * now.one_depth; };
         Seen seen;
         const auto search = [&](const OtherFrame& other, Surface begin) {
@@ -407,7 +413,7 @@ class Warp {
                 const Vec off = x - p + d;
                 if (std::max(std::abs(off.x), std::abs(off.y)) > kAcceptPx ||
                     (s.edge && nearest >= 0) || !nearer(s.inverse_depth) ||
-                    shows_farther(s, x, other, now))
+                    s.inverse_depth * now.one_depth < farthest || shows_farther(s, x, other, now))
                     continue;
                 nearest = s.inverse_depth;
                 const Vec where = s.edge ? x : clamped(p - d);

@@ -181,6 +181,7 @@ void main() {
             int next = 0, step_count = 0;
             bool more;
 #if NEIGHBORS
+            float first = -1.0;  // inverse depth of what the first step has come to
             uint hidden_starts = 0u;  // a bit each: what is not farther stands in their way, or
                                       // they lie beyond the picture
 #endif
@@ -201,6 +202,9 @@ void main() {
                 const bool accepted = error <= kAcceptPx;
 #endif
                 const float q = s.inverse_depth;
+#if NEIGHBORS
+                if (first < 0.0) first = q;
+#endif
                 if (accepted &&
                     (q > nearest * one_depth || (q * one_depth >= nearest && error < residual))) {
                     nearest = q;
@@ -255,8 +259,10 @@ void main() {
 #if NEIGHBORS
             // What is hidden in this frame is mostly seen in the one before or after.
             Seen seen;
+            const bool shows_behind = far.inverse_depth * one_depth < first;
             if ((!found || hidden_starts != 0u) &&
-                seen_by_neighbors(p, at, one_depth, far, start, hidden_starts, nearest, seen)) {
+                seen_by_neighbors(p, at, one_depth, far, shows_behind, start, hidden_starts, nearest,
+                                  seen)) {
                 add_sample(k, seen.color, seen.inverse_depth, seen.path, at.weight);
                 continue;
             }

@@ -90,10 +90,12 @@ bool may_be_hidden(Surface s, vec2 x, bool after, float one_depth) {
 
 // Searches a sample in both frames, the nearer in time first: from the farthest surface met, if this
 // frame shows nothing there (`nearest` is below 0), and from the starts that are hidden in it, a bit
-// each. What is found is nearer than the inverse depth `nearest`. Pixels at edges, which show two
+// each. What is found is nearer than the inverse depth `nearest`; and, if `far` is behind another
+// surface that the sample has met (`shows_behind`), no farther than it. Pixels at edges, which show two
 // surfaces, count where nothing else is found. Fills seen_layers too.
-bool seen_by_neighbors(vec2 p, Sample now, float one_depth, Surface far, Surface start[STARTS],
-                       uint hidden_starts, float nearest, out Seen seen) {
+bool seen_by_neighbors(vec2 p, Sample now, float one_depth, Surface far, bool shows_behind,
+                       Surface start[STARTS], uint hidden_starts, float nearest, out Seen seen) {
+    const float farthest = shows_behind ? far.inverse_depth : 0.0;
     bool found = false;
     uint begins = (hidden_starts << 1) | (nearest < 0.0 ? 1u : 0u);  // bit 0: far
     bool in_second = false;  // of the two frames
@@ -120,7 +122,8 @@ bool seen_by_neighbors(vec2 p, Sample now, float one_depth, Surface far, Surface
             d = displacement_from_neighbor(s, at);
             const vec2 off = abs(x - p + d);
             if (max(off.x, off.y) > kAcceptPx || (s.edge && nearest >= 0.0) ||
-                s.inverse_depth <= nearest * one_depth || !may_be_hidden(s, x, after, one_depth))
+                s.inverse_depth <= nearest * one_depth ||
+                s.inverse_depth * one_depth < farthest || !may_be_hidden(s, x, after, one_depth))
                 continue;
             found = true;
             nearest = s.inverse_depth;

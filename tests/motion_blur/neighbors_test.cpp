@@ -16,9 +16,12 @@ struct Scene {
     bool strip = false, fence = false;
     int begin = 40, end = 120;  // columns of which the error is taken: beside the bar and behind it
     double wave = 0;            // px per frame, by which the pattern's speed goes up and down
+    bool door = false;          // a door stands before the pattern while the shutter is open, and
+                                // before the door a post
 };
 const Scene kTwoLayers, kThreeLayers = {-80, true}, kFence = {0, false, true, 150, kWidth},
-                        kWave = {-8, false, false, 40, 120, 14};
+                        kWave = {-8, false, false, 40, 120, 14},
+                        kDoor = {-80, false, false, 40, 120, 0, true};
 
 double pattern(double x, double y) {
     return 0.5 + 0.25 * std::sin(0.35 * x) + 0.25 * std::sin(0.2 * x + 0.9 * y);
@@ -33,6 +36,8 @@ Pixel at(const Scene& scene, double t, double x, double y) {
     if (scene.fence && std::fmod(x + kSpeed * (t + 5), 20) < 8) return {2, 2, -kSpeed};
     const double bar = 70 + kSpeed * t;
     if (!scene.fence && x >= bar && x < bar + kBar) return {2, 2, kSpeed};
+    if (scene.door && x >= 46 + 20 * t && x < 69 + 20 * t) return {1.5, 1.7, 20};
+    if (scene.door && std::abs(t) < 0.5) return {0.3 + 0.1 * std::sin(0.7 * x), 1.3, 0};
     if (scene.strip && x >= 66 && x < 92) return {1.2 + 0.2 * std::sin(0.7 * x), 1.5, 0};
     double from = x, speed = scene.pattern_speed;  // where that of the pattern is at time 0
     for (int i = 0; i < 100; ++i) {
@@ -167,12 +172,15 @@ TEST(Neighbors, AgreeWithTheReference) {
     }
 }
 
-TEST(Neighbors, AgreeWithTheReferenceWhereThePatternStretches) {
-    const BlurFrame both = with_neighbors({Neighbor::before, Neighbor::after}, kWave);
-    const auto gpu = stages_of(warp(), both);
-    const auto expected = reference_stages_of(warp(), both);
-    const Difference difference = compare(gpu.at("color"), expected.at("color"), 1e-3);
-    EXPECT_LE(difference.fraction, 0.01) << difference.text;
+// Where the pattern stretches, and where a door hides it that the other frames do not show.
+TEST(Neighbors, AgreeWithTheReferenceInScenes) {
+    for (const Scene& scene : {kWave, kDoor}) {
+        const BlurFrame both = with_neighbors({Neighbor::before, Neighbor::after}, scene);
+        const auto gpu = stages_of(warp(), both);
+        const auto expected = reference_stages_of(warp(), both);
+        const Difference difference = compare(gpu.at("color"), expected.at("color"), 1e-3);
+        EXPECT_LE(difference.fraction, 0.01) << difference.text;
+    }
 }
 
 TEST(Neighbors, KeepConstantColors) {

@@ -90,9 +90,9 @@ bool may_be_hidden(Surface s, vec2 x, bool after, float one_depth) {
 
 // Searches a sample in both frames, the nearer in time first: from the farthest surface met, if this
 // frame shows nothing there (`nearest` is below 0), and from the starts that are hidden in it, a bit
-// each. What is found is nearer than the inverse depth `nearest`; and, if `far` is behind another
-// surface that the sample has met (`shows_behind`), no farther than it. Pixels at edges, which show two
-// surfaces, count where nothing else is found. Fills seen_layers too.
+// each. What is found is nearer than the inverse depth `nearest`; and, if `far` is behind the surface
+// that the sample's first step has come to (`shows_behind`), no farther than it. Pixels at edges, which
+// show two surfaces, count where nothing else is found. Fills seen_layers too.
 bool seen_by_neighbors(vec2 p, Sample now, float one_depth, Surface far, bool shows_behind,
                        Surface start[STARTS], uint hidden_starts, float nearest, out Seen seen) {
     const float farthest = shows_behind ? far.inverse_depth : 0.0;

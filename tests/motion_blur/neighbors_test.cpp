@@ -9,19 +9,20 @@ namespace {
 constexpr int kWidth = 160, kHeight = 24, kBar = 20;
 constexpr double kSpeed = 48;  // px per frame
 
-// A bar before a pattern that slides the other way, and between them a strip that stands still; or
-// a fence that comes in from the right.
+// A bar before a pattern that slides the other way.
 struct Scene {
     double pattern_speed = -8;  // px per frame
-    bool strip = false, fence = false;
+    double wave = 0;            // px per frame, by which that goes up and down
+    bool strip = false;         // between them a strip that stands still
+    bool door = false;   // a door that is there while the shutter is open, and a post before it
+    bool fence = false;  // in place of the bar a fence that comes in from the right
     int begin = 40, end = 120;  // columns of which the error is taken: beside the bar and behind it
-    double wave = 0;            // px per frame, by which the pattern's speed goes up and down
-    bool door = false;          // a door stands before the pattern while the shutter is open, and
-                                // before the door a post
 };
-const Scene kTwoLayers, kThreeLayers = {-80, true}, kFence = {0, false, true, 150, kWidth},
-                        kWave = {-8, false, false, 40, 120, 14},
-                        kDoor = {-80, false, false, 40, 120, 0, true};
+const Scene kTwoLayers;
+const Scene kThreeLayers = {.pattern_speed = -80, .strip = true};
+const Scene kWave = {.wave = 14};
+const Scene kDoor = {.pattern_speed = -80, .door = true};
+const Scene kFence = {.pattern_speed = 0, .fence = true, .begin = 150, .end = kWidth};
 
 double pattern(double x, double y) {
     return 0.5 + 0.25 * std::sin(0.35 * x) + 0.25 * std::sin(0.2 * x + 0.9 * y);
@@ -39,11 +40,13 @@ Pixel at(const Scene& scene, double t, double x, double y) {
     if (scene.door && x >= 46 + 20 * t && x < 69 + 20 * t) return {1.5, 1.7, 20};
     if (scene.door && std::abs(t) < 0.5) return {0.3 + 0.1 * std::sin(0.7 * x), 1.3, 0};
     if (scene.strip && x >= 66 && x < 92) return {1.2 + 0.2 * std::sin(0.7 * x), 1.5, 0};
-    double from = x, speed = scene.pattern_speed;  // where that of the pattern is at time 0
-    for (int i = 0; i < 100; ++i) {
+    // What of the pattern is there was at `from` at time 0.
+    double from = x, before, speed;
+    do {
+        before = from;
         speed = scene.pattern_speed + scene.wave * std::sin(0.06 * from + 0.15 * y);
         from = x - speed * t;
-    }
+    } while (std::abs(from - before) > 1e-6);
     return {pattern(from, y), 1, speed};
 }
 

@@ -97,6 +97,10 @@ Chain warp(Values values = {}) {
     return blur(values);
 }
 
+double error_with(std::initializer_list<Neighbor> neighbors, const Scene& scene) {
+    return error_of(blurred(warp(), with_neighbors(neighbors, scene)), scene);
+}
+
 TEST(Neighbors, ShowWhatIsHidden) {
     const double alone = error_of(blurred(warp(), with_neighbors({})));
     const double before = error_of(blurred(warp(), with_neighbors({Neighbor::before})));
@@ -113,34 +117,25 @@ TEST(Neighbors, ShowWhatIsHidden) {
 // The strip is hidden where this frame shows the pattern that is behind both: what is seen there
 // must not stand for what is before it.
 TEST(Neighbors, ShowWhatIsHiddenBeforeWhatIsSeen) {
-    const auto error = [](std::initializer_list<Neighbor> neighbors) {
-        return error_of(blurred(warp(), with_neighbors(neighbors, kThreeLayers)), kThreeLayers);
-    };
-    const double alone = error({});
-    EXPECT_LT(error({Neighbor::before}), 0.5 * alone);
-    EXPECT_LT(error({Neighbor::after}), 0.5 * alone);
-    EXPECT_LT(error({Neighbor::before, Neighbor::after}), 0.5 * alone);
+    const double alone = error_with({}, kThreeLayers);
+    EXPECT_LT(error_with({Neighbor::before}, kThreeLayers), 0.5 * alone);
+    EXPECT_LT(error_with({Neighbor::after}, kThreeLayers), 0.5 * alone);
+    EXPECT_LT(error_with({Neighbor::before, Neighbor::after}, kThreeLayers), 0.5 * alone);
 }
 
 // Each place of the pattern has a speed of its own, so that a search comes near it step by step.
 TEST(Neighbors, ShowWhatIsHiddenOfWhatStretches) {
-    const auto error = [](std::initializer_list<Neighbor> neighbors) {
-        return error_of(blurred(warp(), with_neighbors(neighbors, kWave)), kWave);
-    };
-    const double alone = error({});
-    EXPECT_LT(error({Neighbor::before}), 0.8 * alone);
-    EXPECT_LT(error({Neighbor::after}), 0.8 * alone);
-    EXPECT_LT(error({Neighbor::before, Neighbor::after}), 0.8 * alone);
+    const double alone = error_with({}, kWave);
+    EXPECT_LT(error_with({Neighbor::before}, kWave), 0.8 * alone);
+    EXPECT_LT(error_with({Neighbor::after}, kWave), 0.8 * alone);
+    EXPECT_LT(error_with({Neighbor::before, Neighbor::after}, kWave), 0.8 * alone);
 }
 
 // A post of the fence is beyond the picture, at whose edge there is what is behind the fence.
 TEST(Neighbors, ShowWhatComesFromBeyondThePicture) {
-    const auto error = [](std::initializer_list<Neighbor> neighbors) {
-        return error_of(blurred(warp(), with_neighbors(neighbors, kFence)), kFence);
-    };
-    const double alone = error({});
-    EXPECT_LT(error({Neighbor::after}), 0.5 * alone);
-    EXPECT_LT(error({Neighbor::before, Neighbor::after}), 0.5 * alone);
+    const double alone = error_with({}, kFence);
+    EXPECT_LT(error_with({Neighbor::after}, kFence), 0.5 * alone);
+    EXPECT_LT(error_with({Neighbor::before, Neighbor::after}, kFence), 0.5 * alone);
 }
 
 // A frame away is too far for paths of a shutter that hardly opens.

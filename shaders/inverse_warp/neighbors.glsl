@@ -31,7 +31,7 @@ vec2 displacement_from_neighbor(Surface s, Sample at) {
 Sample seen_from(Sample at, bool after) {
     const float frame = 1.0 / block.half_shutter;
     at.u += after ? -frame : frame;
-    at.bend = min(block.half_shutter, 1.0) * at.u * at.u;
+    at.bend = bend_at(at.u);
     return at;
 }
 

@@ -31,7 +31,7 @@ Sample sample_at(int k, float n, int begin, float share, vec2 random) {
 #else
     at.u = 0.0;
 #endif
-    at.bend = min(block.half_shutter, 1.0) * at.u * at.u;
+    at.bend = bend_at(at.u);
 #if LENS
     const int set = min(int(random.x * float(block.lens_sets)), block.lens_sets - 1);
     at.lens = texelFetch(lens_points, ivec2(begin + k, set), 0).xy;

@@ -84,6 +84,10 @@ struct Sample {
     float weight;
 };
 
+float bend_at(float u) {
+    return min(block.half_shutter, 1.0) * u * u;
+}
+
 #if MOTION
 vec2 moved(Surface s, Sample at) {
     return s.a * at.u + s.b * mix(at.bend, abs(at.u), s.straight);

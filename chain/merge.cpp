@@ -98,7 +98,7 @@ class Merger {
     bool same(int in_b, int in_a) const {
         const Step& step = b_.steps[size_t(in_b)];
         const Step& mine = a_.steps[size_t(in_a)];
-        if (step.program != mine.program || step.block != mine.block ||
+        if (step.program != mine.program || step.uniforms != mine.uniforms ||
             step.groups != mine.groups || step.bindings.size() != mine.bindings.size())
             return false;
         for (size_t i = 0; i < step.bindings.size(); ++i) {

@@ -106,17 +106,17 @@ struct Identity {
 using ShapeNumbers = std::array<uint64_t, 4>;
 
 // Handed to Pass::values: puts bytes into the uniform blocks of the pass's steps.
-class BlockWriter {
+class UniformWriter {
   public:
-    virtual ~BlockWriter() = default;
+    virtual ~UniformWriter() = default;
     // Every step of the pass that has this type of block, or that of one name.
-    template <class Block>
-    void set(const Block& block) {
-        write({}, Block::kName, std::as_bytes(std::span(&block, 1)));
+    template <class Uniforms>
+    void set(const Uniforms& uniforms) {
+        write({}, Uniforms::kName, std::as_bytes(std::span(&uniforms, 1)));
     }
-    template <class Block>
-    void set(std::string_view step, const Block& block) {
-        write(step, Block::kName, std::as_bytes(std::span(&block, 1)));
+    template <class Uniforms>
+    void set(std::string_view step, const Uniforms& uniforms) {
+        write(step, Uniforms::kName, std::as_bytes(std::span(&uniforms, 1)));
     }
 
   private:
@@ -158,7 +158,7 @@ class Pass {
     virtual ShapeNumbers shape(const PlanContext&) const { return {}; }
     // The blocks of plan() that follow the frame's camera, bounds and number, of another frame with
     // the same shape(): byte for byte those that plan() would give it. Allocates nothing.
-    virtual void values(const PlanContext&, BlockWriter&) const {}
+    virtual void values(const PlanContext&, UniformWriter&) const {}
     // The same in double precision on the CPU, written from the paper and not from the GLSL:
     // reads frame.planes, replaces the planes it outputs, fills frame.stages. Same random values.
     virtual void reference(const PlanContext& context, ReferenceFrame& frame) const = 0;

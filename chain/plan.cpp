@@ -155,8 +155,8 @@ std::vector<std::string> Plan::types() const {
 uint64_t Plan::hash() const {
     uint64_t hash = hash_text(plan_as_text(*this));
     for (const auto& step : steps) {
-        hash =
-            hash_text({reinterpret_cast<const char*>(step.block.data()), step.block.size()}, hash);
+        hash = hash_text(
+            {reinterpret_cast<const char*>(step.uniforms.data()), step.uniforms.size()}, hash);
     }
     return hash;
 }

@@ -97,8 +97,8 @@ struct Step {
     std::string name;  // "gather"
     ProgramKey program;
     std::vector<Binding> bindings;
-    std::vector<std::byte> block;           // std140 uniform block at binding 0; may be empty
-    std::string block_type;                 // its name in the shader: "MotionBlurBlock"
+    std::vector<std::byte> uniforms;        // std140 uniform block at binding 0; may be empty
+    std::string uniforms_type;              // its name in the shader: "MotionBlurUniforms"
     std::array<int, 3> groups = {1, 1, 1};  // work groups; with work_list, the most there can be
     TextureId work_list = -1;  // launches one work group per block of this list instead
     uint64_t taps = 0;         // texture fetches per dispatch, for cost reports (0 = not counted)
@@ -113,13 +113,13 @@ struct Step {
     }
 
     // A struct of shaders/shared. The executor compares its name and size with the shader's block.
-    template <class Block>
-    void set_block(const Block& value) {
-        static_assert(std::is_trivially_copyable_v<Block> && sizeof(Block) % 16 == 0,
+    template <class Uniforms>
+    void set_uniforms(const Uniforms& value) {
+        static_assert(std::is_trivially_copyable_v<Uniforms> && sizeof(Uniforms) % 16 == 0,
                       "a std140 block is a multiple of 16 bytes");
-        block_type = Block::kName;
-        block.resize(sizeof(Block));
-        std::memcpy(block.data(), &value, sizeof(Block));
+        uniforms_type = Uniforms::kName;
+        uniforms.resize(sizeof(Uniforms));
+        std::memcpy(uniforms.data(), &value, sizeof(Uniforms));
     }
 };
 

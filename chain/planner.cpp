@@ -233,18 +233,18 @@ void restore(const Roles& roles, const Planes& before, Planes& current) {
     }
 }
 
-class PlanBlocks final : public BlockWriter {
+class PlanUniforms final : public UniformWriter {
   public:
-    PlanBlocks(Plan& plan, int pass) : plan_(plan), pass_(pass) {}
+    PlanUniforms(Plan& plan, int pass) : plan_(plan), pass_(pass) {}
 
   private:
     void write(std::string_view name, std::string_view type,
                std::span<const std::byte> bytes) override {
         for (Step& step : plan_.steps) {
-            if (step.pass != pass_ || step.block_type != type) continue;
+            if (step.pass != pass_ || step.uniforms_type != type) continue;
             if (!name.empty() && step.name != name) continue;
-            assert(step.block.size() == bytes.size());
-            std::copy(bytes.begin(), bytes.end(), step.block.begin());
+            assert(step.uniforms.size() == bytes.size());
+            std::copy(bytes.begin(), bytes.end(), step.uniforms.begin());
         }
     }
 
@@ -390,7 +390,7 @@ void write_values(const Chain& chain, const FrameDescription& given, const PlanO
     plan.frame_number = frame.frame_number;
     for (size_t i = 0; i < shape.passes.size(); ++i) {
         if (shape.passes[i].elided) continue;
-        PlanBlocks blocks(plan, int(i));
+        PlanUniforms blocks(plan, int(i));
         chain.links[i].pass->values(context_of(frame, options, rules, shape.passes[i]), blocks);
     }
 }

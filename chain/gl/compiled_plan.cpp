@@ -41,8 +41,9 @@ bool same_shape(const Plan& a, const Plan& b) {
     for (size_t i = 0; i < a.steps.size(); ++i) {
         const Step &x = a.steps[i], &y = b.steps[i];
         if (x.pass != y.pass || x.name != y.name || !(x.program == y.program) ||
-            x.bindings != y.bindings || x.block.size() != y.block.size() ||
-            x.block_type != y.block_type || x.groups != y.groups || x.work_list != y.work_list)
+            x.bindings != y.bindings || x.uniforms.size() != y.uniforms.size() ||
+            x.uniforms_type != y.uniforms_type || x.groups != y.groups ||
+            x.work_list != y.work_list)
             return false;
     }
     return true;
@@ -133,14 +134,16 @@ Status CompiledPlan::take_programs(ProgramCache& programs, size_t alignment) {
     for (const Step& step : plan_.steps) {
         auto program = programs.get(step.program);
         if (!program.ok()) return program.status();
-        if (program->block != step.block_type || program->block_bytes != step.block.size())
-            return Status(StatusCode::internal,
-                          concat(name_of_step(plan_, step), ": the step brings ",
-                                 text(step.block_type, step.block.size()), ", ", step.program.file,
-                                 " has ", text(program->block, program->block_bytes)));
+        if (program->uniforms_type != step.uniforms_type ||
+            program->uniforms_bytes != step.uniforms.size())
+            return Status(
+                StatusCode::internal,
+                concat(name_of_step(plan_, step), ": the step brings ",
+                       text(step.uniforms_type, step.uniforms.size()), ", ", step.program.file,
+                       " has ", text(program->uniforms_type, program->uniforms_bytes)));
         bytes_.resize((bytes_.size() + alignment - 1) / alignment * alignment);
-        commands_.push_back({program->name, bytes_.size(), step.block.size(), 0});
-        bytes_.insert(bytes_.end(), step.block.begin(), step.block.end());
+        commands_.push_back({program->name, bytes_.size(), step.uniforms.size(), 0});
+        bytes_.insert(bytes_.end(), step.uniforms.begin(), step.uniforms.end());
         for (const auto& binding : step.bindings) {
             int& most = binding.access == Access::list    ? used_.lists
                         : binding.access == Access::write ? used_.images
@@ -156,17 +159,17 @@ Status CompiledPlan::take_programs(ProgramCache& programs, size_t alignment) {
 
 void CompiledPlan::take_values(Plan plan) {
     plan_ = std::move(plan);
-    take_blocks();
+    take_uniforms();
 }
 
-void CompiledPlan::take_blocks() {
-    for (size_t i = 0; i < commands_.size(); ++i) set_block(int(i), plan_.steps[i].block);
+void CompiledPlan::take_uniforms() {
+    for (size_t i = 0; i < commands_.size(); ++i) set_uniforms(int(i), plan_.steps[i].uniforms);
 }
 
-void CompiledPlan::set_block(int step, std::span<const std::byte> bytes) {
+void CompiledPlan::set_uniforms(int step, std::span<const std::byte> bytes) {
     const Command& command = commands_[size_t(step)];
-    std::copy_n(bytes.begin(), std::min(bytes.size(), command.block_bytes),
-                bytes_.begin() + std::ptrdiff_t(command.block));
+    std::copy_n(bytes.begin(), std::min(bytes.size(), command.uniforms_bytes),
+                bytes_.begin() + std::ptrdiff_t(command.uniforms));
 }
 
 void CompiledPlan::import(TextureId texture, unsigned name, unsigned image_format) {
@@ -177,9 +180,9 @@ void CompiledPlan::import(TextureId texture, unsigned name, unsigned image_forma
 void CompiledPlan::dispatch(const Step& step, const Command& command, const RunObjects& objects,
                             size_t offset) {
     glUseProgram(command.program);
-    if (command.block_bytes > 0)
-        glBindBufferRange(GL_UNIFORM_BUFFER, 0, objects.buffer(), GLintptr(offset + command.block),
-                          GLsizeiptr(command.block_bytes));
+    if (command.uniforms_bytes > 0)
+        glBindBufferRange(GL_UNIFORM_BUFFER, 0, objects.buffer(),
+                          GLintptr(offset + command.uniforms), GLsizeiptr(command.uniforms_bytes));
     for (const auto& binding : step.bindings) {
         const unsigned name = names_[size_t(binding.texture)];
         const auto unit = GLuint(binding.unit);

@@ -67,10 +67,10 @@ class CompiledPlan {
     template <class Write>
     void rewrite_values(const Write& write) {
         write(plan_);
-        take_blocks();
+        take_uniforms();
     }
     // The uniform block of a step, as many bytes as it has.
-    void set_block(int step, std::span<const std::byte> bytes);
+    void set_uniforms(int step, std::span<const std::byte> bytes);
     // The texture that stands for one that is imported, and its GL format where it is written to.
     void import(TextureId texture, unsigned name, unsigned image_format = 0);
 
@@ -81,13 +81,13 @@ class CompiledPlan {
   private:
     struct Command {
         unsigned program = 0;
-        size_t block = 0;  // where in bytes_
-        size_t block_bytes = 0;
+        size_t uniforms = 0;  // where in bytes_
+        size_t uniforms_bytes = 0;
         unsigned barriers = 0;  // before it
     };
     CompiledPlan(Plan plan, TexturePool& pool) : plan_(std::move(plan)), pool_(&pool) {}
     Status take_textures(bool labels);
-    void take_blocks();
+    void take_uniforms();
     Status take_programs(ProgramCache& programs, size_t alignment);
     void find_barriers(const std::vector<int>& storage);
     void dispatch(const Step& step, const Command& command, const RunObjects& objects,

@@ -116,18 +116,18 @@ Result<GLuint> compile(const ProgramKey& key, const std::string& source,
 }
 
 Program describe(GLuint name) {
-    Program program{.name = name, .block = {}};
+    Program program{.name = name, .uniforms_type = {}};
     GLint blocks = 0;
     glGetProgramiv(name, GL_ACTIVE_UNIFORM_BLOCKS, &blocks);
     for (GLuint i = 0; i < GLuint(blocks); ++i) {
         GLint binding = 0, bytes = 0;
         glGetActiveUniformBlockiv(name, i, GL_UNIFORM_BLOCK_BINDING, &binding);
         if (binding != 0) continue;
-        char block[256] = {};
-        glGetActiveUniformBlockName(name, i, sizeof(block), nullptr, block);
+        char type[256] = {};
+        glGetActiveUniformBlockName(name, i, sizeof(type), nullptr, type);
         glGetActiveUniformBlockiv(name, i, GL_UNIFORM_BLOCK_DATA_SIZE, &bytes);
-        program.block = block;
-        program.block_bytes = (size_t(bytes) + 15) / 16 * 16;
+        program.uniforms_type = type;
+        program.uniforms_bytes = (size_t(bytes) + 15) / 16 * 16;
     }
     return program;
 }

@@ -20,9 +20,9 @@ Result<std::string> resolve_includes(const std::string& file, const std::string&
                                      std::vector<std::string>* files = nullptr);
 
 struct Program {
-    unsigned name = 0;       // GL's
-    std::string block;       // type of the uniform block at binding 0; empty = it has none
-    size_t block_bytes = 0;  // std140, a multiple of 16
+    unsigned name = 0;          // GL's
+    std::string uniforms_type;  // type of the uniform block at binding 0; empty = it has none
+    size_t uniforms_bytes = 0;  // std140, a multiple of 16
     bool operator==(const Program&) const = default;
 };
 

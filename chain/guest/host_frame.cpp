@@ -222,24 +222,24 @@ FrameValues values_of(const HostFrame& frame) {
             given.nearest,         given.farthest,       frame.flag(PC_CAMERA_CUT) ? 1.0f : 0.0f};
 }
 
-shared::GuestBlock block_of(const HostFrame& frame) {
+shared::GuestUniforms uniforms_of(const HostFrame& frame) {
     const pc_frame& given = *frame.given;
-    shared::GuestBlock block{};
-    block.size = {frame.width, frame.height};
-    block.color_at = {given.color.x, given.color.y};
-    block.depth_at = {given.depth.x, given.depth.y};
-    block.motion_at = {given.motion.x, given.motion.y};
-    block.exposure_at = {given.exposure.x, given.exposure.y};
-    block.output_at = {given.output.x, given.output.y};
-    block.bottom_up = frame.top_left() ? 0 : 1;
+    shared::GuestUniforms uniforms{};
+    uniforms.size = {frame.width, frame.height};
+    uniforms.color_at = {given.color.x, given.color.y};
+    uniforms.depth_at = {given.depth.x, given.depth.y};
+    uniforms.motion_at = {given.motion.x, given.motion.y};
+    uniforms.exposure_at = {given.exposure.x, given.exposure.y};
+    uniforms.output_at = {given.output.x, given.output.y};
+    uniforms.bottom_up = frame.top_left() ? 0 : 1;
     const double n = 1 / double(given.near_clip), f = 1 / double(given.far_clip);
     const auto affine = [&](double offset, double slope) {
-        block.depth_offset = float(offset);
-        block.depth_slope = float(slope);
+        uniforms.depth_offset = float(offset);
+        uniforms.depth_slope = float(slope);
     };
     switch (given.depth_encoding) {
         case PC_DEPTH_LINEAR:
-            block.distance = 1;
+            uniforms.distance = 1;
             break;
         case PC_DEPTH_FORWARD:
             affine(n, f - n);
@@ -257,14 +257,14 @@ shared::GuestBlock block_of(const HostFrame& frame) {
             affine(0, 1);
     }
     const bool to_next = frame.flag(PC_MOTION_TO_NEXT);
-    block.motion_scale = {scale_of(given.motion_scale[0]), scale_of(given.motion_scale[1])};
-    block.motion_bias = {given.motion_bias[0], given.motion_bias[1]};
+    uniforms.motion_scale = {scale_of(given.motion_scale[0]), scale_of(given.motion_scale[1])};
+    uniforms.motion_bias = {given.motion_bias[0], given.motion_bias[1]};
     if (frame.flag(PC_MOTION_JITTERED)) {
         const float sign = to_next ? -1.0f : 1.0f;
-        block.motion_jitter = {sign * (given.jitter_px[0] - given.other_jitter_px[0]),
-                               sign * (given.jitter_px[1] - given.other_jitter_px[1])};
+        uniforms.motion_jitter = {sign * (given.jitter_px[0] - given.other_jitter_px[0]),
+                                  sign * (given.jitter_px[1] - given.other_jitter_px[1])};
     }
-    block.gain = given.pre_exposure == 0 ? 1 : 1 / given.pre_exposure;
+    uniforms.gain = given.pre_exposure == 0 ? 1 : 1 / given.pre_exposure;
     if (frame.sky) {
         const glm::dmat3 there = directions(given.other_view_projection) *
                                  glm::inverse(directions(given.view_projection));
@@ -272,12 +272,12 @@ shared::GuestBlock block_of(const HostFrame& frame) {
             const glm::dvec3 r = glm::row(there, i);
             return glm::vec4(float(r.x), float(r.y), float(r.z), 0);
         };
-        block.sky_x = row(0);
-        block.sky_y = row(1);
-        block.sky_w = row(2);
-        block.sky_sign = to_next ? 1.0f : -1.0f;
+        uniforms.sky_x = row(0);
+        uniforms.sky_y = row(1);
+        uniforms.sky_w = row(2);
+        uniforms.sky_sign = to_next ? 1.0f : -1.0f;
     }
-    return block;
+    return uniforms;
 }
 
 }  // namespace postchain::guest

@@ -7,7 +7,7 @@
 #include "chain/frame.h"
 #include "chain/guest/failure.h"
 #include "chain/guest/host_format.h"
-#include "shaders/shared/guest_block.h"
+#include "shaders/shared/guest_uniforms.h"
 
 namespace postchain::guest {
 
@@ -64,6 +64,6 @@ using FrameValues = std::array<float, 12>;
 FrameValues values_of(const HostFrame& frame);
 
 // The uniform block of the steps from and to the host's textures.
-shared::GuestBlock block_of(const HostFrame& frame);
+shared::GuestUniforms uniforms_of(const HostFrame& frame);
 
 }  // namespace postchain::guest

@@ -62,7 +62,7 @@ class Builder {
         step.pass = pass;
         step.name = name;
         step.program = {file, {}};
-        step.set_block(shared::GuestBlock{});
+        step.set_uniforms(shared::GuestUniforms{});
         step.groups = groups_for(frame_.width, frame_.height);
         return step;
     }

@@ -18,7 +18,7 @@ struct HostPlan {
     // written by the plan.
     TextureId result = -1;
     bool writes_output = false;
-    int import_step = -1, export_step = -1;  // those with a GuestBlock
+    int import_step = -1, export_step = -1;  // those with a GuestUniforms
     int debug_step = -1;                     // of a work list
 };
 

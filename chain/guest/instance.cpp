@@ -288,9 +288,9 @@ void Instance::import(Entry& entry, const HostFrame& frame) {
     if (host.writes_output)
         compiled.import(host.result, frame.output.name, frame.output.format->name);
     if (host.import_step < 0 && host.export_step < 0) return;
-    const shared::GuestBlock block = block_of(frame);
+    const shared::GuestUniforms uniforms = uniforms_of(frame);
     for (const int step : {host.import_step, host.export_step, host.debug_step})
-        if (step >= 0) compiled.set_block(step, std::as_bytes(std::span(&block, 1)));
+        if (step >= 0) compiled.set_uniforms(step, std::as_bytes(std::span(&uniforms, 1)));
 }
 
 Failure Instance::dispatch(Entry& entry, const HostFrame& frame) {

@@ -60,7 +60,7 @@ Failure check_motion(const pc_frame* given, const pc_texture& other_color, int s
     if (other_color.name == 0 || other_color.width - other_color.x < frame.width ||
         other_color.height - other_color.y < frame.height)
         return {PC_ERROR_INPUT, "other_color: there is none, or it does not cover the frame"};
-    const shared::GuestBlock block = block_of(frame);
+    const shared::GuestUniforms uniforms = uniforms_of(frame);
     const DensePacking packing;
     FramePlanes planes;
     planes[Role::color] = read(given->color, frame, 4);
@@ -70,8 +70,9 @@ Failure check_motion(const pc_frame* given, const pc_texture& other_color, int s
     for (size_t pixel = 0; pixel < motion.pixels(); ++pixel)
         for (int c = 0; c < 2; ++c) {
             float& v = motion.data[2 * pixel + size_t(c)];
-            v = block.motion_scale[c] * (v - block.motion_bias[c]) - block.motion_jitter[c];
-            v *= c == 1 && block.bottom_up ? -way : way;
+            v = uniforms.motion_scale[c] * (v - uniforms.motion_bias[c]) -
+                uniforms.motion_jitter[c];
+            v *= c == 1 && uniforms.bottom_up ? -way : way;
         }
     planes[Role::motion] = std::move(motion);
     const SignCheck check = check_signs(planes, read(other_color, frame, 4));

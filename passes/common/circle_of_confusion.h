@@ -78,17 +78,17 @@ std::vector<UsedValue> used_values(const Parameters& parameters, const FrameDesc
 // Fills the members of the circle of confusion of a uniform block. fp32 has no infinity to
 // multiply by: what is larger than kMaxFactor is that.
 template <class Block>
-void set_block(const CircleOfConfusion& coc, Block& block) {
+void set_uniforms(const CircleOfConfusion& coc, Block& uniforms) {
     constexpr double kMaxFactor = 1e30;
-    block.gain_px = float(coc.gain_px);
-    block.focus_inverse = float(std::min(coc.focus_inverse, kMaxFactor));
-    block.near_sharp = float(coc.near_sharp);
-    block.near_inverse_span = float(std::min(1 / coc.near_span, kMaxFactor));
-    block.far_sharp = float(coc.far_sharp);
-    block.far_inverse_span = float(std::min(1 / coc.far_span, kMaxFactor));
-    block.near_radius_px = float(coc.near_radius_px);
-    block.far_radius_px = float(coc.far_radius_px);
-    block.max_radius_px = float(coc.max_radius_px);
+    uniforms.gain_px = float(coc.gain_px);
+    uniforms.focus_inverse = float(std::min(coc.focus_inverse, kMaxFactor));
+    uniforms.near_sharp = float(coc.near_sharp);
+    uniforms.near_inverse_span = float(std::min(1 / coc.near_span, kMaxFactor));
+    uniforms.far_sharp = float(coc.far_sharp);
+    uniforms.far_inverse_span = float(std::min(1 / coc.far_span, kMaxFactor));
+    uniforms.near_radius_px = float(coc.near_radius_px);
+    uniforms.far_radius_px = float(coc.far_radius_px);
+    uniforms.max_radius_px = float(coc.max_radius_px);
 }
 
 }  // namespace postchain::lens

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "chain/work_list.h"
-#include "shaders/shared/lens_points_block.h"
+#include "shaders/shared/lens_points_uniforms.h"
 
 namespace postchain::lens {
 namespace {
@@ -63,17 +63,17 @@ Points lens_points(const Aperture& aperture, int count, int more) {
 TextureId add_table(PassPlanner& planner, const Points& points) {
     const TextureId table =
         planner.texture("lens_points", Format::rg32f, points.count, points.sets);
-    shared::LensPointsBlock block{};
-    block.points = points.count;
-    block.sets = points.sets;
+    shared::LensPointsUniforms uniforms{};
+    uniforms.points = points.count;
+    uniforms.sets = points.sets;
     for (size_t i = 0; i < points.packed.size(); ++i) {
         const auto& [x, y] = points.packed[i];
-        block.packed_points[i / 4][int(i % 4)] = int(uint16_t(x) | uint32_t(uint16_t(y)) << 16);
+        uniforms.packed_points[i / 4][int(i % 4)] = int(uint16_t(x) | uint32_t(uint16_t(y)) << 16);
     }
     Step step;
     step.name = "lens_points";
     step.program = {"common/lens_points.comp", {}};
-    step.set_block(block);
+    step.set_uniforms(uniforms);
     step.bindings = {{0, table, Access::write}};
     step.groups = groups_for(points.count, points.sets);
     planner.step(std::move(step));

@@ -5,7 +5,7 @@
 #include <limits>
 #include <vector>
 #include "chain/work_list.h"
-#include "shaders/shared/noise_block.h"
+#include "shaders/shared/noise_uniforms.h"
 
 namespace postchain::noise {
 namespace {
@@ -124,18 +124,18 @@ double gradient_noise(uint32_t x, uint32_t y) {
     return (outer >> 8) * 0x1p-24;  // 24 bits: exact as a float too
 }
 
-shared::NoiseBlock block_of(const Parameters& parameters, int frame_number) {
-    shared::NoiseBlock block{};
+shared::NoiseUniforms uniforms_of(const Parameters& parameters, int frame_number) {
+    shared::NoiseUniforms uniforms{};
     const auto shift = shift_of(parameters, frame_number);
-    block.shift = {shift[0], shift[1]};
+    uniforms.shift = {shift[0], shift[1]};
     if (parameters.noise == Kind::blue) {
         const auto& ranks = blue_ranks();
         for (int i = 0; i < int(ranks.size()) / 2; ++i) {
             const uint32_t pair = ranks[size_t(2 * i)] | uint32_t(ranks[size_t(2 * i + 1)]) << 16;
-            block.ranks[i / 4][i % 4] = int(pair);
+            uniforms.ranks[i / 4][i % 4] = int(pair);
         }
     }
-    return block;
+    return uniforms;
 }
 
 }  // namespace
@@ -205,16 +205,16 @@ TextureId add_table(PassPlanner& planner, const Parameters& parameters) {
     Step step;
     step.name = "noise";
     step.program = {"common/noise.comp", {{"NOISE", std::to_string(int(parameters.noise))}}};
-    step.set_block(block_of(parameters, frame_number));
+    step.set_uniforms(uniforms_of(parameters, frame_number));
     step.bindings = {{0, noise, Access::write}};
     step.groups = groups_for(kSize, kSize);
     planner.step(std::move(step));
     return noise;
 }
 
-void write_values(const Parameters& parameters, int frame_number, BlockWriter& blocks) {
+void write_values(const Parameters& parameters, int frame_number, UniformWriter& uniforms) {
     if (parameters.noise == Kind::none || !parameters.animate_noise) return;
-    blocks.set(block_of(parameters, frame_number));
+    uniforms.set(uniforms_of(parameters, frame_number));
 }
 
 }  // namespace postchain::noise

@@ -1,10 +1,10 @@
 #include "passes/depth_of_field/depth_of_field.h"
 
 #include "passes/common/circle_of_confusion.h"
-#include "passes/common/inverse_warp_reference.h"
 #include "passes/common/lens_points.h"
 #include "passes/depth_of_field/gilham.h"
 #include "passes/depth_of_field/gilham_reference.h"
+#include "passes/inverse_warp/reference.h"
 
 namespace postchain::depth_of_field {
 namespace {
@@ -71,7 +71,7 @@ inverse_warp::Settings warp_settings(const Parameters& parameters, const Camera&
     settings.denoise = parameters.denoise;
     settings.still_limit_px = kSharpRadiusPx;
     settings.noise = parameters.noise;
-    settings.still_rule = kRuleFocusTiles;
+    settings.still_rule = kRuleFocusBlocks;
     return settings;
 }
 
@@ -186,12 +186,12 @@ class DepthOfField final : public Pass {
                                       context);
     }
 
-    void values(const PlanContext& context, BlockWriter& blocks) const override {
+    void values(const PlanContext& context, UniformWriter& uniforms) const override {
         const auto coc = lens::circle_of_confusion(parameters_.lens, context.frame);
         assert(coc.ok());
-        if (!warps()) return write_gilham_values(parameters_, *coc, context, blocks);
+        if (!warps()) return write_gilham_values(parameters_, *coc, context, uniforms);
         inverse_warp::write_values(warp_settings(parameters_, context.frame.camera, *coc), context,
-                                   blocks);
+                                   uniforms);
     }
 
     void reference(const PlanContext& context, ReferenceFrame& frame) const override {
@@ -228,7 +228,7 @@ const PassType& pass_type() {
         .help = "Blurs what is out of focus, by a signed circle of confusion from the depth plane.",
         .parameters = &table(),
         .create = [] { return std::make_unique<DepthOfField>(); },
-        .rules = {{kRuleFocusTiles, true,
+        .rules = {{kRuleFocusBlocks, true,
                    "the blurred image where it is not visible, color and radius where only it is"}},
         .known_limits = {
             {"depth", "method=inverse_warp", "/crossed/*near plane, 16384x3/fp32", 1100,

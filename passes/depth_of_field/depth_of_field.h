@@ -4,16 +4,16 @@
 // Real-Time Depth-of-Field Implemented with a Post-Processing only Technique, ShaderX5, 2006:
 // signed circle of confusion, downsampled image, separable Gaussian, interpolation with the sharp
 // image. Its kernel, tap counts and leak test are not public; ours are in gilham.cpp and
-// docs/depth_of_field.md. The method `inverse_warp` is passes/common/inverse_warp.h.
+// docs/depth_of_field.md. The method `inverse_warp` is passes/inverse_warp/inverse_warp.h.
 #pragma once
 
 #include <optional>
 
 #include "chain/pass.h"
 #include "passes/common/aperture.h"
-#include "passes/common/inverse_warp.h"
 #include "passes/common/lens.h"
 #include "passes/common/noise.h"
+#include "passes/inverse_warp/inverse_warp.h"
 
 namespace postchain::depth_of_field {
 
@@ -38,7 +38,7 @@ struct Parameters {
 };
 
 // Its own rule of leaving out, of blocks that the device finds.
-inline constexpr const char* kRuleFocusTiles = "focus_tiles";
+inline constexpr const char* kRuleFocusBlocks = "focus_blocks";
 
 const PassType& pass_type();
 

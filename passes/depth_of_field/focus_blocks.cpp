@@ -8,7 +8,7 @@
 
 #include "chain/work_list.h"
 #include "passes/depth_of_field/depth_of_field.h"
-#include "shaders/shared/depth_of_field_needed_block.h"
+#include "shaders/shared/depth_of_field_needed_uniforms.h"
 
 namespace postchain::depth_of_field {
 namespace {
@@ -36,13 +36,13 @@ std::array<Search, 3> searches_of(const GilhamSizes& sizes) {
              {"needed_small", "small_blocks", 1, {reach, 0}}}};
 }
 
-shared::DepthOfFieldNeededBlock block_of(const Search& search, const GilhamSizes& sizes) {
+shared::DepthOfFieldNeededUniforms uniforms_of(const Search& search, const GilhamSizes& sizes) {
     const auto grid = groups_for(sizes.low_width, sizes.low_height);
-    shared::DepthOfFieldNeededBlock block{};
-    block.blocks = {grid[0], grid[1]};
-    block.reach = search.reach;
-    block.factor = search.factor;
-    return block;
+    shared::DepthOfFieldNeededUniforms uniforms{};
+    uniforms.blocks = {grid[0], grid[1]};
+    uniforms.reach = search.reach;
+    uniforms.factor = search.factor;
+    return uniforms;
 }
 
 }  // namespace
@@ -61,7 +61,7 @@ FocusBlocks sort_focus_blocks(PassPlanner& planner, Step& sort, int width, int h
 }
 
 void add_needed_blocks(PassPlanner& planner, FocusBlocks& blocks,
-                       const shared::DepthOfFieldBlock& block, const GilhamSizes& sizes,
+                       const shared::DepthOfFieldUniforms& uniforms, const GilhamSizes& sizes,
                        bool guided) {
     TextureId read = blocks.blurs;
     const auto needed = [&](const Search& search) {
@@ -74,7 +74,7 @@ void add_needed_blocks(PassPlanner& planner, FocusBlocks& blocks,
         const TextureId mask = add_mask(planner, search.step, sizes.low_width, sizes.low_height);
         step.bindings.push_back({0, read});
         step.bindings.push_back({0, mask, Access::write});
-        step.set_block(block_of(search, sizes));
+        step.set_uniforms(uniforms_of(search, sizes));
         step.groups = groups_for(grid[0], grid[1]);
         planner.step(std::move(step));
         read = mask;
@@ -86,13 +86,13 @@ void add_needed_blocks(PassPlanner& planner, FocusBlocks& blocks,
     blocks.small = needed(for_rows);
 
     const auto elide = [&](const char* item, TextureId list, bool outside, int taps_px, Fact why) {
-        elide_blocks(planner, item, kRuleFocusTiles, std::move(why), list, taps_px, outside);
+        elide_blocks(planner, item, kRuleFocusBlocks, std::move(why), list, taps_px, outside);
     };
     elide("blurred image in sharp blocks", blocks.sharp, false, sizes.factor == 1 ? 1 : 4,
           {.name = "largest radius", .limit = 0.5, .unit = "px"});
     elide("color and radius in blurred blocks", blocks.blurred, false, 2,
           {.name = "smallest radius",
-           .limit = block.full_blur_px,
+           .limit = uniforms.full_blur_px,
            .unit = "px",
            .relation = Fact::Relation::at_least});
     // Of a pixel of the downsampled image: what downsampling, and the Gaussian along x or y, fetch.
@@ -104,9 +104,9 @@ void add_needed_blocks(PassPlanner& planner, FocusBlocks& blocks,
     elide("blur_y", blocks.blur_y, true, along, unread);
 }
 
-void write_focus_values(const GilhamSizes& sizes, BlockWriter& blocks) {
+void write_focus_values(const GilhamSizes& sizes, UniformWriter& uniforms) {
     for (const Search& search : searches_of(sizes))
-        blocks.set(search.step, block_of(search, sizes));
+        uniforms.set(search.step, uniforms_of(search, sizes));
 }
 
 }  // namespace postchain::depth_of_field

@@ -1,11 +1,11 @@
 // Blocks of 16 x 16 pixels by their circles of confusion: which return their color, which show the
 // blurred image alone, and which blocks of the blurred image are read at all. Found on the device;
-// no bit of the picture depends on it (rule focus_tiles).
+// no bit of the picture depends on it (rule focus_blocks).
 #pragma once
 
 #include "chain/pass.h"
 #include "passes/depth_of_field/gilham.h"
-#include "shaders/shared/depth_of_field_block.h"
+#include "shaders/shared/depth_of_field_uniforms.h"
 
 namespace postchain::depth_of_field {
 
@@ -22,9 +22,9 @@ FocusBlocks sort_focus_blocks(PassPlanner& planner, Step& sort, int width, int h
 // Adds the steps that fill the lists of the downsampled image. `guided`: the Gaussian reads a guide
 // plane (leak: depth or coc).
 void add_needed_blocks(PassPlanner& planner, FocusBlocks& blocks,
-                       const shared::DepthOfFieldBlock& block, const GilhamSizes& sizes,
+                       const shared::DepthOfFieldUniforms& uniforms, const GilhamSizes& sizes,
                        bool guided);
 // The blocks of those steps that follow the width of the blur.
-void write_focus_values(const GilhamSizes& sizes, BlockWriter& blocks);
+void write_focus_values(const GilhamSizes& sizes, UniformWriter& uniforms);
 
 }  // namespace postchain::depth_of_field

@@ -27,14 +27,14 @@
 #include "chain/layered_step.h"
 #include "chain/work_list.h"
 #include "passes/depth_of_field/focus_blocks.h"
-#include "shaders/shared/depth_of_field_block.h"
-#include "shaders/shared/depth_of_field_blur_block.h"
+#include "shaders/shared/depth_of_field_blur_uniforms.h"
+#include "shaders/shared/depth_of_field_uniforms.h"
 
 namespace postchain::depth_of_field {
 namespace {
 
-using shared::DepthOfFieldBlock;
-using shared::DepthOfFieldBlurBlock;
+using shared::DepthOfFieldBlurUniforms;
+using shared::DepthOfFieldUniforms;
 
 // The deviation of the blur of downsampling and upsampling alone, in box edges: a box has
 // a variance of 1/12, the triangle of the bilinear weights 1/6.
@@ -63,25 +63,25 @@ Widths widths_of(const Parameters& parameters, const FrameDescription& frame) {
     return {factor, parameters.blur_sigma_px ? sigma : std::max(sigma, kDownsampleSigma * factor)};
 }
 
-DepthOfFieldBlock block_of(const lens::CircleOfConfusion& coc, const GilhamSizes& sizes,
-                           const FrameDescription& frame) {
-    DepthOfFieldBlock block{};
-    block.size = {frame.width, frame.height};
-    block.low_size = {sizes.low_width, sizes.low_height};
-    lens::set_block(coc, block);
-    block.full_blur_px = float(sizes.full_blur_px);
-    return block;
+DepthOfFieldUniforms uniforms_of(const lens::CircleOfConfusion& coc, const GilhamSizes& sizes,
+                                 const FrameDescription& frame) {
+    DepthOfFieldUniforms uniforms{};
+    uniforms.size = {frame.width, frame.height};
+    uniforms.low_size = {sizes.low_width, sizes.low_height};
+    lens::set_uniforms(coc, uniforms);
+    uniforms.full_blur_px = float(sizes.full_blur_px);
+    return uniforms;
 }
 
-DepthOfFieldBlurBlock blur_block_of(const GilhamSizes& sizes) {
-    DepthOfFieldBlurBlock block{};
-    block.size = {sizes.low_width, sizes.low_height};
-    block.quads = (sizes.taps + 3) / 4;
+DepthOfFieldBlurUniforms blur_uniforms_of(const GilhamSizes& sizes) {
+    DepthOfFieldBlurUniforms uniforms{};
+    uniforms.size = {sizes.low_width, sizes.low_height};
+    uniforms.quads = (sizes.taps + 3) / 4;
     for (int i = 1; i <= sizes.taps; ++i) {
         const double x = i / sizes.low_sigma;
-        block.weights[(i - 1) / 4][(i - 1) % 4] = float(std::exp(-0.5 * x * x));
+        uniforms.weights[(i - 1) / 4][(i - 1) % 4] = float(std::exp(-0.5 * x * x));
     }
-    return block;
+    return uniforms;
 }
 
 uint64_t pixels_of(const PlanTexture& texture) {
@@ -108,7 +108,7 @@ Pictures add_blur(PassPlanner& planner, const Parameters& parameters, const Gilh
                                      "1");
         step.bindings.push_back({1, guide, Access::sample_nearest});
     }
-    step.set_block(blur_block_of(sizes));
+    step.set_uniforms(blur_uniforms_of(sizes));
     step.groups = groups_for(sizes.low_width, sizes.low_height);
     step.taps = pixels_of(planner.describe(blurred)) * uint64_t(2 * sizes.taps + 1) *
                 (parameters.leak == Leak::none ? 1 : 2);
@@ -133,9 +133,9 @@ struct CompositeInputs {
 
 // The composite of the whole picture, or of the blocks of a list, all of one `kind` (a define of
 // gilham_composite.comp; null: any).
-void add_composite(PassPlanner& planner, const DepthOfFieldBlock& block, const GilhamSizes& sizes,
-                   const CompositeInputs& inputs, const char* name, TextureId list,
-                   const char* kind) {
+void add_composite(PassPlanner& planner, const DepthOfFieldUniforms& uniforms,
+                   const GilhamSizes& sizes, const CompositeInputs& inputs, const char* name,
+                   TextureId list, const char* kind) {
     Step step;
     step.name = name;
     step.program = {"depth_of_field/gilham_composite.comp",
@@ -150,8 +150,8 @@ void add_composite(PassPlanner& planner, const DepthOfFieldBlock& block, const G
         step.program.defines.emplace("WITH_HINT", "1");
         step.bindings.push_back({1, inputs.hint_result, Access::write});
     }
-    step.set_block(block);
-    step.groups = groups_for(block.size.x, block.size.y);
+    step.set_uniforms(uniforms);
+    step.groups = groups_for(uniforms.size.x, uniforms.size.y);
     // How many blocks are in which list is not known here: all count as mixed ones.
     if (!kind)
         step.taps = pixels_of(planner.describe(inputs.result)) *
@@ -204,12 +204,12 @@ void plan_gilham(const Parameters& parameters, const lens::CircleOfConfusion& co
     const PlanContext& context = planner.context();
     const FrameDescription& frame = context.frame;
     const GilhamSizes sizes = gilham_sizes(parameters, frame);
-    const DepthOfFieldBlock block = block_of(coc, sizes, frame);
+    const DepthOfFieldUniforms uniforms = uniforms_of(coc, sizes, frame);
     const bool half = context.precision == Precision::fp16;
     const TextureId sharp = planner.input(Role::color);
     const TextureId depth = planner.input(Role::inverse_depth);
 
-    const bool by_blocks = context.uses(kRuleFocusTiles);
+    const bool by_blocks = context.uses(kRuleFocusBlocks);
     const TextureId radius =
         planner.texture("coc", plane_format(1, context.precision), frame.width, frame.height);
     Step coc_step;
@@ -228,11 +228,11 @@ void plan_gilham(const Parameters& parameters, const lens::CircleOfConfusion& co
     }
     FocusBlocks blocks;
     if (by_blocks) blocks = sort_focus_blocks(planner, coc_step, frame.width, frame.height);
-    coc_step.set_block(block);
+    coc_step.set_uniforms(uniforms);
     coc_step.groups = groups_for(frame.width, frame.height);
     coc_step.taps = pixels_of(planner.describe(radius)) * (guide < 0 ? 1 : 2);
     planner.step(std::move(coc_step));
-    if (by_blocks) add_needed_blocks(planner, blocks, block, sizes, guide >= 0);
+    if (by_blocks) add_needed_blocks(planner, blocks, uniforms, sizes, guide >= 0);
 
     const TextureId small = planner.texture("small", plane_format(4, context.precision),
                                             sizes.low_width, sizes.low_height);
@@ -243,7 +243,7 @@ void plan_gilham(const Parameters& parameters, const lens::CircleOfConfusion& co
     if (half) down.program.defines.emplace("HALF_STORAGE", "1");
     if (parameters.hdr_weight) down.program.defines.emplace("HDR_WEIGHT", "1");
     down.bindings = {{0, sharp, Access::sample_nearest}, {0, small, Access::write}};
-    down.set_block(block);
+    down.set_uniforms(uniforms);
     down.groups = groups_for(sizes.low_width, sizes.low_height);
     down.taps = uint64_t(frame.width) * uint64_t(frame.height);
     launch_by(down, blocks.small);
@@ -276,15 +276,15 @@ void plan_gilham(const Parameters& parameters, const lens::CircleOfConfusion& co
     }
     if (by_blocks) {
         add_composite(
-            planner, block, sizes,
+            planner, uniforms, sizes,
             {sharp, carry_hint ? radius : -1, -1, given, result, hint, layers, -1, layers_result},
             "keep_sharp", blocks.sharp, "SHARP");
-        add_composite(planner, block, sizes,
+        add_composite(planner, uniforms, sizes,
                       {-1, -1, blur_y.color, -1, result, hint, -1, blur_y.layers, layers_result},
                       "keep_blurred", blocks.blurred, "BLURRED");
     }
     add_composite(
-        planner, block, sizes,
+        planner, uniforms, sizes,
         {sharp, radius, blur_y.color, given, result, hint, layers, blur_y.layers, layers_result},
         "composite", blocks.mixed, nullptr);
     planner.output(Role::color, result);
@@ -298,11 +298,11 @@ ShapeNumbers gilham_shape(const Parameters& parameters, const PlanContext& conte
 }
 
 void write_gilham_values(const Parameters& parameters, const lens::CircleOfConfusion& coc,
-                         const PlanContext& context, BlockWriter& blocks) {
+                         const PlanContext& context, UniformWriter& uniforms) {
     const GilhamSizes sizes = gilham_sizes(parameters, context.frame);
-    blocks.set(block_of(coc, sizes, context.frame));
-    blocks.set(blur_block_of(sizes));
-    if (context.uses(kRuleFocusTiles)) write_focus_values(sizes, blocks);
+    uniforms.set(uniforms_of(coc, sizes, context.frame));
+    uniforms.set(blur_uniforms_of(sizes));
+    if (context.uses(kRuleFocusBlocks)) write_focus_values(sizes, uniforms);
 }
 
 }  // namespace postchain::depth_of_field

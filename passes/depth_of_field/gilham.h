@@ -29,6 +29,6 @@ void plan_gilham(const Parameters& parameters, const lens::CircleOfConfusion& co
 // Pass::shape and Pass::values of it.
 ShapeNumbers gilham_shape(const Parameters& parameters, const PlanContext& context);
 void write_gilham_values(const Parameters& parameters, const lens::CircleOfConfusion& coc,
-                         const PlanContext& context, BlockWriter& blocks);
+                         const PlanContext& context, UniformWriter& uniforms);
 
 }  // namespace postchain::depth_of_field

@@ -8,7 +8,7 @@
 #include "chain/work_list.h"
 #include "passes/common/wide_color.h"
 #include "passes/fxaa/reference.h"
-#include "shaders/shared/fxaa_block.h"
+#include "shaders/shared/fxaa_uniforms.h"
 
 namespace postchain::fxaa {
 namespace {
@@ -202,7 +202,7 @@ class FxaaPass final : public Pass {
         const int width = context.frame.width;
         const int height = context.frame.height;
         const bool hinted = uses_hint(context);
-        const shared::FxaaBlock block = make_block(context.frame);
+        const shared::FxaaUniforms uniforms = make_uniforms(context.frame);
         const TextureId color = planner.input(Role::color);
         const TextureId result = planner.texture("fxaa", context.color_format(), width, height);
 
@@ -212,17 +212,17 @@ class FxaaPass final : public Pass {
         step.program.file = "fxaa/fxaa.comp";
         step.program.defines = {
             {"DIRECTIONAL", std::to_string(parameters_.mode == Mode::directional)},
-            {"REACH_PX", std::to_string(luma_reach_px(block))},
+            {"REACH_PX", std::to_string(luma_reach_px(uniforms))},
             {"LUMA_DISPLAY", std::to_string(parameters_.luma == Luma::display)},
             {"BLEND_TONEMAPPED", std::to_string(parameters_.blend == Blend::tonemapped)},
             {"HINT", std::to_string(hinted ? static_cast<int>(parameters_.hint) : 0)}};
         step.bindings = {{0, color, Access::sample_nearest}, {0, result, Access::write}};
         if (hinted) step.bindings.push_back({1, planner.input(Role::hint), Access::sample_nearest});
-        step.set_block(block);
+        step.set_uniforms(uniforms);
         step.groups = {(width + square - 1) / square, (height + square - 1) / square, 1};
         // The color of every pixel for its luma, with what lies around the squares, and once more
         // for itself; the hint. Edges read more.
-        const int region = square + 2 * luma_reach_px(block);
+        const int region = square + 2 * luma_reach_px(uniforms);
         step.taps = uint64_t(step.groups[0]) * uint64_t(step.groups[1]) * uint64_t(region) *
                         uint64_t(region) +
                     uint64_t(width) * uint64_t(height) * (hinted ? 2 : 1);
@@ -254,10 +254,10 @@ class FxaaPass final : public Pass {
 
     // How far around a pixel lumas are read: both texels of where the walk fetches last, or those
     // of the structure tensor.
-    int luma_reach_px(const shared::FxaaBlock& block) const {
+    int luma_reach_px(const shared::FxaaUniforms& uniforms) const {
         if (parameters_.mode == Mode::directional) return 2;
-        const int last = std::max(block.walk_length - 2, 0);
-        return block.walk[last / 4][last % 4] / 2 + 1;
+        const int last = std::max(uniforms.walk_length - 2, 0);
+        return uniforms.walk[last / 4][last % 4] / 2 + 1;
     }
 
     std::array<double, 3> weights_of(const FrameDescription& frame) const {
@@ -265,24 +265,24 @@ class FxaaPass final : public Pass {
         return frame.luma_weights;
     }
 
-    shared::FxaaBlock make_block(const FrameDescription& frame) const {
-        shared::FxaaBlock block{};
-        block.size = {frame.width, frame.height};
-        block.exposure = static_cast<float>(std::exp2(parameters_.exposure_ev));
-        block.subpix = static_cast<float>(parameters_.subpix);
-        block.edge_threshold = static_cast<float>(thresholds(parameters_).relative);
-        block.edge_threshold_min = static_cast<float>(thresholds(parameters_).least);
-        block.hint_gate = parameters_.hint_gate == HintGate::pixel ? 1 : 0;
+    shared::FxaaUniforms make_uniforms(const FrameDescription& frame) const {
+        shared::FxaaUniforms uniforms{};
+        uniforms.size = {frame.width, frame.height};
+        uniforms.exposure = static_cast<float>(std::exp2(parameters_.exposure_ev));
+        uniforms.subpix = static_cast<float>(parameters_.subpix);
+        uniforms.edge_threshold = static_cast<float>(thresholds(parameters_).relative);
+        uniforms.edge_threshold_min = static_cast<float>(thresholds(parameters_).least);
+        uniforms.hint_gate = parameters_.hint_gate == HintGate::pixel ? 1 : 0;
         const std::array<double, 3> weights = weights_of(frame);
         for (int i = 0; i < 3; ++i)
-            block.luma_weights[i] = static_cast<float>(weights[static_cast<size_t>(i)]);
+            uniforms.luma_weights[i] = static_cast<float>(weights[static_cast<size_t>(i)]);
         double distance_px = 0;
         for (const double step_px : preset_steps(parameters_.preset)) {
             distance_px += step_px;
-            const int i = block.walk_length++;
-            block.walk[i / 4][i % 4] = static_cast<int>(2 * distance_px);
+            const int i = uniforms.walk_length++;
+            uniforms.walk[i / 4][i % 4] = static_cast<int>(2 * distance_px);
         }
-        return block;
+        return uniforms;
     }
 
     Parameters parameters_;

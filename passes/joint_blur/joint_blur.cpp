@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cassert>
 
-#include "passes/common/inverse_warp_reference.h"
 #include "passes/common/lens.h"
 #include "passes/common/lens_points.h"
 #include "passes/common/shutter.h"
+#include "passes/inverse_warp/reference.h"
 
 namespace postchain::joint_blur {
 namespace {
@@ -141,10 +141,10 @@ class JointBlur final : public Pass {
         return inverse_warp::shape_of(settings(context.frame.camera, *coc), context);
     }
 
-    void values(const PlanContext& context, BlockWriter& blocks) const override {
+    void values(const PlanContext& context, UniformWriter& uniforms) const override {
         const auto coc = lens::circle_of_confusion(parameters_.lens, context.frame);
         assert(coc.ok());
-        inverse_warp::write_values(settings(context.frame.camera, *coc), context, blocks);
+        inverse_warp::write_values(settings(context.frame.camera, *coc), context, uniforms);
     }
 
     void reference(const PlanContext& context, ReferenceFrame& frame) const override {
@@ -169,7 +169,7 @@ class JointBlur final : public Pass {
         // A few roundings of 2^-24, so that what is unblurred by the frame's bounds is so here too.
         settings.still_limit_px = kUnblurredPx * (1 + 0x1p-18);
         settings.noise = parameters_.noise;
-        settings.still_rule = kRuleUnblurredTiles;
+        settings.still_rule = kRuleUnblurredBlocks;
         return settings;
     }
 
@@ -187,7 +187,7 @@ const PassType& pass_type() {
             "the surface that stood at the pixel.",
         .parameters = &table(),
         .create = [] { return std::make_unique<JointBlur>(); },
-        .rules = {{kRuleUnblurredTiles, true,
+        .rules = {{kRuleUnblurredBlocks, true,
                    "the joint blur of blocks that nothing is blurred into"}},
         .known_limits = {
             {"motion", "", "/radiance/firefly", 10.5, inverse_warp::kBrightPixel},

@@ -19,7 +19,7 @@
 #include "passes/common/keep.h"
 #include "passes/common/noise.h"
 #include "passes/motion_blur/motion_blur.h"
-#include "shaders/shared/motion_blur_block.h"
+#include "shaders/shared/motion_blur_uniforms.h"
 
 namespace postchain::motion_blur {
 namespace {
@@ -34,13 +34,13 @@ class Guertin {
 
     void plan(PassPlanner& planner) const {
         const PlanContext& context = planner.context();
-        const shared::MotionBlurBlock block = make_block(context);
+        const shared::MotionBlurUniforms uniforms = make_uniforms(context);
         const Classes classes = classes_of(context);
         if (compares_depth(parameters_) && !classes.depth)
             planner.elide(
                 {.kind = ElisionKind::plane,
                  .item = "depth",
-                 .rule = kRuleSkyTiles,
+                 .rule = kRuleSkyBlocks,
                  .fact = {"the frame has one depth"},
                  .saving = {.taps = pixels_of(context) * uint64_t(parameters_.samples + 1)}});
 
@@ -48,8 +48,8 @@ class Guertin {
         if (stored())
             planes.half_velocity = planner.texture("half_velocity", velocity_format(),
                                                    context.frame.width, context.frame.height);
-        add_tiles(planner, block, classes, planes);
-        add_variance(planner, block, planes);
+        add_tiles(planner, uniforms, classes, planes);
+        add_variance(planner, uniforms, planes);
         if (!jitters() && parameters_.noise.noise != noise::Kind::none)
             planner.unused("noise", {"neither tiles nor taps are jittered"});
         planes.noise = noise::add_table(planner, parameters_.noise);
@@ -70,9 +70,9 @@ class Guertin {
                            .saving = {.bytes = 2 * pixels_of(context)}});
         }
         if (classes.any())
-            add_classed_gathers(planner, block, classes, planes);
+            add_classed_gathers(planner, uniforms, classes, planes);
         else
-            add_gather(planner, block, planes, {"gather", -1, classes.depth, false});
+            add_gather(planner, uniforms, planes, {"gather", -1, classes.depth, false});
         planner.output(Role::color, planes.color);
         if (planes.hint >= 0) planner.output(Role::hint, planes.hint);
         if (planes.layers >= 0) planner.output(Role::layers, planes.layers);
@@ -84,9 +84,9 @@ class Guertin {
         return {classes.depth, classes.sky};
     }
 
-    void write_values(const PlanContext& context, BlockWriter& blocks) const {
-        blocks.set(make_block(context));
-        noise::write_values(parameters_.noise, context.frame.frame_number, blocks);
+    void write_values(const PlanContext& context, UniformWriter& uniforms) const {
+        uniforms.set(make_uniforms(context));
+        noise::write_values(parameters_.noise, context.frame.frame_number, uniforms);
     }
 
   private:
@@ -133,30 +133,31 @@ class Guertin {
     }
 
     static Step make_step(const std::string& name, std::map<std::string, std::string> defines,
-                          const shared::MotionBlurBlock& block) {
+                          const shared::MotionBlurUniforms& uniforms) {
         Step step;
         step.name = name;
         step.program = {"motion_blur/" + name + ".comp", std::move(defines)};
-        step.set_block(block);
+        step.set_uniforms(uniforms);
         return step;
     }
 
-    shared::MotionBlurBlock make_block(const PlanContext& context) const {
+    shared::MotionBlurUniforms make_uniforms(const PlanContext& context) const {
         const FrameDescription& frame = context.frame;
         const int edge = parameters_.max_blur_px;
-        shared::MotionBlurBlock block{};
-        block.size = {frame.width, frame.height};
-        block.tiles = {(frame.width + edge - 1) / edge, (frame.height + edge - 1) / edge};
-        block.tile_px = edge;
-        block.samples = parameters_.samples;
-        block.half_shutter = float(0.5 * shutter::open_frames(parameters_.shutter, frame.camera));
-        block.still_limit_px = float(still_limit_px(parameters_));
-        block.jitter = float(parameters_.jitter);
-        block.tile_jitter_slope = float(parameters_.tile_jitter_slope);
-        block.center_total = float(parameters_.samples / parameters_.center_weight);
-        block.variance_threshold_px = float(parameters_.variance_threshold_px);
-        block.depth_softness = float(parameters_.depth_softness);
-        return block;
+        shared::MotionBlurUniforms uniforms{};
+        uniforms.size = {frame.width, frame.height};
+        uniforms.tiles = {(frame.width + edge - 1) / edge, (frame.height + edge - 1) / edge};
+        uniforms.tile_px = edge;
+        uniforms.samples = parameters_.samples;
+        uniforms.half_shutter =
+            float(0.5 * shutter::open_frames(parameters_.shutter, frame.camera));
+        uniforms.still_limit_px = float(still_limit_px(parameters_));
+        uniforms.jitter = float(parameters_.jitter);
+        uniforms.tile_jitter_slope = float(parameters_.tile_jitter_slope);
+        uniforms.center_total = float(parameters_.samples / parameters_.center_weight);
+        uniforms.variance_threshold_px = float(parameters_.variance_threshold_px);
+        uniforms.depth_softness = float(parameters_.depth_softness);
+        return uniforms;
     }
 
     static uint64_t pixels_of(const PlanContext& context) {
@@ -165,22 +166,22 @@ class Guertin {
 
     Classes classes_of(const PlanContext& context) const {
         Classes classes;
-        classes.still = context.uses(kRuleStillTiles);
+        classes.still = context.uses(kRuleStillBlocks);
         const FrameBounds& bounds = context.frame.bounds;
-        const bool look = context.uses(kRuleSkyTiles);
+        const bool look = context.uses(kRuleSkyBlocks);
         classes.depth = compares_depth(parameters_) &&
                         !(look && bounds.min_inverse_depth == bounds.max_inverse_depth);
         // Where no pixel is sky there is nothing to look for.
         classes.sky = look && classes.depth && bounds.min_inverse_depth <= 0;
         // With fewer samples one of them weighs too much for the bound (docs/motion_blur.md).
-        classes.uniform = context.uses(kRuleUniformTiles) && parameters_.samples >= 5;
+        classes.uniform = context.uses(kRuleUniformBlocks) && parameters_.samples >= 5;
         return classes;
     }
 
     // motion [, inverse_depth] -> tile_max, neighbor_max [, half_velocity, tile_range, tile_depth]
-    void add_tiles(PassPlanner& planner, const shared::MotionBlurBlock& block,
+    void add_tiles(PassPlanner& planner, const shared::MotionBlurUniforms& uniforms,
                    const Classes& classes, Planes& planes) const {
-        const int tiles_x = block.tiles.x, tiles_y = block.tiles.y;
+        const int tiles_x = uniforms.tiles.x, tiles_y = uniforms.tiles.y;
         const bool depth = classes.depth && (classes.sky || classes.uniform);
         const auto texture = [&](const char* name, Format format) {
             return planner.texture(name, format, tiles_x, tiles_y);
@@ -192,7 +193,7 @@ class Guertin {
                                {{"STORAGE", storage_define()},
                                 {"RANGE", flag(classes.uniform)},
                                 {"DEPTH", flag(depth)}},
-                               block);
+                               uniforms);
         tiles.bindings = {{0, planner.input(Role::motion)}, {0, planes.tile_max, Access::write}};
         tiles.groups = {tiles_x, tiles_y, 1};
         tiles.taps = pixels_of(planner.context()) * (depth ? 2 : 1);
@@ -208,29 +209,29 @@ class Guertin {
         }
         planner.step(std::move(tiles));
 
-        Step neighbors = make_step("neighbor_max", {{"SINGLE", flag(single())}}, block);
+        Step neighbors = make_step("neighbor_max", {{"SINGLE", flag(single())}}, uniforms);
         neighbors.bindings = {{0, planes.tile_max}, {0, planes.neighbor_max, Access::write}};
         neighbors.groups = groups_for(tiles_x, tiles_y);
         neighbors.taps = 9 * uint64_t(tiles_x) * uint64_t(tiles_y);
         planner.step(std::move(neighbors));
     }
 
-    void add_variance(PassPlanner& planner, const shared::MotionBlurBlock& block,
+    void add_variance(PassPlanner& planner, const shared::MotionBlurUniforms& uniforms,
                       Planes& planes) const {
         if (!splits_by_variance(parameters_))
             planner.unused("tile_variance",
                            {single() ? "mode is single: one direction" : "sample_split is even"});
         planes.tile_variance =
-            planner.texture("tile_variance", Format::r32f, block.tiles.x, block.tiles.y);
-        Step step = make_step("tile_variance", {}, block);
+            planner.texture("tile_variance", Format::r32f, uniforms.tiles.x, uniforms.tiles.y);
+        Step step = make_step("tile_variance", {}, uniforms);
         step.bindings = {{0, planes.tile_max}, {0, planes.tile_variance, Access::write}};
-        step.groups = groups_for(block.tiles.x, block.tiles.y);
-        step.taps = 9 * uint64_t(block.tiles.x) * uint64_t(block.tiles.y);
+        step.groups = groups_for(uniforms.tiles.x, uniforms.tiles.y);
+        step.taps = 9 * uint64_t(uniforms.tiles.x) * uint64_t(uniforms.tiles.y);
         planner.step(std::move(step));
     }
 
     // Blocks are sorted into lists, and each list has a launch of its own.
-    void add_classed_gathers(PassPlanner& planner, const shared::MotionBlurBlock& block,
+    void add_classed_gathers(PassPlanner& planner, const shared::MotionBlurUniforms& uniforms,
                              const Classes& classes, const Planes& planes) const {
         const FrameDescription& frame = planner.context().frame;
         const auto blocks = groups_for(frame.width, frame.height);
@@ -242,7 +243,7 @@ class Guertin {
                                    {"UNIFORM", flag(classes.uniform)},
                                    {"DEPTH", flag(depth)},
                                    {"TILE_JITTER", flag(jitters_tiles(parameters_))}},
-                                  block);
+                                  uniforms);
         classify.bindings = {{0, planes.neighbor_max}};
         if (depth) classify.bindings.push_back({1, planes.tile_depth});
         if (classes.uniform) classify.bindings.push_back({2, planes.tile_range});
@@ -258,30 +259,30 @@ class Guertin {
 
         const int taps = parameters_.samples + 1;
         if (classes.still) {
-            elide_blocks(planner, "gather in still blocks", kRuleStillTiles,
+            elide_blocks(planner, "gather in still blocks", kRuleStillBlocks,
                          {.name = "half-velocities that reach them",
-                          .limit = block.still_limit_px,
+                          .limit = uniforms.still_limit_px,
                           .unit = "px"},
                          still_blocks, (classes.depth ? 3 : 2) * taps);
             add_keep(planner, still_blocks,
                      {.color = planes.color, .hint = planes.hint, .layers = planes.layers});
         }
         if (classes.sky) {
-            elide_blocks(planner, "depth in sky blocks", kRuleSkyTiles,
+            elide_blocks(planner, "depth in sky blocks", kRuleSkyBlocks,
                          {"one depth as far as taps reach"}, sky_blocks, taps);
-            add_gather(planner, block, planes, {"gather_sky", sky_blocks, false, false});
+            add_gather(planner, uniforms, planes, {"gather_sky", sky_blocks, false, false});
         }
         if (classes.uniform) {
-            elide_blocks(planner, "motion and depth in uniform blocks", kRuleUniformTiles,
+            elide_blocks(planner, "motion and depth in uniform blocks", kRuleUniformBlocks,
                          {.name = "one motion and one depth layer as far as taps reach; error",
                           .limit = 1e-3},
                          uniform_blocks, (classes.depth ? 2 : 1) * taps - 1);
-            add_gather(planner, block, planes, {"gather_uniform", uniform_blocks, false, true});
+            add_gather(planner, uniforms, planes, {"gather_uniform", uniform_blocks, false, true});
         }
-        add_gather(planner, block, planes, {"gather", full_blocks, classes.depth, false});
+        add_gather(planner, uniforms, planes, {"gather", full_blocks, classes.depth, false});
     }
 
-    void add_gather(PassPlanner& planner, const shared::MotionBlurBlock& block,
+    void add_gather(PassPlanner& planner, const shared::MotionBlurUniforms& uniforms,
                     const Planes& planes, const Gather& gather) const {
         const PlanContext& context = planner.context();
         Step step = make_step(
@@ -296,7 +297,7 @@ class Guertin {
              {"DEPTH", flag(gather.depth)},
              {"HINT", flag(planes.hint >= 0)},
              {"UNIFORM", flag(gather.uniform)}},
-            block);
+            uniforms);
         step.name = gather.name;
         step.bindings = {{0, planner.input(Role::color)},
                          {1, stored() ? planes.half_velocity : planner.input(Role::motion)},
@@ -334,8 +335,8 @@ ShapeNumbers guertin_shape(const Parameters& parameters, const PlanContext& cont
 }
 
 void write_guertin_values(const Parameters& parameters, const PlanContext& context,
-                          BlockWriter& blocks) {
-    Guertin(parameters).write_values(context, blocks);
+                          UniformWriter& uniforms) {
+    Guertin(parameters).write_values(context, uniforms);
 }
 
 }  // namespace postchain::motion_blur

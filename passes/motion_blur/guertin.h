@@ -11,6 +11,6 @@ void plan_guertin(const Parameters& parameters, PassPlanner& planner);
 // Pass::shape and Pass::values of it.
 ShapeNumbers guertin_shape(const Parameters& parameters, const PlanContext& context);
 void write_guertin_values(const Parameters& parameters, const PlanContext& context,
-                          BlockWriter& blocks);
+                          UniformWriter& uniforms);
 
 }  // namespace postchain::motion_blur

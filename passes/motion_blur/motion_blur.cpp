@@ -1,9 +1,9 @@
-// The pass: mode inverse_warp is passes/common/inverse_warp.h, the others guertin.h.
+// The pass: mode inverse_warp is passes/inverse_warp/inverse_warp.h, the others guertin.h.
 #include "passes/motion_blur/motion_blur.h"
 
 #include <algorithm>
 
-#include "passes/common/inverse_warp_reference.h"
+#include "passes/inverse_warp/reference.h"
 #include "passes/motion_blur/guertin.h"
 #include "passes/motion_blur/parameters.h"
 #include "passes/motion_blur/reference.h"
@@ -96,10 +96,10 @@ class MotionBlur final : public Pass {
         return inverse_warp::shape_of(warp_settings(parameters_, context.frame.camera), context);
     }
 
-    void values(const PlanContext& context, BlockWriter& blocks) const override {
-        if (!warps()) return write_guertin_values(parameters_, context, blocks);
+    void values(const PlanContext& context, UniformWriter& uniforms) const override {
+        if (!warps()) return write_guertin_values(parameters_, context, uniforms);
         inverse_warp::write_values(warp_settings(parameters_, context.frame.camera), context,
-                                   blocks);
+                                   uniforms);
     }
 
     void reference(const PlanContext& context, ReferenceFrame& frame) const override {
@@ -125,10 +125,10 @@ const PassType& pass_type() {
         .help = "Feature-aware motion blur from motion vectors and depth (Guertin et al., 2013).",
         .parameters = &parameter_table(),
         .create = [] { return std::make_unique<MotionBlur>(); },
-        .rules = {{kRuleStillTiles, true, "the blur of blocks that nothing moves into"},
-                  {kRuleSkyTiles, true,
+        .rules = {{kRuleStillBlocks, true, "the blur of blocks that nothing moves into"},
+                  {kRuleSkyBlocks, true,
                    "comparing depths in blocks around which there is one depth"},
-                  {kRuleUniformTiles, false,
+                  {kRuleUniformBlocks, false,
                    "reading motion and depth of the samples in blocks around which both hardly "
                    "change"}},
         .variants = {{"guertin without jitter",

@@ -8,9 +8,9 @@
 namespace postchain::motion_blur {
 
 // Its own rules of leaving out, of blocks that the device finds.
-inline constexpr const char* kRuleStillTiles = "still_tiles";
-inline constexpr const char* kRuleSkyTiles = "sky_tiles";
-inline constexpr const char* kRuleUniformTiles = "uniform_tiles";
+inline constexpr const char* kRuleStillBlocks = "still_blocks";
+inline constexpr const char* kRuleSkyBlocks = "sky_blocks";
+inline constexpr const char* kRuleUniformBlocks = "uniform_blocks";
 
 // Reads color, motion and (unless depth_softness is 0) inverse_depth; writes color and, when a
 // later pass reads it, hint.

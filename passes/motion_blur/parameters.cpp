@@ -127,7 +127,7 @@ inverse_warp::Settings warp_settings(const Parameters& parameters, const Camera&
     settings.still_limit_px = parameters.min_speed_px * (1 + 0x1p-18);
     settings.noise = parameters.noise;
     if (parameters.time_jitter == 0) settings.noise.noise = noise::Kind::none;
-    settings.still_rule = kRuleStillTiles;
+    settings.still_rule = kRuleStillBlocks;
     return settings;
 }
 

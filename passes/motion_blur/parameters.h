@@ -3,9 +3,9 @@
 
 #include "chain/frame.h"
 #include "chain/parameter.h"
-#include "passes/common/inverse_warp.h"
 #include "passes/common/noise.h"
 #include "passes/common/shutter.h"
+#include "passes/inverse_warp/inverse_warp.h"
 
 namespace postchain::motion_blur {
 

@@ -5,7 +5,7 @@
 //
 //   -> noise   x: tile value in [0, 1), y: tap value in [-1, 1)
 #include "common/work_group.glsl"
-#include "shared/noise_block.h"
+#include "shared/noise_uniforms.h"
 
 layout(binding = 0) writeonly uniform image2D noise;
 
@@ -36,14 +36,14 @@ float gradient_noise(uvec2 p) {
 #if NOISE == 2
 float blue(uvec2 p) {
     const uint pixel = (p.y & 63u) * 64u + (p.x & 63u);
-    const uint pair = uint(block.ranks[pixel >> 3][(pixel >> 1) & 3u]);
+    const uint pair = uint(uniforms.ranks[pixel >> 3][(pixel >> 1) & 3u]);
     const uint rank = (pixel & 1u) == 0u ? pair & 0xffffu : pair >> 16;
     return (float(rank) + 0.5) / 4096.0;
 }
 #endif
 
 void main() {
-    const uvec2 p = (gl_GlobalInvocationID.xy + uvec2(block.shift)) & 127u;
+    const uvec2 p = (gl_GlobalInvocationID.xy + uvec2(uniforms.shift)) & 127u;
 #if NOISE == 0
     const vec2 value = halton(p);
 #elif NOISE == 1

@@ -12,7 +12,7 @@
 // A step that may be launched by one is compiled with LIST 0 (the whole picture) or 1:
 //
 //   ivec2 p;
-//   if (!next_pixel(block.size, p)) return;
+//   if (!next_pixel(uniforms.size, p)) return;
 
 #include "common/work_group.glsl"
 

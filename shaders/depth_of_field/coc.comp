@@ -19,7 +19,7 @@ const int kThreads = 2 * kBlockPx;
 layout(local_size_x = kBlockPx, local_size_y = 2) in;
 
 #include "common/work_list_fill.glsl"
-#include "shared/depth_of_field_block.h"
+#include "shared/depth_of_field_uniforms.h"
 
 #include "common/circle_of_confusion.glsl"
 
@@ -61,7 +61,7 @@ float guide_of(ivec2 p) {
 // Pixels beyond the border do not count. Equal ones return unrounded.
 void store_guide(ivec2 low) {
     const ivec2 first = low * FACTOR;
-    const ivec2 end = min(first + FACTOR, block.size);
+    const ivec2 end = min(first + FACTOR, uniforms.size);
     const float anchor = guide_of(first);
     float sum = 0.0;
     for (int i = 0; i < FACTOR * FACTOR; ++i) {
@@ -76,8 +76,8 @@ void store_guide(ivec2 low) {
 void main() {
     const ivec2 at = ivec2(gl_WorkGroupID.xy);
     const ivec2 local = ivec2(gl_LocalInvocationID.xy);
-    vec2 range = vec2(block.max_radius_px, 0.0);
-    const ivec2 last = block.size - 1;
+    vec2 range = vec2(uniforms.max_radius_px, 0.0);
+    const ivec2 last = uniforms.size - 1;
     for (int y = 0; y < kBlockPx; y += 2) {
         // One beyond the border is taken for the last, which changes no extreme.
         const ivec2 p = min(kBlockPx * at + local + ivec2(0, y), last);
@@ -89,7 +89,7 @@ void main() {
     const int boxes = kBlockPx / FACTOR;  // along each side of the block
     for (int i = int(gl_LocalInvocationIndex); i < boxes * boxes; i += kThreads) {
         const ivec2 low = boxes * at + ivec2(i % boxes, i / boxes);
-        if (all(lessThan(low, block.low_size))) store_guide(low);
+        if (all(lessThan(low, uniforms.low_size))) store_guide(low);
     }
 #endif
 #ifdef SORT
@@ -102,7 +102,7 @@ void main() {
     imageStore(blurs, at, vec4(sharp ? 0.0 : 1.0));
     if (sharp) {
         ADD_TO_WORK_LIST(sharp_blocks, at);
-    } else if (range.x * kStored >= block.full_blur_px) {
+    } else if (range.x * kStored >= uniforms.full_blur_px) {
         ADD_TO_WORK_LIST(blurred_blocks, at);
     } else {
         ADD_TO_WORK_LIST(mixed_blocks, at);

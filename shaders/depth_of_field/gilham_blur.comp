@@ -6,7 +6,7 @@
 // LAYERS: so many further layers too.
 #include "common/layers.glsl"
 #include "common/work_list.glsl"
-#include "shared/depth_of_field_blur_block.h"
+#include "shared/depth_of_field_blur_uniforms.h"
 
 layout(binding = 0) uniform sampler2D source;
 #if defined(LEAK_DEPTH) || defined(LEAK_COC)
@@ -28,7 +28,7 @@ vec4 layer_centers[LAYERS], layer_sums[LAYERS];
 
 void tap(ivec2 p, int offset, float weight) {
     ivec2 q = p + STEP * offset;
-    ivec2 inside = clamp(q, ivec2(0), block.size - 1);
+    ivec2 inside = clamp(q, ivec2(0), uniforms.size - 1);
     weight = q == inside ? weight : 0.0;
 #if defined(LEAK_DEPTH)
     weight = texelFetch(guide, inside, 0).x > 1.02 * center_guide ? 0.0 : weight;
@@ -46,7 +46,7 @@ void tap(ivec2 p, int offset, float weight) {
 
 void main() {
     ivec2 p;
-    if (!next_pixel(block.size, p)) return;
+    if (!next_pixel(uniforms.size, p)) return;
     center = texelFetch(source, p, 0);
 #ifdef LAYERS
     FOR_LAYERS(i) {
@@ -57,8 +57,8 @@ void main() {
 #if defined(LEAK_DEPTH) || defined(LEAK_COC)
     center_guide = texelFetch(guide, p, 0).x;
 #endif
-    for (int quad = 0; quad < block.quads; ++quad) {
-        vec4 weights = block.weights[quad];
+    for (int quad = 0; quad < uniforms.quads; ++quad) {
+        vec4 weights = uniforms.weights[quad];
         int offset = 4 * quad + 1;
         tap(p, offset, weights.x);
         tap(p, -offset, weights.x);

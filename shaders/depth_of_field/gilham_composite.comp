@@ -9,7 +9,7 @@
 #include "common/finite.glsl"
 #include "common/layers.glsl"
 #include "common/work_list.glsl"
-#include "shared/depth_of_field_block.h"
+#include "shared/depth_of_field_uniforms.h"
 
 layout(binding = 0) uniform sampler2D color;
 layout(binding = 1) uniform sampler2D coc;
@@ -39,7 +39,7 @@ vec4 fetch_low(ivec2 p) {
 #else
     vec2 position = max((vec2(p) + 0.5) / float(FACTOR) - 0.5, 0.0);
     ivec2 a = ivec2(position);  // at most low_size - 1; beyond the last center a = b
-    ivec2 b = min(a + 1, block.low_size - 1);
+    ivec2 b = min(a + 1, uniforms.low_size - 1);
     vec2 t = position - vec2(a);
     vec4 top = between(texelFetch(low, a, 0), texelFetch(low, ivec2(b.x, a.y), 0), t.x);
     vec4 bottom = between(texelFetch(low, ivec2(a.x, b.y), 0), texelFetch(low, b, 0), t.x);
@@ -54,7 +54,7 @@ vec4 fetch_low_layer(ivec2 p, int i) {
 #else
     const vec2 position = max((vec2(p) + 0.5) / float(FACTOR) - 0.5, 0.0);
     const ivec2 a = ivec2(position);
-    const ivec2 b = min(a + 1, block.low_size - 1);
+    const ivec2 b = min(a + 1, uniforms.low_size - 1);
     const vec2 t = position - vec2(a);
     const vec4 top = between(LAYER_FETCH(low_layers, a, i),
                              LAYER_FETCH(low_layers, ivec2(b.x, a.y), i), t.x);
@@ -67,7 +67,7 @@ vec4 fetch_low_layer(ivec2 p, int i) {
 
 void main() {
     ivec2 p;
-    if (!next_pixel(block.size, p)) return;
+    if (!next_pixel(uniforms.size, p)) return;
 #ifdef BLURRED
     STORE(result, p, fetch_low(p));
 #ifdef LAYERS
@@ -84,11 +84,11 @@ void main() {
     if (radius > 0.5) {
         vec4 blurred = fetch_low(p);
         // A pixel without a finite color has nothing to mix: it takes the blurred image.
-        if (radius >= block.full_blur_px || !is_finite(c)) {
+        if (radius >= uniforms.full_blur_px || !is_finite(c)) {
             c = blurred;
             blurred_part = 1.0;
         } else {
-            float t = (radius - 0.5) / (block.full_blur_px - 0.5);
+            float t = (radius - 0.5) / (uniforms.full_blur_px - 0.5);
             blurred_part = t * t * (3.0 - 2.0 * t);
             c = between(c, blurred, blurred_part);
         }

@@ -6,7 +6,7 @@
 #include "common/finite.glsl"
 #include "common/layers.glsl"
 #include "common/work_list.glsl"
-#include "shared/depth_of_field_block.h"
+#include "shared/depth_of_field_uniforms.h"
 #include "depth_of_field/storable.glsl"
 
 layout(binding = 0) uniform sampler2D color;
@@ -18,9 +18,9 @@ layout(binding = 1) writeonly uniform image2DArray small_layers;
 
 void main() {
     ivec2 low;
-    if (!next_pixel(block.low_size, low)) return;
+    if (!next_pixel(uniforms.low_size, low)) return;
     ivec2 first = low * FACTOR;
-    ivec2 end = min(first + FACTOR, block.size);
+    ivec2 end = min(first + FACTOR, uniforms.size);
 
     // Non-finite colors do not count; a box of nothing else is 0. Equal colors return unrounded.
     vec4 first_color = vec4(0.0);

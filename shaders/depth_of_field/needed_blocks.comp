@@ -6,7 +6,7 @@
 //
 // A block's readers are the blocks over it, factor x factor of them, and those within reach.
 #include "common/work_list.glsl"
-#include "shared/depth_of_field_needed_block.h"
+#include "shared/depth_of_field_needed_uniforms.h"
 
 layout(binding = 0) uniform sampler2D readers;
 layout(binding = 0) writeonly uniform image2D needed;
@@ -14,9 +14,9 @@ layout(std430, binding = 0) buffer Blocks { WORK_LIST } list;
 
 void main() {
     const ivec2 at = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(at, block.blocks))) return;
-    const ivec2 low = block.factor * at - block.reach;
-    const ivec2 high = block.factor * (at + 1) - 1 + block.reach;
+    if (any(greaterThanEqual(at, uniforms.blocks))) return;
+    const ivec2 low = uniforms.factor * at - uniforms.reach;
+    const ivec2 high = uniforms.factor * (at + 1) - 1 + uniforms.reach;
     const ivec2 last = textureSize(readers, 0) - 1;
     bool read = false;
     for (int y = max(low.y, 0); y <= min(high.y, last.y); ++y)

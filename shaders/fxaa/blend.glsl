@@ -1,4 +1,4 @@
-// How texels are mixed. Needs block.exposure; BLEND_TONEMAPPED.
+// How texels are mixed. Needs uniforms.exposure; BLEND_TONEMAPPED.
 //
 // BLEND_TONEMAPPED: a texel counts 1/sqrt(1 + m) times, m = max(0, r, g, b) of the exposed color:
 // half-way between the mean of the stored values and the mean of the tone-mapped ones. The same for
@@ -11,7 +11,7 @@ const float kLargestExposed = 1e30;
 
 float brightness_weight(vec4 texel) {
 #if BLEND_TONEMAPPED
-    const float largest = max(max(texel.r, texel.g), max(texel.b, 0.0)) * block.exposure;
+    const float largest = max(max(texel.r, texel.g), max(texel.b, 0.0)) * uniforms.exposure;
     return inversesqrt(1.0 + min(largest, kLargestExposed));
 #else
     return 1.0;

@@ -10,7 +10,7 @@
 // HINT 0: none. 1: checkerboard. 2: threshold.
 #include "common/layers.glsl"
 #include "common/work_group.glsl"
-#include "shared/fxaa_block.h"
+#include "shared/fxaa_uniforms.h"
 #include "fxaa/blend.glsl"
 #include "fxaa/luma.glsl"
 
@@ -34,7 +34,7 @@ float least_range(float lowest, float highest) {
 }
 
 ivec2 inside(ivec2 p) {
-    return clamp(p, ivec2(0), block.size - 1);
+    return clamp(p, ivec2(0), uniforms.size - 1);
 }
 
 const int kRegionPx = kFxaaSquarePx + 2 * REACH_PX;
@@ -87,21 +87,21 @@ vec4 result_at(ivec2 p) {
 #endif
 #if HINT
     const vec2 gates = texelFetch(hint_plane, p, 0).xy;
-    float hint = block.hint_gate == 0 ? gates.x : gates.y;
+    float hint = uniforms.hint_gate == 0 ? gates.x : gates.y;
     hint = hint > 0.0 ? min(hint, 1.0) : 0.0;  // NaN is no hint
 #endif
 #if HINT == 1
     // Short cut of the checkerboard: two taps, whatever the luma; a hint between 0 and 1 lies
     // between the plain filter and the two taps.
     const vec4 taps =
-        blend(center, color_at(p + ivec2(0, -1)), kCheckerboardOffset * block.subpix);
+        blend(center, color_at(p + ivec2(0, -1)), kCheckerboardOffset * uniforms.subpix);
 #ifdef LAYERS
     const vec4 plain = filtered(p, center, 1.0);
     const float taps_share = hint >= 1.0 ? 1.0 : share_of(plain, taps, hint);
     for (int i = 0; i < 9; ++i) shares[i] *= 1.0 - taps_share;
     const ivec2 above = inside(p + ivec2(0, -1)) - p;
     shares[place_of(above)] += taps_share * share_of(center, color_at(p + ivec2(0, -1)),
-                                                     kCheckerboardOffset * block.subpix);
+                                                     kCheckerboardOffset * uniforms.subpix);
     return hint >= 1.0 ? taps : blend(plain, taps, hint);
 #else
     return hint >= 1.0 ? taps : blend(filtered(p, center, 1.0), taps, hint);
@@ -136,7 +136,7 @@ void main() {
     ivec2 offset = ivec2(0);
     do {
         const ivec2 p = first + offset;
-        if (all(lessThan(p, block.size))) {
+        if (all(lessThan(p, uniforms.size))) {
             const vec4 result = result_at(p);
             STORE(result_plane, p, result);
 #ifdef LAYERS

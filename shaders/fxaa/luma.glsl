@@ -17,10 +17,10 @@ float held(float x) {
 float luma_of(vec3 stored) {
     precise vec3 x = vec3(held(stored.r), held(stored.g), held(stored.b));
 #if LUMA_DISPLAY
-    x = clamp(x * block.exposure, 0.0, kLargest);
+    x = clamp(x * uniforms.exposure, 0.0, kLargest);
     x = sqrt(x / (1.0 + max(x.r, max(x.g, x.b))));
 #endif
     precise float luma =
-        x.r * block.luma_weights.r + x.g * block.luma_weights.g + x.b * block.luma_weights.b;
+        x.r * uniforms.luma_weights.r + x.g * uniforms.luma_weights.g + x.b * uniforms.luma_weights.b;
     return luma;
 }

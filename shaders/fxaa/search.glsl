@@ -26,23 +26,23 @@ void walk(ivec2 p, ivec2 q, ivec2 along, int sense, float pair_mean, float stop_
     end = 0.0;
     // Tested at its start: with all tests at the end of its body llvmpipe (Mesa 22.3) reads wrong
     // values of shared memory in this loop.
-    const int last = block.walk_length - 1;
+    const int last = uniforms.walk_length - 1;
     bool open = true;
     for (int i = 0; i < last; ++i) {
-        reached = block.walk[i >> 2][i & 3];
+        reached = uniforms.walk[i >> 2][i & 3];
         precise float difference = line_luma(p, q, along, sense * reached) - pair_mean;
         end = difference;
         open = abs(difference) < stop_at;
         if (!open) break;
     }
-    if (open) reached = block.walk[last >> 2][last & 3];  // the last step moves without a fetch
+    if (open) reached = uniforms.walk[last >> 2][last & 3];  // the last step moves without a fetch
 }
 
 // Stages 1 to 7 at p with both thresholds scaled.
 vec4 filtered(ivec2 p, vec4 center, float threshold_scale) {
     // 1 local contrast
     const ivec2 low = max(p - 1, ivec2(0));
-    const ivec2 high = min(p + 1, block.size - 1);
+    const ivec2 high = min(p + 1, uniforms.size - 1);
     const float m = luma_at(p.x, p.y);
     const float n = luma_at(p.x, low.y);
     const float s = luma_at(p.x, high.y);
@@ -51,8 +51,8 @@ vec4 filtered(ivec2 p, vec4 center, float threshold_scale) {
     const float highest = max(max(n, w), max(e, max(s, m)));
     const float lowest = min(min(n, w), min(e, min(s, m)));
     precise float range = highest - lowest;
-    precise float threshold = max(block.edge_threshold_min * threshold_scale,
-                                  highest * (block.edge_threshold * threshold_scale));
+    precise float threshold = max(uniforms.edge_threshold_min * threshold_scale,
+                                  highest * (uniforms.edge_threshold * threshold_scale));
     if (range < max(threshold, least_range(lowest, highest))) return center;
 
     // 2 which way the edge runs
@@ -82,7 +82,7 @@ vec4 filtered(ivec2 p, vec4 center, float threshold_scale) {
     precise float around = ((n + s) + (w + e)) * 2.0 + ((nw + sw) + (ne + se));
     precise float t = clamp(abs(around / 12.0 - m) / range, 0.0, 1.0);
     precise float f = t * t * (3.0 - 2.0 * t);
-    precise float subpix_offset = f * f * block.subpix;
+    precise float subpix_offset = f * f * uniforms.subpix;
 
     // 5 both ends of the edge
     int reached_negative, reached_positive;

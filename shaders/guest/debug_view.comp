@@ -38,8 +38,8 @@ vec4 view_of(vec4 value) {
 
 void main() {
     ivec2 p;
-    if (!next_pixel(block.size, p)) return;
+    if (!next_pixel(uniforms.size, p)) return;
     const ivec2 size = textureSize(shown, 0);
-    const ivec2 at = min(p * size / block.size, size - 1);
-    imageStore(host_output, stored_at(p, block.output_at), view_of(texelFetch(shown, at, 0)));
+    const ivec2 at = min(p * size / uniforms.size, size - 1);
+    imageStore(host_output, stored_at(p, uniforms.output_at), view_of(texelFetch(shown, at, 0)));
 }

@@ -7,8 +7,8 @@ layout(binding = 0) writeonly uniform image2D host_output;
 
 void main() {
     const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(p, block.size))) return;
+    if (any(greaterThanEqual(p, uniforms.size))) return;
     vec4 c = texelFetch(color, p, 0);
     c.rgb /= gain();
-    imageStore(host_output, stored_at(p, block.output_at), c);
+    imageStore(host_output, stored_at(p, uniforms.output_at), c);
 }

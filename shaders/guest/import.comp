@@ -27,29 +27,29 @@ const float kFar = 1e-9;
 const float kLargest = 3.402823466e+38;
 
 float inverse_depth_at(ivec2 p) {
-    const float stored = texelFetch(host_depth, stored_at(p, block.depth_at), 0).x;
+    const float stored = texelFetch(host_depth, stored_at(p, uniforms.depth_at), 0).x;
     if (!is_finite(stored)) return 0.0;
-    if (block.distance != 0) return stored > 0.0 ? min(1.0 / stored, kLargest) : 0.0;
-    precise const float w = block.depth_offset + block.depth_slope * stored;
+    if (uniforms.distance != 0) return stored > 0.0 ? min(1.0 / stored, kLargest) : 0.0;
+    precise const float w = uniforms.depth_offset + uniforms.depth_slope * stored;
     return max(w, 0.0);
 }
 
 // Where the camera's motion leads what is infinitely far: in pixels, y down.
 vec2 sky_motion(ivec2 p) {
     const vec2 here = vec2(p) + 0.5;
-    const vec2 size = vec2(block.size);
+    const vec2 size = vec2(uniforms.size);
     const vec3 at = vec3(2.0 * here.x / size.x - 1.0, 1.0 - 2.0 * here.y / size.y, 1.0);
-    const float w = dot(block.sky_w.xyz, at);
+    const float w = dot(uniforms.sky_w.xyz, at);
     if (!(w > 0.0)) return vec2(0.0);
-    const vec2 there = vec2(dot(block.sky_x.xyz, at), -dot(block.sky_y.xyz, at)) / w;
-    return block.sky_sign * (0.5 * size * (there + 1.0) - here);
+    const vec2 there = vec2(dot(uniforms.sky_x.xyz, at), -dot(uniforms.sky_y.xyz, at)) / w;
+    return uniforms.sky_sign * (0.5 * size * (there + 1.0) - here);
 }
 
 void main() {
     const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(p, block.size))) return;
+    if (any(greaterThanEqual(p, uniforms.size))) return;
 #if COLOR
-    vec4 c = texelFetch(host_color, stored_at(p, block.color_at), 0);
+    vec4 c = texelFetch(host_color, stored_at(p, uniforms.color_at), 0);
     c.rgb *= gain();
     for (int i = 0; i < 4; ++i)
         if (!is_finite(c[i])) c[i] = 0.0;
@@ -62,16 +62,16 @@ void main() {
     imageStore(inverse_depth, p, vec4(w, 0.0, 0.0, 0.0));
 #endif
 #if MOTION
-    const vec2 stored = texelFetch(host_motion, stored_at(p, block.motion_at), 0).xy;
-    vec2 v = block.motion_scale * (stored - block.motion_bias);
+    const vec2 stored = texelFetch(host_motion, stored_at(p, uniforms.motion_at), 0).xy;
+    vec2 v = uniforms.motion_scale * (stored - uniforms.motion_bias);
 #if SKY
     if (w <= kFar && v == vec2(0.0)) {
         v = sky_motion(p);
     } else
 #endif
     {
-        v -= block.motion_jitter;
-        if (block.bottom_up != 0) v.y = -v.y;
+        v -= uniforms.motion_jitter;
+        if (uniforms.bottom_up != 0) v.y = -v.y;
     }
     if (!is_finite(v.x) || !is_finite(v.y)) v = vec2(0.0);
     imageStore(motion, p, vec4(v, 0.0, 0.0));

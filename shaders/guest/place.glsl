@@ -1,10 +1,10 @@
 // From a pixel of the canonical frame (row 0 at the top) to a texel of a host's texture.
 #include "common/finite.glsl"
 #include "common/work_list.glsl"
-#include "shared/guest_block.h"
+#include "shared/guest_uniforms.h"
 
 ivec2 stored_at(ivec2 p, ivec2 first) {
-    return first + ivec2(p.x, block.bottom_up != 0 ? block.size.y - 1 - p.y : p.y);
+    return first + ivec2(p.x, uniforms.bottom_up != 0 ? uniforms.size.y - 1 - p.y : p.y);
 }
 
 #if EXPOSURE
@@ -14,8 +14,8 @@ layout(binding = 3) uniform sampler2D exposure;
 // What passes see of the host's color, as a factor. An exposure that is none counts as 1.
 float gain() {
 #if EXPOSURE
-    const float value = texelFetch(exposure, block.exposure_at, 0).x;
-    if (is_finite(value) && value > 0.0) return block.gain * value;
+    const float value = texelFetch(exposure, uniforms.exposure_at, 0).x;
+    if (is_finite(value) && value > 0.0) return uniforms.gain * value;
 #endif
-    return block.gain;
+    return uniforms.gain;
 }

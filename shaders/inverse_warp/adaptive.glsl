@@ -1,7 +1,7 @@
 // Adaptive sampling: do the first samples of a tile disagree, so that it takes more? A pixel's samples
 // are told by halves, because one pixel's alone say too little (docs/inverse_warp.md). A work group is
 // a tile, and all of it calls begin_tile() and share_of_more_in().
-#include "shared/inverse_warp_block.h"
+#include "shared/inverse_warp_uniforms.h"
 
 // The sum over a tile's pixels, in whole numbers: their order does not count.
 shared uint tile_noise;
@@ -42,11 +42,11 @@ void begin_tile() {
     barrier();
 }
 
-// The weight of each sample beyond the first `block.samples`. noise: of this pixel
+// The weight of each sample beyond the first `uniforms.samples`. noise: of this pixel
 float share_of_more_in(ivec2 tile, float noise) {
     atomicAdd(tile_noise, uint(kNoiseSteps * noise + 0.5));
     barrier();
-    const ivec2 extent = min(block.size - kBlockPx * tile, ivec2(kBlockPx));
+    const ivec2 extent = min(uniforms.size - kBlockPx * tile, ivec2(kBlockPx));
     const float mean = float(tile_noise) / (kNoiseSteps * float(extent.x * extent.y));
-    return clamp((mean / block.noise_limit - 1.0) * 4.0, 0.0, 1.0);
+    return clamp((mean / uniforms.noise_limit - 1.0) * 4.0, 0.0, 1.0);
 }

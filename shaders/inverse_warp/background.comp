@@ -65,7 +65,7 @@ Cell merge(Cell a, Cell b) {
 }
 
 Cell pixel(ivec2 at) {
-    if (any(greaterThanEqual(at, block.size))) return nothing();
+    if (any(greaterThanEqual(at, uniforms.size))) return nothing();
     const vec4 c = texelFetch(color, at, 0);
     if (!is_finite(c)) return nothing();
     const Surface s = unpack_surface(texelFetch(surfaces, at, 0));
@@ -81,7 +81,7 @@ Cell pixel(ivec2 at) {
 
 // `left`: column of the first cell of this size, in tiles.
 void store(Cell cell, ivec2 at, int left, float pixels) {
-    at.x += left * block.tiles.x;
+    at.x += left * uniforms.tiles.x;
     STORE(background_color, at, cell.color);
     STORE(background_depth, at, vec4(cell.inverse_depth, cell.weight / pixels, 0.0, 0.0));
 #ifdef LAYERS
@@ -91,7 +91,7 @@ void store(Cell cell, ivec2 at, int left, float pixels) {
 
 void main() {
     const ivec2 tile = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(tile, block.tiles))) return;
+    if (any(greaterThanEqual(tile, uniforms.tiles))) return;
     Cell of_16 = nothing();
     for (int i = 0; i < 4; ++i) {
         const ivec2 at_8 = 2 * tile + ivec2(i & 1, i >> 1);

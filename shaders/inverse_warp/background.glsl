@@ -18,7 +18,7 @@ vec4 background_at(vec2 at, float inverse_depth, vec4 otherwise, inout vec4 seen
 #else
 vec4 background_at(vec2 at, float inverse_depth, vec4 otherwise) {
 #endif
-    ivec2 cells = 8 * block.tiles;
+    ivec2 cells = 8 * uniforms.tiles;
     int left = 0;
     vec2 place = 0.5 * (at + 0.5) - 0.5;
     do {
@@ -53,6 +53,6 @@ vec4 background_at(vec2 at, float inverse_depth, vec4 otherwise) {
         left += cells.x;
         cells /= 2;
         place = 0.5 * place - 0.25;
-    } while (cells.x >= block.tiles.x);
+    } while (cells.x >= uniforms.tiles.x);
     return otherwise;
 }

@@ -41,7 +41,7 @@ float light_around(ivec2 p, Surface own, float otherwise) {
     int reach = 1;
     do {
         const ivec2 at = p + offset;
-        const ivec2 read = clamp(at, ivec2(0), block.size - 1);
+        const ivec2 read = clamp(at, ivec2(0), uniforms.size - 1);
         const Surface s = surface_at(read);
         const vec4 c = texelFetch(color, read, 0);
         if (at == read && !s.edge && one_depth(s.inverse_depth, own.inverse_depth) && is_finite(c)) {

@@ -6,7 +6,7 @@ const float kSharpening = 2.0;  // of bilinear weights about their middle: half 
 vec2 sampled_at(vec2 at) {
     const vec2 base = floor(at);
     const vec2 f = clamp(kSharpening * (at - base - 0.5) + 0.5, 0.0, 1.0);
-    return (base + f + 0.5) / vec2(block.size);
+    return (base + f + 0.5) / vec2(uniforms.size);
 }
 
 // Color of the surface that is seen at `at`, pixels.
@@ -28,5 +28,5 @@ void layers_at(sampler2D plane, sampler2DArray planes, vec2 at, out vec4 seen[LA
 #endif
 
 vec2 inside_of(vec2 at) {
-    return clamp(at, vec2(0.0), vec2(block.size - 1));
+    return clamp(at, vec2(0.0), vec2(uniforms.size - 1));
 }

@@ -12,7 +12,7 @@
 #include "common/finite.glsl"
 #include "common/layers.glsl"
 #include "common/work_list.glsl"
-#include "shared/inverse_warp_block.h"
+#include "shared/inverse_warp_uniforms.h"
 
 layout(binding = 0) uniform sampler2D gathered;
 layout(binding = 1) uniform sampler2D soft;
@@ -30,7 +30,7 @@ const float kPixel = 1.0 / 12.0;  // px^2, of a pixel itself
 
 void main() {
     ivec2 p;
-    if (!next_pixel(block.size, p)) return;
+    if (!next_pixel(uniforms.size, p)) return;
     const vec4 own = texelFetch(gathered, p, 0);
     const vec4 own_soft = texelFetch(soft, p, 0);
     if (own_soft.a == 0.0 || !is_finite(own)) {
@@ -42,10 +42,10 @@ void main() {
     }
     const vec4 own_spread = texelFetch(spread, p, 0);
     const float xx = own_spread.x + kPixel, xy = own_spread.y, yy = own_spread.z + kPixel;
-    const float scale = -block.denoise_window / (xx * yy - xy * xy);
+    const float scale = -uniforms.denoise_window / (xx * yy - xy * xy);
     const ivec2 reach =
-        min(ivec2(sqrt(log(1.0 / kLeast) / block.denoise_window * vec2(xx, yy))), kReachPx);
-    const ivec2 least = max(p - reach, ivec2(0)), most = min(p + reach, block.size - 1);
+        min(ivec2(sqrt(log(1.0 / kLeast) / uniforms.denoise_window * vec2(xx, yy))), kReachPx);
+    const ivec2 least = max(p - reach, ivec2(0)), most = min(p + reach, uniforms.size - 1);
     vec4 sum = vec4(0.0);
     float total = 0.0;
 #ifdef LAYERS

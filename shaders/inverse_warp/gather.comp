@@ -14,7 +14,7 @@
 // BEFORE, AFTER: that frame is searched       NOISE: noise is read
 // BARREL: the lens barrel cuts the aperture away from the picture's middle
 // DENOISE: what blurred samples have seen goes to `soft` and `spread`, for denoise.comp
-// ADAPTIVE: tiles whose samples disagree take block.more_samples more
+// ADAPTIVE: tiles whose samples disagree take uniforms.more_samples more
 // LAYERS: so many further layers too, with those of the background and of the neighbors
 // HINT: written; of the lens alone: read too  LIST: only the blocks of a work list
 #include "common/finite.glsl"
@@ -99,11 +99,11 @@ vec4 shown(Met met) {
 
 void main() {
     ivec2 pixel;
-    const bool is_own = next_pixel(block.size, pixel);
+    const bool is_own = next_pixel(uniforms.size, pixel);
 #if ADAPTIVE
     // All of a tile meet at its sum. A group beyond the list has none.
-    if (!is_own && all(lessThan(pixel, block.size))) return;
-    pixel = min(pixel, block.size - 1);
+    if (!is_own && all(lessThan(pixel, uniforms.size))) return;
+    pixel = min(pixel, uniforms.size - 1);
 #else
     if (!is_own) return;
 #endif
@@ -115,7 +115,7 @@ void main() {
 #if HINT && !SHUTTER
     const vec2 hint_p = texelFetch(given_hint, pixel, 0).xy;
 #endif
-    if (longest <= block.still_limit_px) {
+    if (longest <= uniforms.still_limit_px) {
         if (!is_own) return;
         STORE(blurred, pixel, own_color);
 #if DENOISE
@@ -152,7 +152,7 @@ void main() {
 #endif
     float moment = 0.0, counted = 0.0;
 #if BARREL
-    const vec2 barrel = block.barrel_per_px * (p - vec2(block.middle_x, block.middle_y));
+    const vec2 barrel = uniforms.barrel_per_px * (p - vec2(uniforms.middle_x, uniforms.middle_y));
 #endif
     int begin_points = 0;
     float share = 1.0;  // of each sample's weight
@@ -166,7 +166,7 @@ void main() {
         for (int k = 0; k < last; ++k) {
             const Sample at = sample_at(k, samples, begin_points, share, random);
 #if BARREL
-            const vec2 passed = block.barrel_scale * at.lens + barrel;
+            const vec2 passed = uniforms.barrel_scale * at.lens + barrel;
             if (dot(passed, passed) > 1.0) continue;
 #endif
             counted += at.weight;
@@ -275,7 +275,7 @@ void main() {
             again = share_of_more > 0.0;
             if (again) {
                 begin_points = last;
-                last = block.more_samples;
+                last = uniforms.more_samples;
                 samples = float(last);
                 share = share_of_more;
             }
@@ -286,7 +286,7 @@ void main() {
     if (!is_own) return;
 #endif
     // Without a jump where the blur begins.
-    const float onset = clamp(longest / max(block.still_limit_px, 1e-6) - 1.0, 0.0, 1.0);
+    const float onset = clamp(longest / max(uniforms.still_limit_px, 1e-6) - 1.0, 0.0, 1.0);
     const float mean_of = onset / max(counted, 1.0);
     STORE(blurred, pixel, own_color + mean_of * sum);
 #ifdef LAYERS
@@ -300,7 +300,7 @@ void main() {
 #if ADAPTIVE
     // The window that so many samples have everywhere.
     const float narrower = inversesqrt(
-        1.0 + share_of_more * float(block.more_samples) / float(block.samples));
+        1.0 + share_of_more * float(uniforms.more_samples) / float(uniforms.samples));
 #else
     const float narrower = 1.0;
 #endif

@@ -29,7 +29,7 @@ vec2 displacement_from_neighbor(Surface s, Sample at) {
 
 // The same instant, as seen from the frame after or before.
 Sample seen_from(Sample at, bool after) {
-    const float frame = 1.0 / block.half_shutter;
+    const float frame = 1.0 / uniforms.half_shutter;
     at.u += after ? -frame : frame;
     at.bend = bend_at(at.u);
     return at;

@@ -10,10 +10,10 @@ const float kOneDepthLeast = 1.01, kOneDepthMost = 1.03;
 // path gets a time more.
 float samples_of(float longest) {
 #if LENS
-    return float(block.samples);
+    return float(uniforms.samples);
 #else
-    return clamp(2.0 * longest / block.path_px_per_time, float(INVERSE_WARP_LEAST_TIMES),
-                 float(max(block.samples, INVERSE_WARP_LEAST_TIMES)));
+    return clamp(2.0 * longest / uniforms.path_px_per_time, float(INVERSE_WARP_LEAST_TIMES),
+                 float(max(uniforms.samples, INVERSE_WARP_LEAST_TIMES)));
 #endif
 }
 
@@ -27,13 +27,13 @@ Sample sample_at(int k, float n, int begin, float share, vec2 random) {
     const float place = float(bitfieldReverse(uint(k)) >> 8) / 16777216.0;
     at.u = 2.0 * fract(place + 0.5 / n + 0.5 + 0.5 * random.y) - 1.0;
 #elif SHUTTER
-    at.u = 2.0 * (float(k) + 0.5 * part * (1.0 + block.time_jitter * random.y)) / n - 1.0;
+    at.u = 2.0 * (float(k) + 0.5 * part * (1.0 + uniforms.time_jitter * random.y)) / n - 1.0;
 #else
     at.u = 0.0;
 #endif
     at.bend = bend_at(at.u);
 #if LENS
-    const int set = min(int(random.x * float(block.lens_sets)), block.lens_sets - 1);
+    const int set = min(int(random.x * float(uniforms.lens_sets)), uniforms.lens_sets - 1);
     at.lens = texelFetch(lens_points, ivec2(begin + k, set), 0).xy;
 #else
     at.lens = vec2(0.0);

@@ -1,4 +1,4 @@
-// Samples of surfaces whose displacements spread by more than block.soft_spread.
+// Samples of surfaces whose displacements spread by more than uniforms.soft_spread.
 struct Soft {
     vec4 sum;     // of differences to the pixel's own color
     float weight;
@@ -20,7 +20,7 @@ bool add_soft(inout Soft soft, vec4 difference, float inverse_depth, vec2 path, 
     covariance += path.xxy * path.xyy / 3.0;  // of a straight line
 #endif
     const float variance = covariance.x + covariance.z;
-    if (variance < block.soft_spread || !is_finite(difference)) return false;
+    if (variance < uniforms.soft_spread || !is_finite(difference)) return false;
     covariance *= min(kMostSpread / variance, 1.0);
     soft.sum += weight * difference;
     soft.weight += weight;

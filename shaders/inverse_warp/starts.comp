@@ -36,7 +36,7 @@ bool meets(Surface s, ivec2 offset) {
 
 void main() {
     const ivec2 tile = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(tile, block.tiles))) return;
+    if (any(greaterThanEqual(tile, uniforms.tiles))) return;
     uvec4 chosen[STARTS];
     int count = 0;
     float longest = 0.0;
@@ -45,10 +45,10 @@ void main() {
         float most = kAlikePx * kAlikePx;
         uvec4 next = uvec4(0u);
         bool found = false;
-        for (int y = -block.ring; y <= block.ring; ++y) {
-            for (int x = -block.ring; x <= block.ring; ++x) {
+        for (int y = -uniforms.ring; y <= uniforms.ring; ++y) {
+            for (int x = -uniforms.ring; x <= uniforms.ring; ++x) {
                 const ivec2 at = tile + ivec2(x, y);
-                if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, block.tiles))) continue;
+                if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, uniforms.tiles))) continue;
                 for (int k = 0; k < 3; ++k) {
                     const uvec4 bits =
                         texelFetch(tile_surfaces, ivec2(3 * at.x + k, at.y), 0);
@@ -90,7 +90,7 @@ void main() {
     imageStore(starts, ivec2(row + STARTS, tile.y),
                uvec4(floatBitsToUint(longest), uint(count), 0u, 0u));
 #if LISTS
-    if (longest <= block.still_limit_px)
+    if (longest <= uniforms.still_limit_px)
         ADD_TO_WORK_LIST(still_blocks, tile)
     else
         ADD_TO_WORK_LIST(moving_blocks, tile)

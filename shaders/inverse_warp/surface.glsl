@@ -12,7 +12,7 @@
 //
 // SHUTTER, LENS: which of the two are open
 // MOTION: surfaces hold motion: with the shutter, and where neighboring frames are searched
-#include "shared/inverse_warp_block.h"
+#include "shared/inverse_warp_uniforms.h"
 
 #if LENS
 #include "common/circle_of_confusion.glsl"
@@ -85,7 +85,7 @@ struct Sample {
 };
 
 float bend_at(float u) {
-    return min(block.half_shutter, 1.0) * u * u;
+    return min(uniforms.half_shutter, 1.0) * u * u;
 }
 
 #if MOTION

@@ -51,7 +51,7 @@ vec4 own_motion(ivec2 p, float q, out bool edge) {
     vec4 other = vec4(0.0);
     float count = 0.0;
     for (int i = 0; i < 4; ++i) {
-        const ivec2 at = clamp(p + kAround[i], ivec2(0), block.size - 1);
+        const ivec2 at = clamp(p + kAround[i], ivec2(0), uniforms.size - 1);
         around[i] = motion_at(at);
         same[i] = one_depth(q, depth_at(at));
         if (!same[i]) {
@@ -78,7 +78,7 @@ vec4 own_motion(ivec2 p, float q, out bool edge) {
 bool is_edge(ivec2 p, float q) {
     bool edge = false;
     for (int i = 0; i < 4; ++i)
-        edge = edge || !one_depth(q, depth_at(clamp(p + kAround[i], ivec2(0), block.size - 1)));
+        edge = edge || !one_depth(q, depth_at(clamp(p + kAround[i], ivec2(0), uniforms.size - 1)));
     return edge;
 }
 #endif
@@ -87,14 +87,14 @@ Surface surface_at(ivec2 p) {
     Surface s;
     s.inverse_depth = depth_at(p);
 #if MOTION
-    const vec4 v = block.half_shutter * own_motion(p, s.inverse_depth, s.edge);
+    const vec4 v = uniforms.half_shutter * own_motion(p, s.inverse_depth, s.edge);
     s.a = 0.5 * (v.xy + v.zw);
     s.b = 0.5 * (v.xy - v.zw);
     s.straight = smoothstep(0.64, 1.44, dot(s.b, s.b) / max(dot(s.a, s.a), 1e-6));
     const float path = path_of(s);
-    if (path > block.max_path_px) {
-        s.a *= block.max_path_px / path;
-        s.b *= block.max_path_px / path;
+    if (path > uniforms.max_path_px) {
+        s.a *= uniforms.max_path_px / path;
+        s.b *= uniforms.max_path_px / path;
     }
 #else
     s.edge = is_edge(p, s.inverse_depth);

@@ -14,9 +14,9 @@ layout(binding = 0) writeonly uniform uimage2D tile_surfaces;
 
 void main() {
     const ivec2 tile = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(tile, block.tiles))) return;
+    if (any(greaterThanEqual(tile, uniforms.tiles))) return;
     const ivec2 first = kBlockPx * tile;
-    const ivec2 end = min(first + kBlockPx, block.size);
+    const ivec2 end = min(first + kBlockPx, uniforms.size);
     Surface chosen[2];
     for (int k = 0; k < 3; ++k) {
         float most = -1.0;

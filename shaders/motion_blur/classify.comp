@@ -1,5 +1,5 @@
 #version 450 core
-// Sorts the blocks of 16 x 16 pixels by what the gather has to do in them. One thread for a block.
+// Sorts the blocks of 16 x 16 pixels by what the gather has to do in them. One thread for a uniforms.
 //
 //   neighbor_max [, tile_depth] [, tile_range] -> work lists
 //
@@ -9,7 +9,7 @@
 //             a pixel can choose that same motion, within kAlike
 //   full      all others
 #include "common/work_list.glsl"
-#include "shared/motion_blur_block.h"
+#include "shared/motion_blur_uniforms.h"
 
 #include "motion_blur/velocity.glsl"
 
@@ -37,22 +37,22 @@ layout(std430, binding = 3) buffer UniformBlocks { WORK_LIST } uniform_blocks;
 const float kAlike = 2.5e-4;
 
 ivec2 tile_of(vec2 p) {
-    return clamp(ivec2(floor(p / float(block.tile_px))), ivec2(0), block.tiles - 1);
+    return clamp(ivec2(floor(p / float(uniforms.tile_px))), ivec2(0), uniforms.tiles - 1);
 }
 
 void main() {
     const ivec2 at = ivec2(gl_GlobalInvocationID.xy);
     const vec2 first = vec2(kBlockPx * at) + 0.5;
-    if (any(greaterThan(first, vec2(block.size)))) return;
-    const vec2 last = min(first + float(kBlockPx - 1), vec2(block.size) - 0.5);
+    if (any(greaterThan(first, vec2(uniforms.size)))) return;
+    const vec2 last = min(first + float(kBlockPx - 1), vec2(uniforms.size) - 0.5);
 
     float longest = 0.0;
-    vec4 chosen = vec4(1.0, 1.0, -1.0, -1.0) * float(2 * block.tile_px);
+    vec4 chosen = vec4(1.0, 1.0, -1.0, -1.0) * float(2 * uniforms.tile_px);
     {
         // Pixels choose the tile across a border up to r/(2 tau) from it; one more for rounding.
-        const float edge = float(block.tile_px);
+        const float edge = float(uniforms.tile_px);
 #if TILE_JITTER
-        const float across = min(edge, 0.5 * edge / max(block.tile_jitter_slope, 1e-3)) + 1.0;
+        const float across = min(edge, 0.5 * edge / max(uniforms.tile_jitter_slope, 1e-3)) + 1.0;
 #else
         const float across = 1.0;
 #endif
@@ -67,7 +67,7 @@ void main() {
         }
     }
 #if STILL
-    if (longest <= block.still_limit_px) {
+    if (longest <= uniforms.still_limit_px) {
         ADD_TO_WORK_LIST(still_blocks, at);
         return;
     }
@@ -76,7 +76,7 @@ void main() {
 #if SKY || UNIFORM
     // Taps lie at most r away, and half a pixel more where they are rounded; a vector stored in 8
     // bits may be longer by half of a step, sqrt(2)/2 r/127.
-    const float reach = 1.006 * float(block.tile_px) + 1.0;
+    const float reach = 1.006 * float(uniforms.tile_px) + 1.0;
     const ivec2 low = tile_of(first - reach);
     const ivec2 high = tile_of(last + reach);
 #if SKY || DEPTH
@@ -101,7 +101,7 @@ void main() {
     bool alike =
         length_of(range.zw - range.xy) <= kAlike * length_of(0.5 * (range.xy + range.zw));
 #if DEPTH
-    const float layer = block.depth_softness * (depths.y - depths.x);
+    const float layer = uniforms.depth_softness * (depths.y - depths.x);
     alike = alike && (layer == 0.0 || layer <= kAlike * depths.x);
 #endif
     if (alike) {

@@ -15,7 +15,7 @@
 // T distance along the streak. Equations and deviations: docs/motion_blur.md.
 #include "common/layers.glsl"
 #include "common/work_list.glsl"
-#include "shared/motion_blur_block.h"
+#include "shared/motion_blur_uniforms.h"
 
 layout(binding = 0) uniform sampler2D color;
 layout(binding = 1) uniform sampler2D velocity;  // STORAGE: half_velocity, else motion
@@ -63,16 +63,16 @@ float inverse_length(float squared) {
 ivec2 choose_tile(ivec2 p, ivec2 own, float random) {
     // In half pixels, so that equal distances and thresholds that a random number can hit are
     // exact: random < 0.5 - tau e with e = distance / (2 r).
-    const ivec2 local = 2 * (p - own * block.tile_px) + 1;
-    const ivec2 distances = min(local, 2 * block.tile_px - local);
+    const ivec2 local = 2 * (p - own * uniforms.tile_px) + 1;
+    const ivec2 distances = min(local, 2 * uniforms.tile_px - local);
     const bool along_x = distances.x <= distances.y;
-    const float edge = float(block.tile_px);
+    const float edge = float(uniforms.tile_px);
     const float e = float(along_x ? distances.x : distances.y);
-    if (random * 2.0 * edge + block.tile_jitter_slope * e >= edge) return own;
-    const int side = (along_x ? local.x : local.y) < block.tile_px ? -1 : 1;
+    if (random * 2.0 * edge + uniforms.tile_jitter_slope * e >= edge) return own;
+    const int side = (along_x ? local.x : local.y) < uniforms.tile_px ? -1 : 1;
     const ivec2 across = own + (along_x ? ivec2(side, 0) : ivec2(0, side));
     const bool outside =
-        any(lessThan(across, ivec2(0))) || any(greaterThanEqual(across, block.tiles));
+        any(lessThan(across, ivec2(0))) || any(greaterThanEqual(across, uniforms.tiles));
     return outside ? own : across;
 }
 #endif
@@ -80,11 +80,11 @@ ivec2 choose_tile(ivec2 p, ivec2 own, float random) {
 #if VARIANCE
 // Bilinear by hand: a sampler may round the fractions to 8 bits.
 float variance_at(ivec2 p) {
-    const vec2 at = (vec2(p) + 0.5) / float(block.tile_px) - 0.5;
+    const vec2 at = (vec2(p) + 0.5) / float(uniforms.tile_px) - 0.5;
     const ivec2 base = ivec2(floor(at));
     const vec2 f = at - vec2(base);
     const ivec2 low = max(base, ivec2(0));
-    const ivec2 high = min(base + 1, block.tiles - 1);
+    const ivec2 high = min(base + 1, uniforms.tiles - 1);
     const float top = mix(texelFetch(tile_variance, low, 0).x,
                           texelFetch(tile_variance, ivec2(high.x, low.y), 0).x, f.x);
     const float bottom = mix(texelFetch(tile_variance, ivec2(low.x, high.y), 0).x,
@@ -95,10 +95,10 @@ float variance_at(ivec2 p) {
 
 void main() {
     ivec2 p;
-    if (!next_pixel(block.size, p)) return;
+    if (!next_pixel(uniforms.size, p)) return;
     const vec4 color_p = texelFetch(color, p, 0);
     // Pixel centers lie half a pixel from where the division could round to the next tile.
-    const ivec2 own_tile = ivec2((vec2(p) + 0.5) / float(block.tile_px));
+    const ivec2 own_tile = ivec2((vec2(p) + 0.5) / float(uniforms.tile_px));
 #if TILE_JITTER || TAP_JITTER
     const vec2 random = texelFetch(noise, p & 127, 0).xy;
 #endif
@@ -111,7 +111,7 @@ void main() {
     // vectors it takes the longest of.
     const vec2 v_max = texelFetch(neighbor_max, tile, 0).xy;
     const float reach = length_of(v_max);
-    if (reach <= block.still_limit_px) {
+    if (reach <= uniforms.still_limit_px) {
         STORE(blurred, p, color_p);
 #if HINT
         STORE(hint, p, vec4(0.0));
@@ -141,7 +141,7 @@ void main() {
 #endif
     if (side < 0.0) w_still = -w_still;
     const float own_share =
-        clamp((v_c_squared * inverse_c - kShortestPx) / block.variance_threshold_px, 0.0, 1.0);
+        clamp((v_c_squared * inverse_c - kShortestPx) / uniforms.variance_threshold_px, 0.0, 1.0);
     vec2 w_c = normalize(mix(w_still, v_c * inverse_c, own_share));
     const float aligned = abs(dot(w_c, w_max));
     // v_c on neither side: the samples of both, one after the other.
@@ -153,20 +153,20 @@ void main() {
 #if DEPTH
     const float q_p = texelFetch(inverse_depth, p, 0).x;
 #endif
-    const int count = block.samples;
+    const int count = uniforms.samples;
 #if TAP_JITTER
-    const float shift = float(1 - count) + 2.0 * block.jitter * random.y;
+    const float shift = float(1 - count) + 2.0 * uniforms.jitter * random.y;
 #else
     const float shift = float(1 - count);
 #endif
     const float spacing = reach / float(count + 1);
 
 #if !STORAGE
-    const float per_motion = 1.0 / block.half_shutter;
-    const float least_inverse_rho = 1.0 / float(block.tile_px);
+    const float per_motion = 1.0 / uniforms.half_shutter;
+    const float least_inverse_rho = 1.0 / float(uniforms.tile_px);
 #endif
     // precise: the same weights and sums, to the bit, whichever of its forms this program has.
-    precise float total = block.center_total * inverse_rho_c;
+    precise float total = uniforms.center_total * inverse_rho_c;
 #if !SINGLE
     if (other_side) total *= 2.0;
 #endif
@@ -196,7 +196,7 @@ void main() {
         const float w_a = follows_own ? 1.0 : aligned;
 #endif
         ivec2 s = p + ivec2(floor(along * d + 0.5));
-        const ivec2 nearest_inside = clamp(s, ivec2(0), block.size - 1);
+        const ivec2 nearest_inside = clamp(s, ivec2(0), uniforms.size - 1);
 #if CLAMP
         s = nearest_inside;
         const bool counts = true;
@@ -235,7 +235,7 @@ void main() {
         const float near = max(q_p, q_s);
         const float shown =
             near > far
-                ? (far > 0.0 ? clamp(1.0 - block.depth_softness * (near - far) / far, 0.0, 1.0)
+                ? (far > 0.0 ? clamp(1.0 - uniforms.depth_softness * (near - far) / far, 0.0, 1.0)
                              : 0.0)
                 : 1.0;
         if (q_s < q_p) front *= shown;

@@ -7,7 +7,7 @@
 //   tile_max -> neighbor_max   x y: v, z: its squared length before the clamp, w: smallest |v| of
 //                              all tiles around
 #include "common/work_group.glsl"
-#include "shared/motion_blur_block.h"
+#include "shared/motion_blur_uniforms.h"
 
 layout(binding = 0) uniform sampler2D tile_max;
 layout(binding = 0) writeonly uniform image2D neighbor_max;
@@ -24,12 +24,12 @@ bool reaches(ivec2 offset, vec2 v) {
 
 void main() {
     const ivec2 tile = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(tile, block.tiles))) return;
+    if (any(greaterThanEqual(tile, uniforms.tiles))) return;
     vec4 result = texelFetch(tile_max, tile, 0);
     for (int oy = -1; oy <= 1; ++oy) {
         for (int ox = -1; ox <= 1; ++ox) {
             const ivec2 at = tile + ivec2(ox, oy);
-            if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, block.tiles))) continue;
+            if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, uniforms.tiles))) continue;
             const vec4 other = texelFetch(tile_max, at, 0);
             result.w = min(result.w, other.w);
             if (other.z > result.z && reaches(ivec2(ox, oy), other.xy)) result.xyz = other.xyz;

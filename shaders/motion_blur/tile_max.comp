@@ -8,7 +8,7 @@
 //
 // Lengths are compared before the clamp: after it, everything long has length r and the last bit
 // would decide. Ties: the first in row order.
-#include "shared/motion_blur_block.h"
+#include "shared/motion_blur_uniforms.h"
 
 // Few threads, with many pixels each: what they have found is put together by one of them.
 const int kThreads = 64;
@@ -62,8 +62,8 @@ void add(inout Part part, Part other) {
 void main() {
     const ivec2 tile = ivec2(gl_WorkGroupID.xy);
     const int thread = int(gl_LocalInvocationIndex);
-    const float radius = float(block.tile_px);
-    const ivec2 first = tile * block.tile_px;
+    const float radius = float(uniforms.tile_px);
+    const ivec2 first = tile * uniforms.tile_px;
     Part part;
     part.largest = vec3(0.0, 0.0, -1.0);
     part.index = 0;
@@ -76,7 +76,7 @@ void main() {
 #endif
     // Every 64th pixel in row order. Tested at the end: a software renderer runs a body once more
     // to find the test at its start.
-    const ivec2 size = min(ivec2(block.tile_px), block.size - first);
+    const ivec2 size = min(ivec2(uniforms.tile_px), uniforms.size - first);
     const int count = size.x * size.y;
     int next = thread;
     do {

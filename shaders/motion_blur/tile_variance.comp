@@ -5,7 +5,7 @@
 //
 //   tile_max -> tile_variance   x: u in [0, 1]
 #include "common/work_group.glsl"
-#include "shared/motion_blur_block.h"
+#include "shared/motion_blur_uniforms.h"
 
 layout(binding = 0) uniform sampler2D tile_max;
 layout(binding = 0) writeonly uniform image2D tile_variance;
@@ -14,7 +14,7 @@ const float kStillPx = 0.5;
 
 void main() {
     const ivec2 tile = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(tile, block.tiles))) return;
+    if (any(greaterThanEqual(tile, uniforms.tiles))) return;
     const vec2 own = texelFetch(tile_max, tile, 0).xy;
     float sum = 0.0;
     float count = 0.0;
@@ -23,7 +23,7 @@ void main() {
         for (int oy = -1; oy <= 1; ++oy) {
             for (int ox = -1; ox <= 1; ++ox) {
                 const ivec2 at = tile + ivec2(ox, oy);
-                if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, block.tiles))) continue;
+                if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, uniforms.tiles))) continue;
                 const vec2 other = texelFetch(tile_max, at, 0).xy;
                 if (length(other) < kStillPx) continue;
                 sum += abs(dot(n, normalize(other)));

@@ -14,7 +14,7 @@ float squared_length(vec2 v) {
 
 // Before the clamp.
 vec2 long_velocity(vec2 motion) {
-    precise vec2 v = block.half_shutter * motion;
+    precise vec2 v = uniforms.half_shutter * motion;
     return squared_length(motion) <= kLargestSquare ? v : vec2(0.0);
 }
 
@@ -25,7 +25,7 @@ float length_of(vec2 v) {
 
 // `squared`: of v before the clamp.
 vec2 clamped_velocity(vec2 v, float squared) {
-    const float radius = float(block.tile_px);
+    const float radius = float(uniforms.tile_px);
     precise vec2 clamped = v * (radius / sqrt(squared));
     return squared > radius * radius ? clamped : v;
 }
@@ -38,7 +38,7 @@ vec2 encode_velocity(vec2 v) {
     const vec2 quantum = max(power * 9.765625e-4, 5.9604644775390625e-8);
     return roundEven(v / quantum) * quantum;
 #elif STORAGE == 2
-    return (roundEven(v * (127.0 / float(block.tile_px))) + 128.0) / 255.0;
+    return (roundEven(v * (127.0 / float(uniforms.tile_px))) + 128.0) / 255.0;
 #else
     return v;
 #endif
@@ -46,7 +46,7 @@ vec2 encode_velocity(vec2 v) {
 
 vec2 decode_velocity(vec2 stored) {
 #if STORAGE == 2
-    return (round(stored * 255.0) - 128.0) * (float(block.tile_px) / 127.0);
+    return (round(stored * 255.0) - 128.0) * (float(uniforms.tile_px) / 127.0);
 #else
     return stored;
 #endif

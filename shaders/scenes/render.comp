@@ -11,7 +11,7 @@
 // frame. The depth is that of the last sample: it is asked for with one sample a pixel only.
 
 layout(local_size_x = 16, local_size_y = 16) in;
-#include "shared/scene_block.h"
+#include "shared/scene_uniforms.h"
 
 layout(std430, binding = 0) readonly buffer Poses { vec4 pose[]; };
 layout(std430, binding = 1) readonly buffer Objects { SceneObject object[]; };
@@ -64,13 +64,13 @@ Hit nearest(vec3 from, vec3 direction, int rows, int base, float beyond, const i
 
 // All rays to the light are parallel, so that each lies in one cell of a grid across the light.
 bool in_shadow(vec3 world, int rows) {
-    vec2 at = vec2(dot(world, block.light_right.xyz), dot(world, block.light_up.xyz)) *
-                  block.light_cells + vec2(block.light_right.w, block.light_up.w);
+    vec2 at = vec2(dot(world, uniforms.light_right.xyz), dot(world, uniforms.light_up.xyz)) *
+                  uniforms.light_cells + vec2(uniforms.light_right.w, uniforms.light_up.w);
     ivec2 cell = ivec2(floor(at));
     if (any(lessThan(cell, ivec2(0))) || any(greaterThanEqual(cell, ivec2(SCENE_LIGHT_GRID))))
         return false;
-    int base = block.light_lists + (cell.y * SCENE_LIGHT_GRID + cell.x) * (SCENE_SHAPES + 1);
-    return nearest(world, block.light.xyz, rows, base, 0.0, CASTERS).id >= 0;
+    int base = uniforms.light_lists + (cell.y * SCENE_LIGHT_GRID + cell.x) * (SCENE_SHAPES + 1);
+    return nearest(world, uniforms.light.xyz, rows, base, 0.0, CASTERS).id >= 0;
 }
 
 // Where the camera of a pose set sees a world point; pixels, +y up. False behind the camera.
@@ -119,27 +119,27 @@ const int kTries = 64;
 // pinhole sees this place, pixels from the middle, y up. Blades are arcs of the given curvature
 // through corners on the unit circle; the barrel is a circle that from the side is seen moved.
 float transmittance(vec2 lens, vec2 place) {
-    vec2 beside = lens + block.barrel_per_px * place;
+    vec2 beside = lens + uniforms.barrel_per_px * place;
     if (dot(beside, beside) > 1.0) return 0.0;
-    float ratio = block.aperture_ratio;
+    float ratio = uniforms.aperture_ratio;
     vec2 at = lens / vec2(min(1.0 / ratio, 1.0), min(ratio, 1.0));
     if (dot(at, at) > 1.0) return 0.0;
 #if APERTURE_IMAGE
-    float c = cos(block.aperture_rotation), s = sin(block.aperture_rotation);
+    float c = cos(uniforms.aperture_rotation), s = sin(uniforms.aperture_rotation);
     vec2 upright = vec2(c * at.x + s * at.y, c * at.y - s * at.x);
     ivec2 size = textureSize(aperture_image, 0);
     ivec2 cell = ivec2((0.5 + vec2(0.5, -0.5) * upright) * vec2(size));
     return texelFetch(aperture_image, clamp(cell, ivec2(0), size - 1), 0).r;
 #else
-    if (block.aperture_blades < 3) return 1.0;
+    if (uniforms.aperture_blades < 3) return 1.0;
     // Turned so that the middle of its blade lies to the right.
-    float blade = 6.28318530718 / float(block.aperture_blades);
-    float angle = atan(at.y, at.x) - block.aperture_rotation;
+    float blade = 6.28318530718 / float(uniforms.aperture_blades);
+    float angle = atan(at.y, at.x) - uniforms.aperture_rotation;
     angle -= blade * floor(angle / blade + 0.5);
     at = length(at) * vec2(cos(angle), sin(angle));
     vec2 corner = vec2(cos(0.5 * blade), sin(0.5 * blade));
     // The arc bulges beyond the chord by its height over it, of a circle of radius 1/curvature.
-    float bent = block.aperture_curvature;
+    float bent = uniforms.aperture_curvature;
     float bulge = sqrt(1.0 - bent * bent * at.y * at.y) - sqrt(1.0 - bent * bent * corner.y * corner.y);
     return at.x <= corner.x + (bent > 0.0 ? bulge / bent : 0.0) ? 1.0 : 0.0;
 #endif
@@ -148,38 +148,38 @@ float transmittance(vec2 lens, vec2 place) {
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    if (pixel.x >= block.size.x || pixel.y >= block.size.y) return;
-    int index = pixel.y * block.size.x + pixel.x;
-    int base = (pixel.y / SCENE_TILE * block.tiles.x + pixel.x / SCENE_TILE) * (SCENE_SHAPES + 1);
-    int set_rows = SCENE_CAMERA_ROWS + 3 * block.object_count;
+    if (pixel.x >= uniforms.size.x || pixel.y >= uniforms.size.y) return;
+    int index = pixel.y * uniforms.size.x + pixel.x;
+    int base = (pixel.y / SCENE_TILE * uniforms.tiles.x + pixel.x / SCENE_TILE) * (SCENE_SHAPES + 1);
+    int set_rows = SCENE_CAMERA_ROWS + 3 * uniforms.object_count;
 
     vec4 turn = vec4(0.0);
-    if (block.rotate_samples != 0) {
-        uint h = hash(uint(index) ^ hash(block.seed));
+    if (uniforms.rotate_samples != 0) {
+        uint h = hash(uint(index) ^ hash(uniforms.seed));
         turn.x = unit(h);
         turn.y = unit(h = hash(h + 1u));
         turn.z = unit(h = hash(h + 2u));
         turn.w = unit(h = hash(h + 3u));
     }
-    bool first = block.first_sample == 0;
+    bool first = uniforms.first_sample == 0;
     vec4 color = first ? vec4(0.0) : color_sum[index];
 #if VECTORS
     vec4 vectors = first ? vec4(0.0) : vector_sum[index];
     float last_depth = SCENE_BACKGROUND_DEPTH;
 #endif
 
-    for (int s = 0; s < block.sample_count; ++s) {
-        int rows = s * block.pose_step * set_rows;
-        vec4 u = fract(sample_point[block.first_sample + s] + turn);
+    for (int s = 0; s < uniforms.sample_count; ++s) {
+        int rows = s * uniforms.pose_step * set_rows;
+        vec4 u = fract(sample_point[uniforms.first_sample + s] + turn);
         vec4 c0 = pose[rows], c1 = pose[rows + 1], c2 = pose[rows + 2];
         float focal_px = pose[rows + 3].x;
-        vec2 film = vec2(pixel) + u.zw - 0.5 * vec2(block.size);
+        vec2 film = vec2(pixel) + u.zw - 0.5 * vec2(uniforms.size);
         // In camera coordinates, x right, y up, z forward: through the point in focus.
         vec2 lens = on_disc(u.xy);
 #if !DISC
         // Points that are stopped are drawn again; of those where some light passes, so many.
-        float lens_px = block.lens_radius * focal_px / block.focus_distance;
-        uint again = hash(uint(index) ^ hash(block.seed ^ hash(uint(block.first_sample + s))));
+        float lens_px = uniforms.lens_radius * focal_px / uniforms.focus_distance;
+        uint again = hash(uint(index) ^ hash(uniforms.seed ^ hash(uint(uniforms.first_sample + s))));
         float chance = 0.0;
 #if APERTURE_IMAGE
         chance = unit(again = hash(again + 1u));
@@ -195,8 +195,8 @@ void main() {
             lens = on_disc(vec2(x, unit(again)));
         }
 #endif
-        lens *= block.lens_radius;
-        vec3 focus = vec3(film.x, -film.y, focal_px) * (block.focus_distance / focal_px);
+        lens *= uniforms.lens_radius;
+        vec3 focus = vec3(film.x, -film.y, focal_px) * (uniforms.focus_distance / focal_px);
         vec3 seen = normalize(focus - vec3(lens, 0.0));
         vec3 direction = vec3(dot(c0.xyz, seen), dot(c1.xyz, seen), dot(c2.xyz, seen));
         vec3 from = vec3(c0.w, c1.w, c2.w) + lens.x * vec3(c0.x, c1.x, c2.x) +
@@ -209,8 +209,8 @@ void main() {
         for (int layer = 0; layer < 8; ++layer) {
             Hit hit = nearest(from, direction, rows, base, beyond, SHAPES);
             if (hit.id < 0) {
-                sum += through * block.zenith.w * sky_color(direction);
-                through *= 1.0 - block.zenith.w;
+                sum += through * uniforms.zenith.w * sky_color(direction);
+                through *= 1.0 - uniforms.zenith.w;
                 break;
             }
             int at = pose_rows(rows, hit.id);
@@ -223,7 +223,7 @@ void main() {
             vec3 normal = vec3(dot(r0.xyz, n), dot(r1.xyz, n), dot(r2.xyz, n));
             if (dot(normal, direction) > 0.0) normal = -normal;
             float light = 0.0;
-            if (dot(normal, block.light.xyz) > 0.0 && seen_object.color_a.w == 0.0)
+            if (dot(normal, uniforms.light.xyz) > 0.0 && seen_object.color_a.w == 0.0)
                 light = in_shadow(world + 2e-4 * hit.t * normal, rows) ? 0.0 : 1.0;
             float alpha = seen_object.flags.y;
             Surface surface = surface_of(seen_object, local, n);

@@ -29,11 +29,11 @@ float value_noise(vec2 p, uint salt) {
 // Color of the sky towards unit vector d; clouds thin out at the horizon.
 vec3 sky_color(vec3 d) {
     float up = clamp(d.y, 0.0, 1.0);
-    vec3 color = mix(block.horizon.rgb, block.zenith.rgb, sqrt(up));
+    vec3 color = mix(uniforms.horizon.rgb, uniforms.zenith.rgb, sqrt(up));
     vec2 plane = d.xz / (up + 0.25) * 3.0;
     float cloud = 0.5 * value_noise(plane, 7u) + 0.3 * value_noise(plane * 2.3, 8u) +
                   0.2 * value_noise(plane * 5.1, 9u);
-    cloud = smoothstep(0.45, 0.75, cloud) * smoothstep(0.0, 0.2, d.y) * block.horizon.w;
+    cloud = smoothstep(0.45, 0.75, cloud) * smoothstep(0.0, 0.2, d.y) * uniforms.horizon.w;
     return mix(color, vec3(1.1, 1.08, 1.05), cloud);
 }
 
@@ -140,17 +140,17 @@ Surface surface_of(SceneObject object, vec3 p, vec3 n) {
 // Radiance towards the camera. `toward` is the unit vector from the surface to the camera,
 // `normal` faces it.
 vec3 radiance(Surface s, vec3 normal, vec3 toward, float light) {
-    float facing = dot(normal, block.light.xyz);
-    float diffuse = max(facing, 0.0) * block.light.w * light;
+    float facing = dot(normal, uniforms.light.xyz);
+    float diffuse = max(facing, 0.0) * uniforms.light.w * light;
     float above = 0.5 + 0.5 * normal.y;
-    vec3 around = block.ambient.rgb * mix(block.ambient.w, 1.0, above);
-    vec3 middle = normalize(block.light.xyz + toward);
+    vec3 around = uniforms.ambient.rgb * mix(uniforms.ambient.w, 1.0, above);
+    vec3 middle = normalize(uniforms.light.xyz + toward);
     float shine = max(dot(normal, middle), 0.0);
     shine *= shine; shine *= shine; shine *= shine; shine *= shine; shine *= shine; shine *= shine;
     float grazing = 1.0 - max(dot(normal, toward), 0.0);
     grazing *= grazing; grazing *= grazing;
-    vec3 mirrored = mix(block.horizon.rgb, block.zenith.rgb, above) * (0.04 + 0.5 * grazing);
+    vec3 mirrored = mix(uniforms.horizon.rgb, uniforms.zenith.rgb, above) * (0.04 + 0.5 * grazing);
     return s.albedo * (around + vec3(1.0, 0.95, 0.88) * diffuse) +
-           s.gloss * (vec3(2.2 * light * block.light.w * shine * step(0.0, facing)) +
+           s.gloss * (vec3(2.2 * light * uniforms.light.w * shine * step(0.0, facing)) +
                       0.6 * mirrored) + s.emitted;
 }

@@ -97,7 +97,7 @@ Plan with_half(const Plan& plan, const Plan& half, size_t texture) {
         for (const Binding& binding : plan.steps[i].bindings) {
             if (size_t(binding.texture) != texture || binding.access != Access::write) continue;
             variant.steps[i].program = half.steps[i].program;
-            variant.steps[i].block = half.steps[i].block;
+            variant.steps[i].uniforms = half.steps[i].uniforms;
         }
     }
     return variant;

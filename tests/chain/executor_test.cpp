@@ -99,7 +99,7 @@ class Execute : public ::testing::Test {
             step.name = i ? "b" : "a";
             step.program.file = "scale.comp";
             step.bindings = {{0, i, Access::sample_nearest}, {0, i + 1, Access::write}};
-            step.set_block(Block{2, {}});
+            step.set_uniforms(Block{2, {}});
             step.groups = groups_for(width, height);
             plan.steps.push_back(step);
         }
@@ -252,16 +252,17 @@ TEST_F(Execute, StepWhoseBlockIsNotTheShadersIsAnError) {
     FramePlanes in;
     in[Role::color] = test::noise_image(4, 4, 4, 7);
     Plan plan = two_steps(4, 4);
-    plan.steps[1].block_type = "OtherBlock";
+    plan.steps[1].uniforms_type = "OtherUniforms";
     auto out = executor_->filter(plan, in);
     EXPECT_EQ(out.status().code(), StatusCode::internal);
-    EXPECT_THAT(out.status().message(), HasSubstr("scale.b: the step brings OtherBlock of 16 bytes"
-                                                  ", scale.comp has Block of 16 bytes"));
+    EXPECT_THAT(out.status().message(),
+                HasSubstr("scale.b: the step brings OtherUniforms of 16 bytes"
+                          ", scale.comp has Block of 16 bytes"));
     plan = two_steps(4, 4);
-    plan.steps[0].block.resize(32);
+    plan.steps[0].uniforms.resize(32);
     EXPECT_FALSE(executor_->filter(plan, in).ok());
-    plan.steps[0].block.clear();
-    plan.steps[0].block_type.clear();
+    plan.steps[0].uniforms.clear();
+    plan.steps[0].uniforms_type.clear();
     EXPECT_THAT(executor_->filter(plan, in).status().message(), HasSubstr("no block"));
 }
 

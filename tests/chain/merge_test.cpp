@@ -94,7 +94,7 @@ TEST(MergePlans, BlockFormatAccessAndGroupsDistinguish) {
     const auto shared = [&](const Plan& b) { return merge_plans(a, b).shared_steps; };
     EXPECT_EQ(shared(a), 1);
     Plan b = a;
-    b.steps[0].block.resize(16);
+    b.steps[0].uniforms.resize(16);
     EXPECT_EQ(shared(b), 0);
     EXPECT_EQ(shared(chain_plan("x", Format::rgba16f)), 0);
     b = a;

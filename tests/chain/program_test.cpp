@@ -103,10 +103,10 @@ TEST_F(Programs, BlockOfTheProgram) {
     gl::ProgramCache cache({}, gl::shader_folder_of_environment());
     const auto with = cache.get({"a.comp", {}}), without = cache.get({"b.comp", {}});
     ASSERT_TRUE(with.ok() && without.ok());
-    EXPECT_EQ(with->block, "Sizes");  // also where nothing reads it
-    EXPECT_EQ(with->block_bytes, 16u);
+    EXPECT_EQ(with->uniforms_type, "Sizes");  // also where nothing reads it
+    EXPECT_EQ(with->uniforms_bytes, 16u);
     EXPECT_EQ(without->block, "");
-    EXPECT_EQ(without->block_bytes, 0u);
+    EXPECT_EQ(without->uniforms_bytes, 0u);
 }
 
 TEST_F(Programs, TheFolderIsReadFromTheEnvironmentOnce) {
@@ -122,9 +122,9 @@ TEST_F(Programs, TheFolderIsReadFromTheEnvironmentOnce) {
 }
 
 TEST(EmbeddedPrograms, NeedNoFolder) {
-    const auto source = gl::resolve_includes("shared/block.h", "");
+    const auto source = gl::resolve_includes("shared/uniforms.h", "");
     ASSERT_TRUE(source.ok());
-    EXPECT_THAT(*source, HasSubstr("BLOCK_BEGIN"));
+    EXPECT_THAT(*source, HasSubstr("UNIFORMS_BEGIN"));
     EXPECT_FALSE(gl::resolve_includes("nowhere.comp", "").ok());
 }
 

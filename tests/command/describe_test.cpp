@@ -178,12 +178,12 @@ TEST_F(DescribeTest, CutsAndMissingPlanesByRule) {
     ASSERT_EQ(outcome.code, 0) << outcome.text();
     EXPECT_TRUE(contains(outcome.err, "left out motion_blur: needs motion")) << outcome.err;
     EXPECT_EQ(read_color(out(1)).data, read_color(in(1)).data);
-    for (const char* wrong : {"still_tiles", "nonsense"}) {
+    for (const char* wrong : {"still_blocks", "nonsense"}) {
         const auto refused = filter("motion_blur", {"--elide", wrong});
         EXPECT_EQ(refused.code, 2);
-        EXPECT_TRUE(contains(refused.err, "missing_plane, uniform_tiles")) << refused.err;
+        EXPECT_TRUE(contains(refused.err, "missing_plane, uniform_blocks")) << refused.err;
     }
-    EXPECT_EQ(filter("motion_blur", {"--no-elide", "--elide", "uniform_tiles"}).code, 2);
+    EXPECT_EQ(filter("motion_blur", {"--no-elide", "--elide", "uniform_blocks"}).code, 2);
 }
 
 TEST_F(DescribeTest, PlanSaysOnceWhatEveryFrameLacks) {

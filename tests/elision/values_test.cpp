@@ -83,7 +83,7 @@ TEST(Values, APlanWithAnothersValuesIsThatPlan) {
             EXPECT_EQ(plan->frame_number, frame.frame_number);
             EXPECT_EQ(plan->uses_frame_number, fresh->uses_frame_number);
             for (size_t s = 0; s < fresh->steps.size(); ++s) {
-                ASSERT_EQ(plan->steps[s].block, fresh->steps[s].block)
+                ASSERT_EQ(plan->steps[s].uniforms, fresh->steps[s].uniforms)
                     << plan->steps[s].name << ", seed " << seed << "\n"
                     << one.text;
             }

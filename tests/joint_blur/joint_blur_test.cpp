@@ -156,7 +156,7 @@ TEST(JointBlur, BlocksThatNothingIsBlurredIntoChangeNoBit) {
         }
     const FrameDescription frame = description_of(planes);
     PlanOptions complete;
-    complete.rules_off = {"unblurred_tiles"};
+    complete.rules_off = {"unblurred_blocks"};
     for (const Chain& chain :
          {chain_of("joint_blur", {}),
           chain_of("joint_blur", {{"samples", int64_t(8)}, {"max_samples", int64_t(32)}})}) {

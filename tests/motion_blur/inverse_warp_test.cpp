@@ -206,7 +206,7 @@ TEST(InverseWarp, StillBlocksChangeNoBit) {
     for (int y = 30; y < 50; ++y)
         for (int x = 40; x < 60; ++x) frame.set_half_velocity(x, y, 7, -3);
     PlanOptions complete;
-    complete.rules_off = {"still_tiles"};
+    complete.rules_off = {"still_blocks"};
     const FrameDescription description = describe(frame.planes);
     const auto with = filter(warp(), description, frame.planes);
     const auto without = filter(warp(), description, frame.planes, complete);

@@ -60,7 +60,7 @@ TEST(JobSettings, DefaultsAreThoseOfARun) {
 }
 
 TEST(JobSettings, EachValueArrives) {
-    const std::string on("uniform_tiles"), off("sky_tiles");
+    const std::string on("uniform_blocks"), off("sky_blocks");
     const auto settings = settings_of({{"frames", "3-5"},
                                        {"cuts", "4"},
                                        {"profile", "cycles"},
@@ -120,7 +120,7 @@ TEST(JobSettings, ErrorsNameTheSetting) {
         EXPECT_TRUE(settings.status().message().starts_with(option_name(key)))
             << settings.status().message();
     }
-    EXPECT_FALSE(settings_of({{"no_elide", "all"}, {"elide", "uniform_tiles"}}).ok());
+    EXPECT_FALSE(settings_of({{"no_elide", "all"}, {"elide", "uniform_blocks"}}).ok());
     JobSettings job;
     EXPECT_FALSE(table().set(&job, "layer", "").ok());
     EXPECT_FALSE(table().set(&job, "output", ParameterValue()).ok());

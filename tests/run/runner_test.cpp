@@ -253,7 +253,7 @@ TEST_F(RunnerTest, WorkTextTellsWorkApart) {
     EXPECT_EQ(text(1), base);
     settings_.plan.rules_off.clear();
     settings_.source.cuts.clear();
-    settings_.plan.rules_on = {motion_blur::kRuleUniformTiles};
+    settings_.plan.rules_on = {motion_blur::kRuleUniformBlocks};
     EXPECT_NE(text(1), base);
     settings_.plan.rules_on.clear();
     // What decides nothing about the pixels does not count.

@@ -77,7 +77,7 @@ std::pair<std::string, int> layer_of(const std::string& path) {
 // One pass does not know another; what several share is in passes/common.
 bool is_another_pass(const std::string& from, const std::string& to) {
     return is_in(from, "passes") && is_in(to, "passes") && from != to && from != "passes" &&
-           to != "passes" && to != "passes/common";
+           to != "passes" && to != "passes/common" && to != "passes/inverse_warp";
 }
 
 struct Include {

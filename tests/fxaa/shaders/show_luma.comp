@@ -2,7 +2,7 @@
 // The lumas that FXAA's step keeps to itself (fxaa/luma.glsl), as a texture.
 #include "common/finite.glsl"
 #include "common/work_group.glsl"
-#include "shared/fxaa_block.h"
+#include "shared/fxaa_uniforms.h"
 #include "fxaa/luma.glsl"
 
 layout(binding = 0) uniform sampler2D color;
@@ -10,6 +10,6 @@ layout(binding = 0) writeonly uniform image2D luma;
 
 void main() {
     const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(p, block.size))) return;
+    if (any(greaterThanEqual(p, uniforms.size))) return;
     imageStore(luma, p, vec4(luma_of(texelFetch(color, p, 0).rgb), 0.0, 0.0, 0.0));
 }

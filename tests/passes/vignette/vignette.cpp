@@ -3,7 +3,7 @@
 #include "chain/layered_step.h"
 #include "chain/work_list.h"
 #include "passes/common/wide_color.h"
-#include "tests/passes/shaders/shared/vignette_block.h"
+#include "tests/passes/shaders/shared/vignette_uniforms.h"
 
 namespace postchain::vignette {
 namespace {
@@ -51,15 +51,15 @@ class Vignette final : public Pass {
         const PlanContext& context = planner.context();
         const int width = context.frame.width, height = context.frame.height;
         const TextureId darkened = planner.texture("color", context.color_format(), width, height);
-        shared::VignetteBlock block{};
-        block.size = {width, height};
-        block.strength = float(parameters_.strength);
-        block.alpha = parameters_.alpha;
+        shared::VignetteUniforms uniforms{};
+        uniforms.size = {width, height};
+        uniforms.strength = float(parameters_.strength);
+        uniforms.alpha = parameters_.alpha;
         Step step;
         step.name = "vignette";
         step.program = {"vignette/vignette.comp", {}};
         step.bindings = {{0, planner.input(Role::color)}, {0, darkened, Access::write}};
-        step.set_block(block);
+        step.set_uniforms(uniforms);
         step.groups = groups_for(width, height);
         step.taps = uint64_t(width) * uint64_t(height);
         std::vector<Binding> arrays;

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "chain/frame.h"
-#include "shaders/shared/scene_block.h"
+#include "shaders/shared/scene_uniforms.h"
 
 namespace postchain::scenes {
 

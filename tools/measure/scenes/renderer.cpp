@@ -164,7 +164,7 @@ Result<ScenePlanes> SceneRenderer::render(const SceneModel& model, const RenderS
     if (settings.lens) picture.lens_radius = lens_radius(now.camera.focal_length_mm, model.f_stop);
 
     const bool noisy = settings.lens || settings.shutter_frames > 0;
-    shared::SceneBlock block{};
+    shared::SceneUniforms block{};
     block.size = {width, height};
     block.tiles = {groups(width), groups(height)};
     block.object_count = int(model.objects.size());

@@ -4,7 +4,7 @@
 //   color [, layers] -> color [, layers]
 #include "common/layers.glsl"
 #include "common/work_group.glsl"
-#include "shared/vignette_block.h"
+#include "shared/vignette_uniforms.h"
 
 layout(binding = 0) uniform sampler2D color;
 layout(binding = 0) writeonly uniform image2D darkened;
@@ -14,16 +14,16 @@ layout(binding = 1) writeonly uniform image2DArray layers_darkened;
 #endif
 
 vec4 darker(vec4 c, float kept) {
-    return vec4(c.rgb * kept, block.alpha != 0 ? c.a * kept : c.a);
+    return vec4(c.rgb * kept, uniforms.alpha != 0 ? c.a * kept : c.a);
 }
 
 void main() {
     const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(p, block.size))) return;
-    const vec2 from_center = vec2(2 * p + 1 - block.size);  // half pixels
-    const vec2 corner = vec2(block.size);
+    if (any(greaterThanEqual(p, uniforms.size))) return;
+    const vec2 from_center = vec2(2 * p + 1 - uniforms.size);  // half pixels
+    const vec2 corner = vec2(uniforms.size);
     const float t = dot(from_center, from_center) / dot(corner, corner);
-    const float kept = 1.0 - block.strength * t;
+    const float kept = 1.0 - uniforms.strength * t;
     STORE(darkened, p, darker(texelFetch(color, p, 0), kept));
 #ifdef LAYERS
     FOR_LAYERS(i) LAYER_STORE(layers_darkened, p, i, darker(LAYER_FETCH(layers, p, i), kept));

@@ -1,4 +1,4 @@
-#include "passes/common/inverse_warp_reference_tiles.h"
+#include "passes/inverse_warp/reference_tiles.h"
 
 #include <algorithm>
 #include <cmath>

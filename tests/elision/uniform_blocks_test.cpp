@@ -1,4 +1,4 @@
-// uniform_tiles: the one rule that changes bits, and how far at most.
+// uniform_blocks: the one rule that changes bits, and how far at most.
 #include <algorithm>
 #include <cmath>
 
@@ -83,7 +83,7 @@ void check(const Case& one, const FramePlanes& planes, Total& total, int seed) {
     const FramePlanes complete = filter(chain, frame, planes, no_rule());
     Plan plan;
     const FramePlanes elided =
-        filter(chain, frame, planes, only({motion_blur::kRuleUniformTiles}), &plan);
+        filter(chain, frame, planes, only({motion_blur::kRuleUniformBlocks}), &plan);
     for (const auto& done : executor().work_done()) {
         if (done.list.ends_with(".uniform_blocks")) total.uniform += done.blocks;
         total.blocks += done.blocks;

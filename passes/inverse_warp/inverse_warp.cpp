@@ -1,4 +1,4 @@
-#include "passes/common/inverse_warp.h"
+#include "passes/inverse_warp/inverse_warp.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,12 +7,12 @@
 #include "chain/work_list.h"
 #include "passes/common/keep.h"
 #include "passes/common/lens_points.h"
-#include "shaders/shared/inverse_warp_block.h"
+#include "shaders/shared/inverse_warp_uniforms.h"
 
 namespace postchain::inverse_warp {
 namespace {
 
-using shared::InverseWarpBlock;
+using shared::InverseWarpUniforms;
 
 // A sample is denoised where its displacements have this variance (a circle of confusion of 4 px
 // radius), within so much of their spread: for each pixel d away the weight
@@ -60,38 +60,39 @@ double longest_px(const Settings& settings, const FrameDescription& frame, bool 
     return std::min(longest, longest_px(settings));
 }
 
-InverseWarpBlock block_of(const Settings& settings, const FrameDescription& frame, bool back) {
+InverseWarpUniforms uniforms_of(const Settings& settings, const FrameDescription& frame,
+                                bool back) {
     const auto tiles = groups_for(frame.width, frame.height);
-    InverseWarpBlock block{};
-    block.size = {frame.width, frame.height};
-    block.tiles = {tiles[0], tiles[1]};
-    block.ring = ring_of(longest_px(settings, frame, back));
-    block.samples = settings.samples;
-    block.half_shutter = 1;
-    block.max_path_px = 1e15f;
-    block.still_limit_px = float(settings.still_limit_px);
-    block.soft_spread = float(kSoftSpread);
-    block.denoise_window = float((settings.shutter ? kWindowWithShutter : kWindow) *
-                                 std::sqrt(double(settings.samples)));
+    InverseWarpUniforms uniforms{};
+    uniforms.size = {frame.width, frame.height};
+    uniforms.tiles = {tiles[0], tiles[1]};
+    uniforms.ring = ring_of(longest_px(settings, frame, back));
+    uniforms.samples = settings.samples;
+    uniforms.half_shutter = 1;
+    uniforms.max_path_px = 1e15f;
+    uniforms.still_limit_px = float(settings.still_limit_px);
+    uniforms.soft_spread = float(kSoftSpread);
+    uniforms.denoise_window = float((settings.shutter ? kWindowWithShutter : kWindow) *
+                                    std::sqrt(double(settings.samples)));
     if (settings.shutter) {
-        block.half_shutter = float(settings.shutter->half_open);
-        block.max_path_px = float(settings.shutter->max_path_px);
-        block.time_jitter = float(settings.shutter->time_jitter);
-        block.path_px_per_time = float(settings.shutter->path_px_per_time);
+        uniforms.half_shutter = float(settings.shutter->half_open);
+        uniforms.max_path_px = float(settings.shutter->max_path_px);
+        uniforms.time_jitter = float(settings.shutter->time_jitter);
+        uniforms.path_px_per_time = float(settings.shutter->path_px_per_time);
     }
     if (settings.lens) {
-        lens::set_block(settings.lens->coc, block);
+        lens::set_uniforms(settings.lens->coc, uniforms);
         const double barrel = lens::barrel_per_px(settings.lens->aperture, frame);
-        block.barrel_per_px = float(barrel);
-        block.barrel_scale = float(1 - barrel * settings.lens->coc.radius_px(0));
-        block.middle_x = float(0.5 * (frame.display_width - 1) - frame.origin_x);
-        block.middle_y = float(0.5 * (frame.display_height - 1) - frame.origin_y);
-        block.lens_sets = lens::sets_of(settings.samples + settings.more_samples);
-        block.more_samples = settings.more_samples;
+        uniforms.barrel_per_px = float(barrel);
+        uniforms.barrel_scale = float(1 - barrel * settings.lens->coc.radius_px(0));
+        uniforms.middle_x = float(0.5 * (frame.display_width - 1) - frame.origin_x);
+        uniforms.middle_y = float(0.5 * (frame.display_height - 1) - frame.origin_y);
+        uniforms.lens_sets = lens::sets_of(settings.samples + settings.more_samples);
+        uniforms.more_samples = settings.more_samples;
         // Halves of n samples of variance v: their means differ by 4 v/n in the mean square.
-        block.noise_limit = float(4 * kNoiseVariance / settings.samples);
+        uniforms.noise_limit = float(4 * kNoiseVariance / settings.samples);
     }
-    return block;
+    return uniforms;
 }
 
 std::string flag(bool on) {
@@ -115,7 +116,7 @@ class Planner {
           neighbors_(searched_neighbors(settings, planner.context().available)),
           motion_(holds_motion(settings, planner.context())),
           layered_(planner.has(Role::layers)),
-          block_(block_of(settings, frame_, holds_motion_back(settings, planner.context()))),
+          uniforms_(uniforms_of(settings, frame_, holds_motion_back(settings, planner.context()))),
           pixels_(uint64_t(frame_.width) * uint64_t(frame_.height)) {}
 
     void plan() {
@@ -167,7 +168,7 @@ class Planner {
         Step step;
         step.name = name;
         step.program.file = "inverse_warp/" + name + ".comp";
-        step.set_block(block_);
+        step.set_uniforms(uniforms_);
         return step;
     }
     // Of every step that reads surfaces.
@@ -221,11 +222,11 @@ class Planner {
     }
 
     TextureId add_tile_surfaces() {
-        const TextureId tile_surfaces =
-            planner_.texture("tile_surfaces", Format::rgba32ui, 3 * block_.tiles.x, block_.tiles.y);
+        const TextureId tile_surfaces = planner_.texture("tile_surfaces", Format::rgba32ui,
+                                                         3 * uniforms_.tiles.x, uniforms_.tiles.y);
         Step step = make_surface_step("tile_surfaces");
         step.bindings = {{0, surfaces_}, {0, tile_surfaces, Access::write}};
-        step.groups = groups_for(block_.tiles.x, block_.tiles.y);
+        step.groups = groups_for(uniforms_.tiles.x, uniforms_.tiles.y);
         step.taps = 3 * pixels_;
         planner_.step(std::move(step));
         return tile_surfaces;
@@ -234,15 +235,16 @@ class Planner {
     void add_starts(TextureId tile_surfaces) {
         const bool by_blocks =
             !settings_.still_rule.empty() && planner_.context().uses(settings_.still_rule);
-        starts_ = planner_.texture("starts", Format::rgba32ui,
-                                   (settings_.search.starts + 1) * block_.tiles.x, block_.tiles.y);
+        starts_ =
+            planner_.texture("starts", Format::rgba32ui,
+                             (settings_.search.starts + 1) * uniforms_.tiles.x, uniforms_.tiles.y);
         Step step = make_surface_step("starts");
         step.program.defines["STARTS"] = std::to_string(settings_.search.starts);
         step.program.defines["LISTS"] = flag(by_blocks);
         step.bindings = {{0, tile_surfaces}, {0, starts_, Access::write}};
-        step.groups = groups_for(block_.tiles.x, block_.tiles.y);
-        const uint64_t around = uint64_t(2 * block_.ring + 1) * uint64_t(2 * block_.ring + 1);
-        step.taps = uint64_t(block_.tiles.x) * uint64_t(block_.tiles.y) * 3 * around *
+        step.groups = groups_for(uniforms_.tiles.x, uniforms_.tiles.y);
+        const uint64_t around = uint64_t(2 * uniforms_.ring + 1) * uint64_t(2 * uniforms_.ring + 1);
+        step.taps = uint64_t(uniforms_.tiles.x) * uint64_t(uniforms_.tiles.y) * 3 * around *
                     uint64_t(settings_.search.starts);
         if (by_blocks) {
             moving_blocks_ =
@@ -255,7 +257,7 @@ class Planner {
 
     void add_background() {
         // Cells of 2, 4, 8 and 16 px beside each other.
-        const int width = (8 + 4 + 2 + 1) * block_.tiles.x, height = 8 * block_.tiles.y;
+        const int width = (8 + 4 + 2 + 1) * uniforms_.tiles.x, height = 8 * uniforms_.tiles.y;
         background_color_ =
             planner_.texture("background_color", planner_.context().color_format(), width, height);
         background_depth_ = planner_.texture("background_depth", Format::rg32f, width, height);
@@ -264,7 +266,7 @@ class Planner {
                          {1, surfaces_},
                          {0, background_color_, Access::write},
                          {1, background_depth_, Access::write}};
-        step.groups = groups_for(block_.tiles.x, block_.tiles.y);
+        step.groups = groups_for(uniforms_.tiles.x, uniforms_.tiles.y);
         step.taps = 2 * pixels_;
         std::vector<Binding> arrays;
         if (layered_) {
@@ -383,7 +385,7 @@ class Planner {
     const std::vector<Neighbor> neighbors_;
     const bool motion_;   // surfaces hold it
     const bool layered_;  // the frame has further layers
-    const InverseWarpBlock block_;
+    const InverseWarpUniforms uniforms_;
     const uint64_t pixels_;
     std::vector<TextureId> neighbor_surfaces_;
     TextureId surfaces_ = -1, starts_ = -1, moving_blocks_ = -1, still_blocks_ = -1;
@@ -486,9 +488,9 @@ ShapeNumbers shape_of(const Settings& settings, const PlanContext& context) {
     return {searched, settings.lens ? lens::hash_of(settings.lens->aperture) : 0};
 }
 
-void write_values(const Settings& settings, const PlanContext& context, BlockWriter& blocks) {
-    blocks.set(block_of(settings, context.frame, holds_motion_back(settings, context)));
-    noise::write_values(settings.noise, context.frame.frame_number, blocks);
+void write_values(const Settings& settings, const PlanContext& context, UniformWriter& uniforms) {
+    uniforms.set(uniforms_of(settings, context.frame, holds_motion_back(settings, context)));
+    noise::write_values(settings.noise, context.frame.frame_number, uniforms);
 }
 
 }  // namespace postchain::inverse_warp

@@ -1,4 +1,4 @@
-#include "passes/common/inverse_warp_reference_adaptive.h"
+#include "passes/inverse_warp/reference_adaptive.h"
 
 #include <algorithm>
 #include <bit>

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "passes/common/inverse_warp.h"
+#include "passes/inverse_warp/inverse_warp.h"
 
 namespace postchain::inverse_warp::reference {
 

@@ -5,7 +5,7 @@
 #include <array>
 #include <vector>
 
-#include "passes/common/inverse_warp_reference_surfaces.h"
+#include "passes/inverse_warp/reference_surfaces.h"
 
 namespace postchain::inverse_warp::reference {
 

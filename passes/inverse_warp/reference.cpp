@@ -1,6 +1,6 @@
 // Written from the definitions of docs/inverse_warp.md, one pixel at a time; the GLSL shares
 // nothing with it but the random numbers and what storage rounds.
-#include "passes/common/inverse_warp_reference.h"
+#include "passes/inverse_warp/reference.h"
 
 #include <algorithm>
 #include <array>
@@ -9,13 +9,13 @@
 #include <vector>
 
 #include "chain/work_list.h"
-#include "passes/common/inverse_warp_reference_adaptive.h"
-#include "passes/common/inverse_warp_reference_background.h"
-#include "passes/common/inverse_warp_reference_bright_edges.h"
-#include "passes/common/inverse_warp_reference_denoise.h"
-#include "passes/common/inverse_warp_reference_tiles.h"
 #include "passes/common/lens_points.h"
 #include "passes/common/wide_color.h"
+#include "passes/inverse_warp/reference_adaptive.h"
+#include "passes/inverse_warp/reference_background.h"
+#include "passes/inverse_warp/reference_bright_edges.h"
+#include "passes/inverse_warp/reference_denoise.h"
+#include "passes/inverse_warp/reference_tiles.h"
 
 namespace postchain::inverse_warp {
 namespace {

@@ -1,4 +1,4 @@
-#include "passes/common/inverse_warp_reference_background.h"
+#include "passes/inverse_warp/reference_background.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-// still_tiles and sky_tiles: blocks that the motion blur sorts out on the device.
+// still_blocks and sky_blocks: blocks that the motion blur sorts out on the device.
 #include <cmath>
 
 #include "chain/work_list.h"
@@ -89,8 +89,8 @@ TEST(StillTiles, SpeedsAroundTheLimit) {
                 const Scene scene(37, 21, 3, {speed * d[0], speed * d[1]});
                 Blur blur;
                 blur.storage = storage;
-                const Elided elided = scene.check(blur, motion_blur::kRuleStillTiles, precision);
-                ASSERT_TRUE(elided.used(motion_blur::kRuleStillTiles));
+                const Elided elided = scene.check(blur, motion_blur::kRuleStillBlocks, precision);
+                ASSERT_TRUE(elided.used(motion_blur::kRuleStillBlocks));
                 // 3 x 2 blocks, one speed: all or none.
                 const unsigned blocks = elided.blocks("still_blocks");
                 EXPECT_EQ(blocks + elided.blocks("full_blocks"), 6u);
@@ -114,7 +114,7 @@ TEST(StillTiles, TheLeastMotionThereIs) {
         Blur blur;
         blur.min_speed_px = 0;
         const Scene scene(33, 17, 4, {speed, 0});
-        const Elided elided = scene.check(blur, motion_blur::kRuleStillTiles, Precision::fp32);
+        const Elided elided = scene.check(blur, motion_blur::kRuleStillBlocks, Precision::fp32);
         EXPECT_EQ(elided.blocks("still_blocks"), speed == 0 ? 6u : 0u);
     }
 }
@@ -139,7 +139,7 @@ TEST(StillTiles, OneMoverAtEveryOffset) {
             const Precision precision = kPrecisions[size_t(k / 4) % 2];
             SCOPED_TRACE(concat("r ", r, ", mover at ", x, ",", y, ", slope ", blur.slope, " ",
                                 name_of(precision)));
-            const Elided elided = scene.check(blur, motion_blur::kRuleStillTiles, precision);
+            const Elided elided = scene.check(blur, motion_blur::kRuleStillBlocks, precision);
             EXPECT_GT(elided.blocks("full_blocks"), 0u);
             still += elided.blocks("still_blocks");
             full += elided.blocks("full_blocks");
@@ -162,7 +162,7 @@ TEST(StillTiles, SmallAndOddSizes) {
                     Scene scene(width, height, uint32_t(width + 7 * height));
                     if (moves) scene.move(width - 1, height / 2, float(r) / 2 + 0.25f, -0.5f);
                     const Elided elided =
-                        scene.check(blur, motion_blur::kRuleStillTiles, precision);
+                        scene.check(blur, motion_blur::kRuleStillBlocks, precision);
                     const unsigned blocks =
                         unsigned(groups_for(width, height)[0] * groups_for(width, height)[1]);
                     EXPECT_EQ(elided.blocks("still_blocks") + elided.blocks("full_blocks"), blocks);
@@ -184,7 +184,7 @@ TEST(StillTiles, TheHintToo) {
             for (int y = 20; y < 30; ++y)
                 for (int x = 3; x < 13; ++x) scene.move(x, y, 11, -4);
             for (const Precision precision : kPrecisions) {
-                PlanOptions options = only({motion_blur::kRuleStillTiles}, precision);
+                PlanOptions options = only({motion_blur::kRuleStillBlocks}, precision);
                 options.outputs.add(Role::hint);
                 const Elided elided =
                     expect_same_bits(chain, describe(scene.planes), scene.planes, options);
@@ -216,7 +216,7 @@ TEST(SkyTiles, OneDepthInTheSkyAtEveryOffset) {
             scene.planes[Role::color].at(x, y, 1) = 60;
             const Precision precision = kPrecisions[size_t(k / 3) % 2];
             SCOPED_TRACE(concat("r ", r, ", ground at ", x, ",", y, " ", name_of(precision)));
-            const Elided elided = scene.check(blur, motion_blur::kRuleSkyTiles, precision);
+            const Elided elided = scene.check(blur, motion_blur::kRuleSkyBlocks, precision);
             EXPECT_GT(elided.blocks("full_blocks"), 0u);
             sky += elided.blocks("sky_blocks");
             full += elided.blocks("full_blocks");
@@ -232,16 +232,16 @@ TEST(SkyTiles, AFrameOfOneDepth) {
     Scene scene(48, 32, 5, {6, 1}, 0);
     for (const float w : {0.0f, 0.25f}) {
         for (float& value : scene.planes[Role::inverse_depth].data) value = w;
-        const Elided elided = scene.check({}, motion_blur::kRuleSkyTiles, Precision::fp32);
-        EXPECT_TRUE(elided.used(motion_blur::kRuleSkyTiles));
+        const Elided elided = scene.check({}, motion_blur::kRuleSkyBlocks, Precision::fp32);
+        EXPECT_TRUE(elided.used(motion_blur::kRuleSkyBlocks));
         EXPECT_EQ(elided.plan.steps.back().program.defines.at("DEPTH"), "0");
         for (const auto& step : elided.plan.steps) EXPECT_NE(step.name, "classify");
-        EXPECT_EQ(scene.check_unknown({}, motion_blur::kRuleSkyTiles).blocks("sky_blocks"), 6u);
+        EXPECT_EQ(scene.check_unknown({}, motion_blur::kRuleSkyBlocks).blocks("sky_blocks"), 6u);
     }
-    EXPECT_EQ(scene.check_unknown({}, motion_blur::kRuleSkyTiles).blocks("sky_blocks"), 6u);
+    EXPECT_EQ(scene.check_unknown({}, motion_blur::kRuleSkyBlocks).blocks("sky_blocks"), 6u);
     // Depths that differ in the last bit are two depths.
     scene.depth(40, 20) = neighbor(0.25f, 1);
-    const Elided two = scene.check_unknown({}, motion_blur::kRuleSkyTiles);
+    const Elided two = scene.check_unknown({}, motion_blur::kRuleSkyBlocks);
     EXPECT_LT(two.blocks("sky_blocks"), 6u);
 }
 
@@ -255,7 +255,7 @@ TEST(SkyTiles, SmallAndOddSizes) {
                 blur.max_blur_px = r;
                 Scene scene(width, height, 8, {float(r), -float(r)}, 0);
                 if (ground) scene.depth(width / 2, height - 1) = 2;
-                sky += scene.check_unknown(blur, motion_blur::kRuleSkyTiles).blocks("sky_blocks");
+                sky += scene.check_unknown(blur, motion_blur::kRuleSkyBlocks).blocks("sky_blocks");
             }
     EXPECT_GT(sky, 30u);
 }

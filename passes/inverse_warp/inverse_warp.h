@@ -99,6 +99,6 @@ std::vector<Neighbor> searched_neighbors(const Settings& settings, RoleSet avail
 void plan_warp(PassPlanner& planner, const Settings& settings);
 // Pass::shape and Pass::values of it.
 ShapeNumbers shape_of(const Settings& settings, const PlanContext& context);
-void write_values(const Settings& settings, const PlanContext& context, BlockWriter& blocks);
+void write_values(const Settings& settings, const PlanContext& context, UniformWriter& uniforms);
 
 }  // namespace postchain::inverse_warp

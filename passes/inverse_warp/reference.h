@@ -1,7 +1,7 @@
 // The inverse warp in double precision on the CPU, to hold the GPU against.
 #pragma once
 
-#include "passes/common/inverse_warp.h"
+#include "passes/inverse_warp/inverse_warp.h"
 
 namespace postchain::inverse_warp {
 

@@ -1,4 +1,4 @@
-#include "passes/common/inverse_warp_reference_surfaces.h"
+#include "passes/inverse_warp/reference_surfaces.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "passes/common/inverse_warp_reference_bright_edges.h"
+#include "passes/inverse_warp/reference_bright_edges.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-// focus_tiles: blocks of the depth of field sorted on the device, and of the blurred image only
+// focus_blocks: blocks of the depth of field sorted on the device, and of the blurred image only
 // what is read.
 #include <cmath>
 
@@ -36,10 +36,10 @@ FramePlanes focused(int width, int height, uint32_t seed, float w = 0.1f) {
 
 Elided check(const Chain& chain, const FramePlanes& planes, Precision precision,
              RoleSet outputs = {Role::color}) {
-    PlanOptions options = only({depth_of_field::kRuleFocusTiles}, precision);
+    PlanOptions options = only({depth_of_field::kRuleFocusBlocks}, precision);
     options.outputs = outputs;
     const Elided elided = expect_same_bits(chain, describe(planes), planes, options);
-    EXPECT_TRUE(elided.used(depth_of_field::kRuleFocusTiles));
+    EXPECT_TRUE(elided.used(depth_of_field::kRuleFocusBlocks));
     const auto groups = groups_for(elided.plan.width, elided.plan.height);
     EXPECT_EQ(elided.blocks("sharp_blocks") + elided.blocks("blurred_blocks") +
                   elided.blocks("mixed_blocks"),
@@ -227,7 +227,7 @@ TEST(FocusTiles, LargeAndNonFiniteColors) {
             frame.bounds = FrameBounds();
             const Elided elided =
                 expect_same_bits(focus_chain(8, 2.0 * double(factor), factor, leak), frame, planes,
-                                 only({depth_of_field::kRuleFocusTiles}, precision));
+                                 only({depth_of_field::kRuleFocusBlocks}, precision));
             EXPECT_GT(elided.blocks("sharp_blocks"), 10u);
         }
 }

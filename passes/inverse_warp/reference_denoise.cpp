@@ -1,4 +1,4 @@
-#include "passes/common/inverse_warp_reference_denoise.h"
+#include "passes/inverse_warp/reference_denoise.h"
 
 #include <algorithm>
 #include <cmath>

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "chain/image.h"
-#include "passes/common/inverse_warp.h"
-#include "passes/common/inverse_warp_reference_surfaces.h"
+#include "passes/inverse_warp/inverse_warp.h"
+#include "passes/inverse_warp/reference_surfaces.h"
 
 namespace postchain::inverse_warp::reference {
 

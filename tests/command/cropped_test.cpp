@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/command/fixture.h"
-#include "tools/sequence/io/part_pixels.h"
+#include "tools/sequence/exr/part_pixels.h"
 
 namespace postchain::test {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "chain/image.h"
 #include "tests/io/exr_files.h"
-#include "tools/sequence/io/planes_writer.h"
+#include "tools/sequence/exr/planes_writer.h"
 
 namespace postchain::test {
 

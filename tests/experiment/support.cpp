@@ -7,7 +7,7 @@
 
 #include "tests/support/images.h"
 #include "tools/measure/experiment/sweep.h"
-#include "tools/sequence/io/planes_writer.h"
+#include "tools/sequence/exr/planes_writer.h"
 
 namespace postchain::test {
 

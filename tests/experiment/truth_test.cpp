@@ -9,7 +9,7 @@
 
 #include "tests/experiment/support.h"
 #include "tools/measure/experiment/report_folder.h"
-#include "tools/sequence/io/planes_writer.h"
+#include "tools/sequence/exr/planes_writer.h"
 
 namespace postchain::experiment {
 

@@ -4,8 +4,8 @@
 
 #include "promises.h"
 #include "targets.h"
-#include "tools/sequence/io/picture_file.h"
-#include "tools/sequence/io/picture_writer.h"
+#include "tools/sequence/image/picture_file.h"
+#include "tools/sequence/image/picture_writer.h"
 
 // OpenImageIO 2.4 leaves its error text behind where libpng jumps out of it, some 30 bytes for each
 // PNG that ends too early.

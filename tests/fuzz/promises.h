@@ -9,7 +9,7 @@
 #include <string>
 
 #include "chain/status.h"
-#include "tools/sequence/io/exr_reader.h"
+#include "tools/sequence/exr/exr_reader.h"
 
 namespace postchain::fuzz {
 

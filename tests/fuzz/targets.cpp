@@ -16,11 +16,11 @@
 #include "config/profile.h"
 #include "passes/registry.h"
 #include "promises.h"
-#include "tools/sequence/io/camera_metadata.h"
-#include "tools/sequence/io/exr_reader.h"
-#include "tools/sequence/io/exr_writer.h"
-#include "tools/sequence/io/frame_reader.h"
-#include "tools/sequence/io/sequence.h"
+#include "tools/sequence/exr/exr_reader.h"
+#include "tools/sequence/files/sequence.h"
+#include "tools/sequence/frame/camera_metadata.h"
+#include "tools/sequence/frame/frame_reader.h"
+#include "tools/sequence/frame/frame_writer.h"
 
 namespace postchain::fuzz {
 

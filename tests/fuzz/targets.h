@@ -16,10 +16,10 @@ bool chain(std::string_view bytes);    // text, then texts of --set, each after 
 bool camera(std::string_view bytes);   // config/camera_file.h
 bool profile(std::string_view bytes);  // config/profile.h
 bool sequence(
-    std::string_view bytes);       // tools/sequence/io/sequence.h: as range, as pattern, as input
-bool exr(std::string_view bytes);  // a whole file, tools/sequence/io/exr_reader.h
+    std::string_view bytes);  // tools/sequence/files/sequence.h: as range, as pattern, as input
+bool exr(std::string_view bytes);  // a whole file, tools/sequence/exr/exr_reader.h
 bool picture(
-    std::string_view bytes);  // a PNG, TIFF, DPX, JPEG or HDR, tools/sequence/io/picture_file.h
+    std::string_view bytes);  // a PNG, TIFF, DPX, JPEG or HDR, tools/sequence/image/picture_file.h
 bool request(std::string_view bytes);  // one HTTP request, tools/service/http (request_target.cpp)
 
 struct Target {

@@ -1,5 +1,5 @@
 // EXR files made with OpenEXR itself, and read back with OpenImageIO: the two ends between which
-// tools/sequence/io is tested.
+// tools/sequence is tested.
 #pragma once
 
 #include <ImathBox.h>

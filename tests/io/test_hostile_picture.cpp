@@ -7,7 +7,7 @@
 
 #include "exr_files.h"
 #include "largest_allocation.h"
-#include "tools/sequence/io/exr_reader.h"
+#include "tools/sequence/exr/exr_reader.h"
 
 namespace postchain::test {
 namespace {

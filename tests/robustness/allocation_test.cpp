@@ -15,11 +15,11 @@
 #include "config/profile.h"
 #include "passes/registry.h"
 #include "tests/io/exr_files.h"
-#include "tools/sequence/io/aperture_file.h"
-#include "tools/sequence/io/exr_writer.h"
-#include "tools/sequence/io/frame_reader.h"
-#include "tools/sequence/io/planes_writer.h"
-#include "tools/sequence/io/preview.h"
+#include "tools/sequence/exr/planes_writer.h"
+#include "tools/sequence/frame/frame_reader.h"
+#include "tools/sequence/frame/frame_writer.h"
+#include "tools/sequence/image/aperture_file.h"
+#include "tools/sequence/image/preview.h"
 
 namespace {
 

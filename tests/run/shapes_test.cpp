@@ -15,7 +15,7 @@
 #include <random>
 
 #include "tests/io/exr_files.h"
-#include "tools/sequence/io/exr_writer.h"
+#include "tools/sequence/frame/frame_writer.h"
 #include "tools/sequence/run/frame_source.h"
 
 namespace postchain::sequence {

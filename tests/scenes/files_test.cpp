@@ -11,9 +11,9 @@
 #include "support.h"
 #include "tools/measure/scenes/crossing.h"
 #include "tools/measure/scenes/zoom.h"
-#include "tools/sequence/io/aperture_file.h"
-#include "tools/sequence/io/exr_reader.h"
-#include "tools/sequence/io/json.h"
+#include "tools/sequence/exr/exr_reader.h"
+#include "tools/sequence/files/json.h"
+#include "tools/sequence/image/aperture_file.h"
 
 namespace postchain::scenes::test {
 namespace {

@@ -40,14 +40,14 @@ const Edges& allowed_libraries() {
     static const Edges edges = {
         {"epoxy", {"chain", "tools/measure/scenes", "tools/samples"}},
         {"glm", {"shaders", "chain/guest", "tools/measure/scenes"}},
-        {"OpenEXR", {"tools/sequence/io", "tools/apps"}},
-        {"Imath", {"tools/sequence/io"}},
-        {"OpenImageIO", {"tools/sequence/io"}},
-        {"OpenColorIO", {"tools/sequence/io"}},
+        {"OpenEXR", {"tools/sequence/exr", "tools/apps"}},
+        {"Imath", {"tools/sequence/exr"}},
+        {"OpenImageIO", {"tools/sequence/image"}},
+        {"OpenColorIO", {"tools/sequence/image"}},
         {"yaml-cpp", {"config"}},
         {"nlohmann", {"tools"}},
-        {"zlib.h", {"tools/measure/report", "tools/sequence/io"}},
-        {"libdeflate.h", {"tools/sequence/io"}},
+        {"zlib.h", {"tools/measure/report", "tools/sequence/exr"}},
+        {"libdeflate.h", {"tools/sequence/exr"}},
         {"CLI", {"tools/apps"}},
         {"spdlog", {"tools/apps"}},
         {"GLFW", {}},
@@ -220,8 +220,8 @@ TEST(IncludeEdges, ChainHasFourLibraries) {
 // OpenImageIO and OpenColorIO are in the module alone, so that no program begins by loading them.
 TEST(IncludeEdges, OpenImageIoIsInTheModuleAlone) {
     static const std::set<std::string> module = {
-        "tools/sequence/io/ocio_config.cpp", "tools/sequence/io/ocio_config.h",
-        "tools/sequence/io/picture_calls.cpp", "tools/sequence/io/picture_codec.cpp"};
+        "tools/sequence/image/ocio_config.cpp", "tools/sequence/image/ocio_config.h",
+        "tools/sequence/image/picture_calls.cpp", "tools/sequence/image/picture_codec.cpp"};
     size_t count = 0;
     for (const auto& include : all_includes()) {
         if (!include.target.starts_with("OpenImageIO/") &&
@@ -289,14 +289,14 @@ TEST(IncludeEdges, FaultsAreSeen) {
     EXPECT_TRUE(is_fault("passes/fxaa/fxaa.cpp", "config/profile.h", true));
     EXPECT_TRUE(is_fault("chain/plan.cpp", "passes/registry.h", true));
     EXPECT_TRUE(is_fault("chain/plan.cpp", "yaml-cpp/yaml.h", false));
-    EXPECT_TRUE(is_fault("tools/sequence/io/a.cpp", "tools/measure/metrics/flip.h", true));
+    EXPECT_TRUE(is_fault("tools/sequence/exr/a.cpp", "tools/measure/metrics/flip.h", true));
     EXPECT_TRUE(is_fault("tools/nowhere/a.cpp", "chain/plan.h", true));
     EXPECT_TRUE(is_fault("tools/samples/ogre/a.cpp", "chain/guest/postchain.h", true));
     EXPECT_TRUE(is_fault("tools/samples/ogre/a.cpp", "tools/samples/glfw/a.h", true));
     EXPECT_FALSE(is_fault("tools/samples/ogre/a.cpp", "tools/samples/ogre/a.h", true));
     EXPECT_FALSE(is_fault("passes/fxaa/fxaa.cpp", "chain/pass.h", true));
     EXPECT_FALSE(is_fault("passes/fxaa/fxaa.cpp", "passes/common/warp.h", true));
-    EXPECT_FALSE(is_fault("tools/apps/postchain/run.cpp", "tools/sequence/io/sequence.h", true));
+    EXPECT_FALSE(is_fault("tools/apps/postchain/run.cpp", "tools/sequence/files/sequence.h", true));
     EXPECT_EQ(circle_through("a", {{"a", {"b"}}, {"b", {"c"}}, {"c", {"a"}}}), "a");
     EXPECT_EQ(circle_through("a", {{"a", {"b"}}, {"b", {"c"}}}), "");
 }

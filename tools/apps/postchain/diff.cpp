@@ -10,9 +10,9 @@
 #include "tools/apps/postchain/printable.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/metrics/temporal.h"
-#include "tools/sequence/io/json.h"
-#include "tools/sequence/io/planes_writer.h"
-#include "tools/sequence/io/png.h"
+#include "tools/sequence/exr/planes_writer.h"
+#include "tools/sequence/files/json.h"
+#include "tools/sequence/image/png.h"
 
 namespace postchain {
 namespace {

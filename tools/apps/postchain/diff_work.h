@@ -10,7 +10,7 @@
 #include "tools/apps/postchain/options.h"
 #include "tools/measure/metrics/compare.h"
 #include "tools/measure/metrics/limit.h"
-#include "tools/sequence/io/output_files.h"
+#include "tools/sequence/files/output_files.h"
 
 namespace postchain {
 

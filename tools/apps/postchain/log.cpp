@@ -8,7 +8,7 @@
 
 #include "chain/status.h"
 #include "tools/apps/postchain/printable.h"
-#include "tools/sequence/io/json.h"
+#include "tools/sequence/files/json.h"
 
 namespace postchain::log {
 namespace {

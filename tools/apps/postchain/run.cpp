@@ -7,7 +7,7 @@
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
-#include "tools/sequence/io/aperture_file.h"
+#include "tools/sequence/image/aperture_file.h"
 #include "tools/sequence/run/device.h"
 #include "tools/sequence/run/frame_task.h"
 #include "tools/sequence/run/run_sequence.h"

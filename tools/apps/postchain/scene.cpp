@@ -9,8 +9,8 @@
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/scenes/scene.h"
-#include "tools/sequence/io/aperture_file.h"
-#include "tools/sequence/io/sequence.h"
+#include "tools/sequence/files/sequence.h"
+#include "tools/sequence/image/aperture_file.h"
 
 namespace postchain {
 namespace {

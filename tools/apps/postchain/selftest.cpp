@@ -15,9 +15,9 @@
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/stress/matrix.h"
-#include "tools/sequence/io/json.h"
-#include "tools/sequence/io/output_files.h"
-#include "tools/sequence/io/planes_writer.h"
+#include "tools/sequence/exr/planes_writer.h"
+#include "tools/sequence/files/json.h"
+#include "tools/sequence/files/output_files.h"
 #include "tools/sequence/run/device.h"
 #include "tools/sequence/run/frame_source.h"
 

@@ -10,9 +10,9 @@
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
-#include "tools/sequence/io/contact_sheet.h"
-#include "tools/sequence/io/png.h"
-#include "tools/sequence/io/preview.h"
+#include "tools/sequence/image/contact_sheet.h"
+#include "tools/sequence/image/png.h"
+#include "tools/sequence/image/preview.h"
 #include "tools/sequence/run/run_files.h"
 
 namespace postchain {

@@ -5,7 +5,7 @@
 #include <csignal>
 
 #include "tools/apps/postchain/exit_code.h"
-#include "tools/sequence/io/atomic_file.h"
+#include "tools/sequence/files/atomic_file.h"
 
 namespace postchain {
 namespace {

@@ -12,9 +12,9 @@
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/stress/matrix.h"
 #include "tools/measure/stress/page.h"
-#include "tools/sequence/io/aperture_file.h"
-#include "tools/sequence/io/json.h"
-#include "tools/sequence/io/output_files.h"
+#include "tools/sequence/files/json.h"
+#include "tools/sequence/files/output_files.h"
+#include "tools/sequence/image/aperture_file.h"
 #include "tools/sequence/run/device.h"
 
 namespace postchain {

@@ -10,7 +10,7 @@
 #include "tools/measure/experiment/settings.h"
 #include "tools/measure/report/limits.h"
 #include "tools/measure/report/report.h"
-#include "tools/sequence/io/output_files.h"
+#include "tools/sequence/files/output_files.h"
 
 namespace postchain::experiment {
 

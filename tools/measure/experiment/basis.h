@@ -9,7 +9,7 @@
 
 #include "tools/measure/experiment/experiment.h"
 #include "tools/measure/experiment/truth.h"
-#include "tools/sequence/io/file_stamp.h"
+#include "tools/sequence/files/file_stamp.h"
 #include "tools/sequence/run/run_settings.h"
 
 namespace postchain::experiment {

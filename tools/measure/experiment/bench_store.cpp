@@ -5,8 +5,8 @@
 
 #include "chain/parameter.h"
 #include "tools/measure/report/json_parts.h"
-#include "tools/sequence/io/atomic_file.h"
-#include "tools/sequence/io/json.h"
+#include "tools/sequence/files/atomic_file.h"
+#include "tools/sequence/files/json.h"
 
 namespace postchain::experiment {
 namespace {

@@ -9,7 +9,7 @@
 #include "tools/measure/experiment/choose.h"
 #include "tools/measure/experiment/experiment.h"
 #include "tools/measure/report/images.h"
-#include "tools/sequence/io/json.h"
+#include "tools/sequence/files/json.h"
 #include "tools/sequence/run/run_files.h"
 
 namespace postchain::experiment {

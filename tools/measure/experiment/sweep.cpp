@@ -4,7 +4,7 @@
 #include <set>
 
 #include "config/chain_file.h"
-#include "tools/sequence/io/aperture_file.h"
+#include "tools/sequence/image/aperture_file.h"
 
 namespace postchain::experiment {
 

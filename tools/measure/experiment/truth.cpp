@@ -5,10 +5,10 @@
 
 #include "config/text_tree.h"
 #include "tools/measure/report/words.h"
-#include "tools/sequence/io/aperture_file.h"
-#include "tools/sequence/io/file_stamp.h"
-#include "tools/sequence/io/json.h"
-#include "tools/sequence/io/planes_writer.h"
+#include "tools/sequence/exr/planes_writer.h"
+#include "tools/sequence/files/file_stamp.h"
+#include "tools/sequence/files/json.h"
+#include "tools/sequence/image/aperture_file.h"
 #include "tools/sequence/run/frame_task.h"
 #include "tools/sequence/run/run_settings.h"
 

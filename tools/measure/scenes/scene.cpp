@@ -13,10 +13,10 @@
 #include "tools/measure/scenes/still.h"
 #include "tools/measure/scenes/wheels.h"
 #include "tools/measure/scenes/zoom.h"
-#include "tools/sequence/io/aperture_file.h"
-#include "tools/sequence/io/json.h"
-#include "tools/sequence/io/planes_writer.h"
-#include "tools/sequence/io/sequence.h"
+#include "tools/sequence/exr/planes_writer.h"
+#include "tools/sequence/files/json.h"
+#include "tools/sequence/files/sequence.h"
+#include "tools/sequence/image/aperture_file.h"
 
 namespace postchain::scenes {
 namespace {

@@ -15,7 +15,7 @@
 
 #include "chain/frame.h"
 #include "tools/measure/scenes/renderer.h"
-#include "tools/sequence/io/output_files.h"
+#include "tools/sequence/files/output_files.h"
 
 namespace postchain::scenes {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "shaders/embedded.h"
-#include "tools/sequence/io/png.h"
+#include "tools/sequence/image/png.h"
 
 namespace postchain {
 const std::vector<EmbeddedFile>& embedded_stress_page();

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <set>
 
-#include "tools/sequence/io/png.h"
+#include "tools/sequence/image/png.h"
 
 namespace postchain::stress {
 namespace {

@@ -8,7 +8,7 @@
 #include "config/chain_find.h"
 #include "config/reporter.h"
 #include "config/scalar.h"
-#include "tools/sequence/io/aperture_file.h"
+#include "tools/sequence/image/aperture_file.h"
 
 namespace postchain::study {
 namespace {

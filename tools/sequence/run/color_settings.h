@@ -4,7 +4,7 @@
 
 #include <optional>
 
-#include "tools/sequence/io/transfer.h"
+#include "tools/sequence/image/transfer.h"
 #include "tools/sequence/run/job_settings.h"
 
 namespace postchain::sequence {

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <thread>
 
-#include "tools/sequence/io/exr_reader.h"
+#include "tools/sequence/exr/exr_reader.h"
 
 namespace postchain::sequence {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "chain/plan.h"
-#include "tools/sequence/io/json.h"
+#include "tools/sequence/files/json.h"
 #include "tools/sequence/run/sequence_reader.h"
 
 namespace postchain::sequence {

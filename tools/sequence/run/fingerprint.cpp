@@ -3,9 +3,9 @@
 #include <filesystem>
 #include <fstream>
 
-#include "tools/sequence/io/json.h"
-#include "tools/sequence/io/picture_module.h"
-#include "tools/sequence/io/preview.h"
+#include "tools/sequence/files/json.h"
+#include "tools/sequence/image/picture_module.h"
+#include "tools/sequence/image/preview.h"
 #include "tools/sequence/run/sidecar.h"
 
 namespace postchain::sequence {

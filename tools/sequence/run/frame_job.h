@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "chain/image.h"
-#include "tools/sequence/io/frame_reader.h"
+#include "tools/sequence/frame/frame_reader.h"
 #include "tools/sequence/run/frame_report.h"
 #include "tools/sequence/run/frame_source.h"
 #include "tools/sequence/run/frame_task.h"

@@ -15,8 +15,8 @@
 
 #include "chain/chain.h"
 #include "config/layer_match.h"
-#include "tools/sequence/io/cryptomatte.h"
-#include "tools/sequence/io/frame_reader.h"
+#include "tools/sequence/frame/cryptomatte.h"
+#include "tools/sequence/frame/frame_reader.h"
 
 namespace postchain::sequence {
 

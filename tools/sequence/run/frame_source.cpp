@@ -7,7 +7,7 @@
 #include "chain/depth_at.h"
 #include "chain/hold_still.h"
 #include "config/profile_match.h"
-#include "tools/sequence/io/picture_file.h"
+#include "tools/sequence/image/picture_file.h"
 #include "tools/sequence/run/camera_motion.h"
 #include "tools/sequence/run/memory.h"
 #include "tools/sequence/run/source_strip.h"

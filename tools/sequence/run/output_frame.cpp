@@ -1,7 +1,7 @@
 #include "tools/sequence/run/output_frame.h"
 
-#include "tools/sequence/io/picture_file.h"
-#include "tools/sequence/io/planes_writer.h"
+#include "tools/sequence/exr/planes_writer.h"
+#include "tools/sequence/image/picture_file.h"
 
 namespace postchain::sequence {
 namespace {

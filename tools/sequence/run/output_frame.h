@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "chain/image.h"
-#include "tools/sequence/io/exr_writer.h"
+#include "tools/sequence/frame/frame_writer.h"
 #include "tools/sequence/run/frame_source.h"
 #include "tools/sequence/run/run_settings.h"
 

@@ -4,7 +4,7 @@
 #include <cstdio>
 
 #include "chain/decisions.h"
-#include "tools/sequence/io/parameter_json.h"
+#include "tools/sequence/files/parameter_json.h"
 
 namespace postchain::sequence {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "chain/chain.h"
 #include "chain/plan.h"
-#include "tools/sequence/io/json.h"
+#include "tools/sequence/files/json.h"
 #include "tools/sequence/run/frame_source.h"
 
 namespace postchain::sequence {

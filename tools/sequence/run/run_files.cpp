@@ -4,8 +4,8 @@
 #include <map>
 #include <set>
 
-#include "tools/sequence/io/cryptomatte.h"
-#include "tools/sequence/io/preview.h"
+#include "tools/sequence/frame/cryptomatte.h"
+#include "tools/sequence/image/preview.h"
 #include "tools/sequence/run/job_settings.h"
 #include "tools/sequence/run/sidecar.h"
 

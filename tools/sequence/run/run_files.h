@@ -1,12 +1,12 @@
 // The files of a run: what it reads and what it will write, for the rule of
-// tools/sequence/io/output_files.h.
+// tools/sequence/files/output_files.h.
 #pragma once
 
 #include <string>
 #include <vector>
 
 #include "chain/chain.h"
-#include "tools/sequence/io/output_files.h"
+#include "tools/sequence/files/output_files.h"
 #include "tools/sequence/run/frame_task.h"
 
 namespace postchain::sequence {

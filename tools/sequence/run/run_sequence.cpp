@@ -6,9 +6,9 @@
 #include <filesystem>
 
 #include "chain/layers.h"
-#include "tools/sequence/io/picture_module.h"
-#include "tools/sequence/io/planes_writer.h"
-#include "tools/sequence/io/preview.h"
+#include "tools/sequence/exr/planes_writer.h"
+#include "tools/sequence/image/picture_module.h"
+#include "tools/sequence/image/preview.h"
 #include "tools/sequence/run/clock.h"
 #include "tools/sequence/run/fingerprint.h"
 #include "tools/sequence/run/layers_apart.h"

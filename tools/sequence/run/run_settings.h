@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "chain/planner.h"
-#include "tools/sequence/io/output_files.h"
-#include "tools/sequence/io/picture_writer.h"
-#include "tools/sequence/io/sequence.h"
-#include "tools/sequence/io/write_options.h"
+#include "tools/sequence/exr/write_options.h"
+#include "tools/sequence/files/output_files.h"
+#include "tools/sequence/files/sequence.h"
+#include "tools/sequence/image/picture_writer.h"
 #include "tools/sequence/run/frame_source.h"
 
 namespace postchain::sequence {

@@ -17,8 +17,8 @@
 #include <string>
 #include <vector>
 
-#include "tools/sequence/io/file_stamp.h"
-#include "tools/sequence/io/sequence.h"
+#include "tools/sequence/files/file_stamp.h"
+#include "tools/sequence/files/sequence.h"
 #include "tools/sequence/run/frame_source.h"
 
 namespace postchain::sequence {

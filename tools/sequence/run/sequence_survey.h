@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/sequence/io/json.h"
+#include "tools/sequence/files/json.h"
 #include "tools/sequence/run/frame_scan.h"
 
 namespace postchain::sequence {

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "tools/sequence/io/json.h"
+#include "tools/sequence/files/json.h"
 #include "tools/sequence/run/frame_report.h"
 
 namespace postchain::sequence {

@@ -11,7 +11,7 @@
 
 #include "chain/frame.h"
 #include "config/camera_file.h"
-#include "tools/sequence/io/camera_metadata.h"
+#include "tools/sequence/frame/camera_metadata.h"
 
 namespace postchain::sequence {
 

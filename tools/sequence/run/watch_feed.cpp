@@ -4,7 +4,7 @@
 #include <thread>
 
 #include "chain/parameter.h"
-#include "tools/sequence/io/complete_file.h"
+#include "tools/sequence/frame/complete_file.h"
 #include "tools/sequence/run/run_settings.h"
 
 namespace postchain::sequence {

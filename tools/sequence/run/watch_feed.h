@@ -1,10 +1,10 @@
 // The frames of a sequence as a renderer writes them, complete ones only.
 //
-// A frame is taken when each of its files is complete (io/complete_file.h) and has had one size and
-// one time of change for two looks, a second apart, and when the frames before and after that its
-// filters read are so too, those of them that will come. Which will: of RunSettings::frames every
-// one; without them nobody knows. Nothing else tells when a frame is filtered, so the outputs are
-// those of a run on the complete sequence. Looked at is by reading the folder, because a file
+// A frame is taken when each of its files is complete (frame/complete_file.h) and has had one size
+// and one time of change for two looks, a second apart, and when the frames before and after that
+// its filters read are so too, those of them that will come. Which will: of RunSettings::frames
+// every one; without them nobody knows. Nothing else tells when a frame is filtered, so the outputs
+// are those of a run on the complete sequence. Looked at is by reading the folder, because a file
 // system of other machines tells nothing of what they write.
 //
 // When nothing has changed for Watch::idle_s, what is there is taken as a run takes it, and what is
@@ -16,7 +16,7 @@
 #include <mutex>
 #include <set>
 
-#include "tools/sequence/io/file_stamp.h"
+#include "tools/sequence/files/file_stamp.h"
 #include "tools/sequence/run/clock.h"
 #include "tools/sequence/run/frame_feed.h"
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstdint>
 
-#include "tools/sequence/io/pixel_encode.h"
-#include "tools/sequence/io/png.h"
+#include "tools/sequence/exr/pixel_encode.h"
+#include "tools/sequence/image/png.h"
 
 namespace postchain::report {
 

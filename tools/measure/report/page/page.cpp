@@ -7,8 +7,8 @@
 #include "tools/measure/report/images.h"
 #include "tools/measure/report/page/encode.h"
 #include "tools/measure/report/report_json.h"
-#include "tools/sequence/io/atomic_file.h"
-#include "tools/sequence/io/json.h"
+#include "tools/sequence/files/atomic_file.h"
+#include "tools/sequence/files/json.h"
 
 namespace postchain {
 const std::vector<EmbeddedFile>& embedded_page();

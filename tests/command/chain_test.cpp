@@ -96,7 +96,8 @@ TEST_F(ChainTest, OverridesSayWhatIsWrongAndWhatGivesWay) {
 TEST_F(ChainTest, UsageErrorsHaveOneForm) {
     const auto verb = run({"rnu", "paper"});
     EXPECT_EQ(verb.code, 2);
-    EXPECT_TRUE(verb.err.starts_with("postchain: error: unknown verb 'rnu' (did you mean 'run'?)"))
+    EXPECT_TRUE(
+        verb.err.starts_with("postchain: error: unknown subcommand 'rnu' (did you mean 'run'?)"))
         << verb.err;
     EXPECT_TRUE(run({"run", "-o", out(1)}).err.starts_with("postchain: error: CHAIN is required"));
     for (const Arguments& form : {Arguments{"--log-format", "json"}, {"--log-format=json"}}) {

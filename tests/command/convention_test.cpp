@@ -224,9 +224,9 @@ TEST_F(ConventionTest, FocusOfTheMetadata) {
                  "scene unit"));
     EXPECT_EQ(meters, read_color(out(1)));
     // A unit that is stated nowhere: a warning, where a pass needs it.
-    EXPECT_TRUE(contains(chain(""), "a scene unit is taken as 1 m"));
+    EXPECT_TRUE(contains(chain(""), "a scene unit is assumed to be 1 m"));
     EXPECT_NE(meters, read_color(out(1)));
-    EXPECT_TRUE(contains(sidecar(1)["warnings"].dump(), "meters_per_unit is stated nowhere"));
+    EXPECT_TRUE(contains(sidecar(1)["warnings"].dump(), "meters_per_unit is unknown"));
     EXPECT_FALSE(contains(filter("fxaa", {"--on-existing", "overwrite"}).err, "scene unit"));
     EXPECT_TRUE(contains(run({"plan", at("focus.yaml"), "-i", in()}).err, "scene unit"));
     EXPECT_TRUE(contains(run({"inspect", in(1)}).err, "focus is 0.1 m"));

@@ -233,9 +233,9 @@ TEST_F(DescribeTest, InspectOfAPatternLooksAtEveryFrame) {
     const auto plain = run({"inspect", in()});
     EXPECT_EQ(plain.code, 0) << plain.text();
     for (const char* words :
-         {"9 frames looked at, 1 to 10: 48x32, color, inverse_depth, motion, motion_back",
+         {"9 frames examined, 1 to 10: 48x32, color, inverse_depth, motion, motion_back",
           "largest speed 2.236 to 6.708 (frame 1) px a frame", "farthest distance 6 scene units",
-          "no frame stands out"})
+          "no unusual frames"})
         EXPECT_TRUE(contains(plain.out, words)) << words << plain.out;
     EXPECT_TRUE(contains(plain.err, "missing in the sequence: 9")) << plain.err;
     // One of each that stands out.
@@ -258,9 +258,10 @@ TEST_F(DescribeTest, InspectOfAPatternLooksAtEveryFrame) {
     write_text(in(6), "broken");
     const auto outcome = run({"inspect", in()});
     EXPECT_EQ(outcome.code, 1) << outcome.text();
-    for (const char* words : {"frame 2: is 40x32; most are 48x32", "frame 3: has no inverse_depth",
-                              "frame 4: 1 pixel with NaN or Inf", "frame 5: every vector is zero",
-                              "frame 6: cannot be read", "a cut? (--cuts 7)"})
+    for (const char* words :
+         {"frame 2: is 40x32; most are 48x32", "frame 3: has no inverse_depth",
+          "frame 4: 1 pixel with NaN or Inf", "frame 5: every motion vector is zero",
+          "frame 6: cannot be read", "a cut? (--cuts 7)"})
         EXPECT_TRUE(contains(outcome.out, words)) << words << outcome.out;
     const auto lines = json_lines(run({"inspect", in(), "--json"}).out);
     ASSERT_EQ(lines.size(), 2u);
@@ -271,8 +272,8 @@ TEST_F(DescribeTest, InspectOfAPatternLooksAtEveryFrame) {
     EXPECT_EQ(sequence["findings"][5]["frame"], 7);
     // Those that were asked for, and no more.
     const auto part = run({"inspect", in(), "--frames", "7-8"});
-    EXPECT_TRUE(contains(part.out, "2 frames looked at, 7 to 8")) << part.out;
-    EXPECT_FALSE(contains(run({"inspect", in(1)}).out, "looked at"));
+    EXPECT_TRUE(contains(part.out, "2 frames examined, 7 to 8")) << part.out;
+    EXPECT_FALSE(contains(run({"inspect", in(1)}).out, "examined"));
 }
 
 TEST_F(DescribeTest, SignSelfCheckOfAGeneratedScene) {

@@ -166,8 +166,8 @@ TEST_F(FormatsTest, SettingsThatDoNotSuitTheFormatAreRefused) {
         {"o.bmp", {}, "outputs end in .exr, .png"},
         {"o.png", {"--bits", "10"}, "png has 16, 8 bits, not 10"},
         {"o.hdr", {"--bits", "16"}, "hdr has 32 bits"},
-        {"o.png", {"--half"}, "are of EXR outputs"},
-        {"o.tif", {"--compression", "zip"}, "are of EXR outputs"},
+        {"o.png", {"--half"}, "apply only to EXR outputs"},
+        {"o.tif", {"--compression", "zip"}, "apply only to EXR outputs"},
     };
     for (const auto& [name, more, why] : cases) {
         const auto outcome = through("in.exr", name, more);

@@ -151,10 +151,10 @@ TEST_F(InputTest, VectorsThatSayNothingAreWarned) {
     std::fill(planes.motion.data.begin(), planes.motion.data.end(), 0.0f);
     std::fill(planes.back.data.begin(), planes.back.data.end(), 0.0f);
     write_frame(in(1), planes);
-    expect_warned({"every vector is zero", "Cycles", in(1)});
+    expect_warned({"every motion vector is zero", "Cycles", in(1)});
     std::fill(planes.motion.data.begin(), planes.motion.data.end(), 10000.0f);
     write_frame(in(1), planes);
-    expect_warned({"sentinel", "every vector"});
+    expect_warned({"sentinel", "every motion vector"});
     EXPECT_EQ(sidecar(1)["health"]["input_sentinel_motion"], 48 * 32);
 }
 
@@ -253,7 +253,7 @@ TEST_F(InputTest, FloatColorThatOverflows) {
     }
     const auto clamped = filter("all", {"--overflow", "clamp"});
     EXPECT_EQ(clamped.code, 0) << clamped.text();
-    EXPECT_TRUE(contains(clamped.err, "pixels of the result are not finite")) << clamped.err;
+    EXPECT_TRUE(contains(clamped.err, "result pixels are non-finite")) << clamped.err;
     EXPECT_GT(sidecar(1)["health"]["output_nonfinite"], 0);
     EXPECT_TRUE(contains(sidecar(1)["warnings"].dump(), "not finite"));
     for (float value : read_color(out(1)).data) ASSERT_TRUE(std::isfinite(value));

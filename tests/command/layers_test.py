@@ -64,7 +64,7 @@ class Layers(Frames):
         done = subprocess.run([self.postchain, "plan", "balanced", "-q", "-i",
                                FRAMES / "layers.0002.exr", "--layers", "Emit", *LENS],
                               capture_output=True, text=True, check=True)
-        self.assertIn("layers filtered too: ViewLayer.Emit\n", done.stdout)
+        self.assertIn("extra layers filtered:  ViewLayer.Emit\n", done.stdout)
         self.assertIn("ViewLayer.Normal", done.stdout)
 
     def test_errors(self):
@@ -167,7 +167,7 @@ class WrittenChannels(Frames):
         self.assertNotIn("cryptomattes", found)
         left = {one["name"]: one["why"] for one in found["left"]}
         for name in ("Combined_fill", "CryptoObject00", "Normal"):
-            self.assertEqual(left[f"ViewLayer.{name}"], "is not written (--channels)")
+            self.assertEqual(left[f"ViewLayer.{name}"], "is excluded by --channels")
         whole = self.filtered("balanced", "--layers", "Combined_*")
         for name in after.channels:
             self.assertEqual(after.raw(name), whole.raw(name), name)
@@ -260,9 +260,9 @@ class LayersOfSomeFrames(Frames):
         self.assertTrue(self.same(after, first, "key"))
         self.assertFalse(self.same(after, alone, "key"))
         self.assertTrue(self.same(after, alone, "fill"))
-        self.assertIn("without the frame before, which has no such layers: ViewLayer.fill\n",
+        self.assertIn("without the frame before, which lacks these layers: ViewLayer.fill\n",
                       self.messages)
-        self.assertIn("without the frame after, which has no such layers: ViewLayer.fill, "
+        self.assertIn("without the frame after, which lacks these layers: ViewLayer.fill, "
                       "ViewLayer.key\n", self.messages)
         self.assertNotIn("missing_neighbors", self.sidecar()["plan"])
         # What all have is a part of color everywhere.
@@ -281,7 +281,7 @@ class LayersOfSomeFrames(Frames):
         plain = self.second("all")
         after = self.second("all", "--cryptomatte", "filter")
         self.assertTrue(self.same(after, plain, "Combined"))
-        self.assertIn(f"has no such layers: {CRYPTO}\n", self.messages)
+        self.assertIn(f"lacks these layers: {CRYPTO}\n", self.messages)
         alone = self.second("alone", "--cryptomatte", "filter")
         self.assertTrue(self.same(after, alone, "CryptoObject0"))
 

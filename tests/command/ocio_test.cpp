@@ -335,16 +335,16 @@ TEST_F(OcioTest, AConfigurationThatCannotBeUsedIsAnErrorThatSaysWhatThereIs) {
         {{"--png", "--ocio", at("config.ocio"), "--ocio-colorspace", "aces"},
          2,
          "lin, halved, fourfold"},
-        {{"--ocio", at("config.ocio")}, 2, "changes nothing alone"},
+        {{"--ocio", at("config.ocio")}, 2, "has no effect by itself"},
         {{"--ocio", at("config.ocio"), "--ocio-view", "Halved"}, 2, "--output-transfer view"},
-        {{"--output-transfer", "view"}, 2, "which configuration?"},
+        {{"--output-transfer", "view"}, 2, "needs an OpenColorIO configuration"},
         {{"--output-transfer", "ocio:halved", "--ocio", at("config.ocio")}, 2, "an EXR holds"},
         {{"--output-transfer", "view", "--ocio", at("config.ocio")}, 2, "look at it with --png"},
         {{"--input-transfer", "ocio:halved", "--ocio", at("config.ocio")}, 2, "leave it out"},
-        {{"--input-transfer", "view", "--ocio", at("config.ocio")}, 2, "no way back"},
+        {{"--input-transfer", "view", "--ocio", at("config.ocio")}, 2, "cannot be inverted"},
         {{"--input-transfer", "halved", "--ocio", at("config.ocio")}, 2, "ocio:SPACE"},
-        {{"--png", "--ocio-view", "Film"}, 2, "--ocio-view: which configuration?"},
-        {{"--png", "--ocio-display", "tv"}, 2, "--ocio-display: which configuration?"},
+        {{"--png", "--ocio-view", "Film"}, 2, "--ocio-view needs an OpenColorIO configuration"},
+        {{"--png", "--ocio-display", "tv"}, 2, "--ocio-display needs an OpenColorIO configuration"},
     };
     for (const auto& [more, code, why] : cases) {
         Arguments arguments = {"run", at("none.yaml"), "-i", at("in.exr"), "-o", at("out/o.exr")};

@@ -127,7 +127,7 @@ TEST_F(PictureMetadataTest, PagesThatAreLeftOutAreNoted) {
     ASSERT_TRUE(out->write_image(OIIO::TypeDesc::FLOAT, page.data()) && out->close());
     for (const char* name : {"o.tif", "o.exr"}) {
         ASSERT_EQ(through("c.tif", name).code, 0);
-        EXPECT_TRUE(contains(notes_of(name), "the input has further pages")) << notes_of(name);
+        EXPECT_TRUE(contains(notes_of(name), "the input has several pages")) << notes_of(name);
     }
     write_noise("one.tif", {});
     ASSERT_EQ(through("one.tif", "o.tif").code, 0);

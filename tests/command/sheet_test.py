@@ -195,7 +195,7 @@ class Sheet(unittest.TestCase):
         self.sheet("--width", "4096", "--columns", "5", "--frames", "1-9", code=2)
         self.assertIn("--width", self.said)
         self.sheet("--ocio-view", "Film", code=2)
-        self.assertIn("--ocio-view: which configuration?", self.said)
+        self.assertIn("--ocio-view needs an OpenColorIO configuration", self.said)
         self.assertNotIn("--png", self.said)
         (self.folder / "sheet.png").write_bytes(b"mine")
         self.sheet(code=5)

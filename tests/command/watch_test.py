@@ -232,7 +232,7 @@ class Watch(unittest.TestCase):
     def test_a_file_whose_time_still_changes_is_no_frame(self):
         self.frame(1).write_bytes(self.data[1])
         process = self.start("watched", "--frames", "1", "--watch")
-        self.assertIn("not complete yet: 1", process.stdout.readline())
+        self.assertIn("incomplete: 1", process.stdout.readline())
         for _ in range(20):
             os.utime(self.frame(1))
             time.sleep(0.2)
@@ -288,11 +288,11 @@ class Watch(unittest.TestCase):
 
     def test_contradictions_are_refused(self):
         for options, words in (
-                (("--watch",), "when does it end?"),
-                (("--watch", "--idle", "9", "--chunk", "1/2"), "give --frames with --chunk"),
-                (("--watch", "--frames", "1-2", "--missing", "hold"), "contradicts --missing"),
-                (("--watch", "--frames", "1-2", "--missing", "skip"), "contradicts --missing"),
-                (("--idle", "9"), "--idle is of --watch"),
+                (("--watch",), "give the frames to wait for"),
+                (("--watch", "--idle", "9", "--chunk", "1/2"), "--chunk also needs --frames"),
+                (("--watch", "--frames", "1-2", "--missing", "hold"), "leave out --missing"),
+                (("--watch", "--frames", "1-2", "--missing", "skip"), "leave out --missing"),
+                (("--idle", "9"), "--idle needs --watch"),
                 (("--watch", "--idle", "0"), "--idle"),
                 (("--watch", "--idle", "nan"), "--idle")):
             said = self.run_now("refused", *options, code=2)
@@ -310,7 +310,7 @@ class Watch(unittest.TestCase):
 
     def test_nothing_at_all_is_an_error(self):
         said = self.run_now("out", "--watch", "--idle", "1", code=4)
-        self.assertIn("s.####.exr: no file matches this pattern, and nothing came for 1 s", said)
+        self.assertIn("s.####.exr: no file matches this pattern, and nothing changed for 1 s", said)
 
 
 if __name__ == "__main__":

@@ -277,7 +277,7 @@ TEST_F(NeighborsTest, OneThatLacksAPlaneIsNone) {
     file.motion = false;
     write({3}, file);
     go();
-    expect(2, "", "frame 3 brings no motion, motion_back");
+    expect(2, "", "frame 3 has no motion, motion_back");
     // A frame takes of its neighbors what it has itself.
     ASSERT_EQ(reports_.at(3).outcome, Outcome::written);
     EXPECT_TRUE(reports_.at(3).plan->missing_neighbors.empty());

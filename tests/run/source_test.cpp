@@ -217,7 +217,7 @@ TEST(Source, AMatrixThatIsNotUsedIsNamedWithTheReason) {
         {"1 0 0 0 0 1 0 0 0 0 0 0 0 0 0 1", "worldToCamera (singular)"},
         {"nan 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1", "worldToCamera (not finite)"},
         {"1 0 0 0 0.5 1 0 0 0 0 1 0 0 0 0 1", "worldToCamera (its axes are not at right angles)"},
-        {one, "worldToCamera (no focal length is known"},
+        {one, "worldToCamera (unknown focal length"},
     };
     const auto has = [](const std::string& text, const char* what) {
         return text.find(what) != std::string::npos;

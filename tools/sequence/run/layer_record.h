@@ -1,4 +1,4 @@
-// What is said of a frame's further layers: in the sidecar and in plans.
+// Describes a frame's extra layers in its sidecar and plan.
 #pragma once
 
 #include <string>
@@ -10,11 +10,11 @@
 
 namespace postchain::sequence {
 
-// An object with `filtered`, `left`, `cryptomattes` and `mattes`, each only where there are any.
+// An object with the keys `filtered`, `left`, `cryptomattes` and `mattes`, each omitted if empty.
 // Docs: docs/sidecar.md.
 io::Json layers_json(const FrameLayers& layers, const std::vector<CryptomatteReport>& filtered);
 
-// Lines for people; empty where the file has no further layers.
+// Lines to read; empty if the file has no extra layers.
 std::string layers_text(const FrameLayers& layers);
 
 }  // namespace postchain::sequence

@@ -6,7 +6,7 @@
 namespace postchain::sequence {
 namespace {
 
-// An EXR of the color alone: what it was read from has no other channels.
+// Writes an EXR with color only; the input has no other channels.
 Result<io::WriteReport> write_new_exr(const std::string& path, const SourceFrame& source,
                                       const ImageF& result, const io::WriteOptions& options) {
     io::PlanesFile file;
@@ -22,8 +22,8 @@ Result<io::WriteReport> write_new_exr(const std::string& path, const SourceFrame
     return io::write_planes_exr(path, file, options);
 }
 
-// Says what else the input has, of which the output has color alone: channels besides
-// `color_channels`, pages.
+// Notes what the output lacks: channels other than the `color_channels` color channels, further
+// pages.
 Result<io::WriteReport> with_notes(Result<io::WriteReport> report, const io::ExrFile& input,
                                    size_t color_channels) {
     if (!report.ok()) return report;
@@ -31,10 +31,9 @@ Result<io::WriteReport> with_notes(Result<io::WriteReport> report, const io::Exr
     for (const io::ExrPart& part : input.parts()) channels += part.channels.size();
     if (channels > color_channels)
         report->notes.push_back(concat(channels - color_channels,
-                                       " channels besides color are not in the output; they stand "
-                                       "in the input"));
+                                       " channels other than color are not written to the output"));
     if (input.picture() && input.picture()->info().has_more)
-        report->notes.push_back("the input has further pages; the first alone is in the output");
+        report->notes.push_back("the input has several pages; the output contains only the first");
     return report;
 }
 
@@ -44,24 +43,27 @@ Status check_output(const FrameHeader& header, const std::string& path, const Ru
                     const io::WriteOptions& options) {
     const io::ExrFile& color_file = header.files.color_file();
     if (settings.source.input_transfer && !color_file.picture())
-        return Status(StatusCode::usage, concat(color_file.path(),
-                                                ": --input-transfer is of pictures that are no "
-                                                "EXR, which holds scene-linear light; leave it "
-                                                "out"));
+        return Status(StatusCode::usage,
+                      concat(color_file.path(),
+                             ": --input-transfer applies only to non-EXR inputs; "
+                             "an EXR holds scene-linear light; leave it "
+                             "out"));
     const RoleChannels& color = header.assignment.at(Role::color);
     if (io::picture_format_of(path)) {
         if (settings.exr.compression || settings.exr.half || !settings.exr.channels.empty())
-            return Status(StatusCode::usage,
-                          path + ": --compression, --half and --channels are of EXR outputs");
+            return Status(
+                StatusCode::usage,
+                path + ": --compression, --half and --channels apply only to EXR outputs");
         return io::picture_encoding(path, color_file, color.channels.size(), settings.picture)
             .status();
     }
     if (settings.picture.transfer || settings.picture.bits != 0)
-        return Status(StatusCode::usage,
-                      concat(path,
-                             ": --output-transfer and --bits are of other outputs: an EXR holds "
-                             "scene-linear light; write .tif with --bits 32, or look at it with "
-                             "--png"));
+        return Status(
+            StatusCode::usage,
+            concat(path,
+                   ": --output-transfer and --bits do not apply to EXR outputs, which hold "
+                   "scene-linear light; write .tif with --bits 32, or look at it with "
+                   "--png"));
     if (color_file.picture()) return io::check_new_exr(color_file, color, options);
     return io::check_rewritable(header.files.color_file(), color, options);
 }

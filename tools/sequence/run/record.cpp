@@ -18,7 +18,7 @@ std::string whole_path(const std::string& path) {
     return failed ? path : whole.lexically_normal().string();
 }
 
-// --input with whole paths.
+// --input with absolute paths.
 std::string input_text(const io::InputSpec& input) {
     if (!input.separate_files()) return whole_path(input.color().text());
     std::string text;
@@ -28,7 +28,7 @@ std::string input_text(const io::InputSpec& input) {
     return text;
 }
 
-// What a camera file gave, as one.
+// The values that the camera file gave, as a camera file.
 Json camera_json(const Resolved& resolved) {
     Json camera = Json::object();
     for (const auto& one : resolved.camera)

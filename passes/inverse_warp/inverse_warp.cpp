@@ -18,13 +18,13 @@ using shared::InverseWarpUniforms;
 // radius), within so much of their spread: for each pixel d away the weight
 // exp(-window d^T covariance^-1 d), where the window grows with the root of the samples. Points of
 // the lens are more even than random ones; with times beside them they are not. Chosen by
-// measurement (docs/results/inverse_warp.md).
+// measurement (docs/inverse_warp.md).
 constexpr double kSoftSpread = 8;
 constexpr double kWindow = 5.7;
 constexpr double kWindowWithShutter = 4.2;
 
 // A tile takes more samples where their variance, as shown, is above this. Chosen by measurement
-// (docs/results/sampling.md).
+// (docs/inverse_warp.md).
 constexpr double kNoiseVariance = 0.045;
 
 constexpr double kLeastHalfOpen = 1.0 / 16;  // frames

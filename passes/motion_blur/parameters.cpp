@@ -122,7 +122,7 @@ inverse_warp::Settings warp_settings(const Parameters& parameters, const Camera&
                         .time_jitter = parameters.time_jitter};
     settings.samples = parameters.samples;
     settings.search = parameters.search;
-    settings.denoise = false;  // times alone leave little noise (docs/results/inverse_warp.md)
+    settings.denoise = false;  // times alone leave little noise (docs/inverse_warp.md)
     // A few roundings of 2^-24, so that what is still by the frame's bounds is still here too.
     settings.still_limit_px = parameters.min_speed_px * (1 + 0x1p-18);
     settings.noise = parameters.noise;

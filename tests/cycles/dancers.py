@@ -1,7 +1,7 @@
 """Three marionettes dance on curved paths in front of a mosaic: limbs that turn, strings as thin as
 hair, lamps in two hands; the focus follows the middle one.
 
-blender -b -P tools/measure/cycles/dancers.py -- OUT   (docs/scenes.md)
+blender -b -P tests/cycles/dancers.py -- OUT   (docs/scenes.md)
 """
 import os
 import sys

@@ -1,7 +1,7 @@
 """A slow walk through a colonnade: camera motion, depth from 0.6 m to the sky, a fence and hanging
 leaves close to the lens, lamps out of focus behind six blades, bouncing balls.
 
-blender -b -P tools/measure/cycles/corridor.py -- OUT   (docs/scenes.md)
+blender -b -P tests/cycles/corridor.py -- OUT   (docs/scenes.md)
 """
 import os
 import sys

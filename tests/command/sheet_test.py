@@ -180,7 +180,7 @@ class Sheet(unittest.TestCase):
         (self.folder / "o.0002.exr").write_bytes(whole[:-99])
         sheet = self.sheet("--frames", "1-4", "--width", "128", code=1)
         self.assertIn("o.0002.exr", self.said)
-        self.assertIn("1 picture is not on disk", self.said)
+        self.assertIn("1 image is not on disk", self.said)
         self.assertEqual([n for n in (1, 2, 4) if self.place_of(colors[n], sheet)], [1, 4])
         (self.folder / "o.0001.exr").unlink()
         (self.folder / "o.0004.exr").unlink()

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Between fork and exec, in a process with one thread.
+// Runs between fork and exec, in a single-threaded process.
 [[noreturn]] void become(const Arguments& command, const Launch& launch,
                          const std::string& folder) {
     const std::string out = launch.stdout_path.empty() ? folder + "/stdout" : launch.stdout_path;

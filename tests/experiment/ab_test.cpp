@@ -136,7 +136,7 @@ TEST_F(Ab, ATruthForAPartOfTheFrames) {
     EXPECT_EQ(report->page_frames, (std::vector<int>{1, 3}));
     EXPECT_THAT(
         report->notes,
-        ::testing::Contains(HasSubstr("2 of 3 frames were scored, those that have a truth: 1, 3")));
+        ::testing::Contains(HasSubstr("2 of 3 frames were measured, those with a ground truth: 1, 3")));
     for (size_t v : {0, 1}) {
         const Series& mse = report->variants[v].metrics.at("mse");
         EXPECT_EQ(mse.frames[0], whole->variants[v].metrics.at("mse").frames[0]);
@@ -217,14 +217,14 @@ TEST_F(Ab, WithoutATruthTheSecondIsHeldAgainstTheFirst) {
     ASSERT_TRUE(report.ok()) << report.status().message();
     EXPECT_EQ(report->reference, "a");
     EXPECT_FALSE(report->truth);
-    EXPECT_EQ(report->no_truth, "no truth was given (-r)");
+    EXPECT_EQ(report->no_truth, "no ground truth given (-r)");
     EXPECT_FALSE(report->variants[0].metrics.count("mse"));
     EXPECT_GT(*report->variants[1].metrics.at("mse").mean, 0);
     EXPECT_FALSE(report->find(ImageKind::truth, -1, 1));
     EXPECT_TRUE(report->input_metrics.empty());
     EXPECT_TRUE(report->truth_noise.empty());
     EXPECT_FALSE(report->winner);
-    EXPECT_THAT(report->comparison->verdict, HasSubstr("Without a truth"));
+    EXPECT_THAT(report->comparison->verdict, HasSubstr("Without a ground truth"));
 }
 
 TEST_F(Ab, AChainThatFailsLeavesTheOther) {

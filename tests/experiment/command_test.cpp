@@ -133,7 +133,7 @@ TEST_F(Command, ATruthThatDoesNotFitIsAnInputError) {
     EXPECT_EQ(run(ab()), 0) << log();
     EXPECT_THAT(log(), HasSubstr("1 of 2 frames were scored"));
     EXPECT_EQ(run(ab({"--on-existing", "overwrite", "--frames", "2"})), 4);
-    EXPECT_THAT(log(), HasSubstr("the truth has no file for any of the"));
+    EXPECT_THAT(log(), HasSubstr("the ground truth has no file for any of the"));
 }
 
 TEST_F(Command, AFullDiskIsAnOutputErrorAndLeavesNoHalfFile) {
@@ -154,7 +154,7 @@ TEST_F(Command, UnderPicksAChainThatRuns) {
         << log();
     // The same folder, nothing left to do; no variant is that good.
     EXPECT_EQ(run(bench({"--sweep", "motion_blur.samples=5,9", "--under", "mse=1e-9"})), 8);
-    EXPECT_THAT(log(), HasSubstr("no variant; the nearest is"));
+    EXPECT_THAT(log(), HasSubstr("no variant; the closest is"));
 }
 
 // SIGKILL after the first results: the next run takes them as they are and finishes the rest.

@@ -56,7 +56,7 @@ TEST(Outcome, AbIsWonByTheOneThatItsIntervalSays) {
     ASSERT_TRUE(report.winner);
     EXPECT_EQ(report.winner->variant, 1u);
     EXPECT_EQ(report.winner->metric, "hdr_flip");
-    EXPECT_THAT(report.winner->words, HasSubstr("v1 is nearer to the truth by HDR-FLIP"));
+    EXPECT_THAT(report.winner->words, HasSubstr("v1 is closer to the ground truth by HDR-FLIP"));
     report = fabricate(Kind::ab, {kLow, kHigh}, {});
     state_outcome(report);
     EXPECT_EQ(report.winner->variant, 0u);
@@ -136,9 +136,9 @@ TEST(Outcome, ANoisyTruthIsDoubtedWithNumberAndRemedy) {
     fill(report.truth_noise, "sharpness_in_focus", {.8});
     state_outcome(report);
     EXPECT_THAT(report.warnings,
-                ElementsAre("sharpness_in_focus is not to be trusted: the truth is noisy (standard "
-                            "deviation 0.012 of the displayed luma), and a picture without any "
-                            "error would have 0.8 and not 1; give the truth about 4 times the "
+                ElementsAre("sharpness_in_focus is unreliable: the ground truth is noisy (standard "
+                            "deviation 0.012 of the displayed luma), and an image without any "
+                            "error would have 0.8 instead of 1; give the ground truth about 4 times the "
                             "samples per pixel"));
     Report fine = fabricate(Kind::bench, {{.1}, {.15}}, {.2});
     fill(fine.truth_noise, kNoiseSigma, {.0123});

@@ -128,7 +128,7 @@ TEST(Choices, CheapestUnderALimitIsWritten) {
     EXPECT_THAT(report.under[0], HasSubstr("v1 with 0.5 in 2 ms"));
     met = choose_under(report, {{"flip", 0.01}});
     EXPECT_FALSE(*met);
-    EXPECT_THAT(report.under[1], HasSubstr("no variant; the nearest is v3 with 0.1"));
+    EXPECT_THAT(report.under[1], HasSubstr("no variant; the closest is v3 with 0.1"));
 }
 
 TEST(Limits, FormMetricAndDirectionAreChecked) {

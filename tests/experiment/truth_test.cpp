@@ -93,7 +93,7 @@ TEST_F(TruthFiles, AnotherDataWindowIsAligned) {
 TEST_F(TruthFiles, BlackIsRefused) {
     test::write_truth(folder_.path(), "truth", 1, 3, 0.1f);
     test::write_rgb(folder_.path("truth.0002.exr"), ImageF(64, 40, 3, 0.0f));
-    expect_refused("the truth is black");
+    expect_refused("the ground truth is black");
 }
 
 TEST_F(TruthFiles, InfAndNanAreRefusedWithTheirPlace) {
@@ -160,7 +160,7 @@ TEST_F(TruthFiles, GeneratedScenesAreKnownByTheirCameraFile) {
     EXPECT_EQ(through.request->camera.aperture_image, request.camera.aperture_image);
     std::ofstream(folder_.path("camera.json")) << R"({"scene": "zoom", "f_stop": 2})";
     EXPECT_THAT(find_scene(settings.run, *survey).why_not,
-                HasSubstr("names none of the generated scenes"));
+                HasSubstr("names no generated scene"));
 }
 
 ExperimentSettings settings_of(const std::string& folder, io::OnExisting on_existing) {

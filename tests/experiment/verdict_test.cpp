@@ -52,7 +52,7 @@ TEST(Verdict, SevenFramesAreTooFewWhateverTheyShow) {
     EXPECT_LT(comparison.metrics[0].t_interval->high, 0);  // shown, not decided by
     EXPECT_THAT(comparison.metrics[0].words, HasSubstr("too few frames to decide (n = 7)"));
     EXPECT_THAT(comparison.verdict, HasSubstr("Too few frames to decide (n = 7"));
-    EXPECT_THAT(comparison.verdict, Not(HasSubstr("is nearer to the truth by")));
+    EXPECT_THAT(comparison.verdict, Not(HasSubstr("is closer to the ground truth by")));
 }
 
 TEST(Verdict, EightFramesOfConstantGainDecide) {
@@ -60,7 +60,7 @@ TEST(Verdict, EightFramesOfConstantGainDecide) {
     const Comparison comparison = compare_variants(report, {});
     EXPECT_EQ(comparison.metrics[0].finding, Finding::b_better);
     EXPECT_NEAR(*comparison.metrics[0].mean, -0.0105, 1e-12);
-    EXPECT_THAT(comparison.verdict, HasSubstr("second is nearer to the truth by hdr_flip"));
+    EXPECT_THAT(comparison.verdict, HasSubstr("second is closer to the ground truth by hdr_flip"));
     EXPECT_THAT(comparison.metrics[0].words, HasSubstr("second is lower by 0.0105"));
     // The size of the difference is printed too: 0.115 and 0.1045.
     EXPECT_THAT(comparison.verdict, HasSubstr("HDR-FLIP: first 0.115, second 0.1045"));
@@ -129,8 +129,8 @@ TEST(Verdict, TilesAreTheSecondFigure) {
         compare_variants(fabricate("hdr_flip", Better::lower, a, b), tiles);
     EXPECT_NEAR(comparison.metrics[0].bootstrap->low, -0.1, 1e-12);
     EXPECT_EQ(comparison.metrics[0].tiles, 2);
-    EXPECT_THAT(comparison.verdict, HasSubstr("Within these frames second is nearer"));
-    EXPECT_THAT(comparison.verdict, HasSubstr("whether that holds for other frames is open"));
+    EXPECT_THAT(comparison.verdict, HasSubstr("Within these frames second is closer"));
+    EXPECT_THAT(comparison.verdict, HasSubstr("this need not hold for other frames"));
 }
 
 TEST(Verdict, WithoutATruthNobodyWins) {
@@ -139,7 +139,7 @@ TEST(Verdict, WithoutATruthNobodyWins) {
     report.variants[0].metrics.clear();
     const Comparison comparison = compare_variants(report, {});
     EXPECT_TRUE(comparison.metrics.empty());
-    EXPECT_THAT(comparison.verdict, HasSubstr("Without a truth"));
+    EXPECT_THAT(comparison.verdict, HasSubstr("Without a ground truth"));
     EXPECT_THAT(comparison.verdict, HasSubstr("HDR-FLIP is 0.15"));
 }
 

@@ -134,7 +134,7 @@ TEST_F(StudyCommand, ASceneThatFailsIsNamedAndTheOthersStand) {
     EXPECT_TRUE(contains(outcome.err, "none.0001.exr")) << outcome.err;
     const Json json = Json::parse(read_text(at("study/report.json")));
     EXPECT_EQ(json["tables"][0]["scenes"].size(), 2u);
-    EXPECT_TRUE(contains(json["scenes"][1]["failure"], "the truth has no file"));
+    EXPECT_TRUE(contains(json["scenes"][1]["failure"], "the ground truth has no file"));
     // When the truth is there, only that scene is measured.
     const auto time = fs::last_write_time(at("study/units/a.plain_vs_along.json"));
     for (const char* frame : {"1", "2"})

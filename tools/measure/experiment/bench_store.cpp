@@ -11,7 +11,7 @@
 namespace postchain::experiment {
 namespace {
 
-// The value kept under `name` if the file is there and of this key.
+// The JSON value stored under `name` if the file exists and has this key.
 report::Json load(const std::string& path, const std::string& key) {
     std::ifstream file(path);
     report::Json json = report::Json::parse(file, nullptr, false);

@@ -26,7 +26,7 @@ const std::vector<std::vector<std::string>>& layers() {
         {"shaders"},
         {"chain"},
         {"passes", "config"},
-        {"tools/sequence"},
+        {"tools/sequence", "tools/page"},
         {"tools/measure"},
         {"tools/service"},
         {"tools/apps", "tools/samples"},

@@ -70,8 +70,8 @@ struct FrameLayers {
 // is not there (nearest names) or that several channels or cryptomattes have; a cryptomatte with a
 // fault that is to be filtered, or that alone could have a matte.
 Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
-                                      const std::vector<std::string>& data, const io::ExrFile& file,
-                                      const ProfileMatch& match);
+                                      const std::vector<std::string>& data,
+                                      const io::PixelFile& file, const ProfileMatch& match);
 
 // The filtered layers as stored, one below another, RGBA each (A is 0 where a layer has none).
 // `input` was read with this area. Errors (input): damaged data.

@@ -24,7 +24,7 @@ Result<io::WriteReport> write_new_exr(const std::string& path, const SourceFrame
 
 // Says what else the input has, of which the output has color alone: channels besides
 // `color_channels`, pages.
-Result<io::WriteReport> with_notes(Result<io::WriteReport> report, const io::ExrFile& input,
+Result<io::WriteReport> with_notes(Result<io::WriteReport> report, const io::PixelFile& input,
                                    size_t color_channels) {
     if (!report.ok()) return report;
     size_t channels = 0;
@@ -33,7 +33,7 @@ Result<io::WriteReport> with_notes(Result<io::WriteReport> report, const io::Exr
         report->notes.push_back(concat(channels - color_channels,
                                        " channels besides color are not in the output; they stand "
                                        "in the input"));
-    if (input.picture() && input.picture()->info().has_more)
+    if (picture_of(input) && picture_of(input)->info().has_more)
         report->notes.push_back("the input has further pages; the first alone is in the output");
     return report;
 }
@@ -42,8 +42,8 @@ Result<io::WriteReport> with_notes(Result<io::WriteReport> report, const io::Exr
 
 Status check_output(const FrameHeader& header, const std::string& path, const RunSettings& settings,
                     const io::WriteOptions& options) {
-    const io::ExrFile& color_file = header.files.color_file();
-    if (settings.source.input_transfer && !color_file.picture())
+    const io::PixelFile& color_file = header.files.color_file();
+    if (settings.source.input_transfer && !picture_of(color_file))
         return Status(StatusCode::usage, concat(color_file.path(),
                                                 ": --input-transfer is of pictures that are no "
                                                 "EXR, which holds scene-linear light; leave it "
@@ -62,7 +62,7 @@ Status check_output(const FrameHeader& header, const std::string& path, const Ru
                              ": --output-transfer and --bits are of other outputs: an EXR holds "
                              "scene-linear light; write .tif with --bits 32, or look at it with "
                              "--png"));
-    if (color_file.picture()) return io::check_new_exr(color_file, color, options);
+    if (picture_of(color_file)) return io::check_new_exr(color_file, color, options);
     return io::check_rewritable(header.files.color_file(), color, options);
 }
 
@@ -74,10 +74,10 @@ Result<io::WriteReport> write_output(const std::string& path, SourceFrame& sourc
     if (!permit.ok()) return permit.status();
     options.on_existing = *permit;
     const io::InputFrame& input = source.input;
-    const io::ExrFile& color_file = input.files.color_file();
+    const io::PixelFile& color_file = input.files.color_file();
     const bool stored_unassociated = source.conversion.unpremultiplied;
     if (!io::picture_format_of(path)) {
-        if (color_file.picture())
+        if (picture_of(color_file))
             return with_notes(write_new_exr(path, source, result, options), color_file,
                               source.input.assignment.at(Role::color).channels.size());
         if (stored_unassociated) to_file_convention(result, source.conversion, stored_color(input));

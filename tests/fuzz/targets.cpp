@@ -66,7 +66,7 @@ void ask_pattern(const io::PathPattern& pattern) {
     }
 }
 
-void ask_part(io::ExrFile& file, int index) {
+void ask_part(io::PixelFile& file, int index) {
     const io::ExrPart& part = file.parts()[size_t(index)];
     std::vector<std::string> full;  // channels of full size
     for (const io::ExrChannel& channel : part.channels) {

@@ -46,7 +46,7 @@ const Edges& allowed_libraries() {
         {"OpenColorIO", {"tools/sequence/image"}},
         {"yaml-cpp", {"config"}},
         {"nlohmann", {"tools"}},
-        {"zlib.h", {"tools/measure/report", "tools/sequence/exr"}},
+        {"zlib.h", {"tools/measure/report", "tools/sequence/exr", "tools/sequence/image"}},
         {"libdeflate.h", {"tools/sequence/exr"}},
         {"CLI", {"tools/apps"}},
         {"spdlog", {"tools/apps"}},

@@ -22,7 +22,7 @@ namespace {
 
 using io::Json;
 
-Json describe_file(const io::ExrFile& file) {
+Json describe_file(const io::PixelFile& file) {
     Json parts = Json::array();
     for (const auto& part : file.parts()) {
         Json channels = Json::array();

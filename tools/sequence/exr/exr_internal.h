@@ -14,18 +14,13 @@
 #include "tools/sequence/exr/exr_header_scan.h"
 #include "tools/sequence/exr/exr_reader.h"
 #include "tools/sequence/exr/exr_stream.h"
-#include "tools/sequence/image/picture_file.h"
 
 namespace postchain::io {
 
 struct ExrFile::Impl {
-    std::string path;
-    uint64_t bytes = 0;
     std::unique_ptr<FdIStream> stream;  // outlives `file`
     std::unique_ptr<Imf::MultiPartInputFile> file;
-    std::vector<ExrPart> parts;
     HeaderFacts facts;
-    std::unique_ptr<PictureFile> picture;  // then there is no stream and no file
 };
 
 inline Window window_of(const IMATH_NAMESPACE::Box2i& box) {

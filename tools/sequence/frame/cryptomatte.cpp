@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 constexpr std::string_view kPrefix = "cryptomatte/";
 constexpr uint64_t kMaxManifest = uint64_t(1) << 26;  // bytes of a file
 
-Status fault(const ExrFile& file, const Cryptomatte& cryptomatte, const std::string& what) {
+Status fault(const PixelFile& file, const Cryptomatte& cryptomatte, const std::string& what) {
     return Status(StatusCode::input,
                   concat(file.path(), ": cryptomatte ", quoted(cryptomatte.name), ": ", what));
 }
@@ -115,7 +115,7 @@ std::optional<CryptoLevel> level_of(const std::vector<ExrPart>& parts, const std
     return {};
 }
 
-void find_levels(const ExrFile& file, Cryptomatte& cryptomatte) {
+void find_levels(const PixelFile& file, Cryptomatte& cryptomatte) {
     for (int number = 0; number < 100; ++number) {
         auto level = level_of(file.parts(), cryptomatte.name, number);
         if (!level) break;
@@ -123,7 +123,7 @@ void find_levels(const ExrFile& file, Cryptomatte& cryptomatte) {
     }
 }
 
-Status check_levels(const ExrFile& file, const Cryptomatte& cryptomatte) {
+Status check_levels(const PixelFile& file, const Cryptomatte& cryptomatte) {
     for (const CryptoLevel& level : cryptomatte.levels) {
         const std::vector<std::string> names(level.channels.begin(), level.channels.end());
         if (Status status = file.check_channels(level.part, names); !status.ok()) return status;
@@ -196,7 +196,7 @@ bool Cryptomatte::holds(int part, std::string_view channel) const {
     });
 }
 
-Result<std::vector<Cryptomatte>> find_cryptomattes(const ExrFile& file, Manifests manifests,
+Result<std::vector<Cryptomatte>> find_cryptomattes(const PixelFile& file, Manifests manifests,
                                                    const PathHold& hold) try {
     // By name: in a file of many parts each may repeat the attributes.
     std::map<std::string, std::map<std::string, std::string>> found;
@@ -268,7 +268,7 @@ RankedCoverage::RankedCoverage(int w, int h, int r)
       ids(size_t(w) * size_t(h) * size_t(r)),
       coverages(ids.size()) {}
 
-Result<RankedCoverage> read_ranks(ExrFile& file, const Cryptomatte& cryptomatte,
+Result<RankedCoverage> read_ranks(PixelFile& file, const Cryptomatte& cryptomatte,
                                   const Window& area) try {
     RankedCoverage all(area.width(), area.height(), cryptomatte.ranks());
     for (size_t level = 0; level < cryptomatte.levels.size(); ++level) {

@@ -66,7 +66,7 @@ using PathHold = std::function<Result<std::string>(const std::string& path)>;
 // says why. Nor is a cryptomatte that cannot be used; Cryptomatte::fault (input) names the file: a
 // hash or conversion that the specification does not have, ranks that are not there (it has no
 // levels then), are no float channels or are of parts of different size.
-Result<std::vector<Cryptomatte>> find_cryptomattes(const ExrFile& file,
+Result<std::vector<Cryptomatte>> find_cryptomattes(const PixelFile& file,
                                                    Manifests manifests = Manifests::read,
                                                    const PathHold& hold = {});
 
@@ -91,7 +91,7 @@ struct RankedCoverage {
 
 // Reads the pixels of `area`; what the file does not have of it is covered by nothing. Errors
 // (input): damaged data.
-Result<RankedCoverage> read_ranks(ExrFile& file, const Cryptomatte& cryptomatte,
+Result<RankedCoverage> read_ranks(PixelFile& file, const Cryptomatte& cryptomatte,
                                   const Window& area);
 
 // Those with a coverage above 0, sorted. Id 0 is none.

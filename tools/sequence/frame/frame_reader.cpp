@@ -6,6 +6,8 @@
 #include <limits>
 
 #include "config/profile_match.h"
+#include "tools/sequence/exr/exr_reader.h"
+#include "tools/sequence/image/picture_file.h"
 
 namespace postchain::io {
 
@@ -19,9 +21,22 @@ bool count_fits(Role role, size_t count) {
     return count == size_t(channels_of(role));
 }
 
+template <class File>
+Result<std::shared_ptr<PixelFile>> shared(Result<File> file) {
+    if (!file.ok()) return file.status();
+    return std::shared_ptr<PixelFile>(std::make_shared<File>(std::move(*file)));
+}
+
 }  // namespace
 
-ExrFile& OpenFrame::file_of(Role role) const {
+Result<std::shared_ptr<PixelFile>> open_pixels(const std::string& path, const ReadLimits& limits,
+                                               std::optional<Transfer> transfer) {
+    if (picture_format_of(path))
+        return shared(PictureFile::open(path, limits, std::move(transfer)));
+    return shared(ExrFile::open(path, limits));
+}
+
+PixelFile& OpenFrame::file_of(Role role) const {
     const auto it = files.find(role);
     return it != files.end() ? *it->second : color_file();
 }
@@ -30,15 +45,15 @@ Result<OpenFrame> open_frame(const std::map<Role, std::string>& files, int frame
                              const ReadLimits& limits, std::optional<Transfer> transfer) try {
     OpenFrame frame;
     frame.frame_number = frame_number;
-    std::map<std::string, std::shared_ptr<ExrFile>> opened;
+    std::map<std::string, std::shared_ptr<PixelFile>> opened;
     for (const auto& [role, path] : files) {
-        std::shared_ptr<ExrFile>& file = opened[path];
+        std::shared_ptr<PixelFile>& file = opened[path];
         if (file == nullptr) {
-            Result<ExrFile> result = ExrFile::open(path, limits, transfer);
+            auto result = open_pixels(path, limits, transfer);
             if (!result.ok()) return result.status();
-            file = std::make_shared<ExrFile>(std::move(*result));
+            file = std::move(*result);
         }
-        if (role != Role::color && file->picture() != nullptr)
+        if (role != Role::color && picture_of(*file))
             return Status(StatusCode::input,
                           concat(path, ": ", name_of(role),
                                  " is read from EXR files, which hold its values as they are; "
@@ -53,7 +68,7 @@ Result<OpenFrame> open_frame(const std::map<Role, std::string>& files, int frame
     return status_of_exception("opening a frame");
 }
 
-FileChannels channels_of(const ExrFile& file) {
+FileChannels channels_of(const PixelFile& file) {
     FileChannels channels;
     for (const ExrPart& part : file.parts()) {
         PartChannels& p = channels.parts.emplace_back();
@@ -94,7 +109,7 @@ Result<InputFrame> read_frame(OpenFrame files, const ChannelAssignment& assignme
 
     // All that is to be read, by file and part, so that each part is walked once.
     struct Job {
-        ExrFile* file;
+        PixelFile* file;
         int part;
         std::vector<Role> roles;
         std::vector<std::string> channels;
@@ -102,7 +117,7 @@ Result<InputFrame> read_frame(OpenFrame files, const ChannelAssignment& assignme
     std::vector<Job> jobs;
     for (const Role role : kAllRoles) {
         if (!wanted.has(role)) continue;
-        ExrFile& file = files.file_of(role);
+        PixelFile& file = files.file_of(role);
         const auto it = assignment.find(role);
         if (it == assignment.end()) {
             if (role == Role::color) {

@@ -11,6 +11,7 @@
 #include <array>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,7 +21,8 @@
 #include "chain/status.h"
 #include "config/profile.h"
 #include "config/profile_match.h"
-#include "tools/sequence/exr/exr_reader.h"
+#include "tools/sequence/exr/pixel_file.h"
+#include "tools/sequence/image/transfer.h"
 
 namespace postchain::io {
 
@@ -28,24 +30,30 @@ namespace postchain::io {
 // (ProfileMatch::roles; with separate files, that of each role's own file).
 using ChannelAssignment = std::map<Role, RoleChannels>;
 
+// An EXR, or a picture of another format by its extension. `transfer`: what the values of a picture
+// mean, where the file does not say. Errors (input): as ExrFile::open and PictureFile::open.
+Result<std::shared_ptr<PixelFile>> open_pixels(const std::string& path,
+                                               const ReadLimits& limits = {},
+                                               std::optional<Transfer> transfer = {});
+
 // The open files of one frame. With separate files each role has its own.
 struct OpenFrame {
     int frame_number = 0;
-    std::map<Role, std::shared_ptr<ExrFile>> files;  // color always
+    std::map<Role, std::shared_ptr<PixelFile>> files;  // color always
 
     // The file in which a role is to be looked for: its own, else color's.
-    ExrFile& file_of(Role role) const;
-    ExrFile& color_file() const { return *files.at(Role::color); }
+    PixelFile& file_of(Role role) const;
+    PixelFile& color_file() const { return *files.at(Role::color); }
 };
 
-// `files` as in FrameList::files, `transfer` as of ExrFile::open. Errors (input): as ExrFile::open;
+// `files` as in FrameList::files, `transfer` as of open_pixels. Errors (input): as open_pixels;
 // another plane than color in a picture that is no EXR.
 Result<OpenFrame> open_frame(const std::map<Role, std::string>& files, int frame_number,
                              const ReadLimits& limits = {}, std::optional<Transfer> transfer = {});
 
 // What a profile needs to know of a file. A deep part has no color that could be filtered: it
 // comes without channels, whose names would only mislead.
-FileChannels channels_of(const ExrFile& file);
+FileChannels channels_of(const PixelFile& file);
 
 // The planes' window where it is not the data window of color, and the conventions in which what no
 // file has is stored: clear, infinitely far, still.

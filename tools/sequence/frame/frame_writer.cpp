@@ -94,11 +94,17 @@ Window aligned(Window window, const PartPixels& pixels) {
     return window;
 }
 
+// Only an EXR is written back.
+ExrFile& exr_of(PixelFile& file) {
+    return dynamic_cast<ExrFile&>(file);
+}
+
 }  // namespace
 
-Status check_rewritable(ExrFile& file, const RoleChannels& color, const WriteOptions& options) try {
+Status check_rewritable(PixelFile& file, const RoleChannels& color,
+                        const WriteOptions& options) try {
     const int color_part = color.part;
-    const Imf::MultiPartInputFile& input = *file.impl().file;
+    const Imf::MultiPartInputFile& input = *exr_of(file).impl().file;
     for (int part = 0; part < input.parts(); ++part) {
         const Imf::Header& header = input.header(part);
         if (part != color_part && header.hasType() && !Imf::isSupportedType(header.type()))
@@ -124,7 +130,7 @@ Status check_rewritable(ExrFile& file, const RoleChannels& color, const WriteOpt
     return status_of_exception(file.path());
 }
 
-Status check_new_exr(const ExrFile& file, const RoleChannels& color,
+Status check_new_exr(const PixelFile& file, const RoleChannels& color,
                      const WriteOptions& options) try {
     const auto notes = check_settings(file.parts(), color.part, color.channels, options.exr);
     return notes.ok() ? Status() : notes.status().at(file.path());
@@ -269,7 +275,7 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
     const auto replaced = by_part(path, frame, own, layers);
     if (!replaced.ok()) return replaced.status();
     const bool grown = options.window && *options.window != frame.kept->window;
-    ExrFile& file = frame.files.color_file();
+    ExrFile& file = exr_of(frame.files.color_file());
     ExrFile::Impl& input = file.impl();
     std::vector<Imf::Header> headers;
     for (int i = 0; i < input.file->parts(); ++i) headers.push_back(input.file->header(i));

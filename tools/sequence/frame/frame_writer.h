@@ -51,9 +51,9 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
 // Whether write_filtered() can write the file back, from its header alone. Errors (input): a part
 // of unknown type, which cannot be copied; an attribute of color's part that has the name of one of
 // WriteOptions::attributes and is no text; (usage): WriteOptions::exr does not suit the file.
-Status check_rewritable(ExrFile& file, const RoleChannels& color, const WriteOptions& options);
+Status check_rewritable(PixelFile& file, const RoleChannels& color, const WriteOptions& options);
 
 // The same of a new file of the color channels of a picture that is no EXR.
-Status check_new_exr(const ExrFile& file, const RoleChannels& color, const WriteOptions& options);
+Status check_new_exr(const PixelFile& file, const RoleChannels& color, const WriteOptions& options);
 
 }  // namespace postchain::io

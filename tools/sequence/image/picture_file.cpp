@@ -48,7 +48,7 @@ Status decode_space(const PictureCalls& calls, const OcioSpace& space, ImageF& s
 }  // namespace
 
 Result<PictureFile> PictureFile::open(const std::string& path, const ReadLimits& limits,
-                                      std::optional<Transfer> transfer) {
+                                      std::optional<Transfer> transfer) try {
     std::error_code error;
     if (!std::filesystem::exists(path, error))
         return Status(StatusCode::input, path + ": no such file");
@@ -58,6 +58,7 @@ Result<PictureFile> PictureFile::open(const std::string& path, const ReadLimits&
     if (!calls.ok()) return calls.status().at(path);
     PictureFile file;
     file.path_ = path;
+    file.bytes_ = std::filesystem::file_size(path, error);
     file.format_ = picture_format_of(path);
     auto info = (*calls)->describe(path, file.format_->name);
     if (!info.ok()) return info.status().at(path);
@@ -84,7 +85,10 @@ Result<PictureFile> PictureFile::open(const std::string& path, const ReadLimits&
         ImageF pixel(1, 1, 3);
         if (Status s = (*calls)->from_space(pixel, *space); !s.ok()) return s;
     }
+    file.parts_ = {file.part()};
     return file;
+} catch (...) {
+    return status_of_exception(path);
 }
 
 ExrPart PictureFile::part() const {
@@ -102,7 +106,7 @@ ExrPart PictureFile::part() const {
     return part;
 }
 
-Status PictureFile::read(PartPixels& pixels) {
+Status PictureFile::read_planes(PartPixels& pixels) {
     const auto* space = std::get_if<OcioSpace>(&transfer_);
     const Curve curve = space ? Curve::linear : std::get<Curve>(transfer_);
     if (!stored_) {
@@ -115,7 +119,7 @@ Status PictureFile::read(PartPixels& pixels) {
         stored_ = std::make_shared<const ImageF>(std::move(*stored));
     }
     const ImageF& stored = *stored_;
-    const Window whole = part().data_window;
+    const Window whole = parts()[0].data_window;
     const int largest = (1 << std::min(info_.bits, 16)) - 1;
     std::vector<float> codes;
     if (!info_.is_float && !space) codes = decoded_codes(curve, info_.bits);

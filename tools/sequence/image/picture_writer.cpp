@@ -132,13 +132,13 @@ void keep_stated(const PictureFile& input, PictureEncoding& encoding) {
 
 }  // namespace
 
-Result<PictureEncoding> picture_encoding(const std::string& path, const ExrFile& color_file,
+Result<PictureEncoding> picture_encoding(const std::string& path, const PixelFile& color_file,
                                          size_t color_channels, const PictureSettings& settings) {
     PictureEncoding encoding;
     encoding.format = picture_format_of(path);
     if (!encoding.format) return Status(StatusCode::internal, path + ": is no picture's name");
     const PictureFormat& format = *encoding.format;
-    const PictureFile* input = color_file.picture();
+    const PictureFile* input = picture_of(color_file);
     const bool same_format = input && &input->format() == &format;
     encoding.bits = settings.bits != 0 ? settings.bits
                     : input && (same_format || !PictureFormat::is_float(input->info().bits)) &&

@@ -29,7 +29,7 @@ struct PictureEncoding {
     std::vector<std::string> notes;  // what of the input is not in the output
 };
 // From the frame's header. Errors (usage): bits that the format has not.
-Result<PictureEncoding> picture_encoding(const std::string& path, const ExrFile& color_file,
+Result<PictureEncoding> picture_encoding(const std::string& path, const PixelFile& color_file,
                                          size_t color_channels, const PictureSettings& settings);
 
 // Writes `color` as `encoding` has it: four channels of the display window, linear, multiplied by

@@ -13,9 +13,9 @@ std::optional<io::CameraMetadata> metadata_of_frame(const SourceSettings& settin
     const std::string path = settings.color_frames->format(number);
     std::error_code error;
     if (!std::filesystem::exists(path, error)) return std::nullopt;
-    const auto file = io::ExrFile::open(path);
-    if (!file.ok() || size_t(part) >= file->parts().size()) return std::nullopt;
-    return io::camera_metadata(file->parts()[size_t(part)]);
+    const auto file = io::open_pixels(path);
+    if (!file.ok() || size_t(part) >= (*file)->parts().size()) return std::nullopt;
+    return io::camera_metadata((*file)->parts()[size_t(part)]);
 }
 
 // Sets `sky` and `makes_motion`.

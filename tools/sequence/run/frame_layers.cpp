@@ -22,7 +22,7 @@ bool ends_with_word(const std::string& name, const std::string& word) {
 }
 
 // Why the channels cannot be filtered with color; empty = they can.
-std::string obstacle(const io::ExrFile& file, const RoleChannels& channels,
+std::string obstacle(const io::PixelFile& file, const RoleChannels& channels,
                      const ProfileMatch& match) {
     const io::ExrPart& part = file.parts()[size_t(channels.part)];
     const io::ExrPart& color = file.parts()[size_t(match.roles.at(Role::color).part)];
@@ -43,7 +43,7 @@ std::string obstacle(const io::ExrFile& file, const RoleChannels& channels,
 class MatteFinder {
   public:
     // `faulty`: cryptomattes that cannot be used.
-    MatteFinder(const io::ExrFile& file, const ProfileMatch& match,
+    MatteFinder(const io::PixelFile& file, const ProfileMatch& match,
                 const std::vector<io::Cryptomatte>& faulty, FrameLayers& layers)
         : file_(file), match_(match), faulty_(faulty), layers_(layers) {}
 
@@ -177,7 +177,7 @@ class MatteFinder {
                        : concat("no '", word, "' in the cryptomatte (did you mean '", near, "'?)"));
     }
 
-    const io::ExrFile& file_;
+    const io::PixelFile& file_;
     const ProfileMatch& match_;
     const std::vector<io::Cryptomatte>& faulty_;
     FrameLayers& layers_;
@@ -277,8 +277,8 @@ std::string FrameLayers::text() const {
 }
 
 Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
-                                      const std::vector<std::string>& data, const io::ExrFile& file,
-                                      const ProfileMatch& match) try {
+                                      const std::vector<std::string>& data,
+                                      const io::PixelFile& file, const ProfileMatch& match) try {
     FrameLayers result;
     std::vector<FileLayer> layers = find_layers(io::channels_of(file), match, data);
     auto cryptomattes = io::find_cryptomattes(

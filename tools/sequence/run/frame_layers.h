@@ -71,8 +71,8 @@ struct FrameLayers {
 // does not exist (with the closest names) or is in several channels or cryptomattes; a faulty
 // cryptomatte that is to be filtered or is the only one that could contain a matte.
 Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
-                                      const std::vector<std::string>& data, const io::ExrFile& file,
-                                      const ProfileMatch& match);
+                                      const std::vector<std::string>& data,
+                                      const io::PixelFile& file, const ProfileMatch& match);
 
 // The filtered layers as stored, stacked, RGBA each (A = 0 if a layer has none). `input` was read
 // with this area. Errors (input): damaged data.

@@ -27,7 +27,7 @@ struct Writer {
 Result<Writer> writer_of(const SourceSettings& settings, const io::OpenFrame& files) {
     if (settings.profile) return Writer{.profile = *settings.profile};
     FileChannels all = io::channels_of(files.color_file());
-    std::set<const io::ExrFile*> seen = {&files.color_file()};
+    std::set<const io::PixelFile*> seen = {&files.color_file()};
     for (const auto& [role, file] : files.files) {
         if (!seen.insert(file.get()).second) continue;
         const FileChannels more = io::channels_of(*file);
@@ -42,7 +42,7 @@ Result<Writer> writer_of(const SourceSettings& settings, const io::OpenFrame& fi
 
 // A file is read by the profile detected from it, otherwise by the one of all files.
 Result<ProfileMatch> match_file(const SourceSettings& settings, const Writer& writer,
-                                const io::ExrFile& file) {
+                                const io::PixelFile& file) {
     const FileChannels channels = io::channels_of(file);
     if (!settings.profile) {
         auto own = detect_profile(builtin_profiles(), channels, settings.layer, settings.view);
@@ -59,7 +59,7 @@ Result<ProfileMatch> match_file(const SourceSettings& settings, const Writer& wr
 
 // Channels of a file with a single plane and no known names: one channel is depth, the usual pairs
 // are motion.
-std::optional<RoleChannels> plain_channels(const io::ExrFile& file, Role role) {
+std::optional<RoleChannels> plain_channels(const io::PixelFile& file, Role role) {
     static const std::vector<std::vector<std::string>> known = {
         {"Z"}, {"Y"}, {"R"}, {"R", "G"}, {"X", "Y"}, {"U", "V"}, {"u", "v"}};
     const size_t needed = size_t(channels_of(role));
@@ -78,7 +78,7 @@ std::optional<RoleChannels> plain_channels(const io::ExrFile& file, Role role) {
 }
 
 // " R G B Z", for messages.
-std::string names_in(const io::ExrFile& file) {
+std::string names_in(const io::PixelFile& file) {
     constexpr size_t kShown = 40;
     std::string text;
     size_t count = 0;
@@ -91,7 +91,7 @@ std::string names_in(const io::ExrFile& file) {
 // Merges a separate depth or motion file into the match of color's file. Channels that the profile
 // does not name are read by its first convention if the profile was named or is generic; otherwise
 // they may belong to another writer.
-Status add_own_file(const SourceSettings& settings, const Writer& writer, const io::ExrFile& file,
+Status add_own_file(const SourceSettings& settings, const Writer& writer, const io::PixelFile& file,
                     Role role, ProfileMatch& match) {
     auto own = match_file(settings, writer, file);
     if (own.ok() && own->roles.count(role)) {
@@ -156,7 +156,7 @@ Result<FrameHeader> open_source_frame(const SourceSettings& settings,
     if (!opened.ok()) return opened.status();
     FrameHeader header;
     header.files = std::move(*opened);
-    const io::ExrFile& color_file = header.files.color_file();
+    const io::PixelFile& color_file = header.files.color_file();
     auto writer = writer_of(settings, header.files);
     if (!writer.ok()) {
         if (Status why = color_file.explain_no_color(); !why.ok()) return why;
@@ -176,7 +176,7 @@ Result<FrameHeader> open_source_frame(const SourceSettings& settings,
             !status.ok())
             return status;
     }
-    if (const io::PictureFile* picture = color_file.picture())
+    if (const io::PictureFile* picture = picture_of(color_file))
         header.match.options.unpremultiplied = picture->info().unassociated;
     for (const auto& [role, where] : header.match.roles)
         header.assignment[role] = {where.part, where.channels};

@@ -24,7 +24,7 @@ Result<io::WriteReport> write_new_exr(const std::string& path, const SourceFrame
 
 // Notes what the output lacks: channels other than the `color_channels` color channels, further
 // pages.
-Result<io::WriteReport> with_notes(Result<io::WriteReport> report, const io::ExrFile& input,
+Result<io::WriteReport> with_notes(Result<io::WriteReport> report, const io::PixelFile& input,
                                    size_t color_channels) {
     if (!report.ok()) return report;
     size_t channels = 0;
@@ -32,7 +32,7 @@ Result<io::WriteReport> with_notes(Result<io::WriteReport> report, const io::Exr
     if (channels > color_channels)
         report->notes.push_back(concat(channels - color_channels,
                                        " channels other than color are not written to the output"));
-    if (input.picture() && input.picture()->info().has_more)
+    if (picture_of(input) && picture_of(input)->info().has_more)
         report->notes.push_back("the input has several pages; the output contains only the first");
     return report;
 }
@@ -41,8 +41,8 @@ Result<io::WriteReport> with_notes(Result<io::WriteReport> report, const io::Exr
 
 Status check_output(const FrameHeader& header, const std::string& path, const RunSettings& settings,
                     const io::WriteOptions& options) {
-    const io::ExrFile& color_file = header.files.color_file();
-    if (settings.source.input_transfer && !color_file.picture())
+    const io::PixelFile& color_file = header.files.color_file();
+    if (settings.source.input_transfer && !picture_of(color_file))
         return Status(StatusCode::usage,
                       concat(color_file.path(),
                              ": --input-transfer applies only to non-EXR inputs; "
@@ -64,7 +64,7 @@ Status check_output(const FrameHeader& header, const std::string& path, const Ru
                    ": --output-transfer and --bits do not apply to EXR outputs, which hold "
                    "scene-linear light; write .tif with --bits 32, or look at it with "
                    "--png"));
-    if (color_file.picture()) return io::check_new_exr(color_file, color, options);
+    if (picture_of(color_file)) return io::check_new_exr(color_file, color, options);
     return io::check_rewritable(header.files.color_file(), color, options);
 }
 
@@ -76,10 +76,10 @@ Result<io::WriteReport> write_output(const std::string& path, SourceFrame& sourc
     if (!permit.ok()) return permit.status();
     options.on_existing = *permit;
     const io::InputFrame& input = source.input;
-    const io::ExrFile& color_file = input.files.color_file();
+    const io::PixelFile& color_file = input.files.color_file();
     const bool stored_unassociated = source.conversion.unpremultiplied;
     if (!io::picture_format_of(path)) {
-        if (color_file.picture())
+        if (picture_of(color_file))
             return with_notes(write_new_exr(path, source, result, options), color_file,
                               source.input.assignment.at(Role::color).channels.size());
         if (stored_unassociated) to_file_convention(result, source.conversion, stored_color(input));

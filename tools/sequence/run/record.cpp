@@ -65,9 +65,9 @@ std::string record_text(const Chain& chain, const RunSettings& settings,
 }
 
 Result<Record> read_record(const std::string& path) {
-    auto file = io::ExrFile::open(path);
+    auto file = io::open_pixels(path);
     if (!file.ok()) return file.status();
-    for (const auto& part : file->parts()) {
+    for (const auto& part : (*file)->parts()) {
         const auto found = part.attributes.find(kRecordAttribute);
         if (found == part.attributes.end()) continue;
         try {

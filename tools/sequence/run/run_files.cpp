@@ -57,9 +57,9 @@ void read_manifests(const Chain& chain, const RunSettings& settings,
     for (const FrameTask& task : tasks) {
         for (int frame : {task.source - 1, task.source, task.source + 1}) {
             if (!on_disk.contains(frame) || !opened.insert(frame).second) continue;
-            const auto file = io::ExrFile::open(on_disk.at(frame));
+            const auto file = io::open_pixels(on_disk.at(frame));
             if (!file.ok()) continue;
-            const auto cryptomattes = io::find_cryptomattes(*file, io::Manifests::not_read);
+            const auto cryptomattes = io::find_cryptomattes(**file, io::Manifests::not_read);
             if (!cryptomattes.ok()) continue;
             for (const io::Cryptomatte& one : *cryptomattes)
                 if (!one.manifest_file.empty())

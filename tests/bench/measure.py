@@ -1,7 +1,7 @@
-"""What the scripts of this folder share: run postchain over frames, compare with ground truth, cut
-strips of pictures.
+"""Shared by the scripts of this folder: run postchain over frames, compare with ground truth, cut
+strips of images.
 
-A chain is a word (a shipped chain) or its passes as in a chain file, joined by " ; "; "" changes
+A chain is the name of a shipped chain, or its passes as in a chain file, joined by " ; "; "" changes
 nothing.
 """
 import json
@@ -12,7 +12,7 @@ import sys
 
 
 def call(*command):
-    """What the command prints; ends the program where it fails."""
+    """Returns the command's output; exits if the command fails."""
     done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
     if done.returncode:
         sys.exit(f"{' '.join(str(word) for word in command)}\n{done.stderr}")
@@ -20,7 +20,7 @@ def call(*command):
 
 
 def chain_path(chain, folder):
-    """What `postchain run` takes: the shipped chain's name, or a file in folder."""
+    """Chain argument of `postchain run`: a shipped chain's name, or a file in folder."""
     if chain and ":" not in chain:
         return chain
     path = folder / "chain.yaml"
@@ -34,7 +34,7 @@ def frame_list(frames):
 
 
 def run_chain(postchain, chain, scene, frames, folder, source="sharp"):
-    """Filters frames of SCENE/source into FOLDER/out.####.exr; {frame: ms of all passes}."""
+    """Filters frames of SCENE/source into FOLDER/out.####.exr; returns {frame: ms of all passes}."""
     call(postchain, "run", chain_path(chain, folder), "-i", scene / f"{source}.####.exr",
          "--camera", scene / "camera.json", "--frames", frame_list(frames), "-o",
          folder / "out.####.exr", "--on-existing", "overwrite", "-q")
@@ -46,13 +46,13 @@ def run_chain(postchain, chain, scene, frames, folder, source="sharp"):
 
 
 def least_time(postchain, chain, scene, frame, folder, repeats, source="sharp"):
-    """Least of the repeats of all passes' times, in ms."""
+    """Minimum over the repeats of the passes' total time, in ms."""
     return min(run_chain(postchain, chain, scene, [frame], folder, source)[frame]
                for _ in range(repeats))
 
 
 def processor_seconds(postchain, chain, scene, frames, folder):
-    """Of all threads, for each frame after the first: starting and compiling do not count."""
+    """CPU time of all threads per frame after the first, without start-up and compiling."""
     def spent(some):
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         run_chain(postchain, chain, scene, some, folder)
@@ -63,13 +63,13 @@ def processor_seconds(postchain, chain, scene, frames, folder):
 
 
 def errors(postchain, truth, picture, *more):
-    """{metric: value} of one picture; HDR-FLIP at the exposures of this ground truth."""
+    """{metric: value} of one image; HDR-FLIP at the exposures of this ground truth."""
     return json.loads(call(postchain, "diff", truth, picture, "--metric", "psnr", "--metric",
                            "hdr_flip", "--metric", "ssim", *more, "--json"))
 
 
 def temporal_errors(postchain, truth, pictures, frames):
-    """{frame: tde to the frame before}, None for the first; patterns with ####."""
+    """{frame: tde to the previous frame}, None for the first; patterns with ####."""
     if len(frames) < 2:
         return dict.fromkeys(frames)
     lines = call(postchain, "diff", truth, pictures, "--frames", frame_list(frames), "--metric",
@@ -79,8 +79,8 @@ def temporal_errors(postchain, truth, pictures, frames):
 
 
 def strip(pictures, crop, path, enlarged=1):
-    """Crops (WxH+X+Y) side by side, after x/(1+x) and gamma 2.2, as JPEG; enlarged: pixels become
-    squares of so many. Needs oiiotool."""
+    """Crops (WxH+X+Y) side by side, after x/(1+x) and gamma 2.2, as JPEG; enlarged: each pixel becomes a
+    square of this size. Needs oiiotool."""
     command = ["oiiotool"]
     for picture in pictures:
         command += [picture, "--ch", "0,1,2", "--chnames", "R,G,B", "--cut", crop,
@@ -114,6 +114,6 @@ def blur_sizes(scene, frame):
 
 
 def frames_of(scene, kind):
-    """Numbers of SCENE/kind.####.exr on disk."""
+    """Frame numbers of SCENE/kind.####.exr on disk."""
     return sorted(int(path.name.split(".")[1]) for path in pathlib.Path(scene).glob(
         f"{kind}.[0-9][0-9][0-9][0-9].exr"))

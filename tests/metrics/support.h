@@ -1,4 +1,4 @@
-// Pictures made by a function of the position.
+// Images computed from a function of position.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
-// Who may include whom (docs/architecture.md). The edges are found from the #include lines of every
-// source file; the only rule is the order of the layers: an include runs down, never up, and within
-// a layer never in a circle.
+// Checks include edges (docs/architecture.md), found from the #include lines of every source file.
+// The only rule is the order of layers: includes go down, never up, and within a layer never in a
+// cycle.
 #include <gtest/gtest.h>
 
 #include <algorithm>

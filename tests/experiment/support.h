@@ -1,26 +1,13 @@
 // Small sequences on disk, and settings of an experiment over them.
 #pragma once
 
-#include <filesystem>
 #include <string>
 
 #include "tests/support/gpu.h"
+#include "tests/support/temp_folder.h"
 #include "tools/measure/experiment/bench.h"
 
 namespace postchain::test {
-
-// A unique temporary folder, removed at the end.
-class TempFolder {
-  public:
-    TempFolder();
-    ~TempFolder();
-    std::string path(const std::string& name = {}) const {
-        return name.empty() ? folder_.string() : (folder_ / name).string();
-    }
-
-  private:
-    std::filesystem::path folder_;
-};
 
 // Frames first..first+count-1 of layered_frame(), each with another texture, in Cycles' convention:
 // FOLDER/in.####.exr with color, depth and motion vectors.

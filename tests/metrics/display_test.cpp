@@ -8,12 +8,6 @@
 namespace postchain::metrics {
 namespace {
 
-// The scene value that is displayed as d.
-double shown_as(double d) {
-    const double v = std::pow(d, 2.2);
-    return v / (1 - v);
-}
-
 TEST(Display, Transform) {
     EXPECT_NEAR(display_value(1), std::pow(0.5, 1 / 2.2), 1e-6);
     EXPECT_EQ(display_value(0), 0);

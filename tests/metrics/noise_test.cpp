@@ -13,12 +13,6 @@
 namespace postchain::metrics {
 namespace {
 
-// The scene value that is displayed as d.
-double shown_as(double d) {
-    const double v = std::pow(d, 2.2);
-    return v / (1 - v);
-}
-
 double deviation(const ImageF& variance) {
     double sum = 0;
     for (const float v : variance.data) sum += double(v);

@@ -8,12 +8,6 @@
 namespace postchain::metrics {
 namespace {
 
-// The scene value that is displayed as d.
-double shown_as(double d) {
-    const double v = std::pow(d, 2.2);
-    return v / (1 - v);
-}
-
 // Display values: an edge at x = 30 from 0.2 to 0.2 + left, `width` pixels wide (a linear ramp),
 // and a hard edge at x = 90 that adds `right`.
 ImageF edges(double left, int width, double right) {

@@ -1,4 +1,4 @@
-// The page of the matrix: what it shows of failures and limits, and its pictures, decoded again.
+// The page of the matrix: its failures and limits, and its images, decoded again.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -33,8 +33,8 @@ TEST(Png, Base64OfTheTestVectors) {
     EXPECT_EQ(io::base64_of(std::string_view("\xfb\xff\0", 3)), "+/8A");
 }
 
-// The published map's ends, and its middle: (0.001462, 0.000466, 0.013866), (0.716387, 0.214982,
-// 0.475290), (0.987053, 0.991438, 0.749504).
+// The ends and the middle of the published map: (0.001462, 0.000466, 0.013866), (0.716387,
+// 0.214982, 0.475290), (0.987053, 0.991438, 0.749504).
 TEST(Png, MagmaIsThePublishedMap) {
     ImageF values(5, 1, 1);
     values.data = {0, 0.5f, 1, 7, NAN};
@@ -75,7 +75,7 @@ TEST(Pictures, LargeFramesAreCutAroundTheWorst) {
     auto all = pictured(exhibit);
     ASSERT_TRUE(all.ok());
     EXPECT_EQ(all->place, "160 x 120 pixels from 240,90 of 400 x 300");
-    exhibit.error.at(399, 150) = INFINITY;  // larger than any
+    exhibit.error.at(399, 150) = INFINITY;  // larger than any other
     exhibit.error.at(0, 0) = 2;
     all = pictured(exhibit);
     ASSERT_TRUE(all.ok());
@@ -142,7 +142,8 @@ TEST(Page, ShowsFailuresAndLimitsWithPicturesAndNothingFromElsewhere) {
     EXPECT_NE(page.find("<a href=\"#limit-1\">limit 2.5</a>"), std::string::npos);
     for (const char* id : {"fail-1", "limit-1", "check-mirror", "table", "main"})
         EXPECT_EQ(count(page, concat("id=\"", id, "\"")), 1u) << id;
-    // Each picture with a text of its own and its file inside, 40 times as large as it is.
+    // Each image has its own text and is embedded, enlarged 40 times.
+
     EXPECT_EQ(count(page, "<img "), 8u);
     EXPECT_EQ(count(page, "alt=\""), 8u);
     EXPECT_EQ(count(page, "src=\"data:image/png;base64,"), 8u);

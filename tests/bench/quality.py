@@ -6,7 +6,7 @@
 
 DATA holds a folder for each scene with sharp.####.exr, mb, dof and both (ground truth), camera.json
 and, for the peers, peer_*.####.exr. A cell is PSNR (dB, after x/(1+x) and gamma 2.2) / HDR-FLIP /
-SSIM; time is the least of the repeats of all passes' times, as a ratio to the table's first chain.
+SSIM; time is the minimum over the repeats of the passes' total time, relative to the table's first chain.
 --pictures makes strips of full-size crops instead (needs oiiotool).
 """
 import argparse
@@ -162,9 +162,9 @@ def main():
     parser.add_argument("--table", choices=list(TABLES), action="append")
     parser.add_argument("--frame", type=int, default=10)
     parser.add_argument("--repeat", type=int, default=3)
-    parser.add_argument("--skip", action="append", default=["wheels_720p"], help="a scene")
-    parser.add_argument("--pictures", type=pathlib.Path, help="folder for strips")
-    parser.add_argument("--crop", default="280x240+180+60", help="of the strips")
+    parser.add_argument("--skip", action="append", default=["wheels_720p"], help="scene to skip")
+    parser.add_argument("--pictures", type=pathlib.Path, help="output folder for strips")
+    parser.add_argument("--crop", default="280x240+180+60", help="crop of the strips")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         if options.pictures:

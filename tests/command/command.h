@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/temp_folder.h"
+
 namespace postchain::test {
 
 using Arguments = std::vector<std::string>;
@@ -48,7 +50,7 @@ class Process {
 
   private:
     Launch launch_;
-    std::string folder_;  // holds the captured streams
+    TempFolder folder_;  // holds the captured streams
     pid_t pid_ = -1;
     int status_ = 0;
     long peak_kib_ = 0;

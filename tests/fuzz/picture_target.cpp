@@ -1,5 +1,4 @@
-// The target `picture`: a whole file of another format than EXR, as color is read from it, and as
-// `run` writes it again.
+// The target `picture`: a complete non-EXR file, read for its color and written again as by `run`.
 #include <fstream>
 
 #include "promises.h"
@@ -7,8 +6,8 @@
 #include "tools/sequence/image/picture_file.h"
 #include "tools/sequence/image/picture_writer.h"
 
-// OpenImageIO 2.4 leaves its error text behind where libpng jumps out of it, some 30 bytes for each
-// PNG that ends too early.
+// OpenImageIO 2.4 leaks its error string, some 30 bytes, for each PNG that ends too early, because
+// libpng jumps out.
 extern "C" const char* __lsan_default_suppressions() {
     return "leak:ImageInput::geterror\n";
 }
@@ -16,7 +15,7 @@ extern "C" const char* __lsan_default_suppressions() {
 namespace postchain::fuzz {
 namespace {
 
-// The name that a file of these bytes would have, whatever follows the first ones.
+// A file name whose extension matches the first bytes.
 std::string name_for(std::string_view bytes) {
     const std::string_view first = bytes.substr(0, 2);
     if (first == "II" || first == "MM") return "in.tif";

@@ -1,4 +1,4 @@
-// `postchain stress` as a command: what it writes, that threads change no bit, its errors.
+// `postchain stress` as a command: its outputs, independence of the thread count, and errors.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -56,11 +56,11 @@ TEST(StressCommand, WritesTableAndJsonOfTheCellsAskedFor) {
     std::filesystem::remove_all(folder);
 }
 
-// Every bit of every output, and all that is concluded from it, for any number of threads; the
-// software renderer reads it from its environment once, when the context is made.
+// Outputs and results are identical for any number of threads, which the software renderer reads
+// from its environment once, when the context is created.
 TEST(StressCommand, BitsDoNotDependOnTheNumberOfThreads) {
-    // 97x61: 28 work groups of which no number of threads has an equal share. The default run holds
-    // every pass, paper and dof_first; the others are what else is shipped.
+    // 97x61: 28 work groups, which no thread count divides evenly. The default run covers every
+    // pass, paper and dof_first; the others are the remaining shipped chains.
     for (const char* arguments : {"--only '/size/97x61/'", "fast --only '/size/97x61/fp16'",
                                   "best --only '/size/41x31/fp32'"}) {
         std::set<std::string> outputs;

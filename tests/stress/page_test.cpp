@@ -1,4 +1,4 @@
-// The page of the matrix: what it shows of failures and limits, and its pictures, decoded again.
+// The page of the matrix: its failures and limits, and its images, decoded again.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -34,8 +34,8 @@ TEST(Png, Base64OfTheTestVectors) {
     EXPECT_EQ(io::base64_of(std::string_view("\xfb\xff\0", 3)), "+/8A");
 }
 
-// The published map's ends, and its middle: (0.001462, 0.000466, 0.013866), (0.716387, 0.214982,
-// 0.475290), (0.987053, 0.991438, 0.749504).
+// The ends and the middle of the published map: (0.001462, 0.000466, 0.013866), (0.716387,
+// 0.214982, 0.475290), (0.987053, 0.991438, 0.749504).
 TEST(Png, MagmaIsThePublishedMap) {
     ImageF values(5, 1, 1);
     values.data = {0, 0.5f, 1, 7, NAN};
@@ -76,7 +76,7 @@ TEST(Pictures, LargeFramesAreCutAroundTheWorst) {
     auto all = pictured(exhibit);
     ASSERT_TRUE(all.ok());
     EXPECT_EQ(all->place, "160 x 120 pixels from 240,90 of 400 x 300");
-    exhibit.error.at(399, 150) = INFINITY;  // larger than any
+    exhibit.error.at(399, 150) = INFINITY;  // larger than any other
     exhibit.error.at(0, 0) = 2;
     all = pictured(exhibit);
     ASSERT_TRUE(all.ok());

@@ -1,0 +1,59 @@
+// The search of the inverse warp's double-precision reference (search.glsl, neighbors.glsl): the
+// surface that a sample sees at a pixel. Written from docs/inverse_warp.md.
+#pragma once
+
+#include <vector>
+
+#include "chain/image.h"
+#include "passes/inverse_warp/reference_starts.h"
+
+namespace postchain::inverse_warp::reference {
+
+// This frame or a neighbor.
+struct Frame {
+    double offset = 0;  // frames: -1 before, 1 after
+    ImageD color;       // wide
+    std::vector<Surface> surfaces;
+
+    const Surface& surface(Vec pixel) const {
+        return surfaces[size_t(pixel.y) * size_t(color.width) + size_t(pixel.x)];
+    }
+    Vec inside(Vec at) const;
+};
+
+struct Frames {
+    Frame here;
+    std::vector<Frame> neighbors;
+    double half_open = 1;  // half the open time, frames
+    int own_steps = 2;     // of the search from the pixel itself
+};
+
+// A place in a frame that shows the sample's surface. Its inverse depth is -1 if there is none.
+struct Found {
+    const Frame* frame = nullptr;
+    Vec at;  // px
+    double inverse_depth = -1;
+    Vec path;  // a
+};
+
+// Result of the search in this frame.
+struct Search {
+    Found nearest;        // of the accepted surfaces
+    double residual = 0;  // its error
+    Surface far;          // the farthest surface visited
+    double far_residual = 0;
+    Vec far_at;                         // its pixel
+    double first_depth = -1;            // inverse depth of the first surface visited
+    std::vector<bool> occluded_starts;  // this frame may hide these start surfaces
+};
+
+// Searches at p from the surface `begin`, then from the start surfaces. If `next` is given, it
+// becomes the surface that the search from `begin` has led to.
+Search search(const Frames& frames, Vec p, const Sample& now, const std::vector<Surface>& starts,
+              const Surface& begin, Surface* next);
+
+// The nearest surface that the sample sees in any frame.
+Found resolve_occluded(const Frames& frames, const Search& here, Vec p, const Sample& now,
+                       const std::vector<Surface>& starts);
+
+}  // namespace postchain::inverse_warp::reference

@@ -70,17 +70,6 @@ Frames frames_of(const PlanContext& context, const Settings& settings,
     return frames;
 }
 
-// The knowledge that all samples of a pixel share.
-struct Pixel {
-    int x = 0, y = 0;
-    Vec p;  // the same
-    const double* color = nullptr;
-    const Surface* surface = nullptr;
-    Vec random;  // x in [0, 1), y in [-1, 1)
-    const Block* block = nullptr;
-    double weight_of_more = 0;  // of the block's samples beyond the first set
-};
-
 // Samples 0 .. ceil(n) - 1, whose lens samples begin at `first`.
 struct SampleSet {
     double n = 0;
@@ -158,10 +147,10 @@ class Gather {
 
     bool is_still(const Pixel& pixel) const { return pixel.block->longest_px <= s_.still_limit_px; }
 
-    SampleSet first_set(double longest_px) const {
+    SampleSet first_set(const Pixel& pixel) const {
         if (s_.lens) return {double(s_.samples)};
-        return {std::clamp(2 * longest_px / s_.shutter->path_px_per_time, double(kMinTimes),
-                           double(std::max(s_.samples, kMinTimes)))};
+        return {std::clamp(2 * pixel.block->longest_px / s_.shutter->path_px_per_time,
+                           double(kMinTimes), double(std::max(s_.samples, kMinTimes)))};
     }
 
     // Time of sample k. The lens samples go outward, so the times beside them go by mirrored
@@ -176,7 +165,8 @@ class Gather {
         return 2 * (turns - std::floor(turns)) - 1;
     }
 
-    Sample sample_at(int k, const SampleSet& set, Vec random) const {
+    Sample sample_at(int k, const SampleSet& set, const Pixel& pixel) const {
+        const Vec random = pixel.random;
         const double part = std::min(1.0, set.n - k);
         Sample sample;
         sample.number = k;
@@ -195,15 +185,15 @@ class Gather {
 
     // A ray through this lens sample comes from the place where the pixel sees infinity. The
     // barrel's circle is moved against it, by cats_eye if the place is a corner of the frame.
-    bool passes_barrel(Vec p, Vec lens) const {
+    bool passes_barrel(const Pixel& pixel, const Sample& now) const {
         if (!s_.lens || s_.lens->aperture.cats_eye == 0) return true;
         const Vec display = {double(description_.display_width),
                              double(description_.display_height)};
         const Vec origin = {double(description_.origin_x), double(description_.origin_y)};
-        const Vec from = p - s_.lens->coc.radius_px(0) * lens;
+        const Vec from = pixel.p - s_.lens->coc.radius_px(0) * now.lens;
         const Vec place = from + origin + Vec{0.5, 0.5} - 0.5 * display;
         const double half_diagonal = 0.5 * std::sqrt(dot(display, display));
-        const Vec passed = lens + s_.lens->aperture.cats_eye / half_diagonal * place;
+        const Vec passed = now.lens + s_.lens->aperture.cats_eye / half_diagonal * place;
         return dot(passed, passed) <= 1;
     }
 
@@ -211,7 +201,7 @@ class Gather {
         const Vec behind =
             frames_.here.inside(pixel.p - here.far.displacement(now, frames_.half_open));
         const Vec at = here.nearest.inverse_depth >= 0 ? here.nearest.at : behind;
-        const Found found = resolve_occluded(frames_, here, pixel.p, now, pixel.block->starts);
+        const Found found = resolve_occluded(frames_, pixel, now, here);
         if (found.inverse_depth >= 0)
             return {color_at(found.frame->color, found.at), found.inverse_depth, found.path, at};
         const Color far_color = color_at(frames_.here.color, here.far_at);
@@ -224,17 +214,16 @@ class Gather {
     void add_set(Sums& sums, const Pixel& pixel, const SampleSet& set) const {
         Surface begin = *pixel.surface;
         for (int k = 0; k < set.n; ++k) {
-            const Sample now = sample_at(k, set, pixel.random);
-            if (!passes_barrel(pixel.p, now.lens)) continue;
-            const Search found = search(frames_, pixel.p, now, pixel.block->starts, begin,
-                                        s_.lens ? nullptr : &begin);
-            accumulate(sums, resolve(pixel, now, found), now, pixel.p, pixel.color, s_);
+            const Sample now = sample_at(k, set, pixel);
+            if (!passes_barrel(pixel, now)) continue;
+            const Search found = search(frames_, pixel, now, begin, !s_.lens);
+            accumulate(sums, pixel, now, resolve(pixel, now, found), s_);
         }
     }
 
     Sums gather(const Pixel& pixel) const {
         Sums sums = no_samples(color_.channels);
-        add_set(sums, pixel, first_set(pixel.block->longest_px));
+        add_set(sums, pixel, first_set(pixel));
         if (pixel.weight_of_more > 0)
             add_set(sums, pixel, {double(s_.more_samples), s_.samples, pixel.weight_of_more});
         return sums;

@@ -57,13 +57,14 @@ Sums no_samples(int channels) {
     return sums;
 }
 
-void accumulate(Sums& sums, const Seen& seen, const Sample& now, Vec p, const double* own,
+void accumulate(Sums& sums, const Pixel& pixel, const Sample& now, const Seen& seen,
                 const Settings& settings) {
     Color difference = seen.color;
-    for (size_t c = 0; c < difference.size(); ++c) difference[c] -= own[c];
+    for (size_t c = 0; c < difference.size(); ++c) difference[c] -= pixel.color[c];
+    const Vec moved_px = seen.at - pixel.p;
     add(sums.color, now.weight, difference);
     sums.weight += now.weight;
-    sums.moment += now.weight * dot(seen.at - p, seen.at - p);
+    sums.moment += now.weight * dot(moved_px, moved_px);
     add_to_half(sums.halves, now.number, difference, now.weight);
     add_soft(sums.soft, seen, difference, now.weight, settings);
 }

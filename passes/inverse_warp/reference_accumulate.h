@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "passes/inverse_warp/reference_surfaces.h"
+#include "passes/inverse_warp/reference_search.h"
 
 namespace postchain::inverse_warp::reference {
 
@@ -40,12 +40,11 @@ struct Sums {
 
 Sums no_samples(int channels);
 
-// p, own: the pixel and its color
-void accumulate(Sums& sums, const Seen& seen, const Sample& now, Vec p, const double* own,
+void accumulate(Sums& sums, const Pixel& pixel, const Sample& now, const Seen& seen,
                 const Settings& settings);
 
-// Squared difference between the means of two halves of a pixel's samples, as shown: mean of red,
-// green and blue; 0 if a half is empty or not finite.
+// Squared difference between the means of the two halves of a pixel's samples, as shown: mean of
+// red, green and blue; 0 if a half is empty or not finite.
 double noise_of(const std::array<Half, 2>& halves, const double* own);
 
 // Weight of each sample beyond the first `samples` of a block, whose pixels have this mean noise.

@@ -120,21 +120,22 @@ Vec Frame::inside(Vec at) const {
     return {std::clamp(at.x, 0.0, color.width - 1.0), std::clamp(at.y, 0.0, color.height - 1.0)};
 }
 
-Search search(const Frames& frames, Vec p, const Sample& now, const std::vector<Surface>& starts,
-              const Surface& begin, Surface* next) {
+Search search(const Frames& frames, const Pixel& pixel, const Sample& now, Surface& begin,
+              bool advance) {
+    const std::vector<Surface>& starts = pixel.block->starts;
     Search s;
     s.residual = kAcceptPx;
     s.far.inverse_depth = s.far_residual = 3.4e38;
     s.occluded_starts.resize(starts.size());
     bool unused = false;
-    const Surface* own = search_from(s, frames, p, now, begin, frames.own_steps, unused);
-    if (own && next) *next = *own;
+    const Surface* own = search_from(s, frames, pixel.p, now, begin, frames.own_steps, unused);
+    if (own && advance) begin = *own;
     // A surface found from the pixel itself occludes all that are not nearer; one found from a
     // start surface only those that are farther.
     double occluded_from = s.nearest.inverse_depth * now.depth_ratio;
     for (size_t i = 0; i < starts.size() && starts[i].inverse_depth > occluded_from; ++i) {
         bool occluded = false;
-        search_from(s, frames, p, now, starts[i], kSteps, occluded);
+        search_from(s, frames, pixel.p, now, starts[i], kSteps, occluded);
         s.occluded_starts[i] = occluded;
         occluded_from = std::max(occluded_from, s.nearest.inverse_depth / now.depth_ratio);
     }
@@ -144,8 +145,9 @@ Search search(const Frames& frames, Vec p, const Sample& now, const std::vector<
 // In each neighbor, the nearer in time first: from the farthest surface visited, if this frame
 // shows nothing, and from the start surfaces that this frame may hide. If the farthest surface
 // visited is behind the first, no farther one counts.
-Found resolve_occluded(const Frames& frames, const Search& here, Vec p, const Sample& now,
-                       const std::vector<Surface>& starts) {
+Found resolve_occluded(const Frames& frames, const Pixel& pixel, const Sample& now,
+                       const Search& here) {
+    const std::vector<Surface>& starts = pixel.block->starts;
     std::vector<const Frame*> neighbors;
     for (const Frame& neighbor : frames.neighbors) neighbors.push_back(&neighbor);
     if (neighbors.size() == 2 && now.u >= 0) std::swap(neighbors[0], neighbors[1]);
@@ -154,7 +156,7 @@ Found resolve_occluded(const Frames& frames, const Search& here, Vec p, const Sa
     Found nearest = here.nearest;
     const auto search_neighbors = [&](const Surface& begin) {
         for (const Frame* neighbor : neighbors)
-            search_neighbor(frames, *neighbor, begin, p, now, farthest, nearest);
+            search_neighbor(frames, *neighbor, begin, pixel.p, now, farthest, nearest);
     };
     if (here.nearest.inverse_depth < 0) search_neighbors(here.far);
     for (size_t i = 0; i < starts.size(); ++i)

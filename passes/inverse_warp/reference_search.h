@@ -28,6 +28,17 @@ struct Frames {
     int own_steps = 2;     // of the search from the pixel itself
 };
 
+// The knowledge that all samples of a pixel share.
+struct Pixel {
+    Vec p;
+    int x = 0, y = 0;  // the same
+    const double* color = nullptr;
+    const Surface* surface = nullptr;
+    Vec random;  // x in [0, 1), y in [-1, 1)
+    const Block* block = nullptr;
+    double weight_of_more = 0;  // of the block's samples beyond the first set
+};
+
 // A place in a frame that shows the sample's surface. Its inverse depth is -1 if there is none.
 struct Found {
     const Frame* frame = nullptr;
@@ -47,13 +58,13 @@ struct Search {
     std::vector<bool> occluded_starts;  // this frame may hide these start surfaces
 };
 
-// Searches at p from the surface `begin`, then from the start surfaces. If `next` is given, it
-// becomes the surface that the search from `begin` has led to.
-Search search(const Frames& frames, Vec p, const Sample& now, const std::vector<Surface>& starts,
-              const Surface& begin, Surface* next);
+// Searches from the surface `begin`, then from the start surfaces of the pixel's block. If
+// `advance`, `begin` becomes the surface found from it.
+Search search(const Frames& frames, const Pixel& pixel, const Sample& now, Surface& begin,
+              bool advance);
 
 // The nearest surface that the sample sees in any frame.
-Found resolve_occluded(const Frames& frames, const Search& here, Vec p, const Sample& now,
-                       const std::vector<Surface>& starts);
+Found resolve_occluded(const Frames& frames, const Pixel& pixel, const Sample& now,
+                       const Search& here);
 
 }  // namespace postchain::inverse_warp::reference

@@ -32,8 +32,8 @@ struct Sums {
     Half halves[2];
 };
 
-// Variance along x and y, px^2: a larger one changes no window, and its determinant would be lost in
-// rounding.
+// Variance along x and y, px^2: a larger one changes no window, and its determinant would be lost
+// in rounding.
 const float kMaxSpread = 65536.0;
 
 Sums no_samples() {
@@ -70,11 +70,12 @@ void add_to_half(inout Half halves[2], int number, vec3 difference, float weight
     halves[1].weight += odd ? weight : 0.0;
 }
 
-void accumulate(inout Sums sums, Seen seen, Sample now, vec2 p, WideColor own) {
-    const WideColor difference = minus(seen.color, own);
+void accumulate(inout Sums sums, Pixel pixel, Sample now, Seen seen) {
+    const WideColor difference = minus(seen.color, pixel.color);
+    const vec2 moved_px = seen.at - pixel.p;
     sums.color = plus(sums.color, now.weight, difference);
     sums.weight += now.weight;
-    sums.moment += now.weight * dot(seen.at - p, seen.at - p);
+    sums.moment += now.weight * dot(moved_px, moved_px);
     if (ADAPTIVE == 1) add_to_half(sums.halves, now.number, difference.planes[0].rgb, now.weight);
     if (DENOISE == 1) add_soft(sums.soft, seen, difference, now.weight);
 }

@@ -11,8 +11,8 @@ vec3 shown(vec3 color) {
     return sqrt(light / (1.0 + light));
 }
 
-// Squared difference between the means of two halves of a pixel's samples, as shown: mean of red,
-// green and blue.
+// Squared difference between the means of the two halves of a pixel's samples, as shown: mean of
+// red, green and blue.
 float noise_of(Half halves[2], vec3 own) {
     if (halves[0].weight == 0.0 || halves[1].weight == 0.0) return 0.0;
     const vec3 d = shown(own + halves[0].color / halves[0].weight) -
@@ -21,8 +21,8 @@ float noise_of(Half halves[2], vec3 own) {
     return is_finite(squared) ? squared : 0.0;
 }
 
-// The invocations beyond the frame's border take part in the block's sum, as the border pixel. A work
-// group beyond the end of a work list does not.
+// The invocations beyond the frame's border take part in the block's sum, as the border pixel. A
+// work group beyond the end of a work list does not.
 bool takes_part(bool is_pixel, inout ivec2 pixel) {
     if (!is_pixel && all(lessThan(pixel, uniforms.size))) return false;
     pixel = min(pixel, uniforms.size - 1);
@@ -35,12 +35,13 @@ void begin_block() {
 }
 
 // After the first set: the second, whose weight grows with the block's noise. False if it is 0, and
-// after the second. noise: of this pixel
-bool next_set(inout SampleSet set, ivec2 block, float noise) {
+// after the second.
+bool next_set(inout SampleSet set, Pixel pixel, Sums sums, bool is_pixel) {
     if (set.first > 0) return false;
+    const float noise = is_pixel ? noise_of(sums.halves, pixel.color.planes[0].rgb) : 0.0;
     atomicAdd(block_noise, uint(kNoiseSteps * noise + 0.5));
     barrier();
-    const ivec2 extent = min(uniforms.size - kBlockPx * block, ivec2(kBlockPx));
+    const ivec2 extent = min(uniforms.size - kBlockPx * pixel.block, ivec2(kBlockPx));
     const float mean = float(block_noise) / (kNoiseSteps * float(extent.x * extent.y));
     const float weight = clamp((mean / uniforms.noise_limit - 1.0) * 4.0, 0.0, 1.0);
     if (weight == 0.0) return false;
@@ -54,14 +55,11 @@ float noise_scale(SampleSet last) {
     return inversesqrt(1.0 + more * float(uniforms.more_samples) / float(uniforms.samples));
 }
 #else
-float noise_of(Half halves[2], vec3 own) {
-    return 0.0;
-}
 bool takes_part(bool is_pixel, ivec2 pixel) {
     return is_pixel;
 }
 void begin_block() {}
-bool next_set(SampleSet set, ivec2 block, float noise) {
+bool next_set(SampleSet set, Pixel pixel, Sums sums, bool is_pixel) {
     return false;
 }
 float noise_scale(SampleSet last) {

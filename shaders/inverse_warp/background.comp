@@ -1,7 +1,7 @@
 #version 450 core
-// The farthest surface in each cell of 2, 4, 8 and 16 pixels' edge: its mean color, its inverse depth,
-// and the part of the cell that shows it. The gather fills occluded surfaces from them. One thread per
-// block.
+// The farthest surface in each cell of 2, 4, 8 and 16 pixels' edge: its mean color, its inverse
+// depth, and the part of the cell that shows it. The gather fills occluded surfaces from them. One
+// thread per block.
 //
 //   color, surfaces -> background_color, background_depth   15 blocks.x by 8 blocks.y: the cells of
 //                      2 px, to the right of them those of 4, 8 and 16 px (background.glsl)

@@ -1,7 +1,7 @@
 #version 450 core
-// For each block the three surfaces that are displaced most differently: the one displaced most, the
-// one farthest from it, and the one farthest from both; on a tie, the first in row order wins. One
-// thread per block: on a software renderer a group with shared memory took ten times as long.
+// For each block the three surfaces that are displaced most differently: the one displaced most,
+// the one farthest from it, and the one farthest from both; on a tie, the first in row order wins.
+// One thread per block: on a software renderer a group with shared memory took ten times as long.
 //
 //   surfaces -> block_surfaces   3 blocks.x by blocks.y
 #include "common/work_group.glsl"

@@ -1,10 +1,10 @@
 #version 450 core
-// The surface of bright pixels at edges. Antialiasing mixes the light of a lamp into pixels that have
-// the depth of the surface behind it or before it. If the light moved with that surface, it would form
-// a rim or a glow: such a pixel shows the lamp's surface.
+// The surface of bright pixels at edges. Antialiasing mixes the light of a lamp into pixels that
+// have the depth of the surface behind it or before it. If the light moved with that surface, it
+// would form a rim or a glow: such a pixel shows the lamp's surface.
 //
-//   color, surfaces_of_planes -> shown   0: the pixel's own surface; i + 1: the surface of the pixel
-//                                        at the offset kAround[i] (around.glsl)
+//   color, surfaces_of_planes -> shown   0: the pixel's own surface; i + 1: that of the pixel at
+//                                        the offset kAround[i] (around.glsl)
 #include "common/finite.glsl"
 #include "common/work_group.glsl"
 
@@ -15,8 +15,8 @@ layout(binding = 0) uniform sampler2D color;
 layout(binding = 1) uniform usampler2D surfaces_of_planes;
 layout(binding = 0) writeonly uniform uimage2D shown;
 
-// A pixel shows the light of an adjacent surface if the pixel is kBrighter times as bright as its own
-// surface around it, the other surface is kOtherBrighter times as bright as the pixel, and
+// A pixel shows the light of an adjacent surface if the pixel is kBrighter times as bright as its
+// own surface around it, the other surface is kOtherBrighter times as bright as the pixel, and
 // kLampBrighter times as bright as the surface around.
 const float kBrighter = 4.0, kOtherBrighter = 1.1, kLampBrighter = 20.0;
 // And if the two are displaced differently by more than kApartPx. A surface that is displaced by at
@@ -45,7 +45,8 @@ float light_around(ivec2 p, Surface own, float otherwise) {
         const ivec2 read = clamp(at, ivec2(0), uniforms.size - 1);
         const Surface s = surface_at(read);
         const vec4 c = texelFetch(color, read, 0);
-        if (at == read && !s.edge && one_depth(s.inverse_depth, own.inverse_depth) && is_finite(c)) {
+        const bool same = at == read && one_depth(s.inverse_depth, own.inverse_depth);
+        if (same && !s.edge && is_finite(c)) {
             sum += c;
             count += 1.0;
         }
@@ -76,8 +77,8 @@ uint shown_at(ivec2 p) {
     }
     if (brightest == 0u || other_light <= kOtherBrighter * light) return 0u;
     const Surface other = surface_at(p + kAround[brightest - 1u]);
-    const bool behind = other.inverse_depth < own.inverse_depth;
-    if (apart(other, own) <= kApartPx * kApartPx || (behind && longest_of(own) <= kStaysPx)) return 0u;
+    if (apart(other, own) <= kApartPx * kApartPx) return 0u;
+    if (other.inverse_depth < own.inverse_depth && longest_of(own) <= kStaysPx) return 0u;
     const float around = light_around(p, own, light);
     return light > kBrighter * around && other_light > kLampBrighter * around ? brightest : 0u;
 }

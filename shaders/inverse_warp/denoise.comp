@@ -1,8 +1,8 @@
 #version 450 core
-// Takes away the noise of few samples. The samples of a pixel that see surfaces out of focus, or fast
-// ones, are a mean over the spread of their displacements, which holds no detail much finer than that
-// spread. So their mean is also taken over the pixels around, within a small part of the spread: the
-// more samples, the smaller. Sharp surfaces are left alone.
+// Takes away the noise of few samples. The samples of a pixel that see surfaces out of focus, or
+// fast ones, are a mean over the spread of their displacements, which holds no detail much finer
+// than that spread. So their mean is also taken over the pixels around, within a small part of the
+// spread: the more samples, the smaller. Sharp surfaces are left alone.
 //
 //   gathered, soft (rgb: mean color of blurred samples; a: their share), spread (mean covariance of
 //   their displacements: xx, xy, yy, px^2; mean of their alpha) -> color

@@ -1,11 +1,11 @@
 #version 450 core
-// Averages, over time samples and lens samples, the color of the surface seen at pixel p. Each sample
-// searches by fixed-point iteration, X <- p - D(X) (Yang et al., Image-Based Bidirectional Scene
-// Reprojection, 2011; Bowles et al., Iterative Image Warping, 2012), from the pixel, then from the
-// block's start surfaces, nearest first. X is accepted if X + D(X) is within kAcceptPx of p; the
-// nearest accepted surface wins. If none is accepted, or a start surface may be occluded here,
-// neighboring frames are searched. If nothing is found anywhere, the farthest surface visited is
-// extended behind its occluder.
+// Averages, over time samples and lens samples, the color of the surface seen at pixel p. Each
+// sample searches by fixed-point iteration, X <- p - D(X) (Yang et al., Image-Based Bidirectional
+// Scene Reprojection, 2011; Bowles et al., Iterative Image Warping, 2012), from the pixel, then
+// from the block's start surfaces, nearest first. X is accepted if X + D(X) is within kAcceptPx of
+// p; the nearest accepted surface wins. If none is accepted, or a start surface may be occluded
+// here, neighboring frames are searched. If nothing is found anywhere, the farthest surface visited
+// is extended behind its occluder.
 //
 //   color, surfaces, starts, background_color, background_depth [, lens_points] [, noise] [, hint]
 //       -> color [, soft, spread] [, hint]
@@ -52,35 +52,30 @@ layout(binding = 4) writeonly uniform image2DArray layers_blurred;
 layout(binding = 5) writeonly uniform image2DArray layers_soft;
 #endif
 
-#include "inverse_warp/samples.glsl"
-
-#include "inverse_warp/search.glsl"
-
-#include "inverse_warp/neighbors.glsl"
-
-#include "inverse_warp/background.glsl"
-
-#include "inverse_warp/accumulate.glsl"
-
-#include "inverse_warp/adaptive.glsl"
-
 // The knowledge that all samples of a pixel share.
 struct Pixel {
-    ivec2 at;
-    vec2 p;  // the same
+    vec2 p;
+    ivec2 at;  // the same
     WideColor color;
     Surface surface;
     vec2 random;
     ivec2 block;
-    float longest_px;  // longest displacement that reaches the block
-    Surface starts[STARTS];
+    float longest_px;        // longest displacement that reaches the block
+    Surface starts[STARTS];  // start surfaces of the block, nearest first
     int start_count;
 };
 
+#include "inverse_warp/samples.glsl"
+#include "inverse_warp/search.glsl"
+#include "inverse_warp/neighbors.glsl"
+#include "inverse_warp/background.glsl"
+#include "inverse_warp/accumulate.glsl"
+#include "inverse_warp/adaptive.glsl"
+
 Pixel pixel_at(ivec2 at) {
     Pixel pixel;
-    pixel.at = at;
     pixel.p = vec2(at);
+    pixel.at = at;
     pixel.color = fetch(WIDE(color, layers), at);
     pixel.surface = unpack_surface(texelFetch(surfaces, at, 0));
     pixel.random = random_at(at);
@@ -94,14 +89,14 @@ Pixel pixel_at(ivec2 at) {
     return pixel;
 }
 
-// The color of the surface that a sample's search has found. What this frame hides is mostly shown by
-// the frame before or after.
+// The color of the surface that a sample's search has found. What this frame hides is mostly shown
+// by the frame before or after.
 Seen resolve(Pixel pixel, Sample now, Search here) {
     const bool shown = here.nearest.inverse_depth >= 0.0;
     const vec2 behind = inside_of(pixel.p - displacement(here.far, now));
     const vec2 at = shown ? here.nearest.at : behind;
     Found found = here.nearest;
-    if (kNeighbors) found = resolve_occluded(here, pixel.p, now, pixel.starts);
+    if (kNeighbors) found = resolve_occluded(pixel, now, here);
     if (found.inverse_depth >= 0.0)
         return Seen(color_of(found), found.inverse_depth, found.path, at);
     const WideColor far_color = fetch(WIDE(color, layers), ivec2(here.far_at));
@@ -123,7 +118,8 @@ void store_hint(ivec2 at, vec2 value) {
 #endif
 }
 
-// The mean of the soft samples and their share in the result; the covariance of their displacements.
+// The mean of the soft samples and their share in the result; the covariance of their
+// displacements.
 void store_soft(Pixel pixel, Soft sums, float mean_of, float noise) {
 #if DENOISE
     const float mean_of_soft = 1.0 / max(sums.weight, 1e-6);
@@ -170,19 +166,19 @@ void main() {
         if (is_pixel) store_unchanged(pixel);
         return;
     }
-    begin_block();
+    // Of the shutter alone a search begins where that of the time sample before has led.
     Surface begin = pixel.surface;
     Sums sums = no_samples();
-    SampleSet set = first_set(pixel.longest_px);
-    float pixel_noise;
+    SampleSet set = first_set(pixel);
+    begin_block();
     do {
         for (int k = 0; k < int(ceil(set.n)); ++k) {
-            const Sample now = sample_at(k, set, pixel.random);
-            if (!passes_barrel(pixel.p, now.lens)) continue;
-            const Search found = search(pixel.p, now, pixel.starts, pixel.start_count, begin);
-            accumulate(sums, resolve(pixel, now, found), now, pixel.p, pixel.color);
+            const Sample now = sample_at(k, set, pixel);
+            if (!passes_barrel(pixel, now)) continue;
+            const Search found = search(pixel, now, begin);
+            accumulate(sums, pixel, now, resolve(pixel, now, found));
         }
-        pixel_noise = is_pixel ? noise_of(sums.halves, pixel.color.planes[0].rgb) : 0.0;
-    } while (next_set(set, pixel.block, pixel_noise));
+        // A second set follows if the samples of the block disagree.
+    } while (next_set(set, pixel, sums, is_pixel));
     if (is_pixel) store_mean(pixel, sums, set);
 }

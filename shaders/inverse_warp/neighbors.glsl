@@ -51,7 +51,8 @@ vec2 displacement_from_neighbor(Surface s, Sample at) {
     return kLens ? moved(s, at) + s.radius * at.lens : moved(s, at);
 }
 
-// May this frame hide surface s, seen at pixel x of a neighbor? Not if it shows a farther one there.
+// May this frame hide surface s, seen at pixel x of a neighbor? Not if it shows a farther one
+// there.
 bool may_be_occluded(Surface s, vec2 x, int frame, float ratio) {
     Sample here;
     here.u = 0.0;
@@ -60,8 +61,9 @@ bool may_be_occluded(Surface s, vec2 x, int frame, float ratio) {
     return at != vec2(pixel) || surface_in(0, pixel).inverse_depth * ratio >= s.inverse_depth;
 }
 
-// Searches one neighbor, from surface `begin`, for one nearer than `nearest` and no farther than the
-// inverse depth `farthest`. Edge pixels, which mix two surfaces, count only if nothing else is found.
+// Searches one neighbor, from surface `begin`, for one nearer than `nearest` and no farther than
+// the inverse depth `farthest`. Edge pixels, which mix two surfaces, count only if nothing else is
+// found.
 void search_neighbor(int frame, Surface begin, vec2 p, Sample now, float farthest,
                      inout Found nearest) {
     const Sample then = seen_from(frame, now);
@@ -82,10 +84,10 @@ void search_neighbor(int frame, Surface begin, vec2 p, Sample now, float farthes
 }
 
 // The nearest surface that the sample sees in any frame: from the farthest surface visited, if this
-// frame shows nothing (bit 0), and from each start surface that this frame may hide (bits 1 ..). The
-// neighbor nearer in time goes first. If the farthest surface visited is behind the first, no
+// frame shows nothing (bit 0), and from each start surface that this frame may hide (bits 1 ..).
+// The neighbor nearer in time goes first. If the farthest surface visited is behind the first, no
 // farther one counts: it would be behind both.
-Found resolve_occluded(Search here, vec2 p, Sample now, Surface starts[STARTS]) {
+Found resolve_occluded(Pixel pixel, Sample now, Search here) {
     Found nearest = here.nearest;
     const bool shows_behind = here.far.inverse_depth * now.depth_ratio < here.first_depth;
     const float farthest = shows_behind ? here.far.inverse_depth : 0.0;
@@ -98,9 +100,9 @@ Found resolve_occluded(Search here, vec2 p, Sample now, Surface starts[STARTS]) 
         if (!second) begins &= begins - 1u;
         Surface begin = here.far;
         for (int i = 0; i < STARTS; ++i)
-            if (i == start) begin = starts[i];
+            if (i == start) begin = pixel.starts[i];
         if (begin.inverse_depth > nearest.inverse_depth * now.depth_ratio)
-            search_neighbor(frame, begin, p, now, farthest, nearest);
+            search_neighbor(frame, begin, pixel.p, now, farthest, nearest);
     }
     return nearest;
 }

@@ -20,8 +20,8 @@ struct SampleSet {
 
 // n of the shutter alone grows with the longest displacement. The last sample may be a part of one,
 // so that nothing jumps where a longer path gets another sample.
-SampleSet first_set(float longest_px) {
-    const float times = clamp(2.0 * longest_px / uniforms.path_px_per_time,
+SampleSet first_set(Pixel pixel) {
+    const float times = clamp(2.0 * pixel.longest_px / uniforms.path_px_per_time,
                               float(INVERSE_WARP_MIN_TIMES),
                               float(max(uniforms.samples, INVERSE_WARP_MIN_TIMES)));
     return SampleSet(kLens ? float(uniforms.samples) : times, 0, 1.0);
@@ -54,26 +54,28 @@ vec2 lens_sample(int index, float random) {
 #endif
 }
 
-Sample sample_at(int k, SampleSet set, vec2 random) {
+Sample sample_at(int k, SampleSet set, Pixel pixel) {
     const float part = min(set.n - float(k), 1.0);
     Sample at;
-    at.u = time_of(k, set, part, random.y);
+    at.u = time_of(k, set, part, pixel.random.y);
     at.bend = bend_at(at.u);
-    at.lens = lens_sample(set.first + k, random.x);
+    at.lens = lens_sample(set.first + k, pixel.random.x);
     at.weight = set.weight * part;
     // Another ratio for each sample: while two surfaces pass each other in depth, their samples
     // change over one by one.
-    at.depth_ratio = mix(kMinDepthRatio, kMaxDepthRatio, fract(random.x + 0.618034 * float(k)));
+    const float golden = fract(pixel.random.x + 0.618034 * float(k));
+    at.depth_ratio = mix(kMinDepthRatio, kMaxDepthRatio, golden);
     at.number = k;
     return at;
 }
 
-// Does the light that reaches pixel p through this lens sample pass the barrel? The barrel's circle
-// moves across the aperture with the distance from the center of the frame.
-bool passes_barrel(vec2 p, vec2 lens) {
+// Does the light that reaches the pixel through this lens sample pass the barrel? The barrel's
+// circle moves across the aperture with the distance from the center of the frame.
+bool passes_barrel(Pixel pixel, Sample now) {
 #if BARREL
-    const vec2 barrel = uniforms.barrel_per_px * (p - vec2(uniforms.center_x, uniforms.center_y));
-    const vec2 passed = uniforms.barrel_scale * lens + barrel;
+    const vec2 center = vec2(uniforms.center_x, uniforms.center_y);
+    const vec2 barrel = uniforms.barrel_per_px * (pixel.p - center);
+    const vec2 passed = uniforms.barrel_scale * now.lens + barrel;
     return !(dot(passed, passed) > 1.0);
 #else
     return true;

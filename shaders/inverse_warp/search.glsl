@@ -1,8 +1,8 @@
 // The search of one sample in this frame, by fixed-point iteration: X <- p - D(X).
 
 const bool kBefore = BEFORE == 1, kAfter = AFTER == 1, kNeighbors = kBefore || kAfter;
-const float kAcceptPx = 0.75;   // |X + D(X) - p| along each axis
-const int kSteps = 2;           // from each start surface
+const float kAcceptPx = 0.75;                      // |X + D(X) - p| along each axis
+const int kSteps = 2;                              // from each start surface
 const int kOwnSteps = kLens && !kShutter ? 1 : 2;  // from the pixel itself
 
 // A place in a frame that shows the sample's surface. Its inverse depth is -1 if there is none.
@@ -33,26 +33,25 @@ struct Search {
     float residual;       // its error
     Surface far;          // the farthest surface visited
     float far_residual;
-    vec2 far_at;             // its pixel
-    float first_depth;       // inverse depth of the first surface visited, below 0 before that
-    uint occluded_starts;    // a bit for each start surface that this frame may hide, because its
-                             // steps have visited a nearer one, or left the frame
+    vec2 far_at;           // its pixel
+    float first_depth;     // inverse depth of the first surface visited; below 0 before that
+    uint occluded_starts;  // a bit for each start surface that this frame may hide
 };
 
 vec2 inside_of(vec2 at) {
     return clamp(at, vec2(0.0), vec2(uniforms.size - 1));
 }
 
-Search begin_search(Surface begin, vec2 p, Sample now) {
+Search begin_search(Pixel pixel, Sample now, Surface begin) {
     Search s;
     s.d = displacement(begin, now);
     s.start = s.steps = 0;
     s.occluded_from = -1.0;
-    s.nearest = Found(0, p, -1.0, vec2(0.0));
+    s.nearest = Found(0, pixel.p, -1.0, vec2(0.0));
     s.residual = kAcceptPx;
     s.far = begin;
     s.far.inverse_depth = s.far_residual = 3.4e38;
-    s.far_at = p;
+    s.far_at = pixel.p;
     s.first_depth = -1.0;
     s.occluded_starts = 0u;
     return s;
@@ -94,50 +93,50 @@ void keep_farthest(inout Search s, Visit v, float ratio) {
     s.far_at = v.x;
 }
 
-// The step from a start surface may have visited one that hides it, or left the frame.
-void note_occluded(inout Search s, Visit v, Surface starts[STARTS], float ratio) {
+// A start surface may be occluded if its steps visit one that is not farther, or leave the frame.
+void note_occluded(inout Search s, Visit v, Pixel pixel, float ratio) {
     if (s.first_depth < 0.0) s.first_depth = v.surface.inverse_depth;
     for (int i = 0; i < STARTS; ++i)
         if (i + 1 == s.start && !v.accepted &&
-            (v.beyond || v.surface.inverse_depth * ratio >= starts[i].inverse_depth))
+            (v.beyond || v.surface.inverse_depth * ratio >= pixel.starts[i].inverse_depth))
             s.occluded_starts |= 1u << i;
 }
 
 // Goes on to the next start surface, unless the surface found occludes all that are left: one found
 // from the pixel itself occludes all that are not nearer; one found from a start surface only those
 // that are farther, because the order of start surfaces must not count.
-bool next_start(inout Search s, Surface starts[STARTS], int count, Sample now) {
+bool next_start(inout Search s, Pixel pixel, Sample now) {
     const float nearest = s.nearest.inverse_depth;
     s.occluded_from = s.start == 0 ? nearest * now.depth_ratio
                                    : max(s.occluded_from, nearest / now.depth_ratio);
     s.steps = 0;
-    bool more = s.start < count;
+    bool more = s.start < pixel.start_count;
     for (int i = 0; i < STARTS; ++i) {
         if (i != s.start || !more) continue;
-        s.d = displacement(starts[i], now);
-        more = starts[i].inverse_depth > s.occluded_from;
+        s.d = displacement(pixel.starts[i], now);
+        more = pixel.starts[i].inverse_depth > s.occluded_from;
     }
     ++s.start;
     return more;
 }
 
 // Searches from the surface `begin`, then from the start surfaces of the pixel's block, nearest
-// first. Of the shutter alone `begin` becomes the surface that it has led to: the next time sample
-// begins there.
-Search search(vec2 p, Sample now, Surface starts[STARTS], int count, inout Surface begin) {
-    Search s = begin_search(begin, p, now);
+// first. Of the shutter alone `begin` becomes the surface found from it: the search of the next
+// time sample begins there.
+Search search(Pixel pixel, Sample now, inout Surface begin) {
+    Search s = begin_search(pixel, now, begin);
     bool more;
     do {
-        const Visit v = visit(p, s.d, now);
-        keep_nearest(s, v, p, now.depth_ratio);
+        const Visit v = visit(pixel.p, s.d, now);
+        keep_nearest(s, v, pixel.p, now.depth_ratio);
         keep_farthest(s, v, now.depth_ratio);
-        if (kNeighbors) note_occluded(s, v, starts, now.depth_ratio);
+        if (kNeighbors) note_occluded(s, v, pixel, now.depth_ratio);
         if (!kLens && v.accepted && s.start == 0) begin = v.surface;
         s.d = v.d;
         ++s.steps;
         more = true;
         if (v.accepted || s.steps >= (s.start == 0 ? kOwnSteps : kSteps))
-            more = next_start(s, starts, count, now);
+            more = next_start(s, pixel, now);
     } while (more);
     return s;
 }

@@ -1,7 +1,7 @@
 #version 450 core
-// For each block its start surfaces, from which a search starts after the pixel's own: of the blocks
-// around, the surfaces whose paths reach this block, up to STARTS that move most differently, nearest
-// first. One thread per block.
+// For each block its start surfaces, from which a search starts after the pixel's own: of the
+// blocks around, the surfaces whose paths reach this block, up to STARTS that move most
+// differently, nearest first. One thread per block.
 //
 //   block_surfaces -> starts   (STARTS + 1) blocks.x by blocks.y; the last texel of a block: x bits
 //                              of the longest path that reaches it, px; y number of start surfaces
@@ -27,8 +27,8 @@ struct Starts {
     float longest_px;  // longest path that reaches the block
 };
 
-// Can a surface of the block at this offset (in blocks) be displaced into this block? Paths run along
-// +-a, and b bends them aside. Surfaces within its block may differ by a tenth.
+// Can a surface of the block at this offset (in blocks) be displaced into this block? Paths run
+// along +-a, and b bends them aside. Surfaces within its block may differ by a tenth.
 bool reaches(Surface s, ivec2 offset) {
     vec2 reach = vec2(1.0);
     if (kShutter) reach += abs(s.a) + abs(s.b) + 0.1 * length(s.a);

@@ -1,8 +1,8 @@
 // A surface of the inverse warp: how the surface seen in one pixel is displaced, and how far away
 // it is.
 //
-// Displacement in pixels at time u in [-1, 1] over the open shutter, h = half the open time, as seen
-// through the lens sample l in the unit disc:
+// Displacement in pixels at time u in [-1, 1] over the open shutter, h = half the open time, as
+// seen through the lens sample l in the unit disc:
 //
 //   D(u, l) = a u + b (w |u| + (1 - w) min(h, 1) u^2) + R l
 //
@@ -36,8 +36,8 @@ struct Surface {
 };
 
 const float kStepB = 1.0 / 64.0;  // px: b is rounded to multiples of it
-// Squared displacements within this ratio are equal, so that rounding does not choose: all paths cut
-// off at max_path_px are equal.
+// Squared displacements within this ratio are equal, so that rounding does not choose: all paths
+// cut off at max_path_px are equal.
 const float kEqual = 1.001;
 const float kNotThere = -2.0;  // inverse depth of a neighbor's pixel that no search may find
 const float kOneDepth = 1.05;  // inverse depths up to this ratio are one surface

@@ -41,9 +41,9 @@ vec4 motion_at(ivec2 p) {
     return is_finite(both) ? clamp(both, vec4(-1e15), vec4(1e15)) : vec4(0.0);
 }
 
-// The motion of the pixel's own surface. A renderer averages motion vectors over the pixel's samples,
-// but not depth: at a depth edge, the pixel takes the motion of the adjacent pixel of its surface that
-// differs most from the other surface's.
+// The motion of the pixel's own surface. A renderer averages motion vectors over the pixel's
+// samples, but not depth: at a depth edge, the pixel takes the motion of the adjacent pixel of its
+// surface that differs most from the other surface's.
 vec4 own_motion(ivec2 p, float q, out bool edge) {
     const vec4 own = motion_at(p);
     vec4 around[4];

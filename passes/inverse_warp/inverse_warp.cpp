@@ -62,10 +62,10 @@ double longest_px(const Settings& settings, const FrameDescription& frame, bool 
 
 InverseWarpUniforms uniforms_of(const Settings& settings, const FrameDescription& frame,
                                 bool back) {
-    const auto tiles = groups_for(frame.width, frame.height);
+    const auto blocks = groups_for(frame.width, frame.height);
     InverseWarpUniforms uniforms{};
     uniforms.size = {frame.width, frame.height};
-    uniforms.tiles = {tiles[0], tiles[1]};
+    uniforms.blocks = {blocks[0], blocks[1]};
     uniforms.ring = ring_of(longest_px(settings, frame, back));
     uniforms.samples = settings.samples;
     uniforms.half_shutter = 1;
@@ -85,8 +85,8 @@ InverseWarpUniforms uniforms_of(const Settings& settings, const FrameDescription
         const double barrel = lens::barrel_per_px(settings.lens->aperture, frame);
         uniforms.barrel_per_px = float(barrel);
         uniforms.barrel_scale = float(1 - barrel * settings.lens->coc.radius_px(0));
-        uniforms.middle_x = float(0.5 * (frame.display_width - 1) - frame.origin_x);
-        uniforms.middle_y = float(0.5 * (frame.display_height - 1) - frame.origin_y);
+        uniforms.center_x = float(0.5 * (frame.display_width - 1) - frame.origin_x);
+        uniforms.center_y = float(0.5 * (frame.display_height - 1) - frame.origin_y);
         uniforms.lens_sets = lens::sets_of(settings.samples + settings.more_samples);
         uniforms.more_samples = settings.more_samples;
         // Halves of n samples of variance v: their means differ by 4 v/n in the mean square.
@@ -123,8 +123,8 @@ class Planner {
         surfaces_ = add_surfaces({});
         for (const Neighbor neighbor : neighbors_)
             neighbor_surfaces_.push_back(add_surfaces(neighbor));
-        const TextureId tile_surfaces = add_tile_surfaces();
-        add_starts(tile_surfaces);
+        const TextureId block_surfaces = add_block_surfaces();
+        add_starts(block_surfaces);
         add_background();
         add_hint();
         result_ = picture("color", planner_.context().color_format());
@@ -161,7 +161,7 @@ class Planner {
     }
     // Two positions and a color for each sample, where the first start is right.
     int taps_px() const {
-        return 3 * std::max(settings_.samples + settings_.more_samples, INVERSE_WARP_LEAST_TIMES);
+        return 3 * std::max(settings_.samples + settings_.more_samples, INVERSE_WARP_MIN_TIMES);
     }
 
     Step make_step(const std::string& name) const {
@@ -221,30 +221,30 @@ class Planner {
         planner_.step(std::move(step));
     }
 
-    TextureId add_tile_surfaces() {
-        const TextureId tile_surfaces = planner_.texture("tile_surfaces", Format::rgba32ui,
-                                                         3 * uniforms_.tiles.x, uniforms_.tiles.y);
-        Step step = make_surface_step("tile_surfaces");
-        step.bindings = {{0, surfaces_}, {0, tile_surfaces, Access::write}};
-        step.groups = groups_for(uniforms_.tiles.x, uniforms_.tiles.y);
+    TextureId add_block_surfaces() {
+        const TextureId block_surfaces = planner_.texture(
+            "block_surfaces", Format::rgba32ui, 3 * uniforms_.blocks.x, uniforms_.blocks.y);
+        Step step = make_surface_step("block_surfaces");
+        step.bindings = {{0, surfaces_}, {0, block_surfaces, Access::write}};
+        step.groups = groups_for(uniforms_.blocks.x, uniforms_.blocks.y);
         step.taps = 3 * pixels_;
         planner_.step(std::move(step));
-        return tile_surfaces;
+        return block_surfaces;
     }
 
-    void add_starts(TextureId tile_surfaces) {
+    void add_starts(TextureId block_surfaces) {
         const bool by_blocks =
             !settings_.still_rule.empty() && planner_.context().uses(settings_.still_rule);
-        starts_ =
-            planner_.texture("starts", Format::rgba32ui,
-                             (settings_.search.starts + 1) * uniforms_.tiles.x, uniforms_.tiles.y);
+        starts_ = planner_.texture("starts", Format::rgba32ui,
+                                   (settings_.search.starts + 1) * uniforms_.blocks.x,
+                                   uniforms_.blocks.y);
         Step step = make_surface_step("starts");
         step.program.defines["STARTS"] = std::to_string(settings_.search.starts);
         step.program.defines["LISTS"] = flag(by_blocks);
-        step.bindings = {{0, tile_surfaces}, {0, starts_, Access::write}};
-        step.groups = groups_for(uniforms_.tiles.x, uniforms_.tiles.y);
+        step.bindings = {{0, block_surfaces}, {0, starts_, Access::write}};
+        step.groups = groups_for(uniforms_.blocks.x, uniforms_.blocks.y);
         const uint64_t around = uint64_t(2 * uniforms_.ring + 1) * uint64_t(2 * uniforms_.ring + 1);
-        step.taps = uint64_t(uniforms_.tiles.x) * uint64_t(uniforms_.tiles.y) * 3 * around *
+        step.taps = uint64_t(uniforms_.blocks.x) * uint64_t(uniforms_.blocks.y) * 3 * around *
                     uint64_t(settings_.search.starts);
         if (by_blocks) {
             moving_blocks_ =
@@ -257,7 +257,7 @@ class Planner {
 
     void add_background() {
         // Cells of 2, 4, 8 and 16 px beside each other.
-        const int width = (8 + 4 + 2 + 1) * uniforms_.tiles.x, height = 8 * uniforms_.tiles.y;
+        const int width = (8 + 4 + 2 + 1) * uniforms_.blocks.x, height = 8 * uniforms_.blocks.y;
         background_color_ =
             planner_.texture("background_color", planner_.context().color_format(), width, height);
         background_depth_ = planner_.texture("background_depth", Format::rg32f, width, height);
@@ -266,7 +266,7 @@ class Planner {
                          {1, surfaces_},
                          {0, background_color_, Access::write},
                          {1, background_depth_, Access::write}};
-        step.groups = groups_for(uniforms_.tiles.x, uniforms_.tiles.y);
+        step.groups = groups_for(uniforms_.blocks.x, uniforms_.blocks.y);
         step.taps = 2 * pixels_;
         std::vector<Binding> arrays;
         if (layered_) {

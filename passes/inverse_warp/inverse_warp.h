@@ -5,8 +5,8 @@
 //   inverse_depth [, motion [, motion_back]] --surfaces-> surfaces_of_planes
 //   color, surfaces_of_planes --bright_edges-> shown
 //   surfaces_of_planes, shown --shown_surfaces-> surfaces; all of the frames before and after too
-//   surfaces --tile_surfaces-> tile_surfaces
-//   tile_surfaces --starts--> starts; work lists: moving_blocks, still_blocks
+//   surfaces --block_surfaces-> block_surfaces
+//   block_surfaces --starts--> starts; work lists: moving_blocks, still_blocks
 //   color, surfaces --background--> background_color, background_depth
 //   color, surfaces, starts, background_color, background_depth [, noise] [, lens_points]
 //                                                     --gather-> color [, hint]     moving_blocks

@@ -10,15 +10,14 @@ namespace {
 
 constexpr double kEdgePart = 0.25;
 
-int blocks(int pixels) {
+int block_count(int pixels) {
     return (pixels + kBlockPx - 1) / kBlockPx;
 }
 
 }  // namespace
 
-// From the first quarter on: a farther surface takes the place of the one so far, the same one is
-// averaged with it.
-Background::Cell Background::of_four(const std::array<Cell, 4>& quarters) {
+// Quarter by quarter: a farther surface replaces the one so far, the same one is averaged with it.
+Background::Cell Background::merge(const std::array<Cell, 4>& quarters) {
     Cell whole;
     for (const Cell& quarter : quarters) {
         if (quarter.part == 0) continue;
@@ -39,7 +38,7 @@ Background::Cell Background::of_four(const std::array<Cell, 4>& quarters) {
 }
 
 Background::Background(const ImageD& color, const std::vector<Surface>& surfaces) {
-    Level pixels{1, kBlockPx * blocks(color.width), kBlockPx * blocks(color.height), {}};
+    Level pixels{1, kBlockPx * block_count(color.width), kBlockPx * block_count(color.height), {}};
     pixels.cells.resize(size_t(pixels.columns) * size_t(pixels.rows));
     for (int y = 0; y < color.height; ++y)
         for (int x = 0; x < color.width; ++x) {
@@ -61,18 +60,17 @@ Background::Background(const ImageD& color, const std::vector<Surface>& surfaces
                     return fine.cells[size_t(2 * y + j) * size_t(fine.columns) + size_t(2 * x + i)];
                 };
                 coarse.cells.push_back(
-                    of_four({quarter(0, 0), quarter(1, 0), quarter(0, 1), quarter(1, 1)}));
+                    merge({quarter(0, 0), quarter(1, 0), quarter(0, 1), quarter(1, 1)}));
             }
         levels_.push_back(std::move(coarse));
     }
     levels_.erase(levels_.begin());
 }
 
-std::vector<double> Background::at(Vec at, double inverse_depth,
-                                   const std::vector<double>& otherwise) const {
+Color Background::at(Vec at, double inverse_depth, const Color& otherwise) const {
     for (const Level& level : levels_) {
         const double x = (at.x + 0.5) / level.edge_px - 0.5, y = (at.y + 0.5) / level.edge_px - 0.5;
-        std::vector<double> sum(otherwise.size());
+        Color sum(otherwise.size());
         double total = 0;
         for (int j = int(std::floor(y)); j <= int(std::floor(y)) + 1; ++j)
             for (int i = int(std::floor(x)); i <= int(std::floor(x)) + 1; ++i) {

@@ -1,5 +1,5 @@
-// What is hidden behind nearer surfaces, for the inverse warp's double-precision reference. Written
-// from docs/inverse_warp.md.
+// The fill of what no frame shows, in the inverse warp's double-precision reference
+// (background.comp, background.glsl). Written from docs/inverse_warp.md.
 #pragma once
 
 #include <array>
@@ -12,18 +12,17 @@ namespace postchain::inverse_warp::reference {
 
 class Background {
   public:
-    // `color` may be wide (wide_color.h). `surfaces`: of each of its pixels, row by row.
+    // `color` may be wide (wide_color.h). `surfaces`: one for each of its pixels, row by row.
     Background(const ImageD& color, const std::vector<Surface>& surfaces);
 
-    // The color (as wide as it is) at `at`, pixels, of a surface of this inverse depth or a smaller
-    // one; `otherwise` where the cells around have none.
-    std::vector<double> at(Vec at, double inverse_depth,
-                           const std::vector<double>& otherwise) const;
+    // The color at the position `at`, pixels, of a surface with at most this inverse depth, from
+    // the smallest cells around that show one. If none does: `otherwise`.
+    Color at(Vec at, double inverse_depth, const Color& otherwise) const;
 
   private:
-    // The farthest surface of a square of pixels: mean color, inverse depth, part of the square.
+    // The farthest surface in a square of pixels: mean color, inverse depth, part of the square.
     struct Cell {
-        std::vector<double> color = {};
+        Color color = {};
         double inverse_depth = 0;
         double part = 0;
     };
@@ -31,7 +30,7 @@ class Background {
         int edge_px = 0, columns = 0, rows = 0;
         std::vector<Cell> cells;
     };
-    static Cell of_four(const std::array<Cell, 4>& quarters);
+    static Cell merge(const std::array<Cell, 4>& quarters);
 
     std::vector<Level> levels_;
 };

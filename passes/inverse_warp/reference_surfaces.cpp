@@ -5,9 +5,13 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <optional>
+#include <utility>
 
 namespace postchain::inverse_warp::reference {
 namespace {
+
+constexpr std::array<std::array<int, 2>, 4> kAround = {{{-1, 0}, {1, 0}, {0, -1}, {0, 1}}};
 
 // Forward and backward motion of a pixel, px per frame.
 struct Motion {
@@ -31,17 +35,26 @@ Surface stored(Surface s) {
     return s;
 }
 
-class Frame {
+// surfaces.comp
+class PlaneSurfaces {
   public:
-    Frame(const Planes& planes, const Settings& settings)
+    PlaneSurfaces(const Planes& planes, const Settings& settings)
         : planes_(planes),
           settings_(settings),
           width_(planes.inverse_depth->width),
           height_(planes.inverse_depth->height) {}
 
-    Surface surface(int x, int y) const {
+    std::vector<Surface> all() const {
+        std::vector<Surface> surfaces;
+        for (int y = 0; y < height_; ++y)
+            for (int x = 0; x < width_; ++x) surfaces.push_back(surface_at(x, y));
+        return surfaces;
+    }
+
+  private:
+    Surface surface_at(int x, int y) const {
         Surface s;
-        s.inverse_depth = depth(x, y);
+        s.inverse_depth = depth_at(x, y);
         const Motion chosen = own_motion(x, y, s.edge);
         const double h = half_open_of(settings_);
         s.a = 0.5 * h * (chosen.forward + chosen.back);
@@ -62,14 +75,13 @@ class Frame {
         return s;
     }
 
-  private:
-    double depth(int x, int y) const {
+    double depth_at(int x, int y) const {
         const double q = planes_.inverse_depth->at(x, y);
         if (planes_.of_neighbor && q < 0) return kNotThere;
         return q > 0 ? std::min(q, 3e38) : 0;
     }
 
-    Motion motion(int x, int y) const {
+    Motion motion_at(int x, int y) const {
         Motion m;
         if (!planes_.motion) return m;
         const auto at = [&](const ImageD& plane) {
@@ -84,21 +96,19 @@ class Frame {
         return m;
     }
 
-    // At an edge, of the pixels of this surface next to this one and itself, the motion that
-    // differs most from that of the other surface.
+    // At a depth edge: of the pixel and the adjacent pixels of its surface, the motion that differs
+    // most from the other surface's.
     Motion own_motion(int x, int y, bool& edge) const {
-        Motion chosen = motion(x, y);
+        Motion chosen = motion_at(x, y);
         std::array<Motion, 4> around;
         std::array<bool, 4> same;
         Motion other;
         int count = 0;
-        // Left, right, up, down: as many as lie on another surface.
-        const std::array<std::array<int, 2>, 4> steps = {{{-1, 0}, {1, 0}, {0, -1}, {0, 1}}};
         for (size_t i = 0; i < 4; ++i) {
-            const int nx = std::clamp(x + steps[i][0], 0, width_ - 1);
-            const int ny = std::clamp(y + steps[i][1], 0, height_ - 1);
-            around[i] = motion(nx, ny);
-            same[i] = one_depth(depth(x, y), depth(nx, ny));
+            const int nx = std::clamp(x + kAround[i][0], 0, width_ - 1);
+            const int ny = std::clamp(y + kAround[i][1], 0, height_ - 1);
+            around[i] = motion_at(nx, ny);
+            same[i] = one_depth(depth_at(x, y), depth_at(nx, ny));
             if (same[i]) continue;
             other.forward = other.forward + around[i].forward;
             other.back = other.back + around[i].back;
@@ -118,6 +128,96 @@ class Frame {
     int width_, height_;
 };
 
+// bright_edges.comp, shown_surfaces.comp
+class BrightEdges {
+  public:
+    BrightEdges(const ImageD& color, std::vector<Surface> surfaces, const Settings& settings)
+        : color_(color), surfaces_(std::move(surfaces)), settings_(settings) {}
+
+    std::vector<Surface> shown() const {
+        std::vector<Surface> result;
+        std::vector<char> changed;
+        for (int y = 0; y < color_.height; ++y)
+            for (int x = 0; x < color_.width; ++x) {
+                const Surface* shown = shown_at(x, y);
+                changed.push_back(shown != nullptr);
+                result.push_back(shown ? *shown : surface(x, y));
+            }
+        // A pixel that has changed is an edge to the pixels around it.
+        const std::vector<Surface> inner = result;
+        for (int y = 0; y < color_.height; ++y)
+            for (int x = 0; x < color_.width; ++x)
+                for (const auto& [i, j] : kAround) {
+                    if (!inside(x + i, y + j) || !changed[index(x + i, y + j)]) continue;
+                    Surface& own = result[index(x, y)];
+                    own.edge = own.edge || !one_depth(own.inverse_depth,
+                                                      inner[index(x + i, y + j)].inverse_depth);
+                }
+        return result;
+    }
+
+  private:
+    bool inside(int x, int y) const {
+        return x >= 0 && y >= 0 && x < color_.width && y < color_.height;
+    }
+    size_t index(int x, int y) const { return size_t(y) * size_t(color_.width) + size_t(x); }
+    const Surface& surface(int x, int y) const { return surfaces_[index(x, y)]; }
+    bool same(int x, int y, int i, int j) const {
+        return one_depth(surface(x, y).inverse_depth, surface(i, j).inverse_depth);
+    }
+    bool finite_at(int x, int y) const { return finite(color_.pixel(x, y)); }
+    double light(int x, int y) const {
+        const double* rgb = color_.pixel(x, y);
+        return std::max({rgb[0], rgb[1], rgb[2]});
+    }
+
+    // The adjacent surface whose light a pixel shows; null: it shows its own.
+    const Surface* shown_at(int x, int y) const {
+        const Surface& own = surface(x, y);
+        if (!own.edge || !finite_at(x, y) || light(x, y) <= 0) return nullptr;
+        const Surface* brightest = nullptr;
+        double most = 0;
+        for (const auto& [i, j] : kAround) {
+            if (!inside(x + i, y + j) || same(x, y, x + i, y + j) || !finite_at(x + i, y + j) ||
+                light(x + i, y + j) <= most)
+                continue;
+            most = light(x + i, y + j);
+            brightest = &surface(x + i, y + j);
+        }
+        if (!brightest || most <= 1.1 * light(x, y)) return nullptr;
+        if (apart(own, *brightest, settings_) <= 1) return nullptr;
+        // A surface that stays in place keeps the light seen through its edge.
+        if (brightest->inverse_depth < own.inverse_depth && longest(own, settings_) <= 3)
+            return nullptr;
+        const auto around = light_around(x, y);
+        if (!around || light(x, y) <= 4 * *around || most <= 20 * *around) return nullptr;
+        return brightest;
+    }
+
+    // Largest component of the mean color of the pixel's surface away from edges, in the square of
+    // 3 pixels around, otherwise of 5.
+    std::optional<double> light_around(int x, int y) const {
+        for (const int reach : {1, 2}) {
+            std::array<double, 3> sum = {};
+            int count = 0;
+            for (int j = y - reach; j <= y + reach; ++j)
+                for (int i = x - reach; i <= x + reach; ++i) {
+                    if (!inside(i, j) || surface(i, j).edge || !same(x, y, i, j) ||
+                        !finite_at(i, j))
+                        continue;
+                    for (size_t c = 0; c < 3; ++c) sum[c] += color_.at(i, j, int(c));
+                    ++count;
+                }
+            if (count > 0) return std::max({sum[0], sum[1], sum[2]}) / count;
+        }
+        return std::nullopt;
+    }
+
+    const ImageD& color_;
+    const std::vector<Surface> surfaces_;
+    const Settings& settings_;
+};
+
 }  // namespace
 
 double Surface::path() const {
@@ -125,10 +225,10 @@ double Surface::path() const {
     return std::sqrt(std::max(dot(forward, forward), dot(back, back)));
 }
 
-Vec Surface::at(const Sample& sample, double h) const {
-    const double u = sample.u;
+Vec Surface::displacement(const Sample& at, double h) const {
+    const double u = at.u;
     const double bend = straight * std::abs(u) + (1 - straight) * std::min(h, 1.0) * u * u;
-    return u * a + bend * b + radius * sample.lens;
+    return u * a + bend * b + radius * at.lens;
 }
 
 bool one_depth(double q, double r) {
@@ -136,12 +236,7 @@ bool one_depth(double q, double r) {
 }
 
 std::vector<Surface> surfaces_of(const Planes& planes, const Settings& settings) {
-    const Frame frame(planes, settings);
-    std::vector<Surface> surfaces;
-    for (int y = 0; y < planes.inverse_depth->height; ++y)
-        for (int x = 0; x < planes.inverse_depth->width; ++x)
-            surfaces.push_back(frame.surface(x, y));
-    return surfaces;
+    return BrightEdges(*planes.color, PlaneSurfaces(planes, settings).all(), settings).shown();
 }
 
 double displaced(const Surface& s, const Settings& settings) {
@@ -162,10 +257,6 @@ double longest(const Surface& s, const Settings& settings) {
 
 bool finite(const double* rgba) {
     return std::all_of(rgba, rgba + 4, [](double x) { return std::isfinite(x); });
-}
-
-double largest(const double* rgb) {
-    return std::max({rgb[0], rgb[1], rgb[2]});
 }
 
 double half_open_of(const Settings& settings) {

@@ -1,9 +1,11 @@
-// Surfaces of the inverse warp's double-precision reference: what is seen in each pixel of a frame,
-// how it moves and how far out of focus it is. Written from docs/inverse_warp.md.
+// Surfaces of the inverse warp's double-precision reference (surface.glsl, surfaces.comp,
+// bright_edges.comp, shown_surfaces.comp): the surface seen in each pixel of a frame, its motion
+// and its circle of confusion. Written from docs/inverse_warp.md.
 #pragma once
 
 #include <vector>
 
+#include "chain/image.h"
 #include "passes/inverse_warp/inverse_warp.h"
 
 namespace postchain::inverse_warp::reference {
@@ -24,16 +26,19 @@ inline double dot(Vec a, Vec b) {
     return a.x * b.x + a.y * b.y;
 }
 
-// One instant, u in [-1, 1], and one point of the lens. Inverse depths within the ratio `one_depth`
-// are one; `weight`: part of a sample.
+// Color of a pixel: RGBA, then its extra layers (wide_color.h).
+using Color = std::vector<double>;
+
+// One time sample, u in [-1, 1], and one lens sample.
 struct Sample {
     double u = 0;
     Vec lens;
-    double one_depth = 1, weight = 1;
-    int number = 0;  // in its set
+    double weight = 1;       // less than 1: part of a sample
+    double depth_ratio = 1;  // inverse depths within this ratio count as one depth
+    int number = 0;          // in its set
 };
 
-// Pixels; a and b are 0 without motion, the radius is without a lens.
+// Lengths in pixels. Without motion a and b are 0; without a lens the radius is 0.
 struct Surface {
     Vec a, b;
     double straight = 0;
@@ -43,38 +48,37 @@ struct Surface {
 
     // Longest path on either side of the frame.
     double path() const;
-    // Displacement; h: half the open time, frames.
-    Vec at(const Sample& sample, double h) const;
+    // h: half the open time, frames
+    Vec displacement(const Sample& at, double h) const;
 };
 
 // Inverse depths up to this ratio are one surface.
 inline constexpr double kOneDepth = 1.05;
 bool one_depth(double q, double r);
 
-// Planes of this frame or of a neighbor; null: there is none.
+// Planes of this frame or of a neighbor; null: not available.
 struct Planes {
+    const ImageD* color = nullptr;
     const ImageD* inverse_depth = nullptr;
     const ImageD* motion = nullptr;
     const ImageD* motion_back = nullptr;
     bool of_neighbor = false;
 };
 
-// Of a neighbor's pixel whose inverse depth is below 0: nothing is found there.
+// Inverse depth of a neighbor's pixels whose plane is below 0: they are never found.
 inline constexpr double kNotThere = -2;
 
 // Row by row, as their texture stores them: a in 32 bits, b in steps of 1/64 px, the inverse depth
-// without its last 8 bits, w in 7 bits.
+// without its last 8 bits, w in 7 bits. Bright pixels at edges get the surface whose light they
+// show.
 std::vector<Surface> surfaces_of(const Planes& planes, const Settings& settings);
 
-// Displacements of what is open, shutter or lens: squared, px^2; of two from each other, squared,
-// px^2; the longest, px.
+// Size of a surface's displacements and difference between those of two, px^2; the longest, px.
 double displaced(const Surface& s, const Settings& settings);
 double apart(const Surface& s, const Surface& t, const Settings& settings);
 double longest(const Surface& s, const Settings& settings);
 
-// Of the color of a pixel: all four values are finite; the largest of red, green and blue.
 bool finite(const double* rgba);
-double largest(const double* rgb);
 
 // Half the open time, frames: 1 without a shutter.
 double half_open_of(const Settings& settings);

@@ -1,52 +1,68 @@
-// Adaptive sampling: do the first samples of a tile disagree, so that it takes more? A pixel's samples
-// are told by halves, because one pixel's alone say too little (docs/inverse_warp.md). A work group is
-// a tile, and all of it calls begin_tile() and share_of_more_in().
-#include "shared/inverse_warp_uniforms.h"
-
-// The sum over a tile's pixels, in whole numbers: their order does not count.
-shared uint tile_noise;
+// Adaptive sampling: a block whose first samples disagree takes more. The decision is the block's,
+// because the samples of one pixel say too little (docs/inverse_warp.md). A work group is a block,
+// and all of it calls begin_block() and next_set(). Without ADAPTIVE there is one set.
+#if ADAPTIVE
+// The sum over a block's pixels, in whole numbers: their order does not count.
+shared uint block_noise;
 const float kNoiseSteps = 1048576.0;
-
-// What two halves of a pixel's samples have seen: their differences to the pixel's own color.
-struct Halves {
-    vec3 sum[2];
-    float weight[2];
-};
-
-// Samples whose number has as many digits 1: both halves are even over the shutter, whose times go
-// by mirrored digits, and over the lens, whose points go outward (Thue-Morse).
-void add_to_half(inout Halves halves, int k, vec4 difference, float weight) {
-    const bool odd = (bitCount(k) & 1) == 1;
-    halves.sum[0] += odd ? vec3(0.0) : weight * difference.rgb;
-    halves.sum[1] += odd ? weight * difference.rgb : vec3(0.0);
-    halves.weight[0] += odd ? 0.0 : weight;
-    halves.weight[1] += odd ? weight : 0.0;
-}
 
 vec3 shown(vec3 color) {
     const vec3 light = max(color, vec3(0.0));
     return sqrt(light / (1.0 + light));
 }
 
-// Of the pixel's samples, from the difference of the halves: mean of red, green and blue, as shown.
-float noise_of(Halves halves, vec3 own) {
-    if (halves.weight[0] == 0.0 || halves.weight[1] == 0.0) return 0.0;
-    const vec3 d = shown(own + halves.sum[0] / halves.weight[0]) -
-                   shown(own + halves.sum[1] / halves.weight[1]);
+// Squared difference between the means of the two halves of a pixel's samples, as shown: mean of
+// red, green and blue.
+float noise_of(Half halves[2], vec3 own) {
+    if (halves[0].weight == 0.0 || halves[1].weight == 0.0) return 0.0;
+    const vec3 d = shown(own + halves[0].color / halves[0].weight) -
+                   shown(own + halves[1].color / halves[1].weight);
     const float squared = dot(d, d) / 3.0;
     return is_finite(squared) ? squared : 0.0;
 }
 
-void begin_tile() {
-    if (gl_LocalInvocationIndex == 0u) tile_noise = 0u;
+// The invocations beyond the frame's border take part in the block's sum, as the border pixel. A
+// work group beyond the end of a work list does not.
+bool takes_part(bool is_pixel, inout ivec2 pixel) {
+    if (!is_pixel && all(lessThan(pixel, uniforms.size))) return false;
+    pixel = min(pixel, uniforms.size - 1);
+    return true;
+}
+
+void begin_block() {
+    if (gl_LocalInvocationIndex == 0u) block_noise = 0u;
     barrier();
 }
 
-// The weight of each sample beyond the first `uniforms.samples`. noise: of this pixel
-float share_of_more_in(ivec2 tile, float noise) {
-    atomicAdd(tile_noise, uint(kNoiseSteps * noise + 0.5));
+// After the first set: the second, whose weight grows with the block's noise. False if it is 0, and
+// after the second.
+bool next_set(inout SampleSet set, Pixel pixel, Sums sums, bool is_pixel) {
+    if (set.first > 0) return false;
+    const float noise = is_pixel ? noise_of(sums.halves, pixel.color.planes[0].rgb) : 0.0;
+    atomicAdd(block_noise, uint(kNoiseSteps * noise + 0.5));
     barrier();
-    const ivec2 extent = min(uniforms.size - kBlockPx * tile, ivec2(kBlockPx));
-    const float mean = float(tile_noise) / (kNoiseSteps * float(extent.x * extent.y));
-    return clamp((mean / uniforms.noise_limit - 1.0) * 4.0, 0.0, 1.0);
+    const ivec2 extent = min(uniforms.size - kBlockPx * pixel.block, ivec2(kBlockPx));
+    const float mean = float(block_noise) / (kNoiseSteps * float(extent.x * extent.y));
+    const float weight = clamp((mean / uniforms.noise_limit - 1.0) * 4.0, 0.0, 1.0);
+    if (weight == 0.0) return false;
+    set = SampleSet(float(uniforms.more_samples), uniforms.samples, weight);
+    return true;
 }
+
+// Standard deviation of the blur's noise, in that of the first set alone.
+float noise_scale(SampleSet last) {
+    const float more = last.first > 0 ? last.weight : 0.0;
+    return inversesqrt(1.0 + more * float(uniforms.more_samples) / float(uniforms.samples));
+}
+#else
+bool takes_part(bool is_pixel, ivec2 pixel) {
+    return is_pixel;
+}
+void begin_block() {}
+bool next_set(SampleSet set, Pixel pixel, Sums sums, bool is_pixel) {
+    return false;
+}
+float noise_scale(SampleSet last) {
+    return 1.0;
+}
+#endif

@@ -1,4 +1,4 @@
-// The pixels next to a pixel.
+// The four pixels adjacent to a pixel.
 #include "shared/inverse_warp_uniforms.h"
 
 const ivec2 kAround[4] = ivec2[4](ivec2(-1, 0), ivec2(1, 0), ivec2(0, -1), ivec2(0, 1));

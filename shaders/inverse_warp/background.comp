@@ -1,17 +1,16 @@
 #version 450 core
-// What lies farthest: for cells of 2, 4, 8 and 16 pixels' edge the mean color of the farthest surface
-// in each, its inverse depth, and what part of the cell it is. The gather takes from them what is
-// hidden behind nearer surfaces. One thread for a tile.
+// The farthest surface in each cell of 2, 4, 8 and 16 pixels' edge: its mean color, its inverse
+// depth, and the part of the cell that shows it. The gather fills occluded surfaces from them. One
+// thread per block.
 //
-//   color, surfaces -> background_color, background_depth   15 tiles.x by 8 tiles.y: the cells of
+//   color, surfaces -> background_color, background_depth   15 blocks.x by 8 blocks.y: the cells of
 //                      2 px, to the right of them those of 4, 8 and 16 px (background.glsl)
 //
-// LAYERS: so many further layers too -> background_layers
-#include "common/finite.glsl"
-#include "common/layers.glsl"
+// LAYERS: number of extra layers to average too -> background_layers
 #include "common/work_group.glsl"
 
 #include "inverse_warp/surface.glsl"
+#include "inverse_warp/wide_color.glsl"
 
 layout(binding = 0) uniform sampler2D color;
 layout(binding = 1) uniform usampler2D surfaces;
@@ -22,30 +21,19 @@ layout(binding = 2) uniform sampler2DArray layers;
 layout(binding = 2) writeonly uniform image2DArray background_layers;
 #endif
 
-// Of a pixel at an edge: its color is mixed with that of the nearer surface.
-const float kEdgeWeight = 0.25;
+const float kEdgeWeight = 0.25;  // of an edge pixel: its color is mixed with the nearer surface's
 
 struct Cell {
-    vec4 color;
+    WideColor color;
     float inverse_depth;
-    float weight;  // pixels; 0: nothing
-#ifdef LAYERS
-    vec4 layers[LAYERS];
-#endif
+    float weight;  // pixels; 0: empty
 };
 
-Cell nothing() {
-    Cell cell;
-    cell.color = vec4(0.0);
-    cell.inverse_depth = 0.0;
-    cell.weight = 0.0;
-#ifdef LAYERS
-    FOR_LAYERS(i) cell.layers[i] = vec4(0.0);
-#endif
-    return cell;
+Cell empty() {
+    return Cell(no_color(), 0.0, 0.0);
 }
 
-// The farther one, or both where they are one surface.
+// The farther one, or the mean of both if they are one surface.
 Cell merge(Cell a, Cell b) {
     if (a.weight == 0.0) return b;
     if (b.weight == 0.0) return a;
@@ -53,52 +41,35 @@ Cell merge(Cell a, Cell b) {
         return a.inverse_depth < b.inverse_depth ? a : b;
     const float weight = a.weight + b.weight;
     // By the difference: one color stays to the bit.
-    Cell both;
-    both.color = a.color + (b.weight / weight) * (b.color - a.color);
-    both.inverse_depth = min(a.inverse_depth, b.inverse_depth);
-    both.weight = weight;
-#ifdef LAYERS
-    FOR_LAYERS(i)
-        both.layers[i] = a.layers[i] + (b.weight / weight) * (b.layers[i] - a.layers[i]);
-#endif
-    return both;
+    return Cell(plus(a.color, b.weight / weight, minus(b.color, a.color)),
+                min(a.inverse_depth, b.inverse_depth), weight);
 }
 
 Cell pixel(ivec2 at) {
-    if (any(greaterThanEqual(at, uniforms.size))) return nothing();
-    const vec4 c = texelFetch(color, at, 0);
-    if (!is_finite(c)) return nothing();
+    if (any(greaterThanEqual(at, uniforms.size))) return empty();
+    const WideColor c = fetch(WIDE(color, layers), at);
+    if (!is_finite(c.planes[0])) return empty();
     const Surface s = unpack_surface(texelFetch(surfaces, at, 0));
-    Cell cell;
-    cell.color = c;
-    cell.inverse_depth = s.inverse_depth;
-    cell.weight = s.edge ? kEdgeWeight : 1.0;
-#ifdef LAYERS
-    FOR_LAYERS(i) cell.layers[i] = LAYER_FETCH(layers, at, i);
-#endif
-    return cell;
+    return Cell(c, s.inverse_depth, s.edge ? kEdgeWeight : 1.0);
 }
 
-// `left`: column of the first cell of this size, in tiles.
+// `left`: column of the first cell of this size, in blocks.
 void store(Cell cell, ivec2 at, int left, float pixels) {
-    at.x += left * uniforms.tiles.x;
-    STORE(background_color, at, cell.color);
+    at.x += left * uniforms.blocks.x;
+    STORE_WIDE(background_color, background_layers, at, cell.color);
     STORE(background_depth, at, vec4(cell.inverse_depth, cell.weight / pixels, 0.0, 0.0));
-#ifdef LAYERS
-    FOR_LAYERS(i) LAYER_STORE(background_layers, at, i, cell.layers[i]);
-#endif
 }
 
 void main() {
-    const ivec2 tile = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(tile, uniforms.tiles))) return;
-    Cell of_16 = nothing();
+    const ivec2 block = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(block, uniforms.blocks))) return;
+    Cell of_16 = empty();
     for (int i = 0; i < 4; ++i) {
-        const ivec2 at_8 = 2 * tile + ivec2(i & 1, i >> 1);
-        Cell of_8 = nothing();
+        const ivec2 at_8 = 2 * block + ivec2(i & 1, i >> 1);
+        Cell of_8 = empty();
         for (int j = 0; j < 4; ++j) {
             const ivec2 at_4 = 2 * at_8 + ivec2(j & 1, j >> 1);
-            Cell of_4 = nothing();
+            Cell of_4 = empty();
             for (int k = 0; k < 4; ++k) {
                 const ivec2 at_2 = 2 * at_4 + ivec2(k & 1, k >> 1);
                 Cell of_2 = pixel(2 * at_2);
@@ -114,5 +85,5 @@ void main() {
         store(of_8, at_8, 12, 64.0);
         of_16 = merge(of_16, of_8);
     }
-    store(of_16, tile, 14, 256.0);
+    store(of_16, block, 14, 256.0);
 }

@@ -1,58 +1,53 @@
-// What is hidden behind nearer surfaces, from the cells that background.comp has made.
+// The fill of what no frame shows, from the cells of background.comp.
 layout(binding = 11) uniform sampler2D background_color;
 layout(binding = 12) uniform sampler2D background_depth;
 #ifdef LAYERS
 layout(binding = 14) uniform sampler2DArray background_layers;
 #endif
 
-// The color at `at`, pixels, of a surface of this inverse depth or a smaller one: bilinear between
-// the smallest cells around that have some. `otherwise`: where none has. Layers are filled with what
-// the same cells have of them; as they come in, they stand for what is seen where none has.
-#ifdef LAYERS
-vec4 background_at(vec2 at, float inverse_depth, vec4 otherwise, inout vec4 seen_layers[LAYERS]) {
-    vec4 first_layers[LAYERS], layer_sums[LAYERS];
-    FOR_LAYERS(l) {
-        first_layers[l] = vec4(0.0);
-        layer_sums[l] = vec4(0.0);
+// Cells of one size, edge to edge: `columns_left` columns of smaller ones stand before them.
+struct CellLevel {
+    ivec2 cells;
+    int columns_left;
+    vec2 place;  // of the position to fill, in cells
+};
+
+// Takes `fill` from the four cells around, bilinear, each by the part of it that shows a surface
+// with at most this inverse depth. False if there is none.
+bool fill_from(CellLevel level, float inverse_depth, inout WideColor fill) {
+    const vec2 base = floor(level.place);
+    const vec2 f = level.place - base;
+    WideColor first = fill, sum = no_color();
+    float total = 0.0;
+    for (int i = 0; i < 4; ++i) {
+        const vec2 corner = vec2(i & 1, i >> 1);
+        ivec2 cell = clamp(ivec2(base + corner), ivec2(0), level.cells - 1);
+        cell.x += level.columns_left;
+        const vec2 depth_part = texelFetch(background_depth, cell, 0).xy;
+        const vec2 w = mix(1.0 - f, f, corner);
+        const float weight = w.x * w.y * depth_part.y;
+        if (weight == 0.0 || depth_part.x > kOneDepth * inverse_depth) continue;
+        const WideColor c = fetch(WIDE(background_color, background_layers), cell);
+        if (total == 0.0) first = c;
+        // By the difference: one color stays to the bit.
+        sum = plus(sum, weight, minus(c, first));
+        total += weight;
     }
-#else
-vec4 background_at(vec2 at, float inverse_depth, vec4 otherwise) {
-#endif
-    ivec2 cells = 8 * uniforms.tiles;
-    int left = 0;
-    vec2 place = 0.5 * (at + 0.5) - 0.5;
+    if (total > 0.0) fill = plus(first, 1.0, divided(sum, total));
+    return total > 0.0;
+}
+
+// The color at the position `at`, pixels, of a surface with at most this inverse depth, from the
+// smallest cells around that show one. If none does: `otherwise`.
+WideColor background_at(vec2 at, float inverse_depth, WideColor otherwise) {
+    WideColor fill = otherwise;
+    CellLevel level = CellLevel(8 * uniforms.blocks, 0, 0.5 * (at + 0.5) - 0.5);
+    bool filled;
     do {
-        const vec2 base = floor(place);
-        const vec2 f = place - base;
-        vec4 first = otherwise, sum = vec4(0.0);
-        float total = 0.0;
-        for (int i = 0; i < 4; ++i) {
-            const vec2 corner = vec2(i & 1, i >> 1);
-            ivec2 cell = clamp(ivec2(base + corner), ivec2(0), cells - 1);
-            cell.x += left;
-            const vec2 depth_part = texelFetch(background_depth, cell, 0).xy;
-            const vec2 w = mix(1.0 - f, f, corner);
-            const float weight = w.x * w.y * depth_part.y;
-            if (weight == 0.0 || depth_part.x > kOneDepth * inverse_depth) continue;
-            const vec4 c = texelFetch(background_color, cell, 0);
-#ifdef LAYERS
-            FOR_LAYERS(l) {
-                const vec4 layer = LAYER_FETCH(background_layers, cell, l);
-                if (total == 0.0) first_layers[l] = layer;
-                layer_sums[l] += weight * (layer - first_layers[l]);
-            }
-#endif
-            if (total == 0.0) first = c;
-            sum += weight * (c - first);
-            total += weight;
-        }
-#ifdef LAYERS
-        if (total > 0.0) FOR_LAYERS(l) seen_layers[l] = first_layers[l] + layer_sums[l] / total;
-#endif
-        if (total > 0.0) return first + sum / total;
-        left += cells.x;
-        cells /= 2;
-        place = 0.5 * place - 0.25;
-    } while (cells.x >= uniforms.tiles.x);
-    return otherwise;
+        filled = fill_from(level, inverse_depth, fill);
+        level.columns_left += level.cells.x;
+        level.cells /= 2;
+        level.place = 0.5 * level.place - 0.25;
+    } while (!filled && level.cells.x >= uniforms.blocks.x);
+    return fill;
 }

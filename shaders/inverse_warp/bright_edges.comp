@@ -1,10 +1,10 @@
 #version 450 core
-// The surface of bright pixels at edges. Antialiasing mixes the light of a lamp into pixels that have
-// the depth of what is behind it, or before it. Displaced with that surface the light would become a
-// rim, or a glow: such a pixel shows the lamp's surface.
+// The surface of bright pixels at edges. Antialiasing mixes the light of a lamp into pixels that
+// have the depth of the surface behind it or before it. If the light moved with that surface, it
+// would form a rim or a glow: such a pixel shows the lamp's surface.
 //
-//   color, surfaces_of_planes -> shown   0: the pixel's own surface; i + 1: that of the pixel
-//                                        kAround[i] (around.glsl) from it
+//   color, surfaces_of_planes -> shown   0: the pixel's own surface; i + 1: that of the pixel at
+//                                        the offset kAround[i] (around.glsl)
 #include "common/finite.glsl"
 #include "common/work_group.glsl"
 
@@ -15,11 +15,12 @@ layout(binding = 0) uniform sampler2D color;
 layout(binding = 1) uniform usampler2D surfaces_of_planes;
 layout(binding = 0) writeonly uniform uimage2D shown;
 
-// A pixel shows the light of another surface where it is so many times as bright as its own surface
-// around it, the other next to it is so many times as bright as the pixel, and as what is around.
+// A pixel shows the light of an adjacent surface if the pixel is kBrighter times as bright as its
+// own surface around it, the other surface is kOtherBrighter times as bright as the pixel, and
+// kLampBrighter times as bright as the surface around.
 const float kBrighter = 4.0, kOtherBrighter = 1.1, kLampBrighter = 20.0;
-// And where the two are displaced differently by so much. What stays where it is, up to this, keeps
-// the light of what is behind it: that is seen through the edge.
+// And if the two are displaced differently by more than kApartPx. A surface that is displaced by at
+// most kStaysPx keeps the light of a surface behind it, which is seen through the edge.
 const float kApartPx = 1.0, kStaysPx = 3.0;
 const int kReachPx = 2;
 
@@ -32,11 +33,11 @@ Surface surface_at(ivec2 p) {
 }
 
 // Largest component of the mean color of a surface in the smallest square around p that shows it
-// away from edges; `otherwise` where none does.
+// away from edges; `otherwise` if none does.
 float light_around(ivec2 p, Surface own, float otherwise) {
     vec4 sum = vec4(0.0);
     float count = 0.0;
-    // One loop: it ends where the squares do, or with a square that shows some.
+    // One loop over the pixels of both squares; it ends after the first square that shows some.
     ivec2 offset = ivec2(-1);
     int reach = 1;
     do {
@@ -44,7 +45,8 @@ float light_around(ivec2 p, Surface own, float otherwise) {
         const ivec2 read = clamp(at, ivec2(0), uniforms.size - 1);
         const Surface s = surface_at(read);
         const vec4 c = texelFetch(color, read, 0);
-        if (at == read && !s.edge && one_depth(s.inverse_depth, own.inverse_depth) && is_finite(c)) {
+        const bool same = at == read && one_depth(s.inverse_depth, own.inverse_depth);
+        if (same && !s.edge && is_finite(c)) {
             sum += c;
             count += 1.0;
         }
@@ -75,8 +77,8 @@ uint shown_at(ivec2 p) {
     }
     if (brightest == 0u || other_light <= kOtherBrighter * light) return 0u;
     const Surface other = surface_at(p + kAround[brightest - 1u]);
-    const bool behind = other.inverse_depth < own.inverse_depth;
-    if (apart(other, own) <= kApartPx * kApartPx || (behind && longest_of(own) <= kStaysPx)) return 0u;
+    if (apart(other, own) <= kApartPx * kApartPx) return 0u;
+    if (other.inverse_depth < own.inverse_depth && longest_of(own) <= kStaysPx) return 0u;
     const float around = light_around(p, own, light);
     return light > kBrighter * around && other_light > kLampBrighter * around ? brightest : 0u;
 }

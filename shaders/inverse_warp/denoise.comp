@@ -1,18 +1,17 @@
 #version 450 core
-// Less noise from few samples. What a pixel's samples see out of focus, or on fast surfaces, is a mean
-// over the spread of their displacements, and holds no detail much finer than that. So its mean is
-// taken over the pixels around too, within a small part of that spread: the more samples, the smaller.
-// What is sharp is left alone.
+// Takes away the noise of few samples. The samples of a pixel that see surfaces out of focus, or
+// fast ones, are a mean over the spread of their displacements, which holds no detail much finer
+// than that spread. So their mean is also taken over the pixels around, within a small part of the
+// spread: the more samples, the smaller. Sharp surfaces are left alone.
 //
-//   gathered, soft (rgb: mean of what blurred samples have seen; a: share of such samples),
-//   spread (their displacements' mean covariance: xx, xy, yy, px^2; mean of their alpha) -> color
+//   gathered, soft (rgb: mean color of blurred samples; a: their share), spread (mean covariance of
+//   their displacements: xx, xy, yy, px^2; mean of their alpha) -> color
 //
-// LAYERS: so many further layers too, of layers_gathered and layers_soft
+// LAYERS: number of extra layers, of layers_gathered and layers_soft
 // LIST: only the blocks of a work list
-#include "common/finite.glsl"
-#include "common/layers.glsl"
 #include "common/work_list.glsl"
-#include "shared/inverse_warp_uniforms.h"
+
+#include "inverse_warp/wide_color.glsl"
 
 layout(binding = 0) uniform sampler2D gathered;
 layout(binding = 1) uniform sampler2D soft;
@@ -25,57 +24,63 @@ layout(binding = 1) writeonly uniform image2DArray layers_denoised;
 #endif
 
 const int kReachPx = INVERSE_WARP_DENOISE_REACH_PX;
-const float kLeast = 1.0 / 64.0;  // taken off every weight: the window ends without a step
-const float kPixel = 1.0 / 12.0;  // px^2, of a pixel itself
+const float kMinWeight = 1.0 / 64.0;      // taken off every weight: the window ends without a step
+const float kPixelVariance = 1.0 / 12.0;  // px^2
+
+// Weights exp(scale (yy dx^2 - 2 xy dx dy + xx dy^2)) of the pixels within `reach`.
+struct Window {
+    float xx, xy, yy;  // covariance, px^2
+    float scale;
+    ivec2 reach;
+};
+
+Window window_of(vec3 covariance) {
+    Window w;
+    w.xx = covariance.x + kPixelVariance;
+    w.xy = covariance.y;
+    w.yy = covariance.z + kPixelVariance;
+    w.scale = -uniforms.denoise_window / (w.xx * w.yy - w.xy * w.xy);
+    w.reach = min(ivec2(sqrt(log(1.0 / kMinWeight) / uniforms.denoise_window * vec2(w.xx, w.yy))),
+                  kReachPx);
+    return w;
+}
+
+float weight_at(Window w, vec2 d) {
+    const float form = w.yy * d.x * d.x - 2.0 * w.xy * d.x * d.y + w.xx * d.y * d.y;
+    return max(exp(w.scale * form) - kMinWeight, 0.0);
+}
+
+// Mean color of the blurred samples of pixel p.
+WideColor soft_color_at(ivec2 p) {
+    WideColor c = fetch(WIDE(soft, layers_soft), p);
+    c.planes[0].a = texelFetch(spread, p, 0).w;
+    return c;
+}
 
 void main() {
     ivec2 p;
     if (!next_pixel(uniforms.size, p)) return;
-    const vec4 own = texelFetch(gathered, p, 0);
-    const vec4 own_soft = texelFetch(soft, p, 0);
-    if (own_soft.a == 0.0 || !is_finite(own)) {
-        STORE(denoised, p, own);
-#ifdef LAYERS
-        FOR_LAYERS(i) LAYER_STORE(layers_denoised, p, i, LAYER_FETCH(layers_gathered, p, i));
-#endif
+    const WideColor own = fetch(WIDE(gathered, layers_gathered), p);
+    const float own_share = texelFetch(soft, p, 0).a;
+    if (own_share == 0.0 || !is_finite(own.planes[0])) {
+        STORE_WIDE(denoised, layers_denoised, p, own);
         return;
     }
-    const vec4 own_spread = texelFetch(spread, p, 0);
-    const float xx = own_spread.x + kPixel, xy = own_spread.y, yy = own_spread.z + kPixel;
-    const float scale = -uniforms.denoise_window / (xx * yy - xy * xy);
-    const ivec2 reach =
-        min(ivec2(sqrt(log(1.0 / kLeast) / uniforms.denoise_window * vec2(xx, yy))), kReachPx);
-    const ivec2 least = max(p - reach, ivec2(0)), most = min(p + reach, uniforms.size - 1);
-    vec4 sum = vec4(0.0);
+    const Window window = window_of(texelFetch(spread, p, 0).xyz);
+    const ivec2 first = max(p - window.reach, ivec2(0));
+    const ivec2 last = min(p + window.reach, uniforms.size - 1);
+    const WideColor own_soft = soft_color_at(p);
+    WideColor sum = no_color();
     float total = 0.0;
-#ifdef LAYERS
-    vec4 own_layers[LAYERS], layer_sums[LAYERS];
-    FOR_LAYERS(i) {
-        own_layers[i] = LAYER_FETCH(layers_soft, p, i);
-        layer_sums[i] = vec4(0.0);
-    }
-#endif
-    for (int y = least.y; y <= most.y; ++y) {
-        for (int x = least.x; x <= most.x; ++x) {
-            const vec4 around = texelFetch(soft, ivec2(x, y), 0);
-            if (around.a == 0.0) continue;
-            const vec2 d = vec2(ivec2(x, y) - p);
-            const float form = yy * d.x * d.x - 2.0 * xy * d.x * d.y + xx * d.y * d.y;
-            const float weight = around.a * max(exp(scale * form) - kLeast, 0.0);
-            const float alpha = texelFetch(spread, ivec2(x, y), 0).w;
-            sum += weight * (vec4(around.rgb, alpha) - vec4(own_soft.rgb, own_spread.w));
-#ifdef LAYERS
-            FOR_LAYERS(i)
-                layer_sums[i] +=
-                    weight * (LAYER_FETCH(layers_soft, ivec2(x, y), i) - own_layers[i]);
-#endif
+    for (int y = first.y; y <= last.y; ++y) {
+        for (int x = first.x; x <= last.x; ++x) {
+            const float share = texelFetch(soft, ivec2(x, y), 0).a;
+            if (share == 0.0) continue;
+            const float weight = share * weight_at(window, vec2(ivec2(x, y) - p));
+            sum = plus(sum, weight, minus(soft_color_at(ivec2(x, y)), own_soft));
             total += weight;
         }
     }
-    STORE(denoised, p, own + own_soft.a / total * sum);
-#ifdef LAYERS
-    FOR_LAYERS(i)
-        LAYER_STORE(layers_denoised, p, i,
-                    LAYER_FETCH(layers_gathered, p, i) + own_soft.a / total * layer_sums[i]);
-#endif
+    const WideColor mean = plus(own, own_share / total, sum);
+    STORE_WIDE(denoised, layers_denoised, p, mean);
 }

@@ -1,4 +1,6 @@
-// What the frames before and after show of surfaces that this frame hides.
+// The search for occluded surfaces in the frames before and after.
+//
+// BEFORE, AFTER: that frame is searched
 #if BEFORE
 layout(binding = 7) uniform sampler2D color_before;  // linear
 layout(binding = 8) uniform usampler2D surfaces_before;
@@ -7,132 +9,100 @@ layout(binding = 8) uniform usampler2D surfaces_before;
 layout(binding = 9) uniform sampler2D color_after;  // linear
 layout(binding = 10) uniform usampler2D surfaces_after;
 #endif
-#ifdef LAYERS
-#if BEFORE
+#if BEFORE && defined(LAYERS)
 layout(binding = 15) uniform sampler2DArray layers_before;  // linear
 #endif
-#if AFTER
+#if AFTER && defined(LAYERS)
 layout(binding = 5) uniform sampler2DArray layers_after;  // linear
 #endif
-#endif
 
-const int kNeighborSteps = 3;  // of the iteration from each start
+const int kNeighborSteps = 3;  // from each start surface
 
-// The displacement with the motion of a frame, whatever is blurred: a neighbor is a frame away.
-vec2 displacement_from_neighbor(Surface s, Sample at) {
-#if LENS
-    return moved(s, at) + s.radius * at.lens;
-#else
-    return moved(s, at);
+Surface surface_in(int frame, ivec2 x) {
+#if BEFORE
+    if (frame < 0) return unpack_surface(texelFetch(surfaces_before, x, 0));
 #endif
+#if AFTER
+    if (frame > 0) return unpack_surface(texelFetch(surfaces_after, x, 0));
+#endif
+    return unpack_surface(texelFetch(surfaces, x, 0));
 }
 
-// The same instant, as seen from the frame after or before.
-Sample seen_from(Sample at, bool after) {
-    const float frame = 1.0 / uniforms.half_shutter;
-    at.u += after ? -frame : frame;
+WideColor color_of(Found found) {
+#if BEFORE
+    if (found.frame < 0) return color_at(WIDE(color_before, layers_before), found.at);
+#endif
+#if AFTER
+    if (found.frame > 0) return color_at(WIDE(color_after, layers_after), found.at);
+#endif
+    return color_at(WIDE(color, layers), found.at);
+}
+
+// The sample's time as seen from another frame.
+Sample seen_from(int frame, Sample at) {
+    at.u -= float(frame) * (1.0 / uniforms.half_shutter);
     at.bend = bend_at(at.u);
     return at;
 }
 
-uvec4 surface_bits_of(bool after, ivec2 x) {
-#if BEFORE && AFTER
-    if (!after) return texelFetch(surfaces_before, x, 0);
-#endif
-#if AFTER
-    return texelFetch(surfaces_after, x, 0);
-#else
-    return texelFetch(surfaces_before, x, 0);
-#endif
+// Displacement of a neighbor's surface. Surfaces move from frame to frame, even if the shutter is
+// closed.
+vec2 displacement_from_neighbor(Surface s, Sample at) {
+    return kLens ? moved(s, at) + s.radius * at.lens : moved(s, at);
 }
 
-vec4 color_of(bool after, vec2 at) {
-#if BEFORE && AFTER
-    if (!after) return color_at(color_before, at);
-#endif
-#if AFTER
-    return color_at(color_after, at);
-#else
-    return color_at(color_before, at);
-#endif
-}
-
-#ifdef LAYERS
-void layers_of(bool after, vec2 at) {
-#if AFTER
-    if (after) layers_at(color_after, layers_after, at, seen_layers);
-#endif
-#if BEFORE
-    if (!after) layers_at(color_before, layers_before, at, seen_layers);
-#endif
-}
-#endif
-
-// What a neighbor has seen: color, and of its surface inverse depth and path a.
-struct Seen {
-    vec4 color;
-    float inverse_depth;
-    vec2 path;
-};
-
-// Is there room in this frame for surface s, seen at pixel x of a neighbor? Not where this frame
-// shows what is farther.
-bool may_be_hidden(Surface s, vec2 x, bool after, float one_depth) {
+// May this frame hide surface s, seen at pixel x of a neighbor? Not if it shows a farther one
+// there.
+bool may_be_occluded(Surface s, vec2 x, int frame, float ratio) {
     Sample here;
     here.u = 0.0;
-    here = seen_from(here, after);
-    const vec2 at = floor(x + moved(s, here) + 0.5);
+    const vec2 at = floor(x + moved(s, seen_from(frame, here)) + 0.5);
     const ivec2 pixel = ivec2(inside_of(at));
-    return at != vec2(pixel) ||
-           unpack_surface(texelFetch(surfaces, pixel, 0)).inverse_depth * one_depth >=
-               s.inverse_depth;
+    return at != vec2(pixel) || surface_in(0, pixel).inverse_depth * ratio >= s.inverse_depth;
 }
 
-// Searches a sample in both frames, the nearer in time first: from the farthest surface met, if this
-// frame shows nothing there (`nearest` is below 0), and from the starts that are hidden in it, a bit
-// each. What is found is nearer than the inverse depth `nearest`; and, if `far` is behind the surface
-// that the sample's first step has come to (`shows_behind`), no farther than it. Pixels at edges, which
-// show two surfaces, count where nothing else is found. Fills seen_layers too.
-bool seen_by_neighbors(vec2 p, Sample now, float one_depth, Surface far, bool shows_behind,
-                       Surface start[STARTS], uint hidden_starts, float nearest, out Seen seen) {
-    const float farthest = shows_behind ? far.inverse_depth : 0.0;
-    bool found = false;
-    uint begins = (hidden_starts << 1) | (nearest < 0.0 ? 1u : 0u);  // bit 0: far
-    bool in_second = false;  // of the two frames
-    while (begins != 0u) {
-        const int index = findLSB(begins) - 1;
-#if BEFORE && AFTER
-        const bool after = (now.u >= 0.0) != in_second;
-        in_second = !in_second;
-#else
-        const bool after = AFTER == 1;
-#endif
-        if (!in_second) begins &= begins - 1u;
-        const Sample at = seen_from(now, after);
-        Surface begin = far;
-        for (int i = 0; i < STARTS; ++i)
-            if (i == index) begin = start[i];
-        if (begin.inverse_depth <= nearest * one_depth) continue;
-        // Straight: a parabola about this frame is none about that one.
-        begin.b = vec2(0.0);
-        vec2 d = displacement_from_neighbor(begin, at);
-        for (int i = 0; i < kNeighborSteps; ++i) {
-            const vec2 x = inside_of(p + floor(0.5 - d));
-            const Surface s = unpack_surface(surface_bits_of(after, ivec2(x)));
-            d = displacement_from_neighbor(s, at);
-            const vec2 off = abs(x - p + d);
-            if (max(off.x, off.y) > kAcceptPx || (s.edge && nearest >= 0.0) ||
-                s.inverse_depth <= nearest * one_depth ||
-                s.inverse_depth * one_depth < farthest || !may_be_hidden(s, x, after, one_depth))
-                continue;
-            found = true;
-            nearest = s.inverse_depth;
-            const vec2 where = s.edge ? x : inside_of(p - d);
-            seen = Seen(color_of(after, where), nearest, s.a);
-#ifdef LAYERS
-            layers_of(after, where);
-#endif
-        }
+// Searches one neighbor, from surface `begin`, for one nearer than `nearest` and no farther than
+// the inverse depth `farthest`. Edge pixels, which mix two surfaces, count only if nothing else is
+// found.
+void search_neighbor(int frame, Surface begin, vec2 p, Sample now, float farthest,
+                     inout Found nearest) {
+    const Sample then = seen_from(frame, now);
+    const float ratio = now.depth_ratio;
+    begin.b = vec2(0.0);  // a parabola about this frame is not one about the neighbor
+    vec2 d = displacement_from_neighbor(begin, then);
+    for (int i = 0; i < kNeighborSteps; ++i) {
+        const vec2 x = inside_of(p + floor(0.5 - d));
+        const Surface s = surface_in(frame, ivec2(x));
+        d = displacement_from_neighbor(s, then);
+        const vec2 off = abs(x - p + d);
+        if (max(off.x, off.y) > kAcceptPx || (s.edge && nearest.inverse_depth >= 0.0) ||
+            s.inverse_depth <= nearest.inverse_depth * ratio ||
+            s.inverse_depth * ratio < farthest || !may_be_occluded(s, x, frame, ratio))
+            continue;
+        nearest = Found(frame, s.edge ? x : inside_of(p - d), s.inverse_depth, s.a);
     }
-    return found;
+}
+
+// The nearest surface that the sample sees in any frame: from the farthest surface visited, if this
+// frame shows nothing (bit 0), and from each start surface that this frame may hide (bits 1 ..).
+// The neighbor nearer in time goes first. If the farthest surface visited is behind the first, no
+// farther one counts: it would be behind both.
+Found resolve_occluded(Pixel pixel, Sample now, Search here) {
+    Found nearest = here.nearest;
+    const bool shows_behind = here.far.inverse_depth * now.depth_ratio < here.first_depth;
+    const float farthest = shows_behind ? here.far.inverse_depth : 0.0;
+    uint begins = (here.occluded_starts << 1) | (nearest.inverse_depth < 0.0 ? 1u : 0u);
+    bool second = false;  // of two neighbors
+    while (begins != 0u) {
+        const int start = findLSB(begins) - 1;
+        const int frame = kBefore && (!kAfter || (now.u >= 0.0) == second) ? -1 : 1;
+        second = kBefore && kAfter && !second;
+        if (!second) begins &= begins - 1u;
+        Surface begin = here.far;
+        for (int i = 0; i < STARTS; ++i)
+            if (i == start) begin = pixel.starts[i];
+        if (begin.inverse_depth > nearest.inverse_depth * now.depth_ratio)
+            search_neighbor(frame, begin, pixel.p, now, farthest, nearest);
+    }
+    return nearest;
 }

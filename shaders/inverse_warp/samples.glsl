@@ -1,48 +1,83 @@
-// The samples of a pixel: how many, and which instant and point of the lens each of them takes.
+// The samples of a pixel: their number, and the time sample and lens sample of each.
+//
+// NOISE: read    BARREL: the lens barrel cuts the aperture away from the center of the frame
+#if NOISE
+layout(binding = 3) uniform sampler2D noise;
+#endif
 #if LENS
 layout(binding = 4) uniform sampler2D lens_points;
 #endif
 
-// Inverse depths within a ratio of at most so much: the smaller residual counts.
-const float kOneDepthLeast = 1.01, kOneDepthMost = 1.03;
+// Range of Sample::depth_ratio.
+const float kMinDepthRatio = 1.01, kMaxDepthRatio = 1.03;
 
-// How many samples a pixel takes. The last may be part of one, so that nothing jumps where a longer
-// path gets a time more.
-float samples_of(float longest) {
-#if LENS
-    return float(uniforms.samples);
+// Samples 0 .. ceil(n) - 1, whose lens samples are `first` .. in the table.
+struct SampleSet {
+    float n;
+    int first;
+    float weight;  // of each sample
+};
+
+// n of the shutter alone grows with the longest displacement. The last sample may be a part of one,
+// so that nothing jumps where a longer path gets another sample.
+SampleSet first_set(Pixel pixel) {
+    const float times = clamp(2.0 * pixel.longest_px / uniforms.path_px_per_time,
+                              float(INVERSE_WARP_MIN_TIMES),
+                              float(max(uniforms.samples, INVERSE_WARP_MIN_TIMES)));
+    return SampleSet(kLens ? float(uniforms.samples) : times, 0, 1.0);
+}
+
+// The pixel's random numbers: x in [0, 1), y in [-1, 1).
+vec2 random_at(ivec2 pixel) {
+#if NOISE
+    return texelFetch(noise, pixel & 127, 0).xy;
 #else
-    return clamp(2.0 * longest / uniforms.path_px_per_time, float(INVERSE_WARP_LEAST_TIMES),
-                 float(max(uniforms.samples, INVERSE_WARP_LEAST_TIMES)));
+    return vec2(0.0);
 #endif
 }
 
-// Sample k of a set of n, whose points of the lens begin at `begin` and whose weights are `share` of
-// others'. random: x in [0, 1), y in [-1, 1)
-Sample sample_at(int k, float n, int begin, float share, vec2 random) {
-    Sample at;
-    const float part = min(n - float(k), 1.0);
-    at.weight = share * part;
-#if SHUTTER && LENS
+// Time of sample k, in [-1, 1]. With a lens, whose samples go outward, times go by mirrored digits.
+float time_of(int k, SampleSet set, float part, float random) {
+    if (!kShutter) return 0.0;
+    if (!kLens)
+        return 2.0 * (float(k) + 0.5 * part * (1.0 + uniforms.time_jitter * random)) / set.n - 1.0;
     const float place = float(bitfieldReverse(uint(k)) >> 8) / 16777216.0;
-    at.u = 2.0 * fract(place + 0.5 / n + 0.5 + 0.5 * random.y) - 1.0;
-#elif SHUTTER
-    at.u = 2.0 * (float(k) + 0.5 * part * (1.0 + uniforms.time_jitter * random.y)) / n - 1.0;
-#else
-    at.u = 0.0;
-#endif
-    at.bend = bend_at(at.u);
+    return 2.0 * fract(place + 0.5 / set.n + 0.5 + 0.5 * random) - 1.0;
+}
+
+vec2 lens_sample(int index, float random) {
 #if LENS
-    const int set = min(int(random.x * float(uniforms.lens_sets)), uniforms.lens_sets - 1);
-    at.lens = texelFetch(lens_points, ivec2(begin + k, set), 0).xy;
+    const int table = min(int(random * float(uniforms.lens_sets)), uniforms.lens_sets - 1);
+    return texelFetch(lens_points, ivec2(index, table), 0).xy;
 #else
-    at.lens = vec2(0.0);
+    return vec2(0.0);
 #endif
+}
+
+Sample sample_at(int k, SampleSet set, Pixel pixel) {
+    const float part = min(set.n - float(k), 1.0);
+    Sample at;
+    at.u = time_of(k, set, part, pixel.random.y);
+    at.bend = bend_at(at.u);
+    at.lens = lens_sample(set.first + k, pixel.random.x);
+    at.weight = set.weight * part;
+    // Another ratio for each sample: while two surfaces pass each other in depth, their samples
+    // change over one by one.
+    const float golden = fract(pixel.random.x + 0.618034 * float(k));
+    at.depth_ratio = mix(kMinDepthRatio, kMaxDepthRatio, golden);
+    at.number = k;
     return at;
 }
 
-// The ratio of inverse depths beyond which the nearer surface counts, another for each sample: while
-// two surfaces pass each other in depth, their samples change over one by one.
-float one_depth_at(int k, vec2 random) {
-    return mix(kOneDepthLeast, kOneDepthMost, fract(random.x + 0.618034 * float(k)));
+// Does the light that reaches the pixel through this lens sample pass the barrel? The barrel's
+// circle moves across the aperture with the distance from the center of the frame.
+bool passes_barrel(Pixel pixel, Sample now) {
+#if BARREL
+    const vec2 center = vec2(uniforms.center_x, uniforms.center_y);
+    const vec2 barrel = uniforms.barrel_per_px * (pixel.p - center);
+    const vec2 passed = uniforms.barrel_scale * now.lens + barrel;
+    return !(dot(passed, passed) > 1.0);
+#else
+    return true;
+#endif
 }

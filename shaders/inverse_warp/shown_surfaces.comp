@@ -1,6 +1,6 @@
 #version 450 core
-// Each pixel gets the surface that it shows (bright_edges.comp), and an edge to those around it that
-// show another.
+// Each pixel gets the surface that it shows (bright_edges.comp), and an edge to the adjacent pixels
+// that show another.
 //
 //   surfaces_of_planes, shown -> surfaces
 #include "common/work_group.glsl"
@@ -12,7 +12,7 @@ layout(binding = 0) uniform usampler2D surfaces_of_planes;
 layout(binding = 1) uniform usampler2D shown;
 layout(binding = 0) writeonly uniform uimage2D surfaces;
 
-// What is shown at p; `changed`: it is not the pixel's own.
+// The surface shown at p; `changed`: it is not the pixel's own.
 Surface shown_at(ivec2 p, out bool changed) {
     const uint from = texelFetch(shown, p, 0).x;
     changed = from != 0u;

@@ -3,9 +3,9 @@
 //
 //   inverse_depth [, motion [, motion_back]] -> surfaces_of_planes
 //
-// MOTION: motion is there
-// NEIGHBOR: of the frame before or after; where its inverse depth is below 0 nothing is to be found
-// BACK: motion_back too; else it is taken to equal motion: straight paths at one speed
+// MOTION: a motion plane is available
+// NEIGHBOR: of the frame before or after; pixels whose inverse depth is below 0 are never found
+// BACK: a motion_back plane too; otherwise it is taken to equal motion: straight paths at one speed
 #include "common/finite.glsl"
 #include "common/work_group.glsl"
 
@@ -41,9 +41,9 @@ vec4 motion_at(ivec2 p) {
     return is_finite(both) ? clamp(both, vec4(-1e15), vec4(1e15)) : vec4(0.0);
 }
 
-// The motion of the pixel's own surface. A renderer's vectors are averaged over the pixel's
-// samples, its depth is not: where depth jumps, of the pixels of this surface next to it the one
-// whose motion differs most from the other surface's stands for it.
+// The motion of the pixel's own surface. A renderer averages motion vectors over the pixel's
+// samples, but not depth: at a depth edge, the pixel takes the motion of the adjacent pixel of its
+// surface that differs most from the other surface's.
 vec4 own_motion(ivec2 p, float q, out bool edge) {
     const vec4 own = motion_at(p);
     vec4 around[4];
@@ -84,8 +84,7 @@ bool is_edge(ivec2 p, float q) {
 #endif
 
 Surface surface_at(ivec2 p) {
-    Surface s;
-    s.inverse_depth = depth_at(p);
+    Surface s = Surface(depth_at(p), false, vec2(0.0), vec2(0.0), 0.0, 0.0);
 #if MOTION
     const vec4 v = uniforms.half_shutter * own_motion(p, s.inverse_depth, s.edge);
     s.a = 0.5 * (v.xy + v.zw);

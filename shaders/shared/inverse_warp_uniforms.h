@@ -5,16 +5,16 @@
 #include "shared/uniforms.h"
 
 UNIFORMS_BEGIN(InverseWarpUniforms)
-ivec2 size;              // of the picture
-ivec2 tiles;             // ceil(size / kBlockPx)
-int ring;                // tiles on each side whose surfaces can reach a tile
-int samples;             // per pixel; of the shutter alone: at most
-float half_shutter;      // half the open time, frames; 1 where only the lens is open
+ivec2 size;              // of the frame
+ivec2 blocks;            // ceil(size / kBlockPx)
+int ring;                // blocks on each side whose surfaces can reach a block
+int samples;             // per pixel; of the shutter alone: an upper limit
+float half_shutter;      // half the open time, frames; 1 if only the lens is open
 float max_path_px;       // longest path on one side of the frame
 float still_limit_px;    // displacements up to this leave the color as it is
-float time_jitter;       // largest shift of a pixel's times, in spacings
-float path_px_per_time;  // of the shutter alone: a pixel has a time for so many pixels of path
-int lens_sets;           // of points of the lens
+float time_jitter;       // largest shift of a pixel's time samples, in spacings
+float path_px_per_time;  // of the shutter alone: pixels of path per time sample
+int lens_sets;           // number of sets of lens samples
 // circle of confusion: passes/common/circle_of_confusion.h
 float gain_px;
 float focus_inverse;
@@ -25,15 +25,15 @@ float far_inverse_span;
 float near_radius_px;
 float far_radius_px;
 float max_radius_px;
-float soft_spread;     // variance along x and y, px^2, from which on a sample is denoised
+float soft_spread;     // samples are denoised from this variance along x and y on, px^2
 float denoise_window;  // weight of a pixel d away: exp(-window d^T covariance^-1 d)
-float barrel_per_px;   // how far the barrel's circle is moved, radii per pixel from the middle
-float barrel_scale;    // of points of the lens: 1 - barrel_per_px times the radius at infinity
-float middle_x;        // of the picture, in pixels of the planes
-float middle_y;
-int more_samples;   // of tiles whose samples disagree, beyond `samples`; 0: of none
-float noise_limit;  // mean squared difference of two halves of a tile's samples up to which
-                    // it takes no more
+float barrel_per_px;   // shift of the barrel's circle, radii per pixel from the center
+float barrel_scale;    // of lens samples: 1 - barrel_per_px times the radius at infinity
+float center_x;        // of the frame, in pixels of the planes
+float center_y;
+int more_samples;   // extra samples for blocks whose samples disagree, beyond `samples`; 0: off
+float noise_limit;  // a block takes extra samples above this mean squared difference between the
+                    // halves of its samples
 float padding_0;
 float padding_1;
 UNIFORMS_END
@@ -41,8 +41,8 @@ UNIFORMS_END
 // Pixels on each side that are denoised together.
 #define INVERSE_WARP_DENOISE_REACH_PX 2
 
-// Times of a pixel at least, however short its path.
-#define INVERSE_WARP_LEAST_TIMES 5
+// Minimum of a pixel's time samples, however short its path.
+#define INVERSE_WARP_MIN_TIMES 5
 
 #ifdef __cplusplus
 #include <cstddef>

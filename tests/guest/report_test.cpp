@@ -137,7 +137,7 @@ TEST(Reports, PlanCountersAndLog) {
     EXPECT_EQ(pc::explain(guest.get()), "");
     prepare_and_run(guest, made, host.frame);
     const std::string json = pc::explain(guest.get());
-    EXPECT_THAT(json, HasSubstr("\"0.motion_blur.tile_surfaces\""));
+    EXPECT_THAT(json, HasSubstr("\"0.motion_blur.block_surfaces\""));
     EXPECT_THAT(json, HasSubstr("\"steps\""));
     size_t little = 5;
     char text[5];

@@ -54,8 +54,8 @@ TEST(JointBlur, DotBecomesADiscMovedAlongItsPath) {
     EXPECT_NEAR(xx / light, 16 * 16 / 4.0 + 24 * 24 / 12.0, 4);
 }
 
-// In focus and moving, or still and out of focus: as the pass for the one alone, but for the steps
-// of the search from the pixel itself.
+// In focus and moving, or still and out of focus: as the pass for that blur, except for the steps of
+// the search from the pixel itself.
 TEST(JointBlur, OneOfThemAloneIsThatPass) {
     FramePlanes planes = moving_plane(160, 96, 0.75f, 0, 0);
     planes[Role::color] = noise_image(160, 96, 4, 5);
@@ -80,7 +80,7 @@ TEST(JointBlur, OneOfThemAloneIsThatPass) {
               0.01);
 }
 
-// What moves along rows is denoised along rows: lines of a pixel each stay lines.
+// A surface that moves along rows is denoised along rows: lines one pixel wide stay lines.
 TEST(JointBlur, DenoisingStaysWithinTheStreak) {
     FramePlanes planes = moving_plane(160, 96, 0.25f, 60, 0);
     for (int y = 0; y < 96; ++y)
@@ -120,8 +120,8 @@ TEST(JointBlur, AgreesWithItsReference) {
     }
 }
 
-// Lamps of 0.15 on the left to 0.6 on the right, so that tiles take none, some and all of the
-// samples.
+// Lamps of 0.15 on the left to 0.6 on the right, so that the extra samples of blocks have no weight,
+// some and all of it.
 TEST(JointBlur, AdaptiveSamplingAgreesWithItsReference) {
     TestFrame layers = layered_frame(187, 77, {33.5f, 9.25f}, {-14.75f, 3.5f}, 8);
     FramePlanes& planes = layers.planes;
@@ -168,10 +168,10 @@ TEST(JointBlur, BlocksThatNothingIsBlurredIntoChangeNoBit) {
     }
 }
 
-// Faint noise on the left, lamps in the dark on the right. The samples beyond the first are
-// those of a set of their own: the mean is the mean of both results.
-TEST(JointBlur, TilesWhoseSamplesDisagreeTakeMore) {
-    FramePlanes planes = moving_plane(256, 72, 0.75f, 24, 0);  // 72: its last tiles are cut
+// Faint noise on the left, lamps in the dark on the right. The extra samples are a set of their own:
+// the result is the mean of both sets' results.
+TEST(JointBlur, BlocksWhoseSamplesDisagreeTakeMore) {
+    FramePlanes planes = moving_plane(256, 72, 0.75f, 24, 0);  // 72: its last blocks are cut
     const ImageF random = noise_image(256, 72, 4, 11);
     for (int y = 0; y < 72; ++y)
         for (int x = 0; x < 256; ++x)
@@ -200,8 +200,8 @@ TEST(JointBlur, TilesWhoseSamplesDisagreeTakeMore) {
     EXPECT_TRUE(equal_bits(blurred(8, 3), few));
 }
 
-// The brighter the lamps, the more of their noise shows. Over their brightness the result stays as
-// it is but for the samples that come in, and those come in little by little.
+// The brighter the lamps, the more visible their noise. The result grows in proportion to their
+// brightness, except for the extra samples, and these fade in.
 TEST(JointBlur, MoreSamplesComeInWithoutAJump) {
     FramePlanes planes = moving_plane(96, 96, 0.75f, 24, 0);
     const ImageF random = noise_image(96, 96, 4, 12);

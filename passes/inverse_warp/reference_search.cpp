@@ -1,0 +1,167 @@
+#include "passes/inverse_warp/reference_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace postchain::inverse_warp::reference {
+namespace {
+
+constexpr double kAcceptPx = 0.75;
+constexpr int kSteps = 2, kNeighborSteps = 3;
+
+bool nearer(double q, double r, const Sample& now) {
+    return q > r * now.depth_ratio;
+}
+
+double longer_axis(Vec v) {
+    return std::max(std::abs(v.x), std::abs(v.y));
+}
+
+Vec rounded(Vec v) {
+    return {std::floor(v.x + 0.5), std::floor(v.y + 0.5)};
+}
+
+// One step: the pixel X that it visits, and whether the surface there is the sample's.
+struct Visit {
+    Vec x;
+    bool beyond = false;  // X lies beyond the frame, whose border pixels go on
+    const Surface* surface = nullptr;
+    Vec d;             // D(X)
+    double error = 0;  // |X + D(X) - p|, the longer axis
+    bool accepted = false;
+};
+
+Visit visit(const Frames& frames, Vec p, Vec d, const Sample& now) {
+    const Vec x = rounded(p - d);
+    Visit v;
+    v.x = frames.here.inside(x);
+    v.beyond = v.x.x != x.x || v.x.y != x.y;
+    v.surface = &frames.here.surface(v.x);
+    v.d = v.surface->displacement(now, frames.half_open);
+    v.error = longer_axis(x - (p - v.d));
+    // A neighbor may have seen what lies beyond this frame.
+    v.accepted = v.error <= kAcceptPx && (!v.beyond || frames.neighbors.empty());
+    return v;
+}
+
+void keep_nearest(Search& s, const Visit& v, Vec p, const Frame& here, const Sample& now) {
+    const double q = v.surface->inverse_depth, nearest = s.nearest.inverse_depth;
+    if (!v.accepted ||
+        !(nearer(q, nearest, now) || (!nearer(nearest, q, now) && v.error < s.residual)))
+        return;
+    s.nearest = {&here, v.surface->edge ? v.x : here.inside(p - v.d), q, v.surface->a};
+    s.residual = v.error;
+}
+
+void keep_farthest(Search& s, const Visit& v, const Sample& now) {
+    const double q = v.surface->inverse_depth, far = s.far.inverse_depth;
+    if (!(nearer(far, q, now) || (!nearer(q, far, now) && v.error < s.far_residual))) return;
+    s.far = *v.surface;
+    s.far_residual = v.error;
+    s.far_at = v.x;
+}
+
+// The steps by which one surface, at inverse depth `start`, is searched, until one is accepted.
+// Returns that; `occluded`: a step visited a surface that is not farther, or left the frame.
+const Surface* search_from(Search& s, const Frames& frames, Vec p, const Sample& now,
+                           const Surface& begin, int steps, bool& occluded) {
+    Vec d = begin.displacement(now, frames.half_open);
+    for (int step = 0; step < steps; ++step) {
+        const Visit v = visit(frames, p, d, now);
+        keep_nearest(s, v, p, frames.here, now);
+        keep_farthest(s, v, now);
+        if (s.first_depth < 0) s.first_depth = v.surface->inverse_depth;
+        if (v.accepted) return v.surface;
+        if (v.beyond || !nearer(begin.inverse_depth, v.surface->inverse_depth, now))
+            occluded = true;
+        d = v.d;
+    }
+    return nullptr;
+}
+
+// Does this frame show a farther surface than s at the place that s has in it? x: its pixel in the
+// neighbor
+bool may_be_occluded(const Frames& frames, const Frame& neighbor, const Surface& s, Vec x,
+                     const Sample& now) {
+    Sample here;  // at the center of the lens
+    here.u = -neighbor.offset / frames.half_open;
+    const Vec at = rounded(x + s.displacement(here, frames.half_open));
+    const Vec inside = frames.here.inside(at);
+    if (inside.x != at.x || inside.y != at.y) return true;
+    return !nearer(s.inverse_depth, frames.here.surface(at).inverse_depth, now);
+}
+
+// Searches one neighbor for a surface nearer than `nearest`, and no farther than `farthest`. Edge
+// pixels, which mix two surfaces, count only if nothing else is found.
+void search_neighbor(const Frames& frames, const Frame& neighbor, Surface begin, Vec p,
+                     const Sample& now, double farthest, Found& nearest) {
+    if (!nearer(begin.inverse_depth, nearest.inverse_depth, now)) return;
+    Sample then = now;
+    then.u -= neighbor.offset / frames.half_open;
+    begin.b = {};  // a parabola about this frame is not one about the neighbor
+    Vec d = begin.displacement(then, frames.half_open);
+    for (int step = 0; step < kNeighborSteps; ++step) {
+        const Vec x = neighbor.inside(rounded(p - d));
+        const Surface& s = neighbor.surface(x);
+        d = s.displacement(then, frames.half_open);
+        if (longer_axis(x - p + d) > kAcceptPx || (s.edge && nearest.inverse_depth >= 0) ||
+            !nearer(s.inverse_depth, nearest.inverse_depth, now) ||
+            s.inverse_depth * now.depth_ratio < farthest ||
+            !may_be_occluded(frames, neighbor, s, x, now))
+            continue;
+        nearest = {&neighbor, s.edge ? x : neighbor.inside(p - d), s.inverse_depth, s.a};
+    }
+}
+
+}  // namespace
+
+Vec Frame::inside(Vec at) const {
+    return {std::clamp(at.x, 0.0, color.width - 1.0), std::clamp(at.y, 0.0, color.height - 1.0)};
+}
+
+Search search(const Frames& frames, const Pixel& pixel, const Sample& now, Surface& begin,
+              bool advance) {
+    const std::vector<Surface>& starts = pixel.block->starts;
+    Search s;
+    s.residual = kAcceptPx;
+    s.far.inverse_depth = s.far_residual = 3.4e38;
+    s.occluded_starts.resize(starts.size());
+    bool unused = false;
+    const Surface* own = search_from(s, frames, pixel.p, now, begin, frames.own_steps, unused);
+    if (own && advance) begin = *own;
+    // A surface found from the pixel itself occludes all that are not nearer; one found from a
+    // start surface only those that are farther.
+    double occluded_from = s.nearest.inverse_depth * now.depth_ratio;
+    for (size_t i = 0; i < starts.size() && starts[i].inverse_depth > occluded_from; ++i) {
+        bool occluded = false;
+        search_from(s, frames, pixel.p, now, starts[i], kSteps, occluded);
+        s.occluded_starts[i] = occluded;
+        occluded_from = std::max(occluded_from, s.nearest.inverse_depth / now.depth_ratio);
+    }
+    return s;
+}
+
+// In each neighbor, the nearer in time first: from the farthest surface visited, if this frame
+// shows nothing, and from the start surfaces that this frame may hide. If the farthest surface
+// visited is behind the first, no farther one counts.
+Found resolve_occluded(const Frames& frames, const Pixel& pixel, const Sample& now,
+                       const Search& here) {
+    const std::vector<Surface>& starts = pixel.block->starts;
+    std::vector<const Frame*> neighbors;
+    for (const Frame& neighbor : frames.neighbors) neighbors.push_back(&neighbor);
+    if (neighbors.size() == 2 && now.u >= 0) std::swap(neighbors[0], neighbors[1]);
+    const bool shows_behind = nearer(here.first_depth, here.far.inverse_depth, now);
+    const double farthest = shows_behind ? here.far.inverse_depth : 0;
+    Found nearest = here.nearest;
+    const auto search_neighbors = [&](const Surface& begin) {
+        for (const Frame* neighbor : neighbors)
+            search_neighbor(frames, *neighbor, begin, pixel.p, now, farthest, nearest);
+    };
+    if (here.nearest.inverse_depth < 0) search_neighbors(here.far);
+    for (size_t i = 0; i < starts.size(); ++i)
+        if (here.occluded_starts[i]) search_neighbors(starts[i]);
+    return nearest;
+}
+
+}  // namespace postchain::inverse_warp::reference

@@ -1,0 +1,70 @@
+// The search of the inverse warp's double-precision reference (search.glsl, neighbors.glsl): the
+// surface that a sample sees at a pixel. Written from docs/inverse_warp.md.
+#pragma once
+
+#include <vector>
+
+#include "chain/image.h"
+#include "passes/inverse_warp/reference_starts.h"
+
+namespace postchain::inverse_warp::reference {
+
+// This frame or a neighbor.
+struct Frame {
+    double offset = 0;  // frames: -1 before, 1 after
+    ImageD color;       // wide
+    std::vector<Surface> surfaces;
+
+    const Surface& surface(Vec pixel) const {
+        return surfaces[size_t(pixel.y) * size_t(color.width) + size_t(pixel.x)];
+    }
+    Vec inside(Vec at) const;
+};
+
+struct Frames {
+    Frame here;
+    std::vector<Frame> neighbors;
+    double half_open = 1;  // half the open time, frames
+    int own_steps = 2;     // of the search from the pixel itself
+};
+
+// The knowledge that all samples of a pixel share.
+struct Pixel {
+    Vec p;
+    int x = 0, y = 0;  // the same
+    const double* color = nullptr;
+    const Surface* surface = nullptr;
+    Vec random;  // x in [0, 1), y in [-1, 1)
+    const Block* block = nullptr;
+    double weight_of_more = 0;  // of the block's samples beyond the first set
+};
+
+// A place in a frame that shows the sample's surface. Its inverse depth is -1 if there is none.
+struct Found {
+    const Frame* frame = nullptr;
+    Vec at;  // px
+    double inverse_depth = -1;
+    Vec path;  // a
+};
+
+// Result of the search in this frame.
+struct Search {
+    Found nearest;        // of the accepted surfaces
+    double residual = 0;  // its error
+    Surface far;          // the farthest surface visited
+    double far_residual = 0;
+    Vec far_at;                         // its pixel
+    double first_depth = -1;            // inverse depth of the first surface visited
+    std::vector<bool> occluded_starts;  // this frame may hide these start surfaces
+};
+
+// Searches from the surface `begin`, then from the start surfaces of the pixel's block. If
+// `advance`, `begin` becomes the surface found from it.
+Search search(const Frames& frames, const Pixel& pixel, const Sample& now, Surface& begin,
+              bool advance);
+
+// The nearest surface that the sample sees in any frame.
+Found resolve_occluded(const Frames& frames, const Pixel& pixel, const Sample& now,
+                       const Search& here);
+
+}  // namespace postchain::inverse_warp::reference

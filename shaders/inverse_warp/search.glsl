@@ -1,0 +1,142 @@
+// The search of one sample in this frame, by fixed-point iteration: X <- p - D(X).
+
+const bool kBefore = BEFORE == 1, kAfter = AFTER == 1, kNeighbors = kBefore || kAfter;
+const float kAcceptPx = 0.75;                      // |X + D(X) - p| along each axis
+const int kSteps = 2;                              // from each start surface
+const int kOwnSteps = kLens && !kShutter ? 1 : 2;  // from the pixel itself
+
+// A place in a frame that shows the sample's surface. Its inverse depth is -1 if there is none.
+struct Found {
+    int frame;  // -1: before, 0: this one, 1: after
+    vec2 at;    // px
+    float inverse_depth;
+    vec2 path;  // a
+};
+
+// One step: the pixel X that it visits, and whether the surface there is the sample's.
+struct Visit {
+    vec2 x;
+    bool beyond;  // X lies beyond the frame, whose border pixels go on
+    Surface surface;
+    vec2 d;       // D(X)
+    float error;  // |X + D(X) - p|, the longer axis
+    bool accepted;
+};
+
+// State and result of the search.
+struct Search {
+    vec2 d;               // displacement of the surface from which the next step goes
+    int start;            // 0: from the pixel itself; i + 1: from start surface i
+    int steps;            // so far, from that
+    float occluded_from;  // start surfaces with at most this inverse depth are not searched
+    Found nearest;        // of the accepted surfaces
+    float residual;       // its error
+    Surface far;          // the farthest surface visited
+    float far_residual;
+    vec2 far_at;           // its pixel
+    float first_depth;     // inverse depth of the first surface visited; below 0 before that
+    uint occluded_starts;  // a bit for each start surface that this frame may hide
+};
+
+vec2 inside_of(vec2 at) {
+    return clamp(at, vec2(0.0), vec2(uniforms.size - 1));
+}
+
+Search begin_search(Pixel pixel, Sample now, Surface begin) {
+    Search s;
+    s.d = displacement(begin, now);
+    s.start = s.steps = 0;
+    s.occluded_from = -1.0;
+    s.nearest = Found(0, pixel.p, -1.0, vec2(0.0));
+    s.residual = kAcceptPx;
+    s.far = begin;
+    s.far.inverse_depth = s.far_residual = 3.4e38;
+    s.far_at = pixel.p;
+    s.first_depth = -1.0;
+    s.occluded_starts = 0u;
+    return s;
+}
+
+// The step from p by the displacement d. A neighbor may have seen what lies beyond this frame, so
+// nothing is accepted there if one is searched.
+Visit visit(vec2 p, vec2 d, Sample now) {
+    // As a distance from p: far from the frame's origin a position has fewer digits.
+    const vec2 to_x = floor(0.5 - d);
+    Visit v;
+    v.x = inside_of(p + to_x);
+    v.beyond = p + to_x != v.x;
+    v.surface = unpack_surface(texelFetch(surfaces, ivec2(v.x), 0));
+    v.d = displacement(v.surface, now);
+    const vec2 off = abs(to_x + v.d);
+    v.error = max(off.x, off.y);
+    v.accepted = v.error <= kAcceptPx && !(kNeighbors && v.beyond);
+    return v;
+}
+
+// The nearest accepted surface counts; at one depth the one with the smaller error.
+void keep_nearest(inout Search s, Visit v, vec2 p, float ratio) {
+    const float q = v.surface.inverse_depth, nearest = s.nearest.inverse_depth;
+    if (!v.accepted ||
+        !(q > nearest * ratio || (q * ratio >= nearest && v.error < s.residual)))
+        return;
+    // An edge pixel mixes two surfaces: it is not interpolated.
+    s.nearest = Found(0, v.surface.edge ? v.x : inside_of(p - v.d), q, v.surface.a);
+    s.residual = v.error;
+}
+
+// The farthest surface visited shows what goes on behind the others.
+void keep_farthest(inout Search s, Visit v, float ratio) {
+    const float q = v.surface.inverse_depth, far = s.far.inverse_depth;
+    if (!(q * ratio < far || (q <= far * ratio && v.error < s.far_residual))) return;
+    s.far = v.surface;
+    s.far_residual = v.error;
+    s.far_at = v.x;
+}
+
+// A start surface may be occluded if its steps visit one that is not farther, or leave the frame.
+void note_occluded(inout Search s, Visit v, Pixel pixel, float ratio) {
+    if (s.first_depth < 0.0) s.first_depth = v.surface.inverse_depth;
+    for (int i = 0; i < STARTS; ++i)
+        if (i + 1 == s.start && !v.accepted &&
+            (v.beyond || v.surface.inverse_depth * ratio >= pixel.starts[i].inverse_depth))
+            s.occluded_starts |= 1u << i;
+}
+
+// Goes on to the next start surface, unless the surface found occludes all that are left: one found
+// from the pixel itself occludes all that are not nearer; one found from a start surface only those
+// that are farther, because the order of start surfaces must not count.
+bool next_start(inout Search s, Pixel pixel, Sample now) {
+    const float nearest = s.nearest.inverse_depth;
+    s.occluded_from = s.start == 0 ? nearest * now.depth_ratio
+                                   : max(s.occluded_from, nearest / now.depth_ratio);
+    s.steps = 0;
+    bool more = s.start < pixel.start_count;
+    for (int i = 0; i < STARTS; ++i) {
+        if (i != s.start || !more) continue;
+        s.d = displacement(pixel.starts[i], now);
+        more = pixel.starts[i].inverse_depth > s.occluded_from;
+    }
+    ++s.start;
+    return more;
+}
+
+// Searches from the surface `begin`, then from the start surfaces of the pixel's block, nearest
+// first. Of the shutter alone `begin` becomes the surface found from it: the search of the next
+// time sample begins there.
+Search search(Pixel pixel, Sample now, inout Surface begin) {
+    Search s = begin_search(pixel, now, begin);
+    bool more;
+    do {
+        const Visit v = visit(pixel.p, s.d, now);
+        keep_nearest(s, v, pixel.p, now.depth_ratio);
+        keep_farthest(s, v, now.depth_ratio);
+        if (kNeighbors) note_occluded(s, v, pixel, now.depth_ratio);
+        if (!kLens && v.accepted && s.start == 0) begin = v.surface;
+        s.d = v.d;
+        ++s.steps;
+        more = true;
+        if (v.accepted || s.steps >= (s.start == 0 ? kOwnSteps : kSteps))
+            more = next_start(s, pixel, now);
+    } while (more);
+    return s;
+}

@@ -152,7 +152,7 @@ Status CellMeasurement::dot() {
     // From the dot to what the pixels that get its light gather from.
     double largest = 0;
     for (const auto& link : chain.links)
-        largest = std::max(largest, link.pass->reach(cell_.frame).spreads_px);
+        largest = std::max(largest, reach_of(*link.pass, cell_.frame).spreads_px);
     const double reach = chain.reach(cell_.frame).spreads_px + largest;
     if (std::isinf(reach)) return Status();
     const int side = 2 * int(std::ceil(reach)) + 1;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "chain/decisions.h"
+#include "chain/resolved_chain.h"
 #include "tools/sequence/io/parameter_json.h"
 
 namespace postchain::sequence {
@@ -85,8 +85,9 @@ Resolved resolve(const Chain& chain, const SourceFrame& frame, const Plan& plan)
     }
     for (size_t i = 0; i < chain.links.size(); ++i) {
         ResolvedPass pass{chain.links[i].type->name, plan.passes[i].elided, {}};
-        const auto seen = seen_with_matte(chain, description, i);
-        for (UsedValue& used : chain.links[i].pass->used_values(seen ? *seen : description)) {
+        const auto on_frame = resolve_link(chain, i, description);
+        for (UsedValue& used :
+             on_frame.ok() ? (*on_frame)->used_values() : std::vector<UsedValue>()) {
             Origin origin = origin_of(chain, frame, i, used);
             pass.values.push_back({std::move(used.key), std::move(used.value), std::move(used.unit),
                                    std::move(origin)});

@@ -95,7 +95,7 @@ Reach Chain::reach(const FrameDescription& given) const {
     FrameDescription frame = given;
     frame.camera = frame.camera.overlaid_by(camera);
     Reach all{0, 0};
-    for (const auto& link : links) all = all.then(link.pass->reach(frame));
+    for (const auto& link : links) all = all.then(reach_of(*link.pass, frame));
     return all;
 }
 

@@ -1,17 +1,16 @@
 #include "chain/hold_still.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <optional>
 
-#include "chain/matte.h"
 #include "chain/work_list.h"
 
 namespace postchain {
 namespace {
 
-// At a soft pixel, where object and ground lie at two depths, both of them within so many pixels:
-// the pixel has the motion of the one whose depth it has. Inverse depths up to this ratio are one.
+// If object and ground are at two depths and both within kAround pixels of a soft pixel, the pixel
+// has the motion of the one whose depth it has. Inverse depths up to this ratio count as one.
 constexpr int kAround = 2;
 constexpr double kOneDepth = 1.05;
 
@@ -62,11 +61,26 @@ void hide_in(PassPlanner& planner, Neighbor neighbor, int matte) {
     planner.output(role, beside);
 }
 
+// The planes that a pass gets others in place of: the frame's motion vectors without the object's
+// motion, and its neighbors' inverse depths, below 0 at the object. The object stands elsewhere
+// there, and a search that found it would show it twice.
+constexpr std::array<Role, 4> kStillRoles = {Role::motion, Role::motion_back,
+                                             Role::inverse_depth_before, Role::inverse_depth_after};
+
+// Adds the steps that make these planes and hands them on.
+void hold_still(PassPlanner& planner, int matte) {
+    hold_frame_still(planner, matte);
+    for (const Neighbor neighbor : kNeighbors)
+        if (planner.has(role_of(neighbor, Role::mattes)) &&
+            planner.has(role_of(neighbor, Role::inverse_depth)))
+            hide_in(planner, neighbor, matte);
+}
+
 double length_of(const ImageF& plane, int x, int y) {
     return std::hypot(double(plane.at(x, y, 0)), double(plane.at(x, y, 1)));
 }
 
-// What the reference gives a pixel of one plane of vectors: this part of the vector at this place.
+// The vector that the reference gives a pixel: this part of the vector at this place.
 struct Still {
     double part = 1;
     int x = 0, y = 0;
@@ -105,26 +119,6 @@ Still still_at(const ImageD& mattes, const ImageD* depth, int matte, int width, 
     return object_here ? Still{0, x, y} : nearest;
 }
 
-}  // namespace
-
-FrameDescription with_still_objects(const FrameDescription& frame, int matte) {
-    FrameDescription still = frame;
-    const auto known = frame.speeds_beside.find(matte);
-    if (known == frame.speeds_beside.end()) return still;
-    FrameBounds& bounds = still.bounds;
-    bounds.max_speed_px = std::min(bounds.max_speed_px, known->second.px);
-    bounds.max_speed_back_px = std::min(bounds.max_speed_back_px, known->second.back_px);
-    return still;
-}
-
-void hold_still(PassPlanner& planner, int matte) {
-    hold_frame_still(planner, matte);
-    for (const Neighbor neighbor : kNeighbors)
-        if (planner.has(role_of(neighbor, Role::mattes)) &&
-            planner.has(role_of(neighbor, Role::inverse_depth)))
-            hide_in(planner, neighbor, matte);
-}
-
 void hold_still_reference(std::map<Role, ImageD>& planes, int matte) {
     const auto plane = [&](Role role) {
         const auto found = planes.find(role);
@@ -151,6 +145,43 @@ void hold_still_reference(std::map<Role, ImageD>& planes, int matte) {
             for (int x = 0; x < hidden->width; ++x)
                 if (matte_at(*of_neighbor, matte, hidden->height, x, y) > 0) hidden->at(x, y) = -1;
     }
+}
+
+class Unmoved final : public MattedPass {
+  public:
+    using MattedPass::MattedPass;
+
+    void plan(PassPlanner& planner) const override {
+        const PlanContext still_context = seen(planner.context());
+        PassPlanner inside = planner.seeing(still_context);
+        const PlanesBefore before(planner, kStillRoles);
+        hold_still(inside, matte());
+        plan_pass(pass(), inside);
+        before.restore(planner);
+    }
+
+    void reference(const PlanContext& context, ReferenceFrame& frame) const override {
+        const std::map<Role, ImageD> before = frame.planes;
+        hold_still_reference(frame.planes, matte());
+        pass().reference(seen(context), frame);
+        restore(kStillRoles, before, frame.planes);
+    }
+};
+
+}  // namespace
+
+ResolvedPass unmoved(ResolvedPass pass, MattedPass::Seen frame, int matte) {
+    return Unmoved(std::move(pass), std::move(frame), matte);
+}
+
+FrameDescription with_still_objects(const FrameDescription& frame, int matte) {
+    FrameDescription still = frame;
+    const auto known = frame.speeds_beside.find(matte);
+    if (known == frame.speeds_beside.end()) return still;
+    FrameBounds& bounds = still.bounds;
+    bounds.max_speed_px = std::min(bounds.max_speed_px, known->second.px);
+    bounds.max_speed_back_px = std::min(bounds.max_speed_back_px, known->second.back_px);
+    return still;
 }
 
 void find_speeds(const Chain& chain, const PlaneView& planes, FrameDescription& frame) {

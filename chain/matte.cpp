@@ -1,6 +1,7 @@
 #include "chain/matte.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <vector>
@@ -10,18 +11,20 @@
 namespace postchain {
 namespace {
 
-// Below this part of a pixel that is not the object, what was filtered fades to the pixel's own
-// color.
+// If less of a pixel than this is not the object, the filtered color fades to the pixel's own.
 constexpr double kLeastCoverage = 1.0 / 32;
 
-// What a soft pixel shows beside the object is the mean of the pixels around it, each with a
-// Gaussian of its distance times (1 - m)^16; of its own color, kOwn (1 - m)^16/m, and what the sum
-// lacks of kLeast.
+// Beside the object a soft pixel shows the mean of the pixels around it, each weighted by a
+// Gaussian of its distance times (1 - m)^16. Its own color weighs kOwn (1 - m)^16/m, and what the
+// sum of weights lacks of kLeast.
 constexpr int kAround = 2;
 constexpr double kSpreadPx = 1.25;
 constexpr double kOwn = 1.0 / 16, kLeast = 1.0 / 16;
 
-// What hold_out() makes of a frame or a neighbor.
+// The roles of the planes that hold_out() replaces.
+constexpr std::array<Role, 3> kHeldRoles = {Role::layers, Role::layers_before, Role::layers_after};
+
+// The layers that hold_out() makes of a frame or a neighbor.
 ImageD held_reference(const std::map<Role, ImageD>& planes, Role color_role, Role matte_role,
                       Role layers_role, int matte) {
     const ImageD &color = planes.at(color_role), &mattes = planes.at(matte_role);
@@ -86,19 +89,8 @@ void hold_out_of(PassPlanner& planner, std::optional<Neighbor> neighbor, int mat
     planner.output(role(Role::layers), held);
 }
 
-}  // namespace
-
-int matte_of(const FrameDescription& frame, size_t pass) {
-    return pass < frame.mattes.size() ? frame.mattes[pass] : -1;
-}
-
-FrameDescription with_held_layers(const FrameDescription& frame) {
-    FrameDescription held = frame;
-    held.layers += 2;
-    held.bounds.layers_are_half = false;
-    return held;
-}
-
+// Adds the steps that make the held layers of this frame and of the neighbors that the context has,
+// and hands them on as the frame's layers. `layers`: how many the frame has of its own.
 void hold_out(PassPlanner& planner, int matte, int layers) {
     for (const Neighbor neighbor : kNeighbors)
         if (planner.has(role_of(neighbor, Role::layers)))
@@ -106,7 +98,15 @@ void hold_out(PassPlanner& planner, int matte, int layers) {
     hold_out_of(planner, {}, matte, layers);
 }
 
-void lay_over(PassPlanner& planner, int matte, const Matted& matted) {
+// Before and after a pass that filtered held layers.
+struct Filtered {
+    TextureId color, filtered_color;
+    TextureId held, filtered_held;
+    TextureId layers;  // the frame's own, unfiltered; -1: it has none
+};
+
+// Adds the step that lays the object over the filtered image, and hands on color and layers.
+void lay_over(PassPlanner& planner, int matte, const Filtered& filtered) {
     const PlanContext& context = planner.context();
     const int width = context.frame.width, height = context.frame.height;
     const TextureId result = planner.texture("matted", context.color_format(), width, height);
@@ -115,13 +115,13 @@ void lay_over(PassPlanner& planner, int matte, const Matted& matted) {
     step.program = {
         "common/lay_over.comp",
         {{"MATTE", std::to_string(matte)}, {"OWN_LAYERS", std::to_string(context.frame.layers)}}};
-    step.bindings = {{0, matted.color},          {1, planner.input(Role::mattes)},
-                     {2, matted.filtered_color}, {3, matted.held},
-                     {4, matted.filtered_held},  {0, result, Access::write}};
-    if (matted.layers >= 0) {
+    step.bindings = {{0, filtered.color},          {1, planner.input(Role::mattes)},
+                     {2, filtered.filtered_color}, {3, filtered.held},
+                     {4, filtered.filtered_held},  {0, result, Access::write}};
+    if (filtered.layers >= 0) {
         const TextureId layers =
             planner.layers("matted_layers", context.layers_format(), width, height);
-        step.bindings.push_back({5, matted.layers});
+        step.bindings.push_back({5, filtered.layers});
         step.bindings.push_back({1, layers, Access::write});
         planner.output(Role::layers, layers);
     }
@@ -131,26 +131,13 @@ void lay_over(PassPlanner& planner, int matte, const Matted& matted) {
     planner.output(Role::color, result);
 }
 
-void hold_out_reference(std::map<Role, ImageD>& planes, int matte) {
-    const auto hold = [&](Role color_role, Role matte_role, Role layers_role) {
-        if (!planes.count(color_role) || !planes.count(matte_role)) return;
-        planes[layers_role] = held_reference(planes, color_role, matte_role, layers_role, matte);
-    };
-    hold(Role::color, Role::mattes, Role::layers);
-    hold(Role::color_before, Role::mattes_before, Role::layers_before);
-    hold(Role::color_after, Role::mattes_after, Role::layers_after);
-}
-
 void lay_over_reference(std::map<Role, ImageD>& planes, const std::map<Role, ImageD>& before,
                         int matte) {
     const ImageD filtered = planes.at(Role::layers);
     const ImageD held = held_reference(before, Role::color, Role::mattes, Role::layers, matte);
     const int height = before.at(Role::color).height, width = filtered.width;
     const int layers = filtered.height / height - 2;
-    for (const Role role : kHeldRoles) {
-        planes.erase(role);
-        if (before.count(role)) planes[role] = before.at(role);
-    }
+    restore(kHeldRoles, before, planes);
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
             const double kept = held.at(x, y + height);
@@ -168,6 +155,104 @@ void lay_over_reference(std::map<Role, ImageD>& planes, const std::map<Role, Ima
                 lay(planes.at(Role::layers), y + i * height, before.at(Role::layers),
                     y + (i + 2) * height);
         }
+}
+
+class Unblurred final : public MattedPass {
+  public:
+    using MattedPass::MattedPass;
+
+    void plan(PassPlanner& planner) const override {
+        const PlanContext held_context = seen(planner.context());
+        PassPlanner inside = planner.seeing(held_context);
+        const PlanesBefore before(planner, kHeldRoles);
+        Filtered filtered{};
+        filtered.color = planner.input(Role::color);
+        filtered.layers = planner.input(Role::layers);
+        hold_out(inside, matte(), planner.context().frame.layers);
+        filtered.held = inside.input(Role::layers);
+        plan_pass(pass(), inside);
+        filtered.filtered_color = inside.input(Role::color);
+        filtered.filtered_held = inside.input(Role::layers);
+        before.restore(planner);
+        lay_over(planner, matte(), filtered);
+    }
+
+    void reference(const PlanContext& context, ReferenceFrame& frame) const override {
+        const std::map<Role, ImageD> before = frame.planes;
+        hold_out_reference(frame.planes, matte());
+        pass().reference(seen(context), frame);
+        lay_over_reference(frame.planes, before, matte());
+        frame.stages.clear();  // they have the held layers
+    }
+
+  private:
+    RoleSet planes(const PlanContext& context) const override {
+        RoleSet planes = MattedPass::planes(context);
+        planes.add(Role::layers);
+        for (const Neighbor neighbor : kNeighbors)
+            if (planes.has(role_of(neighbor, Role::mattes)))
+                planes.add(role_of(neighbor, Role::layers));
+        return planes;
+    }
+};
+
+}  // namespace
+
+int matte_of(const FrameDescription& frame, size_t pass) {
+    return pass < frame.mattes.size() ? frame.mattes[pass] : -1;
+}
+
+PlanContext MattedPass::seen(const PlanContext& context) const {
+    return {*frame_,        context.precision,      planes(context),
+            context.wanted, context.color_is_input, context.rules};
+}
+
+RoleSet MattedPass::planes(const PlanContext& context) const {
+    RoleSet planes = context.available;
+    for (const Neighbor neighbor : kNeighbors) {
+        const bool layers =
+            !context.frame.planes.has(Role::layers) || planes.has(role_of(neighbor, Role::layers));
+        if (layers && planes.has(role_of(neighbor, Role::mattes))) continue;
+        for (const Role role : kNeighborRoles) planes.remove(role_of(neighbor, role));
+    }
+    return planes;
+}
+
+PlanesBefore::PlanesBefore(const PassPlanner& planner, std::span<const Role> roles) {
+    for (const Role role : roles) planes_.emplace_back(role, planner.input(role));
+}
+
+void PlanesBefore::restore(PassPlanner& planner) const {
+    for (const auto& [role, plane] : planes_) planner.output(role, plane);
+}
+
+void restore(std::span<const Role> roles, const std::map<Role, ImageD>& before,
+             std::map<Role, ImageD>& planes) {
+    for (const Role role : roles) {
+        planes.erase(role);
+        if (const auto found = before.find(role); found != before.end()) planes.insert(*found);
+    }
+}
+
+ResolvedPass unblurred(ResolvedPass pass, MattedPass::Seen frame, int matte) {
+    return Unblurred(std::move(pass), std::move(frame), matte);
+}
+
+FrameDescription with_held_layers(const FrameDescription& frame) {
+    FrameDescription held = frame;
+    held.layers += 2;
+    held.bounds.layers_are_half = false;
+    return held;
+}
+
+void hold_out_reference(std::map<Role, ImageD>& planes, int matte) {
+    const auto hold = [&](Role color_role, Role matte_role, Role layers_role) {
+        if (!planes.count(color_role) || !planes.count(matte_role)) return;
+        planes[layers_role] = held_reference(planes, color_role, matte_role, layers_role, matte);
+    };
+    hold(Role::color, Role::mattes, Role::layers);
+    hold(Role::color_before, Role::mattes_before, Role::layers_before);
+    hold(Role::color_after, Role::mattes_after, Role::layers_after);
 }
 
 }  // namespace postchain

@@ -1,11 +1,13 @@
-// Mattes, and the effect `unblurred`: objects that a pass leaves as they are are held out before it
-// and laid over its result. docs/layers.md has the method. The pass itself knows nothing of it: it
-// filters two more layers, color without the object and how much of each pixel is not the object.
+// Mattes, and the effect `unblurred`: objects that a pass leaves as they are. They are held out
+// before the pass and laid over its result. The method: docs/layers.md. The pass itself knows
+// nothing of it: it filters two more layers, color without the object and the part of each pixel
+// that is not the object.
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <map>
+#include <memory>
+#include <span>
 
 #include "chain/pass.h"
 
@@ -21,32 +23,62 @@ double matte_at(const Image& mattes, int index, int height, int x, int y) {
     return m > 0 ? std::min(m, 1.0) : 0;
 }
 
-// The frame as a pass with such a matte sees it: with the two layers of held_layers() before its
-// own.
-FrameDescription with_held_layers(const FrameDescription& frame);
+// A pass on a frame with the effect of a matte around it. The pass sees a frame of its own.
+class MattedPass : public PassOnFrame {
+  public:
+    // The frame that the pass sees and was resolved with.
+    using Seen = std::shared_ptr<const FrameDescription>;
 
-// What hold_out() puts in the place of a frame's layers: restored after the pass.
-inline constexpr std::array<Role, 3> kHeldRoles = {Role::layers, Role::layers_before,
-                                                   Role::layers_after};
+    MattedPass(ResolvedPass pass, Seen frame, int matte)
+        : pass_(std::make_unique<ResolvedPass>(std::move(pass))),
+          frame_(std::move(frame)),
+          matte_(matte) {}
 
-// Adds the steps that make them, of this frame and of the neighbors that the context has, and hands
-// them on as its layers. `layers`: how many the frame has of its own. `planner`: of
-// with_held_layers().
-void hold_out(PassPlanner& planner, int matte, int layers);
+    Reach reach() const override { return pass().reach(); }
+    std::vector<UsedValue> used_values() const override { return pass().used_values(); }
+    std::optional<Identity> identity(const PlanContext& context) const override {
+        return pass().identity(seen(context));
+    }
+    ShapeNumbers shape(const PlanContext& context) const override {
+        return pass().shape(seen(context));
+    }
+    void write_uniforms(const PlanContext& context, UniformWriter& uniforms) const override {
+        pass().write_uniforms(seen(context), uniforms);
+    }
 
-// Before and after a pass that filtered held layers.
-struct Matted {
-    TextureId color, filtered_color;
-    TextureId held, filtered_held;
-    TextureId layers;  // the frame's own, unfiltered; -1: it has none
+  protected:
+    const PassOnFrame& pass() const { return **pass_; }
+    int matte() const { return matte_; }
+    PlanContext seen(const PlanContext& context) const;
+    // The planes that the pass sees. A neighbor's are available only if its mattes are too.
+    virtual RoleSet planes(const PlanContext& context) const;
+
+  private:
+    std::unique_ptr<ResolvedPass> pass_;
+    Seen frame_;
+    int matte_;
 };
 
-// Adds the step that lays what was held out over what was filtered, and hands on color and layers.
-void lay_over(PassPlanner& planner, int matte, const Matted& matted);
+// The planes of some roles before a pass. restore() puts them in the place of the pass's own.
+class PlanesBefore {
+  public:
+    PlanesBefore(const PassPlanner& planner, std::span<const Role> roles);
+    void restore(PassPlanner& planner) const;
 
-// The same in double precision. `before`: the planes before hold_out_reference().
+  private:
+    std::vector<std::pair<Role, TextureId>> planes_;  // -1: there was none
+};
+
+// Likewise in the reference.
+void restore(std::span<const Role> roles, const std::map<Role, ImageD>& before,
+             std::map<Role, ImageD>& planes);
+
+// A pass with the effect `unblurred`, and the frame that the pass sees: with two layers before its
+// own.
+ResolvedPass unblurred(ResolvedPass pass, MattedPass::Seen frame, int matte);
+FrameDescription with_held_layers(const FrameDescription& frame);
+
+// What the pass filters, in the reference: layers with the object held out.
 void hold_out_reference(std::map<Role, ImageD>& planes, int matte);
-void lay_over_reference(std::map<Role, ImageD>& planes, const std::map<Role, ImageD>& before,
-                        int matte);
 
 }  // namespace postchain

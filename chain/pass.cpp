@@ -1,6 +1,93 @@
 #include "chain/pass.h"
 
+#include <algorithm>
+
 namespace postchain {
+
+TextureId PassPlanner::input(Role role) const {
+    const auto found = target_.current.find(role);
+    return found == target_.current.end() ? -1 : found->second;
+}
+
+TextureId PassPlanner::texture(const std::string& name, Format format, int width, int height) {
+    PlanTexture texture;
+    texture.name = concat(target_.pass, ".", target_.plan.passes.back().type, ".", name);
+    texture.format = format;
+    texture.width = width;
+    texture.height = height;
+    target_.plan.textures.push_back(std::move(texture));
+    return TextureId(target_.plan.textures.size()) - 1;
+}
+
+TextureId PassPlanner::layers(const std::string& name, Format format, int width, int height) {
+    const TextureId id = texture(name, format, width, height);
+    target_.plan.textures.back().layers = context_.frame.layers;
+    return id;
+}
+
+const PlanTexture& PassPlanner::describe(TextureId texture) const {
+    return target_.plan.textures[size_t(texture)];
+}
+
+void PassPlanner::use_frame_number() {
+    target_.plan.uses_frame_number = true;
+}
+
+void PassPlanner::step(Step step) {
+    step.pass = target_.pass;
+    target_.plan.steps.push_back(std::move(step));
+}
+
+void PassPlanner::output(Role role, TextureId texture) {
+    if (texture < 0)
+        target_.current.erase(role);
+    else
+        target_.current[role] = texture;
+}
+
+void PassPlanner::unused(const std::string& step, Fact why) {
+    target_.reasons[concat(target_.pass, ".", step)] = std::move(why);
+}
+
+void PassPlanner::elide(Elision elision) {
+    elision.pass = target_.pass;
+    target_.plan.elisions.push_back(std::move(elision));
+}
+
+void PassPlanner::fail(Status status) {
+    if (target_.status.ok()) target_.status = std::move(status);
+}
+
+void UniformWriter::write(std::string_view name, std::string_view type,
+                          std::span<const std::byte> bytes) {
+    for (Step& step : plan_.steps) {
+        if (step.pass != pass_ || step.uniforms_type != type) continue;
+        if (!name.empty() && step.name != name) continue;
+        step.uniforms.resize(bytes.size());
+        std::copy(bytes.begin(), bytes.end(), step.uniforms.begin());
+    }
+}
+
+void plan_pass(const PassOnFrame& pass, PassPlanner& planner) {
+    const TextureId color = planner.input(Role::color), layers = planner.input(Role::layers);
+    pass.plan(planner);
+    if (layers >= 0 && planner.input(Role::color) != color && planner.input(Role::layers) == layers)
+        planner.fail(Status(
+            StatusCode::chain,
+            "filters color alone, and this frame has further layers; leave the layers or the pass "
+            "out (of a new pass: docs/adding_a_pass.md says what filters them)"));
+}
+
+Reach reach_of(const Pass& pass, const FrameDescription& frame) {
+    const auto resolved = pass.resolve(frame);
+    return resolved.ok() ? (*resolved)->reach() : Reach{};
+}
+
+std::vector<ResolvedPass> Pass::every_shape(const FrameDescription& frame) const {
+    std::vector<ResolvedPass> shapes;
+    if (auto resolved = resolve(frame); resolved.ok()) shapes.push_back(std::move(*resolved));
+    return shapes;
+}
 
 const PassType* PassRegistry::find(std::string_view name) const {
     for (const auto& type : types_)

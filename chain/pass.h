@@ -2,10 +2,17 @@
 //
 // A pass knows its paper, its parameters, its shaders and its double-precision CPU reference. It
 // does not know the order, its neighbors, files, or GL: it describes its work as steps of a plan.
+//
+//   Pass            parameters                 roles(), promises()
+//    | resolve(frame)                          errors: a camera that it cannot work with
+//   PassOnFrame     parameters and one frame   identity(), plan(), write_uniforms(), reference()
+//
 // How to add one: docs/adding_a_pass.md.
 #pragma once
 
 #include <array>
+#include <concepts>
+#include <cstddef>
 #include <functional>
 #include <map>
 #include <memory>
@@ -26,66 +33,87 @@
 
 namespace postchain {
 
-// What a pass reads and writes, decided by its parameters alone.
+// The planes that a pass reads and writes, decided by its parameters alone.
 struct RoleUse {
     RoleSet required;   // planes without which it cannot run (color is one of them)
-    RoleSet optional;   // planes it uses when they exist
+    RoleSet optional;   // planes it uses if they exist
     RoleSet on_demand;  // planes it can produce, and does only if a later pass reads them
-    RoleSet carried;    // planes it must rewrite when they exist and a later pass reads them
+    RoleSet carried;    // planes it must rewrite if they exist and a later pass reads them
 };
 
-// All a pass may know about the frame when it plans.
+// What a pass knows of a frame when it plans.
 struct PlanContext {
     const FrameDescription& frame;
     Precision precision = Precision::fp32;
-    RoleSet available;            // planes that exist where this pass stands
+    RoleSet available;            // planes available to this pass
     RoleSet wanted;               // planes that a later pass reads or that are outputs
-    bool color_is_input = false;  // color is the frame's own: the bounds of it hold
-    const RuleNames& rules;       // of leaving out, that are in use
+    bool color_is_input = false;  // color is the frame's own: its bounds hold
+    const RuleNames& rules;       // rules of elision in use
 
     bool uses(std::string_view rule) const { return rules.contains(rule); }
-    // Storage of color. At fp16 too it holds what the frame's own color does, or a pass left out
-    // would change bits.
+    // All colors are one. Layers may differ, so with layers nothing is known.
+    bool has_one_color() const {
+        return color_is_input && frame.bounds.one_color && frame.layers == 0;
+    }
+    // Storage format of color. With fp16 too it holds the frame's own color, because an elided pass
+    // must not change a bit.
     Format color_format() const {
         return plane_format(4, frame.bounds.color_is_half ? precision : Precision::fp32);
     }
-    // Of further layers.
+    // Storage format of extra layers.
     Format layers_format() const {
         return plane_format(4, frame.bounds.layers_are_half ? precision : Precision::fp32);
     }
 };
 
-// Handed to Pass::plan: adds textures and steps, names them after the pass.
+// The plan that a pass adds its textures and steps to, named after the pass.
 class PassPlanner {
   public:
-    virtual ~PassPlanner() = default;
-    virtual const PlanContext& context() const = 0;
+    // Why nothing reads what a step writes, by "<index of the pass>.<step>".
+    using Reasons = std::map<std::string, Fact>;
+    struct Target {
+        Plan& plan;
+        std::map<Role, TextureId>& current;  // the planes so far
+        Reasons& reasons;
+        int pass = 0;  // the last of plan.passes
+        Status status = {};
+    };
+    PassPlanner(Target& target, const PlanContext& context) : target_(target), context_(context) {}
+    // The same plan for a pass that sees another context: a matte's effect plans its pass so.
+    PassPlanner seeing(const PlanContext& context) const { return {target_, context}; }
 
-    bool has(Role role) const { return context().available.has(role); }
-    bool wanted(Role role) const { return context().wanted.has(role); }
-    // The plane as it is before this pass; only roles for which has() holds.
-    virtual TextureId input(Role role) const = 0;
+    const PlanContext& context() const { return context_; }
+    bool has(Role role) const { return context_.available.has(role); }
+    bool wanted(Role role) const { return context_.wanted.has(role); }
+    // The plane as it is before this pass; -1 if there is none, never for a role that has() it.
+    TextureId input(Role role) const;
     // A new texture, "<index>.<pass>.<name>"; lives from its first to its last use.
-    virtual TextureId texture(const std::string& name, Format format, int width, int height) = 0;
-    // An array of such textures, one for each further layer, context().frame.layers of them; only
-    // where has(Role::layers) holds.
-    virtual TextureId layers(const std::string& name, Format format, int width, int height) = 0;
-    virtual const PlanTexture& describe(TextureId texture) const = 0;
-    // The frame's number, from which random values come. Who asks makes the plan one of this frame
-    // alone (Plan::uses_frame_number); nothing else of a plan depends on the number.
-    virtual int frame_number() = 0;
+    TextureId texture(const std::string& name, Format format, int width, int height);
+    // An array of such textures, one for each extra layer (context().frame.layers); only if
+    // has(Role::layers).
+    TextureId layers(const std::string& name, Format format, int width, int height);
+    const PlanTexture& describe(TextureId texture) const;
+    // A pass whose uniforms depend on the frame's number says so: its plan is one of this frame
+    // alone (Plan::uses_frame_number). Nothing else of a plan depends on the number.
+    void use_frame_number();
     // Steps run in the order they are added.
-    virtual void step(Step step) = 0;
-    // From here on `role` is this texture.
-    virtual void output(Role role, TextureId texture) = 0;
-    // Why nothing reads what the step of this name writes (rule kRuleUnusedStep). The pass adds it
-    // all the same; the planner removes it and computes what that saves.
-    virtual void unused(const std::string& step, Fact why) = 0;
+    void step(Step step);
+    // From here on `role` is this texture; -1: there is no such plane.
+    void output(Role role, TextureId texture);
+    // Why nothing reads what the step of this name writes (rule kRuleUnusedStep). The pass adds the
+    // step nevertheless; the planner removes it and computes the saving.
+    void unused(const std::string& step, Fact why);
     // Something else of the pass that is elided; its pass is filled in here.
-    virtual void elide(Elision elision) = 0;
+    void elide(Elision elision);
+    // The pass cannot be planned. The first failure counts.
+    void fail(Status status);
+
+  private:
+    Target& target_;
+    const PlanContext& context_;
 };
 
-// A Fact in words that are literals, so that stating one allocates nothing.
+// A Fact made of literals: stating one allocates nothing.
 struct StatedFact {
     const char* name;
     std::optional<double> value = {};
@@ -102,14 +130,14 @@ struct Identity {
     StatedFact fact;
 };
 
-// What decides the shape of a pass's plan besides its parameters, as numbers of its own.
+// What the camera and bounds of a frame decide about the steps of a pass, as numbers of its own.
 using ShapeNumbers = std::array<uint64_t, 4>;
 
-// Handed to Pass::values: puts bytes into the uniform blocks of the pass's steps.
+// Fills the uniform blocks that the steps of one pass declare (Step::take_uniforms()).
 class UniformWriter {
   public:
-    virtual ~UniformWriter() = default;
-    // Every step of the pass that has this type of block, or that of one name.
+    UniformWriter(Plan& plan, int pass) : plan_(plan), pass_(pass) {}
+    // Every step of the pass that has this type of block, or only the step of this name.
     template <class Uniforms>
     void set(const Uniforms& uniforms) {
         write({}, Uniforms::kName, std::as_bytes(std::span(&uniforms, 1)));
@@ -120,52 +148,122 @@ class UniformWriter {
     }
 
   private:
-    virtual void write(std::string_view step, std::string_view type,
-                       std::span<const std::byte> bytes) = 0;
+    void write(std::string_view step, std::string_view type, std::span<const std::byte> bytes);
+
+    Plan& plan_;
+    int pass_;
 };
 
 // Planes of the double-precision reference, and the named stages it passed through. A stage
-// carries the name of the plan texture it must equal ("tile_max"), same size and channels.
+// has the name of the plan's texture that it must equal ("tile_max"), its size and channels.
 struct ReferenceFrame {
     std::map<Role, ImageD> planes;
     std::map<std::string, ImageD> stages;
 };
+
+// A pass on one frame: parameters, camera and bounds are resolved, and nothing can fail any more.
+// Contexts handed in are of that frame.
+class PassOnFrame {
+  public:
+    virtual ~PassOnFrame() = default;
+
+    virtual Reach reach() const { return {}; }
+    // The values it works with, for the record: lens and shutter as they are resolved, the longest
+    // streak, the largest circle of confusion.
+    virtual std::vector<UsedValue> used_values() const { return {}; }
+    // Why the pass returns its color bit for bit; otherwise empty. context.wanted is an upper bound
+    // here: every plane that a later pass could read. Facts about color count only if
+    // context.color_is_input.
+    virtual std::optional<Identity> identity(const PlanContext& context) const = 0;
+    // Describes all of the work, also for a frame on which identity() holds.
+    virtual void plan(PassPlanner& planner) const = 0;
+    // The numbers by which plan() chooses programs, textures, bindings or groups, if the frame's
+    // camera or bounds decide them. Frames with equal numbers and otherwise equal contexts have
+    // plans that differ only in uniforms. Allocates nothing.
+    virtual ShapeNumbers shape(const PlanContext&) const { return {}; }
+    // Fills the uniform blocks of plan()'s steps, for a new plan and for one of an earlier frame of
+    // the same shape(). Allocates nothing.
+    virtual void write_uniforms(const PlanContext&, UniformWriter&) const {}
+    // The filter in double precision on the CPU, written from the paper and not from the GLSL:
+    // reads frame.planes, replaces the planes it outputs, fills frame.stages. Same random values.
+    virtual void reference(const PlanContext& context, ReferenceFrame& frame) const = 0;
+};
+
+// Holds a PassOnFrame by value, in place: resolving a pass allocates nothing.
+class ResolvedPass {
+  public:
+    template <std::derived_from<PassOnFrame> T>
+    ResolvedPass(T pass) : pass_(new (bytes_) T(std::move(pass))) {
+        static_assert(sizeof(T) <= kMostBytes && alignof(T) <= alignof(std::max_align_t));
+        move_ = [](PassOnFrame& from, std::byte* to) -> const PassOnFrame* {
+            return new (to) T(std::move(static_cast<T&>(from)));
+        };
+    }
+    // Refers to an object that outlives this one.
+    static ResolvedPass refer_to(const PassOnFrame& pass) { return ResolvedPass(&pass); }
+    ResolvedPass(ResolvedPass&& other) noexcept { take(other); }
+    ResolvedPass& operator=(ResolvedPass&& other) noexcept {
+        if (this != &other) {
+            destroy();
+            take(other);
+        }
+        return *this;
+    }
+    ~ResolvedPass() { destroy(); }
+
+    const PassOnFrame* operator->() const { return pass_; }
+    const PassOnFrame& operator*() const { return *pass_; }
+
+  private:
+    static constexpr size_t kMostBytes = 512;
+    explicit ResolvedPass(const PassOnFrame* pass) : pass_(pass) {}
+    void destroy() {
+        if (move_) pass_->~PassOnFrame();
+    }
+    void take(ResolvedPass& other) {
+        move_ = other.move_;
+        pass_ = move_ ? move_(const_cast<PassOnFrame&>(*other.pass_), bytes_) : other.pass_;
+    }
+
+    const PassOnFrame* pass_ = nullptr;
+    const PassOnFrame* (*move_)(PassOnFrame& from, std::byte* to) = nullptr;  // null: not held
+    alignas(std::max_align_t) std::byte bytes_[kMostBytes];
+};
+
+// Plans a pass and checks that one which hands on another color hands on other layers too.
+void plan_pass(const PassOnFrame& pass, PassPlanner& planner);
 
 class Pass {
   public:
     virtual ~Pass() = default;
 
     virtual RoleUse roles() const = 0;
-    // What holds of its results with these parameters, and on this frame.
+    // Guarantees about its results with these parameters.
     virtual Promises promises() const { return {}; }
-    virtual Reach reach(const FrameDescription&) const { return {}; }
     // Places whose depth it has to know: frame.bounds.inverse_depth_at.
     virtual std::vector<Place> depth_places() const { return {}; }
-    // Errors that need the frame (camera values, sizes). The message starts with the parameter.
-    virtual Status check(const FrameDescription& frame) const = 0;
-    // What it works with on this frame, for the record: lens and shutter as they are resolved, the
-    // longest streak, the largest circle of confusion. Nothing of what check() refuses.
-    virtual std::vector<UsedValue> used_values(const FrameDescription&) const { return {}; }
-    // The pass itself knows when it returns its color bit for bit, else nothing. context.wanted is
-    // an upper bound here: every plane that some later pass could read. Facts about color count
-    // only where context.color_is_input.
-    virtual std::optional<Identity> identity(const PlanContext& context) const = 0;
-    // Describes all of the work, also for a frame on which identity() holds.
-    virtual void plan(PassPlanner& planner) const = 0;
-    // What plan() takes from the frame's camera, bounds and number, other than bytes of uniform
-    // blocks: where these numbers are equal and the rest of the context is, it makes the same
-    // textures, programs, bindings and groups. Allocates nothing.
-    virtual ShapeNumbers shape(const PlanContext&) const { return {}; }
-    // The blocks of plan() that follow the frame's camera, bounds and number, of another frame with
-    // the same shape(): byte for byte those that plan() would give it. Allocates nothing.
-    virtual void values(const PlanContext&, UniformWriter&) const {}
-    // The same in double precision on the CPU, written from the paper and not from the GLSL:
-    // reads frame.planes, replaces the planes it outputs, fills frame.stages. Same random values.
-    virtual void reference(const PlanContext& context, ReferenceFrame& frame) const = 0;
+    // The pass on this frame, which must outlive the result. Errors: values of the camera, sizes;
+    // the message starts with the parameter. Allocates nothing unless it fails.
+    virtual Result<ResolvedPass> resolve(const FrameDescription& frame) const = 0;
+    // The pass resolved once for every choice of programs that a frame's lens, shutter or bounds
+    // can lead to; planes, layers and the shape of the aperture are those of this frame. A pass
+    // without a shape() has one.
+    virtual std::vector<ResolvedPass> every_shape(const FrameDescription& frame) const;
 
     // The struct that PassType::parameters is the table of.
     virtual ParameterRef parameters() = 0;
     ConstParameterRef parameters() const { return const_cast<Pass*>(this)->parameters(); }
+};
+
+// PassOnFrame::reach(); unbounded if the pass cannot be resolved on this frame.
+Reach reach_of(const Pass& pass, const FrameDescription& frame);
+
+// A pass that has nothing to resolve: context.frame has all that it needs.
+class PlainPass : public Pass, public PassOnFrame {
+  public:
+    Result<ResolvedPass> resolve(const FrameDescription&) const final {
+        return ResolvedPass::refer_to(*this);
+    }
 };
 
 // A kind of pass.
@@ -175,9 +273,8 @@ struct PassType {
     std::string help;   // a sentence
     const ParameterTable* parameters = nullptr;
     std::function<std::unique_ptr<Pass>()> create;  // with default parameters
-    std::vector<ElisionRule> rules = {};            // its own; PlanContext::uses() asks for them
+    std::vector<ElisionRule> rules = {};            // its own; PlanContext::uses() looks them up
     std::vector<PassVariant> variants = {};
-    std::vector<KnownLimit> known_limits = {};  // the special ones stand first
 };
 
 class PassRegistry {
@@ -190,7 +287,7 @@ class PassRegistry {
     std::vector<PassType> types_;
 };
 
-// Every rule there is: the chain's own, then those of each pass.
+// All rules: the chain's own, then those of each pass.
 std::vector<ElisionRule> elision_rules(const PassRegistry& registry);
 
 }  // namespace postchain

@@ -112,12 +112,18 @@ struct Step {
                (binding.access == Access::list && binding.texture != work_list);
     }
 
-    // A struct of shaders/shared. The executor compares its name and size with the shader's block.
+    // Its uniform block is this struct of shaders/shared, which PassOnFrame::write_uniforms()
+    // fills. The executor compares name and size with the shader's block.
     template <class Uniforms>
-    void set_uniforms(const Uniforms& value) {
+    void take_uniforms() {
         static_assert(std::is_trivially_copyable_v<Uniforms> && sizeof(Uniforms) % 16 == 0,
                       "a std140 block is a multiple of 16 bytes");
         uniforms_type = Uniforms::kName;
+    }
+    // Its uniform block with values that every frame of the plan's shape has.
+    template <class Uniforms>
+    void set_uniforms(const Uniforms& value) {
+        take_uniforms<Uniforms>();
         uniforms.resize(sizeof(Uniforms));
         std::memcpy(uniforms.data(), &value, sizeof(Uniforms));
     }

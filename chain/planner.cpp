@@ -1,18 +1,12 @@
 #include "chain/planner.h"
 
 #include <algorithm>
-#include <cassert>
 #include <iterator>
-#include <span>
-
-#include "chain/decisions.h"
-#include "chain/hold_still.h"
-#include "chain/matte.h"
 
 namespace postchain {
 namespace {
 
-// Inputs keep full precision: a pass left out must change no bit.
+// Inputs keep full precision: an elided pass must change no bit.
 PlanTexture input_texture(Role role, const FrameDescription& frame) {
     PlanTexture texture;
     texture.name = std::string("input.") + name_of(role);
@@ -25,68 +19,10 @@ PlanTexture input_texture(Role role, const FrameDescription& frame) {
     return texture;
 }
 
-// Why nothing reads what a step writes, by "<index of the pass>.<step>".
-using Reasons = std::map<std::string, Fact>;
+using Reasons = PassPlanner::Reasons;
 
-// Records one pass's work at the end of a plan.
-class Recorder final : public PassPlanner {
-  public:
-    Recorder(Plan& plan, std::map<Role, TextureId>& current, Reasons& reasons,
-             const PlanContext& context, int pass, std::string type)
-        : plan_(plan),
-          current_(current),
-          reasons_(reasons),
-          context_(context),
-          pass_(pass),
-          type_(std::move(type)) {}
-
-    const PlanContext& context() const override { return context_; }
-    TextureId input(Role role) const override { return current_.at(role); }
-    TextureId texture(const std::string& name, Format format, int width, int height) override {
-        PlanTexture texture;
-        texture.name = concat(pass_, ".", type_, ".", name);
-        texture.format = format;
-        texture.width = width;
-        texture.height = height;
-        plan_.textures.push_back(texture);
-        return TextureId(plan_.textures.size()) - 1;
-    }
-    TextureId layers(const std::string& name, Format format, int width, int height) override {
-        const TextureId id = texture(name, format, width, height);
-        plan_.textures[size_t(id)].layers = context_.frame.layers;
-        return id;
-    }
-    int frame_number() override {
-        plan_.uses_frame_number = true;
-        return context_.frame.frame_number;
-    }
-    const PlanTexture& describe(TextureId texture) const override {
-        return plan_.textures[size_t(texture)];
-    }
-    void step(Step step) override {
-        step.pass = pass_;
-        plan_.steps.push_back(std::move(step));
-    }
-    void output(Role role, TextureId texture) override { current_[role] = texture; }
-    void unused(const std::string& step, Fact why) override {
-        reasons_[concat(pass_, ".", step)] = std::move(why);
-    }
-    void elide(Elision elision) override {
-        elision.pass = pass_;
-        plan_.elisions.push_back(std::move(elision));
-    }
-
-  private:
-    Plan& plan_;
-    std::map<Role, TextureId>& current_;
-    Reasons& reasons_;
-    const PlanContext& context_;
-    int pass_;
-    std::string type_;
-};
-
-// Takes out every step that writes nothing that an output or a later step needs, if its rule is in
-// use: unused_step where the pass gave a reason, unused_output elsewhere.
+// Removes every step that writes nothing that an output or a later step needs, if its rule is in
+// use: unused_step if the pass gave a reason, otherwise unused_output.
 void drop_unread_steps(Plan& plan, const Reasons& reasons, const RuleNames& rules) {
     std::vector<char> needed(plan.textures.size(), 0);
     for (const auto& [role, id] : plan.outputs) needed[size_t(id)] = 1;
@@ -150,7 +86,7 @@ void drop_untouched_textures(Plan& plan) {
     for (auto& [role, id] : plan.outputs) id = renamed[size_t(id)];
 }
 
-// Planes that the frame has and no step reads are not handed over, or not even converted.
+// Planes of the frame that no step reads are not uploaded, or not even converted.
 void drop_unread_planes(Plan& plan, const FrameDescription& frame, RoleSet outputs,
                         const RuleNames& rules) {
     const auto elide = [&](const PlanTexture& plane, const char* why) {
@@ -174,7 +110,7 @@ void drop_unread_planes(Plan& plan, const FrameDescription& frame, RoleSet outpu
     }
 }
 
-// Without the rules that change no bit: those that decide what is filtered at all remain.
+// Options without the rules that change no bit: rules that decide what is filtered at all remain.
 PlanOptions whole_passes_of(const Chain& chain, const PlanOptions& options) {
     const RuleNames rules = options.rules(chain);
     PlanOptions whole = options;
@@ -186,71 +122,89 @@ PlanOptions whole_passes_of(const Chain& chain, const PlanOptions& options) {
     return whole;
 }
 
-// What an elided pass would have cost: the last pass of `plan`.
-Saving saving_of(const Plan& plan, std::map<Role, TextureId> current, const PlanContext& context,
-                 const Pass& pass) {
-    Plan whole;
-    whole.passes = plan.passes;
-    whole.textures = plan.textures;
-    for (auto& texture : whole.textures) texture.imported = true;
+// The cost of an elided pass had it run: the last pass of `plan`.
+Saving saving_of(const Plan& plan, std::map<Role, TextureId> current, const PassOnFrame& pass,
+                 const PlanContext& context) {
+    Plan planned;
+    planned.passes = plan.passes;
+    planned.textures = plan.textures;
     for (Role role : kAllRoles) {
         if (!context.frame.not_converted.has(role)) continue;
-        current[role] = TextureId(whole.textures.size());
-        whole.textures.push_back(input_texture(role, context.frame));
+        current[role] = TextureId(planned.textures.size());
+        planned.textures.push_back(input_texture(role, context.frame));
     }
-    Reasons reasons;
-    Recorder recorder(whole, current, reasons, context, int(plan.passes.size()) - 1,
-                      plan.passes.back().type);
-    pass.plan(recorder);
-    for (const auto& [role, id] : current) whole.outputs[role] = id;
-    drop_unread_steps(whole, reasons, context.rules);
-    drop_untouched_textures(whole);
+    const Plan alone = plan_alone(std::move(planned), std::move(current), pass, context);
     Saving saving;
-    saving.dispatches = int(whole.steps.size());
-    saving.bytes = whole.transient_bytes();
-    for (const auto& step : whole.steps) saving.taps += step.taps;
+    saving.dispatches = int(alone.steps.size());
+    saving.bytes = alone.transient_bytes();
+    for (const auto& step : alone.steps) saving.taps += step.taps;
     return saving;
 }
 
-// A pass that hands on another color must hand on other layers too.
-Status check_layers(const std::map<Role, TextureId>& before,
-                    const std::map<Role, TextureId>& after) {
-    const auto layers = before.find(Role::layers);
-    if (layers == before.end() || after.at(Role::color) == before.at(Role::color) ||
-        after.at(Role::layers) != layers->second)
-        return Status();
-    return Status(StatusCode::chain,
-                  "filters color alone, and this frame has further layers; leave the layers or the "
-                  "pass out (of a new pass: docs/adding_a_pass.md says what filters them)");
+// Every block that a step of the last pass declares has its bytes.
+Status check_uniforms(const Plan& plan) {
+    for (const Step& step : plan.steps)
+        if (step.pass + 1 == int(plan.passes.size()) && !step.uniforms_type.empty() &&
+            step.uniforms.empty())
+            return Status(
+                StatusCode::internal,
+                concat("step ", step.name, ": write_uniforms() sets no ", step.uniforms_type));
+    return Status();
 }
 
-// What stood in the place of these planes for one pass gives way to them again.
-template <class Roles, class Planes>
-void restore(const Roles& roles, const Planes& before, Planes& current) {
-    for (const Role role : roles) {
-        current.erase(role);
-        if (const auto found = before.find(role); found != before.end()) current.insert(*found);
-    }
+// Adds the steps of a pass that runs.
+Status add_pass(const PassOnFrame& pass, const PlanContext& context, Plan& plan,
+                std::map<Role, TextureId>& current, Reasons& reasons) {
+    PassPlanner::Target target{plan, current, reasons, int(plan.passes.size()) - 1};
+    PassPlanner planner(target, context);
+    plan_pass(pass, planner);
+    if (!target.status.ok()) return target.status;
+    UniformWriter uniforms(plan, target.pass);
+    pass.write_uniforms(context, uniforms);
+    return check_uniforms(plan);
 }
 
-class PlanUniforms final : public UniformWriter {
-  public:
-    PlanUniforms(Plan& plan, int pass) : plan_(plan), pass_(pass) {}
-
-  private:
-    void write(std::string_view name, std::string_view type,
-               std::span<const std::byte> bytes) override {
-        for (Step& step : plan_.steps) {
-            if (step.pass != pass_ || step.uniforms_type != type) continue;
-            if (!name.empty() && step.name != name) continue;
-            assert(step.uniforms.size() == bytes.size());
-            std::copy(bytes.begin(), bytes.end(), step.uniforms.begin());
+// Neighbors that a pass which runs could have used, and why they are missing.
+void find_missing_neighbors(const ResolvedChain& resolved, Plan& plan) {
+    const auto& links = resolved.chain().links;
+    const size_t spreading = resolved.first_spreading_pass();
+    const FrameDescription& frame = resolved.frame();
+    for (size_t i = 0; i < links.size(); ++i) {
+        const RoleUse use = links[i].pass->roles();
+        for (const Neighbor neighbor : kNeighbors) {
+            if (plan.passes[i].elided || (use.required | use.optional).of(neighbor).empty())
+                continue;
+            if (const auto why = frame.missing_neighbors.find(neighbor);
+                why != frame.missing_neighbors.end())
+                plan.missing_neighbors[neighbor] = why->second;
+            else if (i > spreading && !frame.planes.of(neighbor).empty())
+                plan.missing_neighbors[neighbor] =
+                    concat(links[i].type->name, " stands after ", links[spreading].type->name,
+                           ", which that frame's color has not been through");
         }
     }
+}
 
-    Plan& plan_;
-    int pass_;
-};
+std::vector<RoleSet> subsets_of(RoleSet roles) {
+    std::vector<RoleSet> subsets = {{}};
+    for (const Role role : kAllRoles) {
+        if (!roles.has(role)) continue;
+        const size_t without = subsets.size();
+        for (size_t i = 0; i < without; ++i) subsets.push_back(subsets[i] | RoleSet{role});
+    }
+    return subsets;
+}
+
+// A plan with the frame's planes and nothing else.
+Plan empty_plan(const FrameDescription& frame, RoleSet planes, std::map<Role, TextureId>& current) {
+    Plan plan;
+    for (const Role role : kAllRoles) {
+        if (!planes.has(role)) continue;
+        current[role] = TextureId(plan.textures.size());
+        plan.textures.push_back(input_texture(role, frame));
+    }
+    return plan;
+}
 
 }  // namespace
 
@@ -270,161 +224,142 @@ RuleNames PlanOptions::rules(const Chain& chain) const {
     return names;
 }
 
-Result<Plan> make_plan(const Chain& chain, const FrameDescription& given,
+Result<Plan> make_plan(const Chain& chain, const FrameDescription& frame,
                        const PlanOptions& options) {
-    const FrameDescription frame = seen_by(chain, given);
-    const RoleSet wanted_outputs = outputs_of(options, frame);
     const RuleNames rules = options.rules(chain);
-    PlanShape shape;
-    std::vector<Reason> reasons_elided;
-    if (Status s = decide(chain, frame, options, rules, shape, &reasons_elided); !s.ok()) return s;
+    ResolvedChain resolved;
+    if (Status s = resolved.resolve(chain, frame, options, rules); !s.ok()) return s;
+    return make_plan(resolved);
+}
 
-    Plan plan;
+Result<Plan> make_plan(const ResolvedChain& resolved) {
+    const Chain& chain = resolved.chain();
+    const FrameDescription& frame = resolved.frame();
+    std::map<Role, TextureId> current;
+    Plan plan = empty_plan(frame, frame.planes, current);
     plan.frame_number = frame.frame_number;
     plan.width = frame.width;
     plan.height = frame.height;
-    plan.precision = options.precision;
+    plan.precision = resolved.options().precision;
     plan.chain_hash = chain.hash();
     for (const auto& link : chain.links)
         for (const Place& place : link.pass->depth_places())
             if (const auto found = frame.bounds.inverse_depth_at.find(place);
                 found != frame.bounds.inverse_depth_at.end())
                 plan.inverse_depth_at.insert(*found);
-    std::map<Role, TextureId> current;
-    for (Role role : kAllRoles) {
-        if (!frame.planes.has(role)) continue;
-        current[role] = TextureId(plan.textures.size());
-        plan.textures.push_back(input_texture(role, frame));
-    }
 
     Reasons reasons;
     for (size_t i = 0; i < chain.links.size(); ++i) {
-        const PassType* type = chain.links[i].type;
-        const auto& pass = chain.links[i].pass;
-        const PlanShape::OfPass& decided = shape.passes[i];
-        const PlanContext context = context_of(frame, options, rules, decided);
-        plan.passes.push_back({type->name, chain.links[i].values_text(), decided.elided});
-        const auto seen = decided.elided ? std::nullopt : seen_with_matte(chain, frame, i);
-        if (seen && chain.links[i].keeps_still()) {
-            const std::map<Role, TextureId> before = current;
-            const PlanContext still_context = context_of(*seen, options, rules, decided);
-            Recorder recorder(plan, current, reasons, still_context, int(i), type->name);
-            hold_still(recorder, matte_of(frame, i));
-            pass->plan(recorder);
-            if (Status s = check_layers(before, current); !s.ok())
-                return s.at(concat("passes[", i, "].", type->name));
-            restore(kStillRoles, before, current);
-            continue;
-        }
-        if (seen) {
-            const int matte = matte_of(frame, i);
-            const std::map<Role, TextureId> before = current;
-            const PlanContext held_context = context_of(*seen, options, rules, decided);
-            Recorder holding(plan, current, reasons, held_context, int(i), type->name);
-            hold_out(holding, matte, frame.layers);
-            const std::map<Role, TextureId> held_planes = current;
-            pass->plan(holding);
-            if (Status s = check_layers(held_planes, current); !s.ok())
-                return s.at(concat("passes[", i, "].", type->name));
-            const Matted filtered = {before.at(Role::color), current.at(Role::color),
-                                     held_planes.at(Role::layers), current.at(Role::layers),
-                                     before.count(Role::layers) ? before.at(Role::layers) : -1};
-            restore(kHeldRoles, before, current);
-            Recorder laying(plan, current, reasons, context, int(i), type->name);
-            lay_over(laying, matte, filtered);
-            continue;
-        }
-        if (!decided.elided) {
-            const std::map<Role, TextureId> before = current;
-            Recorder recorder(plan, current, reasons, context, int(i), type->name);
-            pass->plan(recorder);
-            if (Status s = check_layers(before, current); !s.ok())
-                return s.at(concat("passes[", i, "].", type->name));
+        const ChainLink& link = chain.links[i];
+        const auto& [pass, identity, could_use] = resolved.links()[i];
+        const PlanContext context = resolved.context(i);
+        const RoleUse use = link.pass->roles();
+        plan.passes.push_back({link.type->name, link.values_text(), identity.has_value()});
+        if (!identity) {
+            if (Status s = add_pass(*pass, context, plan, current, reasons); !s.ok())
+                return s.at(concat("passes[", i, "].", link.type->name));
             continue;
         }
         Elision elision;
         elision.pass = int(i);
-        elision.rule = reasons_elided[i].rule;
-        elision.fact = std::move(reasons_elided[i].fact);
-        const RoleSet known = decided.available | frame.not_converted;
-        if ((pass->roles().required - known).empty())
-            elision.saving = saving_of(plan, current, context, *pass);
+        elision.rule = identity->rule;
+        elision.fact = identity->rule == kRuleMissingPlane
+                           ? Fact{missing_text(*link.pass, could_use, frame)}
+                           : identity->fact.fact();
+        if ((use.required - (context.available | frame.not_converted)).empty())
+            elision.saving = saving_of(plan, current, *pass, context);
         plan.elisions.push_back(std::move(elision));
         for (Role role : kAllRoles)
-            if (pass->roles().on_demand.has(role)) current.erase(role);
+            if (use.on_demand.has(role)) current.erase(role);
     }
+    const RoleSet wanted_outputs = resolved.outputs();
     for (Role role : kAllRoles)
         if (wanted_outputs.has(role) && current.count(role)) plan.outputs[role] = current[role];
-    drop_unread_steps(plan, reasons, rules);
+    drop_unread_steps(plan, reasons, resolved.rules());
     drop_untouched_textures(plan);
     std::vector<TextureId> outputs;
     for (const auto& [role, id] : plan.outputs) outputs.push_back(id);
     find_lifetimes(plan, outputs);
-    drop_unread_planes(plan, frame, wanted_outputs, rules);
-    const size_t spreading = first_spreading_pass(chain, frame);
-    for (size_t i = 0; i < chain.links.size(); ++i) {
-        const RoleUse use = chain.links[i].pass->roles();
-        for (const Neighbor neighbor : kNeighbors) {
-            if (plan.passes[i].elided || (use.required | use.optional).of(neighbor).empty())
-                continue;
-            if (const auto why = frame.missing_neighbors.find(neighbor);
-                why != frame.missing_neighbors.end())
-                plan.missing_neighbors[neighbor] = why->second;
-            else if (i > spreading && !frame.planes.of(neighbor).empty())
-                plan.missing_neighbors[neighbor] = concat(
-                    chain.links[i].type->name, " stands after ", chain.links[spreading].type->name,
-                    ", which that frame's color has not been through");
-        }
-    }
+    drop_unread_planes(plan, frame, wanted_outputs, resolved.rules());
+    find_missing_neighbors(resolved, plan);
     return plan;
 }
 
-Status find_shape(const Chain& chain, const FrameDescription& frame, const PlanOptions& options,
-                  const RuleNames& rules, PlanShape& shape) {
-    return decide(chain, seen_by(chain, frame), options, rules, shape, nullptr);
+Plan plan_alone(Plan plan, std::map<Role, TextureId> current, const PassOnFrame& pass,
+                const PlanContext& context) {
+    for (auto& texture : plan.textures) texture.imported = true;
+    Reasons reasons;
+    PassPlanner::Target target{plan, current, reasons, int(plan.passes.size()) - 1};
+    PassPlanner planner(target, context);
+    pass.plan(planner);
+    for (const auto& [role, id] : current) plan.outputs[role] = id;
+    drop_unread_steps(plan, reasons, context.rules);
+    drop_untouched_textures(plan);
+    return plan;
 }
 
-void write_values(const Chain& chain, const FrameDescription& given, const PlanOptions& options,
-                  const RuleNames& rules, const PlanShape& shape, Plan& plan) {
+std::vector<ProgramKey> programs_of(const Chain& chain, const FrameDescription& given,
+                                    const PlanOptions& options) {
     const FrameDescription frame = seen_by(chain, given);
-    plan.frame_number = frame.frame_number;
-    for (size_t i = 0; i < shape.passes.size(); ++i) {
-        if (shape.passes[i].elided) continue;
-        PlanUniforms blocks(plan, int(i));
-        chain.links[i].pass->values(context_of(frame, options, rules, shape.passes[i]), blocks);
+    const RuleNames rules = options.rules(chain);
+    const bool drops_unwanted = rules.contains(kRuleUnusedStep);
+    std::vector<ProgramKey> programs;
+    const auto add = [&](const Plan& plan) {
+        for (const Step& step : plan.steps)
+            if (std::find(programs.begin(), programs.end(), step.program) == programs.end())
+                programs.push_back(step.program);
+    };
+    // From the last pass on: planes that passes after this one could read.
+    std::vector<RoleSet> readable(chain.links.size());
+    RoleSet later = options.outputs | (frame.planes & RoleSet{Role::layers});
+    for (size_t i = chain.links.size(); i-- > 0;) {
+        readable[i] = later;
+        const RoleUse use = chain.links[i].pass->roles();
+        later = later | use.required | use.optional;
     }
+    RoleSet made;  // by earlier passes, those that run
+    for (size_t i = 0; i < chain.links.size(); ++i) {
+        const ChainLink& link = chain.links[i];
+        const RoleUse use = link.pass->roles();
+        const std::vector<ResolvedPass> shapes = every_shape(chain, i, frame);
+        const RoleSet may_be_wanted =
+            drops_unwanted ? readable[i] & (use.on_demand | use.carried) : RoleSet();
+        const RoleSet always = drops_unwanted ? readable[i] - may_be_wanted : kEveryRole;
+        for (const RoleSet exists : subsets_of(made)) {
+            const RoleSet all = (frame.planes - made) | exists;
+            // After a pass that spreads color there are no neighbors.
+            for (const RoleSet available : {all, i > 0 ? without_neighbors(all) : all}) {
+                if (!(use.required - available).empty()) continue;
+                for (const RoleSet wanted : subsets_of(may_be_wanted)) {
+                    const PlanContext context = {
+                        frame, options.precision, available, always | wanted, false, rules};
+                    std::map<Role, TextureId> current;
+                    Plan plan = empty_plan(frame, frame.planes | available, current);
+                    plan.passes.push_back({link.type->name, "", false});
+                    for (const ResolvedPass& pass : shapes)
+                        add(plan_alone(plan, current, *pass, context));
+                }
+            }
+        }
+        made = made | use.on_demand;
+    }
+    return programs;
 }
 
-Result<ReferenceFrame> run_reference(const Chain& chain, const FrameDescription& given,
+Result<ReferenceFrame> run_reference(const Chain& chain, const FrameDescription& frame,
                                      PlaneView planes, const PlanOptions& options) {
-    const FrameDescription frame = seen_by(chain, given);
     const PlanOptions whole = whole_passes_of(chain, options);
     const RuleNames rules = whole.rules(chain);
-    PlanShape shape;
-    if (Status s = decide(chain, frame, whole, rules, shape, nullptr); !s.ok()) return s;
+    ResolvedChain resolved;
+    if (Status s = resolved.resolve(chain, frame, whole, rules); !s.ok()) return s;
     ReferenceFrame result;
     for (const auto& [role, plane] : planes) result.planes[role] = image_cast<double>(*plane);
     for (size_t i = 0; i < chain.links.size(); ++i) {
-        if (shape.passes[i].elided) continue;
+        const ResolvedChain::Link& link = resolved.links()[i];
+        if (link.identity) continue;
         ReferenceFrame one;
         one.planes = std::move(result.planes);
-        const auto& pass = *chain.links[i].pass;
-        const int matte = matte_of(frame, i);
-        const auto seen = seen_with_matte(chain, frame, i);
-        if (seen && chain.links[i].keeps_still()) {
-            const auto before = one.planes;
-            hold_still_reference(one.planes, matte);
-            pass.reference(context_of(*seen, whole, rules, shape.passes[i]), one);
-            restore(kStillRoles, before, one.planes);
-        } else if (seen) {
-            const auto before = one.planes;
-            hold_out_reference(one.planes, matte);
-            pass.reference(context_of(*seen, whole, rules, shape.passes[i]), one);
-            lay_over_reference(one.planes, before, matte);
-            one.stages.clear();  // of the held layers
-        } else {
-            pass.reference(context_of(frame, whole, rules, shape.passes[i]), one);
-        }
+        link.pass->reference(resolved.context(i), one);
         result.planes = std::move(one.planes);
         for (auto& [name, stage] : one.stages)
             result.stages[concat(i, ".", chain.links[i].type->name, ".", name)] = std::move(stage);

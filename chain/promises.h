@@ -69,14 +69,4 @@ struct PassVariant {
     std::vector<std::pair<std::string, ParameterValue>> settings;
 };
 
-// A check of `postchain stress` that is known to miss its bound, with the bound it keeps instead.
-// docs/stability.md says more of each.
-struct KnownLimit {
-    std::string check;       // "mirror"
-    std::string parameters;  // pattern of the pass's parameters: "leak=coc"; empty = whatever
-    std::string cells;       // pattern of CellResult::name(): "/speed/*1 px"
-    double bound = 0;        // beyond it, it fails all the same
-    std::string reason;
-};
-
 }  // namespace postchain

@@ -116,4 +116,10 @@ class RoleSet {
     uint32_t bits_ = 0;
 };
 
+inline constexpr RoleSet kEveryRole = [] {
+    RoleSet all;
+    for (const Role role : kAllRoles) all.add(role);
+    return all;
+}();
+
 }  // namespace postchain

@@ -15,6 +15,27 @@ std::string flag(bool on) {
     return on ? "1" : "0";
 }
 
+// The planes that the step `import` makes of a host's textures.
+struct Imported {
+    bool color = false, depth = false, motion = false;
+    bool sky = false;  // computes the motion of the sky
+
+    bool any() const { return color || depth || motion; }
+};
+
+ProgramKey import_program(const Imported& made, bool exposure) {
+    return {"guest/import.comp",
+            {{"COLOR", flag(made.color)},
+             {"DEPTH", flag(made.depth)},
+             {"MOTION", flag(made.motion)},
+             {"SKY", flag(made.motion && made.sky)},
+             {"EXPOSURE", flag(made.color && exposure)}}};
+}
+
+ProgramKey export_program(bool exposure) {
+    return {"guest/export.comp", {{"EXPOSURE", flag(exposure)}}};
+}
+
 class Builder {
   public:
     Builder(Plan plan, const HostFrame& frame) : frame_(frame) { host_.plan = std::move(plan); }
@@ -57,18 +78,18 @@ class Builder {
     }
 
     // A step over all pixels that has the guest's block; its bytes are filled before each run.
-    Step make_step(int pass, const char* name, const std::string& file) {
+    Step make_step(int pass, const char* name, ProgramKey program) {
         Step step;
         step.pass = pass;
         step.name = name;
-        step.program = {file, {}};
+        step.program = std::move(program);
         step.set_uniforms(shared::GuestUniforms{});
         step.groups = groups_for(frame_.width, frame_.height);
         return step;
     }
 
+    bool has_exposure() const { return frame_.exposure.name != 0; }
     void bind_exposure(Step& step) {
-        step.program.defines["EXPOSURE"] = flag(frame_.exposure.name != 0);
         if (frame_.exposure.name == 0) return;
         if (host_.exposure < 0) {
             host_.exposure = add_texture("host.exposure", Format::r32f, true);
@@ -124,7 +145,7 @@ class Builder {
             host_.writes_output = true;
             return;
         }
-        Step step = make_step(add_pass("export"), "export", "guest/export.comp");
+        Step step = make_step(add_pass("export"), "export", export_program(has_exposure()));
         host_.result = add_target();
         step.bindings = {{0, color}, {0, host_.result, Access::write}};
         bind_exposure(step);
@@ -166,8 +187,8 @@ class Builder {
         const int pass = add_pass("export");
         host_.result = add_target();
         const auto add = [&](const char* step_name, const std::string& how, TextureId source) {
-            Step step = make_step(pass, step_name, "guest/debug_view.comp");
-            step.program.defines = {{"VIEW", how}, {"EXPOSURE", "0"}};
+            Step step = make_step(pass, step_name,
+                                  {"guest/debug_view.comp", {{"VIEW", how}, {"EXPOSURE", "0"}}});
             launch_by(step, how == "4" ? shown : -1);
             step.bindings.push_back({0, source});
             step.bindings.push_back({0, host_.result, Access::write});
@@ -183,35 +204,34 @@ class Builder {
     void add_import() {
         struct Plane {
             Role role;
-            const char* define;
+            bool Imported::*made;
             const char* host;
             bool in_place;
             Format format;
             TextureId HostPlan::*id;
         };
         const bool half = frame_.color.format->half && !frame_.has_gain();
-        const Plane planes[] = {{Role::color, "COLOR", "host.color", frame_.color_in_place(),
-                                 half ? Format::rgba16f : Format::rgba32f, &HostPlan::color},
-                                {Role::inverse_depth, "DEPTH", "host.depth",
-                                 frame_.depth_in_place(), Format::r32f, &HostPlan::depth},
-                                {Role::motion, "MOTION", "host.motion", frame_.motion_in_place(),
-                                 Format::rg32f, &HostPlan::motion}};
-        Step step = make_step(0, "import", "guest/import.comp");
+        const Plane planes[] = {
+            {Role::color, &Imported::color, "host.color", frame_.color_in_place(),
+             half ? Format::rgba16f : Format::rgba32f, &HostPlan::color},
+            {Role::inverse_depth, &Imported::depth, "host.depth", frame_.depth_in_place(),
+             Format::r32f, &HostPlan::depth},
+            {Role::motion, &Imported::motion, "host.motion", frame_.motion_in_place(),
+             Format::rg32f, &HostPlan::motion}};
+        Step step = make_step(0, "import", {});
         const uint64_t pixels = uint64_t(frame_.width) * uint64_t(frame_.height);
-        bool needed = false, motion = false;
+        Imported made;
+        made.sky = frame_.sky;
         for (int unit = 0; unit < 3; ++unit) {
             const Plane& plane = planes[unit];
             const TextureId canonical = input(plane.role);
             const bool read = canonical >= 0 && is_read(canonical);
-            const bool made = read && !plane.in_place;
-            step.program.defines[plane.define] = flag(made);
             if (!read) continue;
-            if (!made) {
+            if (plane.in_place) {
                 host_.*plane.id = canonical;
                 continue;
             }
-            needed = true;
-            motion = motion || plane.role == Role::motion;
+            made.*plane.made = true;
             plan().textures[size_t(canonical)].imported = false;
             plan().textures[size_t(canonical)].format = plane.format;
             const TextureId host = add_texture(plane.host, plane.format, true);
@@ -220,17 +240,13 @@ class Builder {
             step.bindings.push_back({unit, canonical, Access::write});
             step.taps += pixels;
         }
-        if (!needed) return;
-        const bool sky = motion && frame_.sky;
-        step.program.defines["SKY"] = flag(sky);
-        if (sky && step.program.defines["DEPTH"] == "0") {
+        if (!made.any()) return;
+        step.program = import_program(made, has_exposure());
+        if (made.motion && made.sky && !made.depth) {
             if (host_.depth < 0) host_.depth = add_texture("host.depth", Format::r32f, true);
             step.bindings.push_back({1, host_.depth});
         }
-        if (step.program.defines["COLOR"] == "1")
-            bind_exposure(step);
-        else
-            step.program.defines["EXPOSURE"] = "0";
+        if (made.color) bind_exposure(step);
         step.pass = add_pass("import");
         plan().steps.insert(plan().steps.begin(), std::move(step));
         host_.import_step = 0;
@@ -251,11 +267,39 @@ PlanOptions options_of(const HostFrame& frame) {
     return options;
 }
 
-Result<HostPlan> make_host_plan(const Chain& chain, const HostFrame& frame) {
-    auto plan = make_plan(chain, describe(frame), options_of(frame));
+Result<HostPlan> make_host_plan(const ResolvedChain& resolved, const HostFrame& frame) {
+    auto plan = make_plan(resolved);
     if (!plan.ok()) return plan.status();
     order_by_level(*plan);
     return Builder(std::move(*plan), frame).build();
+}
+
+Result<HostPlan> make_host_plan(const Chain& chain, const HostFrame& frame) {
+    const PlanOptions options = options_of(frame);
+    const RuleNames rules = options.rules(chain);
+    ResolvedChain resolved;
+    if (Status s = resolved.resolve(chain, describe(frame), options, rules); !s.ok()) return s;
+    return make_host_plan(resolved, frame);
+}
+
+std::vector<ProgramKey> host_programs(const Chain& chain, const HostFrame& frame) {
+    const FrameDescription description = describe(frame);
+    std::vector<ProgramKey> programs = programs_of(chain, description, options_of(frame));
+    const RoleSet read = (chain.required() | chain.optional()) & description.planes;
+    const bool exposure = frame.exposure.name != 0;
+    if (frame.output.name != 0 || !frame.top_left() || exposure)
+        programs.push_back(export_program(exposure));
+    // Gain, scale of motion and matrices may come and go; a plane that the frame has may be unread.
+    const bool color_in_place = frame.top_left() && frame.color.whole && !exposure;
+    const bool depth = read.has(Role::inverse_depth) && !frame.depth_in_place();
+    const bool motion = read.has(Role::motion);
+    for (int i = 0; i < 16; ++i) {
+        const Imported made = {(i & 1) != 0, (i & 2) != 0, (i & 4) != 0, (i & 8) != 0};
+        const bool can_be = (made.color || color_in_place) && (!made.depth || depth) &&
+                            (!made.motion || motion) && (!made.sky || made.motion);
+        if (can_be && made.any()) programs.push_back(import_program(made, exposure));
+    }
+    return programs;
 }
 
 }  // namespace postchain::guest

@@ -25,8 +25,13 @@ struct HostPlan {
 // What the host's flags make of a plan.
 PlanOptions options_of(const HostFrame& frame);
 
-// Plans the frame as a part of a host's. Errors: those of make_plan(), and PC_ERROR_ARGUMENT where
+// Plans the frame as a part of a host's. Errors: those of make_plan(), and PC_ERROR_ARGUMENT if
 // debug_view names no texture of the plan.
+Result<HostPlan> make_host_plan(const ResolvedChain& resolved, const HostFrame& frame);
 Result<HostPlan> make_host_plan(const Chain& chain, const HostFrame& frame);
+
+// Every program of the host plans of frames like this: with the same textures, formats and rows,
+// whatever their camera, values, matrices and number are. Debug views are left out.
+std::vector<ProgramKey> host_programs(const Chain& chain, const HostFrame& frame);
 
 }  // namespace postchain::guest

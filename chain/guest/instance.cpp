@@ -3,7 +3,6 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 
 #include "chain/gl/debug.h"
@@ -31,12 +30,6 @@ Failure check_loader(const pc_create_info& info) {
                            "\", the current context is \"", ours ? ours : "none", "\"")};
     }
     return {};
-}
-
-void add_programs(const Plan& plan, std::vector<ProgramKey>& programs) {
-    for (const Step& step : plan.steps)
-        if (std::find(programs.begin(), programs.end(), step.program) == programs.end())
-            programs.push_back(step.program);
 }
 
 }  // namespace
@@ -111,43 +104,6 @@ void Instance::log(int level, const std::string& message) const {
     info_.log(info_.user, level, message.c_str());
 }
 
-Failure Instance::programs_of(const ChainHandle& chain, const pc_frame& given,
-                              std::vector<ProgramKey>& programs) {
-    const auto add = [&](const pc_frame& variant) -> Failure {
-        HostFrame frame;
-        if (Failure failure = check_frame(&variant, frame); !failure.ok()) return failure;
-        auto host = make_host_plan(chain.chain(), frame);
-        if (!host.ok()) return host.status();
-        add_programs(host->plan, programs);
-        return {};
-    };
-    if (Failure failure = add(given); !failure.ok()) return failure;
-    // A variant that cannot be planned cannot be run either.
-    pc_frame variant = given;
-    variant.debug_view = nullptr;
-    (void)add(variant);
-    variant.max_speed_px = variant.nearest = variant.farthest = 0;
-    pc_frame open = variant, cut = variant, closed = variant;
-    open.flags &= ~uint32_t(PC_CAMERA_CUT);
-    cut.flags |= PC_CAMERA_CUT;
-    closed.shutter_frames = -1;
-    for (const pc_frame& motion : {open, cut, closed}) {
-        // A radius of the circle of confusion is in proportion to the aperture: a factor of 2 meets
-        // every range of radii for which a pass has a program of its own.
-        for (int stop = -8; stop <= 8; ++stop) {
-            variant = motion;
-            variant.f_stop = std::ldexp(given.f_stop, stop);
-            (void)add(variant);
-        }
-        for (const float part : {0.25f, 0.5f, 2.0f, 4.0f, 16.0f}) {
-            variant = motion;
-            variant.focus_distance = part * given.focus_distance;
-            (void)add(variant);
-        }
-    }
-    return {};
-}
-
 Failure Instance::prepare(const ChainHandle& chain, const pc_frame* given, bool wait) {
     HostFrame frame;
     if (Failure failure = check_frame(given, frame); !failure.ok()) return failure;
@@ -158,8 +114,11 @@ Failure Instance::prepare(const ChainHandle& chain, const pc_frame* given, bool 
     if (prepared_ != key || prepared_values_ != values) {
         prepared_.reset();
         prepared_programs_.clear();
-        if (Failure failure = programs_of(chain, *given, prepared_programs_); !failure.ok())
-            return failure;
+        auto host = make_host_plan(chain.chain(), frame);
+        if (!host.ok()) return host.status();
+        prepared_programs_ = host_programs(chain.chain(), frame);
+        // A debug view's own.
+        for (const Step& step : host->plan.steps) prepared_programs_.push_back(step.program);
         prepared_ = key;
         prepared_values_ = values;
     }
@@ -192,20 +151,18 @@ Failure Instance::find(const Chain& chain, const HostFrame& frame, const PlanKey
         entry = known.get();
         return {};
     }
-    const FrameDescription description = describe(frame);
-    bool judged = false;
+    bool resolved = false;
     for (const auto& known : objects_->entries) {
         Purpose& purpose = known->purpose;
         if (purpose.key != key) continue;
-        if (!judged)
-            if (Status s = find_shape(chain, description, purpose.options, purpose.rules, shape_);
+        if (!resolved)
+            if (Status s =
+                    resolved_.resolve(chain, describe(frame), purpose.options, purpose.rules);
                 !s.ok())
                 return s;
-        judged = true;
-        if (purpose.shape != shape_) continue;
-        known->compiled.rewrite_values([&](Plan& plan) {
-            write_values(chain, description, purpose.options, purpose.rules, shape_, plan);
-        });
+        resolved = true;
+        if (purpose.shape != resolved_.shape()) continue;
+        known->compiled.rewrite_values([&](Plan& plan) { write_uniforms(resolved_, plan); });
         purpose.values = values;
         purpose.frame_number = number;
         entry = known.get();
@@ -220,11 +177,11 @@ Failure Instance::find_or_make(const ChainHandle& handle, const HostFrame& frame
     if (Failure failure = find(chain, frame, key, entry); entry || !failure.ok()) return failure;
     Purpose purpose{key, options_of(frame), {}, {}, values_of(frame), frame.given->frame_number};
     purpose.rules = purpose.options.rules(chain);
-    if (Status s = find_shape(chain, describe(frame), purpose.options, purpose.rules, shape_);
+    if (Status s = resolved_.resolve(chain, describe(frame), purpose.options, purpose.rules);
         !s.ok())
         return s;
-    purpose.shape = shape_;
-    auto host = make_host_plan(chain, frame);
+    purpose.shape = resolved_.shape();
+    auto host = make_host_plan(resolved_, frame);
     if (!host.ok()) return host.status();
     ++plans_;
     for (const auto& known : objects_->entries) {

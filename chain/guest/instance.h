@@ -91,15 +91,12 @@ class Instance {
 
     explicit Instance(const pc_create_info& info) : info_(info) {}
     Failure open();
-    // Null: there is none of this key and shape. One that there is gets the frame's values.
+    // Null: no entry has this key and shape. One that has gets the frame's values.
     Failure find(const Chain& chain, const HostFrame& frame, const PlanKey& key, Entry*& entry);
     // PC_ERROR_PREPARE where a program is not there.
     Failure find_or_make(const ChainHandle& chain, const HostFrame& frame, Entry*& entry);
     Failure make(Purpose purpose, HostPlan& host, Entry*& entry);
     void forget_entries(const PlanKey& key);
-    // Of this frame and of those that it may turn into, each once.
-    static Failure programs_of(const ChainHandle& chain, const pc_frame& given,
-                               std::vector<ProgramKey>& programs);
     static void import(Entry& entry, const HostFrame& frame);
     Failure dispatch(Entry& entry, const HostFrame& frame);
 
@@ -114,7 +111,7 @@ class Instance {
     std::optional<PlanKey> prepared_;  // of the last prepare(), and the programs that it needs
     std::vector<ProgramKey> prepared_programs_;
     FrameValues prepared_values_ = {};
-    PlanShape shape_;  // of the frame that is looked for
+    ResolvedChain resolved_;  // the frame that is looked for
     LastFrame last_;
     GlState state_;
     int timing_ = 0;

@@ -247,11 +247,15 @@ std::array<double, 2> sharp_between(const CircleOfConfusion& coc, double radius)
 
 }  // namespace
 
-std::vector<UsedValue> used_values(const Parameters& p, const FrameDescription& frame,
-                                   double sharp_radius_px) {
+CircleOfConfusion any_circle_of_confusion(const Parameters& parameters) {
+    CircleOfConfusion coc;
+    coc.lens = parameters.coc == CocSource::lens;
+    return coc;
+}
+
+std::vector<UsedValue> used_values(const Parameters& p, const CircleOfConfusion& coc,
+                                   const FrameDescription& frame, double sharp_radius_px) {
     using Of = UsedValue::Of;
-    const auto coc = circle_of_confusion(p, frame);
-    if (!coc.ok()) return {};
     const Camera& camera = frame.camera;
     std::vector<UsedValue> values;
     const auto add = [&](const char* key, const char* unit, const std::optional<double>& own,
@@ -279,14 +283,14 @@ std::vector<UsedValue> used_values(const Parameters& p, const FrameDescription& 
             values.back().row = p.focus_at && !p.focus_distance ? "focus_at" : "focus_distance";
     }
     values.push_back(
-        {"max_radius_px", coc->max_radius_px, "px", p.max_radius_px ? Of::pass : Of::standard});
+        {"max_radius_px", coc.max_radius_px, "px", p.max_radius_px ? Of::pass : Of::standard});
     const FrameBounds& bounds = frame.bounds;
     if (std::isfinite(bounds.max_inverse_depth))
         values.push_back({"largest_circle_px",
-                          2 * std::max(std::abs(coc->radius_px(bounds.min_inverse_depth)),
-                                       std::abs(coc->radius_px(bounds.max_inverse_depth))),
+                          2 * std::max(std::abs(coc.radius_px(bounds.min_inverse_depth)),
+                                       std::abs(coc.radius_px(bounds.max_inverse_depth))),
                           "px", Of::frame});
-    const auto [far_w, near_w] = sharp_between(*coc, sharp_radius_px);
+    const auto [far_w, near_w] = sharp_between(coc, sharp_radius_px);
     values.push_back({"sharp_from", 1 / near_w, "scene units", Of::frame});
     values.push_back({"sharp_to", far_w > 0 ? ParameterValue(1 / far_w) : ParameterValue(),
                       "scene units", Of::frame});

@@ -69,11 +69,15 @@ std::vector<Place> depth_places(const Parameters& parameters);
 Result<CircleOfConfusion> circle_of_confusion(const Parameters& parameters,
                                               const FrameDescription& frame);
 
+// A circle of confusion of this kind, with the values of no lens: for the programs, which depend on
+// the kind only.
+CircleOfConfusion any_circle_of_confusion(const Parameters& parameters);
+
 // The lens as it is resolved; the diameter of the largest circle of confusion on this frame, where
 // its depths are known; and from where to where all is sharp: circles of at most `sharp_radius_px`.
 // A far limit without a value: all beyond the near one.
-std::vector<UsedValue> used_values(const Parameters& parameters, const FrameDescription& frame,
-                                   double sharp_radius_px);
+std::vector<UsedValue> used_values(const Parameters& parameters, const CircleOfConfusion& coc,
+                                   const FrameDescription& frame, double sharp_radius_px);
 
 // Fills the members of the circle of confusion of a uniform block. fp32 has no infinity to
 // multiply by: what is larger than kMaxFactor is that.

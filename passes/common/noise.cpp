@@ -201,19 +201,19 @@ ImageD table(const Parameters& parameters, int frame_number) {
 TextureId add_table(PassPlanner& planner, const Parameters& parameters) {
     if (parameters.noise == Kind::none) return -1;
     const TextureId noise = planner.texture("noise", Format::rg32f, kSize, kSize);
-    const int frame_number = parameters.animate_noise ? planner.frame_number() : 0;
+    if (parameters.animate_noise) planner.use_frame_number();
     Step step;
     step.name = "noise";
     step.program = {"common/noise.comp", {{"NOISE", std::to_string(int(parameters.noise))}}};
-    step.set_uniforms(uniforms_of(parameters, frame_number));
+    step.take_uniforms<shared::NoiseUniforms>();
     step.bindings = {{0, noise, Access::write}};
     step.groups = groups_for(kSize, kSize);
     planner.step(std::move(step));
     return noise;
 }
 
-void write_values(const Parameters& parameters, int frame_number, UniformWriter& uniforms) {
-    if (parameters.noise == Kind::none || !parameters.animate_noise) return;
+void write_uniforms(const Parameters& parameters, int frame_number, UniformWriter& uniforms) {
+    if (parameters.noise == Kind::none) return;
     uniforms.set(uniforms_of(parameters, frame_number));
 }
 

@@ -47,8 +47,8 @@ const std::array<uint16_t, kBlueSize * kBlueSize>& blue_ranks();
 // Adds the texture "noise" and the step that fills it; -1 for Kind::none.
 TextureId add_table(PassPlanner& planner, const Parameters& parameters);
 
-// The block of that step for another frame number, where the noise is animated.
-void write_values(const Parameters& parameters, int frame_number, UniformWriter& uniforms);
+// Fills the uniform block of that step.
+void write_uniforms(const Parameters& parameters, int frame_number, UniformWriter& uniforms);
 
 // The whole table: 128 x 128, two channels; empty for Kind::none.
 ImageD table(const Parameters& parameters, int frame_number);

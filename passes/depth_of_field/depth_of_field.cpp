@@ -3,8 +3,6 @@
 #include "passes/common/circle_of_confusion.h"
 #include "passes/common/lens_points.h"
 #include "passes/depth_of_field/gilham.h"
-#include "passes/depth_of_field/gilham_reference.h"
-#include "passes/inverse_warp/reference.h"
 
 namespace postchain::depth_of_field {
 namespace {
@@ -75,6 +73,59 @@ inverse_warp::Settings warp_settings(const Parameters& parameters, const Camera&
     return settings;
 }
 
+// The pass with either filter, Gilham or the inverse warp.
+template <class Filter>
+class DepthOfFieldOnFrame final : public Filter {
+  public:
+    template <class... OfFilter>
+    DepthOfFieldOnFrame(const Parameters& parameters, const lens::CircleOfConfusion& coc,
+                        const FrameDescription& frame, const OfFilter&... of_filter)
+        : Filter(of_filter...), parameters_(parameters), coc_(coc), frame_(frame) {}
+
+    std::vector<UsedValue> used_values() const override {
+        std::vector<UsedValue> values =
+            lens::used_values(parameters_.lens, coc_, frame_, kSharpRadiusPx);
+        if (warps())
+            for (UsedValue& value : lens::used_values(parameters_.aperture, frame_.camera))
+                values.push_back(std::move(value));
+        return values;
+    }
+
+    // The color is exact up to a radius of 0.5 px; gilham's hint only if the radius is 0.
+    std::optional<Identity> identity(const PlanContext& context) const override {
+        const bool hint = context.available.has(Role::hint) && context.wanted.has(Role::hint);
+        const double exact_px = hint && !warps() ? 0 : kSharpRadiusPx;
+        if (const double largest = coc_.largest_radius_px(); largest <= exact_px)
+            return Identity{kRuleConfiguration,
+                            {.name = "largest circle-of-confusion radius at any "
+                                     "depth",
+                             .value = largest,
+                             .limit = exact_px,
+                             .unit = "px"}};
+        const FrameBounds& bounds = frame_.bounds;
+        // The downsampled image of a color that no half holds would be rounded.
+        const bool copy_is_exact =
+            warps() || context.precision == Precision::fp32 || bounds.color_is_half;
+        if (context.has_one_color() && copy_is_exact && !hint)
+            return Identity{kRuleFacts, {"all pixels have one color"}};
+        const double largest =
+            coc_.largest_radius_px(bounds.min_inverse_depth, bounds.max_inverse_depth);
+        if (!(largest <= exact_px)) return std::nullopt;
+        return Identity{kRuleFacts,
+                        {.name = "largest circle-of-confusion radius",
+                         .value = largest,
+                         .limit = exact_px,
+                         .unit = "px"}};
+    }
+
+  private:
+    bool warps() const { return parameters_.method == Method::inverse_warp; }
+
+    const Parameters& parameters_;
+    const lens::CircleOfConfusion coc_;
+    const FrameDescription& frame_;
+};
+
 class DepthOfField final : public Pass {
   public:
     RoleUse roles() const override {
@@ -99,113 +150,37 @@ class DepthOfField final : public Pass {
                                    Symmetry::shift};
             promises.light = parameters_.hdr_weight ? Light::not_more : Light::kept;
         }
-        // In focus is what the camera says; planes and ranges are the pass's own.
+        // The camera decides what is in focus; planes and ranges are the pass's own.
         if (parameters_.lens.coc == lens::CocSource::lens)
             promises.driven_by = {Role::inverse_depth};
         return promises;
-    }
-
-    Reach reach(const FrameDescription& frame) const override {
-        if (!check(frame).ok()) return {};
-        if (!warps()) return gilham_reach(parameters_, frame);
-        return inverse_warp::reach_of(
-            warp_settings(parameters_, frame.camera,
-                          *lens::circle_of_confusion(parameters_.lens, frame)),
-            frame);
     }
 
     std::vector<Place> depth_places() const override {
         return lens::depth_places(parameters_.lens);
     }
 
-    Status check(const FrameDescription& frame) const override {
-        if (const auto coc = lens::circle_of_confusion(parameters_.lens, frame); !coc.ok())
-            return coc.status();
-        return warps() ? lens::check_aperture(parameters_.aperture, frame.camera)
-                       : check_gilham(parameters_, frame);
-    }
-
-    std::vector<UsedValue> used_values(const FrameDescription& frame) const override {
-        std::vector<UsedValue> values = lens::used_values(parameters_.lens, frame, kSharpRadiusPx);
-        if (warps())
-            for (UsedValue& value : lens::used_values(parameters_.aperture, frame.camera))
-                values.push_back(std::move(value));
-        return values;
-    }
-
-    // The color is exact up to a radius of 0.5 px; gilham's hint is so only where the radius is 0.
-    std::optional<Identity> identity(const PlanContext& context) const override {
-        const auto coc = lens::circle_of_confusion(parameters_.lens, context.frame);
-        if (!coc.ok()) return std::nullopt;  // check() says why
-        const bool hint = context.available.has(Role::hint) && context.wanted.has(Role::hint);
-        const double exact_px = hint && !warps() ? 0 : kSharpRadiusPx;
-        if (const double largest = coc->largest_radius_px(); largest <= exact_px)
-            return Identity{kRuleConfiguration,
-                            {.name = "largest circle-of-confusion radius at any "
-                                     "depth",
-                             .value = largest,
-                             .limit = exact_px,
-                             .unit = "px"}};
-        const FrameBounds& bounds = context.frame.bounds;
-        // The downsampled image of a color that no half holds would be rounded.
-        const bool copy_is_exact =
-            warps() || context.precision == Precision::fp32 || bounds.color_is_half;
-        // Of further layers nothing is known by it.
-        if (context.color_is_input && bounds.one_color && copy_is_exact && !hint &&
-            context.frame.layers == 0)
-            return Identity{kRuleFacts, {"all pixels have one color"}};
-        const double largest =
-            coc->largest_radius_px(bounds.min_inverse_depth, bounds.max_inverse_depth);
-        if (!(largest <= exact_px)) return std::nullopt;
-        return Identity{kRuleFacts,
-                        {.name = "largest circle-of-confusion radius",
-                         .value = largest,
-                         .limit = exact_px,
-                         .unit = "px"}};
-    }
-
-    void plan(PassPlanner& planner) const override {
-        const auto coc = lens::circle_of_confusion(parameters_.lens, planner.context().frame);
-        assert(coc.ok());
-        switch (parameters_.method) {
-            case Method::gilham:
-                plan_gilham(parameters_, *coc, planner);
-                break;
-            case Method::inverse_warp:
-                inverse_warp::plan_warp(
-                    planner, warp_settings(parameters_, planner.context().frame.camera, *coc));
-                break;
+    Result<ResolvedPass> resolve(const FrameDescription& frame) const override {
+        const auto coc = lens::circle_of_confusion(parameters_.lens, frame);
+        if (!coc.ok()) return coc.status();
+        if (warps()) {
+            Status status = lens::check_aperture(parameters_.aperture, frame.camera);
+            return status.ok() ? Result<ResolvedPass>(warp(*coc, frame)) : status;
         }
+        const auto sizes = gilham_sizes(parameters_, *coc, frame);
+        return sizes.ok() ? Result<ResolvedPass>(gilham(*coc, frame, *sizes)) : sizes.status();
     }
 
-    ShapeNumbers shape(const PlanContext& context) const override {
-        const auto coc = lens::circle_of_confusion(parameters_.lens, context.frame);
-        assert(coc.ok());
-        if (!warps()) return gilham_shape(parameters_, context);
-        return inverse_warp::shape_of(warp_settings(parameters_, context.frame.camera, *coc),
-                                      context);
-    }
-
-    void values(const PlanContext& context, UniformWriter& uniforms) const override {
-        const auto coc = lens::circle_of_confusion(parameters_.lens, context.frame);
-        assert(coc.ok());
-        if (!warps()) return write_gilham_values(parameters_, *coc, context, uniforms);
-        inverse_warp::write_values(warp_settings(parameters_, context.frame.camera, *coc), context,
-                                   uniforms);
-    }
-
-    void reference(const PlanContext& context, ReferenceFrame& frame) const override {
-        const auto coc = lens::circle_of_confusion(parameters_.lens, context.frame);
-        assert(coc.ok());
-        switch (parameters_.method) {
-            case Method::gilham:
-                gilham_reference(parameters_, context, frame);
-                break;
-            case Method::inverse_warp:
-                inverse_warp::warp_reference(
-                    context, warp_settings(parameters_, context.frame.camera, *coc), frame);
-                break;
+    std::vector<ResolvedPass> every_shape(const FrameDescription& frame) const override {
+        std::vector<ResolvedPass> shapes;
+        const lens::CircleOfConfusion coc = lens::any_circle_of_confusion(parameters_.lens);
+        if (!warps()) {
+            for (const GilhamSizes& sizes : every_gilham_size(parameters_, frame))
+                shapes.push_back(gilham(coc, frame, sizes));
+        } else if (lens::check_aperture(parameters_.aperture, frame.camera).ok()) {
+            shapes.push_back(warp(coc, frame));
         }
+        return shapes;
     }
 
     ParameterRef parameters() override { return &parameters_; }
@@ -213,36 +188,30 @@ class DepthOfField final : public Pass {
   private:
     bool warps() const { return parameters_.method == Method::inverse_warp; }
 
+    ResolvedPass warp(const lens::CircleOfConfusion& coc, const FrameDescription& frame) const {
+        return DepthOfFieldOnFrame<inverse_warp::WarpOnFrame>(
+            parameters_, coc, frame, warp_settings(parameters_, frame.camera, coc), frame);
+    }
+    ResolvedPass gilham(const lens::CircleOfConfusion& coc, const FrameDescription& frame,
+                        const GilhamSizes& sizes) const {
+        return DepthOfFieldOnFrame<Gilham>(parameters_, coc, frame, parameters_, coc, frame, sizes);
+    }
+
     Parameters parameters_;
 };
 
 }  // namespace
 
 const PassType& pass_type() {
-    static const char* const order =
-        "rows before columns: with a leak test the second pass weighs what the first has mixed";
-    static const char* const boxes = "boxes: the downsampled image moves in steps of its boxes";
     static const PassType type = {
         .name = "depth_of_field",
         .title = "Depth of field",
         .help = "Blurs what is out of focus, by a signed circle of confusion from the depth plane.",
         .parameters = &table(),
         .create = [] { return std::make_unique<DepthOfField>(); },
-        .rules = {{kRuleFocusBlocks, true,
-                   "the blurred image where it is not visible, color and radius where only it is"}},
-        .known_limits = {
-            {"depth", "method=inverse_warp", "/crossed/*near plane, 16384x3/fp32", 1100,
-             inverse_warp::kSteepLens},
-            {"depth", "method=inverse_warp", "/crossed/*f/0.1 at the near plane", 168,
-             inverse_warp::kSteepLens},
-            {"turn", "leak=coc", "/crossed/", 0.03, order},
-            {"turn", "leak=coc", "", 0.0024, order},
-            {"grid", "", "/radiance/firefly", 0.76, boxes},
-            {"grid", "", "/nonfinite/inf in color, clamped/", 0.058, boxes},
-            {"grid", "", "/crossed/", 0.53, boxes},
-            {"depth", "", "/crossed/*f/0.1", 86,
-             "steep lens: at f/0.1, focused at the near plane, 1 % of depth is 22 px of "
-             "radius"}}};
+        .rules = {
+            {kRuleFocusBlocks, true,
+             "the blurred image where it is not visible, color and radius where only it is"}}};
     return type;
 }
 

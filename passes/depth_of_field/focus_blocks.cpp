@@ -60,8 +60,7 @@ FocusBlocks sort_focus_blocks(PassPlanner& planner, Step& sort, int width, int h
     return blocks;
 }
 
-void add_needed_blocks(PassPlanner& planner, FocusBlocks& blocks,
-                       const shared::DepthOfFieldUniforms& uniforms, const GilhamSizes& sizes,
+void add_needed_blocks(PassPlanner& planner, FocusBlocks& blocks, const GilhamSizes& sizes,
                        bool guided) {
     TextureId read = blocks.blurs;
     const auto needed = [&](const Search& search) {
@@ -74,7 +73,7 @@ void add_needed_blocks(PassPlanner& planner, FocusBlocks& blocks,
         const TextureId mask = add_mask(planner, search.step, sizes.low_width, sizes.low_height);
         step.bindings.push_back({0, read});
         step.bindings.push_back({0, mask, Access::write});
-        step.set_uniforms(uniforms_of(search, sizes));
+        step.take_uniforms<shared::DepthOfFieldNeededUniforms>();
         step.groups = groups_for(grid[0], grid[1]);
         planner.step(std::move(step));
         read = mask;
@@ -92,7 +91,7 @@ void add_needed_blocks(PassPlanner& planner, FocusBlocks& blocks,
           {.name = "largest radius", .limit = 0.5, .unit = "px"});
     elide("color and radius in blurred blocks", blocks.blurred, false, 2,
           {.name = "smallest radius",
-           .limit = uniforms.full_blur_px,
+           .limit = float(sizes.full_blur_px),
            .unit = "px",
            .relation = Fact::Relation::at_least});
     // Of a pixel of the downsampled image: what downsampling, and the Gaussian along x or y, fetch.
@@ -104,7 +103,7 @@ void add_needed_blocks(PassPlanner& planner, FocusBlocks& blocks,
     elide("blur_y", blocks.blur_y, true, along, unread);
 }
 
-void write_focus_values(const GilhamSizes& sizes, UniformWriter& uniforms) {
+void write_focus_uniforms(const GilhamSizes& sizes, UniformWriter& uniforms) {
     for (const Search& search : searches_of(sizes))
         uniforms.set(search.step, uniforms_of(search, sizes));
 }

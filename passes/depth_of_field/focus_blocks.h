@@ -5,7 +5,6 @@
 
 #include "chain/pass.h"
 #include "passes/depth_of_field/gilham.h"
-#include "shaders/shared/depth_of_field_uniforms.h"
 
 namespace postchain::depth_of_field {
 
@@ -21,10 +20,9 @@ FocusBlocks sort_focus_blocks(PassPlanner& planner, Step& sort, int width, int h
 
 // Adds the steps that fill the lists of the downsampled image. `guided`: the Gaussian reads a guide
 // plane (leak: depth or coc).
-void add_needed_blocks(PassPlanner& planner, FocusBlocks& blocks,
-                       const shared::DepthOfFieldUniforms& uniforms, const GilhamSizes& sizes,
+void add_needed_blocks(PassPlanner& planner, FocusBlocks& blocks, const GilhamSizes& sizes,
                        bool guided);
-// The blocks of those steps that follow the width of the blur.
-void write_focus_values(const GilhamSizes& sizes, UniformWriter& uniforms);
+// Fills the uniform blocks of those steps.
+void write_focus_uniforms(const GilhamSizes& sizes, UniformWriter& uniforms);
 
 }  // namespace postchain::depth_of_field

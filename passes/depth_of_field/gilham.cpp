@@ -21,12 +21,12 @@
 #include "passes/depth_of_field/gilham.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 
 #include "chain/layered_step.h"
 #include "chain/work_list.h"
 #include "passes/depth_of_field/focus_blocks.h"
+#include "passes/depth_of_field/gilham_reference.h"
 #include "shaders/shared/depth_of_field_blur_uniforms.h"
 #include "shaders/shared/depth_of_field_uniforms.h"
 
@@ -43,10 +43,8 @@ constexpr double kDownsampleSigma = 0.5;
 // A quarter of the lens's typical radius: a background at twice the focus distance has half the
 // radius of infinity, and a disc of radius R has a deviation of R/2 along each axis. The ramps of
 // planes and range end in large areas of their largest radius, whose deviation is half of it.
-double lens_sigma_px(const Parameters& parameters, const FrameDescription& frame) {
-    const auto coc = lens::circle_of_confusion(parameters.lens, frame);
-    assert(coc.ok());
-    return coc->lens ? coc->typical_radius_px() / 4 : coc->largest_radius_px() / 2;
+double lens_sigma_px(const lens::CircleOfConfusion& coc) {
+    return coc.lens ? coc.typical_radius_px() / 4 : coc.largest_radius_px() / 2;
 }
 
 struct Widths {
@@ -56,11 +54,22 @@ struct Widths {
 
 // Unset the box edge is at most the Gaussian's deviation: the box then adds at most a quarter to
 // its variance (kDownsampleSigma).
-Widths widths_of(const Parameters& parameters, const FrameDescription& frame) {
-    const double sigma =
-        parameters.blur_sigma_px ? *parameters.blur_sigma_px : lens_sigma_px(parameters, frame);
+Widths widths_of(const Parameters& parameters, const lens::CircleOfConfusion& coc) {
+    const double sigma = parameters.blur_sigma_px ? *parameters.blur_sigma_px : lens_sigma_px(coc);
     const int factor = parameters.downsample.value_or(sigma >= 4 ? 4 : sigma >= 2 ? 2 : 1);
     return {factor, parameters.blur_sigma_px ? sigma : std::max(sigma, kDownsampleSigma * factor)};
+}
+
+GilhamSizes sizes_of(const Widths& widths, const FrameDescription& frame) {
+    const auto [factor, sigma] = widths;
+    GilhamSizes sizes;
+    sizes.factor = factor;
+    sizes.low_width = (frame.width + sizes.factor - 1) / sizes.factor;
+    sizes.low_height = (frame.height + sizes.factor - 1) / sizes.factor;
+    sizes.low_sigma = sigma / sizes.factor;
+    sizes.taps = int(std::ceil(3 * sizes.low_sigma));
+    sizes.full_blur_px = std::max(2 * sigma, 1.0);
+    return sizes;
 }
 
 DepthOfFieldUniforms uniforms_of(const lens::CircleOfConfusion& coc, const GilhamSizes& sizes,
@@ -84,114 +93,217 @@ DepthOfFieldBlurUniforms blur_uniforms_of(const GilhamSizes& sizes) {
     return uniforms;
 }
 
-uint64_t pixels_of(const PlanTexture& texture) {
-    return uint64_t(texture.width) * uint64_t(texture.height);
-}
-
-// Color and its further layers; -1 = none.
+// Color and its extra layers; -1 = none.
 struct Pictures {
     TextureId color = -1, layers = -1;
 };
 
-// A blur of one direction: "blur_x" or "blur_y".
-Pictures add_blur(PassPlanner& planner, const Parameters& parameters, const GilhamSizes& sizes,
-                  const char* name, const char* direction, Pictures source, TextureId guide,
-                  TextureId list) {
-    const TextureId blurred = planner.texture(name, plane_format(4, planner.context().precision),
-                                              sizes.low_width, sizes.low_height);
-    Step step;
-    step.name = name;
-    step.program = {"depth_of_field/gilham_blur.comp", {{"STEP", direction}}};
-    step.bindings = {{0, source.color, Access::sample_nearest}, {0, blurred, Access::write}};
-    if (parameters.leak != Leak::none) {
-        step.program.defines.emplace(parameters.leak == Leak::depth ? "LEAK_DEPTH" : "LEAK_COC",
-                                     "1");
-        step.bindings.push_back({1, guide, Access::sample_nearest});
-    }
-    step.set_uniforms(blur_uniforms_of(sizes));
-    step.groups = groups_for(sizes.low_width, sizes.low_height);
-    step.taps = pixels_of(planner.describe(blurred)) * uint64_t(2 * sizes.taps + 1) *
-                (parameters.leak == Leak::none ? 1 : 2);
-    launch_by(step, list);
-    TextureId layers = -1;
-    std::vector<Binding> arrays;
-    if (source.layers >= 0) {
-        layers = planner.layers(std::string(name) + "_layers", planner.describe(blurred).format,
-                                sizes.low_width, sizes.low_height);
-        arrays = {{2, source.layers}, {1, layers, Access::write}};
-    }
-    const uint64_t taps = pixels_of(planner.describe(blurred)) * uint64_t(2 * sizes.taps + 1);
-    add_layered_step(planner, std::move(step), arrays, taps);
-    return {blurred, layers};
-}
+// Plans the steps of the diagram above; -1 is a texture that is not needed.
+class Planner {
+  public:
+    Planner(PassPlanner& planner, const Parameters& parameters, const lens::CircleOfConfusion& coc,
+            const GilhamSizes& sizes)
+        : planner_(planner),
+          parameters_(parameters),
+          lens_(coc.lens),
+          sizes_(sizes),
+          width_(planner.context().frame.width),
+          height_(planner.context().frame.height),
+          pixels_(uint64_t(width_) * uint64_t(height_)),
+          low_pixels_(uint64_t(sizes.low_width) * uint64_t(sizes.low_height)),
+          layered_(planner.has(Role::layers)),
+          sharp_{planner.input(Role::color), layered_ ? planner.input(Role::layers) : -1} {}
 
-struct CompositeInputs {
-    TextureId sharp, radius, low, hint;  // -1 = not read
-    TextureId result, hint_result;
-    TextureId sharp_layers = -1, low_layers = -1, layers_result = -1;
+    void plan() {
+        const bool by_blocks = planner_.context().uses(kRuleFocusBlocks);
+        FocusBlocks blocks;
+        const Radius radius = add_coc(by_blocks ? &blocks : nullptr);
+        if (by_blocks) add_needed_blocks(planner_, blocks, sizes_, radius.guide >= 0);
+        Made result;
+        const Pictures small = add_downsample(result, blocks.small);
+        const Pictures blur_x =
+            add_blur("blur_x", "ivec2(1,0)", small, radius.guide, blocks.blur_x);
+        const Pictures blurred =
+            add_blur("blur_y", "ivec2(0,1)", blur_x, radius.guide, blocks.blur_y);
+        result.color.color =
+            planner_.texture("color", planner_.context().color_format(), width_, height_);
+        if (planner_.has(Role::hint) && planner_.wanted(Role::hint)) {
+            result.given_hint = planner_.input(Role::hint);
+            result.hint = planner_.texture("hint", planner_.describe(result.given_hint).format,
+                                           width_, height_);
+        }
+        const bool hint = result.hint >= 0;
+        if (by_blocks) {
+            add_composite({"keep_sharp", "SHARP", blocks.sharp},
+                          {sharp_, {}, hint ? radius.full : -1, result.given_hint}, result);
+            add_composite({"keep_blurred", "BLURRED", blocks.blurred}, {{}, blurred, -1, -1},
+                          result);
+        }
+        add_composite({"composite", nullptr, blocks.mixed},
+                      {sharp_, blurred, radius.full, result.given_hint}, result);
+        planner_.output(Role::color, result.color.color);
+        if (layered_) planner_.output(Role::layers, result.color.layers);
+        if (hint) planner_.output(Role::hint, result.hint);
+    }
+
+  private:
+    struct Radius {
+        TextureId full = -1, guide = -1;  // of the frame; of the downsampled image
+    };
+    struct Made {
+        Pictures color;
+        TextureId given_hint = -1, hint = -1;
+    };
+    // The textures that a composite reads.
+    struct Composed {
+        Pictures sharp, blurred;
+        TextureId radius, hint;
+    };
+    // The composite of the whole frame, or of the blocks of a list, all of one kind.
+    struct Composite {
+        const char* name;
+        const char* kind;  // a define of gilham_composite.comp; null: any
+        TextureId list;
+    };
+
+    Format low_format() const { return plane_format(4, planner_.context().precision); }
+
+    Radius add_coc(FocusBlocks* blocks) {
+        Radius radius;
+        radius.full =
+            planner_.texture("coc", plane_format(1, planner_.context().precision), width_, height_);
+        Step step;
+        step.name = "coc";
+        step.program = {"depth_of_field/coc.comp", {{lens_ ? "COC_LENS" : "COC_PLANES", "1"}}};
+        step.bindings = {{0, planner_.input(Role::inverse_depth), Access::sample_nearest},
+                         {0, radius.full, Access::write}};
+        if (parameters_.leak != Leak::none) {
+            const bool by_depth = parameters_.leak == Leak::depth;
+            // Always 32 bits: a ratio of two depths 2 % apart decides.
+            radius.guide = planner_.texture(by_depth ? "small_depth" : "small_radius", Format::r32f,
+                                            sizes_.low_width, sizes_.low_height);
+            step.program.defines.emplace(by_depth ? "GUIDE_DEPTH" : "GUIDE_RADIUS", "1");
+            step.program.defines.emplace("FACTOR", std::to_string(sizes_.factor));
+            step.bindings.push_back({1, radius.guide, Access::write});
+        }
+        if (blocks) *blocks = sort_focus_blocks(planner_, step, width_, height_);
+        step.take_uniforms<DepthOfFieldUniforms>();
+        step.groups = groups_for(width_, height_);
+        step.taps = pixels_ * (radius.guide < 0 ? 1 : 2);
+        planner_.step(std::move(step));
+        return radius;
+    }
+
+    // Makes the result's layers too: they are the plan's texture before those of the blur.
+    Pictures add_downsample(Made& result, TextureId list) {
+        Pictures small;
+        small.color = planner_.texture("small", low_format(), sizes_.low_width, sizes_.low_height);
+        Step step;
+        step.name = "downsample";
+        step.program = {"depth_of_field/gilham_downsample.comp",
+                        {{"FACTOR", std::to_string(sizes_.factor)}}};
+        if (planner_.context().precision == Precision::fp16)
+            step.program.defines.emplace("HALF_STORAGE", "1");
+        if (parameters_.hdr_weight) step.program.defines.emplace("HDR_WEIGHT", "1");
+        step.bindings = {{0, sharp_.color, Access::sample_nearest},
+                         {0, small.color, Access::write}};
+        step.take_uniforms<DepthOfFieldUniforms>();
+        step.groups = groups_for(sizes_.low_width, sizes_.low_height);
+        step.taps = pixels_;
+        launch_by(step, list);
+        std::vector<Binding> arrays;
+        if (layered_) {
+            small.layers =
+                planner_.layers("small_layers", low_format(), sizes_.low_width, sizes_.low_height);
+            result.color.layers =
+                planner_.layers("layers", planner_.context().layers_format(), width_, height_);
+            arrays = {{1, sharp_.layers}, {1, small.layers, Access::write}};
+        }
+        add_layered_step(planner_, std::move(step), arrays, pixels_);
+        return small;
+    }
+
+    // A blur of one direction: "blur_x" or "blur_y".
+    Pictures add_blur(const char* name, const char* direction, const Pictures& source,
+                      TextureId guide, TextureId list) {
+        Pictures blurred;
+        blurred.color = planner_.texture(name, low_format(), sizes_.low_width, sizes_.low_height);
+        Step step;
+        step.name = name;
+        step.program = {"depth_of_field/gilham_blur.comp", {{"STEP", direction}}};
+        step.bindings = {{0, source.color, Access::sample_nearest},
+                         {0, blurred.color, Access::write}};
+        if (parameters_.leak != Leak::none) {
+            step.program.defines.emplace(
+                parameters_.leak == Leak::depth ? "LEAK_DEPTH" : "LEAK_COC", "1");
+            step.bindings.push_back({1, guide, Access::sample_nearest});
+        }
+        step.take_uniforms<DepthOfFieldBlurUniforms>();
+        step.groups = groups_for(sizes_.low_width, sizes_.low_height);
+        const uint64_t taps = low_pixels_ * uint64_t(2 * sizes_.taps + 1);
+        step.taps = taps * (parameters_.leak == Leak::none ? 1 : 2);
+        launch_by(step, list);
+        std::vector<Binding> arrays;
+        if (layered_) {
+            blurred.layers = planner_.layers(std::string(name) + "_layers", low_format(),
+                                             sizes_.low_width, sizes_.low_height);
+            arrays = {{2, source.layers}, {1, blurred.layers, Access::write}};
+        }
+        add_layered_step(planner_, std::move(step), arrays, taps);
+        return blurred;
+    }
+
+    void add_composite(const Composite& composite, const Composed& from, const Made& result) {
+        Step step;
+        step.name = composite.name;
+        step.program = {"depth_of_field/gilham_composite.comp",
+                        {{"FACTOR", std::to_string(sizes_.factor)}}};
+        if (composite.kind) step.program.defines.emplace(composite.kind, "1");
+        step.bindings = {{0, result.color.color, Access::write}};
+        const std::pair<int, TextureId> reads[] = {
+            {0, from.sharp.color}, {1, from.radius}, {2, from.blurred.color}, {3, from.hint}};
+        for (const auto& [unit, texture] : reads)
+            if (texture >= 0) step.bindings.push_back({unit, texture, Access::sample_nearest});
+        if (result.hint >= 0) {
+            step.program.defines.emplace("WITH_HINT", "1");
+            step.bindings.push_back({1, result.hint, Access::write});
+        }
+        step.take_uniforms<DepthOfFieldUniforms>();
+        step.groups = groups_for(width_, height_);
+        // The lengths of the lists are not known here: all blocks count as mixed.
+        const bool counts = !composite.kind;
+        if (counts)
+            step.taps =
+                pixels_ * uint64_t(2 + (sizes_.factor == 1 ? 1 : 4) + (from.hint >= 0 ? 1 : 0));
+        launch_by(step, composite.list);
+        std::vector<Binding> arrays;
+        if (layered_) {
+            arrays = {{2, result.color.layers, Access::write}};
+            if (from.sharp.layers >= 0) arrays.push_back({4, from.sharp.layers});
+            if (from.blurred.layers >= 0) arrays.push_back({5, from.blurred.layers});
+        }
+        add_layered_step(planner_, std::move(step), arrays,
+                         counts ? pixels_ * (sizes_.factor == 1 ? 2 : 5) : 0);
+    }
+
+    PassPlanner& planner_;
+    const Parameters& parameters_;
+    const bool lens_;  // the kind of the circle of confusion
+    const GilhamSizes& sizes_;
+    const int width_, height_;
+    const uint64_t pixels_, low_pixels_;
+    const bool layered_;
+    const Pictures sharp_;
 };
-
-// The composite of the whole picture, or of the blocks of a list, all of one `kind` (a define of
-// gilham_composite.comp; null: any).
-void add_composite(PassPlanner& planner, const DepthOfFieldUniforms& uniforms,
-                   const GilhamSizes& sizes, const CompositeInputs& inputs, const char* name,
-                   TextureId list, const char* kind) {
-    Step step;
-    step.name = name;
-    step.program = {"depth_of_field/gilham_composite.comp",
-                    {{"FACTOR", std::to_string(sizes.factor)}}};
-    if (kind) step.program.defines.emplace(kind, "1");
-    step.bindings = {{0, inputs.result, Access::write}};
-    const std::pair<int, TextureId> reads[] = {
-        {0, inputs.sharp}, {1, inputs.radius}, {2, inputs.low}, {3, inputs.hint}};
-    for (const auto& [unit, texture] : reads)
-        if (texture >= 0) step.bindings.push_back({unit, texture, Access::sample_nearest});
-    if (inputs.hint_result >= 0) {
-        step.program.defines.emplace("WITH_HINT", "1");
-        step.bindings.push_back({1, inputs.hint_result, Access::write});
-    }
-    step.set_uniforms(uniforms);
-    step.groups = groups_for(uniforms.size.x, uniforms.size.y);
-    // How many blocks are in which list is not known here: all count as mixed ones.
-    if (!kind)
-        step.taps = pixels_of(planner.describe(inputs.result)) *
-                    uint64_t(2 + (sizes.factor == 1 ? 1 : 4) + (inputs.hint >= 0 ? 1 : 0));
-    launch_by(step, list);
-    std::vector<Binding> arrays;
-    if (inputs.layers_result >= 0) {
-        arrays = {{2, inputs.layers_result, Access::write}};
-        if (inputs.sharp_layers >= 0) arrays.push_back({4, inputs.sharp_layers});
-        if (inputs.low_layers >= 0) arrays.push_back({5, inputs.low_layers});
-    }
-    const uint64_t taps =
-        kind ? 0 : pixels_of(planner.describe(inputs.result)) * (sizes.factor == 1 ? 2 : 5);
-    add_layered_step(planner, std::move(step), arrays, taps);
-}
 
 }  // namespace
 
-GilhamSizes gilham_sizes(const Parameters& parameters, const FrameDescription& frame) {
-    GilhamSizes sizes;
-    const auto [factor, sigma] = widths_of(parameters, frame);
-    sizes.factor = factor;
-    sizes.low_width = (frame.width + sizes.factor - 1) / sizes.factor;
-    sizes.low_height = (frame.height + sizes.factor - 1) / sizes.factor;
-    sizes.low_sigma = sigma / sizes.factor;
-    sizes.taps = int(std::ceil(3 * sizes.low_sigma));
-    sizes.full_blur_px = std::max(2 * sigma, 1.0);
-    return sizes;
-}
-
-Reach gilham_reach(const Parameters& parameters, const FrameDescription& frame) {
-    const GilhamSizes sizes = gilham_sizes(parameters, frame);
-    const double px = double(sizes.factor) * (sizes.taps + 2);
-    return {px, px};
-}
-
-Status check_gilham(const Parameters& parameters, const FrameDescription& frame) {
-    const auto [factor, sigma] = widths_of(parameters, frame);
+Result<GilhamSizes> gilham_sizes(const Parameters& parameters, const lens::CircleOfConfusion& coc,
+                                 const FrameDescription& frame) {
+    const Widths widths = widths_of(parameters, coc);
+    const auto [factor, sigma] = widths;
     const double taps = std::ceil(3 * sigma / factor);
-    if (taps <= DEPTH_OF_FIELD_MAX_TAPS) return Status();
+    if (taps <= DEPTH_OF_FIELD_MAX_TAPS) return sizes_of(widths, frame);
     return Status(
         StatusCode::chain,
         concat("blur_sigma_px: ", sigma, " px", parameters.blur_sigma_px ? "" : " (auto)",
@@ -199,110 +311,38 @@ Status check_gilham(const Parameters& parameters, const FrameDescription& frame)
                DEPTH_OF_FIELD_MAX_TAPS, "; set a smaller blur_sigma_px or a larger downsample"));
 }
 
-void plan_gilham(const Parameters& parameters, const lens::CircleOfConfusion& coc,
-                 PassPlanner& planner) {
-    const PlanContext& context = planner.context();
-    const FrameDescription& frame = context.frame;
-    const GilhamSizes sizes = gilham_sizes(parameters, frame);
-    const DepthOfFieldUniforms uniforms = uniforms_of(coc, sizes, frame);
-    const bool half = context.precision == Precision::fp16;
-    const TextureId sharp = planner.input(Role::color);
-    const TextureId depth = planner.input(Role::inverse_depth);
+std::vector<GilhamSizes> every_gilham_size(const Parameters& parameters,
+                                           const FrameDescription& frame) {
+    std::vector<GilhamSizes> sizes;
+    for (const int factor : {1, 2, 4})
+        if (parameters.downsample.value_or(factor) == factor)
+            sizes.push_back(sizes_of({factor, double(factor)}, frame));
+    return sizes;
+}
 
-    const bool by_blocks = context.uses(kRuleFocusBlocks);
-    const TextureId radius =
-        planner.texture("coc", plane_format(1, context.precision), frame.width, frame.height);
-    Step coc_step;
-    coc_step.name = "coc";
-    coc_step.program = {"depth_of_field/coc.comp", {{coc.lens ? "COC_LENS" : "COC_PLANES", "1"}}};
-    coc_step.bindings = {{0, depth, Access::sample_nearest}, {0, radius, Access::write}};
-    TextureId guide = -1;
-    if (parameters.leak != Leak::none) {
-        const bool by_depth = parameters.leak == Leak::depth;
-        // Always 32 bits: a ratio of two depths 2 % apart decides.
-        guide = planner.texture(by_depth ? "small_depth" : "small_radius", Format::r32f,
-                                sizes.low_width, sizes.low_height);
-        coc_step.program.defines.emplace(by_depth ? "GUIDE_DEPTH" : "GUIDE_RADIUS", "1");
-        coc_step.program.defines.emplace("FACTOR", std::to_string(sizes.factor));
-        coc_step.bindings.push_back({1, guide, Access::write});
-    }
-    FocusBlocks blocks;
-    if (by_blocks) blocks = sort_focus_blocks(planner, coc_step, frame.width, frame.height);
-    coc_step.set_uniforms(uniforms);
-    coc_step.groups = groups_for(frame.width, frame.height);
-    coc_step.taps = pixels_of(planner.describe(radius)) * (guide < 0 ? 1 : 2);
-    planner.step(std::move(coc_step));
-    if (by_blocks) add_needed_blocks(planner, blocks, uniforms, sizes, guide >= 0);
-
-    const TextureId small = planner.texture("small", plane_format(4, context.precision),
-                                            sizes.low_width, sizes.low_height);
-    Step down;
-    down.name = "downsample";
-    down.program = {"depth_of_field/gilham_downsample.comp",
-                    {{"FACTOR", std::to_string(sizes.factor)}}};
-    if (half) down.program.defines.emplace("HALF_STORAGE", "1");
-    if (parameters.hdr_weight) down.program.defines.emplace("HDR_WEIGHT", "1");
-    down.bindings = {{0, sharp, Access::sample_nearest}, {0, small, Access::write}};
-    down.set_uniforms(uniforms);
-    down.groups = groups_for(sizes.low_width, sizes.low_height);
-    down.taps = uint64_t(frame.width) * uint64_t(frame.height);
-    launch_by(down, blocks.small);
-    const bool layered = planner.has(Role::layers);
-    const TextureId layers = layered ? planner.input(Role::layers) : -1;
-    TextureId small_layers = -1, layers_result = -1;
-    std::vector<Binding> arrays;
-    if (layered) {
-        small_layers = planner.layers("small_layers", plane_format(4, context.precision),
-                                      sizes.low_width, sizes.low_height);
-        layers_result =
-            planner.layers("layers", context.layers_format(), frame.width, frame.height);
-        arrays = {{1, layers}, {1, small_layers, Access::write}};
-    }
-    add_layered_step(planner, std::move(down), arrays,
-                     uint64_t(frame.width) * uint64_t(frame.height));
-
-    const Pictures blur_x = add_blur(planner, parameters, sizes, "blur_x", "ivec2(1,0)",
-                                     {small, small_layers}, guide, blocks.blur_x);
-    const Pictures blur_y =
-        add_blur(planner, parameters, sizes, "blur_y", "ivec2(0,1)", blur_x, guide, blocks.blur_y);
-
-    const TextureId result =
-        planner.texture("color", context.color_format(), frame.width, frame.height);
-    const bool carry_hint = planner.has(Role::hint) && planner.wanted(Role::hint);
-    TextureId given = -1, hint = -1;
-    if (carry_hint) {
-        given = planner.input(Role::hint);
-        hint = planner.texture("hint", planner.describe(given).format, frame.width, frame.height);
-    }
-    if (by_blocks) {
-        add_composite(
-            planner, uniforms, sizes,
-            {sharp, carry_hint ? radius : -1, -1, given, result, hint, layers, -1, layers_result},
-            "keep_sharp", blocks.sharp, "SHARP");
-        add_composite(planner, uniforms, sizes,
-                      {-1, -1, blur_y.color, -1, result, hint, -1, blur_y.layers, layers_result},
-                      "keep_blurred", blocks.blurred, "BLURRED");
-    }
-    add_composite(
-        planner, uniforms, sizes,
-        {sharp, radius, blur_y.color, given, result, hint, layers, blur_y.layers, layers_result},
-        "composite", blocks.mixed, nullptr);
-    planner.output(Role::color, result);
-    if (layered) planner.output(Role::layers, layers_result);
-    if (carry_hint) planner.output(Role::hint, hint);
+// The Gaussian's taps on the copy, a box more for the bilinear taps, and the boxes themselves.
+Reach Gilham::reach() const {
+    const double px = double(sizes_.factor) * (sizes_.taps + 2);
+    return {px, px};
 }
 
 // Sizes and programs follow the factor of the downsampling, and that an unset blur_sigma_px.
-ShapeNumbers gilham_shape(const Parameters& parameters, const PlanContext& context) {
-    return {uint64_t(gilham_sizes(parameters, context.frame).factor)};
+ShapeNumbers Gilham::shape(const PlanContext&) const {
+    return {uint64_t(sizes_.factor)};
 }
 
-void write_gilham_values(const Parameters& parameters, const lens::CircleOfConfusion& coc,
-                         const PlanContext& context, UniformWriter& uniforms) {
-    const GilhamSizes sizes = gilham_sizes(parameters, context.frame);
-    uniforms.set(uniforms_of(coc, sizes, context.frame));
-    uniforms.set(blur_uniforms_of(sizes));
-    if (context.uses(kRuleFocusBlocks)) write_focus_values(sizes, uniforms);
+void Gilham::plan(PassPlanner& planner) const {
+    Planner(planner, parameters_, coc_, sizes_).plan();
+}
+
+void Gilham::write_uniforms(const PlanContext& context, UniformWriter& uniforms) const {
+    uniforms.set(uniforms_of(coc_, sizes_, frame_));
+    uniforms.set(blur_uniforms_of(sizes_));
+    if (context.uses(kRuleFocusBlocks)) write_focus_uniforms(sizes_, uniforms);
+}
+
+void Gilham::reference(const PlanContext& context, ReferenceFrame& frame) const {
+    gilham_reference(parameters_, sizes_, context, frame);
 }
 
 }  // namespace postchain::depth_of_field

@@ -1,4 +1,4 @@
-// The method `gilham`: its plan. Its double-precision reference is in gilham_reference.h.
+// The method `gilham`. Its double-precision reference is in gilham_reference.h.
 #pragma once
 
 #include "chain/pass.h"
@@ -7,8 +7,7 @@
 
 namespace postchain::depth_of_field {
 
-// Sizes and widths that plan and reference both start from. The circle of confusion of parameters
-// and frame must be known and checked.
+// Sizes and widths that plan and reference both start from.
 struct GilhamSizes {
     int factor = 1;     // of the downsampling
     int low_width = 0;  // ceil(width / factor)
@@ -17,18 +16,32 @@ struct GilhamSizes {
     int taps = 0;             // on one side: ceil(3 low_sigma)
     double full_blur_px = 1;  // max(2 blur_sigma_px, 1)
 };
-GilhamSizes gilham_sizes(const Parameters& parameters, const FrameDescription& frame);
 
-// The Gaussian's taps on the copy, a box more for the bilinear taps, and the boxes themselves.
-Reach gilham_reach(const Parameters& parameters, const FrameDescription& frame);
+// Errors: StatusCode::chain if the kernel has more taps than the shader's table holds.
+Result<GilhamSizes> gilham_sizes(const Parameters& parameters, const lens::CircleOfConfusion& coc,
+                                 const FrameDescription& frame);
+// One for each factor that a lens can lead to.
+std::vector<GilhamSizes> every_gilham_size(const Parameters& parameters,
+                                           const FrameDescription& frame);
 
-// Errors: StatusCode::chain when the kernel has more taps than the shader's table holds.
-Status check_gilham(const Parameters& parameters, const FrameDescription& frame);
-void plan_gilham(const Parameters& parameters, const lens::CircleOfConfusion& coc,
-                 PassPlanner& planner);
-// Pass::shape and Pass::values of it.
-ShapeNumbers gilham_shape(const Parameters& parameters, const PlanContext& context);
-void write_gilham_values(const Parameters& parameters, const lens::CircleOfConfusion& coc,
-                         const PlanContext& context, UniformWriter& uniforms);
+// All of the pass on a frame but its identity. Steps and textures: gilham.cpp.
+class Gilham : public PassOnFrame {
+  public:
+    Gilham(const Parameters& parameters, const lens::CircleOfConfusion& coc,
+           const FrameDescription& frame, const GilhamSizes& sizes)
+        : parameters_(parameters), coc_(coc), frame_(frame), sizes_(sizes) {}
+
+    Reach reach() const override;
+    ShapeNumbers shape(const PlanContext& context) const override;
+    void plan(PassPlanner& planner) const override;
+    void write_uniforms(const PlanContext& context, UniformWriter& uniforms) const override;
+    void reference(const PlanContext& context, ReferenceFrame& frame) const override;
+
+  private:
+    const Parameters& parameters_;
+    const lens::CircleOfConfusion coc_;
+    const FrameDescription& frame_;
+    const GilhamSizes sizes_;
+};
 
 }  // namespace postchain::depth_of_field

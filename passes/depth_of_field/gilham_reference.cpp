@@ -125,9 +125,8 @@ double smoothstep(double low, double high, double x) {
 
 }  // namespace
 
-void gilham_reference(const Parameters& parameters, const PlanContext& context,
-                      ReferenceFrame& frame) {
-    const GilhamSizes sizes = gilham_sizes(parameters, context.frame);
+void gilham_reference(const Parameters& parameters, const GilhamSizes& sizes,
+                      const PlanContext& context, ReferenceFrame& frame) {
     const ImageD color = wide_color(frame);
     const ImageD& inverse_depth = frame.planes.at(Role::inverse_depth);
     const int width = color.width;

@@ -13,7 +13,7 @@ namespace postchain::depth_of_field {
 
 // Reads color, inverse_depth (and hint) of `frame`; replaces color (and hint); fills the stages
 // coc, small, small_depth or small_radius, blur_x, blur_y, color and hint.
-void gilham_reference(const Parameters& parameters, const PlanContext& context,
-                      ReferenceFrame& frame);
+void gilham_reference(const Parameters& parameters, const GilhamSizes& sizes,
+                      const PlanContext& context, ReferenceFrame& frame);
 
 }  // namespace postchain::depth_of_field

@@ -7,6 +7,7 @@
 #include "chain/work_list.h"
 #include "passes/common/keep.h"
 #include "passes/common/lens_points.h"
+#include "passes/inverse_warp/reference.h"
 #include "shaders/shared/inverse_warp_uniforms.h"
 
 namespace postchain::inverse_warp {
@@ -14,23 +15,22 @@ namespace {
 
 using shared::InverseWarpUniforms;
 
-// A sample is denoised where its displacements have this variance (a circle of confusion of 4 px
-// radius), within so much of their spread: for each pixel d away the weight
-// exp(-window d^T covariance^-1 d), where the window grows with the root of the samples. Points of
-// the lens are more even than random ones; with times beside them they are not. Chosen by
-// measurement (docs/inverse_warp.md).
+// A sample is denoised if its displacements have at least the variance kSoftSpread (px^2; a circle
+// of confusion of 4 px radius). A pixel d away has the weight exp(-window d^T covariance^-1 d); the
+// window grows with the root of the samples. Lens samples are more even than random ones, with
+// times they are not. Chosen by measurement (docs/results/inverse_warp.md).
 constexpr double kSoftSpread = 8;
 constexpr double kWindow = 5.7;
 constexpr double kWindowWithShutter = 4.2;
 
-// A tile takes more samples where their variance, as shown, is above this. Chosen by measurement
-// (docs/inverse_warp.md).
+// A tile takes more samples if their variance, as shown, is above this. Chosen by measurement
+// (docs/results/sampling.md).
 constexpr double kNoiseVariance = 0.045;
 
 constexpr double kLeastHalfOpen = 1.0 / 16;  // frames
 
-// Tiles on each side whose surfaces can reach a tile, for the longest path and radius there are. A
-// surface of a tile may differ by a tenth from what its tile has chosen (starts.comp).
+// Tiles on each side whose surfaces can reach a tile, for the longest path and radius. A surface of
+// a tile may differ by a tenth from those that its tile has chosen (starts.comp).
 int ring_of(double longest_px) {
     return int(std::ceil((1.1 * longest_px + 1) / kBlockPx)) + 1;
 }
@@ -40,7 +40,7 @@ double longest_px(const Settings& settings) {
            (settings.lens ? settings.lens->coc.max_radius_px : 0);
 }
 
-// The same as far as the frame is known: tiles beyond are never reached.
+// The longest displacement within the frame's bounds: tiles beyond it are never reached.
 double longest_px(const Settings& settings, const FrameDescription& frame, bool back) {
     const FrameBounds& bounds = frame.bounds;
     double longest = 0;
@@ -48,7 +48,7 @@ double longest_px(const Settings& settings, const FrameDescription& frame, bool 
         const double speed =
             back ? std::max(bounds.max_speed_px, bounds.max_speed_back_px) : bounds.max_speed_px;
         const double half_open = settings.shutter->half_open;
-        // In a closed shutter nothing moves, however fast; infinity is a speed that is not known.
+        // With a closed shutter nothing moves, however fast; infinity is an unknown speed.
         const double path = half_open > 0 ? half_open * speed : 0;
         // Rounding of a and b: a few 2^-24 of them, and a step of 1/64 px.
         longest = std::min(path * (1 + 1e-5) + 0.05, settings.shutter->max_path_px);
@@ -62,10 +62,10 @@ double longest_px(const Settings& settings, const FrameDescription& frame, bool 
 
 InverseWarpUniforms uniforms_of(const Settings& settings, const FrameDescription& frame,
                                 bool back) {
-    const auto blocks = groups_for(frame.width, frame.height);
+    const auto tiles = groups_for(frame.width, frame.height);
     InverseWarpUniforms uniforms{};
     uniforms.size = {frame.width, frame.height};
-    uniforms.blocks = {blocks[0], blocks[1]};
+    uniforms.blocks = {tiles[0], tiles[1]};
     uniforms.ring = ring_of(longest_px(settings, frame, back));
     uniforms.samples = settings.samples;
     uniforms.half_shutter = 1;
@@ -107,51 +107,72 @@ bool holds_motion_back(const Settings& settings, const PlanContext& context) {
     return holds_motion(settings, context) && context.available.has(Role::motion_back);
 }
 
+// Plans the steps of inverse_warp.h in their order. A function adds the steps of one line there and
+// returns their textures; -1 is a texture that is not needed.
 class Planner {
   public:
     Planner(PassPlanner& planner, const Settings& settings)
         : planner_(planner),
           settings_(settings),
           frame_(planner.context().frame),
-          neighbors_(searched_neighbors(settings, planner.context().available)),
           motion_(holds_motion(settings, planner.context())),
           layered_(planner.has(Role::layers)),
-          uniforms_(uniforms_of(settings, frame_, holds_motion_back(settings, planner.context()))),
+          tiles_(groups_for(frame_.width, frame_.height)),
           pixels_(uint64_t(frame_.width) * uint64_t(frame_.height)) {}
 
     void plan() {
-        surfaces_ = add_surfaces({});
-        for (const Neighbor neighbor : neighbors_)
-            neighbor_surfaces_.push_back(add_surfaces(neighbor));
-        const TextureId block_surfaces = add_block_surfaces();
-        add_starts(block_surfaces);
-        add_background();
-        add_hint();
-        result_ = picture("color", planner_.context().color_format());
-        if (layered_) layers_ = layer_pictures("layers");
-        if (settings_.denoise) add_soft();
-        add_tables();
-        if (still_blocks_ >= 0) {
-            elide_blocks(planner_, "search in still blocks", settings_.still_rule,
-                         {.name = "displacements that reach them",
-                          .limit = settings_.still_limit_px,
-                          .unit = "px"},
-                         still_blocks_, taps_px());
-            add_keep(planner_, still_blocks_,
-                     {.color = result_,
-                      .given_hint = given_hint_,
-                      .hint = hint_,
-                      .soft = soft_,
-                      .layers = layers_});
-        }
-        add_gather();
-        if (settings_.denoise) add_denoise();
-        planner_.output(Role::color, result_);
-        if (layered_) planner_.output(Role::layers, layers_);
-        if (hint_ >= 0) planner_.output(Role::hint, hint_);
+        Gathered from;
+        from.surfaces = add_surfaces({});
+        for (const Neighbor neighbor : searched_neighbors(settings_, planner_.context().available))
+            from.neighbors.push_back({neighbor, add_surfaces(neighbor)});
+        from.starts = add_starts(add_block_surfaces(from.surfaces));
+        from.background = add_background(from.surfaces);
+        const Hint hint = add_hint();
+        Colors result = {picture("color", planner_.context().color_format()), -1};
+        if (layered_) result.layers = layer_pictures("layers");
+        const Soft soft = settings_.denoise ? add_soft() : Soft();
+        add_tables(from);
+        if (from.starts.still_blocks >= 0)
+            keep_still_blocks(from.starts.still_blocks, result, hint, soft);
+        add_gather(from, hint, settings_.denoise ? soft.gathered : result, soft);
+        if (settings_.denoise) add_denoise(soft, result, from.starts.moving_blocks);
+        planner_.output(Role::color, result.color);
+        if (layered_) planner_.output(Role::layers, result.layers);
+        if (hint.made >= 0) planner_.output(Role::hint, hint.made);
     }
 
   private:
+    struct Colors {
+        TextureId color = -1, layers = -1;
+    };
+    struct Starts {
+        TextureId surfaces = -1;
+        TextureId moving_blocks = -1, still_blocks = -1;  // work lists
+    };
+    struct Background {
+        TextureId color = -1, depth = -1, layers = -1;
+    };
+    struct Hint {
+        TextureId given = -1, made = -1;
+    };
+    // Between gather and denoise.
+    struct Soft {
+        Colors gathered, blurred;
+        TextureId spread = -1;
+    };
+    struct Searched {
+        Neighbor neighbor;
+        TextureId surfaces;
+    };
+    // The textures that gather reads.
+    struct Gathered {
+        TextureId surfaces = -1;
+        std::vector<Searched> neighbors;
+        Starts starts;
+        Background background;
+        TextureId noise = -1, lens_points = -1;
+    };
+
     TextureId picture(const std::string& name, Format format) {
         return planner_.texture(name, format, frame_.width, frame_.height);
     }
@@ -159,19 +180,21 @@ class Planner {
         return planner_.layers(name, planner_.context().layers_format(), frame_.width,
                                frame_.height);
     }
-    // Two positions and a color for each sample, where the first start is right.
+    // Two positions and a color for each sample, if the first start surface is right.
     int taps_px() const {
         return 3 * std::max(settings_.samples + settings_.more_samples, INVERSE_WARP_MIN_TIMES);
     }
 
+    // A step over all pixels.
     Step make_step(const std::string& name) const {
         Step step;
         step.name = name;
         step.program.file = "inverse_warp/" + name + ".comp";
-        step.set_uniforms(uniforms_);
+        step.take_uniforms<InverseWarpUniforms>();
+        step.groups = groups_for(frame_.width, frame_.height);
         return step;
     }
-    // Of every step that reads surfaces.
+    // Every step that reads surfaces.
     Step make_surface_step(const std::string& name) const {
         Step step = make_step(name);
         step.program.defines = {{"SHUTTER", flag(settings_.shutter.has_value())},
@@ -181,8 +204,14 @@ class Planner {
             step.program.defines[settings_.lens->coc.lens ? "COC_LENS" : "COC_PLANES"] = "1";
         return step;
     }
+    // One that does a tile per pixel.
+    Step make_tile_step(const std::string& name) const {
+        Step step = make_surface_step(name);
+        step.groups = groups_for(tiles_[0], tiles_[1]);
+        return step;
+    }
 
-    // Of this frame or of a neighbor.
+    // Surfaces of this frame or of a neighbor.
     TextureId add_surfaces(std::optional<Neighbor> neighbor) {
         const auto role = [&](Role of) { return neighbor ? role_of(*neighbor, of) : of; };
         const std::string suffix = neighbor ? concat("_", name_of(*neighbor)) : std::string();
@@ -197,203 +226,214 @@ class Planner {
                          {0, of_planes, Access::write}};
         if (motion_) step.bindings.push_back({1, planner_.input(role(Role::motion))});
         if (back) step.bindings.push_back({2, planner_.input(role(Role::motion_back))});
-        step.groups = groups_for(frame_.width, frame_.height);
         step.taps = pixels_ * (motion_ ? (back ? 15 : 10) : 5);
         planner_.step(std::move(step));
 
         const TextureId shown = picture("shown" + suffix, Format::r32ui);
-        add_surface_step(
+        add_shown_step(
             "bright_edges", suffix,
             {{0, planner_.input(role(Role::color))}, {1, of_planes}, {0, shown, Access::write}});
         const TextureId surfaces = picture("surfaces" + suffix, format);
-        add_surface_step("shown_surfaces", suffix,
-                         {{0, of_planes}, {1, shown}, {0, surfaces, Access::write}});
+        add_shown_step("shown_surfaces", suffix,
+                       {{0, of_planes}, {1, shown}, {0, surfaces, Access::write}});
         return surfaces;
     }
 
-    void add_surface_step(const std::string& name, const std::string& suffix,
-                          std::vector<Binding> bindings) {
+    void add_shown_step(const std::string& name, const std::string& suffix,
+                        std::vector<Binding> bindings) {
         Step step = make_surface_step(name);
         step.name += suffix;
         step.bindings = std::move(bindings);
-        step.groups = groups_for(frame_.width, frame_.height);
         step.taps = 10 * pixels_;
         planner_.step(std::move(step));
     }
 
-    TextureId add_block_surfaces() {
-        const TextureId block_surfaces = planner_.texture(
-            "block_surfaces", Format::rgba32ui, 3 * uniforms_.blocks.x, uniforms_.blocks.y);
-        Step step = make_surface_step("block_surfaces");
-        step.bindings = {{0, surfaces_}, {0, block_surfaces, Access::write}};
-        step.groups = groups_for(uniforms_.blocks.x, uniforms_.blocks.y);
+    TextureId add_block_surfaces(TextureId surfaces) {
+        const TextureId block_surfaces =
+            planner_.texture("block_surfaces", Format::rgba32ui, 3 * tiles_[0], tiles_[1]);
+        Step step = make_tile_step("block_surfaces");
+        step.bindings = {{0, surfaces}, {0, block_surfaces, Access::write}};
         step.taps = 3 * pixels_;
         planner_.step(std::move(step));
         return block_surfaces;
     }
 
-    void add_starts(TextureId block_surfaces) {
-        const bool by_blocks =
-            !settings_.still_rule.empty() && planner_.context().uses(settings_.still_rule);
-        starts_ = planner_.texture("starts", Format::rgba32ui,
-                                   (settings_.search.starts + 1) * uniforms_.blocks.x,
-                                   uniforms_.blocks.y);
-        Step step = make_surface_step("starts");
+    Starts add_starts(TextureId block_surfaces) {
+        const bool by_blocks = planner_.context().uses(settings_.still_rule);
+        Starts starts;
+        starts.surfaces = planner_.texture("starts", Format::rgba32ui,
+                                           (settings_.search.starts + 1) * tiles_[0], tiles_[1]);
+        Step step = make_tile_step("starts");
         step.program.defines["STARTS"] = std::to_string(settings_.search.starts);
         step.program.defines["LISTS"] = flag(by_blocks);
-        step.bindings = {{0, block_surfaces}, {0, starts_, Access::write}};
-        step.groups = groups_for(uniforms_.blocks.x, uniforms_.blocks.y);
-        const uint64_t around = uint64_t(2 * uniforms_.ring + 1) * uint64_t(2 * uniforms_.ring + 1);
-        step.taps = uint64_t(uniforms_.blocks.x) * uint64_t(uniforms_.blocks.y) * 3 * around *
-                    uint64_t(settings_.search.starts);
+        step.bindings = {{0, block_surfaces}, {0, starts.surfaces, Access::write}};
+        const int ring = ring_of(
+            longest_px(settings_, frame_, holds_motion_back(settings_, planner_.context())));
+        step.taps = uint64_t(tiles_[0]) * uint64_t(tiles_[1]) * 3 * uint64_t(2 * ring + 1) *
+                    uint64_t(2 * ring + 1) * uint64_t(settings_.search.starts);
         if (by_blocks) {
-            moving_blocks_ =
-                add_work_list(planner_, step, 0, "moving_blocks", frame_.width, frame_.height);
-            still_blocks_ =
-                add_work_list(planner_, step, 1, "still_blocks", frame_.width, frame_.height);
+            const auto add_list = [&](int unit, const char* name) {
+                return add_work_list(planner_, step, unit, name, frame_.width, frame_.height);
+            };
+            starts.moving_blocks = add_list(0, "moving_blocks");
+            starts.still_blocks = add_list(1, "still_blocks");
         }
         planner_.step(std::move(step));
+        return starts;
     }
 
-    void add_background() {
+    Background add_background(TextureId surfaces) {
         // Cells of 2, 4, 8 and 16 px beside each other.
-        const int width = (8 + 4 + 2 + 1) * uniforms_.blocks.x, height = 8 * uniforms_.blocks.y;
-        background_color_ =
+        const int width = (8 + 4 + 2 + 1) * tiles_[0], height = 8 * tiles_[1];
+        Background background;
+        background.color =
             planner_.texture("background_color", planner_.context().color_format(), width, height);
-        background_depth_ = planner_.texture("background_depth", Format::rg32f, width, height);
-        Step step = make_surface_step("background");
+        background.depth = planner_.texture("background_depth", Format::rg32f, width, height);
+        Step step = make_tile_step("background");
         step.bindings = {{0, planner_.input(Role::color)},
-                         {1, surfaces_},
-                         {0, background_color_, Access::write},
-                         {1, background_depth_, Access::write}};
-        step.groups = groups_for(uniforms_.blocks.x, uniforms_.blocks.y);
+                         {1, surfaces},
+                         {0, background.color, Access::write},
+                         {1, background.depth, Access::write}};
         step.taps = 2 * pixels_;
         std::vector<Binding> arrays;
         if (layered_) {
-            background_layers_ = planner_.layers("background_layers",
-                                                 planner_.context().layers_format(), width, height);
-            arrays = {{2, planner_.input(Role::layers)}, {2, background_layers_, Access::write}};
+            background.layers = planner_.layers("background_layers",
+                                                planner_.context().layers_format(), width, height);
+            arrays = {{2, planner_.input(Role::layers)}, {2, background.layers, Access::write}};
         }
         add_layered_step(planner_, std::move(step), arrays, pixels_);
+        return background;
     }
 
-    void add_hint() {
+    Hint add_hint() {
         if (!settings_.shutter) {
-            if (!planner_.has(Role::hint) || !planner_.wanted(Role::hint)) return;
-            given_hint_ = planner_.input(Role::hint);
-            hint_ = picture("hint", planner_.describe(given_hint_).format);
-        } else if (planner_.wanted(Role::hint)) {
-            hint_ = picture("hint", Format::rg8);
-        } else {
-            planner_.elide({.kind = ElisionKind::output,
-                            .item = "hint",
-                            .rule = kRuleUnusedStep,
-                            .fact = {"no later pass reads it"},
-                            .saving = {.bytes = 2 * pixels_}});
+            if (!planner_.has(Role::hint) || !planner_.wanted(Role::hint)) return {};
+            const TextureId given = planner_.input(Role::hint);
+            return {given, picture("hint", planner_.describe(given).format)};
         }
+        if (planner_.wanted(Role::hint)) return {-1, picture("hint", Format::rg8)};
+        planner_.elide({.kind = ElisionKind::output,
+                        .item = "hint",
+                        .rule = kRuleUnusedStep,
+                        .fact = {"no later pass reads it"},
+                        .saving = {.bytes = 2 * pixels_}});
+        return {};
     }
 
-    void add_soft() {
-        gathered_ = picture("gathered", planner_.context().color_format());
-        soft_ = picture("soft", planner_.context().color_format());
+    Soft add_soft() {
+        Soft soft;
+        soft.gathered.color = picture("gathered", planner_.context().color_format());
+        soft.blurred.color = picture("soft", planner_.context().color_format());
         // In halves the determinant of a narrow streak would be lost in rounding.
-        spread_ = picture("spread", Format::rgba32f);
-        if (!layered_) return;
-        layers_gathered_ = layer_pictures("layers_gathered");
-        layers_soft_ = layer_pictures("layers_soft");
+        soft.spread = picture("spread", Format::rgba32f);
+        if (!layered_) return soft;
+        soft.gathered.layers = layer_pictures("layers_gathered");
+        soft.blurred.layers = layer_pictures("layers_soft");
+        return soft;
     }
 
     // Before the steps that write the result: such steps then stand together in the plan, and two
     // plans can share them (chain/merge.h).
-    void add_tables() {
-        noise_ = noise::add_table(planner_, settings_.noise);
+    void add_tables(Gathered& from) {
+        from.noise = noise::add_table(planner_, settings_.noise);
         if (!settings_.lens) return;
-        lens_points_ = lens::add_table(
+        from.lens_points = lens::add_table(
             planner_,
             lens::lens_points(settings_.lens->aperture, settings_.samples, settings_.more_samples));
     }
 
-    void add_gather() {
+    void keep_still_blocks(TextureId still_blocks, const Colors& result, const Hint& hint,
+                           const Soft& soft) {
+        elide_blocks(planner_, "search in still blocks", settings_.still_rule,
+                     {.name = "displacements that reach them",
+                      .limit = settings_.still_limit_px,
+                      .unit = "px"},
+                     still_blocks, taps_px());
+        add_keep(planner_, still_blocks,
+                 {.color = result.color,
+                  .given_hint = hint.given,
+                  .hint = hint.made,
+                  .soft = soft.blurred.color,
+                  .layers = result.layers});
+    }
+
+    void add_gather(const Gathered& from, const Hint& hint, const Colors& result,
+                    const Soft& soft) {
         Step step = make_surface_step("gather");
         auto& defines = step.program.defines;
         defines["STARTS"] = std::to_string(settings_.search.starts);
-        defines["NOISE"] = flag(noise_ >= 0);
+        defines["NOISE"] = flag(from.noise >= 0);
         defines["DENOISE"] = flag(settings_.denoise);
-        defines["HINT"] = flag(hint_ >= 0);
+        defines["HINT"] = flag(hint.made >= 0);
         defines["ADAPTIVE"] = flag(settings_.more_samples > 0);
         defines["BEFORE"] = defines["AFTER"] = "0";
         defines["BARREL"] = flag(settings_.lens && settings_.lens->aperture.cats_eye > 0);
         step.bindings = {{0, planner_.input(Role::color), Access::sample_linear},
-                         {1, surfaces_},
-                         {2, starts_},
-                         {0, settings_.denoise ? gathered_ : result_, Access::write}};
-        step.bindings.push_back({11, background_color_});
-        step.bindings.push_back({12, background_depth_});
-        if (noise_ >= 0) step.bindings.push_back({3, noise_});
-        for (size_t i = 0; i < neighbors_.size(); ++i) {
-            const bool before = neighbors_[i] == Neighbor::before;
+                         {1, from.surfaces},
+                         {2, from.starts.surfaces},
+                         {0, result.color, Access::write},
+                         {11, from.background.color},
+                         {12, from.background.depth}};
+        if (from.noise >= 0) step.bindings.push_back({3, from.noise});
+        for (const Searched& other : from.neighbors) {
+            const bool before = other.neighbor == Neighbor::before;
             defines[before ? "BEFORE" : "AFTER"] = "1";
             step.bindings.push_back({before ? 7 : 9,
-                                     planner_.input(role_of(neighbors_[i], Role::color)),
+                                     planner_.input(role_of(other.neighbor, Role::color)),
                                      Access::sample_linear});
-            step.bindings.push_back({before ? 8 : 10, neighbor_surfaces_[i]});
+            step.bindings.push_back({before ? 8 : 10, other.surfaces});
         }
-        if (lens_points_ >= 0) step.bindings.push_back({4, lens_points_});
+        if (from.lens_points >= 0) step.bindings.push_back({4, from.lens_points});
         if (settings_.denoise) {
-            step.bindings.push_back({2, soft_, Access::write});
-            step.bindings.push_back({3, spread_, Access::write});
+            step.bindings.push_back({2, soft.blurred.color, Access::write});
+            step.bindings.push_back({3, soft.spread, Access::write});
         }
-        if (given_hint_ >= 0) step.bindings.push_back({6, given_hint_});
-        if (hint_ >= 0) step.bindings.push_back({1, hint_, Access::write});
-        step.groups = groups_for(frame_.width, frame_.height);
+        if (hint.given >= 0) step.bindings.push_back({6, hint.given});
+        if (hint.made >= 0) step.bindings.push_back({1, hint.made, Access::write});
         step.taps = pixels_ * uint64_t(taps_px());
-        launch_by(step, moving_blocks_);
-        add_layered_step(planner_, std::move(step), gathered_arrays(),
+        launch_by(step, from.starts.moving_blocks);
+        add_layered_step(planner_, std::move(step), gathered_layers(from, result, soft),
                          pixels_ * uint64_t(taps_px() / 3));
     }
 
-    // What the gather reads and writes of layers.
-    std::vector<Binding> gathered_arrays() const {
+    // The layers that gather reads and writes.
+    std::vector<Binding> gathered_layers(const Gathered& from, const Colors& result,
+                                         const Soft& soft) const {
         if (!layered_) return {};
-        std::vector<Binding> arrays = {
-            {13, planner_.input(Role::layers), Access::sample_linear},
-            {14, background_layers_},
-            {4, settings_.denoise ? layers_gathered_ : layers_, Access::write}};
-        if (settings_.denoise) arrays.push_back({5, layers_soft_, Access::write});
-        for (const Neighbor neighbor : neighbors_)
-            arrays.push_back({neighbor == Neighbor::before ? 15 : 5,
-                              planner_.input(role_of(neighbor, Role::layers)),
+        std::vector<Binding> arrays = {{13, planner_.input(Role::layers), Access::sample_linear},
+                                       {14, from.background.layers},
+                                       {4, result.layers, Access::write}};
+        if (settings_.denoise) arrays.push_back({5, soft.blurred.layers, Access::write});
+        for (const Searched& other : from.neighbors)
+            arrays.push_back({other.neighbor == Neighbor::before ? 15 : 5,
+                              planner_.input(role_of(other.neighbor, Role::layers)),
                               Access::sample_linear});
         return arrays;
     }
 
-    void add_denoise() {
+    void add_denoise(const Soft& soft, const Colors& result, TextureId moving_blocks) {
         Step step = make_step("denoise");
-        step.bindings = {{0, gathered_}, {1, soft_}, {2, spread_}, {0, result_, Access::write}};
-        step.groups = groups_for(frame_.width, frame_.height);
+        step.bindings = {{0, soft.gathered.color},
+                         {1, soft.blurred.color},
+                         {2, soft.spread},
+                         {0, result.color, Access::write}};
         step.taps = 30 * pixels_;
-        launch_by(step, moving_blocks_);
+        launch_by(step, moving_blocks);
         std::vector<Binding> arrays;
         if (layered_)
-            arrays = {{3, layers_gathered_}, {4, layers_soft_}, {1, layers_, Access::write}};
+            arrays = {{3, soft.gathered.layers},
+                      {4, soft.blurred.layers},
+                      {1, result.layers, Access::write}};
         add_layered_step(planner_, std::move(step), arrays, 10 * pixels_);
     }
 
     PassPlanner& planner_;
     const Settings& settings_;
     const FrameDescription& frame_;
-    const std::vector<Neighbor> neighbors_;
     const bool motion_;   // surfaces hold it
-    const bool layered_;  // the frame has further layers
-    const InverseWarpUniforms uniforms_;
+    const bool layered_;  // the frame has extra layers
+    const std::array<int, 3> tiles_;
     const uint64_t pixels_;
-    std::vector<TextureId> neighbor_surfaces_;
-    TextureId surfaces_ = -1, starts_ = -1, moving_blocks_ = -1, still_blocks_ = -1;
-    TextureId background_color_ = -1, background_depth_ = -1;
-    TextureId noise_ = -1, lens_points_ = -1;
-    TextureId gathered_ = -1, soft_ = -1, spread_ = -1;
-    TextureId given_hint_ = -1, hint_ = -1, result_ = -1;
-    TextureId layers_ = -1, layers_gathered_ = -1, layers_soft_ = -1, background_layers_ = -1;
 };
 
 }  // namespace
@@ -463,34 +503,46 @@ Promises promises_of(const Settings& settings) {
     return promises;
 }
 
+std::vector<Settings> every_shape(const Settings& settings) {
+    if (!settings.shutter) return {settings};
+    Settings closed = settings, open = settings;
+    closed.shutter->half_open = 0;
+    open.shutter->half_open = 1;
+    return {closed, open};
+}
+
 // The tiles that can reach a pixel's tile end `ring` tiles from it, and a surface at their edge is
-// told from what is up to four pixels around it. Every position of the search lies on a path that
-// ends at the pixel; what is hidden there comes from cells up to one and a half tiles around, and
-// what is denoised two pixels further. Where tiles choose how many samples they take, a pixel
-// depends on what all of its tile do.
-Reach reach_of(const Settings& settings, const FrameDescription& frame) {
+// told from others up to four pixels around it. Every position of the search lies on a path that
+// ends at the pixel; occluded surfaces come from cells up to one and a half tiles around, and
+// denoised colors from two pixels further. If tiles choose how many samples they take, a pixel
+// depends on all of its tile.
+Reach WarpOnFrame::reach() const {
     // A frame away paths are as long as the motion says.
-    if (!searched_neighbors(settings, frame.planes).empty()) return {};
-    const double longest = longest_px(settings);
-    const double tile = settings.more_samples > 0 ? kBlockPx : 0;
+    if (!searched_neighbors(settings_, frame_.planes).empty()) return {};
+    const double longest = longest_px(settings_);
+    const double tile = settings_.more_samples > 0 ? kBlockPx : 0;
     return {kBlockPx * (ring_of(longest) + 1) + 7.0 + tile, longest + 1.5 * kBlockPx + 7 + tile};
 }
 
-void plan_warp(PassPlanner& planner, const Settings& settings) {
-    Planner(planner, settings).plan();
-}
-
-// The points of the lens are a table that plan() makes: of an aperture, not of a frame.
-ShapeNumbers shape_of(const Settings& settings, const PlanContext& context) {
+// The table of lens samples is of an aperture, not of a frame: plan() makes it.
+ShapeNumbers WarpOnFrame::shape(const PlanContext& context) const {
     uint64_t searched = 0;
-    for (const Neighbor neighbor : searched_neighbors(settings, context.available))
+    for (const Neighbor neighbor : searched_neighbors(settings_, context.available))
         searched |= uint64_t(1) << uint64_t(neighbor);
-    return {searched, settings.lens ? lens::hash_of(settings.lens->aperture) : 0};
+    return {searched, settings_.lens ? lens::hash_of(settings_.lens->aperture) : 0};
 }
 
-void write_values(const Settings& settings, const PlanContext& context, UniformWriter& uniforms) {
-    uniforms.set(uniforms_of(settings, context.frame, holds_motion_back(settings, context)));
-    noise::write_values(settings.noise, context.frame.frame_number, uniforms);
+void WarpOnFrame::plan(PassPlanner& planner) const {
+    Planner(planner, settings_).plan();
+}
+
+void WarpOnFrame::write_uniforms(const PlanContext& context, UniformWriter& uniforms) const {
+    uniforms.set(uniforms_of(settings_, frame_, holds_motion_back(settings_, context)));
+    noise::write_uniforms(settings_.noise, frame_.frame_number, uniforms);
+}
+
+void WarpOnFrame::reference(const PlanContext& context, ReferenceFrame& frame) const {
+    warp_reference(context, settings_, frame);
 }
 
 }  // namespace postchain::inverse_warp

@@ -1,13 +1,13 @@
-// Plans the report's filter (modes guertin and single).
+// The report's filter (modes guertin and single): its plan.
 //
-//   motion         --tile_max------> tile_max [, half_velocity]   the latter where v is stored
+//   motion         --tile_max------> tile_max [, half_velocity]   the latter if v is stored
 //   tile_max       --neighbor_max--> neighbor_max
 //   tile_max       --tile_variance-> tile_variance   only with sample_split: variance
 //   frame number   --noise---------> noise           only with a jitter
 //   neighbor_max [, tile_depth] [, tile_range]
 //                  --classify------> work lists of blocks: still, sky, uniform, full
 //   motion or half_velocity, neighbor_max, tile_variance, noise, color, inverse_depth
-//                  --gather--------> color, hint     the hint only where a later pass reads it
+//                  --gather--------> color, hint     the hint only if a later pass reads it
 //                                                    keep, gather_sky, gather_uniform: their lists
 //
 // Tile textures are fp32 whatever the precision: they are small, and the squared length they carry
@@ -19,6 +19,7 @@
 #include "passes/common/keep.h"
 #include "passes/common/noise.h"
 #include "passes/motion_blur/motion_blur.h"
+#include "passes/motion_blur/reference.h"
 #include "shaders/shared/motion_blur_uniforms.h"
 
 namespace postchain::motion_blur {
@@ -28,81 +29,105 @@ std::string flag(bool on) {
     return on ? "1" : "0";
 }
 
-class Guertin {
+using shared::MotionBlurUniforms;
+
+// The classes of blocks that are told apart (classify.comp).
+struct Classes {
+    bool still = false, sky = false, uniform = false;
+    bool depth = false;  // inverse depths are compared at all
+
+    bool any() const { return still || sky || uniform; }
+    bool by_depth() const { return depth && (sky || uniform); }
+};
+
+Classes classes_of(const Parameters& parameters, Guertin::Depths depths,
+                   const PlanContext& context) {
+    Classes classes;
+    classes.still = context.uses(kRuleStillBlocks);
+    const bool look = context.uses(kRuleSkyBlocks);
+    classes.depth = compares_depth(parameters) && !(look && depths.one);
+    // Without sky there is nothing to look for.
+    classes.sky = look && classes.depth && depths.sky;
+    // With fewer samples one of them weighs too much for the bound (docs/motion_blur.md).
+    classes.uniform = context.uses(kRuleUniformBlocks) && parameters.samples >= 5;
+    return classes;
+}
+
+struct Tiles {
+    int x, y;
+};
+Tiles tiles_of(const Parameters& parameters, const FrameDescription& frame) {
+    const int edge = parameters.max_blur_px;
+    return {(frame.width + edge - 1) / edge, (frame.height + edge - 1) / edge};
+}
+
+MotionBlurUniforms uniforms_of(const Parameters& parameters, const FrameDescription& frame) {
+    const Tiles tiles = tiles_of(parameters, frame);
+    MotionBlurUniforms uniforms{};
+    uniforms.size = {frame.width, frame.height};
+    uniforms.tiles = {tiles.x, tiles.y};
+    uniforms.tile_px = parameters.max_blur_px;
+    uniforms.samples = parameters.samples;
+    uniforms.half_shutter = float(0.5 * shutter::open_frames(parameters.shutter, frame.camera));
+    uniforms.still_limit_px = float(still_limit_px(parameters));
+    uniforms.jitter = float(parameters.jitter);
+    uniforms.tile_jitter_slope = float(parameters.tile_jitter_slope);
+    uniforms.center_total = float(parameters.samples / parameters.center_weight);
+    uniforms.variance_threshold_px = float(parameters.variance_threshold_px);
+    uniforms.depth_softness = float(parameters.depth_softness);
+    return uniforms;
+}
+
+class Planner {
   public:
-    explicit Guertin(const Parameters& parameters) : parameters_(parameters) {}
+    Planner(PassPlanner& planner, const Parameters& parameters, Classes classes)
+        : planner_(planner),
+          parameters_(parameters),
+          classes_(classes),
+          width_(planner.context().frame.width),
+          height_(planner.context().frame.height),
+          pixels_(uint64_t(width_) * uint64_t(height_)),
+          tiles_(tiles_of(parameters, planner.context().frame)) {}
 
-    void plan(PassPlanner& planner) const {
-        const PlanContext& context = planner.context();
-        const shared::MotionBlurUniforms uniforms = make_uniforms(context);
-        const Classes classes = classes_of(context);
-        if (compares_depth(parameters_) && !classes.depth)
-            planner.elide(
-                {.kind = ElisionKind::plane,
-                 .item = "depth",
-                 .rule = kRuleSkyBlocks,
-                 .fact = {"the frame has one depth"},
-                 .saving = {.taps = pixels_of(context) * uint64_t(parameters_.samples + 1)}});
-
+    void plan() {
+        if (compares_depth(parameters_) && !classes_.depth)
+            planner_.elide({.kind = ElisionKind::plane,
+                            .item = "depth",
+                            .rule = kRuleSkyBlocks,
+                            .fact = {"the frame has one depth"},
+                            .saving = {.taps = pixels_ * uint64_t(parameters_.samples + 1)}});
         Planes planes;
-        if (stored())
-            planes.half_velocity = planner.texture("half_velocity", velocity_format(),
-                                                   context.frame.width, context.frame.height);
-        add_tiles(planner, uniforms, classes, planes);
-        add_variance(planner, uniforms, planes);
+        if (stored()) planes.half_velocity = picture("half_velocity", velocity_format());
+        const TileRanges ranges = add_tiles(planes);
+        planes.tile_variance = add_variance(planes.tile_max);
         if (!jitters() && parameters_.noise.noise != noise::Kind::none)
-            planner.unused("noise", {"neither tiles nor taps are jittered"});
-        planes.noise = noise::add_table(planner, parameters_.noise);
-        planes.color = planner.texture("color", context.color_format(), context.frame.width,
-                                       context.frame.height);
-        if (planner.has(Role::layers))
-            planes.layers = planner.layers("layers", context.layers_format(), context.frame.width,
-                                           context.frame.height);
-        if (planner.wanted(Role::hint)) {
-            // Both gates are 0 or 1: 8 bits hold them exactly.
-            planes.hint =
-                planner.texture("hint", Format::rg8, context.frame.width, context.frame.height);
-        } else {
-            planner.elide({.kind = ElisionKind::output,
-                           .item = "hint",
-                           .rule = kRuleUnusedStep,
-                           .fact = {"no later pass reads it"},
-                           .saving = {.bytes = 2 * pixels_of(context)}});
-        }
-        if (classes.any())
-            add_classed_gathers(planner, uniforms, classes, planes);
+            planner_.unused("noise", {"neither tiles nor taps are jittered"});
+        planes.noise = noise::add_table(planner_, parameters_.noise);
+        planes.color = picture("color", planner_.context().color_format());
+        if (planner_.has(Role::layers))
+            planes.layers =
+                planner_.layers("layers", planner_.context().layers_format(), width_, height_);
+        planes.hint = add_hint();
+        if (classes_.any())
+            add_classed_gathers(planes, ranges);
         else
-            add_gather(planner, uniforms, planes, {"gather", -1, classes.depth, false});
-        planner.output(Role::color, planes.color);
-        if (planes.hint >= 0) planner.output(Role::hint, planes.hint);
-        if (planes.layers >= 0) planner.output(Role::layers, planes.layers);
-    }
-
-    // Which depths are compared follows the frame's bounds.
-    ShapeNumbers shape(const PlanContext& context) const {
-        const Classes classes = classes_of(context);
-        return {classes.depth, classes.sky};
-    }
-
-    void write_values(const PlanContext& context, UniformWriter& uniforms) const {
-        uniforms.set(make_uniforms(context));
-        noise::write_values(parameters_.noise, context.frame.frame_number, uniforms);
+            add_gather(planes, {"gather", -1, classes_.depth, false});
+        planner_.output(Role::color, planes.color);
+        if (planes.hint >= 0) planner_.output(Role::hint, planes.hint);
+        if (planes.layers >= 0) planner_.output(Role::layers, planes.layers);
     }
 
   private:
-    // Which classes of blocks are told apart (classify.comp).
-    struct Classes {
-        bool still = false, sky = false, uniform = false;
-        bool depth = false;  // inverse depths are compared at all
-        bool any() const { return still || sky || uniform; }
-    };
     // -1 = not needed.
     struct Planes {
-        TextureId half_velocity = -1, tile_max = -1, tile_range = -1, tile_depth = -1;
-        TextureId neighbor_max = -1, tile_variance = -1, noise = -1;
-        TextureId color = -1, hint = -1, layers = -1;
+        TextureId half_velocity = -1, tile_max = -1, neighbor_max = -1, tile_variance = -1;
+        TextureId noise = -1, color = -1, hint = -1, layers = -1;
     };
-    // One launch of the gather: over a list, or over the whole picture.
+    // What classify reads of the tiles.
+    struct TileRanges {
+        TextureId motion = -1, depth = -1;
+    };
+    // One launch of the gather: over a list, or over the whole frame.
     struct Gather {
         const char* name;
         TextureId list;
@@ -112,7 +137,6 @@ class Guertin {
 
     bool single() const { return parameters_.mode == Mode::single; }
     bool jitters() const { return jitters_tiles(parameters_) || jitters_taps(parameters_); }
-
     bool stored() const { return parameters_.velocity_storage != VelocityStorage::automatic; }
     Format velocity_format() const {
         const VelocityStorage storage = parameters_.velocity_storage;
@@ -132,159 +156,123 @@ class Guertin {
         }
     }
 
-    static Step make_step(const std::string& name, std::map<std::string, std::string> defines,
-                          const shared::MotionBlurUniforms& uniforms) {
+    TextureId picture(const char* name, Format format) {
+        return planner_.texture(name, format, width_, height_);
+    }
+    TextureId tile_texture(const char* name, Format format) {
+        return planner_.texture(name, format, tiles_.x, tiles_.y);
+    }
+    static Step make_step(const std::string& name, std::map<std::string, std::string> defines) {
         Step step;
         step.name = name;
         step.program = {"motion_blur/" + name + ".comp", std::move(defines)};
-        step.set_uniforms(uniforms);
+        step.take_uniforms<MotionBlurUniforms>();
         return step;
     }
 
-    shared::MotionBlurUniforms make_uniforms(const PlanContext& context) const {
-        const FrameDescription& frame = context.frame;
-        const int edge = parameters_.max_blur_px;
-        shared::MotionBlurUniforms uniforms{};
-        uniforms.size = {frame.width, frame.height};
-        uniforms.tiles = {(frame.width + edge - 1) / edge, (frame.height + edge - 1) / edge};
-        uniforms.tile_px = edge;
-        uniforms.samples = parameters_.samples;
-        uniforms.half_shutter =
-            float(0.5 * shutter::open_frames(parameters_.shutter, frame.camera));
-        uniforms.still_limit_px = float(still_limit_px(parameters_));
-        uniforms.jitter = float(parameters_.jitter);
-        uniforms.tile_jitter_slope = float(parameters_.tile_jitter_slope);
-        uniforms.center_total = float(parameters_.samples / parameters_.center_weight);
-        uniforms.variance_threshold_px = float(parameters_.variance_threshold_px);
-        uniforms.depth_softness = float(parameters_.depth_softness);
-        return uniforms;
-    }
-
-    static uint64_t pixels_of(const PlanContext& context) {
-        return uint64_t(context.frame.width) * uint64_t(context.frame.height);
-    }
-
-    Classes classes_of(const PlanContext& context) const {
-        Classes classes;
-        classes.still = context.uses(kRuleStillBlocks);
-        const FrameBounds& bounds = context.frame.bounds;
-        const bool look = context.uses(kRuleSkyBlocks);
-        classes.depth = compares_depth(parameters_) &&
-                        !(look && bounds.min_inverse_depth == bounds.max_inverse_depth);
-        // Where no pixel is sky there is nothing to look for.
-        classes.sky = look && classes.depth && bounds.min_inverse_depth <= 0;
-        // With fewer samples one of them weighs too much for the bound (docs/motion_blur.md).
-        classes.uniform = context.uses(kRuleUniformBlocks) && parameters_.samples >= 5;
-        return classes;
-    }
-
     // motion [, inverse_depth] -> tile_max, neighbor_max [, half_velocity, tile_range, tile_depth]
-    void add_tiles(PassPlanner& planner, const shared::MotionBlurUniforms& uniforms,
-                   const Classes& classes, Planes& planes) const {
-        const int tiles_x = uniforms.tiles.x, tiles_y = uniforms.tiles.y;
-        const bool depth = classes.depth && (classes.sky || classes.uniform);
-        const auto texture = [&](const char* name, Format format) {
-            return planner.texture(name, format, tiles_x, tiles_y);
-        };
-        planes.tile_max = texture("tile_max", Format::rgba32f);
-        planes.neighbor_max = texture("neighbor_max", Format::rgba32f);
-
-        Step tiles = make_step("tile_max",
-                               {{"STORAGE", storage_define()},
-                                {"RANGE", flag(classes.uniform)},
-                                {"DEPTH", flag(depth)}},
-                               uniforms);
-        tiles.bindings = {{0, planner.input(Role::motion)}, {0, planes.tile_max, Access::write}};
-        tiles.groups = {tiles_x, tiles_y, 1};
-        tiles.taps = pixels_of(planner.context()) * (depth ? 2 : 1);
+    TileRanges add_tiles(Planes& planes) {
+        planes.tile_max = tile_texture("tile_max", Format::rgba32f);
+        planes.neighbor_max = tile_texture("neighbor_max", Format::rgba32f);
+        TileRanges ranges;
+        Step tiles = make_step("tile_max", {{"STORAGE", storage_define()},
+                                            {"RANGE", flag(classes_.uniform)},
+                                            {"DEPTH", flag(classes_.by_depth())}});
+        tiles.bindings = {{0, planner_.input(Role::motion)}, {0, planes.tile_max, Access::write}};
+        tiles.groups = {tiles_.x, tiles_.y, 1};
+        tiles.taps = pixels_ * (classes_.by_depth() ? 2 : 1);
         if (stored()) tiles.bindings.push_back({1, planes.half_velocity, Access::write});
-        if (classes.uniform) {
-            planes.tile_range = texture("tile_range", Format::rgba32f);
-            tiles.bindings.push_back({2, planes.tile_range, Access::write});
+        if (classes_.uniform) {
+            ranges.motion = tile_texture("tile_range", Format::rgba32f);
+            tiles.bindings.push_back({2, ranges.motion, Access::write});
         }
-        if (depth) {
-            planes.tile_depth = texture("tile_depth", Format::rg32f);
-            tiles.bindings.push_back({1, planner.input(Role::inverse_depth)});
-            tiles.bindings.push_back({3, planes.tile_depth, Access::write});
+        if (classes_.by_depth()) {
+            ranges.depth = tile_texture("tile_depth", Format::rg32f);
+            tiles.bindings.push_back({1, planner_.input(Role::inverse_depth)});
+            tiles.bindings.push_back({3, ranges.depth, Access::write});
         }
-        planner.step(std::move(tiles));
+        planner_.step(std::move(tiles));
 
-        Step neighbors = make_step("neighbor_max", {{"SINGLE", flag(single())}}, uniforms);
+        Step neighbors = make_step("neighbor_max", {{"SINGLE", flag(single())}});
         neighbors.bindings = {{0, planes.tile_max}, {0, planes.neighbor_max, Access::write}};
-        neighbors.groups = groups_for(tiles_x, tiles_y);
-        neighbors.taps = 9 * uint64_t(tiles_x) * uint64_t(tiles_y);
-        planner.step(std::move(neighbors));
+        neighbors.groups = groups_for(tiles_.x, tiles_.y);
+        neighbors.taps = 9 * uint64_t(tiles_.x) * uint64_t(tiles_.y);
+        planner_.step(std::move(neighbors));
+        return ranges;
     }
 
-    void add_variance(PassPlanner& planner, const shared::MotionBlurUniforms& uniforms,
-                      Planes& planes) const {
+    TextureId add_variance(TextureId tile_max) {
         if (!splits_by_variance(parameters_))
-            planner.unused("tile_variance",
-                           {single() ? "mode is single: one direction" : "sample_split is even"});
-        planes.tile_variance =
-            planner.texture("tile_variance", Format::r32f, uniforms.tiles.x, uniforms.tiles.y);
-        Step step = make_step("tile_variance", {}, uniforms);
-        step.bindings = {{0, planes.tile_max}, {0, planes.tile_variance, Access::write}};
-        step.groups = groups_for(uniforms.tiles.x, uniforms.tiles.y);
-        step.taps = 9 * uint64_t(uniforms.tiles.x) * uint64_t(uniforms.tiles.y);
-        planner.step(std::move(step));
+            planner_.unused("tile_variance",
+                            {single() ? "mode is single: one direction" : "sample_split is even"});
+        const TextureId variance = tile_texture("tile_variance", Format::r32f);
+        Step step = make_step("tile_variance", {});
+        step.bindings = {{0, tile_max}, {0, variance, Access::write}};
+        step.groups = groups_for(tiles_.x, tiles_.y);
+        step.taps = 9 * uint64_t(tiles_.x) * uint64_t(tiles_.y);
+        planner_.step(std::move(step));
+        return variance;
+    }
+
+    TextureId add_hint() {
+        // Both gates are 0 or 1: 8 bits hold them exactly.
+        if (planner_.wanted(Role::hint)) return picture("hint", Format::rg8);
+        planner_.elide({.kind = ElisionKind::output,
+                        .item = "hint",
+                        .rule = kRuleUnusedStep,
+                        .fact = {"no later pass reads it"},
+                        .saving = {.bytes = 2 * pixels_}});
+        return -1;
     }
 
     // Blocks are sorted into lists, and each list has a launch of its own.
-    void add_classed_gathers(PassPlanner& planner, const shared::MotionBlurUniforms& uniforms,
-                             const Classes& classes, const Planes& planes) const {
-        const FrameDescription& frame = planner.context().frame;
-        const auto blocks = groups_for(frame.width, frame.height);
-        const bool depth = classes.depth && (classes.sky || classes.uniform);
-        Step classify = make_step("classify",
-                                  {{"STORAGE", storage_define()},
-                                   {"STILL", flag(classes.still)},
-                                   {"SKY", flag(classes.sky)},
-                                   {"UNIFORM", flag(classes.uniform)},
-                                   {"DEPTH", flag(depth)},
-                                   {"TILE_JITTER", flag(jitters_tiles(parameters_))}},
-                                  uniforms);
+    void add_classed_gathers(const Planes& planes, const TileRanges& ranges) {
+        const auto blocks = groups_for(width_, height_);
+        Step classify = make_step("classify", {{"STORAGE", storage_define()},
+                                               {"STILL", flag(classes_.still)},
+                                               {"SKY", flag(classes_.sky)},
+                                               {"UNIFORM", flag(classes_.uniform)},
+                                               {"DEPTH", flag(classes_.by_depth())},
+                                               {"TILE_JITTER", flag(jitters_tiles(parameters_))}});
         classify.bindings = {{0, planes.neighbor_max}};
-        if (depth) classify.bindings.push_back({1, planes.tile_depth});
-        if (classes.uniform) classify.bindings.push_back({2, planes.tile_range});
+        if (ranges.depth >= 0) classify.bindings.push_back({1, ranges.depth});
+        if (ranges.motion >= 0) classify.bindings.push_back({2, ranges.motion});
         classify.groups = groups_for(blocks[0], blocks[1]);
         const auto add_list = [&](const char* name, int unit) {
-            return add_work_list(planner, classify, unit, name, frame.width, frame.height);
+            return add_work_list(planner_, classify, unit, name, width_, height_);
         };
         const TextureId full_blocks = add_list("full_blocks", 0);
-        const TextureId still_blocks = classes.still ? add_list("still_blocks", 1) : -1;
-        const TextureId sky_blocks = classes.sky ? add_list("sky_blocks", 2) : -1;
-        const TextureId uniform_blocks = classes.uniform ? add_list("uniform_blocks", 3) : -1;
-        planner.step(std::move(classify));
+        const TextureId still_blocks = classes_.still ? add_list("still_blocks", 1) : -1;
+        const TextureId sky_blocks = classes_.sky ? add_list("sky_blocks", 2) : -1;
+        const TextureId uniform_blocks = classes_.uniform ? add_list("uniform_blocks", 3) : -1;
+        planner_.step(std::move(classify));
 
         const int taps = parameters_.samples + 1;
-        if (classes.still) {
-            elide_blocks(planner, "gather in still blocks", kRuleStillBlocks,
+        if (classes_.still) {
+            elide_blocks(planner_, "gather in still blocks", kRuleStillBlocks,
                          {.name = "half-velocities that reach them",
-                          .limit = uniforms.still_limit_px,
+                          .limit = float(still_limit_px(parameters_)),
                           .unit = "px"},
-                         still_blocks, (classes.depth ? 3 : 2) * taps);
-            add_keep(planner, still_blocks,
+                         still_blocks, (classes_.depth ? 3 : 2) * taps);
+            add_keep(planner_, still_blocks,
                      {.color = planes.color, .hint = planes.hint, .layers = planes.layers});
         }
-        if (classes.sky) {
-            elide_blocks(planner, "depth in sky blocks", kRuleSkyBlocks,
+        if (classes_.sky) {
+            elide_blocks(planner_, "depth in sky blocks", kRuleSkyBlocks,
                          {"one depth as far as taps reach"}, sky_blocks, taps);
-            add_gather(planner, uniforms, planes, {"gather_sky", sky_blocks, false, false});
+            add_gather(planes, {"gather_sky", sky_blocks, false, false});
         }
-        if (classes.uniform) {
-            elide_blocks(planner, "motion and depth in uniform blocks", kRuleUniformBlocks,
+        if (classes_.uniform) {
+            elide_blocks(planner_, "motion and depth in uniform blocks", kRuleUniformBlocks,
                          {.name = "one motion and one depth layer as far as taps reach; error",
                           .limit = 1e-3},
-                         uniform_blocks, (classes.depth ? 2 : 1) * taps - 1);
-            add_gather(planner, uniforms, planes, {"gather_uniform", uniform_blocks, false, true});
+                         uniform_blocks, (classes_.depth ? 2 : 1) * taps - 1);
+            add_gather(planes, {"gather_uniform", uniform_blocks, false, true});
         }
-        add_gather(planner, uniforms, planes, {"gather", full_blocks, classes.depth, false});
+        add_gather(planes, {"gather", full_blocks, classes_.depth, false});
     }
 
-    void add_gather(PassPlanner& planner, const shared::MotionBlurUniforms& uniforms,
-                    const Planes& planes, const Gather& gather) const {
-        const PlanContext& context = planner.context();
+    void add_gather(const Planes& planes, const Gather& gather) {
         Step step = make_step(
             "gather",
             {{"STORAGE", storage_define()},
@@ -296,47 +284,69 @@ class Guertin {
              {"DOMINANT", flag(parameters_.static_direction == StaticDirection::dominant)},
              {"DEPTH", flag(gather.depth)},
              {"HINT", flag(planes.hint >= 0)},
-             {"UNIFORM", flag(gather.uniform)}},
-            uniforms);
+             {"UNIFORM", flag(gather.uniform)}});
         step.name = gather.name;
-        step.bindings = {{0, planner.input(Role::color)},
-                         {1, stored() ? planes.half_velocity : planner.input(Role::motion)},
+        step.bindings = {{0, planner_.input(Role::color)},
+                         {1, stored() ? planes.half_velocity : planner_.input(Role::motion)},
                          {2, planes.neighbor_max},
                          {0, planes.color, Access::write}};
-        if (gather.depth) step.bindings.push_back({3, planner.input(Role::inverse_depth)});
+        if (gather.depth) step.bindings.push_back({3, planner_.input(Role::inverse_depth)});
         if (splits_by_variance(parameters_)) step.bindings.push_back({4, planes.tile_variance});
         if (jitters()) step.bindings.push_back({5, planes.noise});
         if (planes.hint >= 0) step.bindings.push_back({1, planes.hint, Access::write});
         launch_by(step, gather.list);
-        step.groups = groups_for(context.frame.width, context.frame.height);
-        // Color, velocity, depth of each sample and of the pixel, and the tile. How many blocks
-        // are in which list is not known here: all count for the last, which costs most.
+        step.groups = groups_for(width_, height_);
+        // Color, velocity, depth of each sample and of the pixel, and the tile. The lengths of the
+        // lists are not known here: all blocks count for the last one, which costs most.
         const uint64_t taps = uint64_t(parameters_.samples + 1);
-        if (step.name == "gather")
-            step.taps = pixels_of(context) * ((gather.depth ? 3 : 2) * taps + 1);
+        const bool counts = step.name == "gather";
+        if (counts) step.taps = pixels_ * ((gather.depth ? 3 : 2) * taps + 1);
         std::vector<Binding> arrays;
         if (planes.layers >= 0)
-            arrays = {{6, planner.input(Role::layers)}, {2, planes.layers, Access::write}};
-        const uint64_t of_layer = step.name == "gather" ? pixels_of(context) * taps : 0;
-        add_layered_step(planner, std::move(step), arrays, of_layer);
+            arrays = {{6, planner_.input(Role::layers)}, {2, planes.layers, Access::write}};
+        add_layered_step(planner_, std::move(step), arrays, counts ? pixels_ * taps : 0);
     }
 
+    PassPlanner& planner_;
     const Parameters& parameters_;
+    const Classes classes_;
+    const int width_, height_;
+    const uint64_t pixels_;
+    const Tiles tiles_;
 };
 
 }  // namespace
 
-void plan_guertin(const Parameters& parameters, PassPlanner& planner) {
-    Guertin(parameters).plan(planner);
+Guertin::Depths Guertin::depths_of(const FrameBounds& bounds) {
+    return {bounds.min_inverse_depth == bounds.max_inverse_depth, bounds.min_inverse_depth <= 0};
 }
 
-ShapeNumbers guertin_shape(const Parameters& parameters, const PlanContext& context) {
-    return Guertin(parameters).shape(context);
+// A pixel's tile takes the longest vector of the tiles around it, whose far sides lie up to two
+// tiles away; a tile chosen across the nearer border, or variances of four tiles, half a tile
+// more. Taps lie at most r away, and a vector stored in 8 bits may be longer by sqrt(2)/2
+// r/127.
+Reach Guertin::reach() const {
+    const double edge = parameters_.max_blur_px;
+    const bool further = jitters_tiles(parameters_) || splits_by_variance(parameters_);
+    return {(further ? 2.5 : 2) * edge, 1.006 * edge + 0.5};
 }
 
-void write_guertin_values(const Parameters& parameters, const PlanContext& context,
-                          UniformWriter& uniforms) {
-    Guertin(parameters).write_values(context, uniforms);
+ShapeNumbers Guertin::shape(const PlanContext& context) const {
+    const Classes classes = classes_of(parameters_, depths_, context);
+    return {classes.depth, classes.sky};
+}
+
+void Guertin::plan(PassPlanner& planner) const {
+    Planner(planner, parameters_, classes_of(parameters_, depths_, planner.context())).plan();
+}
+
+void Guertin::write_uniforms(const PlanContext&, UniformWriter& uniforms) const {
+    uniforms.set(uniforms_of(parameters_, frame_));
+    noise::write_uniforms(parameters_.noise, frame_.frame_number, uniforms);
+}
+
+void Guertin::reference(const PlanContext& context, ReferenceFrame& frame) const {
+    run_reference(parameters_, context, frame);
 }
 
 }  // namespace postchain::motion_blur

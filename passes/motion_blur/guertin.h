@@ -1,4 +1,4 @@
-// The report's filter, modes guertin and single: its steps.
+// The report's filter, modes guertin and single.
 #pragma once
 
 #include "chain/pass.h"
@@ -6,11 +6,29 @@
 
 namespace postchain::motion_blur {
 
-// Adds the steps and textures named in guertin.cpp.
-void plan_guertin(const Parameters& parameters, PassPlanner& planner);
-// Pass::shape and Pass::values of it.
-ShapeNumbers guertin_shape(const Parameters& parameters, const PlanContext& context);
-void write_guertin_values(const Parameters& parameters, const PlanContext& context,
-                          UniformWriter& uniforms);
+// All of the pass on a frame but its identity. Steps and textures: guertin.cpp.
+class Guertin : public PassOnFrame {
+  public:
+    // What the bounds of a frame say of its depths.
+    struct Depths {
+        bool one = false;  // all pixels have the same
+        bool sky = true;   // some pixels may be sky
+    };
+    static Depths depths_of(const FrameBounds& bounds);
+
+    Guertin(const Parameters& parameters, const FrameDescription& frame, Depths depths)
+        : parameters_(parameters), frame_(frame), depths_(depths) {}
+
+    Reach reach() const override;
+    ShapeNumbers shape(const PlanContext& context) const override;
+    void plan(PassPlanner& planner) const override;
+    void write_uniforms(const PlanContext& context, UniformWriter& uniforms) const override;
+    void reference(const PlanContext& context, ReferenceFrame& frame) const override;
+
+  private:
+    const Parameters& parameters_;
+    const FrameDescription& frame_;
+    Depths depths_;
+};
 
 }  // namespace postchain::motion_blur

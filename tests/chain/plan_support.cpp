@@ -21,11 +21,10 @@ const ParameterTable& off_table() {
 namespace {
 
 // A pass that copies color through one scratch texture; derived ones change what they use.
-class Copy : public Pass {
+class Copy : public PlainPass {
   public:
     RoleUse roles() const override { return {{Role::color}, {}, {}, {}}; }
-    Reach reach(const FrameDescription&) const override { return {0, 0}; }
-    Status check(const FrameDescription&) const override { return Status(); }
+    Reach reach() const override { return {0, 0}; }
     std::optional<Identity> identity(const PlanContext&) const override {
         if (!parameters_.off) return std::nullopt;
         return Identity{kRuleConfiguration, {.name = "off", .value = 1}};
@@ -130,7 +129,7 @@ class ReadsBefore : public Copy {
 };
 
 class Blur : public Copy {
-    Reach reach(const FrameDescription&) const override { return {20, 20}; }
+    Reach reach() const override { return {20, 20}; }
 };
 
 template <class P>

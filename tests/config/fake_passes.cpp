@@ -4,10 +4,9 @@ namespace postchain::test {
 namespace {
 
 template <class P>
-class FakePass : public Pass {
+class FakePass : public PlainPass {
   public:
     RoleUse roles() const override { return {{Role::color}, {}, {}, {}}; }
-    Status check(const FrameDescription&) const override { return {}; }
     std::optional<Identity> identity(const PlanContext&) const override { return {}; }
     void plan(PassPlanner&) const override {}
     void reference(const PlanContext&, ReferenceFrame&) const override {}

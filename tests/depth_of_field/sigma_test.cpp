@@ -16,7 +16,6 @@ namespace {
 
 using namespace std::string_literals;
 
-using depth_of_field::gilham_sizes;
 using depth_of_field::GilhamSizes;
 using depth_of_field::Parameters;
 using lens::CocSource;
@@ -36,6 +35,13 @@ Parameters unset(int downsample = 1) {
     Parameters parameters;
     parameters.downsample = downsample;
     return parameters;
+}
+
+GilhamSizes gilham_sizes(const Parameters& parameters, const FrameDescription& frame) {
+    const auto sizes = depth_of_field::gilham_sizes(
+        parameters, *lens::circle_of_confusion(parameters.lens, frame), frame);
+    EXPECT_TRUE(sizes.ok()) << sizes.status().message();
+    return sizes.ok() ? *sizes : GilhamSizes();
 }
 
 double sigma_px(const Parameters& parameters, const FrameDescription& frame) {

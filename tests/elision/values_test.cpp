@@ -1,7 +1,10 @@
-// A plan whose values were replaced against a plan that was made for the frame, on random chains.
+// Random chains on frames that change their values: a plan whose uniforms were replaced against a
+// plan that was made for the frame, and the programs of plans against those that were listed
+// before.
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <set>
 
 #include "chain/gl/compiled_plan.h"
 #include "tests/elision/random_case.h"
@@ -59,27 +62,27 @@ TEST(Values, APlanWithAnothersValuesIsThatPlan) {
         Random random(seed + 77);
         if (random.chance(0.6)) enlarge(one, random);
         const RuleNames rules = one.elided.rules(one.chain);
-        PlanShape shape;
-        if (!find_shape(one.chain, one.frame, one.elided, rules, shape).ok()) continue;
+        ResolvedChain resolved;
+        if (!resolved.resolve(one.chain, one.frame, one.elided, rules).ok()) continue;
+        const PlanShape shape = resolved.shape();
         auto plan = make_plan(one.chain, one.frame, one.elided);
         ASSERT_TRUE(plan.ok()) << plan.status().message();
         for (int k = 0; k < 4; ++k) {
             const FrameDescription frame = other_values(one.frame, random);
-            PlanShape found;
-            const Status status = find_shape(one.chain, frame, one.elided, rules, found);
+            const Status status = resolved.resolve(one.chain, frame, one.elided, rules);
             const auto fresh = make_plan(one.chain, frame, one.elided);
             ASSERT_EQ(status.ok(), fresh.ok());
             if (!status.ok()) {
                 EXPECT_EQ(status.message(), fresh.status().message());
                 continue;
             }
-            if (found != shape) {
+            if (resolved.shape() != shape) {
                 ++others;
                 continue;
             }
             ++same;
             ASSERT_TRUE(gl::same_shape(*plan, *fresh)) << seed << "\n" << one.text;
-            write_values(one.chain, frame, one.elided, rules, shape, *plan);
+            write_uniforms(resolved, *plan);
             EXPECT_EQ(plan->frame_number, frame.frame_number);
             EXPECT_EQ(plan->uses_frame_number, fresh->uses_frame_number);
             for (size_t s = 0; s < fresh->steps.size(); ++s) {
@@ -94,6 +97,40 @@ TEST(Values, APlanWithAnothersValuesIsThatPlan) {
     EXPECT_GT(same, 6000);
     EXPECT_GT(others, 500);
     EXPECT_GT(moved, 3000);
+}
+
+// Frames of one kind: whatever their camera, bounds and number are, their plans take programs from
+// the list alone.
+TEST(Programs, AreListedBeforeAnyFrameNeedsThem) {
+    size_t planned = 0, listed = 0, needed = 0;
+    for (uint64_t i = 0; i < 600; ++i) {
+        const uint64_t seed = i * kCasesOfAShape / 4;
+        RandomCase one = random_case(seed);
+        Random random(seed + 99);
+        if (random.chance(0.6)) enlarge(one, random);
+        if (random.chance(0.5)) one.frame.planes.add(Role::motion_back);
+        if (random.chance(0.2)) one.elided.rules_on.insert("uniform_blocks");
+        std::set<std::string> programs, used;
+        for (const ProgramKey& key : programs_of(one.chain, one.frame, one.elided))
+            programs.insert(key.text());
+        for (int k = 0; k < 12; ++k) {
+            const FrameDescription frame = other_values(one.frame, random);
+            const auto plan = make_plan(one.chain, frame, one.elided);
+            if (!plan.ok()) continue;
+            ++planned;
+            for (const Step& step : plan->steps) {
+                used.insert(step.program.text());
+                ASSERT_TRUE(programs.count(step.program.text()))
+                    << step.program.text() << ", seed " << seed << "\n"
+                    << one.text;
+            }
+        }
+        listed += programs.size();
+        needed += used.size();
+    }
+    EXPECT_GT(planned, 4000u);
+    // The list is no catalog of all that could ever be compiled.
+    EXPECT_LT(listed, 3 * needed);
 }
 
 }  // namespace

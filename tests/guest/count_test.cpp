@@ -214,7 +214,8 @@ TEST(Count, ShapesThatAreKnownPlanAndAllocateNothing) {
     EXPECT_EQ(count(guest).plans_made, plans);
 }
 
-// A cut, a closed shutter, a long focus pull: programs were compiled by pc_prepare().
+// A cut, a closed shutter, a long focus pull, bounds, matrices, gain: none was there when
+// pc_prepare() compiled the programs.
 void compiles_nothing_after_prepare(const pc::Chain& made) {
     const auto host = canonical_frame(64, 48);
     const auto guest = instance();
@@ -239,8 +240,22 @@ void compiles_nothing_after_prepare(const pc::Chain& made) {
             }
         }
     }
+    pc_frame one_depth = host.frame, no_sky = host.frame, moving_sky = host.frame;
+    one_depth.max_speed_px = 30;
+    one_depth.nearest = one_depth.farthest = 2;
+    no_sky.farthest = 100;
+    for (int i = 0; i < 4; ++i) moving_sky.view_projection[5 * i] = 1;
+    std::copy_n(moving_sky.view_projection, 16, moving_sky.other_view_projection);
+    moving_sky.other_view_projection[8] = 0.1f;
+    pc_frame brighter = moving_sky;
+    brighter.pre_exposure = 1.5f;
+    brighter.motion_scale[0] = 2;
     pc_frame cut = host.frame;
     cut.flags |= PC_CAMERA_CUT;
+    for (const pc_frame& frame : {one_depth, no_sky, moving_sky, brighter, cut}) {
+        EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_OK)
+            << pc_last_error(guest.get());
+    }
     EXPECT_EQ(count(guest).programs, programs);
     // The cut's own textures were there before the first of these frames.
     const auto fresh = instance();

@@ -178,7 +178,11 @@ TEST(UsedValues, LimitsOfSharpnessAreThoseOfAThinLens) {
     lens::Parameters parameters;
     parameters.breathing = true;
     parameters.max_radius_px = 1000;
-    const auto values = lens::used_values(parameters, frame, 0.5);
+    const auto used = [&] {
+        return lens::used_values(parameters, *lens::circle_of_confusion(parameters, frame), frame,
+                                 0.5);
+    };
+    const auto values = used();
     // Millimeters; a circle of one pixel on the sensor.
     const double f = 50, s = 4000, blur = 2.8 * 36 / 1920 * (s - f);
     EXPECT_NEAR(value_of(values, "sharp_from"), s * f * f / (f * f + blur) / 10, 1e-6);
@@ -188,7 +192,7 @@ TEST(UsedValues, LimitsOfSharpnessAreThoseOfAThinLens) {
     EXPECT_NEAR(value_of(values, "largest_circle_px"), circle * 1920 / 36, 1e-6);
     // Beyond the hyperfocal distance everything is sharp to infinity.
     frame.camera.f_stop = 64;
-    EXPECT_EQ(value_of(lens::used_values(parameters, frame, 0.5), "sharp_to"), INFINITY);
+    EXPECT_EQ(value_of(used(), "sharp_to"), INFINITY);
     for (const auto& one : values)
         if (one.key == "meters_per_unit") {
             EXPECT_EQ(one.of, UsedValue::Of::camera);

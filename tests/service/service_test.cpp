@@ -156,7 +156,7 @@ TEST_F(Jobs, APoisonedFrameIsSetAsideAndTheOthersAreDone) {
 }
 
 // Frame 3 has a shader that is not there, which GL cannot make; the others need nothing.
-class NoShader final : public Pass {
+class NoShader final : public PlainPass {
   public:
     RoleUse roles() const override {
         RoleUse use;
@@ -164,8 +164,7 @@ class NoShader final : public Pass {
         return use;
     }
     Promises promises() const override { return {}; }
-    Reach reach(const FrameDescription&) const override { return {}; }
-    Status check(const FrameDescription&) const override { return Status(); }
+    Reach reach() const override { return {}; }
     std::optional<Identity> identity(const PlanContext& context) const override {
         if (context.frame.frame_number == 3) return std::nullopt;
         return Identity{kRuleFacts, {"nothing to do"}};

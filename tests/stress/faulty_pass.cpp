@@ -7,7 +7,7 @@ namespace {
 
 int runs = 0;
 
-class FaultyPass : public Pass {
+class FaultyPass : public PlainPass {
   public:
     FaultyPass(Fault fault, Light light) : fault_(fault), light_(light) {}
 
@@ -26,8 +26,7 @@ class FaultyPass : public Pass {
         promises.driven_by = {Role::motion};
         return promises;
     }
-    Reach reach(const FrameDescription&) const override { return {1, 1}; }
-    Status check(const FrameDescription&) const override { return Status(); }
+    Reach reach() const override { return {1, 1}; }
     std::optional<Identity> identity(const PlanContext&) const override { return {}; }
     void plan(PassPlanner& planner) const override {
         const FrameDescription& frame = planner.context().frame;

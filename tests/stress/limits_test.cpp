@@ -7,8 +7,6 @@
 #include <fstream>
 #include <set>
 
-#include "passes/registry.h"
-
 #include "tests/stress/subjects.h"
 #include "tests/support/gpu.h"
 
@@ -36,13 +34,18 @@ TEST(Stress, LimitsHoldOnlyWhereListedAndInsideTheirBound) {
     chain = test::chain_of("motion_blur", {{"mode", "guertin"}});
     EXPECT_EQ(verdict("radiance", "both signs, 1e10", 0.0149), Verdict::failed);
     size_t limits = 0;
-    for (const auto& type : test::every_pass().types()) {
-        for (const auto& limit : type.known_limits) {
+    for (const auto& [pass, of_pass] : every_limit()) {
+        const PassType* type = test::every_pass().find(pass);
+        ASSERT_NE(type, nullptr) << pass;
+        for (const auto& limit : of_pass) {
             ++limits;
+            EXPECT_FALSE(limit.reason.empty());
+            const std::string key = limit.parameters.substr(0, limit.parameters.find('='));
+            EXPECT_TRUE(key.empty() || type->parameters->find(key)) << pass << ": " << key;
             // Never for checks without exceptions.
             for (const char* check : {"finite", "elided", "counted", "identity", "constant",
                                       "repeat", "range", "shift", "dot"})
-                EXPECT_NE(limit.check, check) << type.name;
+                EXPECT_NE(limit.check, check) << pass;
         }
     }
     EXPECT_GT(limits, 0u);
@@ -96,9 +99,9 @@ TEST(Stress, EveryKnownLimitIsMet) {
         test::append(chain, "fxaa", {{"mode", "directional"}});
         subjects.push_back(with_cells_camera({concat("lens first, ", samples), chain.clone()}));
     }
-    const auto is_met = [&](const PassType& type, const KnownLimit& limit) {
+    const auto is_met = [&](const std::string& pass, const KnownLimit& limit) {
         for (const auto& subject : subjects) {
-            if (!matches(type.name + ": *" + limit.parameters, subject.chain.text())) continue;
+            if (!matches(pass + ": *" + limit.parameters, subject.chain.text())) continue;
             for (const auto& cell : make_cells(tile_px(subject.chain), false)) {
                 for (Precision precision : {Precision::fp32, Precision::fp16}) {
                     CellResult result;
@@ -111,7 +114,7 @@ TEST(Stress, EveryKnownLimitIsMet) {
                     EXPECT_TRUE(measured.ok()) << measured.status().message();
                     if (!measured.ok()) return false;
                     result.measured = std::move(measured->checks);
-                    apply_known_limits(subject.chain, result);
+                    apply_known_limits(subject.chain, result, every_limit());
                     for (const auto& one : result.measured)
                         if (one.limit && one.limit->reason == limit.reason &&
                             one.limit->bound == limit.bound)
@@ -121,10 +124,10 @@ TEST(Stress, EveryKnownLimitIsMet) {
         }
         return false;
     };
-    for (const auto& type : test::every_pass().types())
-        for (const auto& limit : type.known_limits)
-            EXPECT_TRUE(is_met(type, limit))
-                << type.name << " " << limit.check << " " << limit.parameters << " " << limit.cells;
+    for (const auto& [pass, limits] : every_limit())
+        for (const auto& limit : limits)
+            EXPECT_TRUE(is_met(pass, limit))
+                << pass << " " << limit.check << " " << limit.parameters << " " << limit.cells;
 }
 
 // docs/stability.md has a row for each: cause, owner, why it is not fixed, what to set instead.
@@ -137,10 +140,10 @@ TEST(Stress, EveryKnownLimitHasARowInTheDocumentation) {
             7)
             rows.insert(line.substr(2, line.find(" |", 2) - 2));
     std::set<std::string> named;
-    for (const auto& type : builtin_passes().types()) {
-        for (const auto& limit : type.known_limits) {
+    for (const auto& [pass, limits] : known_limits()) {
+        for (const auto& limit : limits) {
             const std::string name = limit.reason.substr(0, limit.reason.find(':'));
-            EXPECT_EQ(rows.count(name), 1u) << type.name << ": " << limit.reason;
+            EXPECT_EQ(rows.count(name), 1u) << pass << ": " << limit.reason;
             named.insert(name);
         }
     }

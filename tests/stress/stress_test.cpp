@@ -47,6 +47,7 @@ std::set<std::string> promised_checks(const Chain& chain) {
 TEST(Stress, ReducedSetHoldsForEveryPassAndBothOrders) {
     MatrixOptions options;
     options.reduced = true;
+    options.limits = &every_limit();
     const auto subjects = every_pass_and_both_orders();
     const auto matrix = run_matrix(test::executor(), subjects, options);
     ASSERT_TRUE(matrix.ok()) << matrix.status().message();

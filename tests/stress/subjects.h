@@ -11,6 +11,9 @@ namespace postchain::stress {
 // Each registered pass separately, and the shipped chains `paper` and `dof_first`.
 std::vector<Subject> every_pass_and_both_orders();
 
+// The known limits of the passes of every_pass(): of the shipped ones, and of those of the tests.
+const KnownLimits& every_limit();
+
 // A shipped chain.
 Subject shipped(const std::string& name);
 

@@ -31,7 +31,7 @@ std::string macro_of(std::string name) {
     return name;
 }
 
-class Echo final : public Pass {
+class Echo final : public PlainPass {
   public:
     RoleUse roles() const override {
         RoleUse use;
@@ -52,9 +52,7 @@ class Echo final : public Pass {
         return promises;
     }
 
-    Reach reach(const FrameDescription&) const override { return {0, 0}; }
-
-    Status check(const FrameDescription&) const override { return Status(); }
+    Reach reach() const override { return {0, 0}; }
 
     std::optional<Identity> identity(const PlanContext& context) const override {
         if (parameters_.cuts && context.frame.bounds.camera_cut)
@@ -152,15 +150,11 @@ class Echo final : public Pass {
 }  // namespace
 
 const PassType& pass_type() {
-    static const PassType type{
-        .name = "echo",
-        .title = "Echo",
-        .help = "Sets a frame off from those before and after.",
-        .parameters = &table(),
-        .create = [] { return std::make_unique<Echo>(); },
-        .known_limits = {
-            {"reference", "", "fp16", 0.35, "it may be brighter than what a half holds"},
-            {"color", "", "clamped", 55, "it may be brighter than what a half holds"}}};
+    static const PassType type{.name = "echo",
+                               .title = "Echo",
+                               .help = "Sets a frame off from those before and after.",
+                               .parameters = &table(),
+                               .create = [] { return std::make_unique<Echo>(); }};
     return type;
 }
 

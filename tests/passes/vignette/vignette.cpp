@@ -23,7 +23,7 @@ const ParameterTable& table() {
     return rows;
 }
 
-class Vignette final : public Pass {
+class Vignette final : public PlainPass {
   public:
     RoleUse roles() const override {
         RoleUse use;
@@ -38,9 +38,7 @@ class Vignette final : public Pass {
         return promises;
     }
 
-    Reach reach(const FrameDescription&) const override { return {0, 0}; }
-
-    Status check(const FrameDescription&) const override { return Status(); }
+    Reach reach() const override { return {0, 0}; }
 
     std::optional<Identity> identity(const PlanContext&) const override {
         if (parameters_.strength > 0) return std::nullopt;
@@ -51,15 +49,11 @@ class Vignette final : public Pass {
         const PlanContext& context = planner.context();
         const int width = context.frame.width, height = context.frame.height;
         const TextureId darkened = planner.texture("color", context.color_format(), width, height);
-        shared::VignetteUniforms uniforms{};
-        uniforms.size = {width, height};
-        uniforms.strength = float(parameters_.strength);
-        uniforms.alpha = parameters_.alpha;
         Step step;
         step.name = "vignette";
         step.program = {"vignette/vignette.comp", {}};
         step.bindings = {{0, planner.input(Role::color)}, {0, darkened, Access::write}};
-        step.set_uniforms(uniforms);
+        step.take_uniforms<shared::VignetteUniforms>();
         step.groups = groups_for(width, height);
         step.taps = uint64_t(width) * uint64_t(height);
         std::vector<Binding> arrays;
@@ -71,6 +65,14 @@ class Vignette final : public Pass {
         }
         add_layered_step(planner, std::move(step), arrays, uint64_t(width) * uint64_t(height));
         planner.output(Role::color, darkened);
+    }
+
+    void write_uniforms(const PlanContext& context, UniformWriter& uniforms) const override {
+        shared::VignetteUniforms values{};
+        values.size = {context.frame.width, context.frame.height};
+        values.strength = float(parameters_.strength);
+        values.alpha = parameters_.alpha;
+        uniforms.set(values);
     }
 
     void reference(const PlanContext&, ReferenceFrame& frame) const override {

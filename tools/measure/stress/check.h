@@ -47,6 +47,7 @@
 #include "chain/chain.h"
 #include "chain/gl/executor.h"
 #include "tools/measure/stress/cell.h"
+#include "tools/measure/stress/limits.h"
 
 namespace postchain::stress {
 

@@ -153,7 +153,7 @@ Status CellMeasurement::dot() {
     // Reach from the dot to all pixels that contribute to pixels receiving its light.
     double largest = 0;
     for (const auto& link : chain.links)
-        largest = std::max(largest, link.pass->reach(cell_.frame).spreads_px);
+        largest = std::max(largest, reach_of(*link.pass, cell_.frame).spreads_px);
     const double reach = chain.reach(cell_.frame).spreads_px + largest;
     if (std::isinf(reach)) return Status();
     const int side = 2 * int(std::ceil(reach)) + 1;

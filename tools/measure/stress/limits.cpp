@@ -2,13 +2,17 @@
 
 #include <algorithm>
 
+#include "tools/measure/stress/matrix.h"
+
 namespace postchain::stress {
 namespace {
 
-const KnownLimit* limit_of(const ChainLink& link, const std::string& check,
+const KnownLimit* limit_of(const KnownLimits& all, const ChainLink& link, const std::string& check,
                            const std::string& cell) {
+    const auto of_pass = all.find(link.type->name);
+    if (of_pass == all.end()) return nullptr;
     const std::string parameters = link.type->parameters->text(link.pass->parameters());
-    const auto& limits = link.type->known_limits;
+    const auto& limits = of_pass->second;
     const auto found = std::find_if(limits.begin(), limits.end(), [&](const KnownLimit& limit) {
         return limit.check == check && matches(limit.parameters, parameters) &&
                matches(limit.cells, cell);
@@ -16,15 +20,88 @@ const KnownLimit* limit_of(const ChainLink& link, const std::string& check,
     return found == limits.end() ? nullptr : &*found;
 }
 
+// The inverse warp.
+constexpr const char* kBrightPixel =
+    "bright pixel in black: it falls to 0 within one pixel, and a change of a path of 10 px by eps "
+    "moves that edge by 10 eps";
+constexpr const char* kSteepLens =
+    "steep lens: at f/0.1, focused at the near plane, 1 % of depth is 22 px of radius, 560 px in a "
+    "picture 16384 px wide: what was sharp is blurred";
+constexpr const char* kApart =
+    "paths that part: where neighbors part by 5 px a pixel nothing is found, and a position that "
+    "rounds to the next pixel leads 5 px further, to another fill";
+
+// Depth of field, gilham.
+constexpr const char* kOrder =
+    "rows before columns: with a leak test the second pass weighs what the first has mixed";
+constexpr const char* kBoxes = "boxes: the downsampled image moves in steps of its boxes";
+
+// FXAA.
+constexpr const char* kTies =
+    "ties of FXAA 3.11: rows win over columns and the pixel above over the one below, in a turned "
+    "picture others; and another rounding decides otherwise";
+constexpr const char* kStep =
+    "luma's step at 0: at such radiance it goes from 0 to nearly 1 within rounding of 0";
+constexpr const char* kThreshold =
+    "least threshold: the hint takes the thresholds down to a luma of 1e-4, as much as such a "
+    "change of hue";
+constexpr const char* kEdges =
+    "light beside black: of light of 1e6 beside black FXAA leaves as much as a display shows, and "
+    "how much depends on where the edge lies";
+constexpr const char* kOnset =
+    "onset at 0.5 px: above that half-velocity the blur begins, and with it FXAA's hint";
+
 }  // namespace
 
-void apply_known_limits(const Chain& chain, CellResult& cell) {
+const KnownLimits& known_limits() {
+    static const KnownLimits limits = {
+        {"motion_blur",
+         {{"motion", "mode=inverse_warp", "/radiance/firefly", 24, kBrightPixel},
+          {"motion", "mode=inverse_warp", "/nonfinite/inf in color, clamped/", 6.2, kBrightPixel},
+          {"motion", "mode=inverse_warp", "/paths/apart, nothing found/fp32", 4.8, kApart},
+          {"motion", "", "/radiance/firefly*fp16", 26,
+           "few taps: a single pixel's streak is no more than the taps that meet it, and after a "
+           "change of 1 % some round the other way"}}},
+        {"fxaa",
+         {{"flip", "", "/radiance/both signs, 1e10/", 0.0051, kTies},
+          {"flip", "", "/crossed/*both signs, 65504", 0.012, kTies},
+          {"turn", "", "/radiance/both signs", 0.032, kTies},
+          {"turn", "", "/crossed/", 0.0062, kTies},
+          {"reference", "", "/radiance/both signs, 1e10/", 0.015, kTies},
+          {"color", "mode=directional", "/crossed/*firefly 1e10", 32, kThreshold},
+          {"color", "mode=directional", "/radiance/firefly 1e10 in black/fp32", 40, kThreshold},
+          {"reference", "mode=directional", "/crossed/*both signs, 65504, f/0.1 at infinity/fp16",
+           0.008, kStep},
+          {"motion", "mode=directional", "/radiance/both signs*/fp32", 20, kStep},
+          {"grid", "", "/crossed/*firefly 1e10", 1.05, kEdges},
+          {"depth", "", "/crossed/*firefly 1e10, f/0.1 at the near plane/fp32", 156, kEdges},
+          {"motion", "hint=checkerboard", "/speed/*0.5 px", 560, kOnset}}},
+        {"depth_of_field",
+         {{"depth", "method=inverse_warp", "/crossed/*near plane, 16384x3/fp32", 1100, kSteepLens},
+          {"depth", "method=inverse_warp", "/crossed/*f/0.1 at the near plane", 168, kSteepLens},
+          {"turn", "leak=coc", "/crossed/", 0.03, kOrder},
+          {"turn", "leak=coc", "", 0.0024, kOrder},
+          {"grid", "", "/radiance/firefly", 0.76, kBoxes},
+          {"grid", "", "/nonfinite/inf in color, clamped/", 0.058, kBoxes},
+          {"grid", "", "/crossed/", 0.53, kBoxes},
+          {"depth", "", "/crossed/*f/0.1", 86,
+           "steep lens: at f/0.1, focused at the near plane, 1 % of depth is 22 px of radius"}}},
+        {"joint_blur",
+         {{"motion", "", "/radiance/firefly", 10.5, kBrightPixel},
+          {"depth", "", "/paths/apart, nothing found/fp32", 17.5, kApart},
+          {"depth", "", "/lens/f/0.", 27, kSteepLens},
+          {"depth", "", "/crossed/*firefly 1e10, f/0.1 at the near plane/fp32", 480, kSteepLens},
+          {"depth", "", "/crossed/*f/0.1 at the near plane", 255, kSteepLens}}}};
+    return limits;
+}
+
+void apply_known_limits(const Chain& chain, CellResult& cell, const KnownLimits& limits) {
     const std::string name = cell.name();
     for (auto& one : cell.measured) {
         if (one.verdict != Verdict::failed) continue;
         const KnownLimit* widest = nullptr;
         for (const auto& link : chain.links) {
-            const KnownLimit* limit = limit_of(link, one.check, name);
+            const KnownLimit* limit = limit_of(limits, link, one.check, name);
             if (limit && (!widest || limit->bound > widest->bound)) widest = limit;
         }
         if (!widest) continue;

@@ -80,7 +80,7 @@ Result<Matrix> run_matrix(Executor& executor, const std::vector<Subject>& subjec
         if (!measured.ok()) return measured.status().at(name);
         task.result.measured = std::move(measured->checks);
         task.result.bits = measured->bits;
-        apply_known_limits(task.subject->chain, task.result);
+        apply_known_limits(task.subject->chain, task.result, *options.limits);
         matrix.cells.push_back(std::move(task.result));
     }
     return matrix;

@@ -3,9 +3,9 @@
 //   make_cells --> measure --> known limits --> Matrix --> text (here), page (page.h), JSON
 //                                                          (postchain stress)
 //
-// A check outside its bound fails, unless a pass of the chain lists it among its known limits with
-// a reason and a wider bound that holds; then it is reported as a limit. Nothing else widens a
-// bound.
+// A check outside its bound fails, unless it is among the known limits of a pass of the chain
+// (limits.h) with a reason and a wider bound that holds; then it is reported as a limit. Nothing
+// else widens a bound.
 #pragma once
 
 #include <functional>
@@ -38,6 +38,7 @@ struct Matrix {
 struct MatrixOptions {
     std::string only;      // cells whose name() matches; empty = all (see matches())
     bool reduced = false;  // the few cells of every row that tests can afford
+    const KnownLimits* limits = &known_limits();
 };
 
 // Whether `name` contains `pattern`, in which * matches any text.

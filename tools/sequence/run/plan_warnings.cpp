@@ -12,7 +12,7 @@ bool asks_for_focus(const Chain& chain, FrameDescription frame) {
     FrameDescription without = frame;
     without.camera.focus_distance.reset();
     return std::any_of(chain.links.begin(), chain.links.end(), [&](const ChainLink& link) {
-        return link.pass->check(frame).ok() && !link.pass->check(without).ok();
+        return link.pass->resolve(frame).ok() && !link.pass->resolve(without).ok();
     });
 }
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "chain/decisions.h"
+#include "chain/resolved_chain.h"
 #include "tools/sequence/files/parameter_json.h"
 
 namespace postchain::sequence {
@@ -16,7 +16,7 @@ const Origin* find(const Origins& origins, const std::string& key) {
     return found == origins.end() ? nullptr : &found->second;
 }
 
-// Origin of a camera row: the chain's value overrides the frame's.
+// Of a row of the camera: what the chain says lies over what the frame brings.
 Origin of_camera(const Chain& chain, const SourceFrame& frame, const std::string& row) {
     if (const Origin* stated = find(chain.origins, "camera." + row)) return *stated;
     if (const Origin* stated = find(frame.camera_origins, row)) return *stated;
@@ -68,7 +68,7 @@ std::string amount(const ResolvedValue& one) {
 
 std::string origin_text(const Origin& origin) {
     if (origin.where.empty()) return origin.from;
-    // These describe themselves.
+    // These name themselves.
     if (origin.from == kFromOption) return origin.where;
     return origin.from + " " + origin.where;
 }
@@ -85,8 +85,9 @@ Resolved resolve(const Chain& chain, const SourceFrame& frame, const Plan& plan)
     }
     for (size_t i = 0; i < chain.links.size(); ++i) {
         ResolvedPass pass{chain.links[i].type->name, plan.passes[i].elided, {}};
-        const auto seen = seen_with_matte(chain, description, i);
-        for (UsedValue& used : chain.links[i].pass->used_values(seen ? *seen : description)) {
+        const auto on_frame = resolve_link(chain, i, description);
+        for (UsedValue& used :
+             on_frame.ok() ? (*on_frame)->used_values() : std::vector<UsedValue>()) {
             Origin origin = origin_of(chain, frame, i, used);
             pass.values.push_back({std::move(used.key), std::move(used.value), std::move(used.unit),
                                    std::move(origin)});

@@ -22,7 +22,8 @@ double reach_of(const Chain& chain, const Plan& plan, const SourceFrame& frame) 
         if (elision.kind == ElisionKind::pass) left_out.insert(elision.pass);
     double px = 0;
     for (size_t i = 0; i < chain.links.size(); ++i)
-        if (!left_out.count(int(i))) px += chain.links[i].pass->reach(description).spreads_px;
+        if (!left_out.count(int(i)))
+            px += postchain::reach_of(*chain.links[i].pass, description).spreads_px;
     return px;
 }
 

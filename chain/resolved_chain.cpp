@@ -1,0 +1,189 @@
+#include "chain/resolved_chain.h"
+
+#include <algorithm>
+
+#include "chain/hold_still.h"
+#include "chain/matte.h"
+#include "chain/planner.h"
+
+namespace postchain {
+namespace {
+
+// A pass before this one that moves color farther than this (px) makes the planes of other frames
+// strangers to the color: they have not been through it. Decided by the passes' bounds only, so
+// that rules do not change it.
+constexpr double kSpreadWithNeighborsPx = 2;
+
+// Why the rules elide a pass; an error if it must run and cannot.
+Result<std::optional<Identity>> judge_pass(const Pass& pass, const PassOnFrame& on_frame,
+                                           const PlanContext& context) {
+    std::optional<Identity> identity = on_frame.identity(context);
+    if (identity && !context.uses(identity->rule)) identity.reset();
+    const RoleSet missing = pass.roles().required - context.available;
+    // A pass that is off needs no plane; but nothing is known of a plane that does not exist.
+    if (missing.empty() || (identity && identity->rule != kRuleFacts)) return identity;
+    if (!context.uses(kRuleMissingPlane))
+        return Status(StatusCode::input, missing_text(pass, context.available, context.frame));
+    return std::optional(Identity{kRuleMissingPlane, {"a plane is missing"}});
+}
+
+// The frame that a pass with a matte sees, and the effect around the pass.
+struct Matted {
+    MattedPass::Seen seen;
+    ResolvedPass (*effect)(ResolvedPass pass, MattedPass::Seen seen, int matte);
+};
+Matted matted(const ChainLink& link, const FrameDescription& frame, int matte) {
+    if (link.keeps_still())
+        return {std::make_shared<FrameDescription>(with_still_objects(frame, matte)), unmoved};
+    return {std::make_shared<FrameDescription>(with_held_layers(frame)), unblurred};
+}
+
+std::string place_of(const Chain& chain, size_t link) {
+    return concat("passes[", link, "].", chain.links[link].type->name);
+}
+
+}  // namespace
+
+Result<ResolvedPass> resolve_link(const Chain& chain, size_t link, const FrameDescription& frame) {
+    const ChainLink& one = chain.links[link];
+    if (Status status = one.check_matte(); !status.ok()) return status;
+    const int matte = matte_of(frame, link);
+    if (matte < 0 && !one.matte.empty())
+        return Status(
+            StatusCode::input,
+            concat("matte ", one.matte, " was not handed in with frame ", frame.frame_number));
+    if (matte < 0) return one.pass->resolve(frame);
+    const auto [seen, effect] = matted(one, frame, matte);
+    auto pass = one.pass->resolve(*seen);
+    if (!pass.ok()) return pass.status();
+    return effect(std::move(*pass), seen, matte);
+}
+
+std::vector<ResolvedPass> every_shape(const Chain& chain, size_t link,
+                                      const FrameDescription& frame) {
+    const ChainLink& one = chain.links[link];
+    const int matte = matte_of(frame, link);
+    if (matte < 0) return one.pass->every_shape(frame);
+    const auto [seen, effect] = matted(one, frame, matte);
+    std::vector<ResolvedPass> shapes;
+    for (ResolvedPass& pass : one.pass->every_shape(*seen))
+        shapes.push_back(effect(std::move(pass), seen, matte));
+    return shapes;
+}
+
+RoleSet without_neighbors(RoleSet planes) {
+    for (const Neighbor neighbor : kNeighbors)
+        for (const Role role : kNeighborRoles) planes.remove(role_of(neighbor, role));
+    return planes;
+}
+
+std::string missing_text(const Pass& pass, RoleSet could_use, const FrameDescription& frame) {
+    const RoleSet has = could_use | frame.not_converted;
+    return "needs " + (pass.roles().required - has).text() + "; the frame has " + has.text();
+}
+
+FrameDescription seen_by(const Chain& chain, const FrameDescription& given) {
+    FrameDescription frame = given;
+    frame.camera = frame.camera.overlaid_by(chain.camera);
+    return frame;
+}
+
+RoleSet ResolvedChain::outputs() const {
+    return options_->outputs | (frame_.planes & RoleSet{Role::layers});
+}
+
+PlanContext ResolvedChain::context(size_t pass) const {
+    const PlanShape::OfPass& decided = shape_.passes[pass];
+    return {frame_,         options_->precision,    decided.available,
+            decided.wanted, decided.color_is_input, *rules_};
+}
+
+Status ResolvedChain::resolve(const Chain& chain, const FrameDescription& frame,
+                              const PlanOptions& options, const RuleNames& rules) {
+    if (frame.planes.has(Role::layers) != (frame.layers > 0))
+        return Status(StatusCode::internal,
+                      "the frame's number of layers is not that of its plane");
+    chain_ = &chain;
+    options_ = &options;
+    rules_ = &rules;
+    links_.clear();
+    frame_ = seen_by(chain, frame);
+    shape_.passes.assign(chain.links.size(), {});
+    if (Status status = judge(); !status.ok()) return status;
+    find_wanted();
+    find_available();
+    return Status();
+}
+
+// First to last: resolves the passes and decides which are elided. Their identity() sees as wanted
+// an upper bound: every plane that a later pass could read.
+Status ResolvedChain::judge() {
+    auto& passes = shape_.passes;
+    RoleSet readable = outputs();
+    for (size_t i = passes.size(); i-- > 0;) {
+        passes[i].wanted = readable;
+        const RoleUse use = chain_->links[i].pass->roles();
+        readable = readable | use.required | use.optional;
+    }
+    RoleSet available = frame_.planes;
+    bool color_is_input = true;
+    double spread_px = 0;
+    first_spreading_ = passes.size();
+    for (size_t i = 0; i < passes.size(); ++i) {
+        const Pass& pass = *chain_->links[i].pass;
+        if (i > first_spreading_) available = without_neighbors(available);
+        passes[i].available = available;
+        passes[i].color_is_input = color_is_input;
+        auto resolved = resolve_link(*chain_, i, frame_);
+        if (!resolved.ok()) return resolved.status().at(place_of(*chain_, i));
+        const ResolvedPass& on_frame = *resolved;
+        auto identity = judge_pass(pass, *on_frame, context(i));
+        if (!identity.ok()) return identity.status().at(place_of(*chain_, i));
+        spread_px += on_frame->reach().spreads_px;
+        if (spread_px > kSpreadWithNeighborsPx) first_spreading_ = std::min(first_spreading_, i);
+        // An elided pass makes nothing: an earlier plane of that role must not stand in for it.
+        const RoleSet made = pass.roles().on_demand;
+        passes[i].elided = identity->has_value();
+        links_.push_back({std::move(*resolved), *identity, available});
+        available = passes[i].elided ? available - made : available | made;
+        if (!passes[i].elided) color_is_input = false;
+    }
+    return Status();
+}
+
+// Last to first: which planes a later pass that runs reads.
+void ResolvedChain::find_wanted() {
+    auto& passes = shape_.passes;
+    RoleSet wanted = outputs();
+    for (size_t i = passes.size(); i-- > 0;) {
+        passes[i].wanted = rules_->contains(kRuleUnusedStep) ? wanted : kEveryRole;
+        const RoleUse use = chain_->links[i].pass->roles();
+        const RoleSet carried = wanted & use.carried;
+        wanted = wanted - use.on_demand;
+        if (!passes[i].elided) wanted = wanted | use.required | use.optional | carried;
+    }
+}
+
+// First to last: a plane on demand exists only if it was wanted.
+void ResolvedChain::find_available() {
+    auto& passes = shape_.passes;
+    RoleSet existing = frame_.planes;
+    for (size_t i = 0; i < passes.size(); ++i) {
+        if (i > first_spreading_) existing = without_neighbors(existing);
+        passes[i].available = existing;
+        const RoleSet made = chain_->links[i].pass->roles().on_demand;
+        existing = passes[i].elided ? existing - made : existing | (made & passes[i].wanted);
+        if (!passes[i].elided) passes[i].numbers = links_[i].pass->shape(context(i));
+    }
+}
+
+void write_uniforms(const ResolvedChain& resolved, Plan& plan) {
+    plan.frame_number = resolved.frame().frame_number;
+    for (size_t i = 0; i < resolved.links().size(); ++i) {
+        if (resolved.shape().passes[i].elided) continue;
+        UniformWriter uniforms(plan, int(i));
+        resolved.links()[i].pass->write_uniforms(resolved.context(i), uniforms);
+    }
+}
+
+}  // namespace postchain

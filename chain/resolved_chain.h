@@ -1,0 +1,96 @@
+// A chain on one frame: every pass resolved, and the decisions that come before planning, namely
+// which passes are elided, which planes exist where each pass runs, and which it has to make.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "chain/chain.h"
+
+namespace postchain {
+
+struct PlanOptions;
+
+// What the passes of a chain do on a frame, as far as programs, textures, bindings and groups
+// depend on the frame's camera, bounds and number. Frames that are equal but for these three have
+// plans of one shape if their PlanShapes are equal: such plans differ in bytes of uniform blocks,
+// in counts of taps and in the numbers of what is elided.
+struct PlanShape {
+    struct OfPass {
+        RoleSet available, wanted;  // PlanContext
+        bool color_is_input = false;
+        bool elided = false;
+        ShapeNumbers numbers = {};
+        bool operator==(const OfPass&) const = default;
+    };
+    std::vector<OfPass> passes;
+    bool operator==(const PlanShape&) const = default;
+};
+
+// Passes refer to the frame: stays in its place.
+class ResolvedChain {
+  public:
+    struct Link {
+        ResolvedPass pass;
+        std::optional<Identity> identity;  // why it is elided; empty: it runs
+        RoleSet could_use;                 // planes available when that was decided
+    };
+
+    ResolvedChain() = default;
+    ResolvedChain(const ResolvedChain&) = delete;
+    ResolvedChain& operator=(const ResolvedChain&) = delete;
+
+    // Replaces an earlier frame without an allocation, unless it fails. The arguments but for the
+    // frame, which is copied, are referred to. `rules`: options.rules(chain). Errors: of
+    // make_plan().
+    Status resolve(const Chain& chain, const FrameDescription& frame, const PlanOptions& options,
+                   const RuleNames& rules);
+
+    const Chain& chain() const { return *chain_; }
+    const FrameDescription& frame() const { return frame_; }  // with the chain's camera
+    const PlanOptions& options() const { return *options_; }
+    const RuleNames& rules() const { return *rules_; }
+    const std::vector<Link>& links() const { return links_; }
+    const PlanShape& shape() const { return shape_; }
+    // The pass that moves color too far for the planes of other frames to be of use after it; the
+    // number of passes if there is none.
+    size_t first_spreading_pass() const { return first_spreading_; }
+    // Planes that a plan of this frame returns: the requested ones, and its extra layers.
+    RoleSet outputs() const;
+    PlanContext context(size_t pass) const;
+
+  private:
+    Status judge();
+    void find_wanted();
+    void find_available();
+
+    const Chain* chain_ = nullptr;
+    const PlanOptions* options_ = nullptr;
+    const RuleNames* rules_ = nullptr;
+    FrameDescription frame_;
+    std::vector<Link> links_;
+    PlanShape shape_;
+    size_t first_spreading_ = 0;
+};
+
+// A link of a chain on a frame: its pass with the effect of its matte. Errors: Pass::resolve()'s,
+// and of the matte.
+Result<ResolvedPass> resolve_link(const Chain& chain, size_t link, const FrameDescription& frame);
+// Pass::every_shape() of the link, likewise.
+std::vector<ResolvedPass> every_shape(const Chain& chain, size_t link,
+                                      const FrameDescription& frame);
+
+// Planes that exist for passes after one that moves color too far: without those of other frames.
+RoleSet without_neighbors(RoleSet planes);
+
+// Planes that the pass requires and the frame does not have: what was found instead.
+std::string missing_text(const Pass& pass, RoleSet could_use, const FrameDescription& frame);
+
+// The frame with the chain's own camera laid over its.
+FrameDescription seen_by(const Chain& chain, const FrameDescription& given);
+
+// Writes the bytes of this frame's uniform blocks over those of `plan`, which was made for a frame
+// of the same shape; steps that were added to it since are left alone. Allocates nothing.
+void write_uniforms(const ResolvedChain& resolved, Plan& plan);
+
+}  // namespace postchain

@@ -22,7 +22,7 @@ class ApertureImage {
     static constexpr int kSide = 128;
 
     ApertureImage() = default;  // no picture
-    // A picture that is named and has not been read yet (tools/sequence/io/aperture_file.h).
+    // A picture that is named and has not been read yet (tools/sequence/image/aperture_file.h).
     explicit ApertureImage(std::string file) : file_(std::move(file)) {}
     // Of kSide x kSide linear transmittances >= 0, row after row from the top left; their scale
     // does not matter. `file`: where they are from, if from a file. Errors (input): another number

@@ -1,10 +1,10 @@
 #version 450 core
-// One of a plan's textures, drawn over the whole frame.
+// Draws one of a plan's textures over the whole frame.
 //
-//   VIEW 0  color, as it is
-//   VIEW 1  a number: black 0, warm above it, cool below
-//   VIEW 2  a vector: hue its direction, brightness its length, white from kLongest on
-//   VIEW 3  color in gray and dark, for the blocks of a work list to stand out
+//   VIEW 0  color, unchanged
+//   VIEW 1  a number: black = 0, warm above, cool below
+//   VIEW 2  a vector: hue = direction, brightness = length, white from kLongest on
+//   VIEW 3  color in dark gray, as background for the blocks of a work list
 //   VIEW 4  a block of a work list, bright
 #include "guest/place.glsl"
 

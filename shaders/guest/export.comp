@@ -1,5 +1,5 @@
 #version 450 core
-// The chain's color -> a host's texture, in its rows and without the gain.
+// Writes the chain's color to a host's texture, in its row order and without the gain.
 #include "guest/place.glsl"
 
 layout(binding = 0) uniform sampler2D color;

@@ -1,12 +1,12 @@
 #version 450 core
-// A host's textures -> the canonical planes of docs/frame.md. What a host has in canonical form is
-// read in place and is not in here.
+// Converts a host's textures to the canonical planes of docs/frame.md. Textures that already are
+// canonical are read in place instead.
 //
 //   COLOR:  host color [, exposure]   -> color, times the gain; NaN and infinities become 0
 //   DEPTH:  host depth                -> inverse depth
 //   MOTION: host motion               -> motion, pixels to the next frame, y down
-//   SKY:    with host depth           -> the same; what is infinitely far and has no vector gets
-//                                        the camera's motion
+//   SKY:    with host depth           -> motion; infinitely far pixels without a vector get the
+//                                        camera's motion
 #include "guest/place.glsl"
 
 layout(binding = 0) uniform sampler2D host_color;
@@ -22,7 +22,7 @@ layout(binding = 1) writeonly uniform image2D inverse_depth;
 layout(binding = 2) writeonly uniform image2D motion;
 #endif
 
-// From here on an inverse depth is infinitely far (chain/frame.h).
+// Inverse depths below this are infinitely far (chain/frame.h).
 const float kFar = 1e-9;
 const float kLargest = 3.402823466e+38;
 
@@ -34,7 +34,7 @@ float inverse_depth_at(ivec2 p) {
     return max(w, 0.0);
 }
 
-// Where the camera's motion leads what is infinitely far: in pixels, y down.
+// Camera motion of an infinitely far pixel, in pixels, y down.
 vec2 sky_motion(ivec2 p) {
     const vec2 here = vec2(p) + 0.5;
     const vec2 size = vec2(uniforms.size);

@@ -1,4 +1,4 @@
-// From a pixel of the canonical frame (row 0 at the top) to a texel of a host's texture.
+// Maps a pixel of the canonical frame (row 0 at the top) to a texel of a host's texture.
 #include "common/finite.glsl"
 #include "common/work_list.glsl"
 #include "shared/guest_uniforms.h"
@@ -11,7 +11,7 @@ ivec2 stored_at(ivec2 p, ivec2 first) {
 layout(binding = 3) uniform sampler2D exposure;
 #endif
 
-// What passes see of the host's color, as a factor. An exposure that is none counts as 1.
+// Factor from the host's color to the color that passes read. An invalid exposure counts as 1.
 float gain() {
 #if EXPOSURE
     const float value = texelFetch(exposure, uniforms.exposure_at, 0).x;

@@ -1,14 +1,14 @@
 #version 450 core
-// One dispatch adds `sample_count` rays per pixel to the sums of a picture.
+// One dispatch adds `sample_count` rays per pixel to the sums of an image.
 //
 //   sample point (lens, pixel) -> ray -> tile's objects, nearest first -> surface -> sums
 //                                        light's cell of the point -> in shadow?
 //
-// SHAPES, CASTERS, PATTERNS: bits of those that the scene has.
-// DISC 0: the aperture is another shape than a disc. APERTURE_IMAGE 1: it is a picture.
-// VECTORS 1: also writes depth of the first surface with alpha >= 0.5 (as Cycles' default pass
-// threshold), and sums its displacements; pose sets 1 and 2 then hold the previous and the next
-// frame. The depth is that of the last sample: it is asked for with one sample a pixel only.
+// SHAPES, CASTERS, PATTERNS: bits of the kinds that the scene has.
+// DISC 0: the aperture is not a disc. APERTURE_IMAGE 1: it is an image.
+// VECTORS 1: also writes depth of the first surface with alpha >= 0.5 (the default pass threshold
+// of Cycles), and sums its displacements; pose sets 1 and 2 then hold the previous and the next
+// frame. Only the last sample's depth is kept, so depth is rendered with one sample per pixel.
 
 layout(local_size_x = 16, local_size_y = 16) in;
 #include "shared/scene_uniforms.h"
@@ -36,8 +36,8 @@ vec3 to_local(vec4 r0, vec4 r1, vec4 r2, vec3 v) {
     return r0.xyz * v.x + r1.xyz * v.y + r2.xyz * v.z;
 }
 
-// Objects of one shape in this cell; `test` sees the object's ray as o, d. A software renderer
-// runs every loop at least once, empty or not: shapes that the scene does not have are compiled out.
+// Objects of one shape in this cell; `test` gets the object's ray as o, d. A software renderer runs
+// every loop at least once, even if empty: shapes missing in the scene are compiled out.
 #define NEAREST(shape, test)                                                      \
     if ((shapes >> shape & 1) != 0)                                               \
     for (uint i = tile[base + shape], end = tile[base + shape + 1]; i < end; ++i) { \
@@ -62,7 +62,7 @@ Hit nearest(vec3 from, vec3 direction, int rows, int base, float beyond, const i
     return hit;
 }
 
-// All rays to the light are parallel, so that each lies in one cell of a grid across the light.
+// All rays to the light are parallel, so each stays in one cell of a grid across the light.
 bool in_shadow(vec3 world, int rows) {
     vec2 at = vec2(dot(world, uniforms.light_right.xyz), dot(world, uniforms.light_up.xyz)) *
                   uniforms.light_cells + vec2(uniforms.light_right.w, uniforms.light_up.w);
@@ -73,7 +73,7 @@ bool in_shadow(vec3 world, int rows) {
     return nearest(world, uniforms.light.xyz, rows, base, 0.0, CASTERS).id >= 0;
 }
 
-// Where the camera of a pose set sees a world point; pixels, +y up. False behind the camera.
+// Position of a world point in the camera of a pose set; pixels, +y up. False behind the camera.
 bool project(int rows, vec3 world, out vec2 position) {
     vec4 c0 = pose[rows], c1 = pose[rows + 1], c2 = pose[rows + 2];
     vec3 seen = to_local(c0, c1, c2, world - vec3(c0.w, c1.w, c2.w));
@@ -96,7 +96,7 @@ vec4 displacement(int set_rows, int id, vec3 local) {
     return vec4(seen && was ? before - here : vec2(0.0), seen && will ? here - after : vec2(0.0));
 }
 
-// Point of the unit disc for a point of the unit square, equal areas (Shirley and Chiu 1997).
+// Maps the unit square to the unit disc, preserving area ratios (Shirley and Chiu 1997).
 vec2 on_disc(vec2 u) {
     vec2 p = 2.0 * u - 1.0;
     bool wide = abs(p.x) > abs(p.y);
@@ -115,9 +115,9 @@ const int kTries = 4096;
 const int kTries = 64;
 #endif
 
-// How much light passes the aperture at a point of the unit disc, 0 to 1, on its way from where a
-// pinhole sees this place, pixels from the middle, y up. Blades are arcs of the given curvature
-// through corners on the unit circle; the barrel is a circle that from the side is seen moved.
+// Aperture transmittance, 0 to 1, at a point of the unit disc, for the place in the image where a
+// pinhole sees the point, in pixels from the center, y up. Blades are arcs of the given curvature
+// through corners on the unit circle; the barrel is a circle that appears shifted off axis.
 float transmittance(vec2 lens, vec2 place) {
     vec2 beside = lens + uniforms.barrel_per_px * place;
     if (dot(beside, beside) > 1.0) return 0.0;
@@ -132,13 +132,13 @@ float transmittance(vec2 lens, vec2 place) {
     return texelFetch(aperture_image, clamp(cell, ivec2(0), size - 1), 0).r;
 #else
     if (uniforms.aperture_blades < 3) return 1.0;
-    // Turned so that the middle of its blade lies to the right.
+    // Rotated so that the center of its blade is to the right.
     float blade = 6.28318530718 / float(uniforms.aperture_blades);
     float angle = atan(at.y, at.x) - uniforms.aperture_rotation;
     angle -= blade * floor(angle / blade + 0.5);
     at = length(at) * vec2(cos(angle), sin(angle));
     vec2 corner = vec2(cos(0.5 * blade), sin(0.5 * blade));
-    // The arc bulges beyond the chord by its height over it, of a circle of radius 1/curvature.
+    // The arc, of a circle of radius 1/curvature, bulges beyond the chord by its sagitta.
     float bent = uniforms.aperture_curvature;
     float bulge = sqrt(1.0 - bent * bent * at.y * at.y) - sqrt(1.0 - bent * bent * corner.y * corner.y);
     return at.x <= corner.x + (bent > 0.0 ? bulge / bent : 0.0) ? 1.0 : 0.0;
@@ -174,10 +174,10 @@ void main() {
         vec4 c0 = pose[rows], c1 = pose[rows + 1], c2 = pose[rows + 2];
         float focal_px = pose[rows + 3].x;
         vec2 film = vec2(pixel) + u.zw - 0.5 * vec2(uniforms.size);
-        // In camera coordinates, x right, y up, z forward: through the point in focus.
+        // In camera coordinates, x right, y up, z forward: through the focused point.
         vec2 lens = on_disc(u.xy);
 #if !DISC
-        // Points that are stopped are drawn again; of those where some light passes, so many.
+        // Blocked lens points are drawn again, until enough points pass some light.
         float lens_px = uniforms.lens_radius * focal_px / uniforms.focus_distance;
         uint again = hash(uint(index) ^ hash(uniforms.seed ^ hash(uint(uniforms.first_sample + s))));
         float chance = 0.0;
@@ -237,7 +237,7 @@ void main() {
             }
 #endif
             if (through == 0.0) break;
-            // Of a solid only the front is ever met, so that no surface comes twice.
+            // Only the front of a solid is hit, so that no surface is hit twice.
             beyond = hit.t * 1.00001;
         }
         color += vec4(sum, 1.0 - through);

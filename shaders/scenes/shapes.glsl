@@ -1,9 +1,9 @@
-// Nearest intersection of a ray with each shape, in the shape's own coordinates.
+// Nearest intersection of a ray with each shape, in the shape's coordinates.
 //
-// All take origin o and unit direction d and return the distance along d, kMiss when there is
-// none in front of the origin. Closed forms (linear or quadratic), but for the torus, whose exact
-// distance function is followed: a float quartic breaks down for rays along the axis, which is
-// how a wheel is mostly seen.
+// All take origin o and unit direction d and return the distance along d, or kMiss if there is no
+// intersection in front of the origin. Closed forms (linear or quadratic), except for the torus,
+// which follows its exact distance function: a float quartic fails for rays along the axis, the
+// usual view of a wheel.
 //
 //   rectangle  size.xy half extents in z = 0; extra.xy, z: center and radius of a round hole
 //   sphere     size.x radius
@@ -11,8 +11,8 @@
 //   rod        size.x half length along y without the round ends, size.y radius
 //   torus      size.x radius of the ring about z, size.y radius of the tube
 //   wheel      flat in z = 0: size.x outer radius, size.y hub radius, size.z number of spokes,
-//              size.w half width of a spoke; the rim is 1.5 spokes wide, a second ring
-//              stands at 0.84
+//              size.w half width of a spoke; the rim is 1.5 spokes wide, with a second ring
+//              at 0.84
 
 const float kMiss = 1e30;
 
@@ -25,7 +25,7 @@ float hit_rectangle(vec3 o, vec3 d, vec4 size, vec4 extra) {
 }
 
 float hit_sphere(vec3 o, vec3 d, float radius) {
-    // The foot of the perpendicular first: o*o - r*r would cancel for small, far spheres.
+    // Starts at the foot of the perpendicular: o*o - r*r would cancel for small, far spheres.
     float along = dot(o, d);
     vec3 foot = o - along * d;
     float h = radius * radius - dot(foot, foot);
@@ -43,7 +43,7 @@ float hit_box(vec3 o, vec3 d, vec3 half_size) {
 }
 
 float hit_rod(vec3 o, vec3 d, float half_length, float radius) {
-    // Side: a quadratic in the x-z plane; where it leaves the half length, the end's sphere.
+    // Side: a quadratic in the x-z plane; beyond the half length, the sphere of the end.
     float a = max(dot(d.xz, d.xz), 1e-12);
     float along = dot(o.xz, d.xz) / a;
     vec2 foot = o.xz - along * d.xz;
@@ -58,7 +58,7 @@ float hit_rod(vec3 o, vec3 d, float half_length, float radius) {
 }
 
 float hit_torus(vec3 o, vec3 d, float ring, float tube) {
-    // From the entry into the slab |z| <= tube and the bounding sphere.
+    // Starts at the entry into the slab |z| <= tube and the bounding sphere.
     float along = dot(o, d);
     vec3 foot = o - along * d;
     float outer = ring + tube;
@@ -108,13 +108,13 @@ float hit_wheel(vec3 o, vec3 d, vec4 size) {
     return t > 0.0 && wheel_parts(p, size).w > 0.0 ? t : kMiss;
 }
 
-// Outward unit normal at a point on the shape. Flat wheels get one that looks round.
+// Outward unit normal at a point on the shape. Flat wheels get one that appears round.
 vec3 normal_of(int shape, vec3 p, vec4 size) {
     if (shape == SCENE_SPHERE) return p / size.x;
     if (shape == SCENE_BOX) {
         vec3 relative = abs(p) / size.xyz;
         float largest = max(max(relative.x, relative.y), relative.z);
-        // On an edge two faces meet, at a corner three: their mean, of unit length.
+        // Two faces meet at an edge, three at a corner: the normalized mean of their normals.
         return normalize(sign(p) * vec3(greaterThanEqual(relative, vec3(largest))));
     }
     if (shape == SCENE_ROD) return (p - vec3(0.0, clamp(p.y, -size.x, size.x), 0.0)) / size.y;

@@ -1,7 +1,8 @@
-// What a surface or the sky looks like: procedural patterns and a simple light.
+// Shading of surfaces and sky: procedural patterns and a simple light.
 //
-// Rectangles and wheels are patterned in their own x, y; solids in their own x, y, z; both move
-// with the object. All noise comes from integer hashes, so that every run gives the same bits.
+// Patterns of rectangles and wheels use their own x, y, those of solids their own x, y, z, so that
+// they move with the object. All noise comes from integer hashes, so that every run gives the same
+// bits.
 
 uint hash(uint x) {
     x ^= x >> 16;
@@ -26,7 +27,7 @@ float value_noise(vec2 p, uint salt) {
                mix(hash_cell(c + ivec2(0, 1), salt), hash_cell(c + ivec2(1, 1), salt), f.x), f.y);
 }
 
-// Color of the sky towards unit vector d; clouds thin out at the horizon.
+// Color of the sky in direction d (unit); clouds thin out at the horizon.
 vec3 sky_color(vec3 d) {
     float up = clamp(d.y, 0.0, 1.0);
     vec3 color = mix(uniforms.horizon.rgb, uniforms.zenith.rgb, sqrt(up));
@@ -37,7 +38,7 @@ vec3 sky_color(vec3 d) {
     return mix(color, vec3(1.1, 1.08, 1.05), cloud);
 }
 
-// Letters are columns of 7 bits, one uint each; pattern.z = first column, pattern.w = columns of a
+// Letters are columns of 7 bits, one uint each; pattern.z = first column, pattern.w = columns per
 // line, extra.w = lines.
 float text_mask(SceneObject object, vec2 p) {
     vec2 uv = vec2(0.5, 0.5) + 0.5 * p * vec2(1.0, -1.0) / (object.size.xy * 0.9);
@@ -52,7 +53,7 @@ float text_mask(SceneObject object, vec2 p) {
     return float((letters[at] >> bit) & 1u);
 }
 
-// Patterns that the scene does not have are compiled out.
+// Patterns missing in the scene are compiled out.
 bool is(int kind, const int pattern) { return (PATTERNS >> pattern & 1) != 0 && kind == pattern; }
 
 struct Surface {
@@ -61,18 +62,18 @@ struct Surface {
     float gloss;
 };
 
-// `p` in the object's coordinates, `n` its normal there.
+// `p` is in the object's coordinates, `n` its normal there.
 Surface surface_of(SceneObject object, vec3 p, vec3 n) {
     int kind = int(object.pattern.x);
     float cell = object.pattern.y;
     vec3 a = object.color_a.rgb, b = object.color_b.rgb;
     Surface s = Surface(a, vec3(0.0), object.color_b.w);
-    // Flat patterns of a box lie in each of its faces.
+    // Flat patterns cover each face of a box.
     vec2 flat_p = p.xy;
     if (int(object.flags.x) == SCENE_BOX)
         flat_p = abs(n.x) > 0.5 ? p.zy : abs(n.y) > 0.5 ? p.xz : p.xy;
     if (is(kind, SCENE_CHECKER)) {
-        // No face may lie between two cells: boxes end on whole cells, rectangles are at z = 0.
+        // Keeps faces off cell borders: boxes end on whole cells, rectangles are at z = 0.
         ivec3 c = ivec3(floor(0.999 * p / cell + vec3(0.0, 0.0, 0.5)));
         s.albedo = ((c.x + c.y + c.z) & 1) == 0 ? a : b;
     } else if (is(kind, SCENE_STRIPES)) {

@@ -53,7 +53,8 @@ BenchFrame make_frame(const std::string& scene, int width, int height) {
                 tint = {0.8, 0.6, 0.3};
                 if (bright) tint = {8e-4, 6e-4, 3e-4};
             }
-            // Points of 3 x 3 pixels, a hundred and more apart, from 20 upwards in factors of 1.56.
+            // Points of 3 x 3 pixels, more than a hundred apart, from 20 upwards in factors of
+            // 1.56.
             if (bright && x % 131 < 3 && y % 113 < 3) {
                 const int step = (x / 131 + 5 * (y / 113)) % 17;
                 const double most = scene == "glare" ? 3e5 : 3e4;
@@ -87,7 +88,7 @@ BenchFrame make_frame(const std::string& scene, int width, int height) {
     d.camera.focal_length_mm = 50;
     d.camera.sensor_width_mm = 36;
     d.camera.f_stop = 1.8;
-    d.camera.focus_distance = 2;  // the disc
+    d.camera.focus_distance = 2;  // on the disc
     ConvertOptions options;
     options.depth = DepthEncoding::inverse;
     require(convert_frame(frame.planes, d, options));
@@ -182,7 +183,7 @@ Settings take_settings(int& argc, char** argv, int iterations) {
     }
     argc = kept;
     if (settings.width < 1 || settings.height < 1 || settings.iterations < 1)
-        fail("--size=WIDTHxHEIGHT and --iterations=N take numbers above 0");
+        fail("--size=WIDTHxHEIGHT and --iterations=N need numbers above 0");
     return settings;
 }
 

@@ -1,4 +1,4 @@
-// What the benchmarks of passes share: synthetic frames, planes on the device, order statistics.
+// Shared by the pass benchmarks: synthetic frames, planes on the device, order statistics.
 #pragma once
 
 #include <map>
@@ -13,7 +13,7 @@
 
 namespace postchain::bench {
 
-// Prints and ends the program: a benchmark has no caller to report to.
+// Prints the error and ends the program.
 [[noreturn]] void fail(const std::string& text);
 void require(const Status& status);
 
@@ -26,40 +26,40 @@ T require(Result<T> result) {
 struct BenchFrame {
     FrameDescription description;
     FramePlanes planes;  // color, inverse_depth, motion
-    double still = 0;    // share of the pixels
+    double still = 0;    // fraction of the pixels
 };
 
-// Sky above; ground; a disc in front, in focus. Everything carries waves and bars, so that FXAA
-// finds edges. Color values are such as a half holds, as those of most files are.
+// Sky above, ground, and a disc in front, in focus. All surfaces have waves and bars, so that FXAA
+// finds edges. Color values fit in half, like those of most files.
 //
-//   mixed       the sky is still, the ground moves in its right half alone, the disc turns, 60 px a
-//               frame at its rim
+//   mixed       the sky is still, the right half of the ground moves, the disc turns, 60 px a frame
+//               at its rim
 //   still       nothing moves
 //   pan         everything moves by (24.3, -7.1) px
 //   highlights  as mixed, with points of radiance 20 to 30000, and the ground at 1/1000
-//   glare       as highlights, with points up to 300000: more than a half holds
+//   glare       as highlights, with points up to 300000: more than half can hold
 const std::vector<std::string>& scenes();
 BenchFrame make_frame(const std::string& scene, int width, int height);
 
-// What the programs take on the command line.
+// Command line settings.
 struct Settings {
     int width = 1280;
     int height = 720;
     int iterations;    // runs or pairs
-    std::string only;  // part of a row's name; empty = all
+    std::string only;  // substring of a row's name; empty = all
 };
-// Takes --size=WIDTHxHEIGHT, --iterations=N and --only=PART_OF_NAME out of the arguments; what is
-// left is for other readers.
+// Removes --size=WIDTHxHEIGHT, --iterations=N and --only=PART_OF_NAME from the arguments and parses
+// them.
 Settings take_settings(int& argc, char** argv, int iterations);
-// The same, for programs that know no other argument.
+// take_settings() for programs without other arguments.
 Settings parse_settings(int argc, char** argv, int iterations);
 
-// A frame's planes as textures, each in the format asked for; uploaded once per format.
+// A frame's planes as textures, each in the requested format; uploaded once per format.
 class DevicePlanes {
   public:
     explicit DevicePlanes(const FramePlanes& planes) : planes_(planes) {}
     unsigned texture(Role role, Format format);
-    // What the plan imports, in the formats it states.
+    // The plan's imports, in the formats it states.
     std::map<Role, unsigned> inputs_of(const Plan& plan);
 
   private:
@@ -68,19 +68,19 @@ class DevicePlanes {
     std::map<std::pair<Role, Format>, unsigned> textures_;
 };
 
-// Adds one dispatch that copies the input's color, as a pass of its own.
+// Adds a separate pass of one dispatch that copies the input's color.
 void add_copy(Plan& plan, int width, int height);
 
-// The times of the last run, once the device has run past them.
+// The times of the last run, after waiting for the device.
 std::vector<PassTime> finished_times(Executor& executor);
 
-// CPU time of all threads of this process, milliseconds: varies less than the wall clock where
+// CPU time of all threads of this process in milliseconds; varies less than wall-clock time if
 // other programs run.
 double cpu_milliseconds();
 
 double quantile(std::vector<double> values, double q);
 
-// Renderer and number of threads, as a line for the head of a table.
+// Renderer and number of threads, for the head of a table.
 std::string device_text(const gl::Device& device);
 
 }  // namespace postchain::bench

@@ -1,10 +1,9 @@
-// Bytes per pixel of chains, by pass and step, as a table of Markdown: what chain/plan_bytes.h
-// counts, for an engine's frame of which nothing is known, so that everything in it may move.
+// Prints a Markdown table of bytes per pixel of chains, by pass and step, as chain/plan_bytes.h
+// counts them, for an engine's frame without known facts, in which everything may move.
 //
 //   bytes_table [--halves] [--size=WIDTHxHEIGHT] CHAIN...
 //
-// --halves: color and motion come as halves and planes in between are halves; depth stays fp32.
-// Needs no GL.
+// --halves: color, motion and intermediate planes are half; depth is fp32. Needs no GL.
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -24,7 +23,7 @@ using namespace postchain;
     std::exit(2);
 }
 
-// A lens and a shutter under which every pass runs.
+// Lens and shutter with which every pass runs.
 FrameDescription engine_frame(int width, int height, bool halves) {
     FrameDescription frame;
     frame.width = frame.display_width = width;
@@ -91,7 +90,7 @@ int main(int argc, char** argv) {
         else
             chains.push_back(argument);
     }
-    if (chains.empty()) fail("no chain; bytes_table [--halves] [--size=WxH] CHAIN...");
+    if (chains.empty()) fail("give a chain: bytes_table [--halves] [--size=WxH] CHAIN...");
     for (const std::string& chain : chains)
         print(chain, plan_of(chain, engine_frame(width, height, halves), halves), halves);
     return 0;

@@ -1,12 +1,12 @@
-// What elision saves: the time of an elided run over that of a complete run, and what a still frame
-// costs beside a bare copy.
+// Measures elision: the time of an elided run relative to a complete run, and the cost of a still
+// frame relative to a copy.
 //
 //   frame on the device -> { complete, elided with facts, elided without, complete, ... } -> ratios
 //   -> quartiles
 //
-// "With facts" is a sequence, whose facts are found while a frame is converted; without them is an
-// engine, which reads nothing back and sorts blocks on the device. Rules of time, and what came of
-// it: docs/benchmarks.md.
+// "With facts" models a sequence, whose facts are found while a frame is converted; "without" an
+// engine, which reads nothing back and sorts blocks on the device. Timing rules and results:
+// docs/benchmarks.md.
 #include <cmath>
 #include <cstdio>
 
@@ -30,8 +30,8 @@ struct Scene {
     Focus focus;
 };
 
-// layers: sky and ground out of focus, the disc in focus. partly: every radius lies between the one
-// that is sharp and the one that is wholly blurred.
+// layers: sky and ground out of focus, the disc in focus. partly: every radius is between sharp and
+// fully blurred.
 constexpr Scene kScenes[] = {
     {"still", Motion::none, Focus::layers},
     {"pan", Motion::pan, Focus::layers},
@@ -43,9 +43,8 @@ constexpr Scene kScenes[] = {
     {"nothing to leave out", Motion::all, Focus::partly},
 };
 
-// The frame of the other benchmarks with motion and depth of its own. Lens of that frame: 50 mm at
-// f/1.8, focus at 2 units; 1280 px wide it has R = 24.7 (1/2 - w) px, wholly blurred from 6.2 px
-// on.
+// The frame of the other benchmarks with its own motion and depth. Its lens: 50 mm at f/1.8, focus
+// at 2 units; at 1280 px width R = 24.7 (1/2 - w) px, fully blurred from 6.2 px on.
 BenchFrame make_scene(const Scene& scene, int width, int height) {
     BenchFrame frame = make_frame("mixed", width, height);
     ImageF& motion = frame.planes[Role::motion];
@@ -60,7 +59,7 @@ BenchFrame make_scene(const Scene& scene, int width, int height) {
                 v[0] = 24.3f;
                 v[1] = -7.1f;
             }
-            if (scene.motion == Motion::all) {  // turns about a point above the picture
+            if (scene.motion == Motion::all) {  // turns about a point above the image
                 v[0] = 40.0f * (1.0f + float(y) / float(height));
                 v[1] = 40.0f * (0.5f - float(x) / float(width));
             }
@@ -75,7 +74,7 @@ BenchFrame make_scene(const Scene& scene, int width, int height) {
     return frame;
 }
 
-// "paper" and "dof_first" are those of config/chains.
+// "paper" and "dof_first" as in config/chains.
 Chain make_chain(const std::string& name) {
     std::vector<std::string> types = {name};
     if (name == "paper") types = {"motion_blur", "fxaa", "depth_of_field"};
@@ -103,7 +102,7 @@ struct Times {
     std::vector<double> wall, cpu;  // milliseconds
 };
 
-// Median and quartiles of a / b, run by run.
+// Median and quartiles of a / b over the runs.
 void print(const std::vector<double>& a, const std::vector<double>& b) {
     std::vector<double> ratios;
     for (size_t i = 0; i < a.size(); ++i) ratios.push_back(a[i] / b[i]);
@@ -150,8 +149,8 @@ class Bench {
         std::fflush(stdout);
     }
 
-    // The pixels' own work is what lists launch; all before it sorts blocks. The whole, the sorting
-    // alone and a copy take turns.
+    // Steps launched by work lists process pixels; earlier steps sort blocks. The whole plan, the
+    // sorting and a copy run in turn.
     void run_against_copy(const std::string& chain_name, const Scene& scene) {
         const std::string name = concat(chain_name, ", ", scene.name);
         if (name.find(settings_.only) == std::string::npos) return;
@@ -163,7 +162,7 @@ class Bench {
         plans[0] = plans[1] = require(make_plan(make_chain(chain_name), unknown));
         while (plans[1].steps.back().work_list >= 0) plans[1].steps.pop_back();
         for (const Step& step : plans[1].steps)
-            if (step.work_list >= 0) fail("steps that lists launch are not the last");
+            if (step.work_list >= 0) fail("steps launched by work lists are not the last");
         add_copy(plans[2], settings_.width, settings_.height);
         Times times[3];
         for (int i = -2; i < 4 * settings_.iterations; ++i)
@@ -195,7 +194,7 @@ class Bench {
         const double before = cpu_milliseconds();
         require(executor_.run(plan, inputs));
         double wall = 0;
-        if (!plan.steps.empty())  // else there is nothing to wait for
+        if (!plan.steps.empty())  // otherwise there is nothing to wait for
             for (const PassTime& time : finished_times(executor_)) wall += time.milliseconds;
         return {wall, cpu_milliseconds() - before};
     }

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# On a machine with a GPU: builds the core, fetching nothing, runs the tests that compare pixels with
-# their references on that device, then gpu_bench at each size, with the share of the device's bandwidth
-# that each pass and step reaches. Needs CMake, Ninja, a C++20 compiler and the packages epoxy, GLM,
-# GoogleTest and google-benchmark.
+# On a machine with a GPU: builds the core without fetching anything, runs the tests that compare
+# pixels with their references on that device, then gpu_bench at each size, with the fraction of the
+# device's bandwidth that each pass and step reaches. Needs CMake, Ninja, a C++20 compiler and the
+# packages epoxy, GLM, GoogleTest and google-benchmark.
 # Usage: tests/bench/gpu.sh [--sizes "1280x720 1920x1080 3840x2160"] [--only PART_OF_NAME]
 #                           [--iterations 21] [--tests REGEX] [--jobs N]
 set -euo pipefail
@@ -39,7 +39,7 @@ cmake --build --preset core -j "$jobs" --target gpu_bench guest_bench executor_t
 
 programs=build-core/tests/bench
 if "$programs/gpu_bench" --size=64x64 --iterations=1 --only=copy | grep -q "wall clock"; then
-    echo "no GPU: EGL gives a software renderer; the figures below say nothing of a GPU" >&2
+    echo "no GPU: EGL uses a software renderer; the figures below do not apply to a GPU" >&2
 fi
 
 echo "== tests on this device"

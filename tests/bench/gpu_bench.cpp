@@ -1,15 +1,15 @@
-// What each pass costs per megapixel and per tap, beside a plain copy of the same frame.
+// Measures the cost of each pass per megapixel and per tap, relative to a copy of the same frame.
 //
 //   synthetic frame -> textures on the device -> { pass, copy, pass, copy, ... } -> medians
 //
-// Rules of time: docs/benchmarks.md. The wall clock around glFinish on a software renderer, GL
-// timestamps on a GPU (chain/gl/clock.h); two runs to warm up; pass and copy take turns inside one
-// queue, so that both see the same machine; median and quartiles are reported. The bandwidth that
-// shares are of is measured first, by the same copy of a frame of 3840x2160.
-// B/px are the bytes that the plan moves for each pixel (chain/plan_bytes.h), GB/s those over the
-// median. A tap is a texture fetch by the plan's own count (Step::taps): a bound where a shader
-// leaves early, as motion blur does on still tiles, and a floor for FXAA, which fetches more along
-// edges.
+// Timing rules: docs/benchmarks.md. Wall-clock time around glFinish on a software renderer, GL
+// timestamps on a GPU (chain/gl/clock.h). After two warm-up runs, pass and copy alternate in one
+// queue, so that both see the same load; median and quartiles are reported. The reference bandwidth
+// is measured first, with the same copy of a frame of 3840x2160.
+// B/px are the bytes that the plan moves per pixel (chain/plan_bytes.h), GB/s those bytes over the
+// median time. A tap is a texture fetch as counted by the plan (Step::taps): an upper bound if a
+// shader exits early, as motion blur does on still tiles, and a lower bound for FXAA, which fetches
+// more along edges.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -37,7 +37,7 @@ struct PassValues {
 
 struct Case {
     std::string name;
-    std::vector<PassValues> passes;  // none: the copy itself
+    std::vector<PassValues> passes;  // none = the copy itself
 };
 
 std::vector<Case> cases() {
@@ -84,7 +84,7 @@ Plan plan_of(const Case& one, const BenchFrame& frame) {
     return require(make_plan(chain, frame.description, options));
 }
 
-// The same work `times` times over in one queue: a GPU must not wait for the next dispatch.
+// The same work `times` times in one queue: a GPU must not wait for the next dispatch.
 void repeat(Plan& plan, int times) {
     const std::vector<Step> steps = plan.steps;
     const std::vector<PlanPass> passes = plan.passes;
@@ -99,13 +99,13 @@ void repeat(Plan& plan, int times) {
         if (texture.last_step >= 0) texture.last_step += (times - 1) * int(steps.size());
 }
 
-// GL's least maximum of a texture's side is larger.
+// GL guarantees larger textures.
 constexpr int kBandwidthWidth = 3840, kBandwidthHeight = 2160;
 
-// Times of a plan's steps or passes over all runs, each run's sum over the plan.
+// Times of a plan's steps or passes over all runs; each run is summed over the plan.
 class Sums {
   public:
-    // `time` of a plan that holds `passes` passes again and again.
+    // `time` of a plan that repeats `passes` passes.
     void add(const PassTime& time, size_t passes) {
         const size_t repeat = size_t(time.pass) / passes;
         if (repeat >= sums_.size()) sums_.resize(repeat + 1, 0);
@@ -136,7 +136,8 @@ class Bench {
     const char* timing_source() const { return executor_.timing_source(); }
     double bandwidth() const { return bandwidth_; }
 
-    // GB/s of a copy of a frame that no cache holds; on a software renderer of one of this size.
+    // GB/s of a copy of a frame too large for caches; on a software renderer, of a frame of this
+    // size.
     void measure_bandwidth() {
         Plan plan;
         plan.width = software_ ? settings_.width : kBandwidthWidth;
@@ -207,7 +208,7 @@ class Bench {
         if (steps_ && !one.passes.empty()) add_rows(once, by_name, megapixels);
     }
 
-    // A line for each step of the last run().
+    // One line for each step of the last run().
     const std::vector<std::string>& step_rows() const { return rows_; }
 
   private:
@@ -263,7 +264,7 @@ class Table : public benchmark::BenchmarkReporter {
     const Bench& bench_;
 };
 
-// Takes --steps out of the arguments.
+// Removes --steps from the arguments.
 bool take_steps(int& argc, char** argv) {
     const auto end = std::remove_if(argv + 1, argv + argc, [](const char* word) {
         return std::string_view(word) == "--steps";
@@ -291,9 +292,9 @@ int main(int argc, char** argv) {
                 bench.timing_source(), settings.width, settings.height, 100 * bench.frame().still,
                 settings.iterations);
     bench.measure_bandwidth();
-    std::printf("bandwidth of a copy: %.1f GB/s; share: GB/s as a part of it, percent\n",
+    std::printf("bandwidth of a copy: %.1f GB/s; share: GB/s in percent of it\n",
                 bench.bandwidth());
-    std::printf("copies: time as a multiple of a plain copy of the frame, measured in turn\n");
+    std::printf("copies: time as a multiple of a copy of the frame, measured alternately\n");
     const std::vector<Case> all = cases();
     for (const Case& one : all) {
         if (one.name.find(settings.only) == std::string::npos) continue;

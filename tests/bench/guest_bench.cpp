@@ -1,5 +1,5 @@
-// What a frame of a guest costs its host's CPU: docs/benchmarks.md. GL is real while programs and
-// textures are made, then every GL function is one that counts and returns.
+// Measures the CPU cost of a guest's frame on its host (docs/benchmarks.md). GL is real while
+// programs and textures are made; then every GL function is replaced by one that only counts.
 #include <epoxy/gl.h>
 
 #include <algorithm>

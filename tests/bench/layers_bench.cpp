@@ -1,9 +1,9 @@
-// What further layers cost: bytes, taps, time and CPU time of each pass with none, one, four and
-// eight of them, as a part of what it takes without. Runs take turns, so that what else the machine
-// does falls on all. CPU time is that of all threads of the process, upload and read back among it:
-// of a software renderer the work itself, whatever else the machine does.
+// Measures the cost of extra layers: bytes, taps, time and CPU time of each pass with none, one,
+// four and eight layers, relative to none. Runs alternate, so that other load affects all of them.
+// CPU time covers all threads of the process, with upload and readback: for a software renderer it
+// is the work itself, independent of other load.
 //
-//   layers_bench [runs [width height [PASS]]]   PASS: only those whose name begins so
+//   layers_bench [runs [width height [PASS]]]   PASS: only passes whose name starts with it
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -106,7 +106,7 @@ int main(int count, char** words) {
             plans.push_back(std::move(*plan));
         }
         std::vector<Times> times(kCounts.size());
-        for (int run = -1; run < runs; ++run)  // the first compiles
+        for (int run = -1; run < runs; ++run)  // the first run compiles
             for (size_t i = 0; i < kCounts.size(); ++i)
                 measure(executor, plans[i], planes[i], run < 0 ? nullptr : &times[i]);
         std::printf("%s\n", one.name);

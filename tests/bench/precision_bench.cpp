@@ -1,15 +1,15 @@
-// For each texture of each pass: what storing that one texture in 16 bits (velocities: 8 too) costs
-// in accuracy and saves in time.
+// For each texture of each pass: accuracy lost and time saved by storing that texture in 16 bits
+// (velocities: also 8).
 //
 //   plan in fp32 --copy, one texture's format--> variant
-//   fp32, variant --each scene--> pictures --> errors against each other and the double reference
-//   fp32, variant --in turn, again and again--> ratios of time --> median and quartiles
+//   fp32, variant --each scene--> images --> errors against each other and the double reference
+//   fp32, variant --alternately--> ratios of time --> median and quartiles
 //
 // A plan is data: the executor allocates each texture and binds each image in the format that the
-// plan states, and the shaders' images are writeonly without a format. So another format is all it
-// takes, but where a pass rounds or saturates by itself before it stores: then the step that writes
-// the texture is that of the plan in fp16, and half-velocities have a parameter of their own.
-// Rules of time, and what came of it: docs/benchmarks.md.
+// plan states, and the shaders' images are writeonly without a format. So changing the format is
+// enough, unless a pass rounds or saturates before it stores; then the step that writes the texture
+// is taken from the fp16 plan. Half-velocities have their own parameter. Timing rules and results:
+// docs/benchmarks.md.
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -32,10 +32,10 @@ using Values = std::vector<std::pair<std::string, ParameterValue>>;
 struct Case {
     std::vector<std::string> passes;
     Values values;     // of the first pass
-    bool each = true;  // every texture, else the whole at fp16 alone
+    bool each = true;  // every texture, otherwise only the whole plan at fp16
 };
 
-// Textures that an earlier case of the same passes has are not measured again.
+// Textures of an earlier case with the same passes are not measured again.
 std::vector<Case> cases() {
     return {{{"motion_blur"}, {}},
             {{"motion_blur"}, {{"sample_split", std::string("variance")}}},
@@ -52,7 +52,7 @@ struct Variant {
     Plan plan;
 };
 
-// The half of a 32-bit format; nothing for what has fewer bits already.
+// The 16-bit version of a 32-bit format; empty for smaller formats.
 std::optional<Format> half_of(Format format) {
     if (format == Format::rgba32f) return Format::rgba16f;
     if (format == Format::rg32f) return Format::rg16f;
@@ -87,8 +87,8 @@ ImageF reference_of(const Case& one, const BenchFrame& frame) {
     return image_cast<float>(reference.planes.at(Role::color));
 }
 
-// `plan` with one texture in half. `half` is the same chain at fp16: where it stores the texture in
-// half too, it says how the steps that write the texture must be compiled for that.
+// `plan` with one texture in half. `half` is the same chain at fp16: if it stores the texture in
+// half too, it shows how to compile the steps that write the texture.
 Plan with_half(const Plan& plan, const Plan& half, size_t texture) {
     Plan variant = plan;
     variant.textures[texture].format = *half_of(plan.textures[texture].format);
@@ -119,7 +119,7 @@ std::vector<Variant> variants_of(const Case& one, const BenchFrame& frame,
         if (texture.first_step < 0 || !half_of(texture.format)) continue;
         const std::string name = texture.name.substr(texture.name.find('.') + 1);
         const std::string plane = texture.imported ? one.passes[0] + ", input " + name : name;
-        // A half holds the scenes' colors as they are.
+        // The scenes' colors are exact in half.
         if (texture.imported && texture.role == Role::color) continue;
         if (!seen.insert(plane).second) continue;
         if (ends_with(name, "tile_max")) {
@@ -138,7 +138,7 @@ std::vector<Variant> variants_of(const Case& one, const BenchFrame& frame,
 
 struct Error {
     double rms = 0, max = 0, relmse = 0;
-    std::optional<double> psnr;  // none: equal as displayed
+    std::optional<double> psnr;  // none = equal as displayed
     uint64_t nonfinite = 0;
 };
 
@@ -160,7 +160,7 @@ std::string psnr_text(const Error& error) {
     return text;
 }
 
-// Of variant to fp32.
+// Ratio of variant to fp32.
 struct Ratio {
     double low = 0, median = 0, high = 0;
     explicit Ratio(const std::vector<double>& quotients)
@@ -195,7 +195,7 @@ class Bench {
             const ImageF exact = picture(plan_of(one, frames_[s], Precision::fp32), frames_[s]);
             const ImageF reference = s == 0 ? reference_of(one, frames_[s]) : ImageF();
             if (s == 0) truth = error_of(exact, reference);
-            // The plans hold what depends on the scene's facts, so each scene makes its own.
+            // Plans depend on the scene's facts, so each scene makes its own.
             std::set<std::string> again = before_;
             const std::vector<Variant> same = variants_of(one, frames_[s], again);
             for (size_t v = 0; v < variants.size(); ++v) {
@@ -240,14 +240,14 @@ class Bench {
     }
     double milliseconds(const Plan& plan, const std::map<Role, unsigned>& inputs) {
         double sum = 0;
-        // On a GPU one run is too short to be told from the driver's own time.
+        // On a GPU one run is too short to separate from the driver's time.
         for (int i = 0; i < (software_ ? 1 : 16); ++i) {
             require(executor_.run(plan, inputs));
             for (const PassTime& time : finished_times(executor_)) sum += time.milliseconds;
         }
         return sum;
     }
-    // Both take turns, either first.
+    // The two alternate, and so does which is first.
     void print_times(const Plan& plan, const Plan& variant) {
         const auto inputs = planes_.inputs_of(plan), others = planes_.inputs_of(variant);
         std::vector<double> times, quotients, cpu_quotients;
@@ -259,7 +259,7 @@ class Bench {
                 wall[which] = milliseconds(which ? variant : plan, which ? others : inputs);
                 cpu[which] = cpu_milliseconds() - before;
             }
-            if (i < 0) continue;  // warming up
+            if (i < 0) continue;  // warm-up
             times.push_back(wall[0]);
             quotients.push_back(wall[1] / wall[0]);
             cpu_quotients.push_back(cpu[1] / cpu[0]);
@@ -278,7 +278,7 @@ class Bench {
     std::set<std::string> before_;  // planes of earlier cases
 };
 
-// How the device stores a float in a half, by a copy of a few numbers.
+// How the device rounds float to half, tested by copying a few numbers.
 std::string conversion_text(Executor& executor) {
     FramePlanes planes;
     ImageF& color = planes[Role::color] = ImageF(1, 1, 4);

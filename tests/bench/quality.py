@@ -6,14 +6,15 @@
 
 DATA holds a folder for each scene with sharp.####.exr, mb, dof and both (ground truth), camera.json
 and, for the peers, peer_*.####.exr. A cell is PSNR (dB, after x/(1+x) and gamma 2.2) / HDR-FLIP /
-SSIM; time is the least of the repeats of all passes' times, as a ratio to the table's first chain.
+SSIM; time is the minimum over the repeats of the passes' total time, relative to the table's first chain.
 --pictures makes strips of full-size crops instead (needs oiiotool).
 """
 import argparse
+import json
 import pathlib
+import subprocess
+import sys
 import tempfile
-
-import measure
 
 MOTION = [
     ("`guertin`, 25 samples", "motion_blur: {mode: guertin}"),
@@ -58,10 +59,46 @@ BOTH = [
 TABLES = {"motion": ("mb", MOTION), "lens": ("dof", LENS), "both": ("both", BOTH)}
 
 
+def call(*command):
+    """Standard output of the command; ends the program if it fails."""
+    done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
+    if done.returncode:
+        sys.exit(f"{' '.join(str(word) for word in command)}\n{done.stderr}")
+    return done.stdout
+
+
+def chain_path(chain, folder):
+    """A shipped chain's name, or a file in folder of the passes joined by " ; "."""
+    if ":" not in chain:
+        return chain
+    path = folder / "chain.yaml"
+    passes = "".join(f"\n  - {one}" for one in chain.split(" ; "))
+    path.write_text(f"postchain: 1\npasses:{passes}\n")
+    return path
+
+
+def run_chain(options, chain, scene, folder):
+    """Filters the frame into folder; ms of all passes."""
+    call(options.postchain, "run", chain_path(chain, folder), "-i", scene / "sharp.####.exr",
+         "--camera", scene / "camera.json", "--frames", options.frame, "-o",
+         folder / "out.####.exr", "--on-existing", "overwrite", "-q")
+    sidecar = json.loads((folder / f"out.{options.frame:04d}.exr.json").read_text())
+    return sum(one["ms"] for one in sidecar["times_ms"]["passes"])
+
+
+def strip(pictures, crop, path):
+    """Crops (WxH+X+Y) side by side, after x/(1+x) and gamma 2.2, as JPEG."""
+    command = ["oiiotool"]
+    for picture in pictures:
+        command += [picture, "--ch", "0,1,2", "--chnames", "R,G,B", "--cut", crop,
+                    "--clamp:min=0,0,0", "--dup", "--addc", "1", "--div", "--powc", "0.454545"]
+    call(*command, "--mosaic:pad=4", f"{len(pictures)}x1", "-d", "uint8", "--nosoftwareattrib",
+         "--eraseattrib", ".*", "--compression", "jpeg:90", "-o", path)
+
+
 def filtered(options, chain, scene, folder):
     """Path of the filtered frame, and the least time of its passes in ms."""
-    least = measure.least_time(options.postchain, chain, scene, options.frame, folder,
-                               options.repeat)
+    least = min(run_chain(options, chain, scene, folder) for _ in range(options.repeat))
     return folder / f"out.{options.frame:04d}.exr", least
 
 
@@ -86,8 +123,9 @@ def table(options, name, folder):
                 total += least
             if missing:
                 break
-            found = measure.errors(options.postchain,
-                                   scene / f"{truth}.{options.frame:04d}.exr", out)
+            found = json.loads(call(
+                options.postchain, "diff", scene / f"{truth}.{options.frame:04d}.exr", out,
+                "--metric", "psnr", "--metric", "hdr_flip", "--metric", "ssim", "--json"))
             cells.append([found["psnr"], found["hdr_flip"], found["ssim"]])
         if missing:
             continue
@@ -113,7 +151,7 @@ def pictures(options, folder):
                 out = folder / f"{one}.exr"
                 filtered(options, one, scene, folder)[0].rename(out)
             shown.append(out)
-        measure.strip(shown, options.crop, options.pictures / f"{scene.name}-quality.jpg")
+        strip(shown, options.crop, options.pictures / f"{scene.name}-quality.jpg")
 
 
 def main():
@@ -124,9 +162,9 @@ def main():
     parser.add_argument("--table", choices=list(TABLES), action="append")
     parser.add_argument("--frame", type=int, default=10)
     parser.add_argument("--repeat", type=int, default=3)
-    parser.add_argument("--skip", action="append", default=["wheels_720p"], help="a scene")
-    parser.add_argument("--pictures", type=pathlib.Path, help="folder for strips")
-    parser.add_argument("--crop", default="280x240+180+60", help="of the strips")
+    parser.add_argument("--skip", action="append", default=["wheels_720p"], help="scene to skip")
+    parser.add_argument("--pictures", type=pathlib.Path, help="output folder for strips")
+    parser.add_argument("--crop", default="280x240+180+60", help="crop of the strips")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         if options.pictures:

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# All figures in one run: each pass per megapixel and tap, bytes per pixel, what leaving out is worth,
-# each plane in half, a guest's frame on the CPU, the whole chain against oiiotool's copy, memory of a
+# All figures in one run: each pass per megapixel and tap, bytes per pixel, gains of elision, each
+# plane in half, a guest's frame on the CPU, the whole chain against oiiotool's copy, memory of a
 # long run against a short one, start-up. Needs a build with tests (tools/test.sh).
 # Usage: tests/bench/run.sh [arguments of sequence_bench]
 set -euo pipefail

@@ -1,14 +1,14 @@
-// The whole command on a sequence, against oiiotool only reading and writing the same channels,
-// and its peak memory on a long sequence against a short one. Everything is a ratio of runs of the
+// Measures the whole command on a sequence against oiiotool reading and writing the same channels,
+// and its peak memory on a long sequence against a short one. All results are ratios of runs in the
 // same session.
 //
 //   two EXR frames -> 24 numbered copies -> { postchain run paper, oiiotool, ... } -> medians
 //   a small frame  -> 1000 copies        -> peak memory of 1000 frames / of 10
 //
-// oiiotool is given its best form: one process for all frames, and channels kept in their types
-// (left alone it writes every channel as float, which is slower and larger). Its best form of three
-// is chosen by CPU time before the pairs are run. Levels of deflate are not the same in zlib and in
-// libdeflate: the sizes of what both have written stand beside the times.
+// oiiotool is used in its best form: one process for all frames, with channels kept in their types
+// (by default it writes every channel as float, which is slower and larger). The best of three
+// forms is chosen by CPU time before the pairs are run. Deflate levels differ between zlib and
+// libdeflate, so output sizes are printed beside the times.
 #include <fcntl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -48,7 +48,7 @@ struct Cost {
     }
 };
 
-// Runs a program to its end; what it says on stdout is dropped.
+// Runs a program to its end; its stdout is dropped.
 Cost run(const Words& words) {
     std::vector<char*> arguments;
     for (const auto& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
@@ -95,14 +95,14 @@ std::string spread(std::vector<double> values) {
     return text;
 }
 
-// Frames 1.. of `folder` as copies of `sources` in turn.
+// Fills `folder` with frames 1.. as copies of `sources` in turn.
 void fill(const fs::path& folder, const Words& sources, int frames) {
     fs::create_directories(folder);
     for (int i = 0; i < frames; ++i)
         fs::copy_file(sources[size_t(i) % sources.size()], numbered(folder, "in", i + 1));
 }
 
-// Everything this program makes; gone when it ends, also by fail().
+// All files of this program; removed at exit, even by fail().
 const fs::path& scratch_folder() {
     static const fs::path folder =
         fs::temp_directory_path() / ("postchain_bench_" + std::to_string(getpid()));
@@ -154,12 +154,12 @@ Cost run_chain(const Setup& setup, const fs::path& in, const std::string& camera
     return run(words);
 }
 
-// `-d CHANNEL=half` for the channels that are half: the whole name of each, by oiiotool itself.
+// `-d CHANNEL=half` for each half channel, with its full name as listed by oiiotool.
 Words keep_types(const std::string& file) {
     Words words;
     const std::string ask = "oiiotool --info -v '" + file + "'";
     FILE* pipe = popen(ask.c_str(), "r");
-    if (!pipe) fail("oiiotool is not here (package openimageio-tools)");
+    if (!pipe) fail("oiiotool is not installed (package openimageio-tools)");
     std::string text;
     for (int c; (c = std::fgetc(pipe)) != EOF;) text += char(c);
     if (pclose(pipe) != 0) fail("oiiotool cannot read " + file);
@@ -213,7 +213,7 @@ uint64_t bytes_in(const fs::path& folder) {
     return bytes;
 }
 
-// Where the chain's time goes, by the sidecars of the last run.
+// Time per stage of the chain, from the sidecars of the last run.
 void print_stages(const Setup& setup) {
     std::map<std::string, std::vector<double>> times;
     Words order;
@@ -257,7 +257,7 @@ void compare_with_copy(const Setup& setup) {
             best = i;
         }
     }
-    std::printf("taken: %s\n\n", copiers[best].name.c_str());
+    std::printf("chosen: %s\n\n", copiers[best].name.c_str());
     std::printf("%4s %10s %10s %8s %10s %10s %8s\n", "pair", "chain s", "copy s", "ratio",
                 "chain CPU", "copy CPU", "ratio");
     std::vector<double> wall, cpu;
@@ -324,7 +324,7 @@ int main(int argc, char** argv) {
         setup.sources = files.empty() ? render(setup, "scene", "1280x720", &setup.camera) : files;
         compare_with_copy(setup);
         compare_memory(setup);
-    } catch (const std::exception& e) {  // of std::filesystem and of JSON
+    } catch (const std::exception& e) {  // from std::filesystem and JSON
         fail(e.what());
     }
     return 0;

@@ -4,7 +4,7 @@ failed requests, and the rate of frames against the same jobs without clients, i
 usage: service_load.py POSTCHAIN [--pollers N] [--listeners N] [--jobs N] [--frames N] [--json]
 
 Both halves run the same jobs on one process, alternating (quiet, loaded, quiet, loaded), so that the
-ratio does not rest on what else the machine does."""
+ratio does not depend on other load."""
 import argparse
 import json
 import pathlib
@@ -23,7 +23,7 @@ from server import Server  # noqa: E402
 
 
 class Listeners(threading.Thread):
-    """All in one thread; keeps the ids that each has seen."""
+    """All listeners in one thread; keeps the ids that each has received."""
 
     def __init__(self, server, count):
         super().__init__(daemon=True)
@@ -66,7 +66,7 @@ class Listeners(threading.Thread):
 
 
 class Pollers(threading.Thread):
-    """Each asks for a job, reads the answer, waits a while, asks again; all in one thread."""
+    """Each polls a job, with pauses; all in one thread."""
 
     REQUEST = b"GET /v1/jobs?limit=5 HTTP/1.1\r\nHost: localhost\r\n\r\n"
 
@@ -145,7 +145,7 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("program")
     parser.add_argument("--pollers", type=int, default=200)
-    parser.add_argument("--pause", type=float, default=1, help="seconds between two polls of one")
+    parser.add_argument("--pause", type=float, default=1, help="seconds between two polls of one client")
     parser.add_argument("--listeners", type=int, default=1000)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--frames", type=int, default=12)
@@ -205,7 +205,7 @@ def main():
 
 
 def max_id(server):
-    """Of the last event there is: ids follow each other without a gap."""
+    """Id of the last event; ids have no gaps."""
     low, high = 0, 1 << 20
     while low < high:
         middle = (low + high) // 2

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""What it costs to start the command: CPU time of short runs, each median over --runs rounds.
+"""Cost of starting the command: CPU time of short runs, medians over --runs rounds.
 
     tests/bench/startup.py [--postchain build/tools/apps/postchain/postchain] [--against OTHER]
 
-Each round makes all calls in turn, so that other load meets all of them. CPU time is user and
-system, of all threads, of the whole process. The columns are medians in ms, with the least and the
-most, and multiples of `--version`; with --against, another build of the command is called in turn,
+Each round makes all calls in turn, so that other load affects all of them. CPU time is user and
+system, of all threads, of the whole process. The columns are medians in ms, with minimum and
+maximum, and multiples of `--version`; with --against, another build of the command is called in turn,
 and the ratio is the median of pairs. The first round fills Mesa's shader cache and is
 not counted.
 """
@@ -18,7 +18,7 @@ import tempfile
 
 
 def cpu_ms(command, environment):
-    """CPU time of one run that must succeed."""
+    """CPU time of a successful run."""
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, env=environment) as process:
         _, status, usage = os.wait4(process.pid, 0)
         process.returncode = os.waitstatus_to_exitcode(status)
@@ -37,7 +37,7 @@ def calls(folder):
 
 
 def spread(values):
-    """The median, and the least and the most."""
+    """Median, minimum and maximum."""
     return f"{statistics.median(values):.0f} ({min(values):.0f}-{max(values):.0f})"
 
 

@@ -1,4 +1,4 @@
-// Chain files and camera files that are wrong, through the command.
+// Invalid chain files and camera files, through the command.
 #include <cmath>
 #include <sstream>
 
@@ -10,7 +10,7 @@ namespace {
 namespace fs = std::filesystem;
 using ChainTest = CommandTest;
 
-// NaN is in no range, whichever verb's option it is.
+// NaN is outside every range, for every subcommand.
 TEST_F(ChainTest, OptionsRefuseWhatIsNoNumber) {
     write_frame(in(1), make_planes(24, 16));
     for (const auto& arguments : std::vector<Arguments>{
@@ -56,12 +56,12 @@ TEST_F(ChainTest, ChainErrorsNameTheirPlace) {
             EXPECT_TRUE(contains(outcome.err, word)) << word << "\n" << outcome.err.substr(0, 400);
         EXPECT_EQ(run({"plan", at("bad.yaml"), "-i", in(1)}).code, 3);
     }
-    // All at once.
+    // All errors at once.
     write_text(at("bad.yaml"), "postchain: 1\npasses:\n  - fxaa: {a: 1, b: 2}\n  - nothing\n");
     const auto outcome = filter("bad");
     for (const char* place : {":3:12: error", ":3:18: error", ":4:5: error"})
         EXPECT_TRUE(contains(outcome.err, place)) << outcome.err;
-    // Each a line of its own in the documented form, with nothing in front.
+    // Each on its own line in the documented form, without a prefix.
     std::vector<std::string> lines;
     std::istringstream text(outcome.err);
     for (std::string line; std::getline(text, line);) lines.push_back(line);
@@ -96,7 +96,8 @@ TEST_F(ChainTest, OverridesSayWhatIsWrongAndWhatGivesWay) {
 TEST_F(ChainTest, UsageErrorsHaveOneForm) {
     const auto verb = run({"rnu", "paper"});
     EXPECT_EQ(verb.code, 2);
-    EXPECT_TRUE(verb.err.starts_with("postchain: error: unknown verb 'rnu' (did you mean 'run'?)"))
+    EXPECT_TRUE(
+        verb.err.starts_with("postchain: error: unknown subcommand 'rnu' (did you mean 'run'?)"))
         << verb.err;
     EXPECT_TRUE(run({"run", "-o", out(1)}).err.starts_with("postchain: error: CHAIN is required"));
     for (const Arguments& form : {Arguments{"--log-format", "json"}, {"--log-format=json"}}) {
@@ -120,7 +121,7 @@ TEST_F(ChainTest, CameraErrors) {
     EXPECT_EQ(filter("fxaa", {"--camera", at("none.json")}).code, 4);
     EXPECT_EQ(filter("fxaa", {"--camera", at("out")}).code, 4);
     EXPECT_TRUE(fs::is_empty(at("out")));
-    // A misspelt key is said, another program's key does not matter.
+    // A misspelled key is reported; keys of other programs are ignored.
     write_text(at("camera.json"), "{\"f_stp\": 2, \"lens_maker\": \"us\"}");
     const auto outcome = filter("fxaa", {"--camera", at("camera.json")});
     EXPECT_EQ(outcome.code, 0) << outcome.text();
@@ -128,8 +129,8 @@ TEST_F(ChainTest, CameraErrors) {
     EXPECT_FALSE(contains(outcome.err, "lens_maker")) << outcome.err;
 }
 
-// A picture that cannot be used ends the command with 4, whoever names it; two shapes of one
-// aperture with the code of the place that has both.
+// An unusable image ends the command with 4, whichever file names it; two shapes for one aperture
+// give the exit code of the file that has both.
 TEST_F(ChainTest, PicturesOfTheAperture) {
     write_frame(in(1), make_planes(24, 16));
     const std::string dof = "passes: [depth_of_field: {samples: 4}]\n";
@@ -147,7 +148,7 @@ TEST_F(ChainTest, PicturesOfTheAperture) {
     picture("black.exr", ImageF(8, 8, 1));
     picture("wide.exr", ImageF(8, 4, 1, 1));
 
-    // Beside the chain file, not in the folder where the command runs.
+    // Relative to the chain file, not to the working folder.
     const auto chain = [&](const std::string& image) {
         write_text(at("dof.yaml"), "postchain: 1\ncamera: {" + lens +
                                        (image.empty() ? "" : ", aperture_image: " + image) + "}\n" +
@@ -165,7 +166,7 @@ TEST_F(ChainTest, PicturesOfTheAperture) {
         return color;
     };
     const ImageF from_chain = seen({}, elsewhere);
-    // Of --set: where the command runs. Of a camera file: beside it.
+    // --set: relative to the working folder. Camera file: relative to it.
     chain("");
     EXPECT_EQ(seen({"--set", "camera.aperture_image=half.exr"}, elsewhere), from_chain);
     write_text(at("pictures/camera.json"), R"({"aperture_image": "half.exr"})");
@@ -213,7 +214,7 @@ TEST_F(ChainTest, PicturesOfTheAperture) {
     EXPECT_TRUE(fs::is_empty(at("out")));
 }
 
-// The same frame is made again when the picture has changed, under the same name.
+// The frame is made again if the image has changed under the same name.
 TEST_F(ChainTest, AnotherPictureIsAnotherChain) {
     write_frame(in(1), make_planes(24, 16));
     write_text(at("dof.yaml"),
@@ -234,8 +235,8 @@ TEST_F(ChainTest, AnotherPictureIsAnotherChain) {
     EXPECT_TRUE(skip(0.5f));
 }
 
-// A generated scene through a picture: filtered with the scene's own camera it is nearer to the
-// truth than through a disc.
+// A generated scene with an aperture image: filtering with the scene's own camera is closer to the
+// ground truth than with a disc.
 TEST_F(ChainTest, ASceneThroughAPictureIsNearerToItsTruthWithIt) {
     constexpr int kSide = 64;
     ImageF ring(kSide, kSide, 1);
@@ -277,7 +278,7 @@ TEST_F(ChainTest, ASceneThroughAPictureIsNearerToItsTruthWithIt) {
     EXPECT_LT(with_picture, 0.85 * with_disc) << with_picture << " " << with_disc;
 }
 
-// A lens that nothing states is named, with the ways to state it.
+// A missing lens value is reported with the ways to set it.
 TEST_F(ChainTest, AMissingLensIsNamed) {
     write_frame(in(1), make_planes(24, 16));
     write_text(at("dof.yaml"), "postchain: 1\npasses: [depth_of_field]\n");

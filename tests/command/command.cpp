@@ -9,18 +9,15 @@
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <thread>
 
 namespace postchain::test {
 
-namespace fs = std::filesystem;
-
 namespace {
 
-// Between fork and exec, in a process with one thread.
+// Runs between fork and exec, in a single-threaded process.
 [[noreturn]] void become(const Arguments& command, const Launch& launch,
                          const std::string& folder) {
     const std::string out = launch.stdout_path.empty() ? folder + "/stdout" : launch.stdout_path;
@@ -55,12 +52,6 @@ namespace {
     _exit(126);
 }
 
-std::string temporary_folder() {
-    std::string name = (fs::temp_directory_path() / "postchain_process_XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) ADD_FAILURE() << "no temporary folder";
-    return name;
-}
-
 }  // namespace
 
 std::string Outcome::text() const {
@@ -70,10 +61,9 @@ std::string Outcome::text() const {
     return text.str();
 }
 
-Process::Process(const Arguments& command, const Launch& launch)
-    : launch_(launch), folder_(temporary_folder()) {
+Process::Process(const Arguments& command, const Launch& launch) : launch_(launch) {
     pid_ = fork();
-    if (pid_ == 0) become(command, launch_, folder_);
+    if (pid_ == 0) become(command, launch_, folder_.path());
     if (pid_ < 0) ADD_FAILURE() << "fork failed";
 }
 
@@ -82,8 +72,6 @@ Process::~Process() {
         kill(pid_, SIGKILL);
         waitpid(pid_, nullptr, 0);
     }
-    std::error_code ignored;
-    fs::remove_all(folder_, ignored);
 }
 
 void Process::send(int signal) const {
@@ -113,8 +101,8 @@ Outcome Process::wait() {
     outcome.code = WIFEXITED(status_) ? WEXITSTATUS(status_) : -1;
     outcome.signal = WIFSIGNALED(status_) ? WTERMSIG(status_) : 0;
     outcome.peak_kib = peak_kib_;
-    outcome.err = read_text(folder_ + "/stderr");
-    if (launch_.stdout_path.empty()) outcome.out = read_text(folder_ + "/stdout");
+    outcome.err = read_text(folder_.path("stderr"));
+    if (launch_.stdout_path.empty()) outcome.out = read_text(folder_.path("stdout"));
     return outcome;
 }
 

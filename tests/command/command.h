@@ -1,4 +1,4 @@
-// Runs the built command as a user's shell would, and says what came of it.
+// Runs the built command as from a user's shell, and captures its outcome.
 #pragma once
 
 #include <sys/types.h>
@@ -8,6 +8,8 @@
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "tests/support/temp_folder.h"
 
 namespace postchain::test {
 
@@ -19,15 +21,15 @@ struct Launch {
     std::string folder = {};                                             // working folder
     std::optional<long> file_bytes = {};                                 // RLIMIT_FSIZE
     std::optional<long> memory_bytes = {};                               // RLIMIT_AS
-    std::string stdout_path = {};  // instead of being captured
+    std::string stdout_path = {};                                        // instead of capturing it
     bool close_stdout = false;
     bool close_stderr = false;
-    double timeout_s = 120;  // after it the process is killed and the test fails
+    double timeout_s = 120;  // then the process is killed and the test fails
 };
 
 struct Outcome {
-    int code = -1;    // exit code, -1 when a signal ended it
-    int signal = 0;   // that ended it
+    int code = -1;    // -1 if a signal ended it
+    int signal = 0;   // the signal that ended it
     std::string out;  // stdout
     std::string err;  // stderr
     long peak_kib = 0;
@@ -35,7 +37,7 @@ struct Outcome {
     std::string text() const;  // for failure messages
 };
 
-// A process under way; command[0] is the program.
+// A running process; command[0] is the program.
 class Process {
   public:
     Process(const Arguments& command, const Launch& launch = {});
@@ -48,7 +50,7 @@ class Process {
 
   private:
     Launch launch_;
-    std::string folder_;  // of the captured streams
+    TempFolder folder_;  // holds the captured streams
     pid_t pid_ = -1;
     int status_ = 0;
     long peak_kib_ = 0;
@@ -57,12 +59,12 @@ class Process {
 
 // The command line of the built postchain.
 Arguments with_command(const Arguments& arguments);
-// The first argument is the verb: run({"plan", "paper", "-i", ...}).
+// The first argument is the subcommand: run({"plan", "paper", "-i", ...}).
 Outcome run(const Arguments& arguments, const Launch& launch = {});
 // Any other program.
 Outcome run_program(const Arguments& command, const Launch& launch = {});
 
-// Objects of a text with one JSON value per line; a failure of the test when a line is none.
+// JSON objects of a text with one per line; the test fails if a line is not one.
 std::vector<Json> json_lines(const std::string& text);
 
 bool contains(const std::string& text, const std::string& part);

@@ -8,7 +8,7 @@ namespace {
 
 class ConventionTest : public CommandTest {
   protected:
-    // Filters a frame on its own and returns the picture; the profile goes to `profile`.
+    // Filters one frame and returns the image; `profile` gets the profile.
     ImageF filtered(const std::string& input, const Arguments& more = {},
                     const std::string& chain = "all.yaml") {
         Arguments arguments = {"run",  at(chain),       "-i",       input, "-o",
@@ -88,14 +88,14 @@ TEST_F(ConventionTest, PlanesInFilesOfTheirOwn) {
     const auto inputs = sidecar(9)["inputs"];
     EXPECT_EQ(inputs["inverse_depth"], at("z.0001.exr"));
     EXPECT_EQ(inputs["motion"], at("m.0001.exr"));
-    // A file of another convention keeps it: Nuke's depth is 1/distance.
+    // A file in another convention keeps it: Nuke's depth is 1/distance.
     FrameFile nuke;
     nuke.convention = "nuke";
     write_frame(at("n.0001.exr"), planes, nuke);
     const std::string mixed =
         "color=" + at("c.####.exr") + ",depth=" + at("n.####.exr") + ",motion=" + at("n.####.exr");
     EXPECT_LE(largest_difference(filtered(mixed), expected), 1e-5);
-    // As Nuke writes single layers: nothing but the vectors shows whose depth it is.
+    // Single layers as written by Nuke: only the vectors show whose depth it is.
     ImageF inverse = planes.depth;
     for (float& d : inverse.data) d = 1 / d;
     ImageF up = planes.motion;
@@ -106,14 +106,14 @@ TEST_F(ConventionTest, PlanesInFilesOfTheirOwn) {
                                ",motion=" + at("nm.####.exr");
     EXPECT_LE(largest_difference(filtered(layers), expected), 1e-4);
     EXPECT_EQ(profile, "nuke");
-    // A depth that could be anybody's beside vectors of Nuke is not guessed.
+    // A depth channel without a clear convention beside Nuke vectors is not guessed.
     const auto guess = run({"run", at("all.yaml"), "-i",
                             "color=" + at("c.####.exr") + ",depth=" + at("z.####.exr") +
                                 ",motion=" + at("nm.####.exr"),
                             "-o", out(9), "--on-existing", "overwrite"});
     EXPECT_EQ(guess.code, 4) << guess.text();
     EXPECT_TRUE(contains(guess.err, "--profile")) << guess.err;
-    // The output is the color file, filtered: it has not gained channels.
+    // The output is the filtered color file, without added channels.
     EXPECT_EQ(other_channels(out(9)).size(), 0u);
     // A depth of another size is refused.
     ASSERT_TRUE(io::write_planes_exr(at("z.0001.exr"), ImageF(40, 20, 1, 2.0f), {"Y"},
@@ -153,7 +153,7 @@ TEST_F(ConventionTest, LayersAreChosenOrListed) {
               io::ExrFile::open(out(1))->read_channels(0, {"two.Combined.G"})->data);
 }
 
-// Two views and depth in parts of their own; the parts that are not filtered stay as they are.
+// Two views, and depth in separate parts; parts that are not filtered stay unchanged.
 TEST_F(ConventionTest, PartsAndViews) {
     const auto rgba = [](const char* name, const char* view) {
         FilePart part;
@@ -223,10 +223,10 @@ TEST_F(ConventionTest, FocusOfTheMetadata) {
         contains(chain(concat(", meters_per_unit: 0.05, focus_distance: ", double(0.1f) / 0.05)),
                  "scene unit"));
     EXPECT_EQ(meters, read_color(out(1)));
-    // A unit that is stated nowhere: a warning, where a pass needs it.
-    EXPECT_TRUE(contains(chain(""), "a scene unit is taken as 1 m"));
+    // An unknown unit gives a warning if a pass needs it.
+    EXPECT_TRUE(contains(chain(""), "a scene unit is assumed to be 1 m"));
     EXPECT_NE(meters, read_color(out(1)));
-    EXPECT_TRUE(contains(sidecar(1)["warnings"].dump(), "meters_per_unit is stated nowhere"));
+    EXPECT_TRUE(contains(sidecar(1)["warnings"].dump(), "meters_per_unit is unknown"));
     EXPECT_FALSE(contains(filter("fxaa", {"--on-existing", "overwrite"}).err, "scene unit"));
     EXPECT_TRUE(contains(run({"plan", at("focus.yaml"), "-i", in()}).err, "scene unit"));
     EXPECT_TRUE(contains(run({"inspect", in(1)}).err, "focus is 0.1 m"));

@@ -1,9 +1,9 @@
-// Frames whose data window was cropped to what is not clear: filtered they are what the whole
-// frames are, to the bit, whatever each file leaves out.
+// Frames whose data window is cropped to non-clear pixels: the filtered result equals that of whole
+// frames bit for bit, whatever each file leaves out.
 #include <gtest/gtest.h>
 
 #include "tests/command/fixture.h"
-#include "tools/sequence/io/part_pixels.h"
+#include "tools/sequence/exr/part_pixels.h"
 
 namespace postchain::test {
 namespace {
@@ -13,7 +13,7 @@ using io::Window;
 constexpr int kWidth = 120, kHeight = 90, kFrames = 4;
 const Window kDisplay = {0, 0, kWidth - 1, kHeight - 1};
 
-// A square that moves on a clear background; distances of the background as Blender writes them.
+// A square moving on a clear background with the distances that Blender writes.
 Planes whole_planes(int frame) {
     Planes planes{ImageF(kWidth, kHeight, 4), ImageF(kWidth, kHeight, 1, 1e10f),
                   ImageF(kWidth, kHeight, 2), ImageF(kWidth, kHeight, 2)};
@@ -31,7 +31,7 @@ Planes whole_planes(int frame) {
     return planes;
 }
 
-// What is not clear, with a margin that differs from frame to frame.
+// The non-clear pixels, with a margin that differs from frame to frame.
 Window crop_of(int frame) {
     const int left = 40 + 6 * frame, top = 34 + 3 * frame;
     return {left - frame, top - 2, left + 19, top + 15 + frame % 2};
@@ -79,7 +79,7 @@ class CroppedTest : public CommandTest {
         arguments.insert(arguments.end(), more.begin(), more.end());
         return run(arguments);
     }
-    // Filtered, both are the same picture, and what was written holds all light there is.
+    // Both results are the same image, and the output contains all light.
     void expect_same_picture(const std::string& chain, const Arguments& more = {}) {
         SCOPED_TRACE(chain);
         const auto ran_whole = filter_whole(chain, more);
@@ -110,7 +110,7 @@ TEST_F(CroppedTest, TheSamePictureAsOfTheWholeFrame) {
     expect_same_picture("all", {"--frames", "1-4", "--precision", "fp16"});
 }
 
-// As far as guertin's blur goes, 1.006 max_blur_px + 0.5 (docs/motion_blur.md), not further.
+// The reach of guertin's blur: 1.006 max_blur_px + 0.5 (docs/motion_blur.md).
 TEST_F(CroppedTest, TheDataWindowGrowsByTheReachOfTheChain) {
     write_both();
     write_text(at("short.yaml"),
@@ -120,7 +120,7 @@ TEST_F(CroppedTest, TheDataWindowGrowsByTheReachOfTheChain) {
     const Window crop = crop_of(2);
     EXPECT_EQ(data_window(out(2)), crop.grown(11));
     EXPECT_TRUE(contains(sidecar(2)["write_notes"].dump(), "grown to " + crop.grown(11).text()));
-    // What is not color: as it was in the file, and around it nothing, infinitely far, still.
+    // Other channels are unchanged inside; outside they are zero, infinitely far and static.
     auto before = io::ExrFile::open(in(2)), after = io::ExrFile::open(out(2));
     for (const auto& channel : after->parts()[0].channels) {
         if (channel.name.find("Combined") != std::string::npos) continue;
@@ -134,7 +134,7 @@ TEST_F(CroppedTest, TheDataWindowGrowsByTheReachOfTheChain) {
                     << channel.name << " " << x << " " << y;
             }
     }
-    // A chain that does nothing writes the file's own window.
+    // A chain without effect writes the file's own window.
     write_text(at("off.yaml"), "postchain: 1\npasses: [motion_blur: {shutter_frames: 0}]");
     ASSERT_EQ(filter("off", {"--on-existing", "overwrite"}).code, 0);
     EXPECT_EQ(data_window(out(2)), crop);
@@ -161,7 +161,7 @@ TEST_F(CroppedTest, KeptDataWindowsSayWhatIsLost) {
     const auto ran = filter("short", {"--data-window", "keep"});
     ASSERT_EQ(ran.code, 0) << ran.text();
     EXPECT_EQ(data_window(out(2)), crop_of(2));
-    // (22 + 22) x (18 + 22) pixels are reached, 22 x 18 are there.
+    // (22 + 22) x (18 + 22) pixels are within reach, 22 x 18 exist.
     EXPECT_TRUE(contains(ran.err, "into 1364 pixels")) << ran.err;
     EXPECT_TRUE(contains(ran.err, "--data-window grow")) << ran.err;
     const auto plan = run({"plan", at("short.yaml"), "-i", in(), "--data-window", "keep"});
@@ -179,7 +179,7 @@ TEST_F(CroppedTest, SignsAreCheckedInDisplayCoordinates) {
     const auto of_cropped = run({"inspect", in(), "--frames", "2"});
     EXPECT_TRUE(contains(words(of_whole), "confirmed")) << of_whole.text();
     EXPECT_EQ(words(of_cropped), words(of_whole));
-    // The true reason where there is none.
+    // The actual reason if there is none.
     FrameFile file;
     file.display = Window{0, 0, kWidth, kHeight};
     write_frame(in(3), whole_planes(3), file);
@@ -208,7 +208,7 @@ TEST_F(CroppedTest, DiffComparesInDisplayCoordinates) {
     EXPECT_EQ(same.code, 0) << same.text();
     EXPECT_TRUE(contains(same.out, "difference_max   0\n")) << same.out;
     EXPECT_TRUE(contains(same.err, "data windows differ")) << same.err;
-    // As far as that of the whole frames.
+    // The same reach as for whole frames.
     const auto values = [](const Outcome& outcome) {
         return outcome.out.substr(outcome.out.find('\n'));
     };

@@ -1,4 +1,4 @@
-// plan, inspect, info, schema, passes, man, completion: what they print can be used.
+// The outputs of plan, inspect, info, schema, passes, man and completion are usable.
 #include <algorithm>
 #include <limits>
 #include <set>
@@ -43,7 +43,7 @@ TEST_F(DescribeTest, APlanFitsOnAScreen) {
     EXPECT_EQ(one.code, 0) << one.text();
     EXPECT_EQ(one.err, "");
     EXPECT_LE(lines_of(one.out), 24) << one.out;
-    // What the chain file says of a pass, and nothing that is the default.
+    // Contains the chain file's values of a pass, but no defaults.
     for (const char* words :
          {"frame 2  48x32  fp32", "0 motion_blur: mode=guertin samples=9 (",
           "1 fxaa: default values", "2 depth_of_field: method=gilham downsample=2", "dispatches,",
@@ -54,13 +54,13 @@ TEST_F(DescribeTest, APlanFitsOnAScreen) {
     for (const char* words : {"subpix", "groups ", "texture "})
         EXPECT_FALSE(contains(one.out, words)) << words << one.out;
     EXPECT_GT(lines_of(run({"plan", at("all.yaml"), "-i", in(), "--frames", "2", "-v"}).out), 40);
-    // A pass that does not run says why.
+    // A pass that does not run is printed with its reason.
     const auto still =
         run({"plan", at("motion_blur.yaml"), "-i", in(1), "--set", "motion_blur.shutter_frames=0"});
     EXPECT_TRUE(contains(still.out, "(does not run)")) << still.out;
     EXPECT_TRUE(contains(still.out, "left out whole: shutter_frames is 0 [off_by_configuration]"))
         << still.out;
-    // Frames of one plan are told once.
+    // Frames with the same plan are printed once.
     const auto all = run({"plan", at("fxaa.yaml"), "-i", in()});
     EXPECT_EQ(all.code, 0) << all.text();
     EXPECT_TRUE(contains(all.out, "\nframe 2: as frame 1\n")) << all.out;
@@ -79,10 +79,10 @@ TEST_F(DescribeTest, AnEstimateIsForTheScheduler) {
     const Json one = plan({"--frames", "1"});
     const Json six = plan({});
     const Json memory = one["estimate"]["memory_bytes"];
-    // Color, depth and motion as stored and as float, the result twice: more than the planes alone.
+    // Color, depth and motion as stored and as float, and twice the result: more than the planes.
     EXPECT_GT(memory["frame"], 48 * 32 * 4 * (4 + 1 + 2));
     EXPECT_GE(memory["textures"], one["peak_bytes"]);
-    // Four frames are in memory, of more than four.
+    // Of more than four frames, four are in memory.
     EXPECT_EQ(int64_t(six["estimate"]["memory_bytes"]["process"]) - int64_t(memory["process"]),
               3 * int64_t(memory["frame"]));
     EXPECT_FALSE(one["estimate"].contains("seconds"));
@@ -90,7 +90,7 @@ TEST_F(DescribeTest, AnEstimateIsForTheScheduler) {
     ASSERT_EQ(filter("motion_blur", {"--frames", "1"}).code, 0);
     Json times = sidecar(1)["times_ms"];
     const Json timed = plan({"--frames", "2", "--pilot", out(1) + ".json"})["estimate"]["seconds"];
-    // A frame of the same size and plan takes what the pilot took.
+    // A frame of the same size and plan takes the pilot's time.
     EXPECT_NEAR(double(timed["filter"]), double(times["passes"][0]["ms"]) / 1000, 1e-9);
     EXPECT_NEAR(double(timed["read"]), (double(times["read"]) + double(times["convert"])) / 1000,
                 1e-9);
@@ -102,7 +102,7 @@ TEST_F(DescribeTest, AnEstimateIsForTheScheduler) {
                               "motion_blur.samples=51"})["estimate"]["seconds"];
     EXPECT_GT(double(longer["filter"]), 1.3 * double(timed["filter"]));
 
-    // A pilot without the pass says nothing of it, and what is no sidecar is refused.
+    // A pilot without the pass gives no estimate, and a file that is not a sidecar is refused.
     const auto other =
         run({"plan", at("fxaa.yaml"), "-i", in(1), "--json", "--pilot", out(1) + ".json"});
     EXPECT_EQ(other.code, 0);
@@ -134,13 +134,13 @@ TEST_F(DescribeTest, PlanSaysWhatIsLeftOutAndRunsTheSame) {
     EXPECT_GT(plan({"--no-elide"})["steps"].size(), 3u);
     EXPECT_GT(plan({"--no-elide=off_by_configuration"})["steps"].size(), 3u);
     EXPECT_EQ(plan({"--no-elide=identity_by_facts"})["steps"].size(), 0u);
-    // The word after it is not its own.
+    // The word after the option is not its value.
     Arguments first = {"plan", "--no-elide", at("motion_blur.yaml"), "-i", in(1), "--json"};
     first.insert(first.end(), still.begin(), still.end());
     const auto before_chain = run(first);
     ASSERT_EQ(before_chain.code, 0) << before_chain.text();
     EXPECT_GT(json_lines(before_chain.out).at(0)["steps"].size(), 3u);
-    // run says the same in its line.
+    // run prints the same reason.
     const auto outcome = filter("motion_blur", still);
     EXPECT_EQ(outcome.code, 0);
     EXPECT_TRUE(contains(outcome.err, "left out motion_blur: shutter_frames is 0")) << outcome.err;
@@ -149,7 +149,7 @@ TEST_F(DescribeTest, PlanSaysWhatIsLeftOutAndRunsTheSame) {
 
 TEST_F(DescribeTest, CutsAndMissingPlanesByRule) {
     write_sequence(at(""), {1, 2});
-    // Frame 2 leads across a cut: its color comes back, and only its own.
+    // Frame 2 crosses a cut: its own color is returned unchanged, and no other frame's.
     const auto written = filter("motion_blur", {"--cuts", "2"});
     ASSERT_EQ(written.code, 0) << written.text();
     EXPECT_EQ(read_color(out(2)).data, read_color(in(2)).data);
@@ -233,12 +233,12 @@ TEST_F(DescribeTest, InspectOfAPatternLooksAtEveryFrame) {
     const auto plain = run({"inspect", in()});
     EXPECT_EQ(plain.code, 0) << plain.text();
     for (const char* words :
-         {"9 frames looked at, 1 to 10: 48x32, color, inverse_depth, motion, motion_back",
+         {"9 frames examined, 1 to 10: 48x32, color, inverse_depth, motion, motion_back",
           "largest speed 2.236 to 6.708 (frame 1) px a frame", "farthest distance 6 scene units",
-          "no frame stands out"})
+          "no unusual frames"})
         EXPECT_TRUE(contains(plain.out, words)) << words << plain.out;
     EXPECT_TRUE(contains(plain.err, "missing in the sequence: 9")) << plain.err;
-    // One of each that stands out.
+    // One frame of each unusual kind.
     write_frame(in(2), make_planes(40, 32, 2));
     FrameFile bare;
     bare.depth = false;
@@ -258,9 +258,10 @@ TEST_F(DescribeTest, InspectOfAPatternLooksAtEveryFrame) {
     write_text(in(6), "broken");
     const auto outcome = run({"inspect", in()});
     EXPECT_EQ(outcome.code, 1) << outcome.text();
-    for (const char* words : {"frame 2: is 40x32; most are 48x32", "frame 3: has no inverse_depth",
-                              "frame 4: 1 pixel with NaN or Inf", "frame 5: every vector is zero",
-                              "frame 6: cannot be read", "a cut? (--cuts 7)"})
+    for (const char* words :
+         {"frame 2: is 40x32; most are 48x32", "frame 3: has no inverse_depth",
+          "frame 4: 1 pixel with NaN or Inf", "frame 5: every motion vector is zero",
+          "frame 6: cannot be read", "a cut? (--cuts 7)"})
         EXPECT_TRUE(contains(outcome.out, words)) << words << outcome.out;
     const auto lines = json_lines(run({"inspect", in(), "--json"}).out);
     ASSERT_EQ(lines.size(), 2u);
@@ -269,10 +270,10 @@ TEST_F(DescribeTest, InspectOfAPatternLooksAtEveryFrame) {
     EXPECT_EQ(sequence["readable"], 8);
     EXPECT_EQ(sequence["findings"].size(), 6u) << sequence["findings"];
     EXPECT_EQ(sequence["findings"][5]["frame"], 7);
-    // Those that were asked for, and no more.
+    // Only the requested frames.
     const auto part = run({"inspect", in(), "--frames", "7-8"});
-    EXPECT_TRUE(contains(part.out, "2 frames looked at, 7 to 8")) << part.out;
-    EXPECT_FALSE(contains(run({"inspect", in(1)}).out, "looked at"));
+    EXPECT_TRUE(contains(part.out, "2 frames examined, 7 to 8")) << part.out;
+    EXPECT_FALSE(contains(run({"inspect", in(1)}).out, "examined"));
 }
 
 TEST_F(DescribeTest, SignSelfCheckOfAGeneratedScene) {
@@ -287,7 +288,7 @@ TEST_F(DescribeTest, SignSelfCheckOfAGeneratedScene) {
     EXPECT_EQ(json["sign_check"]["candidates"].size(), 8u);
     EXPECT_EQ(json["sign_check"]["candidates"][0]["as_converted"], true);
 
-    // The same pictures under a profile that has y the wrong way round.
+    // The same images with a profile whose y sign is wrong.
     write_text(at("flipped.yaml"),
                "profile: 1\nname: flipped\n"
                "color: [{channels: [['<layer>.Combined.R', '<layer>.Combined.G',"
@@ -327,7 +328,7 @@ TEST_F(DescribeTest, Info) {
     const auto json = run({"info", "--json"});
     const auto lines = json_lines(json.out);
     ASSERT_EQ(lines.size(), 1u);
-    // The minimum of GL 4.5, and of textures what llvmpipe has.
+    // At least GL 4.5's minimum; for textures, llvmpipe's limit.
     const Json& limits = lines[0]["gl"]["limits"];
     EXPECT_GE(limits["texture_px"], 16384);
     EXPECT_GE(limits["storage_block_bytes"], 1 << 27);
@@ -388,7 +389,7 @@ TEST_F(DescribeTest, ManPageIsRoff) {
     for (const char* word : {".SH NAME\n", ".SH SYNOPSIS\n", ".SH run\n", ".SH PARAMETERS\n",
                              ".SH EXIT STATUS\n", "\\-\\-on\\-existing", "motion_blur.samples"})
         EXPECT_TRUE(contains(man.out, word)) << word;
-    // Every request is one that man(7) knows, and no text begins with its control characters.
+    // Every request exists in man(7), and no text line starts with a control character.
     const std::set<std::string> known = {".TH", ".SH", ".TP", ".B", ".br"};
     std::istringstream lines(man.out);
     for (std::string line; std::getline(lines, line);) {
@@ -397,7 +398,7 @@ TEST_F(DescribeTest, ManPageIsRoff) {
         }
         EXPECT_FALSE(line.starts_with("'")) << line;
     }
-    // And groff, where there is one, has nothing to complain of.
+    // groff, if installed, reports no problems.
     write_text(at("postchain.1"), man.out);
     const auto groff = run_program({"bash", "-c",
                                     "command -v groff >/dev/null || exit 0; "
@@ -409,7 +410,7 @@ TEST_F(DescribeTest, ManPageIsRoff) {
 
 class Completion : public CommandTest {
   protected:
-    // What bash offers at the end of these words.
+    // Bash's completions after these words.
     std::set<std::string> offered(const std::vector<std::string>& words) {
         write_text(at("completion"), run({"completion"}).out);
         std::string script = "source " + at("completion") + "\nCOMP_WORDS=(";

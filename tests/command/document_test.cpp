@@ -1,8 +1,8 @@
-// Documents in step with the program. After a change of tables or options:
+// Generated documents match the program. After a change of tables or options run
+// tools/update_docs.sh:
 //
 //   postchain passes --markdown -> docs/parameters.md below its introduction
 //   postchain schema            -> config/chain.schema.json
-//   tools/update_docs.sh does both.
 #include <regex>
 #include <set>
 
@@ -59,7 +59,7 @@ TEST(Documents, EveryVerbAndOptionIsInCommandMd) {
     EXPECT_GE(options.size(), 25u);
     for (const auto& option : options)
         EXPECT_TRUE(contains(document, option)) << option << " is not in docs/command.md";
-    // And back: the document names no option and no verb that does not exist.
+    // The reverse: the document names only existing options and subcommands.
     for (const auto& name : matches(document, "(--[a-z][a-z-]*)"))
         EXPECT_TRUE(options.count(name) || name == "--version" || name == "--help") << name;
     for (const auto& name : matches(document, "postchain ([a-z]+)\\b"))
@@ -68,7 +68,7 @@ TEST(Documents, EveryVerbAndOptionIsInCommandMd) {
         EXPECT_TRUE(contains(document, std::string("| ") + code + " |")) << "exit code " << code;
 }
 
-// The help of one option of a verb.
+// The help of one option of a subcommand.
 std::string help_of(const std::string& verb, const std::string& option) {
     const auto lines = matches(run({verb, "--help"}).out, "\n  (" + option + "[ {][^\n]*)");
     EXPECT_EQ(lines.size(), 1u) << verb << " " << option;
@@ -91,7 +91,7 @@ TEST(Documents, EveryMetricAndRuleHasItsPage) {
             << rule << " is not in docs/architecture.md";
 }
 
-// Blocks ```yaml of a document that begin a chain file, plan without a complaint about the chain.
+// ```yaml blocks that start a chain file must plan without complaints about the chain.
 void check_chains_of(const std::string& path, int at_least) {
     TempFolder folder;
     const std::string document = read_text(path);

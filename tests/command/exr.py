@@ -4,8 +4,8 @@ compression, half and float channels. Source: OpenEXR File Layout; murmur3: Appl
 import struct
 import zlib
 
-_SIZES = {1: (2, "e"), 2: (4, "f")}  # of a pixel type: bytes, letter of struct
-_LINES = {0: 1, 2: 1, 3: 16}         # of a chunk: no compression, ZIPS, ZIP
+_SIZES = {1: (2, "e"), 2: (4, "f")}  # per pixel type: bytes, struct letter
+_LINES = {0: 1, 2: 1, 3: 16}         # lines per chunk: no compression, ZIPS, ZIP
 
 
 class Picture:
@@ -26,7 +26,7 @@ class Picture:
         return struct.pack(f"<{len(values)}{letter}", *values)
 
     def words(self, name):
-        """The bits of a float channel as integers."""
+        """Bits of a float channel as integers."""
         values = self.values(name)
         return struct.unpack(f"<{len(values)}I", struct.pack(f"<{len(values)}f", *values))
 
@@ -84,7 +84,7 @@ def read(path):
 
 
 def write(path, picture):
-    """Uncompressed; the channels of the picture, in the order of their names as EXR demands."""
+    """Writes uncompressed channels, in alphabetical order as EXR requires."""
     names = sorted(picture.channels)
     kinds = {letter: kind for kind, (_, letter) in _SIZES.items()}
     listed = b"".join(name.encode() + struct.pack("<xiiii", kinds[picture.channels[name][0]], 0, 1,
@@ -112,7 +112,7 @@ def write(path, picture):
 
 
 def crypto_id(name):
-    """The id of a name: MurmurHash3_32, and an exponent that is neither all zeros nor all ones."""
+    """Id of a name: MurmurHash3_32, with an exponent of neither all zeros nor all ones."""
     data, hashed, mask = name.encode(), 0, 0xffffffff
 
     def turned(value, by):
@@ -135,7 +135,7 @@ def crypto_id(name):
 
 
 def matte(picture, layer, name):
-    """Sum of the coverages of a name's id over all ranks."""
+    """Coverage of a name's id, summed over all ranks."""
     wanted, total, level = crypto_id(name), [0.0] * (picture.width * picture.height), 0
     while f"{layer}{level:02}.r" in picture.channels:
         for rank in ("rg", "ba"):

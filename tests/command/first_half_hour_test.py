@@ -1,6 +1,6 @@
-"""The transcript of docs/first_half_hour.md: every ```sh block is run, one after the other in one
-empty folder, with the built command as postchain. Every line of the ```text block that follows must
-stand in what was printed, in that order; `...` is any text, also none.
+"""Runs the transcript of docs/first_half_hour.md: every ```sh block in turn in one
+empty folder, with the built command as postchain. The lines of the following ```text block must
+be printed in that order; `...` matches any text, even none.
 
 usage: first_half_hour_test.py POSTCHAIN"""
 import os
@@ -16,7 +16,7 @@ PROGRAM = None
 
 
 def steps(text):
-    """Pairs of a script and the lines that it must print."""
+    """Pairs of a script and its expected lines."""
     found = []
     for kind, block in re.findall(r"^```(sh|text)\n(.*?)^```$", text, re.S | re.M):
         if kind == "sh":
@@ -27,7 +27,7 @@ def steps(text):
 
 
 def missing_line(lines, printed):
-    """The first of the lines that is not printed after those before it; None where all are."""
+    """First expected line not found in order; None if all are."""
     rest = iter(printed)
     for line in lines:
         pattern = ".*".join(re.escape(part) for part in re.split(r" *\.\.\. *", line))

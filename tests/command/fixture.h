@@ -1,4 +1,4 @@
-// A folder with a few small frames and chain files, and shorthands over it.
+// A folder with a few small frames and chain files, and helper functions.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ class CommandTest : public testing::Test {
         write_text(at("motion_blur.yaml"), kMotionBlur);
     }
     void TearDown() override {
-        // Whatever a test does, nothing may be left but finished files.
+        // Every test must leave only finished files.
         if (std::filesystem::is_directory(at("out"))) {
             EXPECT_EQ(temporaries(at("out")), std::vector<std::string>());
         }

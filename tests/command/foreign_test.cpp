@@ -1,5 +1,5 @@
-// What others made: names with control characters, parts and attributes that this program never
-// writes, folders that cannot be read, options that a shell left empty.
+// Foreign input: names with control characters, parts and attributes that this program never
+// writes, unreadable folders, empty option values from a shell.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 
 class ForeignTest : public CommandTest {
   protected:
-    // No byte that acts on a terminal, and no line but those of the command itself.
+    // No byte that acts on a terminal, and only the command's own lines.
     static void expect_harmless(const std::string& text) {
         for (const char c : text)
             ASSERT_TRUE(uint8_t(c) >= 0x20 || c == '\n' || c == '\t') << int(c) << " in " << text;
@@ -65,7 +65,7 @@ TEST_F(ForeignTest, AnAttributeThatHasThePlaceOfOurs) {
     for (const std::string& word :
          {in(1), std::string("attribute postchain is int"), std::string("rename it")})
         EXPECT_TRUE(contains(outcome.err, word)) << outcome.err;
-    // A text of that name is that of an earlier run.
+    // A string attribute of this name is treated as that of an earlier run.
     file.attributes["postchain"] = std::string("older");
     write_frame(in(1), make_planes(48, 32), file);
     EXPECT_EQ(filter("all").code, 0);
@@ -123,7 +123,7 @@ TEST_F(ForeignTest, NothingOfAFileActsOnTheTerminal) {
         expect_harmless(outcome.out);
         expect_harmless(outcome.err);
     }
-    // As JSON it reads back as what it is (but for bytes that are no UTF-8).
+    // As JSON the names are preserved (except invalid UTF-8).
     const auto json = run({"inspect", path, "--json", "--log-format", "json"});
     expect_harmless(json.out);
     expect_harmless(json.err);
@@ -132,7 +132,7 @@ TEST_F(ForeignTest, NothingOfAFileActsOnTheTerminal) {
         "1m\xe2\x80\xae\xef\xbf\xbd\r";
     EXPECT_EQ(json_lines(json.out).at(0)["files"]["color"]["parts"][0]["channels"].back()["name"],
               "evil" + replaced);
-    // A neighbor that cannot be read is named in the plan and in the sidecar.
+    // An unreadable neighbor is named in the plan and in the sidecar.
     const std::string frames = at("b" + evil + ".####.exr");
     write_frame(at("b" + evil + ".0001.exr"), make_planes(48, 32));
     write_text(at("b" + evil + ".0002.exr"), "no EXR");
@@ -145,7 +145,7 @@ TEST_F(ForeignTest, NothingOfAFileActsOnTheTerminal) {
         run({"run", at("warp.yaml"), "-i", frames, "--frames", "1", "-o", at("n.####.exr")});
     EXPECT_EQ(filtered.code, 0) << filtered.text();
     EXPECT_TRUE(exists(at("n.0001.exr.json")));
-    // What is no control character stays.
+    // Text without control characters is unchanged.
     const std::string name = at("grün 日本.0001.exr");
     ASSERT_TRUE(io::write_planes_exr(name, file).ok());
     EXPECT_TRUE(contains(run({"inspect", name}).out, "grün 日本.0001.exr"));
@@ -179,7 +179,7 @@ TEST_F(ForeignTest, WhatCannotBeReachedIsNotMissing) {
             EXPECT_TRUE(contains(outcome.err, one.words)) << outcome.err;
         }
     }
-    // The same where frames are named, and of chain, camera and profile.
+    // Also with --frames, and for chain, camera and profile.
     EXPECT_TRUE(contains(run({"inspect", at("loop1/in.####.exr"), "--frames", "1"}).err, "links"));
     EXPECT_TRUE(contains(run({"diff", at("loop1/in.####.exr"), in()}).err, "links"));
     write_frame(in(1), make_planes(8, 8));
@@ -191,7 +191,7 @@ TEST_F(ForeignTest, WhatCannotBeReachedIsNotMissing) {
     }
 }
 
-// Permissions do not stop root: then as another user, with a copy of the command that it may run.
+// Permissions do not restrict root: runs as another user, with an accessible copy of the command.
 TEST_F(ForeignTest, AFolderThatMayNotBeRead) {
     const bool is_root = geteuid() == 0;
     fs::create_directory(at("closed"));

@@ -1,5 +1,5 @@
-// postchain run: color in other formats than EXR. Files are made and read back by OpenImageIO, as
-// they are stored; curves are those of their standards, written down here.
+// postchain run: color in non-EXR formats. OpenImageIO writes and reads the stored values; the
+// curves' formulas are repeated here from their standards.
 #include <cmath>
 
 #include "tests/command/pictures.h"
@@ -80,7 +80,8 @@ TEST_F(FormatsTest, ValuesAreDecodedByTheirCurve) {
                     v < 0.08124 ? v / 4.5 : std::pow((v + 0.0992968) / 1.0992968, 1 / 0.45), 1e-7)
             << code;
         EXPECT_NEAR(gamma.at(code, 0, 1), std::pow(v, 2.2), 1e-7) << code;
-        // OpenColorIO's Cineon of its default configurations, and Kodak's: 685 is 1, 95 is 0.
+        // Cineon as in Kodak's definition and OpenColorIO's default configurations: 685 is 1, 95 is
+        // 0.
         const double black = std::pow(10, (95 - 685) * 0.002 / 0.6);
         const double log = (std::pow(10, (1023 * v - 685) * 0.002 / 0.6) - black) / (1 - black);
         EXPECT_NEAR(cineon.at(code, 0, 1), log, 2e-6 * std::max(1.0, log)) << code;
@@ -125,7 +126,7 @@ TEST_F(FormatsTest, ValuesThatDoNotFitAreAnErrorOrClampedAndCounted) {
     EXPECT_EQ(png.values[5], 0);
     EXPECT_EQ(png.values[8], 1);
     EXPECT_EQ(Json::parse(read_text(at("out/o.png.json")))["health"]["output_half_overflow"], 2);
-    // HDR holds what is above 1 and nothing below 0, float TIFF both.
+    // HDR holds values above 1 but none below 0; float TIFF holds both.
     const auto hdr = through("in.exr", "o.hdr");
     EXPECT_EQ(hdr.code, 5);
     EXPECT_TRUE(contains(hdr.err, "2 pixels do not fit (it holds no negative")) << hdr.err;
@@ -166,8 +167,8 @@ TEST_F(FormatsTest, SettingsThatDoNotSuitTheFormatAreRefused) {
         {"o.bmp", {}, "outputs end in .exr, .png"},
         {"o.png", {"--bits", "10"}, "png has 16, 8 bits, not 10"},
         {"o.hdr", {"--bits", "16"}, "hdr has 32 bits"},
-        {"o.png", {"--half"}, "are of EXR outputs"},
-        {"o.tif", {"--compression", "zip"}, "are of EXR outputs"},
+        {"o.png", {"--half"}, "apply only to EXR outputs"},
+        {"o.tif", {"--compression", "zip"}, "apply only to EXR outputs"},
     };
     for (const auto& [name, more, why] : cases) {
         const auto outcome = through("in.exr", name, more);
@@ -176,7 +177,7 @@ TEST_F(FormatsTest, SettingsThatDoNotSuitTheFormatAreRefused) {
     }
 }
 
-// The filters see the same light, whichever file it comes from.
+// The filters see the same light, whichever file format it comes from.
 TEST_F(FormatsTest, AFilteredPictureIsThatOfTheSameLightInAnExr) {
     write_sequence(at(""), {1});
     const Kind kind{"c.png", kByte, 8, 4, true};
@@ -199,7 +200,7 @@ TEST_F(FormatsTest, AFilteredPictureIsThatOfTheSameLightInAnExr) {
     const Stored png = read_picture(at("out/c.png"));
     for (size_t i = 0; i < png.values.size(); ++i) {
         if (i % 4 == 3) continue;
-        // A step of 8 bits, at its middle.
+        // An 8-bit step, at its center.
         EXPECT_NEAR(png.values[i] <= 0.04045 ? png.values[i] / 12.92 : srgb_light(png.values[i]),
                     a.data[i], 0.5 / 255 * 2.4)
             << i;

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <limits>
 
-#include "tools/sequence/io/exr_reader.h"
+#include "tools/sequence/exr/exr_reader.h"
 
 namespace postchain::test {
 

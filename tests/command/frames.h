@@ -1,4 +1,5 @@
-// Small frames with depth and vectors, written in the convention of each renderer, and read back.
+// Writes small frames with depth and motion vectors in each renderer's convention, and reads them
+// back.
 #pragma once
 
 #include <string>
@@ -6,19 +7,19 @@
 
 #include "chain/image.h"
 #include "tests/io/exr_files.h"
-#include "tools/sequence/io/planes_writer.h"
+#include "tools/sequence/exr/planes_writer.h"
 
 namespace postchain::test {
 
-// Canonical motion, distance as depth: a bright square of distance 2 before a ground of distance
-// 6, the square moving by (6, 3) pixels per frame, the ground by (-2, 1).
+// Canonical motion, depth as distance: a bright square at distance 2 before a ground at distance 6,
+// the square moving by (6, 3) pixels per frame, the ground by (-2, 1).
 struct Planes {
     ImageF color;   // RGBA, alpha 1
     ImageF depth;   // distance along the view axis
     ImageF motion;  // to the next frame, pixels, y down
     ImageF back;    // from the previous frame
 };
-// `frame` moves the square by its motion, so that frames differ.
+// The square moves with `frame`, so that frames differ.
 Planes make_planes(int width, int height, int frame = 1);
 
 struct FrameFile {
@@ -28,24 +29,24 @@ struct FrameFile {
     bool depth = true;
     bool motion = true;
     bool object_ids = false;                    // one more channel, unused: "id", uint
-    std::map<std::string, ImageF> mattes = {};  // further channels by their names
+    std::map<std::string, ImageF> mattes = {};  // extra channels by name
     int origin_x = 0, origin_y = 0;
     std::optional<io::Window> display = {};
     std::map<std::string, io::AttributeValue> attributes = {};
 };
-// Channel names, signs and encodings as config/profiles/<convention>.yaml states them.
+// Channel names, signs and encodings as in config/profiles/<convention>.yaml.
 void write_frame(const std::string& path, const Planes& planes, const FrameFile& file = {});
 
-// A sequence DIR/in.####.exr of `size`, with the square moving from frame to frame.
+// A sequence DIR/in.####.exr of `size` in which the square moves.
 void write_sequence(const std::string& folder, const std::vector<int>& frames, int width = 48,
                     int height = 32, const FrameFile& file = {});
 
-// The color of a file, whatever its channels are called; a failure of the test when it has none.
+// Color of a file with any channel names; the test fails if there is none.
 ImageF read_color(const std::string& path);
-// The stored bytes of every channel of the first part that is not color.
+// Stored bytes of every non-color channel of the first part.
 std::map<std::string, std::string> other_channels(const std::string& path);
 
-// A chain with a camera of its own, so that frames need none.
+// A chain with its own camera, so that frames need none.
 inline const char* kAllPasses =
     "postchain: 1\n"
     "camera: {focal_length_mm: 50, sensor_width_mm: 36, f_stop: 1.4, focus_distance: 2,"
@@ -66,9 +67,9 @@ inline const char* kFxaa = "postchain: 1\npasses: [fxaa]\n";
 inline const char* kMotionBlur =
     "postchain: 1\npasses: [motion_blur: {mode: guertin, samples: 5, shutter_frames: 0.5}]\n";
 
-double largest_difference(const ImageF& a, const ImageF& b);  // inf when sizes differ
+double largest_difference(const ImageF& a, const ImageF& b);  // inf if sizes differ
 
-// Names in a folder that are temporaries of an output.
+// Temporary output files in a folder.
 std::vector<std::string> temporaries(const std::string& folder);
 
 }  // namespace postchain::test

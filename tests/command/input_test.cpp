@@ -1,5 +1,5 @@
-// Bad input through the command: exit codes, messages that name file, place and remedy, and
-// nothing left behind.
+// Bad input through the command: exit codes, messages with file, place and remedy, and no
+// leftovers.
 #include <sys/stat.h>
 
 #include <cmath>
@@ -93,8 +93,8 @@ TEST_F(InputTest, NotAnExr) {
     EXPECT_EQ(filter("fxaa", {"--frames", "1"}).code, 4);
 }
 
-#if !POSTCHAIN_SANITIZED  // the address sanitizer itself reserves terabytes
-// Less memory than the frame needs: an error with its name, whichever allocation it is that fails.
+#if !POSTCHAIN_SANITIZED  // the address sanitizer reserves terabytes
+// Less memory than the frame needs: an error with the file name, whichever allocation fails.
 TEST_F(InputTest, TooLittleMemory) {
     ASSERT_TRUE(io::write_planes_exr(in(1), ImageF(8192, 3000, 3, 0.25f), {"R", "G", "B"}).ok());
     for (long mebibytes : {700L, 900L, 1200L}) {
@@ -134,9 +134,9 @@ TEST_F(InputTest, MissingPlanesAreNamedWithWhatWasFound) {
     file.motion = false;
     write_frame(in(1), make_planes(48, 32), file);
     expect_refused(4, {"needs motion", "looked for as motion.x", "found were", " Z"}, "all");
-    // A profile that is named but does not fit says the same.
+    // So does a named profile that does not fit.
     expect_refused(4, {"profile cycles", "<layer>.Vector.Z"}, "all", {"--profile", "cycles"});
-    // plan says it too, and inspect tells what there is.
+    // plan reports it too, and inspect lists the channels.
     const auto plan = run({"plan", at("all.yaml"), "-i", in(1)});
     EXPECT_EQ(plan.code, 4);
     EXPECT_TRUE(contains(plan.err, "looked for as motion.x")) << plan.err;
@@ -151,10 +151,10 @@ TEST_F(InputTest, VectorsThatSayNothingAreWarned) {
     std::fill(planes.motion.data.begin(), planes.motion.data.end(), 0.0f);
     std::fill(planes.back.data.begin(), planes.back.data.end(), 0.0f);
     write_frame(in(1), planes);
-    expect_warned({"every vector is zero", "Cycles", in(1)});
+    expect_warned({"every motion vector is zero", "Cycles", in(1)});
     std::fill(planes.motion.data.begin(), planes.motion.data.end(), 10000.0f);
     write_frame(in(1), planes);
-    expect_warned({"sentinel", "every vector"});
+    expect_warned({"sentinel", "every motion vector"});
     EXPECT_EQ(sidecar(1)["health"]["input_sentinel_motion"], 48 * 32);
 }
 
@@ -163,7 +163,7 @@ TEST_F(InputTest, HalfDepthIsWarned) {
     file.depth_type = io::PixelType::half;
     write_frame(in(1), make_planes(48, 32), file);
     expect_warned({"depth is half float", in(1)});
-    // Not when no pass reads depth.
+    // No error if no pass reads depth.
     const auto outcome = filter("fxaa", {"--on-existing", "overwrite"});
     EXPECT_FALSE(contains(outcome.err, "half float")) << outcome.err;
 }
@@ -173,7 +173,7 @@ TEST_F(InputTest, NonFiniteValuesAreCountedAndNamed) {
     planes.color.at(20, 3, 0) = NAN;
     planes.color.at(21, 3, 1) = INFINITY;
     planes.depth.at(5, 2) = NAN;
-    planes.depth.at(6, 2) = INFINITY;  // a usual way to write "nothing there"
+    planes.depth.at(6, 2) = INFINITY;  // a common value for background
     planes.motion.at(7, 9, 1) = NAN;
     planes.motion.at(8, 9, 0) = -INFINITY;
     planes.depth.at(9, 9) = -1;
@@ -196,7 +196,7 @@ TEST_F(InputTest, NonFiniteValuesAreCountedAndNamed) {
     fs::remove(out(1));
     fs::remove(out(1) + ".json");
     expect_refused(7, {"5 non-finite", "(-5, -2)", "--strict"}, "all", {"--strict"});
-    // Also when other frames of the sequence are sound.
+    // Also if other frames of the sequence are valid.
     write_frame(in(2), make_planes(48, 32));
     const auto partly = filter("all", {"--strict", "--on-error", "continue"});
     EXPECT_EQ(partly.code, 7) << partly.text();
@@ -205,7 +205,7 @@ TEST_F(InputTest, NonFiniteValuesAreCountedAndNamed) {
     EXPECT_EQ(sound.code, 0) << sound.text();
 }
 
-// Alpha below 0 divides a blurred color by almost nothing: the result leaves half's range.
+// Negative alpha divides a blurred color by almost zero: the result exceeds half's range.
 TEST_F(InputTest, HalfOverflowIsRefusedOrClamped) {
     Planes planes = make_planes(48, 32);
     for (int y = 0; y < 32; ++y) {
@@ -236,7 +236,7 @@ TEST_F(InputTest, HalfOverflowIsRefusedOrClamped) {
     for (float value : read_color(out(1)).data) ASSERT_LE(std::abs(value), 65504);
 }
 
-// Sums of these exceed what a float holds.
+// Sums of these exceed float.
 TEST_F(InputTest, FloatColorThatOverflows) {
     Planes planes = make_planes(48, 32);
     for (float& value : planes.color.data) value *= 3e38f;
@@ -253,7 +253,7 @@ TEST_F(InputTest, FloatColorThatOverflows) {
     }
     const auto clamped = filter("all", {"--overflow", "clamp"});
     EXPECT_EQ(clamped.code, 0) << clamped.text();
-    EXPECT_TRUE(contains(clamped.err, "pixels of the result are not finite")) << clamped.err;
+    EXPECT_TRUE(contains(clamped.err, "result pixels are non-finite")) << clamped.err;
     EXPECT_GT(sidecar(1)["health"]["output_nonfinite"], 0);
     EXPECT_TRUE(contains(sidecar(1)["warnings"].dump(), "not finite"));
     for (float value : read_color(out(1)).data) ASSERT_TRUE(std::isfinite(value));
@@ -272,7 +272,7 @@ TEST_F(InputTest, WindowsThatDiffer) {
     EXPECT_EQ(output->parts()[0].data_window, (io::Window{-8, -5, 39, 26}));
     EXPECT_EQ(output->parts()[0].display_window, (io::Window{0, 0, 31, 21}));
     EXPECT_EQ(read_color(out(1)).width, 48);
-    // A data window beside the display window, which the chain does not reach.
+    // A data window outside the display window and the chain's reach.
     file.origin_x = 300;
     file.origin_y = 40;
     write_frame(in(1), make_planes(48, 32), file);
@@ -308,7 +308,7 @@ TEST_F(InputTest, TextInMetadataThatIsNoUtf8) {
     const auto inspect = run({"inspect", in(1), "--json"});
     EXPECT_EQ(inspect.code, 0) << inspect.text();
     EXPECT_EQ(json_lines(inspect.out).size(), 1u);
-    // Also when inspect fails after it has described the file.
+    // Also if inspect fails after it has described the file.
     file.convention = "generic";
     io::PlanesFile planes;
     const ImageF z(8, 8, 1, 1.0f);
@@ -318,7 +318,7 @@ TEST_F(InputTest, TextInMetadataThatIsNoUtf8) {
     const auto failed = run({"inspect", in(2), "--json"});
     EXPECT_EQ(failed.code, 4) << failed.text();
     EXPECT_EQ(json_lines(failed.out).size(), 1u);
-    // And a name of a file.
+    // Also in a file name.
     fs::copy_file(in(1), at("caf\xe9.0001.exr"));
     const auto named = run({"run", at("fxaa.yaml"), "-i", at("caf\xe9.####.exr"), "-o",
                             at("out/caf\xe9.####.exr"), "--json", "--log-format", "json"});

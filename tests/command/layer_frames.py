@@ -1,4 +1,4 @@
-"""Frames with layers and a cryptomatte, filtered by the command, for the tests that read them back."""
+"""Frames with layers and a cryptomatte, filtered by the command and read back."""
 import json
 import pathlib
 import subprocess

@@ -1,4 +1,4 @@
-"""Filters frames with layers and a cryptomatte by the command, and decodes them apart from it.
+"""Filters frames with layers and a cryptomatte by the command, and decodes them independently.
 
 usage: layers_test.py POSTCHAIN"""
 import os
@@ -12,7 +12,7 @@ from layer_frames import (CHAINS, CRYPTO, FRAMES, GROUPS, LENS, OBJECTS, Frames,
 
 class Layers(Frames):
     def largest_gap(self, picture):
-        """Between the sum of the light groups and the color."""
+        """Difference between the sum of the light groups and the color."""
         gap = 0
         for word in "RGB":
             total = [sum(group) for group in zip(*(picture.values(channel(g, word))
@@ -64,7 +64,7 @@ class Layers(Frames):
         done = subprocess.run([self.postchain, "plan", "balanced", "-q", "-i",
                                FRAMES / "layers.0002.exr", "--layers", "Emit", *LENS],
                               capture_output=True, text=True, check=True)
-        self.assertIn("layers filtered too: ViewLayer.Emit\n", done.stdout)
+        self.assertIn("extra layers filtered:  ViewLayer.Emit\n", done.stdout)
         self.assertIn("ViewLayer.Normal", done.stdout)
 
     def test_errors(self):
@@ -90,7 +90,7 @@ class Layers(Frames):
                              (CRYPTO, len(OBJECTS), 0))
 
     def test_ids_that_are_apart_share_planes(self):
-        """A grid of 96 ids, four of them beside each other in the mattes of two layers."""
+        """A grid of 96 ids, with four adjacent ones in the mattes of two layers."""
         picture = exr.read(FRAMES / "layers.0002.exr")
         size, names = picture.width * picture.height, []
         ids = [0] * size
@@ -130,7 +130,7 @@ class Layers(Frames):
                                                  for name in OBJECTS))]
             self.assertLess(max(total), 1 + 1e-5)
             self.assertLess(largest_difference(total, after.values(channel("Combined", "A"))), 1e-5)
-            # The largest coverage comes first.
+            # Ranks are sorted by coverage.
             ranks = [after.values(f"{CRYPTO}{level}.{word}") for level in ("00", "01")
                      for word in "ga"]
             for pixel in zip(*ranks):
@@ -146,7 +146,7 @@ class Layers(Frames):
 
 
 class WrittenChannels(Frames):
-    """With --channels: what is not written is not filtered, nor said to be there."""
+    """With --channels, layers that are not written are neither filtered nor listed."""
     COLOR = ["ViewLayer.Combined.*", "ViewLayer.Depth.*", "ViewLayer.Vector.*"]
 
     def only(self, *channels, options=()):
@@ -167,7 +167,7 @@ class WrittenChannels(Frames):
         self.assertNotIn("cryptomattes", found)
         left = {one["name"]: one["why"] for one in found["left"]}
         for name in ("Combined_fill", "CryptoObject00", "Normal"):
-            self.assertEqual(left[f"ViewLayer.{name}"], "is not written (--channels)")
+            self.assertEqual(left[f"ViewLayer.{name}"], "is excluded by --channels")
         whole = self.filtered("balanced", "--layers", "Combined_*")
         for name in after.channels:
             self.assertEqual(after.raw(name), whole.raw(name), name)
@@ -180,7 +180,7 @@ class WrittenChannels(Frames):
             self.assertEqual(after.raw(name), whole.raw(name), name)
         self.assertEqual(self.sidecar()["layers"]["cryptomattes"][0]["name"], CRYPTO)
         self.assertNotIn("filtered", self.sidecar()["layers"])
-        # Its first ranks are a cryptomatte too.
+        # Its first ranks are a cryptomatte by themselves.
         self.assertEqual(self.names(self.only(f"{CRYPTO}00.*")), self.names(whole))
         self.assertEqual(self.names(self.only(f"{CRYPTO}01.*", f"{CRYPTO}00.r")), set())
 
@@ -195,7 +195,7 @@ class WrittenChannels(Frames):
                                   code=4))
 
     def test_a_mask_needs_no_cryptomatte(self):
-        """Attributes without channels, as other programs leave them, and an unknown hash."""
+        """Attributes without channels, as other programs write them, and an unknown hash."""
         bare = exr.read(FRAMES / "layers.0002.exr")
         for name in [name for name in bare.channels if "Crypto" in name]:
             del bare.channels[name]
@@ -209,15 +209,15 @@ class WrittenChannels(Frames):
                                            "fxaa.matte=cryptomatte:ball", code=4))
             self.assertIn(why, self.run_on(path, "balanced", "--cryptomatte", "filter",
                                            code=filtered))
-        # Ids stay ids, whatever their hash is.
+        # Ids stay unchanged, whatever their hash.
         self.run_on(path, "balanced", "--layers", "all")
         self.assertEqual(exr.read(f"{self.folder}/out.0002.exr").raw(f"{CRYPTO}00.r"),
                          hashed.raw(f"{CRYPTO}00.r"))
 
 
 class LayersOfSomeFrames(Frames):
-    """Neighbors with other layers than the frame's: color does not change for that."""
-    # Frame 2 reads both neighbors; the last two are made of its pictures.
+    """Neighbors with other layers than the frame do not change color."""
+    # Frame 2 reads both neighbors; the other frames are copies of its images.
     LAYERS = {1: ["key", "zed"], 2: ["zed", "fill", "key"], 3: ["zed"]}
 
     def write(self, folder, frames, crypto=(1, 2, 3)):
@@ -260,16 +260,16 @@ class LayersOfSomeFrames(Frames):
         self.assertTrue(self.same(after, first, "key"))
         self.assertFalse(self.same(after, alone, "key"))
         self.assertTrue(self.same(after, alone, "fill"))
-        self.assertIn("without the frame before, which has no such layers: ViewLayer.fill\n",
+        self.assertIn("without the frame before, which lacks these layers: ViewLayer.fill\n",
                       self.messages)
-        self.assertIn("without the frame after, which has no such layers: ViewLayer.fill, "
+        self.assertIn("without the frame after, which lacks these layers: ViewLayer.fill, "
                       "ViewLayer.key\n", self.messages)
         self.assertNotIn("missing_neighbors", self.sidecar()["plan"])
-        # What all have is a part of color everywhere.
+        # Layers that all frames have contain part of the color everywhere.
         for word in "RGB":
             half = [value / 2 for value in after.values(channel("Combined", word))]
             self.assertLess(largest_difference(after.values(channel("zed", word)), half), 1e-5)
-        # No layer that all have, and none that any has.
+        # Without a layer that all frames have, and without any shared layer.
         for layers in ("key,fill", "fill"):
             after = self.second("all", "--layers", layers)
             self.assertTrue(self.same(after, plain, "Combined"), layers)
@@ -281,7 +281,7 @@ class LayersOfSomeFrames(Frames):
         plain = self.second("all")
         after = self.second("all", "--cryptomatte", "filter")
         self.assertTrue(self.same(after, plain, "Combined"))
-        self.assertIn(f"has no such layers: {CRYPTO}\n", self.messages)
+        self.assertIn(f"lacks these layers: {CRYPTO}\n", self.messages)
         alone = self.second("alone", "--cryptomatte", "filter")
         self.assertTrue(self.same(after, alone, "CryptoObject0"))
 

@@ -1,4 +1,4 @@
-// postchain run --like: the record of an output, repeated.
+// postchain run --like: repeats an output from its record.
 #include "tests/command/fixture.h"
 
 namespace postchain::test {

@@ -1,4 +1,4 @@
-"""Leaves objects as they are, by mattes of a cryptomatte and of channels.
+"""Mattes from a cryptomatte or from channels leave objects unchanged.
 
 usage: matte_test.py POSTCHAIN"""
 import os
@@ -10,7 +10,7 @@ from layer_frames import CRYPTO, Frames, FRAMES, channel, main
 
 
 class Mattes(Frames):
-    """Passes that leave an object as it is."""
+    """Passes that leave an object unchanged."""
 
     def with_matte(self, matte, *options, pattern=None, code=0):
         chain = self.chain(f'joint_blur: {{samples: 16, matte: "{matte}"}}')
@@ -19,7 +19,7 @@ class Mattes(Frames):
         return out if code else exr.read(f"{self.folder}/out.0002.exr")
 
     def check_held(self, after, matte, names):
-        """Where nothing but the objects is, the pixels are those of the input."""
+        """Pixels that only the objects cover equal the input."""
         before = exr.read(FRAMES / "layers.0002.exr")
         plain = self.filtered(self.chain("joint_blur: {samples: 16}"))
         covered = [sum(one) for one in zip(*(exr.matte(before, CRYPTO, name) for name in names))]
@@ -71,7 +71,7 @@ class Mattes(Frames):
         picture = exr.read(FRAMES / "layers.0002.exr")
         manifest = picture.attributes.pop("cryptomatte/542cafa/manifest")[1]
         chain = self.chain('fxaa: {matte: "cryptomatte:ball"}')
-        # By the sidecar of this frame, of another, and as the name of a link.
+        # Under the name of this frame's sidecar, another frame's, and a link.
         for output, place in (("out.0001.exr.json", ""), ("out.0002.exr.json", ""),
                               ("out.0002.exr.json", "names.json")):
             picture.attributes["cryptomatte/542cafa/manif_file"] = (
@@ -94,10 +94,10 @@ class Mattes(Frames):
         for matte, message in [
                 ("cryptomatte:bal", "no 'bal' in the cryptomatte (did you mean 'ball'?)"),
                 ("cryptomatte:xyz", "it has ball, lamp, post, wall"),
-                ("cryptomatte:", "no name is given after the colon"),
+                ("cryptomatte:", "give a name after the colon"),
                 ("cryptomatte:x*", "no 'x*' in the cryptomatte"),
-                ("Combined_key.H", "no such channel (did you mean"),
-                ("R", "such channels; give the whole name")]:
+                ("Combined_key.H", "unknown channel (did you mean"),
+                ("R", "channels; give the whole name")]:
             self.assertIn(message, self.with_matte(matte, code=4), matte)
 
     def test_an_unmoved_object_is_one_rendered_at_rest(self):

@@ -1,4 +1,4 @@
-// Memory that frames take: said before it is taken, and limited.
+// Memory of frames is predicted before it is allocated, and limited.
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
 #include <ImfOutputFile.h>
@@ -40,7 +40,7 @@ TEST_F(MemoryTest, EveryVerbThatReadsFramesHasALimit) {
     EXPECT_EQ(outputs(), std::vector<std::string>());
 }
 
-// With room for one frame at a time the frames come one after the other, with the same bits.
+// With room for one frame at a time, frames are processed in turn, with the same bits.
 TEST_F(MemoryTest, FramesWaitForEachOther) {
     write_sequence(at(""), {1, 2, 3, 4, 5});
     ASSERT_EQ(filter("all").code, 0);
@@ -51,7 +51,7 @@ TEST_F(MemoryTest, FramesWaitForEachOther) {
     EXPECT_EQ(outputs().size(), 5u);
 }
 
-// 2048 x 16384 pixels in a few hundred kilobytes; whole, color alone takes 768 MiB.
+// 2048 x 16384 pixels in a few hundred kilobytes; uncompressed, color takes 768 MiB.
 TEST_F(MemoryTest, InspectTakesNoMoreOfATallFrame) {
     const int width = 2048, height = 16384;
     Imf::Header header(width, height);

@@ -1,5 +1,5 @@
-// postchain run: color in and out through a configuration of OpenColorIO whose transforms have a
-// closed form, written down here.
+// postchain run: color in and out through an OpenColorIO configuration whose transforms have closed
+// forms, repeated here.
 #include <cmath>
 #include <limits>
 
@@ -8,8 +8,8 @@
 namespace postchain::test {
 namespace {
 
-// Of what is stored: halved has half the value of lin, fourfold four times; camera is the log of
-// base 10 after the inverse of kMatrix, film the power 1/2.4 after kPrint.
+// Stored values: halved is half of lin, fourfold four times it; camera is log10 after the inverse
+// of kMatrix, film the power 1/2.4 after kPrint.
 constexpr double kMatrix[3][3] = {{0.9, 0.1, 0}, {0.05, 0.9, 0.05}, {0, 0.2, 0.8}};
 constexpr double kPrint[3][3] = {{0.8, 0.2, 0}, {0.1, 0.8, 0.1}, {0, 0.1, 0.9}};
 constexpr const char* kConfig =
@@ -89,7 +89,7 @@ TEST_F(OcioTest, StoredValuesOfAColorSpaceAreReadAsItsTransformSays) {
             largest = std::max(largest, std::abs(light.data[3 * i + c] / v[c] - 1));
     }
     EXPECT_LT(largest, 1e-5);
-    // Another space of the frames: four times the light.
+    // Another space for the frames: four times the light.
     ASSERT_EQ(
         through("c.png", "o.exr",
                 with_config({"--input-transfer", "ocio:camera", "--ocio-colorspace", "fourfold"}))
@@ -115,7 +115,7 @@ TEST_F(OcioTest, LightIsStoredInAColorSpaceOrAsAViewShowsIt) {
         pixels.push_back({float(light[0]), float(light[1]), float(light[2]), 1});
     }
     write_exr("in.exr", pixels);
-    // The light is a sixteenth of it, and log10(16) is taken off.
+    // The light is divided by sixteen, and log10(16) is subtracted.
     ASSERT_EQ(through("in.exr", "o.png",
                       with_config({"--output-transfer", "ocio:camera", "--overflow", "clamp"}))
                   .code,
@@ -134,7 +134,7 @@ TEST_F(OcioTest, LightIsStoredInAColorSpaceOrAsAViewShowsIt) {
                 times(kPrint, {double(pixels[i][0]), double(pixels[i][1]), double(pixels[i][2])});
             for (size_t c = 0; c < 3; ++c) {
                 const size_t at = i * size_t(film.channels) + c;
-                // Half a step, and what single precision adds.
+                // Half a step plus single-precision error.
                 EXPECT_NEAR(film.values[at] * steps, std::pow(print[c], 1 / 2.4) * steps,
                             0.5 + 2e-5 * steps)
                     << bits << " " << i;
@@ -193,7 +193,7 @@ TEST_F(OcioTest, WhatDoesNotFitAfterTheTransformIsAnErrorOrClamped) {
     EXPECT_NEAR(out.values[9], 102 / 255.0, 1e-6);
 }
 
-// Through a transform and back in single precision: less than half a code of 16 bits.
+// Round trip through a transform in single precision: less than half a 16-bit code.
 TEST_F(OcioTest, AChainThatDoesNothingGivesTheStoredValuesBack) {
     const Kind kinds[] = {{"c.png", kByte, 8, 4, true}, {"c.png", kShort, 16, 3, true},
                           {"c.dpx", kShort, 10, 3},     {"c.dpx", kShort, 12, 3},
@@ -220,7 +220,7 @@ TEST_F(OcioTest, AnOutputIsMadeAgainWhenTheConfigurationHasChanged) {
     };
     EXPECT_TRUE(contains(again(), "1 written"));
     EXPECT_TRUE(contains(again(), "1 skipped"));
-    // With a table, and with another one of the same name.
+    // With a table, and with another table of the same name.
     const auto table = [](const char* last) {
         return std::string("Version 1\nFrom 0 1\nLength 2\nComponents 1\n{\n0\n") + last + "\n}\n";
     };
@@ -262,7 +262,7 @@ TEST_F(OcioTest, APreviewIsMadeAgainWhenWhatItShowsHasChanged) {
     EXPECT_EQ(red(), 255);
     EXPECT_STREQ(again(halved), "written");
     EXPECT_EQ(red(), 64);
-    // Of another configuration of the same name.
+    // Another configuration of the same name.
     std::string doubled = kConfig;
     const std::string matrix = "matrix: [0.5, 0, 0, 0, 0, 0.5, 0, 0, 0, 0, 0.5";
     doubled.replace(doubled.find(matrix), matrix.size(),
@@ -271,7 +271,7 @@ TEST_F(OcioTest, APreviewIsMadeAgainWhenWhatItShowsHasChanged) {
     EXPECT_STREQ(again(halved), "written");
     EXPECT_STREQ(again(halved), "skipped");
     EXPECT_EQ(red(), 191);
-    // A run that asks for no preview compares none.
+    // A run without a preview compares none.
     EXPECT_STREQ(again({}), "skipped");
     EXPECT_STREQ(again({"--png"}), "written");
     EXPECT_EQ(red(), 155);
@@ -319,7 +319,7 @@ TEST_F(OcioTest, APreviewIsTheViewOfAConfiguration) {
     EXPECT_EQ(preview({"--ocio", config, "--ocio-display", "wall"}),
               (Codes{255, 255, 0, 255, 128, 0}));
     EXPECT_EQ(preview({}, {.environment = {{"OCIO", config}}}), plain);
-    // Without one: (0.5 / 1.5)^(1/2.2).
+    // Without OCIO: (0.5 / 1.5)^(1/2.2).
     EXPECT_EQ(preview({}, {.environment = {{"OCIO", std::nullopt}}})[0], 155);
 }
 
@@ -335,16 +335,16 @@ TEST_F(OcioTest, AConfigurationThatCannotBeUsedIsAnErrorThatSaysWhatThereIs) {
         {{"--png", "--ocio", at("config.ocio"), "--ocio-colorspace", "aces"},
          2,
          "lin, halved, fourfold"},
-        {{"--ocio", at("config.ocio")}, 2, "changes nothing alone"},
+        {{"--ocio", at("config.ocio")}, 2, "has no effect by itself"},
         {{"--ocio", at("config.ocio"), "--ocio-view", "Halved"}, 2, "--output-transfer view"},
-        {{"--output-transfer", "view"}, 2, "which configuration?"},
+        {{"--output-transfer", "view"}, 2, "needs an OpenColorIO configuration"},
         {{"--output-transfer", "ocio:halved", "--ocio", at("config.ocio")}, 2, "an EXR holds"},
         {{"--output-transfer", "view", "--ocio", at("config.ocio")}, 2, "look at it with --png"},
         {{"--input-transfer", "ocio:halved", "--ocio", at("config.ocio")}, 2, "leave it out"},
-        {{"--input-transfer", "view", "--ocio", at("config.ocio")}, 2, "no way back"},
+        {{"--input-transfer", "view", "--ocio", at("config.ocio")}, 2, "cannot be inverted"},
         {{"--input-transfer", "halved", "--ocio", at("config.ocio")}, 2, "ocio:SPACE"},
-        {{"--png", "--ocio-view", "Film"}, 2, "--ocio-view: which configuration?"},
-        {{"--png", "--ocio-display", "tv"}, 2, "--ocio-display: which configuration?"},
+        {{"--png", "--ocio-view", "Film"}, 2, "--ocio-view needs an OpenColorIO configuration"},
+        {{"--png", "--ocio-display", "tv"}, 2, "--ocio-display needs an OpenColorIO configuration"},
     };
     for (const auto& [more, code, why] : cases) {
         Arguments arguments = {"run", at("none.yaml"), "-i", at("in.exr"), "-o", at("out/o.exr")};

@@ -1,4 +1,4 @@
-// Places that cannot be written: exit code 5 with the reason, and nothing half made.
+// Unwritable places: exit code 5 with the reason, and no partial files.
 #include <sched.h>
 #include <sys/mount.h>
 #include <sys/stat.h>
@@ -55,14 +55,14 @@ TEST_F(OutputTest, FolderWhereTheFileShouldBe) {
     EXPECT_TRUE(fs::is_directory(out(1)));
 }
 
-// The size at which the limit strikes moves through header, pixels and sidecar.
+// The size limit moves through header, pixels and sidecar.
 TEST_F(OutputTest, DiskFullByAFileSizeLimit) {
     write_sequence(at(""), {1});
     ASSERT_EQ(filter("fxaa").code, 0);
     const long whole = long(fs::file_size(out(1)));
     write_text(out(1), "old");
     for (long bytes : {0L, 10L, 1000L, whole / 2, whole - 1}) {
-        // An empty program with the thread sanitizer writes a file before main.
+        // Even an empty program writes a file before main with the thread sanitizer.
         if (POSTCHAIN_SANITIZED && bytes == 0) continue;
         Launch launch;
         launch.file_bytes = bytes;
@@ -81,9 +81,8 @@ TEST_F(OutputTest, DiskFullByAFileSizeLimit) {
     }
 }
 
-// A file system of 64 KiB, in a mount namespace of this process alone. Where the system forbids
-// that (no root; in a chroot, whose root is no mount point), the file-size limit above stands for
-// it.
+// A file system of 64 KiB, in a mount namespace of this process. If the system forbids it (not
+// root; in a chroot, whose root is not a mount point), the file-size limit above covers the case.
 TEST_F(OutputTest, DiskFullOnASmallFileSystem) {
     write_sequence(at(""), {1, 2, 3}, 96, 64);
     ASSERT_EQ(filter("fxaa", {"--frames", "1"}).code, 0);
@@ -100,7 +99,7 @@ TEST_F(OutputTest, DiskFullOnASmallFileSystem) {
         to(*this, at("fxaa.yaml"), in(), at("small/o.####.exr"), {"--on-error", "continue"});
     EXPECT_EQ(outcome.code, 1) << outcome.text();
     EXPECT_TRUE(contains(outcome.err, "disk full")) << outcome.err;
-    // The first fits, the others do not; what is there is complete.
+    // The first output fits, the others do not; existing files are complete.
     EXPECT_EQ(read_color(at("small/o.0001.exr")).data, read_color(out(1)).data);
     EXPECT_FALSE(exists(at("small/o.0002.exr")));
     EXPECT_EQ(temporaries(at("small")), std::vector<std::string>());
@@ -139,10 +138,10 @@ TEST_F(OutputTest, StdoutThatIsFullOrClosed) {
         EXPECT_EQ(outcome.code, 5) << outcome.text();
         EXPECT_FALSE(read_color(out(1)).empty());
     }
-    // Nothing is said on stdout without --json: then it does not matter.
+    // Without --json nothing is printed on stdout, so closing it does not matter.
     const auto silent = filter("fxaa", {"--on-existing", "overwrite"}, closed);
     EXPECT_EQ(silent.code, 0) << silent.text();
-    // No message may land in a picture.
+    // No message may end up in an image.
     Launch blind = closed;
     blind.close_stderr = true;
     EXPECT_EQ(filter("fxaa", {"--on-existing", "overwrite"}, blind).code, 0);

@@ -1,5 +1,4 @@
-// postchain run over pictures that are no EXR: what their files say besides values, and what of it
-// is still true of the output.
+// postchain run over non-EXR images: metadata of the input that is still true is in the output.
 #include <cmath>
 #include <cstring>
 
@@ -11,7 +10,7 @@ namespace {
 
 class PictureMetadataTest : public FormatsTest {
   protected:
-    // Noise of 48x32, with these attributes and this place.
+    // Noise of 48x32 with these attributes at this position.
     Stored write_noise(const std::string& name, OIIO::ImageSpec more, OIIO::TypeDesc type = kByte) {
         const Kind kind{"", type, type == kByte ? 8 : 16, 3};
         const Stored picture = noise_of(kind, 48, 32);
@@ -51,7 +50,7 @@ TEST_F(PictureMetadataTest, ATiffIsPackedAsItsInputWhereThatLosesNothing) {
     }
 }
 
-// A header of 128 bytes with the signature of ICC.1 7.2, and no tags.
+// A 128-byte header with the signature of ICC.1 7.2 and no tags.
 std::vector<uint8_t> icc_profile() {
     std::vector<uint8_t> profile(132, 0);
     profile[3] = 132;
@@ -127,7 +126,7 @@ TEST_F(PictureMetadataTest, PagesThatAreLeftOutAreNoted) {
     ASSERT_TRUE(out->write_image(OIIO::TypeDesc::FLOAT, page.data()) && out->close());
     for (const char* name : {"o.tif", "o.exr"}) {
         ASSERT_EQ(through("c.tif", name).code, 0);
-        EXPECT_TRUE(contains(notes_of(name), "the input has further pages")) << notes_of(name);
+        EXPECT_TRUE(contains(notes_of(name), "the input has several pages")) << notes_of(name);
     }
     write_noise("one.tif", {});
     ASSERT_EQ(through("one.tif", "o.tif").code, 0);
@@ -144,7 +143,7 @@ TEST_F(PictureMetadataTest, ChannelsOfEveryPartThatAreLeftOutAreCounted) {
 }
 
 TEST_F(PictureMetadataTest, WhatAFileDoesNotSayOfItsCurveIsNoted) {
-    // So dark that the curves differ by more than eight bits are wrong.
+    // Dark enough that curves differing by more than eight bits are wrong.
     write_exr("in.exr", std::vector<std::array<float, 4>>(16, {0.02f, 0.02f, 0.02f, 1}));
     int noted = 0;
     for (const char* name : {"o.png", "o.tif", "o.dpx", "o.jpg", "o.hdr"})
@@ -153,7 +152,7 @@ TEST_F(PictureMetadataTest, WhatAFileDoesNotSayOfItsCurveIsNoted) {
             if (std::string(name) == "o.tif") more.insert(more.end(), {"--bits", "16"});
             const auto outcome = through("in.exr", name, more);
             ASSERT_EQ(outcome.code, 0) << outcome.text();
-            // Read back without a word it is the same light, or there was a note.
+            // Either it reads back as the same light, or a note was printed.
             const std::string out = at(std::string("out/") + name), back = at("out/back.exr");
             ASSERT_EQ(
                 run({"run", at("none.yaml"), "-i", out, "-o", back, "--on-existing", "overwrite"})
@@ -167,8 +166,8 @@ TEST_F(PictureMetadataTest, WhatAFileDoesNotSayOfItsCurveIsNoted) {
     EXPECT_EQ(noted, 4 + 4 + 4 + 1);
 }
 
-// Where 4.5 v meets a v^0.45 - (a - 1) with one slope: a = 10 v^0.55, and so 5.5 v - 10 v^0.55 + 1
-// = 0.
+// The point where 4.5 v meets a v^0.45 - (a - 1) with equal slope: a = 10 v^0.55, so 5.5 v - 10
+// v^0.55 + 1 = 0.
 TEST_F(PictureMetadataTest, EveryCodeOf16BitsComesBackThroughEveryCurve) {
     Stored ramp{256, 256, 3, {}};
     for (int i = 0; i < 65536; ++i)

@@ -1,5 +1,4 @@
-// Pictures of other formats than EXR, made and read back by OpenImageIO as they are stored, and
-// runs over them.
+// Non-EXR images, written and read back by OpenImageIO as stored, and runs over them.
 #pragma once
 
 #include <OpenImageIO/imageio.h>
@@ -14,7 +13,7 @@ namespace postchain::test {
 
 struct Stored {
     int width = 0, height = 0, channels = 0;
-    std::vector<float> values;  // integers over the largest of their type
+    std::vector<float> values;  // integers divided by their type's maximum
 };
 
 struct Kind {
@@ -29,7 +28,7 @@ constexpr auto kByte = OIIO::TypeDesc::UINT8;
 constexpr auto kShort = OIIO::TypeDesc::UINT16;
 constexpr auto kFloat = OIIO::TypeDesc::FLOAT;
 
-// Every code of 8 and 10 bits is there, and a sixth of those of 16.
+// Contains every 8- and 10-bit code, and a sixth of the 16-bit codes.
 Stored noise_of(const Kind& kind, int width = 96, int height = 64);
 void write_picture(const std::string& path, const Kind& kind, const Stored& picture);
 // In the file's own type, alpha as stored.

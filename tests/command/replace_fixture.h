@@ -1,4 +1,4 @@
-// Files in the way of what a verb writes: those of a stranger, and its inputs.
+// Files in the way of a subcommand's outputs: foreign files, and its inputs.
 #pragma once
 
 #include <functional>
@@ -20,7 +20,7 @@ inline const char* const kStranger = "a stranger's";
 struct Writer {
     std::string file;
     Arguments command;
-    // The same command with a file as one more input, and what that file holds.
+    // The command with a file as an additional input, and that file's content.
     std::function<Arguments(Arguments, const std::string& path)> reading = {};
     std::string content = {};
 };
@@ -41,14 +41,14 @@ class ReplaceTest : public CommandTest {
         fresh();
     }
 
-    // Every file of a command lies in here.
+    // All files of a command are in this folder.
     std::string to(const std::string& name) const { return at("w/" + name); }
     void fresh() const {
         fs::remove_all(at("w"));
         fs::create_directory(at("w"));
     }
 
-    // Every option that a message names is one of the verb's.
+    // Every option named in a message is one of the subcommand's.
     void expect_remedy(const Outcome& outcome, const std::string& verb) {
         if (help_of_ != verb) help_ = run({verb, "--help"}).out;
         help_of_ = verb;
@@ -67,7 +67,7 @@ class ReplaceTest : public CommandTest {
             EXPECT_TRUE(choices().count(choice)) << choice << ": " << outcome.err;
         }
     }
-    // Those of --on-existing.
+    // The choices of --on-existing.
     std::set<std::string> choices() const {
         std::smatch found;
         std::set<std::string> words;
@@ -108,7 +108,8 @@ class ReplaceTest : public CommandTest {
         });
     }
 
-    // `link` makes the output of the input, which lies elsewhere; or it is the output.
+    // `link`: the output is a link to the input, which is elsewhere; otherwise the output is the
+    // input.
     void check_input(const Writer& writer, const std::string& how,
                      const std::function<void(const std::string&, const std::string&)>& link) {
         SCOPED_TRACE(how);
@@ -120,7 +121,7 @@ class ReplaceTest : public CommandTest {
             if (how != "the file itself") input = at("input_file.yaml");
             write_text(input, writer.content);
             link(input, path);
-            // Written another way, too: an inode has no name.
+            // Under another path too: an inode has no name.
             const std::string typed =
                 how == "the file itself" ? at(".//w/../w/" + writer.file) : input;
             Arguments command = writer.reading(writer.command, typed);
@@ -144,7 +145,7 @@ class ReplaceTest : public CommandTest {
         return names;
     }
 
-    std::string help_of_, help_;  // a verb, and what it says of its options
+    std::string help_of_, help_;  // a subcommand, and its printed options
 };
 
 }  // namespace postchain::test

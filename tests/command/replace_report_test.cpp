@@ -1,10 +1,11 @@
-// The folders of ab and bench: a stranger's is refused, a report is replaced only when asked.
+// Report folders of ab and bench: a foreign folder is refused, a report is replaced only on
+// request.
 #include "tests/command/replace_fixture.h"
 
 namespace postchain::test {
 namespace {
 
-// A report has a folder of its own.
+// A report needs its own folder.
 class ReplaceReportTest : public ReplaceTest {
   protected:
     Arguments ab(const std::string& folder = "r", const Arguments& more = {}) const {
@@ -26,7 +27,7 @@ class ReplaceReportTest : public ReplaceTest {
         fs::create_directories(to(folder));
         write_text(to(folder + "/.postchain-report"), "This folder is a report of postchain.\n");
     }
-    // Refused with this code, and nothing in w/ has changed.
+    // Refused with this code, and w/ is unchanged.
     void expect_refused(const Arguments& command, int code) {
         std::map<std::string, std::string> before;
         for (const auto& file : files()) before[file] = read_text(file);
@@ -56,7 +57,7 @@ TEST_F(ReplaceReportTest, AReportIsReplacedOnlyWhenAsked) {
     ASSERT_EQ(run(ab()).code, 0);
     expect_refused(ab(), 5);
     EXPECT_EQ(run(ab("r", {"--on-existing", "overwrite"})).code, 0);
-    // Bench goes on by itself.
+    // Bench continues by itself.
     fresh();
     ASSERT_EQ(run(bench()).code, 0);
     EXPECT_TRUE(exists(to("r/under_mse.yaml")));
@@ -80,7 +81,7 @@ TEST_F(ReplaceReportTest, OnlyFilesOfTheReportAreRemoved) {
         EXPECT_EQ(exists(to("r/" + file)) ? read_text(to("r/" + file)) : "", kStranger) << file;
     EXPECT_FALSE(exists(to("r/results/old.0001.json")));
     EXPECT_FALSE(read_text(to("r/images/input.0001.exr")) == kStranger);
-    // Without a list the form of the names decides.
+    // Without a list, the form of the names decides.
     write_text(to("r/images/stale.0007.exr"), kStranger);
     fs::remove(to("r/report.json"));
     ASSERT_EQ(run(ab("r", {"--on-existing", "overwrite"})).code, 0);
@@ -88,7 +89,7 @@ TEST_F(ReplaceReportTest, OnlyFilesOfTheReportAreRemoved) {
     EXPECT_TRUE(exists(to("r/images/grade.txt")));
 }
 
-// Also one that a report does not hold: it could have any name that a report makes.
+// Also if the report does not contain it: a report could have used that name.
 TEST_F(ReplaceReportTest, NoInputLiesInTheFolder) {
     for (const char* file : {"report.json", "images/camera.json", "under_mse.yaml", "mine.json"})
         for (const Arguments& command : {ab(), bench()})
@@ -107,7 +108,7 @@ TEST_F(ReplaceReportTest, NoInputLiesInTheFolder) {
     Arguments command = bench({"--on-existing", "overwrite"});
     command[1] = to("r/chain.yaml");
     expect_refused(command, 2);
-    // The truth too, which is removed with the report.
+    // The ground truth too, which is removed with the report.
     fs::create_directories(to("r/truth"));
     fs::copy_file(in(1), to("r/truth/t.0001.exr"));
     command = bench({"--on-existing", "overwrite"});
@@ -125,7 +126,7 @@ TEST_F(ReplaceReportTest, PicturesOfAPageHaveAFolderOfTheirOwn) {
     ASSERT_EQ(run(ab("r", {"--assets", to("p")})).code, 0);
     const std::string picture = read_text(to("p/image-0.js"));
     EXPECT_FALSE(picture.empty());
-    // Another report, the same folder: the first one's page would show its pictures.
+    // Another report in the same folder: the first one's page would show its images.
     for (const char* choice : {"fail", "overwrite"})
         expect_refused(ab("s", {"--assets", to("p"), "--on-existing", choice}), 5);
     EXPECT_EQ(run(ab("r", {"--assets", to("p"), "--on-existing", "overwrite"})).code, 0);

@@ -1,7 +1,7 @@
-// What is written and what is never replaced, of every verb and every file that it writes:
-//   free          written
-//   a stranger's  refused under --on-existing fail, and unchanged
-//   an input      refused under every --on-existing, and unchanged, whatever its name looks like
+// Which files each subcommand writes or never replaces:
+//   new       written
+//   foreign   refused under --on-existing fail, and unchanged
+//   an input  refused under every --on-existing, and unchanged, whatever its name
 #include "tests/command/replace_fixture.h"
 
 namespace postchain::test {
@@ -111,7 +111,7 @@ TEST_F(ReplaceTest, AnotherFramesInput) {
     for (const char* frame : {"9", "10", "11"})
         write_frame(to(std::string("f.") + frame + ".exr"), make_planes(24, 16));
     const std::string ten = read_text(to("f.10.exr"));
-    // Frame 0 of f.1#.exr is f.10.exr; its output would be f.0.exr, frame 1's f.1.exr; of
+    // Frame 0 of f.1#.exr is f.10.exr; its output would be f.0.exr, and frame 1's f.1.exr. With
     // f.1#.exr -> f.#0.exr the output of frame 1 is the input of frame 0.
     const Arguments command = {"run", at("fxaa.yaml"), "-i",       to("f.1#.exr"),
                                "-o",  to("f.#0.exr"),  "--frames", "1"};
@@ -125,7 +125,7 @@ TEST_F(ReplaceTest, AnotherFramesInput) {
         EXPECT_TRUE(read_text(to("f.10.exr")) == ten);
         EXPECT_EQ(files().size(), 3u);
     }
-    // Two digits in, one out: f.9.exr is another sequence's and may be made.
+    // Two digits in, one out: f.9.exr belongs to another sequence and may be written.
     Arguments free = command;
     free[5] = to("g.#.exr");
     EXPECT_EQ(run(free).code, 0);
@@ -139,7 +139,7 @@ TEST_F(ReplaceTest, NoFrameIsAddedToWhatIsRead) {
         EXPECT_TRUE(contains(outcome.err, in(5)) && contains(outcome.err, "frame of the input"));
         EXPECT_FALSE(exists(in(5)));
     }
-    // A map beside the pictures that are compared.
+    // A map beside the compared images.
     const auto map =
         run({"diff", in(), in(), "--map", at("in.%04d.exr"), "--on-existing", "overwrite"});
     EXPECT_EQ(map.code, 2) << map.text();
@@ -157,7 +157,7 @@ TEST_F(ReplaceTest, TwoNamesOfOneFile) {
     EXPECT_TRUE(files().empty());
 }
 
-// With --on-error continue each frame is judged alone; inputs are not.
+// With --on-error continue each frame is checked separately; inputs are not.
 TEST_F(ReplaceTest, OnErrorContinue) {
     write_text(to("o.0001.exr.json"), kStranger);
     const Arguments command = {"run", at("fxaa.yaml"),  "-i",         in(),

@@ -1,4 +1,4 @@
-// postchain run: what it writes and what it says.
+// postchain run: its outputs and messages.
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -28,7 +28,7 @@ TEST_F(RunTest, BothOrdersOfAGeneratedScene) {
         pictures[i] = read_color(first);
         EXPECT_GT(largest_difference(pictures[i], read_color(at("w/sharp.0001.exr"))), 0.05);
         EXPECT_EQ(other_channels(first), other_channels(at("w/sharp.0001.exr")));
-        EXPECT_EQ(other_channels(first).size(), 5u);  // depth and four of vectors
+        EXPECT_EQ(other_channels(first).size(), 5u);  // depth and four vector channels
         ++i;
     }
     EXPECT_GT(largest_difference(pictures[0], pictures[1]), 0.01);
@@ -47,14 +47,14 @@ TEST_F(RunTest, OtherChannelsStayBitIdentical) {
     EXPECT_GT(largest_difference(read_color(in(1)), read_color(out(1))), 0.05);
 }
 
-// Every key of a sidecar, parents first: "times_ms", "times_ms.read", ... Elements of lists are
-// written [].
+// Every key of a sidecar, parents first: "times_ms", "times_ms.read", ... List elements are written
+// as [].
 void collect_keys(const Json& json, const std::string& prefix, std::set<std::string>& keys) {
     if (json.is_array()) {
         for (const auto& value : json) collect_keys(value, prefix + "[]", keys);
     } else if (json.is_object()) {
         for (const auto& [key, value] : json.items()) {
-            // Inputs are named after planes; the plan, but for what is left out, has its own test.
+            // Inputs are named after planes; the plan, except elision, has its own test.
             const std::string path = prefix.empty() ? key : prefix + "." + key;
             keys.insert(path);
             if (path == "plan")
@@ -73,7 +73,7 @@ TEST_F(RunTest, SidecarHasTheKeysOfItsDocument) {
     planes.color.at(3, 2, 0) = NAN;
     write_frame(in(1), planes, half_depth);
     const auto outcome = filter("all", {"--frames", "1-2", "--missing", "hold"});
-    EXPECT_EQ(outcome.code, 1) << outcome.text();  // frame 2 is held, that is not 0
+    EXPECT_EQ(outcome.code, 1) << outcome.text();  // frame 2 is held, so not 0
     std::set<std::string> keys;
     collect_keys(sidecar(1), "", keys);
     collect_keys(sidecar(2), "", keys);
@@ -81,8 +81,8 @@ TEST_F(RunTest, SidecarHasTheKeysOfItsDocument) {
     document.resize(document.find("\n## The record in the picture"));
     for (const auto& key : keys)
         EXPECT_TRUE(contains(document, "| `" + key + "` |")) << key << " is not in docs/sidecar.md";
-    // And back: every key of the document can be had, but for those it marks as rare, and what is
-    // in them. The keys of resolved are names of values.
+    // The reverse: every documented key occurs, except those marked as rare and keys inside them.
+    // The keys of `resolved` are value names.
     std::vector<std::string> rare = {"resolved."};
     for (size_t i = document.find("\n| `"); i != std::string::npos;
          i = document.find("\n| `", i + 1)) {
@@ -160,7 +160,7 @@ TEST_F(RunTest, QuietAndVerbose) {
     const auto quiet = filter("fxaa", {"-q"});
     EXPECT_EQ(quiet.code, 0);
     EXPECT_EQ(quiet.out + quiet.err, "");
-    // Nor a warning.
+    // No warning either.
     FrameFile half_depth;
     half_depth.depth_type = io::PixelType::half;
     write_frame(in(2), make_planes(48, 32), half_depth);
@@ -195,7 +195,7 @@ TEST_F(RunTest, PreviewsStagesAndNoSidecar) {
         EXPECT_EQ(file->parts()[0].data_window.width(), texture["width"]) << name;
     }
     EXPECT_GE(stages, 8u);
-    // A preview is not replaced without being asked for either.
+    // A preview is not replaced by default either.
     std::filesystem::remove(out(1));
     const auto again = filter("all", {"--png"});
     EXPECT_EQ(again.code, 5) << again.text();
@@ -232,7 +232,7 @@ TEST_F(RunTest, PeakMemoryOfALongRun) {
     const auto with = [&](const char* frames) {
         auto more = arguments;
         more.push_back(frames);
-        // Under the address sanitizer: memory that is freed must not be kept for checks.
+        // Under the address sanitizer: freed memory must not be kept for checks.
         Launch launch;
         launch.environment["ASAN_OPTIONS"] =
             "quarantine_size_mb=0:thread_local_quarantine_size_kb=0";

@@ -1,4 +1,4 @@
-// postchain selftest passes on this device, and fails where a shader is wrong.
+// postchain selftest passes on this device, and fails if a shader is wrong.
 #include "tests/command/fixture.h"
 
 namespace postchain::test {
@@ -8,7 +8,7 @@ namespace fs = std::filesystem;
 
 class SelftestTest : public CommandTest {
   protected:
-    // The shaders of this build, with one line of one of them replaced.
+    // This build's shaders with one line of one shader replaced.
     Launch with_shader(const std::string& file, const std::string& from, const std::string& to) {
         const std::string folder = at("shaders");
         fs::remove_all(folder);
@@ -58,7 +58,7 @@ TEST_F(SelftestTest, AWrongShaderIsFoundAndItsPassNamed) {
     EXPECT_EQ(wrong.code, 7) << wrong.text();
     EXPECT_TRUE(contains(wrong.out, "fxaa            FAILED")) << wrong.out;
     EXPECT_TRUE(contains(wrong.out, "reference")) << wrong.out;
-    // One that does not compile is the fault of its pass too.
+    // A shader that does not compile is a fault of its pass too.
     const auto broken =
         run({"selftest", "--only", "fxaa", "--json"},
             with_shader("fxaa/fxaa.comp", stored, "no_such_call(result_plane, p, "));

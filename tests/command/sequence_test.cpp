@@ -28,7 +28,7 @@ TEST_F(SequenceTest, OneFrameTakesTheNumberOfItsName) {
     ASSERT_EQ(outcome.code, 0) << outcome.text();
     EXPECT_EQ(outputs(), Names({"o.0107.exr"}));
     EXPECT_EQ(sidecar(107)["frame"], 107);
-    // And one file to one file needs no pattern at all.
+    // A single file to a single file needs no pattern.
     EXPECT_EQ(
         run({"run", at("fxaa.yaml"), "-i", at("shot2.0107.exr"), "-o", at("out/one.exr")}).code, 0);
     EXPECT_EQ(read_color(at("out/one.exr")).data, read_color(out(107)).data);
@@ -52,7 +52,7 @@ TEST_F(SequenceTest, PartsOfASequenceAreTheWhole) {
     ASSERT_EQ(filter("fxaa", {"--chunk", "3/3"}).code, 0);
     EXPECT_EQ(outputs(),
               Names({"o.0001.exr", "o.0002.exr", "o.0003.exr", "o.0005.exr", "o.0008.exr"}));
-    // An empty part is no failure: a farm's last tasks may have nothing to do.
+    // An empty part is not a failure: a farm's last tasks may have nothing to do.
     const auto empty = filter("fxaa", {"--chunk", "1/9", "--frames", "5"});
     EXPECT_EQ(empty.code, 0) << empty.text();
     EXPECT_TRUE(contains(empty.err, "0 written of 0 frames")) << empty.err;
@@ -141,7 +141,7 @@ TEST_F(SequenceTest, OutputThatIsTheInputIsRefused) {
         EXPECT_EQ(outcome.code, 2) << outcome.text();
         EXPECT_TRUE(contains(outcome.err, "input")) << outcome.err;
     }
-    // Through a link too.
+    // Also through a link.
     fs::create_directory_symlink(folder_.path(), at("link"));
     EXPECT_EQ(run({"run", at("fxaa.yaml"), "-i", in(), "-o", at("link/in.####.exr"),
                    "--on-existing", "overwrite"})
@@ -176,13 +176,13 @@ TEST_F(SequenceTest, MissingFramesUnderEachPolicy) {
         filter("fxaa", {"--frames", "0-5", "--missing", "hold", "--on-existing", "overwrite"});
     EXPECT_EQ(hold.code, 1) << hold.text();
     EXPECT_EQ(outputs().size(), 6u);
-    EXPECT_EQ(read_color(out(0)).data, read_color(out(1)).data);  // nothing earlier: the next
+    EXPECT_EQ(read_color(out(0)).data, read_color(out(1)).data);  // no earlier frame: the next
     EXPECT_EQ(read_color(out(3)).data, read_color(out(2)).data);
     EXPECT_EQ(read_color(out(4)).data, read_color(out(2)).data);
     EXPECT_NE(read_color(out(5)).data, read_color(out(2)).data);
     EXPECT_EQ(sidecar(4)["held_from"], 2);
 
-    // None at all: never 0.
+    // No frames at all: never 0.
     for (const char* policy : {"error", "skip", "hold"}) {
         const auto none = run({"run", at("fxaa.yaml"), "-i", at("no.####.exr"), "-o",
                                at("out/none.####.exr"), "--frames", "1-2", "--missing", policy});
@@ -192,7 +192,7 @@ TEST_F(SequenceTest, MissingFramesUnderEachPolicy) {
     EXPECT_EQ(run({"run", at("fxaa.yaml"), "-i", at("no.exr"), "-o", out()}).code, 4);
 }
 
-// A held frame is the same whether the frame it is held from was asked for or not.
+// A held frame is the same whether or not the frame it is held from was requested.
 TEST_F(SequenceTest, HoldingDoesNotDependOnTheRange) {
     write_sequence(at(""), {1, 2, 5});
     EXPECT_EQ(filter("fxaa", {"--frames", "3-5", "--missing", "hold"}).code, 1);
@@ -220,7 +220,7 @@ TEST_F(SequenceTest, MissingPlaneOfItsOwnFileIsNamed) {
 TEST_F(SequenceTest, AFrameThatFailsUnderStopAndContinue) {
     write_sequence(at(""), {1, 2, 3, 4, 5, 6});
     write_text(in(4), read_text(in(4)).substr(0, 3000));
-    // Stop: all before it, none after it, however far ahead frames are read.
+    // Stop: writes all frames before it and none after it, however far ahead frames are read.
     const auto stop = filter("fxaa");
     EXPECT_EQ(stop.code, 1) << stop.text();
     EXPECT_TRUE(contains(stop.err, in(4))) << stop.err;
@@ -230,7 +230,7 @@ TEST_F(SequenceTest, AFrameThatFailsUnderStopAndContinue) {
     EXPECT_EQ(outputs().size(), 5u);
     EXPECT_FALSE(exists(out(4)));
     EXPECT_TRUE(contains(go_on.err, "5 written, 1 failed of 6 frames")) << go_on.err;
-    // The only frame: the cause itself.
+    // With a single frame, the exit code is that of the cause.
     EXPECT_EQ(filter("fxaa", {"--frames", "4"}).code, 4);
 }
 
@@ -242,7 +242,7 @@ TEST_F(SequenceTest, ExistingOutputsUnderEachPolicy) {
     const auto refused = filter("fxaa");
     EXPECT_EQ(refused.code, 5) << refused.text();
     EXPECT_TRUE(contains(refused.err, out(2)) && contains(refused.err, "--on-existing"));
-    EXPECT_EQ(outputs(), Names({"o.0002.exr"}));  // nothing is begun
+    EXPECT_EQ(outputs(), Names({"o.0002.exr"}));  // nothing is started
     const auto partly = filter("fxaa", {"--on-error", "continue"});
     EXPECT_EQ(partly.code, 1);
     EXPECT_EQ(outputs().size(), 3u);
@@ -264,7 +264,7 @@ TEST_F(SequenceTest, SkipIsForCompleteOutputsOfTheSameWork) {
     EXPECT_EQ(skip("fxaa"), "written");
     const std::string bytes = read_text(out(1));
     EXPECT_EQ(skip("fxaa"), "skipped");
-    EXPECT_EQ(skip("fxaa", {"--threads", "1"}), "skipped");  // no matter for the pixels
+    EXPECT_EQ(skip("fxaa", {"--threads", "1"}), "skipped");  // does not affect pixels
     EXPECT_TRUE(read_text(out(1)) == bytes);
 
     EXPECT_EQ(skip("motion_blur"), "written");  // another chain
@@ -286,9 +286,9 @@ TEST_F(SequenceTest, SkipIsForCompleteOutputsOfTheSameWork) {
     EXPECT_EQ(skip("fxaa"), "skipped");
     fs::remove(out(1) + ".json");
     EXPECT_EQ(skip("fxaa"), "written");
-    write_text(out(1) + ".json", "{\"work\": \"another\"}");  // of another picture
+    write_text(out(1) + ".json", "{\"work\": \"another\"}");  // of another image
     EXPECT_EQ(skip("fxaa"), "written");
-    EXPECT_EQ(skip("fxaa", {"--png"}), "written");  // the preview is not there yet
+    EXPECT_EQ(skip("fxaa", {"--png"}), "written");  // the preview does not exist yet
     EXPECT_EQ(skip("fxaa", {"--png"}), "skipped");
     const std::string preview = fs::path(out(1)).replace_extension(".png");
     const std::string shown = read_text(preview);
@@ -297,7 +297,7 @@ TEST_F(SequenceTest, SkipIsForCompleteOutputsOfTheSameWork) {
         EXPECT_EQ(skip("fxaa", {"--png"}), "written") << keep << " bytes were left of the preview";
         EXPECT_TRUE(read_text(preview) == shown);
     }
-    // A preview of another chain, whose output was replaced since without one.
+    // A preview of another chain, whose output has since been replaced without one.
     EXPECT_EQ(skip("motion_blur"), "written");
     EXPECT_EQ(skip("motion_blur", {"--png"}), "written");
     EXPECT_FALSE(read_text(preview) == shown);
@@ -307,7 +307,7 @@ TEST_F(SequenceTest, SkipIsForCompleteOutputsOfTheSameWork) {
     EXPECT_EQ(skip("fxaa"), "written");
 }
 
-// Without --strict a NaN is replaced and the frame is done; that says nothing of its values.
+// Without --strict a NaN is replaced and the frame is written, which does not guarantee its values.
 TEST_F(SequenceTest, SkipUnderStrictLooksAtTheValues) {
     Planes planes = make_planes(48, 32);
     planes.color.at(3, 2, 1) = NAN;
@@ -328,7 +328,7 @@ TEST_F(SequenceTest, SkipUnderStrictLooksAtTheValues) {
         EXPECT_EQ(found.code, 7) << found.text();
         EXPECT_TRUE(contains(found.err, in(1)) && contains(found.err, "non-finite")) << found.err;
         EXPECT_TRUE(read_text(out(1)) == first);
-        // Once looked at, a sound frame is kept, with --strict and without.
+        // Once checked, a valid frame is kept with and without --strict.
         EXPECT_EQ(read_color(out(2)).data.size(), size_t(48 * 32 * 4));
         for (const Arguments& again : {strict, more})
             EXPECT_EQ(json_lines(skip(again).out).at(1)["outcome"], "skipped");
@@ -377,7 +377,7 @@ TEST_F(SequenceTest, SizesAndChannelsMayChange) {
     EXPECT_EQ(read_color(out(3)).height, 17);
     EXPECT_EQ(sidecar(2)["profile"], "cycles");
     EXPECT_EQ(sidecar(3)["profile"], "nuke");
-    // The pixels are those that each frame has on its own.
+    // Pixels equal those of each frame filtered separately.
     const ImageF third = read_color(out(3));
     ASSERT_EQ(filter("all", {"--frames", "3", "--on-existing", "overwrite"}).code, 0);
     EXPECT_EQ(read_color(out(3)).data, third.data);

@@ -1,4 +1,4 @@
-"""postchain sheet: frames of one color each, found again in the picture, which is decoded here by the
+"""postchain sheet: frames of one color each, located in the image, which is decoded here by the
 PNG specification.
 
 usage: sheet_test.py POSTCHAIN"""
@@ -33,7 +33,7 @@ colorspaces:
 
 
 def decode(path):
-    """Width, height and rows of an 8 bit RGB PNG."""
+    """Width, height and rows of an 8-bit RGB PNG."""
     data = path.read_bytes()
     assert data[:8] == b"\x89PNG\r\n\x1a\n"
     at, packed = 8, b""
@@ -72,7 +72,7 @@ class Sheet(unittest.TestCase):
         self.folder = pathlib.Path(self.temporary.name)
 
     def write(self, name, color, width=WIDTH, height=HEIGHT):
-        """color: three numbers, or a function of x and y that gives them."""
+        """color: three numbers, or a function of x and y."""
         at = color if callable(color) else lambda x, y: color
         pixels = [at(x, y) for y in range(height) for x in range(width)]
         window = struct.pack("<4i", 0, 0, width - 1, height - 1)
@@ -98,7 +98,7 @@ class Sheet(unittest.TestCase):
         return decode(self.folder / output) if code in (0, 1) else None
 
     def place_of(self, color, sheet):
-        """Upper left corner and size of what has this color, which is a whole rectangle."""
+        """Upper left corner and size of the rectangle with this color."""
         width, _, rows = sheet
         found = [(x, y) for y, row in enumerate(rows) for x in range(width)
                  if row[3 * x:3 * x + 3] == bytes(color)]
@@ -130,7 +130,7 @@ class Sheet(unittest.TestCase):
         for n, label in labels.items():
             self.assertGreater(len(set(b"".join(label))), 1, n)
             self.assertEqual([m for m in labels if labels[m] == label], [n])
-        # The number alone decides how its label looks.
+        # The label depends only on the number.
         colors = self.sequence([5])
         alone = self.sheet("--frames", "5", "--width", "64", "--on-existing", "overwrite")
         self.assertEqual(self.below(self.place_of(colors[5], alone), alone), labels[5])
@@ -180,7 +180,7 @@ class Sheet(unittest.TestCase):
         (self.folder / "o.0002.exr").write_bytes(whole[:-99])
         sheet = self.sheet("--frames", "1-4", "--width", "128", code=1)
         self.assertIn("o.0002.exr", self.said)
-        self.assertIn("1 picture is not on disk", self.said)
+        self.assertIn("1 image is not on disk", self.said)
         self.assertEqual([n for n in (1, 2, 4) if self.place_of(colors[n], sheet)], [1, 4])
         (self.folder / "o.0001.exr").unlink()
         (self.folder / "o.0004.exr").unlink()
@@ -195,12 +195,12 @@ class Sheet(unittest.TestCase):
         self.sheet("--width", "4096", "--columns", "5", "--frames", "1-9", code=2)
         self.assertIn("--width", self.said)
         self.sheet("--ocio-view", "Film", code=2)
-        self.assertIn("--ocio-view: which configuration?", self.said)
+        self.assertIn("--ocio-view needs an OpenColorIO configuration", self.said)
         self.assertNotIn("--png", self.said)
         (self.folder / "sheet.png").write_bytes(b"mine")
         self.sheet(code=5)
         self.assertEqual((self.folder / "sheet.png").read_bytes(), b"mine")
-        # A sheet that would be one more frame, or replace one.
+        # A sheet whose name is that of one more frame, or of an existing one.
         subprocess.run([POSTCHAIN, "sheet", "o.####.exr", "-o", "s.0001.png"], cwd=self.folder,
                        check=True, capture_output=True)
         before = (self.folder / "s.0001.png").read_bytes()

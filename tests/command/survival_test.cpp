@@ -1,5 +1,4 @@
-// Kills, signals, and surroundings that a program may meet: foreign locale, no home, no display,
-// no GL.
+// Kills, signals, and unusual environments: foreign locale, no home, no display, no GL.
 #include <chrono>
 #include <thread>
 
@@ -18,10 +17,10 @@ class SurvivalTest : public CommandTest {
     }
 };
 
-// Whatever the moment, each final name holds the old picture, the new one, or nothing.
+// At any time, each final name holds the old image, the new one, or nothing.
 TEST_F(SurvivalTest, KilledAtAnyMoment) {
     write_sequence(at(""), {1, 2, 3, 4, 5, 6}, 96, 64);
-    // How long a run takes here, and what it makes.
+    // Duration of a run, and its outputs.
     const auto start = std::chrono::steady_clock::now();
     ASSERT_EQ(filter("all").code, 0);
     const double whole_s =
@@ -46,7 +45,7 @@ TEST_F(SurvivalTest, KilledAtAnyMoment) {
                 std::this_thread::sleep_for(
                     std::chrono::duration<double>(whole_s * (0.05 + 0.1 * round)));
             } else {
-                // In the middle of writing frame 1 + round / 2.
+                // While frame 1 + round / 2 is written.
                 const std::string begin = ".o.000" + std::to_string(1 + round / 2) + ".exr.";
                 const auto writing = [&] {
                     const auto names = temporaries(at("out"));
@@ -72,10 +71,10 @@ TEST_F(SurvivalTest, KilledAtAnyMoment) {
             } else if (color == made[size_t(frame - 1)]) {
                 ++news;
             } else {
-                ADD_FAILURE() << out(frame) << " is neither the old nor the new picture";
+                ADD_FAILURE() << out(frame) << " is neither the old nor the new image";
             }
         }
-        // What a kill leaves is a temporary file that matches no pattern and is in no one's way.
+        // A kill leaves only a temporary file, which matches no pattern and blocks nothing.
         for (const auto& name : temporaries(at("out"))) {
             EXPECT_TRUE(name.ends_with(".tmp")) << name;
             fs::remove(at("out/" + name));
@@ -83,7 +82,7 @@ TEST_F(SurvivalTest, KilledAtAnyMoment) {
     }
     EXPECT_EQ(olds + news + none, 60);
     EXPECT_GT(olds, 0);
-    ASSERT_EQ(filter("all", {"--on-existing", "skip"}).code, 0);  // takes up where it ended
+    ASSERT_EQ(filter("all", {"--on-existing", "skip"}).code, 0);  // continues where it ended
     for (int frame = 1; frame <= 6; ++frame)
         EXPECT_EQ(read_color(out(frame)), made[size_t(frame - 1)]) << frame;
 }
@@ -139,8 +138,8 @@ TEST_F(SurvivalTest, SignalToAScene) {
     EXPECT_EQ(temporaries(at("w")), std::vector<std::string>());
 }
 
-// de_DE writes 0,5 and 1.000: neither may reach a file, a name or a number that is read. Where the
-// system lacks the locale the run is plain; tests/run has a locale made by hand.
+// de_DE writes 0,5 and 1.000: neither may reach a file, a name or a parsed number. If the system
+// lacks the locale, the run is an ordinary one; tests/run has a hand-made locale.
 TEST_F(SurvivalTest, SurroundingsDoNotMatter) {
     write_sequence(at(""), {1, 1001});
     write_text(at("camera.json"), "{\"f_stop\": 1.5, \"frames\": {\"1001\": {\"f_stop\": 2.5}}}");
@@ -178,7 +177,7 @@ TEST_F(SurvivalTest, SurroundingsDoNotMatter) {
     }
 }
 
-// The first stage says that the input has been read; the process stands still while it changes.
+// The first stage marks that the input has been read; the process is paused while it changes.
 TEST_F(SurvivalTest, AnInputThatChangesMeanwhile) {
     const auto change = [&](const std::string& how) {
         write_sequence(at(""), {1}, 192, 128);
@@ -208,8 +207,8 @@ TEST_F(SurvivalTest, AnInputThatChangesMeanwhile) {
     EXPECT_EQ(change("left alone").code, 0);
 }
 
-#if !POSTCHAIN_SANITIZED  // the address sanitizer itself reserves terabytes
-// The command begins in little memory, and whatever needs no GL ends with a message
+#if !POSTCHAIN_SANITIZED  // the address sanitizer reserves terabytes
+// The command starts in little memory, and every failure without GL gives a message
 // (docs/command.md, "Limits of address space").
 TEST_F(SurvivalTest, LittleAddressSpace) {
     write_sequence(at(""), {1}, 640, 360);
@@ -239,9 +238,9 @@ TEST_F(SurvivalTest, NoUsableGl) {
     EXPECT_TRUE(outputs().empty());
     const auto info = run({"info"}, launch);
     EXPECT_EQ(info.code, 6);
-    EXPECT_TRUE(contains(info.out, "OpenEXR ")) << info.out;  // what can be said is said
+    EXPECT_TRUE(contains(info.out, "OpenEXR ")) << info.out;  // prints what is available
     EXPECT_EQ(run({"scene", "still", "-o", at("s"), "--frames", "1"}, launch).code, 6);
-    // Whatever needs no GL works.
+    // Everything that needs no GL works.
     EXPECT_EQ(run({"plan", at("fxaa.yaml"), "-i", in(1)}, launch).code, 0);
     EXPECT_EQ(run({"inspect", in(1)}, launch).code, 0);
     EXPECT_EQ(run({"passes"}, launch).code, 0);

@@ -1,5 +1,5 @@
-"""postchain run --watch: what it writes of frames that come slowly, in any order, in pieces, by
-rename, or never, is what a run writes when all are there, byte by byte.
+"""postchain run --watch: frames that come slowly, in any order, in pieces, by
+rename, or never give the same bytes as a run over all of them.
 
 usage: watch_test.py POSTCHAIN"""
 import json
@@ -22,13 +22,13 @@ FRAMES = range(1, 6)
 
 
 def table_of(data, chunks):
-    """Where the table of an EXR's chunks begins: the first chunk follows it."""
+    """Offset of an EXR's chunk table, which the first chunk follows."""
     return next(at for at in range(len(data) - 8 * chunks)
                 if struct.unpack_from("<Q", data, at)[0] == at + 8 * chunks)
 
 
 def in_pieces(path, data, chunks=3, pause=0.2):
-    """As a renderer writes an EXR: header, a table of zeros, pixels, at last the table."""
+    """Writes an EXR as a renderer does: header, a table of zeros, pixels, finally the table."""
     at = table_of(data, chunks)
     with open(path, "wb", buffering=0) as file:
         pieces = data[:at] + bytes(8 * chunks) + data[at + 8 * chunks:]
@@ -92,7 +92,7 @@ class Watch(unittest.TestCase):
         return {path.name: path.read_bytes() for path in (self.folder / out).glob("*.exr")}
 
     def assert_as_a_run(self, out, *options, **more):
-        """What `out` holds is what a run writes of the files that are there now."""
+        """`out` equals the outputs of a run over the current files."""
         self.run_now("plain", *options, **more)
         expected = self.pictures("plain")
         self.assertGreater(len(expected), 0)
@@ -104,7 +104,7 @@ class Watch(unittest.TestCase):
         self.assertEqual(left, [])
 
     def write_all(self, seed):
-        """Starts a writer: in random order, in pieces or by rename, some at the same time."""
+        """Starts a writer: random order, in pieces or by rename, some simultaneously."""
         order = list(FRAMES)
         rng = random.Random(seed)
         rng.shuffle(order)
@@ -168,13 +168,13 @@ class Watch(unittest.TestCase):
         self.assert_as_a_run("watched", "--frames", "1-3")
 
     def test_a_frame_waits_for_the_camera_of_the_one_after_it(self):
-        # No vectors: they follow from the cameras in the metadata of three frames, of which this
-        # chain reads nothing else.
+        # Without vectors: they follow from the cameras in the metadata of three frames, the only
+        # part of the neighbors that this chain reads.
         for n in (1, 2, 3):
             picture = exr.read(self.rendered / f"sharp.{n:04}.exr")
             picture.channels = {name: values for name, values in picture.channels.items()
                                 if ".Vector." not in name}
-            x = 0.02 * n * n  # to the right, faster and faster
+            x = 0.02 * n * n  # accelerating to the right
             matrix = (1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -x, 0, 0, 1)
             picture.attributes["worldToCamera"] = "m44f", struct.pack("<16f", *matrix)
             exr.write(self.folder / f"later.{n:04}.exr", picture)
@@ -198,7 +198,7 @@ class Watch(unittest.TestCase):
     def test_what_never_comes_whole_is_named_and_not_written(self):
         for number in (1, 2, 5):
             self.frame(number).write_bytes(self.data[number])
-        # The writer was killed: at 3 in the middle, at 4 before the table.
+        # The writer was killed: in the middle of 3, before the table of 4.
         self.frame(3).write_bytes(self.data[3][:-100])
         at = table_of(self.data[4], 3)
         self.frame(4).write_bytes(self.data[4][:at] + bytes(24) + self.data[4][at + 24:])
@@ -210,7 +210,8 @@ class Watch(unittest.TestCase):
             self.assertIn(words, said)
         self.assertEqual(sorted(p.name for p in (self.folder / "watched").glob("*.exr*")),
                          sorted(f"o.{n:04}.exr{end}" for n in (1, 2, 5) for end in ("", ".json")))
-        # They come at last: the rest is made, and what lacked a neighbor is made again.
+        # They come at last: the missing frames are made, and those that lacked a neighbor are made
+        # again.
         for number in (3, 4):
             self.frame(number).write_bytes(self.data[number])
         said = self.run_now("watched", "--frames", "1-5", "--watch", "--on-existing", "skip")
@@ -226,13 +227,13 @@ class Watch(unittest.TestCase):
         for number in (1, 2, 3, 4):
             self.frame(number).write_bytes(self.data[number])
         process = self.start("watched", "--watch", "--idle", "3")
-        in_pieces(self.frame(5), self.data[5], pause=1.2)  # 7 s, never 3 s without a change
+        in_pieces(self.frame(5), self.data[5], pause=1.2)  # 7 s, but less than 3 s between changes
         self.assertIn("5 written of 5 frames", self.end(process))
 
     def test_a_file_whose_time_still_changes_is_no_frame(self):
         self.frame(1).write_bytes(self.data[1])
         process = self.start("watched", "--frames", "1", "--watch")
-        self.assertIn("not complete yet: 1", process.stdout.readline())
+        self.assertIn("incomplete: 1", process.stdout.readline())
         for _ in range(20):
             os.utime(self.frame(1))
             time.sleep(0.2)
@@ -277,7 +278,8 @@ class Watch(unittest.TestCase):
             path.write_bytes(data)
         self.end(process)
         self.assert_as_a_run("watched", source=source)
-        # Half a picture, for ever.
+        # An incomplete image that never changes.
+
         half = self.folder / "in/c.0004.png"
         half.write_bytes(pngs[4][:-400])
         self.frame(4).write_bytes(self.data[4])
@@ -288,11 +290,11 @@ class Watch(unittest.TestCase):
 
     def test_contradictions_are_refused(self):
         for options, words in (
-                (("--watch",), "when does it end?"),
-                (("--watch", "--idle", "9", "--chunk", "1/2"), "give --frames with --chunk"),
-                (("--watch", "--frames", "1-2", "--missing", "hold"), "contradicts --missing"),
-                (("--watch", "--frames", "1-2", "--missing", "skip"), "contradicts --missing"),
-                (("--idle", "9"), "--idle is of --watch"),
+                (("--watch",), "give the frames to wait for"),
+                (("--watch", "--idle", "9", "--chunk", "1/2"), "--chunk also needs --frames"),
+                (("--watch", "--frames", "1-2", "--missing", "hold"), "leave out --missing"),
+                (("--watch", "--frames", "1-2", "--missing", "skip"), "leave out --missing"),
+                (("--idle", "9"), "--idle needs --watch"),
                 (("--watch", "--idle", "0"), "--idle"),
                 (("--watch", "--idle", "nan"), "--idle")):
             said = self.run_now("refused", *options, code=2)
@@ -310,7 +312,7 @@ class Watch(unittest.TestCase):
 
     def test_nothing_at_all_is_an_error(self):
         said = self.run_now("out", "--watch", "--idle", "1", code=4)
-        self.assertIn("s.####.exr: no file matches this pattern, and nothing came for 1 s", said)
+        self.assertIn("s.####.exr: no file matches this pattern, and nothing changed for 1 s", said)
 
 
 if __name__ == "__main__":

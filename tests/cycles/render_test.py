@@ -9,7 +9,7 @@ import sys
 import tempfile
 import unittest
 
-SCRIPTS = pathlib.Path(__file__).resolve().parents[2] / "tools/measure/cycles"
+SCRIPTS = pathlib.Path(__file__).resolve().parent
 
 
 def render(scene, folder, *options):

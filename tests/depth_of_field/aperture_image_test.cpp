@@ -1,4 +1,4 @@
-// A picture as the aperture: the points of the lens, and what a dot of light looks like.
+// An image as the aperture: the lens points, and the image of a point light.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -29,7 +29,7 @@ double right_half(double x, double) {
     return x > 0 ? 1 : 0;
 }
 
-// The letter F, its stem half as bright: no turn and no mirror makes it itself.
+// The letter F with a half-bright stem: no rotation or mirroring maps it to itself.
 double letter(double x, double y) {
     if (y < -0.7 || y > 0.7) return 0;
     if (x > -0.5 && x < -0.2) return 0.5;
@@ -51,7 +51,8 @@ Means means_of(const lens::Points& points) {
     return m;
 }
 
-const double kHalf = 4 / (3 * std::numbers::pi);  // how far the middle of half a disc is from it
+const double kHalf =
+    4 / (3 * std::numbers::pi);  // distance of half a disc's centroid from its edge
 
 TEST(ApertureImagePoints, AreTurnedThenStretched) {
     const ApertureImage right = image_of(right_half);
@@ -62,7 +63,7 @@ TEST(ApertureImagePoints, AreTurnedThenStretched) {
         EXPECT_NEAR(m.xx, 0.25, 0.01) << count;
         EXPECT_NEAR(m.yy, 0.25, 0.01) << count;
     }
-    // Counterclockwise, where y is down.
+    // Counterclockwise, with y down.
     Means m = means_of(lens::lens_points({.image = right, .rotation_deg = 90}, 64));
     EXPECT_NEAR(m.x, 0, 0.01);
     EXPECT_NEAR(m.y, -kHalf, 0.01);
@@ -74,8 +75,8 @@ TEST(ApertureImagePoints, AreTurnedThenStretched) {
     EXPECT_NEAR(m.yy, 1.0 / 16, 0.005);
 }
 
-// Every set alone: its mean is nearer to the light's than a quarter of what random points would
-// have, whose deviation is that of x over the square root of their number.
+// Each set's mean is closer to the light's than a quarter of the standard error of random points,
+// the deviation of x over the square root of their number.
 TEST(ApertureImagePoints, OfEachSetAreSpreadEvenly) {
     const double deviation = std::sqrt(0.25 - kHalf * kHalf);
     for (const int count : {32, 64, 128}) {
@@ -100,8 +101,8 @@ TEST(ApertureImagePoints, OfAWhitePictureAreThoseOfADisc) {
                 EXPECT_NEAR(white.at(i, set)[axis], disc.at(i, set)[axis], 1e-4);
 }
 
-// A white polygon and blades of the same shape: the same points, but that of the picture goes
-// clockwise from the right, the blades counterclockwise from a corner, half a blade earlier.
+// A white polygon and blades of the same shape give the same points, but the image's order is
+// clockwise from the right, the blades' counterclockwise from a corner, half a blade earlier.
 TEST(ApertureImagePoints, OfAPolygonAreThoseOfBlades) {
     const double blade = 2 * std::numbers::pi / 5;
     const ApertureImage image = image_of([&](double x, double y) {
@@ -118,12 +119,12 @@ TEST(ApertureImagePoints, OfAPolygonAreThoseOfBlades) {
             const auto p = image.point(within, turn), q = outline.at(turn + 0.1);
             sum += std::hypot(p[0] - std::sqrt(within) * q[0], p[1] + std::sqrt(within) * q[1]);
         }
-    // On average they are apart by less than half a cell of the picture.
+    // On average the points differ by less than half a cell of the image.
     EXPECT_LT(sum / (kSteps * kSteps), 0.5 / (kSide / 2));
 }
 
-// Of a picture and of what a dot looks like: Pearson's coefficient over the pixels, the picture's
-// mean over each.
+// Pearson correlation of the aperture image and the image of a point light, over pixels; the
+// aperture image is averaged over each.
 double correlation(const ImageF& dot, double radius, const Light& light) {
     double n = 0, a = 0, b = 0, aa = 0, bb = 0, ab = 0;
     for (int y = 0; y < dot.height; ++y)
@@ -146,7 +147,7 @@ double turned(double x, double y) {
     return letter(-x, -y);
 }
 
-// R = 8 px of the sky, -24 px of the near plane.
+// R = 8 px for sky, -24 px for the near plane.
 TEST(ApertureImageDot, LooksLikeThePicture) {
     const ApertureImage image = image_of(letter);
     const ImageF behind = dot(0, {}, 0, 0, image), before = dot(1, {}, 0, 0, image);
@@ -160,7 +161,7 @@ TEST(ApertureImageDot, LooksLikeThePicture) {
 
 TEST(ApertureImageDot, IsTurnedAndStretched) {
     const ApertureImage image = image_of(letter);
-    // By a quarter counterclockwise the right comes to the top.
+    // A quarter turn counterclockwise moves the right to the top.
     const Light quarter = [](double x, double y) { return letter(-y, x); };
     EXPECT_GT(correlation(dot(0, {{"aperture_rotation_deg", 90.0}}, 0, 0, image), 8, quarter),
               0.95);
@@ -168,7 +169,8 @@ TEST(ApertureImageDot, IsTurnedAndStretched) {
     EXPECT_GT(correlation(dot(1, {{"aperture_ratio", 2.0}}, 0, 0, image), 24, tall), 0.9);
 }
 
-// In the lower right corner, before the focus: the barrel leaves what is farther from the middle.
+// In the lower right corner, in front of the focus, the barrel keeps the part farther from the
+// center.
 TEST(ApertureImageDot, IsCutByTheBarrel) {
     const double away_x = 16 / std::hypot(16, 9), away_y = 9 / std::hypot(16, 9);
     const Light cut = [&](double x, double y) {
@@ -180,7 +182,7 @@ TEST(ApertureImageDot, IsCutByTheBarrel) {
     EXPECT_LT(correlation(seen, 24, turned), 0.88);
 }
 
-// The noise of 32 points through a white picture, against that through a disc.
+// Noise of 32 points through a white image, compared with that through a disc.
 TEST(ApertureImageDot, AWhitePictureIsNoNoisierThanADisc) {
     const FramePlanes planes = deep_planes(96, 64);
     const auto error = [&](const ApertureImage& image) {
@@ -218,7 +220,7 @@ TEST(ApertureImage, AgreesWithItsReference) {
         const auto expected = reference(chain, frame.description, frame.planes, whole);
         const auto difference = compare(gpu.stages.at(color), expected.stages.at(color), 1e-3);
         EXPECT_LE(difference.fraction, 0.01) << pass << difference.text;
-        // It is another picture than a disc's.
+        // The result differs from a disc's.
         frame.description.camera.aperture_image = {};
         const auto disc = reference(chain, frame.description, frame.planes, whole);
         EXPECT_GT(compare(gpu.stages.at(color), disc.stages.at(color), 1e-3).fraction, 0.1);

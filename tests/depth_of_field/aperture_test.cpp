@@ -1,4 +1,4 @@
-// The shape of the lens: closed forms of its points, and of a dot of light that it draws.
+// Aperture shape: closed forms of its lens points, and of the image of a point light.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -49,8 +49,8 @@ TEST(Aperture, AnamorphicPointsFillAnEllipse) {
     EXPECT_NEAR(wide.yy, 0.64 / 4, 1e-3);
 }
 
-// Equal steps of the outline sweep equal areas, whose sum is the polygon's and that of the segments
-// that curved blades add: (a - sin a)/(2 c^2) each, sin(a/2) = c sin(pi/n).
+// Equal steps along the outline sweep equal areas; their sum is the polygon's area plus the
+// segments added by curved blades: (a - sin a)/(2 c^2) each, sin(a/2) = c sin(pi/n).
 TEST(Aperture, OutlineSweepsEqualAreas) {
     for (const int blades : {3, 5, 8})
         for (const double curvature : {0.0, 0.3, 0.9}) {
@@ -125,11 +125,11 @@ TEST(Aperture, DotIsDrawnInItsShape) {
     EXPECT_NEAR(m.yy, kNearPx * kNearPx / 4, 6);
 }
 
-// A triangle with a corner to the right, at -60 + 180/3 degrees, reaches twice as far that way; in
-// front of the focus it is turned by half a turn.
+// A triangle with a corner on the right, at -60 + 180/3 degrees, extends twice as far that way; in
+// front of the focus it is rotated by half a turn.
 TEST(Aperture, BehindTheFocusUprightBeforeItTurned) {
     for (const bool near : {false, true}) {
-        // The sky has R = 8, the near plane -24.
+        // R = 8 for sky, -24 for the near plane.
         const double radius = near ? kNearPx : 8;
         const ImageF out =
             dot(near ? 1 : 0, {{"aperture_blades", int64_t(3)}, {"aperture_rotation_deg", -60.0}});
@@ -144,8 +144,8 @@ TEST(Aperture, BehindTheFocusUprightBeforeItTurned) {
     }
 }
 
-// In a corner the barrel's circle is moved by the whole of cats_eye: two circles at that distance
-// share 2 acos(d/2) - d/2 sqrt(4 - d^2) of area, and no light is lost.
+// In a corner the barrel's circle is shifted by all of cats_eye: two circles at distance d share
+// the area 2 acos(d/2) - d/2 sqrt(4 - d^2), and no light is lost.
 TEST(Aperture, CatsEyeIsTwoCirclesInCommon) {
     // The dot is in the corner.
     const ImageF out = dot(1, {{"cats_eye", 0.8}}, 6400 - 48, 3600 - 48);
@@ -155,13 +155,14 @@ TEST(Aperture, CatsEyeIsTwoCirclesInCommon) {
     int lit = 0;
     for (int y = 0; y < 97; ++y)
         for (int x = 0; x < 97; ++x) lit += out.at(x, y) > 0.5 / (shared * kNearPx * kNearPx);
-    // A few pixels at the rim are met by less than half of the samples that would.
+    // A few pixels at the rim receive less than half of their samples.
     EXPECT_NEAR(lit / (shared * kNearPx * kNearPx), 1, 0.06);
-    // Before the focus what is left is away from the middle, by half of what the barrel is moved.
+    // In front of the focus the remaining area is shifted away from the center, by half of the
+    // barrel's shift.
     const double moved = 0.5 * 0.8 * kNearPx;
     EXPECT_NEAR(m.x, moved * 16 / std::hypot(16, 9), 1);
     EXPECT_NEAR(m.y, moved * 9 / std::hypot(16, 9), 1);
-    // In the middle nothing is cut.
+    // In the center nothing is cut.
     const Moments middle = moments_of(dot(1, {{"cats_eye", 0.8}}, 3200 - 48, 1800 - 48));
     EXPECT_NEAR(middle.x, 0, 0.2);
     EXPECT_NEAR(middle.xx, kNearPx * kNearPx / 4, 6);

@@ -1,5 +1,5 @@
-// Light that antialiasing has mixed into pixels of another depth, with method inverse_warp: what a
-// lens makes of it, and against the reference.
+// Light mixed by antialiasing into pixels of another depth, with method inverse_warp: expected
+// results, and comparison with the reference.
 #include <gtest/gtest.h>
 
 #include "tests/depth_of_field/support.h"
@@ -9,9 +9,9 @@ namespace {
 
 const std::pair<std::string, ParameterValue> kMethod = {"method", "inverse_warp"};
 
-// A lamp, x < 32, before or behind something of 0.1; of that the first column has a value of its
-// own, as where a part of the pixel is the lamp. Inverse depths: 0.25 is in focus, 0.75 has a
-// radius of 16 px, 0 of 8 px.
+// A lamp at x < 32 before or behind a surface of 0.1, whose first column has its own value, as if
+// the lamp covered part of the pixel. Inverse depths: 0.25 is in focus, 0.75 has a radius of 16 px,
+// 0 of 8 px.
 constexpr int kWidth = 96, kHeight = 48, kEdge = 32;
 constexpr float kOther = 0.1f;
 
@@ -34,8 +34,8 @@ ImageF filtered(const Lamp& lamp) {
                {kMethod, {"samples", int64_t(256)}, {"denoise", false}});
 }
 
-// Light to the right of the column, above what is there; a column of 9 that is blurred by 8 px
-// brings more than 3.
+// Light to the right of the column, above the surface's own; a column of 9 blurred by 8 px gives
+// more than 3.
 double glow(const Lamp& lamp) {
     const ImageF out = filtered(lamp);
     double sum = 0;
@@ -54,31 +54,31 @@ TEST(BrightEdges, OnlyWhereTheTwoAreDisplacedFromEachOther) {
     EXPECT_NEAR(glow({0.25f, 0.25f - 1.5f / 32}), 0, 0.01);
 }
 
-// Something near and out of focus does not spread the light of a lamp behind it; something in focus
-// keeps it at its edge.
+// An out-of-focus near surface does not spread the light of a lamp behind it; one in focus keeps it
+// at its edge.
 TEST(BrightEdges, ALampBehindIsSeenThroughTheEdge) {
     const auto left = [](float mixed) { return filtered({0.25f, 0.75f, 30, mixed}); };
     const ImageF out = left(9), without = left(kOther);
-    // With the surface of the near thing the column would bring 9 over 32 px.
+    // With the near surface's depth the column would spread 9 over 32 px.
     for (int x = kEdge + 3; x < kEdge + 30; ++x)
         EXPECT_LE(out.at(x, 24), without.at(x, 24) + 0.05) << x;
     EXPECT_NEAR(filtered({0, 0.25f}).at(kEdge, 24), 9, 1e-5);
 }
 
-// Ordinary contrast is no lamp: its edge belongs to the depth that it has. From 4 times the surface
-// around it, and a lamp 20 times as bright as that, the pixel is the lamp's.
+// Ordinary contrast is not a lamp: the edge belongs to its depth. From 4 times the surrounding
+// surface on, with a lamp 20 times as bright as that, the pixel belongs to the lamp.
 TEST(BrightEdges, OnlyLampsCount) {
     EXPECT_NEAR(glow({0.25f, 0, 30, 0.41f}), 0, 0.005);
     EXPECT_GT(glow({0.25f, 0, 30, 0.39f}), 0.1);
     EXPECT_NEAR(glow({0.25f, 0, 2.1f, 1}), 0, 0.01);
     EXPECT_GT(glow({0.25f, 0, 1.9f, 1}), 0.3);
-    // A light of its own, as bright as the lamp.
+    // Its own light, as bright as the lamp.
     EXPECT_GT(glow({0.25f, 0, 30, 28}), 9);
 }
 
 TEST(BrightEdges, AgreesWithItsReference) {
-    // Sky, what is in focus and something near, slanting; what is in focus shines. Every pixel is
-    // the mean of the 3 x 3 around it.
+    // Sky, a focused and a near surface with slanted borders; the focused one is bright. Every
+    // pixel is the mean of the 3 x 3 around it.
     ImageF depth(131, 77, 1), sharp = noise_image(131, 77, 4, 5);
     for (int y = 0; y < 77; ++y)
         for (int x = 0; x < 131; ++x) {

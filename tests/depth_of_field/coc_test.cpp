@@ -1,5 +1,5 @@
-// The signed circle of confusion: published numbers, its three sources on the GPU, and the
-// errors of a configuration that has none.
+// The signed circle of confusion: published numbers, its three sources on the GPU, and errors of
+// incomplete configurations.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -46,7 +46,7 @@ double diameter(const FrameDescription& frame, bool breathing, double d) {
     return coc.ok() ? 2 * coc->radius_px(1 / d) : NAN;
 }
 
-// Diameters c = f^2/(N (s-f)) W/sensor (1 - s w) of the thin lens with refocusing, worked out by
+// Diameters c = f^2/(N (s-f)) W/sensor (1 - s w) of the thin lens with refocusing, computed by
 // hand: f 50 mm, N 2.8, s 5 m on 1920 px and 36 mm is 0.0025/(2.8 * 4.95) * 1920/0.036 = 9.6200 px
 // at infinity (w = 0), half of it at 10 m, and -4 times it at 1 m.
 TEST(circle_of_confusion, thin_lens_with_refocusing) {
@@ -67,7 +67,7 @@ TEST(circle_of_confusion, without_breathing_as_a_renderer_samples_the_lens) {
         EXPECT_NEAR(diameter(f50, true, d) / diameter(f50, false, d), 5 / 4.95, 1e-9);
 }
 
-// A scene in centimeters: every distance times 100, meters_per_unit 0.01, the same pixels.
+// A scene in centimeters: all distances times 100, meters_per_unit 0.01, the same pixels.
 TEST(circle_of_confusion, scene_units_cancel) {
     const FrameDescription meters = frame_1920(50, 2.8, 5);
     const FrameDescription centimeters = frame_1920(50, 2.8, 500, 0.01);
@@ -86,7 +86,7 @@ TEST(circle_of_confusion, width_is_the_display_width) {
     EXPECT_NEAR(diameter(overscan, true, 10), 4.8100 / 2, 5e-5);
 }
 
-// An infinite f-stop: no depth, not even d = 0, leaves focus.
+// With an infinite f-stop, every depth is in focus, even d = 0.
 TEST(circle_of_confusion, pinhole) {
     FrameDescription frame = frame_1920(50, INFINITY, 5);
     const CircleOfConfusion coc = *circle_of_confusion({}, frame);
@@ -108,7 +108,7 @@ TEST(circle_of_confusion, own_values_beat_the_camera) {
     EXPECT_NEAR(2 * circle_of_confusion(own, frame)->radius_px(0.1), 9.6200, 5e-5);
 }
 
-// The largest radius is an upper bound of |R| over the whole range of depths, and tight.
+// The largest radius is a tight upper bound of |R| over the whole depth range.
 TEST(circle_of_confusion, largest_radius_bounds_every_depth) {
     const FrameDescription frame = describe_round(deep_planes(4, 4));
     for (const CocSource source : {CocSource::lens, CocSource::planes, CocSource::range}) {
@@ -169,8 +169,9 @@ TEST(coc_stage, planes_by_hand) {
                  {-9.6, -9.6, -4.8, 0, 0, 0, 1.6, 3.2, 3.2, 3.2});
 }
 
-// |R| is clamped after the ramp, whose slope stays: radii 0.06 * 640 = 38.4, limit 12: d = 2.75,
-// an eighth: -4.8; d = 2.5, a quarter: -9.6; d = 2: -19.2, clamped to -12; d = 5.5: 4.8; sky: 12.
+// |R| is clamped after the ramp, whose slope does not change: radii 0.06 * 640 = 38.4, limit 12: d
+// = 2.75, an eighth: -4.8; d = 2.5, a quarter: -9.6; d = 2: -19.2, clamped to -12; d = 5.5: 4.8;
+// sky: 12.
 TEST(coc_stage, planes_clamped_after_the_ramp) {
     expect_radii(coc_of({0.5f, 0.4f, 1 / 2.75f, 1 / 5.5f, 0}, {{"coc", "planes"s},
                                                                {"near_blurry", 1.0},
@@ -202,7 +203,7 @@ TEST(coc_stage, range_by_hand) {
         {-10, -5, 10});
 }
 
-// The ends of the ranges, where fp32 could meet 0 times infinity: the plane in focus stays at 0.
+// Range ends at which fp32 could compute 0 times infinity: the focus plane stays at 0.
 TEST(coc_stage, extreme_parameters) {
     expect_radii(coc_of({0, 0.25f, 0.5f}, {{"f_stop", 1e-300}}), {19.2, 0, -19.2});
     expect_radii(coc_of({0, 0.25f, 0.5f}, {{"sensor_width_mm", 1e-300}}), {19.2, 0, -19.2});
@@ -212,7 +213,7 @@ TEST(coc_stage, extreme_parameters) {
                  {19.2, -19.2, -19.2});
 }
 
-// NaN and negative inverse depths, which a host might hand over, count as sky.
+// NaN and negative inverse depths, which a host might pass, count as sky.
 TEST(coc_stage, bad_depth_is_sky) {
     for (const char* source : {"lens", "planes", "range"}) {
         const ImageF coc = coc_of({kNan, -1, -kInfinity, 0}, {{"coc", std::string(source)}});
@@ -220,7 +221,7 @@ TEST(coc_stage, bad_depth_is_sky) {
     }
 }
 
-// s -> f: the radius of everything off the focus plane grows without bound and is clamped.
+// s -> f: the radius off the focus plane grows without bound and is clamped.
 TEST(coc_stage, focus_near_the_focal_length) {
     for (const double beyond : {1e-3, 1e-6, 1e-9, 1e-12}) {
         const double s = 0.036 * (1 + beyond);
@@ -229,7 +230,7 @@ TEST(coc_stage, focus_near_the_focal_length) {
     }
 }
 
-// Equal d, every encoding of docs/frame.md: equal radius. fp32 buffers hold each distance to
+// Equal d in every encoding of docs/frame.md gives equal radius. fp32 buffers hold each distance to
 // about 2^-24 of the encoding's range, hence the bound.
 TEST(coc_stage, equal_for_equal_depth_in_every_encoding) {
     const double n = 0.5, F = 50;
@@ -321,13 +322,13 @@ TEST(coc_errors, a_missing_lens_value_is_named_with_its_remedies) {
                                                     HasSubstr("from the camera is not > 0")));
         }
     }
-    // All that are missing in one message.
+    // One message lists all missing values.
     Camera empty = round_camera();
     empty.f_stop = empty.focus_distance = std::nullopt;
     EXPECT_THAT(error_of({}, empty), HasSubstr("f_stop, focus_distance: not known, and this circle "
                                                "of confusion needs them"));
     EXPECT_THAT(error_of({{"f_stop", 2.0}}, empty), HasSubstr("field: focus_distance: not known"));
-    // Sources without a lens need none of it.
+    // Sources without a lens need no lens values.
     EXPECT_TRUE(make_plan(chain_of("depth_of_field", {{"method", "gilham"}, {"coc", "planes"s}}),
                           [] {
                               FrameDescription frame = describe_round(deep_planes(4, 4));
@@ -380,7 +381,7 @@ TEST(coc_errors, values_out_of_range_are_refused_by_the_table) {
         EXPECT_EQ(table.set(&parameters, key, value).code(), StatusCode::chain) << key;
 }
 
-// The largest auto kernel of a 16384 px wide display fits; one that does not is named.
+// The largest auto kernel of a 16384 px wide display fits; a larger one is reported.
 TEST(coc_errors, kernel_too_wide) {
     const FramePlanes planes = deep_planes(4, 4);
     FrameDescription frame = describe_round(planes);

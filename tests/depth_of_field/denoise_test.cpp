@@ -1,4 +1,4 @@
-// Noise of few samples that method inverse_warp takes away: how much, and what it leaves alone.
+// Denoising of few samples with method inverse_warp: its gain, and the parts it must not change.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -18,7 +18,7 @@ ImageF blurred(const FramePlanes& planes, int samples, bool denoise, int seed = 
 
 // Inverse depth 0.25 is in focus, 0.75 has a radius of 16 px, 1 of 24.
 
-// No light is lost, and a lamp's disc speckles less.
+// No light is lost, and a lamp's disc has less noise.
 TEST(Denoise, FewPointsKeepTheLight) {
     constexpr int kSeeds = 16;
     const double radius = 19.2;
@@ -36,13 +36,13 @@ TEST(Denoise, FewPointsKeepTheLight) {
                     if (std::hypot(x - 48, y - 48) < radius - 2)
                         speckle[denoise] += std::pow(out.at(x, y) - mean, 2);
         }
-        // About 24 pixels meet the dot: a fifth of deviation, a twentieth of the mean over seeds.
+        // About 24 pixels receive light: a fifth of deviation, a twentieth for the mean over seeds.
         EXPECT_NEAR(light / 100, 1, 0.15) << denoise;
     }
     EXPECT_LT(speckle[true], 0.3 * speckle[false]);
 }
 
-// Of a picture of noise the mean over 1023 points is the truth.
+// For a noise image, the mean over 1023 points is the ground truth.
 TEST(Denoise, AThirdOfTheErrorAtMost) {
     const FramePlanes planes = flat_planes(noise_image(96, 96, 4, 5), 0.75f);
     const ImageF truth = blurred(planes, 1023, false);
@@ -69,14 +69,14 @@ TEST(Denoise, ManyPointsKeepTheRim) {
     EXPECT_LE(difference.fraction, 0.01) << difference.text;
 }
 
-// A radius of 3 px holds detail of a few pixels: nothing is taken from it, bit for bit.
+// A radius of 3 px contains detail of a few pixels, which is preserved bit for bit.
 TEST(Denoise, SmallCirclesOfConfusionAreLeftAlone) {
     const FramePlanes planes = flat_planes(noise_image(64, 64, 4, 5), 0.25f + 3.0f / 32);
     EXPECT_TRUE(equal_bits(blurred(planes, 24, true), blurred(planes, 24, false)));
 }
 
-// Before a background out of focus stands a fence in focus, every other pixel: its samples are not
-// mixed with those of its gaps.
+// A fence in focus, every other pixel, before an out-of-focus background: its samples are not mixed
+// with those of its gaps.
 TEST(Denoise, WhatIsInFocusKeepsItsDetail) {
     ImageF color = constant_image(96, 64, {0, 0, 0, 1});
     ImageF depth(96, 64, 1);
@@ -90,7 +90,7 @@ TEST(Denoise, WhatIsInFocusKeepsItsDetail) {
     for (int x = 16; x < 80; x += 2) EXPECT_NEAR(with.at(x, 32), 1, 1e-6) << x;
 }
 
-// Premultiplied: white on clear is white everywhere, however much of it a pixel has.
+// Premultiplied: white on clear stays white, whatever its alpha.
 TEST(Denoise, ColorAndAlphaAreMixedAlike) {
     ImageF color(96, 64, 4);
     for (int y = 0; y < 64; ++y)

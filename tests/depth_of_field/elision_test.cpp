@@ -1,4 +1,4 @@
-// When the pass is left out of the plan, and that leaving it out changes no bit.
+// Conditions for leaving the pass out of the plan, which changes no bit.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -36,11 +36,11 @@ void expect_elided(const Plan& plan, const std::string& rule, const std::string&
     EXPECT_EQ(plan.elisions[0].kind, ElisionKind::pass);
     EXPECT_EQ(plan.elisions[0].rule, rule);
     EXPECT_THAT(text_of(plan.elisions[0].fact), MatchesRegex(reason));
-    EXPECT_EQ(plan.elisions[0].saving.dispatches, int(kSteps));  // what it would have cost
+    EXPECT_EQ(plan.elisions[0].saving.dispatches, int(kSteps));  // cost of the pass
     EXPECT_GT(plan.elisions[0].saving.bytes, 0u);
 }
 
-// Both ways to the same bits: left out, and run all the same.
+// Checks that the elided and the complete run give the same bits.
 void expect_every_bit(const Chain& chain, const FramePlanes& planes) {
     const FrameDescription frame = describe_round(planes);
     EXPECT_TRUE(equal_bits(filter(chain, frame, planes).at(Role::color), planes.at(Role::color)));
@@ -97,9 +97,9 @@ TEST(elision, not_when_one_pixel_blurs) {
               kSteps);
 }
 
-// The decision is made in double precision and the GPU works in fp32. Inverse depths are walked
-// through the one with a radius of 0.5 px, from neighboring floats to 1e-4 away, for lenses and
-// planes without round numbers: whatever is left out is exact when run.
+// The decision is made in double precision, while the GPU works in fp32. Inverse depths around the
+// one with a radius of 0.5 px, from neighboring floats to 1e-4 away, for lenses and planes without
+// round numbers: whatever is left out is exact when run.
 TEST(elision, never_wrongly_at_the_threshold) {
     int left = 0, kept = 0;
     PlanOptions whole;
@@ -137,7 +137,7 @@ TEST(elision, never_wrongly_at_the_threshold) {
     EXPECT_GT(kept, 300);
 }
 
-// A hint passes through unchanged only where |R| is 0: the pass runs while a later one reads it.
+// A hint is preserved only where |R| is 0: the pass runs if a later one reads it.
 TEST(elision, hint_is_carried_exactly) {
     FramePlanes planes = focused_planes(0.240234375f);  // |R| = 0.3125
     planes[Role::hint] = constant_image(33, 21, {1, 1});

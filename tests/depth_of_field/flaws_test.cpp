@@ -1,5 +1,5 @@
-// The known flaws of `gilham` (docs/depth_of_field.md), shown with their size, and how far the
-// leak modes and hdr_weight repair them. A flaw that disappears is news: these tests would fail.
+// The known flaws of `gilham` (docs/depth_of_field.md) with their size, and their repair by leak
+// modes and hdr_weight. If a flaw disappears, these tests fail.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ using namespace std::string_literals;
 constexpr int kSize = 64;
 constexpr int kEdge = 32;  // the two layers meet between columns 31 and 32
 
-// Left of the edge value and w of one layer, right of it of the other.
+// Value and w of the layers left and right of the edge.
 FramePlanes two_layers(float left, float left_w, float right, float right_w) {
     FramePlanes planes =
         flat_planes(constant_image(kSize, kSize, {right, right, right, 1}), right_w);
@@ -27,11 +27,11 @@ FramePlanes two_layers(float left, float left_w, float right, float right_w) {
     return planes;
 }
 
-// A bright object in focus before a black sky, R = 8. A lens shows the sky black beside the
-// object: nothing in front of it is out of focus. Without a leak test the object's light is
-// smeared over the sky as a halo; both leak tests keep it out, exactly at full size. In the small
-// copy the bilinear up-sampling still mixes across the edge, for two pixels (columns 32 and 33 lie
-// between the centers of boxes 7 and 8, at 7.625 and 7.875).
+// A bright object in focus before a black sky, R = 8. Through a lens the sky beside the object
+// stays black, because nothing in front of it is out of focus. Without a leak test the object's
+// light is smeared over the sky as a halo; both leak tests prevent it, exactly at full size. In the
+// small copy the bilinear up-sampling still mixes across the edge over two pixels (columns 32 and
+// 33 are between the centers of boxes 7 and 8, at 7.625 and 7.875).
 TEST(flaws, halo_of_objects_in_focus) {
     const FramePlanes planes = two_layers(1, 0.25f, 0, 0);
     const auto halo = [&](const std::string& leak, int factor, int distance) {
@@ -49,8 +49,8 @@ TEST(flaws, halo_of_objects_in_focus) {
     }
 }
 
-// A black object near and out of focus, R = -8, before a white wall in focus. A lens spreads the
-// object over 8 px of the wall; here the wall returns every bit, and the silhouette stays hard.
+// A black near object out of focus, R = -8, before a white wall in focus. A lens spreads the object
+// over 8 px of the wall; here the wall is unchanged, and the silhouette stays hard.
 TEST(flaws, hard_near_silhouette) {
     const FramePlanes planes = two_layers(0, 0.5f, 1, 0.25f);
     for (const char* leak : {"none", "depth", "coc"}) {
@@ -60,8 +60,8 @@ TEST(flaws, hard_near_silhouette) {
     }
 }
 
-// A white line on black at half weight, R = (0.5 + 16)/2. A lens spreads it evenly over 2R px,
-// 1/16.5 of its brightness. Here half of it stays as a sharp line upon a blurred one.
+// A white line on black at half weight, R = (0.5 + 16)/2. A lens spreads it evenly over 2R px, at
+// 1/16.5 of its brightness. Here half of it stays as a sharp line on a blurred one.
 TEST(flaws, double_image_half_way) {
     FramePlanes planes =
         flat_planes(constant_image(kSize, kSize, {0, 0, 0, 1}), float(0.25 - 8.25 / 32));
@@ -70,12 +70,12 @@ TEST(flaws, double_image_half_way) {
     const ImageF result = dof(planes, {{"blur_sigma_px", 8.0}, {"downsample", int64_t(1)}});
     EXPECT_GT(result.at(kEdge, 32), 0.5);
     EXPECT_LT(result.at(kEdge + 1, 32), 0.05);
-    EXPECT_GT(result.at(kEdge + 12, 32), 0.005);  // beyond R = 8.25 a lens shows nothing
+    EXPECT_GT(result.at(kEdge + 12, 32), 0.005);  // a lens gives no light beyond R = 8.25
 }
 
-// A highlight of 40 that moves by one pixel: the result should move with it. The small copy moves
-// in steps of its boxes. Largest |F(shift) - shift(F)| over shifts of 1 to 3 px; weighing by
-// luminance makes it small by making the highlight small.
+// A highlight of 40 that moves by one pixel: the result should move with it, but the small copy
+// moves in steps of its boxes. Largest |F(shift) - shift(F)| over shifts of 1 to 3 px; weighting by
+// luminance reduces it by reducing the highlight.
 TEST(flaws, shimmer_of_the_small_copy) {
     const auto shimmer = [](int factor, bool hdr) {
         const auto render = [&](int shift) {
@@ -102,7 +102,7 @@ TEST(flaws, shimmer_of_the_small_copy) {
     EXPECT_LT(shimmer(4, true), 0.05);
 }
 
-// Two distances, |R| = 8 and 16, blur by one Gaussian: the same bits.
+// Two distances with |R| = 8 and 16 are blurred by one Gaussian: the same bits.
 TEST(flaws, one_blur_size) {
     const ImageF color = noise_image(kSize, kSize, 4, 17);
     const Settings settings = {{"blur_sigma_px", 4.0}};

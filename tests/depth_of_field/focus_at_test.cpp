@@ -1,4 +1,4 @@
-// focus_at: in focus is what lies at a place of the picture.
+// focus_at: focuses on the surface at a place in the image.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -26,7 +26,7 @@ FrameDescription describe_halves(const FramePlanes& planes) {
     return frame;
 }
 
-// Columns 8 and 56, far from the middle, as they were.
+// Columns 8 and 56, far from the center, unchanged.
 struct Sharp {
     bool left = true, right = true;
 };
@@ -102,7 +102,7 @@ TEST(FocusAt, IsRefusedWhereTheDepthIsNotKnown) {
     EXPECT_NE(plan.status().message().find("focus_at: the depth at [0.8,0.5] is not known"),
               std::string::npos)
         << plan.status().message();
-    // Where nothing depends on it, it is not asked for.
+    // Not required if nothing depends on it.
     EXPECT_TRUE(make_plan(chain_of("depth_of_field", {{"method", "gilham"},
                                                       {"focus_at", Place{0.8, 0.5}},
                                                       {"coc", "planes"}}),

@@ -103,7 +103,7 @@ TEST(blur_stages, dot_by_hand) {
     expect_row(stages.stages.at(stage("blur_x")), expected);
     expect_row(stages.stages.at(stage("blur_y")), expected);  // one row: nothing to mix along y
 
-    // The same stood on end: blur_x changes nothing, blur_y does it all.
+    // Transposed: blur_x has no effect, blur_y does all mixing.
     ImageF column(1, 7, 4);
     column.at(0, 3, 0) = 1;
     const Stages upright = dof_stages(flat_planes(column, 0), settings);

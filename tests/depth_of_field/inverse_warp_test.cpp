@@ -11,14 +11,15 @@ namespace {
 
 const std::pair<std::string, ParameterValue> kMethod = {"method", "inverse_warp"};
 
-// A dot of light in the middle, everything at one depth of radius 32 (1/4 - w).
+// A point light in the center; constant depth with radius 32 (1/4 - w).
 FramePlanes dot(float inverse_depth, float light) {
     ImageF color = constant_image(97, 97, {0, 0, 0, 1});
     color.at(48, 48) = light;
     return flat_planes(std::move(color), inverse_depth);
 }
 
-// A dot out of focus is a disc of the circle of confusion's radius, evenly lit.
+// An out-of-focus point light becomes an evenly lit disc with the radius of the circle of
+// confusion.
 TEST(InverseWarpLens, DotBecomesAnEvenDisc) {
     const double radius = 32 * (1 - 0.25);  // near: w = 1
     const ImageF out =
@@ -30,7 +31,7 @@ TEST(InverseWarpLens, DotBecomesAnEvenDisc) {
             const double r = std::hypot(x - 48, y - 48);
             light += out.at(x, y);
             moment += out.at(x, y) * r * r;
-            // What is denoised goes up to two pixels further.
+            // Denoising extends up to two pixels further.
             if (r > radius + 3) {
                 EXPECT_LE(out.at(x, y), 1e-6) << x << ", " << y;
             }
@@ -49,12 +50,12 @@ TEST(InverseWarpLens, DotBecomesAnEvenDisc) {
                 sum += out.at(x, y);
                 ++count;
             }
-        // The disc's rim lies between pixels.
+        // The disc's rim is between pixels.
         EXPECT_NEAR(sum / count, inside, (ring < 3 ? 0.1 : 0.15) * inside) << ring;
     }
 }
 
-// What is in focus in front of what is not keeps every bit away from its edge.
+// A focused surface before an unfocused one keeps every bit away from its edge.
 TEST(InverseWarpLens, FocusedForegroundDoesNotTakeFromTheBackground) {
     ImageF color = noise_image(128, 64, 4, 5);
     ImageF depth(128, 64, 1);
@@ -70,8 +71,8 @@ TEST(InverseWarpLens, FocusedForegroundDoesNotTakeFromTheBackground) {
     }
 }
 
-// Near the edge of a near thing out of focus the lens sees past it: an edge becomes the share of
-// the disc on its side.
+// Near the edge of an out-of-focus near surface the lens sees past it: an edge becomes the disc's
+// share on its side.
 TEST(InverseWarpLens, NearEdgeFadesAsADiscCutByALine) {
     ImageF color = constant_image(160, 64, {0, 0, 0, 1});
     ImageF depth(160, 64, 1);
@@ -86,13 +87,13 @@ TEST(InverseWarpLens, NearEdgeFadesAsADiscCutByALine) {
     for (int x = 60; x < 100; ++x) {
         const double d = std::clamp((x + 0.5 - 80) / 16, -1.0, 1.0);
         const double covered = (std::acos(d) - d * std::sqrt(1 - d * d)) / M_PI;
-        // An edge is found to the pixel.
+        // Edges are accurate to a pixel.
         EXPECT_NEAR(out.at(x, 32), covered, 0.05) << x;
     }
 }
 
-// What a near bar hides is between what shows on its two sides. The color of the background, which
-// is in focus, is its column, that of the bar the middle one.
+// The surface occluded by a near bar is interpolated from its two sides. The focused background's
+// color is its column, the bar's color the center column.
 TEST(InverseWarpLens, HiddenBackgroundIsBetweenWhatShowsAround) {
     ImageF color(160, 64, 4);
     ImageF depth(160, 64, 1);
@@ -111,14 +112,15 @@ TEST(InverseWarpLens, HiddenBackgroundIsBetweenWhatShowsAround) {
     for (int x = 72; x < 88; ++x) {
         const double covered = left_of(88 - (x + 0.5)) - left_of(72 - (x + 0.5));
         const double behind = (out.at(x, 32) - 79.5 * covered) / (1 - covered);
-        // The nearest cell that shows some on either side; in the middle there is one on both.
+        // The closest cell with visible background on either side; in the center there is one on
+        // both.
         EXPECT_NEAR(behind, x, std::abs(x - 79.5) < 4 ? 2 : 9) << x;
     }
 }
 
 TEST(InverseWarpLens, AgreesWithItsReference) {
     FramePlanes planes = deep_planes(131, 77);
-    // Lamps, so that there is noise.
+    // Lamps, to cause noise.
     for (int y = 20; y < 60; y += 13)
         for (int x = 15; x < 131; ++x)
             if (x % 29 < 4)
@@ -139,7 +141,7 @@ TEST(InverseWarpLens, AgreesWithItsReference) {
             if (found == gpu.stages.end()) continue;
             const Difference difference =
                 compare(found->second, expected.stages.at(stage(name)), 1e-3);
-            // Residuals and depths at a limit, decided by rounding.
+            // Residuals and depths at a limit that rounding decides.
             EXPECT_LE(difference.fraction, 0.01) << name << ": " << difference.text;
         }
     }

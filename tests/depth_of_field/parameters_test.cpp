@@ -1,7 +1,7 @@
-// Each parameter's two ends change the picture as its help says.
+// The two ends of each parameter change the image as its help says.
 //
-// The picture is noise with the sky above (R = 8), the focus in the middle and a near block
-// (R = -17.6). "Sharp" means every bit, "blurred" that a pixel is far from its own color.
+// The image is noise with sky above (R = 8), the focus in the center and a near block (R = -17.6).
+// "Sharp" means unchanged, "blurred" that a pixel is far from its own color.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -86,7 +86,7 @@ TEST(parameter, sensor_width_mm) {
     EXPECT_EQ(change({{"sensor_width_mm", 1e9}}).sky, 0);
 }
 
-// Radii times s/(s - f): R = 8 in the sky becomes 8 * 0.05/(0.05 - 0.036) px at s = 5 cm.
+// Radii times s/(s - f): R = 8 for sky becomes 8 * 0.05/(0.05 - 0.036) px at s = 5 cm.
 TEST(parameter, breathing) {
     FramePlanes planes = banded_planes();
     const auto radius = [&](bool breathing) {
@@ -105,9 +105,9 @@ TEST(parameter, near_and_far_planes) {
     const auto near = [](double blurry, double sharp) {
         return change({{"coc", "planes"s}, {"near_blurry", blurry}, {"near_sharp", sharp}}).near;
     };
-    EXPECT_EQ(near(0.0, 1.0), 0);           // the block lies beyond near_sharp
+    EXPECT_EQ(near(0.0, 1.0), 0);           // the block is beyond near_sharp
     EXPECT_GT(near(0.0, 4.0), 0.05);        // half way
-    EXPECT_GT(near(2.0, 4.0), near(0, 4));  // beyond near_blurry: all of it
+    EXPECT_GT(near(2.0, 4.0), near(0, 4));  // beyond near_blurry: fully blurred
     const auto focus = [](double sharp, double blurry) {
         return change({{"coc", "planes"s},
                        {"max_far_fraction", 0.03},
@@ -143,7 +143,7 @@ TEST(parameter, focus_and_range) {
     EXPECT_EQ(with(4, 1e-9).focus, 0);
     EXPECT_GT(with(4, 1e-9).near, kBlurred);
     EXPECT_EQ(with(4, 1e9).near, 0);
-    EXPECT_GT(with(4, 1e9).sky, kBlurred);  // the sky is farther than any range
+    EXPECT_GT(with(4, 1e9).sky, kBlurred);  // sky is farther than any range
 }
 
 TEST(parameter, max_radius_px) {
@@ -156,12 +156,12 @@ TEST(parameter, max_radius_px) {
     };
     EXPECT_EQ(radius(1000.0), 1000);
     EXPECT_EQ(radius(3.0), 3);
-    // Unset it is 3 % of the display width.
+    // Unset, it is 3 % of the display width.
     EXPECT_NEAR(dof_stages(banded_planes(), {{"f_stop", 1e-4}}).stages.at(stage("coc")).at(0, 0),
                 19.2, 1e-5);
 }
 
-// A larger box is a blurrier copy: with a kernel of one tap, at 1 nothing changes at all.
+// A larger box is a blurrier copy: with a one-tap kernel, a size of 1 changes nothing.
 TEST(parameter, downsample) {
     const auto with = [](int factor) {
         return change({{"downsample", int64_t(factor)}, {"blur_sigma_px", 0.0}}).near;
@@ -171,8 +171,7 @@ TEST(parameter, downsample) {
     EXPECT_GT(with(4), with(2));
 }
 
-// From one tap to a mean of the whole picture; and |R| = 17.6 is full blur for one, and not yet
-// for the other.
+// From one tap to a mean of the whole image; |R| = 17.6 is full blur for one but not for the other.
 TEST(parameter, blur_sigma_px) {
     const FramePlanes planes = banded_planes();
     const auto spread = [&](double sigma) {
@@ -194,7 +193,7 @@ TEST(parameter, blur_sigma_px) {
     EXPECT_LT(change({{"blur_sigma_px", 500.0}, {"downsample", int64_t(4)}}).near, 0.01);
 }
 
-// flaws_test.cpp shows what each mode keeps out; here: three modes, three pictures.
+// flaws_test.cpp shows the effect of each mode; here, three modes give three images.
 TEST(parameter, leak) {
     const FramePlanes planes = deep_planes(48, 48);
     const ImageF none = dof(planes, {{"leak", "none"s}});
@@ -205,7 +204,7 @@ TEST(parameter, leak) {
     EXPECT_GT(compare(depth, coc, 0).max, 0.05);
 }
 
-// On: a highlight of 100 among 0 keeps 1/(1 + 100) of its weight: 100/101 / (15 + 1/101) of the
+// On: a highlight of 100 among zeros keeps 1/(1 + 100) of its weight: 100/101 / (15 + 1/101) of the
 // box instead of 100/16.
 TEST(parameter, hdr_weight) {
     ImageF color(4, 4, 4);
@@ -219,7 +218,7 @@ TEST(parameter, hdr_weight) {
     EXPECT_NEAR(box(true), 100.0 / (15 * 101 + 1), 1e-6);
 }
 
-// Nothing on the table escapes these tests.
+// Every parameter of the table is tested.
 TEST(parameter, every_row_is_tested_here) {
     std::vector<std::string> keys;
     for (const Parameter& row : depth_of_field::pass_type().parameters->rows())

@@ -1,6 +1,6 @@
-// The Gaussian of an unset blur_sigma_px, by hand: for a lens a quarter of the larger
-// of |R| at infinity and at 20 focal lengths, for planes and range half of the largest radius,
-// and never below downsample / 2.
+// The Gaussian of an unset blur_sigma_px, by hand: for a lens a quarter of the larger |R| at
+// infinity and at 20 focal lengths; for planes and range half of the largest radius; never below
+// downsample / 2.
 //
 // The lens is f 50 mm, f/2, sensor 32 mm, W = 640: f_px = 1000, A = 0.025, R = 12.5 (1/s - w) px;
 // 20 f = 1 m, so w = 1 there; |R| <= 19.2 px.
@@ -44,8 +44,8 @@ double sigma_px(const Parameters& parameters, const FrameDescription& frame) {
 }
 
 // Unset: the largest of 1, 2, 4 that is at most the deviation. The radius at infinity is 12.5 px at
-// f/2 and scales with the aperture: sigma 3.125 -> 2, 6.25 -> 4, 1.5625 -> 1, 2 and 4 themselves
-// count; 0.39 -> 1, where the deviation is held at half a box edge.
+// f/2 and scales with the aperture: sigma 3.125 -> 2, 6.25 -> 4, 1.5625 -> 1; 2 and 4 themselves
+// count; 0.39 -> 1, where the deviation is kept at half a box edge.
 TEST(auto_downsample, lens_by_hand) {
     const std::pair<double, int> cases[] = {{2, 2},     {1, 4},      {4, 1},     {3.125, 2},
                                             {3.126, 1}, {1.5625, 4}, {1.563, 2}, {16, 1}};
@@ -68,7 +68,7 @@ TEST(auto_downsample, follows_a_sigma_that_is_set_and_ends_where_it_is_set) {
 
 // s = 1: infinity 12.5, 20 f: 0: 12.5/4 = 3.125.
 // s = 1.25: infinity 10, 20 f: 12.5 (0.8 - 1) = -2.5: 2.5.
-// s = 2: both 6.25: 1.5625, the least there is.
+// s = 2: both 6.25: 1.5625, the minimum.
 // s = 5: infinity 2.5, 20 f: 12.5 (0.2 - 1) = -10: 2.5.
 // Focus at infinity: infinity 0, 20 f: -12.5: 3.125.
 TEST(auto_sigma, lens_by_hand) {
@@ -91,11 +91,11 @@ TEST(auto_sigma, lens_by_hand) {
     parameters.lens.max_radius_px = 4;
     EXPECT_NEAR(sigma_px(parameters, frame_640(2)), 1, 1e-12);
     parameters = unset();
-    parameters.blur_sigma_px = 0.25;  // a number given counts, whatever the box
+    parameters.blur_sigma_px = 0.25;  // a given number is used, whatever the box
     EXPECT_EQ(sigma_px(parameters, frame_640(2)), 0.25);
 }
 
-// Twice the pixels, twice the sigma; a scene in centimeters, the same.
+// Twice the pixels, twice the sigma; a scene in centimeters gives the same.
 TEST(auto_sigma, resolution_and_scene_units_cancel) {
     FrameDescription wide = frame_640(2);
     wide.display_width = 1280;
@@ -107,8 +107,8 @@ TEST(auto_sigma, resolution_and_scene_units_cancel) {
     }
 }
 
-// The copy blurs by half a box edge anyhow; pixels less out of focus than that keep to the sharp
-// image. Pinhole and tiny aperture reach the floor.
+// The copy blurs by half a box edge anyway; pixels less out of focus use the sharp image. Pinhole
+// and tiny aperture reach the minimum.
 TEST(auto_sigma, at_least_half_a_box) {
     for (const int factor : {1, 2, 4}) {
         for (const double f_stop : {200.0, 1e12, double(INFINITY)})
@@ -118,12 +118,12 @@ TEST(auto_sigma, at_least_half_a_box) {
         planes.lens.max_near_fraction = planes.lens.max_far_fraction = 0;
         EXPECT_EQ(sigma_px(planes, frame_640(2)), factor / 2.0);
     }
-    EXPECT_EQ(sigma_px(unset(4), frame_640(2)), 2);  // 1.5625 without the floor
+    EXPECT_EQ(sigma_px(unset(4), frame_640(2)), 2);  // 1.5625 without the minimum
     EXPECT_EQ(gilham_sizes(unset(4), frame_640(2)).full_blur_px, 4);
 }
 
 // Half of max(0.015, 0.005) 640 = 9.6 px; of 0.005 * 640 = 3.2 px; of a limit of 6 px; and for
-// range half of 0.03 * 640 = 19.2 px. Neither asks for a lens.
+// range half of 0.03 * 640 = 19.2 px. Neither needs a lens.
 TEST(auto_sigma, planes_and_range_by_hand) {
     FrameDescription frame = frame_640(2);
     frame.camera = {};
@@ -151,7 +151,7 @@ TEST(auto_sigma, follows_a_focus_pull_without_a_jump) {
     }
 }
 
-// What the frame shows has no say, or the blur would flicker with it.
+// The frame's content has no influence, because the blur would flicker with it.
 TEST(auto_sigma, does_not_depend_on_the_depths) {
     FrameDescription frame = frame_640(2);
     for (const double w : {0.0, 0.5, 20.0}) {

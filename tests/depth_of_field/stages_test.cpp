@@ -35,7 +35,7 @@ TEST_P(every_stage, equals_the_reference) {
         {"coc", coc},        {"leak", leak},       {"downsample", int64_t(factor)},
         {"hdr_weight", hdr}, {"near_blurry", 1.0}, {"near_sharp", 3.0},
         {"far_sharp", 5.0},  {"far_blurry", 9.0},  {"range", 2.0}};
-    const FramePlanes planes = deep_planes(53, 35);  // a multiple of neither 2 nor 4
+    const FramePlanes planes = deep_planes(53, 35);  // not a multiple of 2 or 4
     expect_stages_match(dof_stages(planes, settings), dof_reference(planes, settings), "");
 }
 
@@ -106,15 +106,15 @@ TEST(every_stage_too, half_storage_stays_within_its_rounding) {
         const double bound = 0.008;
         const Difference difference = compare(gpu.stages.at(name), expected, bound);
         EXPECT_LE(difference.max, bound) << name << ": " << difference.text;
-        // A guide is fp32 always, and made of depths.
+        // A guide is always fp32, made from depths.
         if (name == stage("small_radius")) continue;
         EXPECT_GT(difference.max, 1e-6) << name << " is not stored as half";
     }
 }
 
-// Half holds 65504: what is larger saturates in the blurred image and stays a finite highlight.
-// (Where a driver rounds towards zero, as llvmpipe does, the store alone would do it.) The result
-// holds what the input holds.
+// Half holds at most 65504: larger values saturate in the blurred image and stay finite highlights.
+// (If a driver rounds towards zero, as llvmpipe does, the store would suffice.) The result keeps
+// the input's values.
 TEST(every_stage_too, half_storage_stays_finite) {
     FramePlanes planes = deep_planes(40, 30);
     planes[Role::color].at(11, 9, 0) = 1e10f;

@@ -1,4 +1,4 @@
-// Frames for the tests of depth of field, and short ways to filter them.
+// Frames for the tests of depth of field, and helpers to filter them.
 #pragma once
 
 #include <string>
@@ -24,14 +24,14 @@ FramePlanes planes_of(ImageF color, ImageF inverse_depth);
 // Noise color over three layers of depth: sky above, the focus plane, a near block.
 FramePlanes deep_planes(int width, int height, uint32_t seed = 3);
 
-// The pass, method gilham unless the settings name another, over a frame of describe_round();
-// nothing is left out.
+// Filters a frame of describe_round() without elision, with method gilham unless the settings name
+// another.
 ImageF dof(const FramePlanes& planes, Settings settings);
 Stages dof_stages(const FramePlanes& planes, Settings settings);
 ReferenceFrame dof_reference(const FramePlanes& planes, Settings settings);
 
-// A dot at (48, 48) of 97 x 97 pixels that are `x`, `y` from the corner of a display 6400 x 3600,
-// by 1023 points of the lens. R = 32 (1/4 - w) px.
+// A point light at (48, 48) of 97 x 97 pixels that are `x`, `y` from the corner of a 6400 x 3600
+// display, with 1023 lens points. R = 32 (1/4 - w) px.
 ImageF dot(float inverse_depth, Settings settings, int x = 0, int y = 0,
            const ApertureImage& image = {});
 

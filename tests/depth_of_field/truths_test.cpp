@@ -1,5 +1,5 @@
-// What must be true of depth of field, one test each. "All in focus" is
-// in elision_test.cpp, "s -> f", "d -> 0" and the depth encodings in coc_test.cpp.
+// Properties of depth of field, one test each. "All in focus" is in elision_test.cpp, "s -> f", "d
+// -> 0" and the depth encodings are in coc_test.cpp.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -63,8 +63,8 @@ TEST(truths, in_focus_pixels_return_every_bit_beside_blurred_ones) {
     EXPECT_GT(changed, 500);
 }
 
-// All sky, all near, all far: R = 8, -8 and 4 everywhere. The sign does not matter to the filter,
-// so near and sky at one |R| give the same bits; no leak test finds anything to keep out.
+// All sky, all near, all far: R = 8, -8 and 4 everywhere. The filter ignores the sign, so near and
+// sky with one |R| give the same bits; no leak test has an effect.
 TEST(truths, all_sky_only_near_only_far) {
     const ImageF color = noise_image(37, 29, 4, 5);
     const ImageF sky = dof(flat_planes(color, 0), {});
@@ -95,8 +95,8 @@ TEST(truths, one_pixel_and_less_than_a_box) {
     }
 }
 
-// W not a multiple of `downsample`: the last box holds the pixels that exist. The right-most
-// columns of a 37 px wide image are column 36 alone at 1/4 and at 1/2 of the size.
+// W not a multiple of `downsample`: the last box has the remaining pixels. At 1/4 and 1/2 size, the
+// right-most column of a 37 px wide image is column 36 by itself.
 TEST(truths, width_not_a_multiple_of_the_box) {
     FramePlanes planes = flat_planes(constant_image(37, 8, {1, 1, 1, 1}), 0);
     for (int y = 0; y < 8; ++y) planes[Role::color].at(36, y, 0) = 5;
@@ -110,8 +110,8 @@ TEST(truths, width_not_a_multiple_of_the_box) {
     }
 }
 
-// NaN and infinities do not spread: they do not count in their box, a sharp pixel keeps its own,
-// a blurred one shows its surroundings.
+// NaN and infinities do not spread: they are ignored in their box, a sharp pixel keeps its own, a
+// blurred one shows its surroundings.
 TEST(truths, nan_and_infinity_stay_where_they_are) {
     FramePlanes planes = flat_planes(noise_image(37, 29, 4, 9), 0);
     for (int x = 20; x < 37; ++x)
@@ -144,8 +144,8 @@ TEST(truths, nan_and_infinity_stay_where_they_are) {
         }
 }
 
-// hdr_weight lets no firefly through: a box of 0.5 with one pixel of 1e10, which weighs 1e-10, is
-// (15 * 0.5/1.5 + 1)/(15/1.5 + 1e-10) = 0.6, wherever in the box the firefly stands.
+// hdr_weight suppresses fireflies: a box of 0.5 with one pixel of 1e10, which weighs 1e-10, is (15
+// * 0.5/1.5 + 1)/(15/1.5 + 1e-10) = 0.6, wherever the firefly is in the box.
 TEST(truths, firefly_under_hdr_weight) {
     for (int i = 0; i < 16; ++i) {
         FramePlanes planes = flat_planes(constant_image(4, 4, {0.5f, 0.5f, 0.5f, 1}), 0);
@@ -155,7 +155,7 @@ TEST(truths, firefly_under_hdr_weight) {
     }
 }
 
-// The filter is a convex combination, of negative colors too.
+// The filter is a convex combination, even of negative colors.
 TEST(truths, result_stays_inside_the_range_of_its_inputs) {
     FramePlanes planes = deep_planes(53, 35);
     planes[Role::color] = noise_image(53, 35, 4, 11, -7, -2);

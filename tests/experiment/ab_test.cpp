@@ -35,7 +35,7 @@ class Ab : public ::testing::Test {
     test::TempFolder folder_;
 };
 
-// A chain without passes hands its input on, and the truth is the input + 1/8.
+// A chain without passes returns its input; the ground truth is the input + 1/8.
 constexpr const char* kNothing = "postchain: 1\npasses: []\n";
 
 TEST_F(Ab, ValuesOfAChainThatDoesNothingAreKnown) {
@@ -49,14 +49,15 @@ TEST_F(Ab, ValuesOfAChainThatDoesNothingAreKnown) {
         EXPECT_EQ(*values.at("nonfinite").frames[i], 0);
     }
     EXPECT_NEAR(*values.at("mse").mean, 1.0 / 64, 1e-7);
-    // The error is constant: what is left of tde is rounding. The first frame has no step.
+    // The error is constant: only rounding is left in tde. The first frame has no difference over
+    // time.
     EXPECT_FALSE(values.at("tde").frames[0]);
     EXPECT_LT(*values.at("tde").frames[1], 1e-6);
     EXPECT_TRUE(report->comparison);
     EXPECT_EQ(report->comparison->metrics[0].n, 3);
 }
 
-// The unfiltered input is scored as a chain without passes is, in every metric that both have.
+// The unfiltered input scores as a chain without passes, in every metric that both have.
 TEST_F(Ab, TheInputIsScoredToo) {
     auto report = run(test::kChainText, kNothing, settings());
     ASSERT_TRUE(report.ok()) << report.status().message();
@@ -75,7 +76,7 @@ TEST_F(Ab, TheInputIsScoredToo) {
     EXPECT_TRUE(report->input_metrics.at("tde").frames[1]);
     EXPECT_FALSE(report->input_metrics.contains("flicker"));
     EXPECT_TRUE(report->find(ImageKind::error, -1, 3, "hdr_flip"));
-    // A chain that does nothing is no better than nothing, and the report says so.
+    // A chain without effect is no better than the input, and the report says so.
     EXPECT_THAT(report->warnings,
                 ::testing::Contains(HasSubstr("no better than doing nothing, by mean HDR-FLIP")));
     EXPECT_THAT(report->warnings, ::testing::Contains(HasSubstr("two ")));
@@ -110,7 +111,8 @@ TEST_F(Ab, PicturesAreThoseOfTheChainsAlone) {
                       .max,
                   1e-4);
     }
-    // Input, truth, two results and two maps of each and of the input, of each of three frames.
+    // Input, ground truth, two results, and two maps of each result and of the input, for three
+    // frames.
     EXPECT_EQ(report->images.size(), 30u);
     EXPECT_TRUE(report->find(ImageKind::error, 1, 3, "hdr_flip"));
     EXPECT_FALSE(report->crops.empty());
@@ -120,8 +122,8 @@ TEST_F(Ab, PicturesAreThoseOfTheChainsAlone) {
     }
 }
 
-// Frames without a truth are filtered and not scored: the values of the others are those that the
-// others have alone.
+// Frames without a ground truth are filtered but not measured: the other frames have the same
+// values as without them.
 TEST_F(Ab, ATruthForAPartOfTheFrames) {
     auto whole = run(test::kChainText, kNothing, settings());
     ASSERT_TRUE(whole.ok()) << whole.status().message();
@@ -134,15 +136,15 @@ TEST_F(Ab, ATruthForAPartOfTheFrames) {
     EXPECT_EQ(report->frames, (std::vector<int>{1, 2, 3}));
     EXPECT_EQ(report->scored_frames, (std::vector<int>{1, 3}));
     EXPECT_EQ(report->page_frames, (std::vector<int>{1, 3}));
-    EXPECT_THAT(
-        report->notes,
-        ::testing::Contains(HasSubstr("2 of 3 frames were scored, those that have a truth: 1, 3")));
+    EXPECT_THAT(report->notes,
+                ::testing::Contains(
+                    HasSubstr("2 of 3 frames were measured, those with a ground truth: 1, 3")));
     for (size_t v : {0, 1}) {
         const Series& mse = report->variants[v].metrics.at("mse");
         EXPECT_EQ(mse.frames[0], whole->variants[v].metrics.at("mse").frames[0]);
         EXPECT_FALSE(mse.frames[1]);
         EXPECT_TRUE(mse.frames[2]);
-        EXPECT_FALSE(report->variants[v].metrics.at("tde").frames[2]);  // no step from frame 2
+        EXPECT_FALSE(report->variants[v].metrics.at("tde").frames[2]);  // no difference to frame 2
         EXPECT_TRUE(report->variants[v].timing);
         EXPECT_EQ(report->variants[v].failure, "");
     }
@@ -158,7 +160,7 @@ TEST_F(Ab, ATruthForAPartOfTheFrames) {
     EXPECT_THAT(none.status().message(), HasSubstr("has no file for any of the 3 frames"));
 }
 
-// Those of frames that were not asked for too.
+// Also of frames that were not requested.
 TEST_F(Ab, AChainGetsThePlanesOfTheFramesBeforeAndAfter) {
     auto two = settings();
     two.run.frames = io::FrameRange{{2, 3}};
@@ -217,14 +219,14 @@ TEST_F(Ab, WithoutATruthTheSecondIsHeldAgainstTheFirst) {
     ASSERT_TRUE(report.ok()) << report.status().message();
     EXPECT_EQ(report->reference, "a");
     EXPECT_FALSE(report->truth);
-    EXPECT_EQ(report->no_truth, "no truth was given (-r)");
+    EXPECT_EQ(report->no_truth, "no ground truth given (-r)");
     EXPECT_FALSE(report->variants[0].metrics.count("mse"));
     EXPECT_GT(*report->variants[1].metrics.at("mse").mean, 0);
     EXPECT_FALSE(report->find(ImageKind::truth, -1, 1));
     EXPECT_TRUE(report->input_metrics.empty());
     EXPECT_TRUE(report->truth_noise.empty());
     EXPECT_FALSE(report->winner);
-    EXPECT_THAT(report->comparison->verdict, HasSubstr("Without a truth"));
+    EXPECT_THAT(report->comparison->verdict, HasSubstr("Without a ground truth"));
 }
 
 TEST_F(Ab, AChainThatFailsLeavesTheOther) {
@@ -251,8 +253,8 @@ TEST_F(Ab, TimesNameSourceAndPasses) {
     EXPECT_EQ(report->variants[1].timing->total.median_ms, 0);
 }
 
-// Every frame of a short sequence; a chain without random numbers has no flicker to measure, and
-// one without tiles no grid; noise: none has none.
+// Every frame of a short sequence. A chain without random numbers has no flicker, one without tiles
+// no grid; noise has no grid.
 TEST_F(Ab, FlickerAndGridAreMeasuredOnEveryFrame) {
     auto report = run(test::kChainText, kNothing, settings());
     ASSERT_TRUE(report.ok());
@@ -273,7 +275,7 @@ TEST_F(Ab, FlickerAndGridAreMeasuredOnEveryFrame) {
     EXPECT_EQ(*still->variants[0].metrics.at("flicker").frames[0], 0);
 }
 
-// The map of the page is the one whose mean is in the table.
+// The mean of the page's map is the value in the table.
 TEST_F(Ab, StoredMapsAreThoseOfTheMetrics) {
     auto report = run(test::kChainText, kNothing, settings());
     ASSERT_TRUE(report.ok());
@@ -299,7 +301,7 @@ TEST_F(Ab, StopsWhenAsked) {
     EXPECT_EQ(report.status().code(), StatusCode::canceled);
 }
 
-// A report is of what lies on disk, or there is none.
+// If inputs change on disk, there is no report.
 TEST_F(Ab, FilesThatChangeMeanwhileAreAnError) {
     namespace fs = std::filesystem;
     for (const char* name : {"in.0001.exr", "in.0003.exr", "truth.0001.exr"}) {

@@ -48,7 +48,7 @@ class Bench : public ::testing::Test {
     test::TempFolder folder_;
 };
 
-// Those of a frame that is not measured too; a result is as old as they are.
+// Also files of a frame that is not measured: a result depends on them.
 TEST_F(Bench, AChainGetsThePlanesOfTheFrameAfter) {
     const auto variants = [] {
         std::vector<BenchVariant> one;
@@ -72,7 +72,7 @@ TEST_F(Bench, AChainGetsThePlanesOfTheFrameAfter) {
         }
     }
     EXPECT_NEAR(*report->variants[0].metrics.at("mse").frames[0], mse, 1e-5);
-    EXPECT_LT(*report->variants[0].split->mse.precision, 1e-9);  // the reference had them too
+    EXPECT_LT(*report->variants[0].split->mse.precision, 1e-9);  // the reference used them too
     EXPECT_THAT(report->notes,
                 ::testing::Contains(
                     "frame 1 is filtered without the frame before: frame 1 is the first on disk"));
@@ -97,11 +97,11 @@ TEST_F(Bench, EveryVariantHasMetricsTimesAndThreeParts) {
         EXPECT_NEAR(*split.mse.total,
                     *split.mse.precision + *split.mse.sampling + *split.mse.model + *split.cross,
                     1e-12);
-        // The total of the split is the metric of that frame.
+        // The split's total is the frame's metric.
         EXPECT_NEAR(*split.mse.total, *variant.metrics.at("mse").frames[0], 1e-9);
         EXPECT_LT(*split.mse.precision, 1e-6);
     }
-    // One converged picture for both: one model error. Fewer taps, more sampling error.
+    // Both share a converged image and so the model error. Fewer taps have more sampling error.
     EXPECT_DOUBLE_EQ(*report->variants[0].split->mse.model, *report->variants[1].split->mse.model);
     EXPECT_GT(*report->variants[0].split->mse.sampling,
               2 * *report->variants[1].split->mse.sampling);
@@ -125,7 +125,7 @@ TEST_F(Bench, WithoutATruthModelErrorIsLeftOutAndSaidSo) {
     EXPECT_TRUE(report->variants[0].split->mse.sampling);
     EXPECT_THAT(report->variants[0].split->notes[0], HasSubstr("there is none"));
     EXPECT_THAT(report->notes[0], HasSubstr("no model error: there is none"));
-    // What they were measured against is kept, one file for both.
+    // The image they were measured against is stored once for both.
     const StoredImage* converged = report->find(ImageKind::converged, 0, 1);
     ASSERT_TRUE(converged && report->find(ImageKind::converged, 1, 1));
     EXPECT_EQ(converged->path, report->find(ImageKind::converged, 1, 1)->path);
@@ -133,17 +133,17 @@ TEST_F(Bench, WithoutATruthModelErrorIsLeftOutAndSaidSo) {
     auto few = load_image(*report, *report->find(ImageKind::color, 0, 1));
     ASSERT_TRUE(many.ok() && few.ok());
     EXPECT_NEAR(mean_squared(*few, *many), *report->variants[0].metrics.at("mse").frames[0], 1e-9);
-    // A picture that is gone is made again.
+    // A missing image is made again.
     std::filesystem::remove(report->folder + "/" + converged->path);
     report = run(*sweep({"motion_blur.samples=5,31"}), blind);
     EXPECT_TRUE(load_image(*report, *report->find(ImageKind::converged, 1, 1)).ok());
-    // Measured against the filter converged: more taps are nearer.
+    // Measured against the converged filter, more taps are closer.
     EXPECT_GT(*report->variants[0].metrics.at("mse").mean,
               *report->variants[1].metrics.at("mse").mean);
 }
 
-// The truth is the input + 1/4, then + 1; a chain without passes hands the input on. Its error
-// grows by 3/4 from the first frame to the second.
+// The ground truth is the input + 1/4, then + 1; a chain without passes returns the input. Its
+// error grows by 3/4 from the first frame to the second.
 TEST_F(Bench, TdeIsTheStepFromTheFrameBefore) {
     test::write_sequence(folder_.path(), 1, 4);
     test::write_truth(folder_.path(), "truth", 1, 1, 0.25f);
@@ -160,9 +160,9 @@ TEST_F(Bench, TdeIsTheStepFromTheFrameBefore) {
     ASSERT_EQ(tde.frames.size(), 3u);
     EXPECT_FALSE(tde.frames[0]);
     EXPECT_NEAR(*tde.frames[1], 0.75, 1e-6);
-    EXPECT_FALSE(tde.frames[2]);  // frame 3 is not of the bench
-    // Another truth of the frame before makes it again, though frames 2 and 4, the brightest and
-    // the darkest, keep the exposures as they are.
+    EXPECT_FALSE(tde.frames[2]);  // frame 3 is not in the bench
+    // Another ground truth of the previous frame causes a new result, although frames 2 and 4, the
+    // brightest and the darkest, keep the exposures unchanged.
     const double start = report->exposure_start, stop = report->exposure_stop;
     test::write_truth(folder_.path(), "truth", 1, 1, 0.375f);
     report = run(variants, some);
@@ -189,7 +189,7 @@ TEST_F(Bench, ATruthForAPartOfTheFrames) {
         EXPECT_TRUE(variant.split->mse.model);
         EXPECT_EQ(variant.timing->frame, 1);
     }
-    // A truth that comes later is measured.
+    // A ground truth added later is measured.
     test::write_truth(folder_.path(), "truth", 1, 1, 0.125f);
     report = run(*sweep({"motion_blur.samples=5,9"}), settings());
     ASSERT_TRUE(report.ok()) << report.status().message();
@@ -197,7 +197,7 @@ TEST_F(Bench, ATruthForAPartOfTheFrames) {
     EXPECT_TRUE(report->variants[0].metrics.at("tde").frames[1]);
 }
 
-// The same chain on the same frames by the other experiment.
+// The same chain and frames in the other experiment.
 TEST_F(Bench, MeasuresWhatAbMeasures) {
     auto variants = sweep({"motion_blur.samples=9"});
     auto report = run(*variants, settings());
@@ -232,8 +232,8 @@ TEST_F(Bench, MeasuresWhatAbMeasures) {
     EXPECT_GE(report->input_metrics.size(), 14u);
 }
 
-// What an earlier program has left has no score of the input: that alone is made, and nothing that
-// is there is made again.
+// Results of an earlier program lack a score of the input: only that is made, and everything else
+// is reused.
 TEST_F(Bench, ResultsWithoutAScoreOfTheInputGoOn) {
     auto variants = sweep({"motion_blur.samples=5,9"});
     auto report = run(*variants, settings());
@@ -250,7 +250,7 @@ TEST_F(Bench, ResultsWithoutAScoreOfTheInputGoOn) {
     EXPECT_EQ(again->truth_noise.at(kNoiseSigma).frames,
               report->truth_noise.at(kNoiseSigma).frames);
     EXPECT_TRUE(load_image(*again, *again->find(ImageKind::error, -1, 1, "hdr_flip")).ok());
-    // Another truth is another score.
+    // Another ground truth gives another score.
     test::write_truth(folder_.path(), "truth", 1, 2, 0.25f);
     again = run(*variants, settings());
     EXPECT_NEAR(*again->input_metrics.at("mse").mean, 1.0 / 16, 1e-6);
@@ -271,8 +271,8 @@ TEST_F(Bench, AVariantThatFailsLeavesTheOthers) {
     EXPECT_TRUE(report->variants[1].pareto);
 }
 
-// Stopped after each unit of work there is: what is done never goes beyond what there is to do, and
-// ends there.
+// Stopped after each unit of work: the number done never exceeds the total, and reaches it at the
+// end.
 TEST_F(Bench, ProgressIsTrueWhereverItWasStopped) {
     auto variants = sweep({"motion_blur.samples=5,9"});
     BenchVariant lens;
@@ -295,7 +295,7 @@ TEST_F(Bench, ProgressIsTrueWhereverItWasStopped) {
             watch(progress);
             if (progress.done == at) stop = true;
         });
-        // The last unit done, there is nothing left to stop; then only what fails is tried again.
+        // After the last unit nothing can be stopped; only failed work is tried again.
         EXPECT_EQ(stopped.ok(), at == kUnits) << at;
         last = 0;
         const auto resumed = run(*variants, here, nullptr, watch);
@@ -323,7 +323,7 @@ TEST_F(Bench, GoesOnWhereItWasStopped) {
     EXPECT_TRUE(resumed->variants[0].resumed);
     EXPECT_TRUE(resumed->variants[1].resumed);
     EXPECT_FALSE(resumed->variants[2].resumed);
-    // The same as without the stop, bit for bit but for the times.
+    // Equal to a run without the stop, bit for bit except for times.
     BenchSettings whole = settings();
     whole.folder = folder_.path("whole");
     auto straight = run(*variants, whole);
@@ -335,7 +335,7 @@ TEST_F(Bench, GoesOnWhereItWasStopped) {
     }
     EXPECT_EQ(straight->images.size(), resumed->images.size());
     EXPECT_EQ(straight->crops.size(), resumed->crops.size());
-    // A third time nothing is left to do.
+    // The third run has nothing left to do.
     size_t work = 0;
     auto again = run(*variants, settings(), nullptr, [&](const ExperimentProgress&) { ++work; });
     ASSERT_TRUE(again.ok());
@@ -343,7 +343,7 @@ TEST_F(Bench, GoesOnWhereItWasStopped) {
     EXPECT_TRUE(again->variants[2].resumed);
 }
 
-// What was measured on a file before it changed is no result of the file as it is now.
+// A result measured before a file changed does not count for the changed file.
 TEST_F(Bench, FilesThatChangeMeanwhileAreAnErrorAndLeaveNoResult) {
     namespace fs = std::filesystem;
     auto variants = sweep({"motion_blur.samples=5,9"});
@@ -373,7 +373,7 @@ TEST_F(Bench, ResultsOfAnotherInputTruthOrDeviceAreNotUsed) {
     BenchSettings other = settings();
     other.renderer = "another device";
     EXPECT_FALSE(run(*variants, other)->variants[0].resumed);
-    // What is left out shows in the report and in the times.
+    // Elision settings change the report and the times.
     other = settings();
     other.run.plan.rules_off = {kRuleUnusedStep};
     EXPECT_FALSE(run(*variants, other)->variants[0].resumed);
@@ -382,7 +382,7 @@ TEST_F(Bench, ResultsOfAnotherInputTruthOrDeviceAreNotUsed) {
     test::write_truth(folder_.path(), "truth", 1, 2, 0.25f);
     auto report = run(*variants, settings());
     EXPECT_FALSE(report->variants[0].resumed);
-    // A picture that is gone is made again.
+    // A missing image is made again.
     const StoredImage* image = report->find(ImageKind::color, 0, 1);
     std::filesystem::remove(folder_.path("report") + "/" + image->path);
     report = run(*variants, settings());

@@ -39,7 +39,7 @@ class Command : public ::testing::Test {
         std::ofstream(folder_.path("other.yaml")) << test::kOtherOrderText;
     }
 
-    // `file_limit`: bytes a file may have, as on a full disk; 0 = none.
+    // `file_limit`: maximum bytes per file, to simulate a full disk; 0 = none.
     pid_t start(const std::vector<std::string>& arguments, rlim_t file_limit = 0) {
         const pid_t pid = fork();
         if (pid != 0) return pid;
@@ -111,7 +111,7 @@ TEST_F(Command, AbWritesAllFourFiles) {
     const auto json = nlohmann::json::parse(read(folder_.path("report/report.json")));
     EXPECT_EQ(json["variants"][0]["name"], "chain");
     EXPECT_EQ(json["variants"][1]["name"], "other");
-    // Not empty now.
+    // The folder is not empty now.
     EXPECT_EQ(run(ab()), 5) << log();
     EXPECT_EQ(run(ab({"--on-existing", "overwrite", "--fail-above", "mse=1e-9"})), 8) << log();
     EXPECT_EQ(run(ab({"--on-existing", "overwrite", "--fail-above", "mse=1"})), 0) << log();
@@ -133,7 +133,7 @@ TEST_F(Command, ATruthThatDoesNotFitIsAnInputError) {
     EXPECT_EQ(run(ab()), 0) << log();
     EXPECT_THAT(log(), HasSubstr("1 of 2 frames were scored"));
     EXPECT_EQ(run(ab({"--on-existing", "overwrite", "--frames", "2"})), 4);
-    EXPECT_THAT(log(), HasSubstr("the truth has no file for any of the"));
+    EXPECT_THAT(log(), HasSubstr("the ground truth has no file for any of the"));
 }
 
 TEST_F(Command, AFullDiskIsAnOutputErrorAndLeavesNoHalfFile) {
@@ -146,23 +146,23 @@ TEST_F(Command, AFullDiskIsAnOutputErrorAndLeavesNoHalfFile) {
 
 TEST_F(Command, UnderPicksAChainThatRuns) {
     EXPECT_EQ(run(bench({"--sweep", "motion_blur.samples=5,9", "--under", "mse=1"})), 0) << log();
-    // What was found, on stdout: the quicker variant is in the Pareto set, whatever its error.
+    // Results on stdout: the faster variant is in the Pareto set, whatever its error.
     EXPECT_THAT(log(), HasSubstr(" ms  hdr_flip 0."));
     EXPECT_THAT(log(), HasSubstr("  in the Pareto set"));
     EXPECT_EQ(
         run({"plan", folder_.path("report/under_mse.yaml"), "-i", folder_.path("in.0001.exr")}), 0)
         << log();
-    // The same folder, nothing left to do; no variant is that good.
+    // The same folder, with nothing left to do; no variant meets the limit.
     EXPECT_EQ(run(bench({"--sweep", "motion_blur.samples=5,9", "--under", "mse=1e-9"})), 8);
-    EXPECT_THAT(log(), HasSubstr("no variant; the nearest is"));
+    EXPECT_THAT(log(), HasSubstr("no variant; the closest is"));
 }
 
-// SIGKILL after the first results: the next run takes them as they are and finishes the rest.
+// SIGKILL after the first results: the next run reuses them and finishes the rest.
 TEST_F(Command, AKilledBenchGoesOn) {
     const auto arguments = bench({"--sweep", "motion_blur.samples=5,7,9,11,13,15"});
     const pid_t pid = start(arguments);
     const auto begin = std::chrono::steady_clock::now();
-    // Those of the input and of the truth come first.
+    // Results of the input and of the ground truth come first.
     while (results() < 4 && std::chrono::steady_clock::now() - begin < std::chrono::minutes(2))
         std::this_thread::sleep_for(std::chrono::milliseconds(2));
     kill(pid, SIGKILL);
@@ -174,7 +174,7 @@ TEST_F(Command, AKilledBenchGoesOn) {
     ASSERT_GE(before.size(), 4u);
     EXPECT_FALSE(fs::exists(folder_.path("report/report.json")));
     EXPECT_EQ(run(arguments), 0) << log();
-    EXPECT_EQ(results(), 6u * 3u + 4u);  // two frames and a timing each; input and truth
+    EXPECT_EQ(results(), 6u * 3u + 4u);  // two frames and a timing each; input and ground truth
     for (const auto& [path, time] : before) EXPECT_EQ(fs::last_write_time(path), time) << path;
     const auto json = nlohmann::json::parse(read(folder_.path("report/report.json")));
     EXPECT_EQ(json["variants"].size(), 6u);

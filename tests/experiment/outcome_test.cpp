@@ -1,4 +1,4 @@
-// Which variant a page opens on, and what is warned of, on fabricated values.
+// Winners and warnings, on fabricated values.
 #include "tools/measure/experiment/outcome.h"
 
 #include <gmock/gmock.h>
@@ -47,7 +47,7 @@ Report fabricate(Kind kind, const std::vector<Values>& variants, const Values& i
 
 const Values kLow = {.10, .11, .12, .10, .11, .12, .10, .11};
 const Values kHigh = {.20, .22, .21, .20, .22, .21, .20, .22};
-// By turns above and below kLow: equal in the mean.
+// Alternately above and below kLow: equal in the mean.
 const Values kAround = {.11, .10, .13, .09, .12, .11, .11, .10};
 
 TEST(Outcome, AbIsWonByTheOneThatItsIntervalSays) {
@@ -56,7 +56,7 @@ TEST(Outcome, AbIsWonByTheOneThatItsIntervalSays) {
     ASSERT_TRUE(report.winner);
     EXPECT_EQ(report.winner->variant, 1u);
     EXPECT_EQ(report.winner->metric, "hdr_flip");
-    EXPECT_THAT(report.winner->words, HasSubstr("v1 is nearer to the truth by HDR-FLIP"));
+    EXPECT_THAT(report.winner->words, HasSubstr("v1 is closer to the ground truth by HDR-FLIP"));
     report = fabricate(Kind::ab, {kLow, kHigh}, {});
     state_outcome(report);
     EXPECT_EQ(report.winner->variant, 0u);
@@ -102,7 +102,7 @@ TEST(Outcome, AVariantWorseThanTheInputIsNamed) {
     EXPECT_THAT(equal.warnings, ElementsAre(HasSubstr("1 of 2 variants is no better")));
 }
 
-// Over the frames that both have: the variant failed on the frame on which the input is bad.
+// Over frames that both have: the variant failed on the frame where the input is bad.
 TEST(Outcome, TheInputIsComparedOverTheSameFrames) {
     Report report = fabricate(Kind::bench, {{.3, std::nullopt}, {.1, .1}}, {.2, .9});
     state_outcome(report);
@@ -129,17 +129,18 @@ TEST(Outcome, ManyVariantsAreCountedNotListed) {
     EXPECT_THAT(report.warnings[0], HasSubstr("; and 4 more"));
 }
 
-// A share of 0.2 to one of 0.06: 0.2/0.8 over 0.06/0.94 is 3.92 times.
+// From a share of 0.2 to 0.06: 0.2/0.8 over 0.06/0.94 is a factor of 3.92.
 TEST(Outcome, ANoisyTruthIsDoubtedWithNumberAndRemedy) {
     Report report = fabricate(Kind::bench, {{.1}, {.15}}, {.2});
     fill(report.truth_noise, kNoiseSigma, {.0123});
     fill(report.truth_noise, "sharpness_in_focus", {.8});
     state_outcome(report);
-    EXPECT_THAT(report.warnings,
-                ElementsAre("sharpness_in_focus is not to be trusted: the truth is noisy (standard "
-                            "deviation 0.012 of the displayed luma), and a picture without any "
-                            "error would have 0.8 and not 1; give the truth about 4 times the "
-                            "samples per pixel"));
+    EXPECT_THAT(
+        report.warnings,
+        ElementsAre("sharpness_in_focus is unreliable: the ground truth is noisy (standard "
+                    "deviation 0.012 of the displayed luma), and an image without any "
+                    "error would have 0.8 instead of 1; give the ground truth about 4 times the "
+                    "samples per pixel"));
     Report fine = fabricate(Kind::bench, {{.1}, {.15}}, {.2});
     fill(fine.truth_noise, kNoiseSigma, {.0123});
     fill(fine.truth_noise, "sharpness_in_focus", {.945});

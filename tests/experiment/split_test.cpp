@@ -1,4 +1,4 @@
-// The error in three parts, and what "converged" means for a chain.
+// The error in three parts, and convergence of a chain.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -60,8 +60,8 @@ TEST(ErrorSplit, WithoutTruthThereIsNoModelAndNoTotal) {
     EXPECT_DOUBLE_EQ(*split->mse.sampling, 0.25);
 }
 
-// G = 1.5, R = 1.25, T = 0.5 and nothing that converges: precision 1/16, sampling 0, model
-// (1.25 - 0.5)^2 = 9/16, total 1, cross term 6/16. What a converged picture would say is not asked.
+// G = 1.5, R = 1.25, T = 0.5 and no converging rows: precision 1/16, sampling 0, model (1.25 -
+// 0.5)^2 = 9/16, total 1, cross term 6/16. The converged image is not used.
 TEST(ErrorSplit, WhatDoesNotSampleHasNoSamplingError) {
     Converged converged;
     converged.rgb = plain(7);
@@ -121,7 +121,7 @@ TEST(ConvergedChain, SetsAndAveragesWhatTheTablesSay) {
     EXPECT_THAT(many.text(), ::testing::HasSubstr("samples=401"));
     EXPECT_THAT(many.text(), ::testing::HasSubstr("downsample=1"));
     EXPECT_THAT(many.text(), ::testing::HasSubstr("seed=3"));
-    EXPECT_THAT(chain.text(), ::testing::HasSubstr("samples=9"));  // untouched
+    EXPECT_THAT(chain.text(), ::testing::HasSubstr("samples=9"));  // unchanged
     EXPECT_THAT(changes,
                 ::testing::UnorderedElementsAre(
                     "passes[0].motion_blur.samples 9 -> 401", "passes[0].motion_blur.seed averaged",
@@ -141,7 +141,7 @@ TEST(ConvergedChain, SeedsGoRoundAtTheEndOfTheirRange) {
     EXPECT_THAT(with_seed_offset(chain, 1).text(), ::testing::HasSubstr(" seed=0 "));
 }
 
-// The converged value of every row is one that the row allows.
+// The converged value of every row is in its range.
 TEST(ConvergedChain, TableRowsAreInTheirDomain) {
     int set = 0, averaged = 0;
     for (const auto& type : builtin_passes().types()) {
@@ -196,7 +196,7 @@ TEST(Converge, WithoutRandomNumbersOneSeedIsEnough) {
     EXPECT_EQ(converged->noise, 0);
 }
 
-// Two seeds by hand: mean and scatter of the two pictures.
+// Two seeds by hand: mean and standard deviation of the two images.
 TEST(Converge, MeanAndNoiseOfTwoSeeds) {
     const auto frame = test::layered_frame(48, 32, {9, 2}, {-5, 0});
     const Chain chain = test::parse(test::kChainText);
@@ -212,7 +212,7 @@ TEST(Converge, MeanAndNoiseOfTwoSeeds) {
             for (int c = 0; c < 3; ++c) {
                 const double a = double(one.at(x, y, c)), b = double(two.at(x, y, c));
                 ASSERT_NEAR(converged->rgb.at(x, y, c), (a + b) / 2, 1e-6);
-                // Sample variance of two is (a - b)^2 / 2; of their mean half of that.
+                // The sample variance of two values is (a - b)^2 / 2; half of that for their mean.
                 noise += (a - b) * (a - b) / 4;
             }
         }

@@ -55,7 +55,7 @@ TEST(PairedInterval, NoneBelowTwoAndNoWidthForEqualOnes) {
 }
 
 TEST(TileSums, BorderTilesAreSmaller) {
-    // 5x3 pixels in tiles of 2: 3 across, 2 down; b - a = 1 everywhere but 11 at (4, 2).
+    // 5x3 pixels in tiles of 2: 3 across, 2 down; b - a = 1 everywhere except 11 at (4, 2).
     const ImageF a(5, 3, 1, 2.0f);
     ImageF b(5, 3, 1, 3.0f);
     b.at(4, 2) = 13;
@@ -88,13 +88,13 @@ TEST(Bootstrap, IntervalOfManyTilesIsTheNormalOne) {
     for (size_t i = 0; i < 200; ++i) means[i] = 1;
     TileBootstrap bootstrap(7, 4000);
     bootstrap.add(1, tiles_of(means));
-    // 4000 replicates leave 0.001 of scatter, and means are multiples of 0.0025.
+    // 4000 replicates leave a deviation of 0.001, and means are multiples of 0.0025.
     EXPECT_NEAR(bootstrap.interval()->low, 0.451, 0.006);
     EXPECT_NEAR(bootstrap.interval()->high, 0.549, 0.006);
 }
 
 TEST(Bootstrap, FramesAreDrawnApartAndWeighTheSame) {
-    // Between frames nothing is drawn: two frames without scatter leave none.
+    // Frames are not resampled: two frames without variation give an interval of zero width.
     TileBootstrap bootstrap(1, 100);
     bootstrap.add(1, tiles_of({0.1, 0.1, 0.1}));
     bootstrap.add(2, tiles_of({0.3, 0.3}, 50));

@@ -1,17 +1,12 @@
 #include "tests/experiment/support.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
-
-#include <atomic>
 
 #include "tests/support/images.h"
 #include "tools/measure/experiment/sweep.h"
-#include "tools/sequence/io/planes_writer.h"
+#include "tools/sequence/exr/planes_writer.h"
 
 namespace postchain::test {
-
-namespace fs = std::filesystem;
 
 const char* const kChainText =
     "postchain: 1\n"
@@ -23,17 +18,6 @@ const char* const kOtherOrderText =
     "passes:\n"
     "  - fxaa: {preset: 10, hint: none}\n"
     "  - motion_blur: {mode: guertin, samples: 5, max_blur_px: 8}\n";
-
-TempFolder::TempFolder() {
-    static std::atomic<int> count = 0;
-    folder_ = fs::temp_directory_path() / concat("postchain_report_", getpid(), "_", count++);
-    fs::create_directories(folder_);
-}
-
-TempFolder::~TempFolder() {
-    std::error_code error;
-    fs::remove_all(folder_, error);
-}
 
 namespace {
 

@@ -44,7 +44,7 @@ TEST(Sweeps, EqualChainsStandOnceAndNoSweepIsTheChain) {
                 HasSubstr("samples=7"));
 }
 
-// The last one would win, and the names of the variants would be wrong.
+// The last one would win, and the variants' names would be wrong.
 TEST(Sweeps, TwoOfOneValueAreRefused) {
     for (const char* again : {"motion_blur.samples=5", "motion_blur.samples=9",
                               "passes[0].samples=9", "passes[0].samples=5,9"}) {
@@ -54,7 +54,7 @@ TEST(Sweeps, TwoOfOneValueAreRefused) {
         EXPECT_THAT(twice.status().message(), HasSubstr("motion_blur.samples")) << again;
     }
     EXPECT_EQ(sweep({"motion_blur.samples=5,7", "passes[1].preset=10,12"})->size(), 4u);
-    // --set is replaced by a sweep, whose name says so.
+    // A sweep overrides --set, and its name shows the swept value.
     EXPECT_EQ(sweep({"motion_blur.samples=5,7"}, 64, {"motion_blur.samples=9"})->size(), 2u);
 }
 
@@ -108,7 +108,7 @@ TEST(Choices, ParetoSetLeavesOutWhatIsBeatenInBoth) {
     report.variants[2].metrics["flip"].mean = 0.5;
     mark_pareto(report, "flip");
     EXPECT_TRUE(report.variants[1].pareto && report.variants[2].pareto);
-    // As fast and worse: beaten.
+    // Equally fast but worse: beaten.
     report.variants[2].metrics["flip"].mean = 0.51;
     mark_pareto(report, "flip");
     EXPECT_FALSE(report.variants[2].pareto);
@@ -128,7 +128,7 @@ TEST(Choices, CheapestUnderALimitIsWritten) {
     EXPECT_THAT(report.under[0], HasSubstr("v1 with 0.5 in 2 ms"));
     met = choose_under(report, {{"flip", 0.01}});
     EXPECT_FALSE(*met);
-    EXPECT_THAT(report.under[1], HasSubstr("no variant; the nearest is v3 with 0.1"));
+    EXPECT_THAT(report.under[1], HasSubstr("no variant; the closest is v3 with 0.1"));
 }
 
 TEST(Limits, FormMetricAndDirectionAreChecked) {

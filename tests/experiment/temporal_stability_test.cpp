@@ -1,4 +1,4 @@
-// Flicker and grid of a chain on one frame, against the definitions written out here.
+// Flicker and grid of a chain on one frame, against the definitions implemented here.
 #include "tools/measure/experiment/temporal_stability.h"
 
 #include <gmock/gmock.h>
@@ -23,7 +23,7 @@ TEST(GridShifts, AreSpreadOverTheTile) {
     EXPECT_THAT(grid_shifts(2, 640, 360), ElementsAre(1));
     EXPECT_THAT(grid_shifts(1, 640, 360), IsEmpty());
     EXPECT_THAT(grid_shifts(0, 640, 360), IsEmpty());
-    // Below a quarter of the shorter side, which leaves something between the margins.
+    // Below a quarter of the shorter side, so that pixels remain between the margins.
     for (int side = 1; side < 200; ++side) {
         const int margin = grid_margin_px(40, 1000, side);
         for (int shift : grid_shifts(40, 1000, side)) EXPECT_LT(2 * margin + shift, side);
@@ -62,10 +62,10 @@ class Stability : public ::testing::Test {
         return temporal_stability(chain, frame_, color_of(chain, planes_), {}, test::executor());
     }
     sequence::SourceFrame frame_;
-    FramePlanes planes_;  // those of frame_
+    FramePlanes planes_;  // belong to frame_
 };
 
-// Content moved right and down by k, the edge standing in for what is not there.
+// Content moved right and down by k, with the edge replicated.
 ImageF moved(const ImageF& image, int k) {
     ImageF out(image.width, image.height, image.channels);
     for (int y = 0; y < image.height; ++y)
@@ -75,7 +75,7 @@ ImageF moved(const ImageF& image, int k) {
     return out;
 }
 
-// Tiles of 8: shifts 1 + (2 i + 1) 7 / 8 = 1, 3, 5, 7; margin a quarter of 40, which is less than
+// Tiles of 8: shifts 1 + (2 i + 1) 7 / 8 = 1, 3, 5, 7; the margin is a quarter of 40, less than
 // three tiles.
 TEST_F(Stability, GridIsTheMeanOverTheShifts) {
     const Chain chain = test::parse(test::kChainText);
@@ -101,7 +101,7 @@ TEST_F(Stability, GridIsTheMeanOverTheShifts) {
     EXPECT_NEAR(*found->grid, expected, 1e-5 * expected);
 }
 
-// Seeds 0..3 by hand; the sample's deviation.
+// Seeds 0..3 by hand; sample standard deviation.
 TEST_F(Stability, FlickerIsTheScatterOverFourSeeds) {
     std::vector<ImageF> pictures;
     for (const char* seed : {"0", "1", "2", "3"})

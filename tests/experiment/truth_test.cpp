@@ -1,4 +1,4 @@
-// What is asked of a truth before anything is run, and folders of reports.
+// Checks of a ground truth before anything is run, and report folders.
 #include "tools/measure/experiment/truth.h"
 
 #include <gmock/gmock.h>
@@ -9,7 +9,7 @@
 
 #include "tests/experiment/support.h"
 #include "tools/measure/experiment/report_folder.h"
-#include "tools/sequence/io/planes_writer.h"
+#include "tools/sequence/exr/planes_writer.h"
 
 namespace postchain::experiment {
 
@@ -59,7 +59,7 @@ TEST_F(TruthFiles, AnotherSizeNamesBoth) {
     EXPECT_THAT(survey().message(), HasSubstr("in.0003.exr is 64x40"));
 }
 
-// Of frames of one display window the same pixels are compared, whichever each file has.
+// Within one display window the same pixels are compared, whatever each file's data window.
 TEST_F(TruthFiles, AnotherDataWindowIsAligned) {
     test::write_truth(folder_.path(), "truth", 1, 3, 0.1f);
     const auto settings = test::settings_for(folder_.path(), folder_.path("report"));
@@ -93,7 +93,7 @@ TEST_F(TruthFiles, AnotherDataWindowIsAligned) {
 TEST_F(TruthFiles, BlackIsRefused) {
     test::write_truth(folder_.path(), "truth", 1, 3, 0.1f);
     test::write_rgb(folder_.path("truth.0002.exr"), ImageF(64, 40, 3, 0.0f));
-    expect_refused("the truth is black");
+    expect_refused("the ground truth is black");
 }
 
 TEST_F(TruthFiles, InfAndNanAreRefusedWithTheirPlace) {
@@ -111,8 +111,8 @@ TEST_F(TruthFiles, OneFileForManyFramesIsAUsageError) {
     EXPECT_EQ(Truth::open(folder_.path("in.0001.exr"), {1, 2}).status().code(), StatusCode::usage);
 }
 
-// Smallest start and largest stop over the frames: of pictures of one brightness each, the dark
-// one gives both its own start and stop, 2 stops above those of the bright one.
+// Minimum start and maximum stop over the frames: for constant images, the dark one gives both, 2
+// stops above those of the bright one.
 TEST_F(TruthFiles, ExposuresAreThoseOfAllFramesTogether) {
     test::write_rgb(folder_.path("truth.0001.exr"), ImageF(64, 40, 3, 1.0f));
     test::write_rgb(folder_.path("truth.0002.exr"), ImageF(64, 40, 3, 0.25f));
@@ -143,9 +143,9 @@ TEST_F(TruthFiles, GeneratedScenesAreKnownByTheirCameraFile) {
     EXPECT_EQ(found.request->width, 64);
     EXPECT_EQ(found.request->frames, (std::vector<int>{1, 2, 3}));
     EXPECT_DOUBLE_EQ(*found.request->camera.f_stop, 0.7);
-    // zoom drives focal length and focus itself.
+    // zoom animates focal length and focus itself.
     EXPECT_FALSE(found.request->camera.focal_length_mm);
-    // The truth goes through the same picture of an aperture; without it there is none.
+    // The ground truth uses the same aperture image; without it there is no ground truth.
     ImageF picture(ApertureImage::kSide, ApertureImage::kSide, 1);
     picture.at(64, 30) = 1;
     request.camera.aperture_image = *ApertureImage::make(picture.data);
@@ -159,8 +159,7 @@ TEST_F(TruthFiles, GeneratedScenesAreKnownByTheirCameraFile) {
     EXPECT_TRUE(through.request->camera.aperture_image.is_read());
     EXPECT_EQ(through.request->camera.aperture_image, request.camera.aperture_image);
     std::ofstream(folder_.path("camera.json")) << R"({"scene": "zoom", "f_stop": 2})";
-    EXPECT_THAT(find_scene(settings.run, *survey).why_not,
-                HasSubstr("names none of the generated scenes"));
+    EXPECT_THAT(find_scene(settings.run, *survey).why_not, HasSubstr("names no generated scene"));
 }
 
 ExperimentSettings settings_of(const std::string& folder, io::OnExisting on_existing) {
@@ -191,7 +190,7 @@ TEST(ReportFolder, AReportIsKeptResumedOrReplaced) {
     const test::TempFolder folder;
     const std::string report = folder.path("new/report");
     ASSERT_TRUE(prepare(report, io::OnExisting::fail).ok());
-    // One that has not begun is none.
+    // A report that has not begun does not count as one.
     ASSERT_TRUE(prepare(report, io::OnExisting::fail).ok());
     std::ofstream(report + "/report.json") << "{}";
     std::ofstream(report + "/notes.txt") << "of the user";

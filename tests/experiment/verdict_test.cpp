@@ -1,4 +1,4 @@
-// What is said about differences, on fabricated values.
+// Verdicts on differences, from fabricated values.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -49,10 +49,10 @@ TEST(Verdict, SevenFramesAreTooFewWhateverTheyShow) {
     const Comparison comparison = compare_variants(report, {});
     EXPECT_EQ(comparison.metrics[0].finding, Finding::too_few_frames);
     EXPECT_EQ(comparison.metrics[0].n, 7);
-    EXPECT_LT(comparison.metrics[0].t_interval->high, 0);  // shown, not decided by
+    EXPECT_LT(comparison.metrics[0].t_interval->high, 0);  // shown but not decisive
     EXPECT_THAT(comparison.metrics[0].words, HasSubstr("too few frames to decide (n = 7)"));
     EXPECT_THAT(comparison.verdict, HasSubstr("Too few frames to decide (n = 7"));
-    EXPECT_THAT(comparison.verdict, Not(HasSubstr("is nearer to the truth by")));
+    EXPECT_THAT(comparison.verdict, Not(HasSubstr("is closer to the ground truth by")));
 }
 
 TEST(Verdict, EightFramesOfConstantGainDecide) {
@@ -60,11 +60,11 @@ TEST(Verdict, EightFramesOfConstantGainDecide) {
     const Comparison comparison = compare_variants(report, {});
     EXPECT_EQ(comparison.metrics[0].finding, Finding::b_better);
     EXPECT_NEAR(*comparison.metrics[0].mean, -0.0105, 1e-12);
-    EXPECT_THAT(comparison.verdict, HasSubstr("second is nearer to the truth by hdr_flip"));
+    EXPECT_THAT(comparison.verdict, HasSubstr("second is closer to the ground truth by hdr_flip"));
     EXPECT_THAT(comparison.metrics[0].words, HasSubstr("second is lower by 0.0105"));
-    // The size of the difference is printed too: 0.115 and 0.1045.
+    // The values are printed too: 0.115 and 0.1045.
     EXPECT_THAT(comparison.verdict, HasSubstr("HDR-FLIP: first 0.115, second 0.1045"));
-    // And the other way round.
+    // And reversed.
     const auto turned = fabricate("hdr_flip", Better::lower, shifted(kBase, kConstantGain), kBase);
     EXPECT_EQ(compare_variants(turned, {}).metrics[0].finding, Finding::a_better);
 }
@@ -97,7 +97,7 @@ TEST(Verdict, MoreIsBetterForPsnr) {
 }
 
 TEST(Verdict, RatiosAreComparedByTheirDistanceFromOne) {
-    // 0.7 against 1.2: distances 0.3 and 0.2, so B is nearer by 0.1 though it is larger.
+    // 0.7 against 1.2: distances 0.3 and 0.2, so B is closer by 0.1 although it is larger.
     const auto report = fabricate("edges_in_blurred", Better::one, std::vector<double>(8, 0.7),
                                   std::vector<double>(8, 1.2));
     const Comparison comparison = compare_variants(report, {});
@@ -129,8 +129,8 @@ TEST(Verdict, TilesAreTheSecondFigure) {
         compare_variants(fabricate("hdr_flip", Better::lower, a, b), tiles);
     EXPECT_NEAR(comparison.metrics[0].bootstrap->low, -0.1, 1e-12);
     EXPECT_EQ(comparison.metrics[0].tiles, 2);
-    EXPECT_THAT(comparison.verdict, HasSubstr("Within these frames second is nearer"));
-    EXPECT_THAT(comparison.verdict, HasSubstr("whether that holds for other frames is open"));
+    EXPECT_THAT(comparison.verdict, HasSubstr("Within these frames second is closer"));
+    EXPECT_THAT(comparison.verdict, HasSubstr("this need not hold for other frames"));
 }
 
 TEST(Verdict, WithoutATruthNobodyWins) {
@@ -139,7 +139,7 @@ TEST(Verdict, WithoutATruthNobodyWins) {
     report.variants[0].metrics.clear();
     const Comparison comparison = compare_variants(report, {});
     EXPECT_TRUE(comparison.metrics.empty());
-    EXPECT_THAT(comparison.verdict, HasSubstr("Without a truth"));
+    EXPECT_THAT(comparison.verdict, HasSubstr("Without a ground truth"));
     EXPECT_THAT(comparison.verdict, HasSubstr("HDR-FLIP is 0.15"));
 }
 

@@ -1,5 +1,5 @@
-"""A real Slurm of one node in a folder: munged, slurmctld and slurmd on ports of their own, nothing
-of the machine's own configuration. Needs root, as slurmd does."""
+"""A single-node Slurm in a folder: munged, slurmctld and slurmd on their own ports, independent of the
+machine's configuration. Needs root, as slurmd does."""
 import contextlib
 import os
 import pathlib
@@ -14,7 +14,7 @@ PROGRAMS = ["munged", "slurmctld", "slurmd", "sbatch", "scontrol", "scancel"]
 
 
 class CannotStart(Exception):
-    """Why there is no cluster here."""
+    """Slurm cannot run on this machine."""
 
 
 def free_port():
@@ -61,7 +61,8 @@ class Cluster:
         return process
 
     def start_munge(self):
-        # The daemon refuses a socket below a folder that others may write to, and keys of others.
+        # The daemon refuses a socket in a folder that others can write to, and keys of other
+        # owners.
         key = self.folder / "munge" / "key"
         key.write_bytes(os.urandom(1024))
         key.chmod(0o400)
@@ -118,18 +119,18 @@ PartitionName=farm Nodes={host} Default=YES MaxTime=INFINITE State=UP
                               capture_output=True, text=True).stdout
 
     def submit(self, script, tasks, words, log):
-        """The number of the array job."""
+        """Returns the array job's id."""
         text = self.ask("sbatch", "--parsable", f"--array=1-{tasks}", "--cpus-per-task=1",
                         f"--output={log}", str(script), *words)
         return int(text.split(";")[0])
 
     def states(self, job):
-        """Of the tasks by their number: PENDING, RUNNING, COMPLETED, FAILED, ..."""
+        """State of each task by its number: PENDING, RUNNING, COMPLETED, FAILED, ..."""
         states = {}
         for line in self.ask("scontrol", "show", "job", "-o", str(job)).splitlines():
             task = re.search(r"ArrayTaskId=(\S+)", line)
             state = re.search(r"JobState=(\S+)", line).group(1)
-            # Those that have not begun stand together: ArrayTaskId=5-40.
+            # Pending tasks are grouped: ArrayTaskId=5-40.
             for part in task.group(1).split("%")[0].split(","):
                 first, _, last = part.partition("-")
                 for number in range(int(first), int(last or first) + 1):
@@ -138,11 +139,11 @@ PartitionName=farm Nodes={host} Default=YES MaxTime=INFINITE State=UP
 
     def requeue(self, job, task):
         self.ask("scontrol", "requeue", f"{job}_{task}")
-        # Else it waits for two minutes.
+        # Otherwise it waits for two minutes.
         self.ask("scontrol", "update", f"JobId={job}_{task}", "StartTime=now", check=False)
 
     def kill_node(self):
-        """The node's daemon dies and comes back."""
+        """Kills and restarts the node's daemon."""
         self.node.kill()
         self.node.wait()
         self.start_node()

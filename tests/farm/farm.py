@@ -1,16 +1,16 @@
-"""A sequence split over a farm has the pixels of one run, whatever dies on the way.
+"""A sequence split over a farm has the pixels of a single run, whatever is killed.
 
     farm.py COMMAND FARM [--frames 40] [--work DIR] [--only slurm|openjd|opencue|local]
 
 FARM: tools/farm. Frames of a generated scene are filtered once in one process, then
-  slurm    by tools/farm/postchain.sbatch on a real Slurm of one node (cluster.py), as 1, 4 and all
-           tasks; as 4 tasks once more while processes are killed, tasks requeued and the node's
-           daemon killed
-  local    the same parts by processes, two at a time, some of them killed: what stands in for Slurm
-           where no node can start, which is then said
+  slurm    by tools/farm/postchain.sbatch on a single-node Slurm (cluster.py), as 1, 4 and all
+           tasks; and as 4 tasks while processes are killed, tasks requeued and the node's daemon
+           killed
+  local    as local processes, two at a time, some of them killed; replaces slurm, with a message,
+           if no node can start
   openjd   the command lines of tools/farm/postchain.openjd.json, and the lines they print
   opencue  the command line of docs/farm.md
-and each output is compared with the first run's, bit by bit. Exit 1 where one differs.
+Each output must equal the first run's bit by bit. Exits with 1 if one differs.
 """
 import argparse
 import hashlib
@@ -60,12 +60,12 @@ def compare(what, path, expected):
     differing = [name for name in found if found[name] != expected.get(name)]
     check(not differing, f"{what}: bits differ in {', '.join(differing[:5])}")
     left = [file.name for file in path.iterdir() if file.name.startswith(".")]
-    check(not left, f"{what}: temporary files stay: {', '.join(left[:5])}")
+    check(not left, f"{what}: temporary files left: {', '.join(left[:5])}")
     return f"{len(found)} frames, {len(differing)} with other bits"
 
 
 def workers(out):
-    """Processes of the command that write below `out`."""
+    """Running postchain processes that write below `out`."""
     found = []
     for entry in pathlib.Path("/proc").iterdir():
         if not entry.name.isdigit():
@@ -104,7 +104,7 @@ def slurm_round(cluster, name, tasks, expected, kills=0, kill_node=False):
     end = start + 600
     while time.monotonic() < end:
         states = cluster.states(job)
-        # Work goes on until something of it is there to lose.
+        # Work continues until there is output to lose.
         if killed < kills and list(out.glob("o.*.exr")) and kill_one(out, chance):
             killed += 1
         if kill_node and killed == kills:
@@ -166,7 +166,7 @@ def run_local(expected):
     for parts in [4, FRAMES]:
         local_round(f"local{parts}", parts, expected)
     local_round("local4killed", 4, expected, kills=3)
-    # More parts than frames: some are empty, and that is no error.
+    # More parts than frames: some are empty, which is not an error.
     local_round("localmany", FRAMES + 3, expected)
 
 
@@ -203,13 +203,13 @@ def run_openjd(expected):
               "openjd: a status with each progress")
         check(len(lines) == 2 * len(progress), f"openjd: other lines on stdout: {lines}")
     print("openjd:", compare("openjd", out, expected))
-    # What fails says why in a line of its own.
+    # An error prints its reason on a line of its own.
     values["Task.Param.Frame"] = f"{last + 1}-{last + 2}"
     for more in [[], ["--no-such-option"]]:
         command = [filled(word, values) for word in run["args"]]
         result = subprocess.run([POSTCHAIN, *command, *more], capture_output=True, text=True)
         check(result.returncode != 0 and result.stdout.startswith("openjd_fail: "),
-              f"openjd: a failure is told: {result.stdout}")
+              f"openjd: the failure is reported: {result.stdout}")
 
 
 def run_opencue(expected):
@@ -253,7 +253,7 @@ def main():
         try:
             run_slurm(expected)
         except CannotStart as why:
-            print(f"no Slurm here ({why}); the same parts by local processes")
+            print(f"no Slurm ({why}); running the parts as local processes")
             wanted.append("local")
     if "local" in wanted:
         run_local(expected)

@@ -1,4 +1,4 @@
-// libFuzzer's entry point; one program per target, POSTCHAIN_FUZZ_TARGET is its function.
+// libFuzzer's entry point; one program per target, whose function is POSTCHAIN_FUZZ_TARGET.
 #include <cstddef>
 #include <cstdint>
 

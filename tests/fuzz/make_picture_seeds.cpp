@@ -1,4 +1,4 @@
-// Writes the pictures of corpus/picture: make_picture_seeds FOLDER. Every format, with its bits,
+// Writes the images of corpus/picture: make_picture_seeds FOLDER. Every format with its bit depths,
 // packings, tiles and alpha, a few pixels each.
 #include <OpenImageIO/imageio.h>
 
@@ -11,7 +11,7 @@ namespace {
 using OIIO::TypeDesc;
 
 struct Seed {
-    std::string name;  // with its extension
+    std::string name;  // with extension
     TypeDesc type = TypeDesc::UINT8;
     int bits = 8;
     int channels = 3;

@@ -1,14 +1,13 @@
-// The target `picture`: a whole file of another format than EXR, as color is read from it, and as
-// `run` writes it again.
+// The target `picture`: a complete non-EXR file, read for its color and written again as by `run`.
 #include <fstream>
 
 #include "promises.h"
 #include "targets.h"
-#include "tools/sequence/io/picture_file.h"
-#include "tools/sequence/io/picture_writer.h"
+#include "tools/sequence/image/picture_file.h"
+#include "tools/sequence/image/picture_writer.h"
 
-// OpenImageIO 2.4 leaves its error text behind where libpng jumps out of it, some 30 bytes for each
-// PNG that ends too early.
+// OpenImageIO 2.4 leaks its error string, some 30 bytes, for each PNG that ends too early, because
+// libpng jumps out.
 extern "C" const char* __lsan_default_suppressions() {
     return "leak:ImageInput::geterror\n";
 }
@@ -16,7 +15,7 @@ extern "C" const char* __lsan_default_suppressions() {
 namespace postchain::fuzz {
 namespace {
 
-// The name that a file of these bytes would have, whatever follows the first ones.
+// A file name whose extension matches the first bytes.
 std::string name_for(std::string_view bytes) {
     const std::string_view first = bytes.substr(0, 2);
     if (first == "II" || first == "MM") return "in.tif";
@@ -27,7 +26,7 @@ std::string name_for(std::string_view bytes) {
 }
 
 // Written in its own format and bits it holds what it held.
-void ask_copy(const io::ExrFile& file, const std::string& copy, const ImageF& color) {
+void ask_copy(const io::PictureFile& file, const std::string& copy, const ImageF& color) {
     const size_t channels = file.parts()[0].channels.size();
     const auto encoding = io::picture_encoding(copy, file, channels, {});
     require(encoding.ok(), "a picture can be written as it was read");
@@ -36,13 +35,13 @@ void ask_copy(const io::ExrFile& file, const std::string& copy, const ImageF& co
         {.on_existing = io::OnExisting::overwrite, .overflow = io::HalfOverflow::clamp});
     require_reason(report.status());
     if (!report.ok()) return;
-    auto again = io::ExrFile::open(copy, {}, file.picture()->transfer());
+    auto again = io::PictureFile::open(copy, {}, file.transfer());
     require(again.ok(), "a copy can be read");
     const auto pixels = again->read_part(0);
     require(pixels.ok(), "a copy has its pixels");
     const ImageF back = pixels->interleaved({"R", "G", "B"}, pixels->window, 4, 1);
     require(back.width == color.width && back.height == color.height, "a copy has its size");
-    if (encoding->format->lossy || file.picture()->info().is_float) return;
+    if (encoding->format->lossy || file.info().is_float) return;
     for (size_t i = 0; i < color.pixels(); ++i)
         for (size_t c = 0; c < 3; ++c)
             require(back.data[4 * i + c] == color.data[4 * i + c], "a copy has the same values");
@@ -54,10 +53,10 @@ bool picture(std::string_view bytes) {
     const OutputFolder folder;
     const std::string name = name_for(bytes);
     std::ofstream(folder.path(name), std::ios::binary) << bytes;
-    Result<io::ExrFile> file = io::ExrFile::open(folder.path(name), kLimits);
+    Result<io::PictureFile> file = io::PictureFile::open(folder.path(name), kLimits);
     require_reason(file.status());
     if (!file.ok()) return false;
-    require(file->picture() != nullptr && file->parts().size() == 1, "a picture is one part");
+    require(file->parts().size() == 1, "a picture is one part");
     const io::ExrPart& part = file->parts()[0];
     const auto is_side = [](int side) { return side >= 1 && side <= kLimits.max_side; };
     require(is_side(part.data_window.width()) && is_side(part.data_window.height()) &&

@@ -1,4 +1,4 @@
-// What the targets share: promises that abort when they are broken, and a place for files.
+// Shared by the targets: guarantees that abort when broken, and a folder for files.
 #pragma once
 
 #include <unistd.h>
@@ -9,30 +9,30 @@
 #include <string>
 
 #include "chain/status.h"
-#include "tools/sequence/io/exr_reader.h"
+#include "tools/sequence/exr/exr_reader.h"
 
 namespace postchain::fuzz {
 
-// Every seed is far below; a hostile header is not.
+// Every seed is far below these limits; a hostile header is not.
 constexpr io::ReadLimits kLimits = {.max_side = 2048,
                                     .max_bytes = uint64_t(4) << 20,
                                     .max_chunk_bytes = uint64_t(8) << 20,
                                     .max_channels = 256};
 
-// Not assert(): the promises hold in every build.
+// Unlike assert(), checks in every build.
 inline void require(bool holds, const char* promise) {
     if (holds) return;
     std::fprintf(stderr, "broken promise: %s\n", promise);
     std::abort();
 }
 
-// A refusal says why, and only a refusal does.
+// A refusal, and only a refusal, has a reason.
 inline void require_reason(const Status& status) {
     require(status.ok() == status.message().empty(), "errors have a message, successes none");
 }
 
-// Where files go: a folder of its own, in memory where the system has such. Made anew each time,
-// since libFuzzer ends the process without destroying what is static.
+// A unique folder for files, in memory if possible. Created again each time, because libFuzzer ends
+// the process without destroying static objects.
 class OutputFolder {
   public:
     OutputFolder() {

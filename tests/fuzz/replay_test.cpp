@@ -1,7 +1,6 @@
-// Every file of the corpus through its target, in every build, and thirty thousand random changes
-// of them: a short run that needs no libFuzzer. The finds of the past are among the files. A reader
-// that breaks a promise ends the program with a line on stderr; the changes are the same every
-// time.
+// Runs every corpus file, including past finds, through its target in every build, and thirty
+// thousand random changes of them: a short run without libFuzzer. A reader that breaks a guarantee
+// ends the program with a line on stderr. The changes are the same every time.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -35,8 +34,8 @@ std::string read(const fs::path& file) {
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
-// One of libFuzzer's simpler changes: a byte or bit, a number of the kind that overflows, a piece
-// taken out, doubled, or replaced by one of another file.
+// A simple change as libFuzzer makes: a byte or bit, an overflowing number, a piece removed,
+// doubled, or replaced by one from another file.
 void change(std::string& bytes, const std::string& other, std::mt19937& random) {
     const auto below = [&](size_t n) { return n == 0 ? 0 : size_t(random()) % n; };
     const size_t at = below(bytes.size() + 1);
@@ -96,7 +95,7 @@ TEST_P(Corpus, Replay) {
         EXPECT_LT(bytes.size(), 20000u) << "the corpus is kept small";
         const bool taken = target.run(bytes);
         accepted += taken ? 1 : 0;
-        // Without its last quarter, as a copy that was cut off.
+        // Without its last quarter, like a truncated copy.
         target.run(std::string_view(bytes).substr(0, bytes.size() * 3 / 4));
         if (file.filename().string().starts_with("valid_")) {
             EXPECT_TRUE(taken) << "a valid seed is refused";

@@ -1,5 +1,5 @@
-// The target `request`: bytes of a client, through the parser, the guard and the routes, to the
-// bytes of the reply. Behind them stands a fake service; sockets are left out.
+// The target `request`: a client's bytes, through parser, guard and routes, to the reply's bytes,
+// with a fake service and without sockets.
 #include <boost/asio/buffer.hpp>
 #include <boost/beast/http/read.hpp>
 #include <memory>
@@ -42,7 +42,7 @@ void check(const Reply& reply, const Request& request) {
     if (reply.events) require(request.method == "GET", "events are for GET");
 }
 
-// What the reply is; of one that is accepted, what came of it.
+// The reply; for an accepted request, the result.
 Reply answer_of(const Api& api, const Request& request) {
     auto admitted = api.admit(request);
     if (auto* refused = std::get_if<Reply>(&admitted)) return std::move(*refused);
@@ -61,7 +61,7 @@ Reply answer_of(const Api& api, const Request& request) {
 bool request(std::string_view bytes) {
     static int runs = 0;
     static auto behind = std::make_unique<Behind>();
-    if (++runs % 10000 == 0) behind = std::make_unique<Behind>();  // jobs were kept
+    if (++runs % 10000 == 0) behind = std::make_unique<Behind>();  // jobs were stored
 
     Parser parser;
     parser.header_limit(kMaxHeader);
@@ -82,7 +82,7 @@ bool request(std::string_view bytes) {
     }
     if (!parser.is_header_done()) return false;
     Request request = request_of(parser);
-    if (!parser.is_done()) {  // the header decides alone whether the rest is read
+    if (!parser.is_done()) {  // the header decides whether the rest is read
         const auto admitted = behind->open.admit(request);
         if (const auto* refused = std::get_if<Reply>(&admitted)) check(*refused, request);
         return false;
@@ -92,7 +92,7 @@ bool request(std::string_view bytes) {
 
     const Reply closed = answer_of(behind->closed, request);
     check(closed, request);
-    // The token is in no seed, and not found by chance.
+    // No seed has the token, and chance does not find it.
     if (request.target.starts_with("/v1/jobs"))
         require(closed.status >= 400, "jobs are for those who have the token");
     const Reply reply = answer_of(behind->open, request);

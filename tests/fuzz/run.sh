@@ -1,15 +1,15 @@
 #!/usr/bin/env bash
-# Builds the fuzz targets with clang and runs each for SECONDS (default 30), from the repository's
-# corpus and what earlier calls have found. Executions are counted over all calls, and after each the
+# Builds the fuzz targets with clang and runs each for SECONDS (default 30), starting from the
+# repository's corpus and earlier finds. Executions are counted over all calls. After each call the
 # found corpus is reduced to the smallest inputs that reach the same code.
 # Usage: tests/fuzz/run.sh [SECONDS [TARGET ...]]
-#        tests/fuzz/run.sh --total       what was executed so far, and nothing else
-# Exit 1 on a find; its input is kept in build-fuzz/finds/TARGET-*. Counts and found corpus are in
-# build-fuzz/total and build-fuzz/corpus, not in the repository.
+#        tests/fuzz/run.sh --total       only prints the total executions so far
+# Exits with 1 on a find; its input is kept in build-fuzz/finds/TARGET-*. Counts and found corpus
+# are in build-fuzz/total and build-fuzz/corpus, not in the repository.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
-# The longest input of each target, bytes; every corpus file fits.
+# The longest input of each target in bytes; every corpus file fits.
 declare -A max_len=([chain]=4096 [camera]=4096 [profile]=8192 [sequence]=256 [exr]=20000
     [picture]=10000 [request]=6000)
 all=(chain camera profile sequence exr picture request)
@@ -39,7 +39,7 @@ targets=("$@")
 ((${#targets[@]} > 0)) || targets=("${all[@]}")
 for target in "${targets[@]}"; do
     [[ -n ${max_len[$target]:-} ]] || {
-        echo "tests/fuzz/run.sh: no target $target; there are: ${all[*]}" >&2
+        echo "tests/fuzz/run.sh: unknown target $target; known are: ${all[*]}" >&2
         exit 2
     }
 done
@@ -48,8 +48,8 @@ tools/install_packages.sh --fuzz
 cmake --preset fuzz
 cmake --build --preset fuzz -j "${POSTCHAIN_JOBS:-$(nproc)}"
 
-# Of an allocation, the six innermost callers are kept (a known leak is told by its third), and freed
-# memory is held back by the megabyte, not by the hundred. A find is looked at with more.
+# Keeps six callers per allocation (a known leak is recognized by its third), and a small quarantine
+# of freed memory. Finds are analyzed with more.
 export ASAN_OPTIONS=malloc_context_size=6:quarantine_size_mb=4${ASAN_OPTIONS:+:$ASAN_OPTIONS}
 limits=(-rss_limit_mb=2048 -malloc_limit_mb=512 -timeout=20)
 mkdir -p "$build/finds" "$build/log" "$build/total"
@@ -64,7 +64,7 @@ for target in "${targets[@]}"; do
         -max_len="${max_len[$target]}" "${limits[@]}" -print_final_stats=1 \
         -artifact_prefix="$build/finds/$target-" >"$log" 2>&1 || code=$?
     runs=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log" | tail -n 1)
-    # Without the statistics of an end: the last line of progress.
+    # Without final statistics: the last line of progress.
     [[ -n $runs ]] || runs=$(sed -n 's/^#\([0-9]*\).*/\1/p' "$log" | tail -n 1)
     before=$(cat "$build/total/$target" 2>/dev/null || echo 0)
     echo $((before + ${runs:-0})) >"$build/total/$target"
@@ -75,7 +75,7 @@ for target in "${targets[@]}"; do
         echo "$target: a find after ${runs:-some} executions (log: $log)"
         grep -E 'ERROR|SUMMARY|runtime error|broken promise|Test unit written' "$log" || tail "$log"
     fi
-    # What the repository's corpus reaches already is not kept a second time.
+    # Inputs whose coverage the repository's corpus already has are not kept.
     rm -rf "$corpus.merged"
     mkdir "$corpus.merged"
     cp -a "tests/fuzz/corpus/$target/." "$corpus.merged/"
@@ -86,7 +86,7 @@ for target in "${targets[@]}"; do
         rm -rf "$corpus"
         mv "$corpus.merged" "$corpus"
     else
-        echo "$target: the corpus could not be reduced, it is kept as it is (log: $log)"
+        echo "$target: the corpus could not be reduced and is kept unchanged (log: $log)"
         rm -rf "$corpus.merged"
     fi
 done

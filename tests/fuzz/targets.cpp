@@ -16,17 +16,17 @@
 #include "config/profile.h"
 #include "passes/registry.h"
 #include "promises.h"
-#include "tools/sequence/io/camera_metadata.h"
-#include "tools/sequence/io/exr_reader.h"
-#include "tools/sequence/io/exr_writer.h"
-#include "tools/sequence/io/frame_reader.h"
-#include "tools/sequence/io/sequence.h"
+#include "tools/sequence/exr/exr_reader.h"
+#include "tools/sequence/files/sequence.h"
+#include "tools/sequence/frame/camera_metadata.h"
+#include "tools/sequence/frame/frame_reader.h"
+#include "tools/sequence/frame/frame_writer.h"
 
 namespace postchain::fuzz {
 
 namespace {
 
-// Frames of one range; the program's own limit, a million, takes a second with sanitizers.
+// Frames per range; the program's own limit, a million, takes a second with sanitizers.
 constexpr size_t kMaxRange = 2000;
 
 void require_finite(const Camera& camera) {
@@ -37,7 +37,7 @@ void require_finite(const Camera& camera) {
     }
 }
 
-// Channels in the ways that writers name them, for profiles to be matched with.
+// Channels as named by various renderers, to match profiles with.
 const FileChannels& some_channels() {
     static const FileChannels file = {
         {{"", "", {"R", "G", "B", "A", "Z", "diffuse.R", "diffuse.G", "diffuse.B"}},
@@ -60,15 +60,15 @@ void ask_pattern(const io::PathPattern& pattern) {
             require(path == pattern.text(), "a path without a token stays as it is");
             continue;
         }
-        // Names of temporary files are no frames.
+        // Names of temporary files are not frames.
         const std::optional<int> found = pattern.match(path.substr(path.rfind('/') + 1));
         require(!found || *found == frame, "a pattern finds the frame it has written");
     }
 }
 
-void ask_part(io::ExrFile& file, int index) {
+void ask_part(io::PixelFile& file, int index) {
     const io::ExrPart& part = file.parts()[size_t(index)];
-    std::vector<std::string> full;  // channels of full size
+    std::vector<std::string> full;  // full-resolution channels
     for (const io::ExrChannel& channel : part.channels) {
         const Status status = file.check_channels(index, {channel.name});
         require_reason(status);
@@ -108,7 +108,7 @@ void ask_copy(const std::string& path, const io::ChannelAssignment& roles) {
     require(again.ok() && again->parts().size() == parts, "a copy can be read and has every part");
 }
 
-// A file in memory, the same one for every input.
+// A file in memory, reused for every input.
 const std::string& memory_path(std::string_view bytes) {
     static const int fd = ::memfd_create("postchain_fuzz", MFD_CLOEXEC);
     static const std::string path = "/proc/self/fd/" + std::to_string(fd);

@@ -1,8 +1,8 @@
-// What is fuzzed: every reader of text and bytes that a stranger may have written.
+// Fuzz targets: every reader of untrusted text and bytes.
 //
-// One function per reader, called by libFuzzer (fuzzer.cpp, preset "fuzz") and by the replay of
-// the corpus in every build (replay_test.cpp). A function runs the reader and all that may be
-// asked of its result; a broken promise aborts, with a line on stderr. Documentation:
+// One function per reader, called by libFuzzer (fuzzer.cpp, preset "fuzz") and by the replay of the
+// corpus in every build (replay_test.cpp). A function runs the reader and everything that can be
+// done with its result; a broken guarantee aborts with a line on stderr. Documentation:
 // docs/fuzzing.md.
 #pragma once
 
@@ -11,15 +11,15 @@
 
 namespace postchain::fuzz {
 
-// True when the reader accepted the input: the corpus must hold both kinds.
+// Return true if the reader accepted the input: the corpus must contain both kinds.
 bool chain(std::string_view bytes);    // text, then texts of --set, each after a zero byte
 bool camera(std::string_view bytes);   // config/camera_file.h
 bool profile(std::string_view bytes);  // config/profile.h
 bool sequence(
-    std::string_view bytes);       // tools/sequence/io/sequence.h: as range, as pattern, as input
-bool exr(std::string_view bytes);  // a whole file, tools/sequence/io/exr_reader.h
+    std::string_view bytes);  // tools/sequence/files/sequence.h: as range, as pattern, as input
+bool exr(std::string_view bytes);  // a whole file, tools/sequence/exr/exr_reader.h
 bool picture(
-    std::string_view bytes);  // a PNG, TIFF, DPX, JPEG or HDR, tools/sequence/io/picture_file.h
+    std::string_view bytes);  // a PNG, TIFF, DPX, JPEG or HDR, tools/sequence/image/picture_file.h
 bool request(std::string_view bytes);  // one HTTP request, tools/service/http (request_target.cpp)
 
 struct Target {

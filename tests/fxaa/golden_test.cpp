@@ -1,8 +1,8 @@
-// Golden results of original FXAA 3.11 on a rendered, display-referred picture.
+// Golden results of original FXAA 3.11 on a rendered, display-referred image.
 //
-// tests/data/fxaa/input.rgbf is a crop of the picture; preset_12.rgbf and preset_39.rgbf are what
-// FXAA 3.11 made of the interior of that crop (subpix 0.75, thresholds 0.166 and 0.0833, luma
-// 0.299, 0.587, 0.114 of the stored values). The margin is wider than the longest walk.
+// tests/data/fxaa/input.rgbf is a crop of the image; preset_12.rgbf and preset_39.rgbf are FXAA
+// 3.11's results for the interior of that crop (subpix 0.75, thresholds 0.166 and 0.0833, luma
+// 0.299, 0.587, 0.114 of the stored values). The margin is wider than the longest search.
 // A file is one line of text, "rgbf WIDTH HEIGHT", and the rows of little-endian floats.
 
 #include <fstream>
@@ -51,7 +51,7 @@ TEST(Golden, EqualsOriginalFxaa) {
                     std::abs(golden.at(x, y, 1) - input.at(x + margin_x, y + margin_y, 1)) > 2e-4f;
             }
         }
-        EXPECT_GT(moved, int(golden.pixels() / 5));  // the crop is a demanding one
+        EXPECT_GT(moved, int(golden.pixels() / 5));  // the crop is demanding
         const Difference difference = compare(inner, golden, 2e-4);
         EXPECT_LE(difference.fraction, 0.001) << "preset " << preset << ": " << difference.text;
     }

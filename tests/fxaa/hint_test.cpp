@@ -1,5 +1,5 @@
-// The hint: what the report's checkerboard does, literally simulated, and what each choice does
-// to noise, to static detail and to slanted edges. The figures are those of docs/fxaa.md.
+// The hint: the report's checkerboard simulated literally, and the effect of each choice on noise,
+// static detail and slanted edges. The figures are those of docs/fxaa.md.
 
 #include <cmath>
 #include <cstdio>
@@ -18,7 +18,7 @@ SettingList hinted(const char* hint, const char* gate = "tile") {
 
 const char* const kPlain = "none";
 
-// The reference fed with a luma plane of our own.
+// The reference with a given luma plane.
 ImageD filtered_with_luma(const SettingList& settings, const ImageF& color, const ImageD& luma) {
     return fxaa::reference_fxaa(parameters_of(settings), image_cast<double>(color), luma, nullptr);
 }
@@ -58,8 +58,7 @@ TEST(Checkerboard, LiteralLumaEqualsTheShortCut) {
     }
 }
 
-// A row of 1e9 under black, which counts 1/sqrt(1 + 1e9) = 3.2e-5 times; k is the weight of the
-// black.
+// A row of 1e9 above black, weighted 1/sqrt(1 + 1e9) = 3.2e-5; k is the weight of the black.
 TEST(Checkerboard, BrightRowUnderBlackKeepsItsDigits) {
     const ImageF color = gray_picture(20, 10, [](int, int y) { return y == 5 ? 1e9 : 0.0; });
     auto settings = hinted("checkerboard");
@@ -82,9 +81,9 @@ TEST(Checkerboard, LeavesTheTopRowAlone) {
     const ImageF out = run(hinted("checkerboard"), color, constant_hint(20, 10, 1, 1));
     for (int x = 0; x < 20; ++x)
         for (int c = 0; c < 4; ++c) EXPECT_EQ(out.at(x, 0, c), color.at(x, 0, c));
-    // Not reproduced: a literal checkerboard clamped at the edge looks W in the first and the last
-    // row. M = N = m, W = E = S = 1 - m: horizontal score 2 + 2, vertical 4 + 2 + 2; W by the tie;
-    // A = (2 (3 - 2m) + 2)/12 - m = 2/3 - 4m/3 as inside.
+    // Not reproduced: a literal checkerboard clamped at the edge selects W in the first and the
+    // last row. M = N = m, W = E = S = 1 - m: horizontal score 2 + 2, vertical 4 + 2 + 2; W by the
+    // tie; A = (2 (3 - 2m) + 2)/12 - m = 2/3 - 4m/3 as inside.
     const ImageD literal = filtered_with_luma(hinted("checkerboard"), color, checker_luma(20, 10));
     const double k = 400.0 / 729 * 0.75;
     for (const int y : {0, 9})
@@ -93,8 +92,8 @@ TEST(Checkerboard, LeavesTheTopRowAlone) {
 }
 
 TEST(Checkerboard, AtTheBorderOfAnAreaTheShortCutKeepsToTheGate) {
-    // An area of 60x60 in a smooth static picture. Literal: luma of the checkerboard inside, the
-    // true luma outside.
+    // An area of 60x60 in a smooth static image. Literal: the checkerboard's luma inside, the real
+    // luma outside.
     const int size = 120, from = 30, to = 90;
     const ImageF color = gray_picture(size, size, [](int x, int y) {
         return 0.5 + 0.1 * std::sin(0.11 * x) * std::cos(0.13 * y);
@@ -116,16 +115,16 @@ TEST(Checkerboard, AtTheBorderOfAnAreaTheShortCutKeepsToTheGate) {
             const double d = std::abs(short_cut.at(x, y) - literal.at(x, y));
             const int outside = std::max({from - x, x - (to - 1), from - y, y - (to - 1)});
             // Inside, one pixel or more from the border: equal. (The search is cut off by a mean
-            // that differs from 0.5 by less than 1/4: outside, this picture is near 0.5.)
+            // that differs from 0.5 by less than 1/4: outside, this image is near 0.5.)
             if (outside <= -1) {
                 EXPECT_LT(d, 1e-6) << x << "," << y;
             }
-            // Two pixels outside: untouched in both.
+            // Two pixels outside: unchanged in both.
             if (outside >= 2) {
                 EXPECT_EQ(short_cut.at(x, y), color.at(x, y));
                 EXPECT_EQ(literal.at(x, y), double(color.at(x, y)));
             }
-            // The ring in between: the short cut leaves it alone, the literal luma disturbs it.
+            // The ring in between: the shortcut leaves it unchanged, the literal luma disturbs it.
             if (outside == 1) {
                 ++ring;
                 EXPECT_EQ(short_cut.at(x, y), color.at(x, y));
@@ -212,8 +211,8 @@ TEST(Hint, IsReadOnlyByThoseWhoAsk) {
     }
 }
 
-// Variance of noise around 0.5 (all channels) after FXAA over its variance before, gates open
-// everywhere. Gray noise is the same in r, g and b; colored noise is independent.
+// Variance of noise around 0.5 (all channels) after FXAA relative to before, gates open everywhere.
+// Gray noise is equal in r, g and b; colored noise is independent.
 double noise_ratio(const char* hint, double sigma, bool colored) {
     const int size = 256, margin = 4;
     ImageF noise = normal_noise(size, size, 0.5, sigma, 42);
@@ -243,15 +242,15 @@ TEST(Figures, NoiseVariance) {
     EXPECT_NEAR(noise_ratio("none", 0.10, false), 0.34, 0.02);
     for (const double sigma : {0.005, 0.02, 0.10})
         EXPECT_NEAR(noise_ratio("threshold", sigma, false), 0.34, 0.02);
-    // Where the channels' noise is independent the luma tells less of it: the threshold removes
-    // less than the two taps do.
+    // With independent noise in the channels, luma contains less of it: the threshold removes less
+    // than the two taps do.
     for (const double sigma : {0.005, 0.02, 0.10})
         EXPECT_NEAR(noise_ratio("threshold", sigma, true), 0.66, 0.02);
     EXPECT_GT(noise_ratio("none", 0.02, true), 0.99);
 }
 
-// Centroid (rows) of a faint static horizontal line at row 20, in a tile of motion in which it
-// itself does not move (tile gate open, pixel gate shut).
+// Centroid (rows) of a faint static horizontal line at row 20, in a tile of motion but not moving
+// itself (tile gate open, pixel gate closed).
 double line_shift(const char* hint, const char* gate) {
     const ImageF line = gray_picture(64, 40, [](int, int y) { return y == 20 ? 0.05 : 0; });
     const ImageF out = run(hinted(hint, gate), line, constant_hint(64, 40, 1, 0));
@@ -271,11 +270,11 @@ TEST(Figures, StaticDetailInTheTileMoves) {
     EXPECT_NEAR(line_shift("checkerboard", "pixel"), 0, 1e-6);
     EXPECT_NEAR(line_shift("threshold", "pixel"), 0, 1e-6);
     EXPECT_NEAR(line_shift("none", "tile"), 0, 1e-6);
-    // The threshold softens it in place: the line gives as much to the row above as to that below.
+    // The threshold softens it in place: the line contributes equally to the rows above and below.
     EXPECT_NEAR(line_shift("threshold", "tile"), 0, 1e-6);
 }
 
-// RMS error of a static slanted edge against its box-filtered truth, tile gate open.
+// RMS error of a static slanted edge against its box-filtered ground truth, tile gate open.
 double edge_error(const char* hint, const char* gate) {
     const int width = 160, height = 64;
     double squares = 0;
@@ -313,7 +312,7 @@ TEST(Figures, SlantedStaticEdges) {
     EXPECT_EQ(edge_error("threshold", "pixel"), plain);
 }
 
-// The hint crosses a depth of field that stands between motion blur and FXAA.
+// The hint passes a depth of field between motion blur and FXAA.
 TEST(Hint, TravelsWithAndWithoutAPassInBetween) {
     // Everything moves, and the square is far out of focus.
     TestFrame frame = layered_frame(64, 48, {17.0f, 9.0f}, {-4.0f, 0.0f}, 11);
@@ -337,7 +336,7 @@ TEST(Hint, TravelsWithAndWithoutAPassInBetween) {
                 return texture.name.find("hint") != std::string::npos;
             });
         };
-        EXPECT_FALSE(has_hint(without)) << "a plane that no step reads was made";
+        EXPECT_FALSE(has_hint(without)) << "made a plane that no step reads";
         EXPECT_TRUE(has_hint(with));
     }
 }

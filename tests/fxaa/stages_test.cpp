@@ -24,7 +24,7 @@ TEST(Luma, StoredByHand) {
     EXPECT_NEAR(gpu_luma(stored, {0, 0, 1, 1}), 0.114, 1e-6);
     // 0.5 * 0.299 + 0.25 * 0.587 + 0.75 * 0.114 = 0.1495 + 0.14675 + 0.0855
     EXPECT_NEAR(gpu_luma(stored, {0.5f, 0.25f, 0.75f, 0}), 0.38175, 1e-6);
-    // Negatives count as they are: -0.299 + 2 * 0.587
+    // Negative values are used unchanged: -0.299 + 2 * 0.587
     EXPECT_NEAR(gpu_luma(stored, {-1, 2, 0, 1}), 0.875, 1e-6);
 }
 
@@ -60,7 +60,7 @@ TEST(Luma, NonFiniteTexelsHaveAFiniteLuma) {
     EXPECT_NEAR(gpu_luma({}, {3e38f, 3e38f, 3e38f, 1}), 1.0, 1e-6);
 }
 
-// White above a horizontal border that lies between rows 3 and 4, black below.
+// White above a horizontal border between rows 3 and 4, black below.
 ImageF step_picture() {
     return gray_picture(16, 8, [](int, int y) { return y < 4 ? 1 : 0; });
 }
@@ -73,10 +73,10 @@ TEST(Filter, EndlessEdgeByHand) {
     EXPECT_NEAR(run(stored_settings(), step_picture()).at(8, 3), 0.94958848, 1e-6);
     // The row below, likewise: H.
     EXPECT_NEAR(run(stored_settings(), step_picture()).at(8, 4), 0.05041152, 1e-6);
-    // Rows that do not touch the edge have no range.
+    // Rows away from the edge have no range.
     EXPECT_EQ(run(stored_settings(), step_picture()).at(8, 2), 1.0f);
     EXPECT_EQ(run(stored_settings(), step_picture()).at(8, 5), 0.0f);
-    // Without the sub-pixel part nothing is left.
+    // Without the sub-pixel part the image is unchanged.
     EXPECT_EQ(run(stored_settings({{"subpix", 0.0}}), step_picture()).at(8, 3), 1.0f);
 }
 
@@ -96,14 +96,14 @@ TEST(Filter, JogByHand) {
     // (36, 4): east 0.5 at 37 and 38.5, 1 at 40.5: distance 4.5, offset 0.5 - 4.5/25 = 0.32.
     EXPECT_NEAR(out.at(36, 4), 0.32, 1e-6);
     // (36, 3): M = 1, S = 0, same line and end (+0.5), but M - mean = +0.5: the sign is the same,
-    // the edge offset does not count, H = 0.05041152 remains.
+    // so the edge offset is ignored and H = 0.05041152 remains.
     EXPECT_NEAR(out.at(36, 3), 0.94958848, 1e-6);
     // (32, 4): 8.5 steps beyond the jog by half a texel: offset 0.5 - 8.5/29 = 0.20689655.
     EXPECT_NEAR(out.at(32, 4), 0.20689655, 1e-6);
 }
 
 TEST(Filter, JogInAColumnByHand) {
-    // The same picture with x and y exchanged: W takes the place of N.
+    // The same image with x and y exchanged: W replaces N.
     const ImageF turned =
         gray_picture(9, 80, [](int x, int y) { return x < (y < 40 ? 4 : 5) ? 1 : 0; });
     const ImageF out = run(stored_settings(), turned);
@@ -124,7 +124,7 @@ TEST(Filter, DotByHand) {
     EXPECT_NEAR(out.at(4, 5), 0.00411523, 1e-7);
     // Beside it the scores tie again (2 and 2): horizontal, and neither N nor S has a gradient.
     EXPECT_EQ(out.at(3, 4), 0.0f);
-    // Diagonal neighbors see no range.
+    // Diagonal neighbors have no range.
     EXPECT_EQ(out.at(3, 3), 0.0f);
 }
 
@@ -154,9 +154,9 @@ TEST(Filter, TonemappedBlendByHand) {
     EXPECT_NEAR(mixed.at(8, 3, 3), 0.96508278, 1e-6);
 }
 
-// White above black, across the whole width: every gradient that the tensor sees is vertical, so
-// the coherence is 1 and the weight of the rows above and below exp(-0.5/0.46^2) = 0.0941417 of the
-// middle row's; along the edge all is equal.
+// White above black across the full width: every gradient in the tensor is vertical, so the
+// coherence is 1, and the rows above and below have weight exp(-0.5/0.46^2) = 0.0941417 relative to
+// the center row; along the edge weights are equal.
 TEST(Directional, EndlessEdgeByHand) {
     const ImageF out = run(stored_settings({{"mode", std::string("directional")}}), step_picture());
     EXPECT_NEAR(out.at(8, 3), 1.0941417 / 1.1882834, 1e-6);
@@ -168,7 +168,7 @@ TEST(Directional, EndlessEdgeByHand) {
                 1.0941417 / 1.1882834, 1e-6);
 }
 
-// A dot of 1 in black. At M all gradients vanish; at N and S they are (0, 1) and (0, -1), at W and
+// A dot of 1 on black. At M all gradients vanish; at N and S they are (0, 1) and (0, -1), at W and
 // E (1, 0) and (-1, 0): no direction, the deviation is 0.5. a = exp(-0.5/0.25) = 0.1353353 beside,
 // a^2 = 0.0183156 at the corners.
 TEST(Directional, DotByHand) {
@@ -176,7 +176,7 @@ TEST(Directional, DotByHand) {
                            gray_picture(9, 9, [](int x, int y) { return x == 4 && y == 4; }));
     const double a = 0.1353353;
     EXPECT_NEAR(out.at(4, 4), 1 / (1 + 4 * a + 4 * a * a), 1e-6);
-    EXPECT_EQ(out.at(3, 3), 0.0f);  // the diagonal neighbors see no range
+    EXPECT_EQ(out.at(3, 3), 0.0f);  // the diagonal neighbors have no range
 }
 
 // 3 above the border, 0 below: 3 counts 1/sqrt(1 + 3) = 1/2, its alpha too.
@@ -203,8 +203,8 @@ TEST(Directional, ThresholdsFollowTheMode) {
         0.8f);
 }
 
-// Edges sampled once a pixel, against the mean over the pixel: the search is made for long edges
-// near the rows and columns, the Gaussian is nearer from a slope of 0.6 on.
+// Edges sampled once per pixel, against the mean over the pixel: the search suits long edges near
+// rows and columns, the Gaussian is closer from a slope of 0.6 on.
 TEST(Directional, SlantedEdgesAgainstTheLongestSearch) {
     for (const double slope : {0.3, 0.6, 0.8, 1.0}) {
         const ImageF aliased = slanted_edge(96, 96, slope, 7.3, 0.1, 0.9, 1);
@@ -231,7 +231,7 @@ TEST(Filter, NegativeColorsAreBlendedAsStored) {
     EXPECT_NEAR(out.at(8, 3), -1.10082304, 1e-6);
 }
 
-// The steps of every preset, typed from FXAA 3.11 and not taken from the pass.
+// The steps of every preset, copied from FXAA 3.11 and not from the pass.
 const std::vector<std::pair<int, std::vector<double>>> kSteps = {
     {10, {1.5, 3, 12}},
     {11, {1, 1.5, 3, 12}},
@@ -311,9 +311,9 @@ ImageF banded_hint(int width, int height) {
     return hint;
 }
 
-// Where fp32 rounding decides: the two scores, the two gradients, or range and threshold are within
-// 2e-6 of each other. Equal scores are no accident: where M, N, S, E, W bend in alternating senses
-// both scores are the same sum. Double rounds such a tie to its own side.
+// Ties in fp32: the two scores, the two gradients, or range and threshold are within 2e-6 of each
+// other. Equal scores are common: if M, N, S, E, W bend in alternating senses, both scores are the
+// same sum. Double rounds such ties its own way.
 bool tied(const ImageD& luma, int x, int y, const Parameters& p, double threshold_scale) {
     auto at = [&](int dx, int dy) {
         return luma.at(std::clamp(x + dx, 0, luma.width - 1),
@@ -335,8 +335,8 @@ bool tied(const ImageD& luma, int x, int y, const Parameters& p, double threshol
     return near(rows, columns) || near(std::abs(a - m), std::abs(b - m)) || near(range, threshold);
 }
 
-// Bounds: luma 2e-6. fxaa 5e-5 relative to max(1, |value|) but for tied pixels, of which there are
-// at most `ties`, and for one in a thousand whose walk ends on a tie.
+// Bounds: luma 2e-6. fxaa 5e-5 relative to max(1, |value|), except for tied pixels, of which there
+// are at most `ties`, and one pixel in a thousand whose search ends on a tie.
 void expect_near_reference(const SettingList& settings, const ImageF& color, const ImageF& hint,
                            double ties = 0.04) {
     const FramePlanes planes = planes_of(color, hint);

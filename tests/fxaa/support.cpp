@@ -44,7 +44,7 @@ FramePlanes planes_of(const ImageF& color, const ImageF& hint) {
 
 namespace {
 
-// Unlike describe(), looks at no pixel: the tests hand non-finite ones in on purpose.
+// Unlike describe(), does not analyze pixels: the tests pass non-finite ones on purpose.
 FrameDescription description_of(const FramePlanes& planes) {
     FrameDescription frame;
     frame.width = frame.display_width = planes.at(Role::color).width;
@@ -69,7 +69,7 @@ ImageF luma_on_gpu(const Chain& chain, const FrameDescription& frame, const Fram
     texture.width = frame.width;
     texture.height = frame.height;
     plan->textures.push_back(texture);
-    // FXAA's own block and definitions.
+    // FXAA's own uniforms and definitions.
     Step step = plan->steps.at(0);
     step.name = "show_luma";
     step.program.file = "show_luma.comp";

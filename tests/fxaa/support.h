@@ -1,4 +1,4 @@
-// Pictures and short cuts shared by the tests of FXAA.
+// Images and helpers shared by the FXAA tests.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ namespace postchain::test {
 
 using SettingList = std::vector<std::pair<std::string, ParameterValue>>;
 
-// Settings under which FXAA works on stored values throughout, without a hint.
+// Settings with which FXAA works on stored values throughout, without a hint.
 SettingList stored_settings(const SettingList& more = {});
 
 Chain fxaa_chain(const SettingList& settings);
@@ -24,13 +24,13 @@ fxaa::Parameters parameters_of(const SettingList& settings);
 // The frame of a color plane and, unless empty, a hint plane.
 FramePlanes planes_of(const ImageF& color, const ImageF& hint = {});
 
-// The picture after FXAA on the GPU.
+// The image after FXAA on the GPU.
 ImageF run(const SettingList& settings, const ImageF& color, const ImageF& hint = {});
 
-// Luma of each pixel as FXAA finds it on the GPU for itself.
+// Luma of each pixel as computed by FXAA on the GPU.
 ImageF luma_on_gpu(const Chain& chain, const FrameDescription& frame, const FramePlanes& planes);
 
-// An opaque gray picture of function(x, y).
+// An opaque gray image of function(x, y).
 template <class Function>
 ImageF gray_picture(int width, int height, Function function) {
     ImageF image(width, height, 4, 1.0f);
@@ -48,7 +48,7 @@ ImageF normal_noise(int width, int height, double mean, double sigma, uint32_t s
 
 ImageF mirrored(const ImageF& image, bool left_right);
 
-// Of one channel, `margin` pixels left out on all sides.
+// Variance of one channel without `margin` pixels on all sides.
 double variance(const ImageF& image, int channel, int margin);
 
 // A gray half-plane below a slanted line, value `low` above and `high` below, slope dy/dx, edge at

@@ -1,4 +1,4 @@
-// What must be true of FXAA, and what each parameter's two ends do.
+// Properties of FXAA, and the effect of each parameter's two ends.
 
 #include <algorithm>
 #include <cmath>
@@ -56,7 +56,7 @@ TEST(Truth, NoEdgeAboveThresholdKeepsEveryBit) {
 }
 
 TEST(Truth, EqualLumaIsNoEdgeEvenWithoutThresholds) {
-    // Red and green of the same luma: range 0 >= threshold 0, but there is nothing to follow.
+    // Red and green of the same luma: range 0 >= threshold 0, but there is no edge to follow.
     ImageF image(32, 24, 4, 0.0f);
     for (int y = 0; y < 24; ++y)
         for (int x = 0; x < 32; ++x) image.at(x, y, (x / 3 + y / 2) % 2) = 1;
@@ -86,8 +86,8 @@ TEST(Truth, PixelsBelowTheThresholdKeepEveryBitBesideEdges) {
     EXPECT_EQ(moved, 80);
 }
 
-// Mirror images of each other, except where ties decide: W wins over E, N over S, and the sums of
-// the scores round in another order.
+// Mirror images, except for ties: W wins over E, N over S, and the sums of the scores round in
+// another order.
 void expect_mirrored(const SettingList& settings, const ImageF& image, const ImageF& hint,
                      bool left_right) {
     const ImageF straight = mirrored(run(settings, image, hint), left_right);
@@ -150,7 +150,7 @@ void expect_non_finite_texels_stay(const char* mode) {
                         other += before && !same;
                     }
                 }
-                EXPECT_GT(other, 300);  // and the rest is filtered
+                EXPECT_GT(other, 300);  // the rest is filtered
             }
         }
     }
@@ -173,8 +173,8 @@ TEST(Truth, NonFiniteHintsAreNone) {
     }
 }
 
-// Each channel lies between the smallest and the largest of the 3x3 neighborhood and 0, but for
-// `rounding` of them.
+// Each channel is between 0 and the minimum and maximum of the 3x3 neighborhood, up to a relative
+// error of `rounding`.
 void expect_finite_and_in_range(const char* mode, float rounding) {
     ImageF image = color_noise(48, 40, 8, -1.0f, 1.0f);
     const float sizes[] = {1e-38f, 1e-3f, 1, 65504, 1e30f, 3.4e38f};
@@ -264,7 +264,7 @@ TEST(Truth, ExactTiesFollowTheStatedOrder) {
     }
 }
 
-// Light of `value` on clear, its border slanted.
+// Light of `value` on clear, with a slanted border.
 ImageF on_clear(double value) {
     ImageF image = slanted_edge(64, 48, 0.37, 14.2, 0, 1, 1);
     for (size_t i = 0; i < image.pixels(); ++i) {
@@ -275,8 +275,8 @@ ImageF on_clear(double value) {
 }
 
 TEST(Truth, ColorAndAlphaStayTogether) {
-    // Where one color covers more or less of a pixel, color is alpha times it; so white on clear
-    // stays white over white.
+    // If one color covers a pixel partly, color is alpha times it, so white on clear stays white
+    // over white.
     for (const char* mode : {"search", "directional"}) {
         for (const char* blend : {"stored", "tonemapped"}) {
             for (const char* hint : kHints) {
@@ -330,8 +330,8 @@ TEST(Truth, NoSeamBetweenHues) {
 // ---- parameters ------------------------------------------------------------------------------
 
 TEST(Parameter, SubpixEnds) {
-    // A line of one row: 0 leaves it alone (its ends are too far to matter), 1 takes all of N that
-    // the sub-pixel stage finds: A = (2*2 + 0)/12 - 1 = -2/3, t = 2/3, H = 400/729.
+    // A line of one row: 0 leaves it unchanged (its ends are too far to matter), 1 uses all of N
+    // from the sub-pixel stage: A = (2*2 + 0)/12 - 1 = -2/3, t = 2/3, H = 400/729.
     const ImageF line = gray_picture(64, 9, [](int, int y) { return y == 4; });
     EXPECT_EQ(run(stored_settings({{"subpix", 0.0}}), line).at(32, 4), 1.0f);
     EXPECT_NEAR(run(stored_settings({{"subpix", 1.0}}), line).at(32, 4), 1 - 400.0 / 729, 1e-6);
@@ -370,7 +370,8 @@ TEST(Parameter, ExposureEnds) {
     EXPECT_NE(run({{"exposure_ev", -5.0}}, high).at(8, 3), 40.0f);
     EXPECT_EQ(run({{"exposure_ev", -32.0}}, high).at(8, 3), 40.0f);
     EXPECT_EQ(run({{"exposure_ev", 32.0}}, high).at(8, 3), 40.0f);
-    // It also shapes the blend: the further down, the nearer to the blend of stored values.
+    // It also shapes the blend: the lower the exposure, the closer to the blend of stored values.
+
     const ImageF step = gray_picture(16, 8, [](int, int y) { return y < 4 ? 3 : 0; });
     const SettingList stored_luma = {{"luma", std::string("stored")}};
     SettingList dark = stored_luma, bright = stored_luma;

@@ -24,28 +24,6 @@
 
 namespace postchain::test {
 
-namespace fs = std::filesystem;
-
-TempFolder::TempFolder() {
-    std::string name = (fs::temp_directory_path() / "postchain_io_XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) ADD_FAILURE() << "no temporary folder";
-    path_ = name;
-}
-
-TempFolder::~TempFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-}
-
-std::vector<std::string> TempFolder::names() const {
-    std::vector<std::string> names;
-    for (const auto& entry : fs::directory_iterator(path_)) {
-        names.push_back(entry.path().filename().string());
-    }
-    std::sort(names.begin(), names.end());
-    return names;
-}
-
 uint32_t sample_bits(const FilePart& part, size_t channel, int x, int y) {
     // A hash of the place (Wang's mixing steps).
     uint32_t h = uint32_t(channel) * 0x9e3779b9u + uint32_t(x) * 73856093u +

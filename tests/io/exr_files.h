@@ -1,5 +1,5 @@
 // EXR files made with OpenEXR itself, and read back with OpenImageIO: the two ends between which
-// tools/sequence/io is tested.
+// tools/sequence is tested.
 #pragma once
 
 #include <ImathBox.h>
@@ -10,27 +10,14 @@
 #include <ImfTileDescription.h>
 
 #include <cstdint>
-#include <filesystem>
 #include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "tests/support/temp_folder.h"
+
 namespace postchain::test {
-
-// A folder that is removed with all that is in it.
-class TempFolder {
-  public:
-    TempFolder();
-    ~TempFolder();
-    TempFolder(const TempFolder&) = delete;
-    std::string path(const std::string& name) const { return (path_ / name).string(); }
-    std::string path() const { return path_.string(); }
-    std::vector<std::string> names() const;  // sorted
-
-  private:
-    std::filesystem::path path_;
-};
 
 struct FileChannel {
     std::string name;

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "tests/io/exr_files.h"
-#include "tools/sequence/io/aperture_file.h"
+#include "tools/sequence/image/aperture_file.h"
 
 namespace postchain::io {
 namespace {

@@ -9,7 +9,7 @@
 #include <unistd.h>
 
 #include "tests/io/exr_files.h"
-#include "tools/sequence/io/atomic_file.h"
+#include "tools/sequence/files/atomic_file.h"
 
 namespace postchain::io {
 namespace {

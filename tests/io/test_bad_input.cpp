@@ -6,8 +6,8 @@
 #include <cstring>
 
 #include "tests/io/exr_files.h"
-#include "tools/sequence/io/exr_reader.h"
-#include "tools/sequence/io/frame_reader.h"
+#include "tools/sequence/exr/exr_reader.h"
+#include "tools/sequence/frame/frame_reader.h"
 
 namespace postchain::io {
 namespace {

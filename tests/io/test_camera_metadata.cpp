@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "tools/sequence/io/camera_metadata.h"
+#include "tools/sequence/frame/camera_metadata.h"
 
 namespace postchain::io {
 namespace {

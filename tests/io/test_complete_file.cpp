@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "tests/io/exr_files.h"
-#include "tools/sequence/io/complete_file.h"
+#include "tools/sequence/frame/complete_file.h"
 
 namespace postchain::io {
 namespace {

@@ -13,7 +13,7 @@
 #include <functional>
 
 #include "tests/io/exr_files.h"
-#include "tools/sequence/io/cryptomatte.h"
+#include "tools/sequence/frame/cryptomatte.h"
 
 namespace postchain::io {
 namespace {

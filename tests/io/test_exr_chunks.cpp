@@ -1,4 +1,4 @@
-// Chunks that are packed and unpacked by tools/sequence/io itself: OpenEXR and OpenImageIO read and
+// Chunks that are packed and unpacked by tools/sequence/exr itself: OpenEXR and OpenImageIO read and
 // write the other end. Damage: what each chunk that lies must be refused with.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,8 +9,8 @@
 
 #include "tests/io/exr_files.h"
 #include "tests/io/written_files.h"
-#include "tools/sequence/io/planes_writer.h"
-#include "tools/sequence/io/zlib_stream.h"
+#include "tools/sequence/exr/planes_writer.h"
+#include "tools/sequence/exr/zlib_stream.h"
 
 namespace postchain::io {
 namespace {

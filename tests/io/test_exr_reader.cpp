@@ -9,7 +9,7 @@
 #include <bit>
 
 #include "tests/io/exr_files.h"
-#include "tools/sequence/io/exr_reader.h"
+#include "tools/sequence/exr/exr_reader.h"
 
 namespace postchain::io {
 namespace {

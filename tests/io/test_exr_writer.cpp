@@ -1,5 +1,5 @@
 // What write_filtered() keeps, replaces and refuses. Files are made with OpenEXR; what came out is
-// read with OpenImageIO, which shares no code with tools/sequence/io.
+// read with OpenImageIO, which shares no code with tools/sequence.
 #include <ImfPreviewImage.h>
 #include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
@@ -8,8 +8,8 @@
 
 #include "tests/io/exr_files.h"
 #include "tests/io/written_files.h"
-#include "tools/sequence/io/exr_writer.h"
-#include "tools/sequence/io/planes_writer.h"
+#include "tools/sequence/exr/planes_writer.h"
+#include "tools/sequence/frame/frame_writer.h"
 
 namespace postchain::io {
 namespace {

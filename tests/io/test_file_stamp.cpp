@@ -1,4 +1,4 @@
-#include "tools/sequence/io/file_stamp.h"
+#include "tools/sequence/files/file_stamp.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

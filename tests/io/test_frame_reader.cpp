@@ -7,8 +7,8 @@
 
 #include "config/profile_match.h"
 #include "tests/io/exr_files.h"
-#include "tools/sequence/io/camera_metadata.h"
-#include "tools/sequence/io/frame_reader.h"
+#include "tools/sequence/frame/camera_metadata.h"
+#include "tools/sequence/frame/frame_reader.h"
 
 namespace postchain::io {
 namespace {

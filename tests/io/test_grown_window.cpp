@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "tests/io/exr_files.h"
-#include "tools/sequence/io/exr_writer.h"
+#include "tools/sequence/frame/frame_writer.h"
 
 namespace postchain::io {
 namespace {

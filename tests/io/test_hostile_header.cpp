@@ -13,9 +13,9 @@
 
 #include "tests/io/exr_files.h"
 #include "tests/io/largest_allocation.h"
-#include "tools/sequence/io/exr_part_check.h"
-#include "tools/sequence/io/exr_reader.h"
-#include "tools/sequence/io/exr_writer.h"
+#include "tools/sequence/exr/exr_part_check.h"
+#include "tools/sequence/exr/exr_reader.h"
+#include "tools/sequence/frame/frame_writer.h"
 
 namespace postchain::io {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "exr_files.h"
 #include "largest_allocation.h"
-#include "tools/sequence/io/exr_reader.h"
+#include "tools/sequence/image/picture_file.h"
 
 namespace postchain::test {
 namespace {
@@ -33,7 +33,7 @@ class HostilePicture : public testing::Test {
         const std::string path = folder_.path(name);
         set_file_bytes(path, bytes);
         forget_allocations();
-        auto file = io::ExrFile::open(path);
+        auto file = io::PictureFile::open(path);
         Status status = file.status();
         if (file.ok()) status = file->read_part(0).status();
         if (!status.ok()) {

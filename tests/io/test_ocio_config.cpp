@@ -7,7 +7,7 @@
 #include <fstream>
 
 #include "tests/io/exr_files.h"
-#include "tools/sequence/io/picture_module.h"
+#include "tools/sequence/image/picture_module.h"
 
 namespace postchain::io {
 namespace {

@@ -1,5 +1,5 @@
 // What may be replaced: inputs never, files that are there as --on-existing says.
-#include "tools/sequence/io/output_files.h"
+#include "tools/sequence/files/output_files.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -6,8 +6,8 @@
 #include <random>
 #include <vector>
 
-#include "tools/sequence/io/zip_bytes.h"
-#include "tools/sequence/io/zlib_stream.h"
+#include "tools/sequence/exr/zip_bytes.h"
+#include "tools/sequence/exr/zlib_stream.h"
 
 namespace postchain::io {
 namespace {

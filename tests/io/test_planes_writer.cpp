@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "tests/io/exr_files.h"
-#include "tools/sequence/io/planes_writer.h"
+#include "tools/sequence/exr/planes_writer.h"
 
 namespace postchain::io {
 namespace {

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "tests/io/exr_files.h"
-#include "tools/sequence/io/preview.h"
+#include "tools/sequence/image/preview.h"
 
 namespace postchain::io {
 namespace {

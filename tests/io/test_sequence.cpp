@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "tests/io/exr_files.h"
-#include "tools/sequence/io/folder_scan.h"
-#include "tools/sequence/io/sequence.h"
+#include "tools/sequence/files/folder_scan.h"
+#include "tools/sequence/files/sequence.h"
 
 namespace postchain::io {
 namespace {

@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-#include "tools/sequence/io/worker_pool.h"
+#include "tools/sequence/exr/worker_pool.h"
 
 namespace postchain::io {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "tests/io/exr_files.h"
-#include "tools/sequence/io/exr_writer.h"
+#include "tools/sequence/frame/frame_writer.h"
 
 namespace postchain::io {
 

@@ -23,7 +23,7 @@ TEST(Compare, GivesEveryMetricInTheTablesOrder) {
     EXPECT_TRUE(result->exposures.lit);
 }
 
-// What a band throws in any thread reaches the caller, who may go on.
+// Exceptions of a band in any thread reach the caller, who may continue.
 TEST(ForBands, ThrowsWhatABandThrows) {
     for (const int bad : {0, 7, 15})
         EXPECT_THROW(for_bands(16, 1, 8,

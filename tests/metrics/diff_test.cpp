@@ -1,4 +1,4 @@
-// postchain diff, as a user runs it.
+// postchain diff as a command.
 #include <OpenImageIO/imagebuf.h>
 
 #include <cmath>
@@ -15,7 +15,7 @@ using io::PixelType;
 
 class DiffTest : public CommandTest {
   protected:
-    // An RGB file of its own, float, with the given windows.
+    // A separate RGB file, float, with the given windows.
     void write_rgb(const std::string& path, const ImageF& image, int origin_x = 0,
                    std::optional<io::Window> display = {}) {
         io::PlanesFile file;
@@ -159,7 +159,7 @@ TEST_F(DiffTest, FailAboveExitsWithEight) {
     EXPECT_EQ(failed.code, 8) << failed.text();
     EXPECT_TRUE(contains(failed.err, "mse"));
     EXPECT_FALSE(contains(failed.err, "flip"));
-    // The limit's metric is measured also when another one is asked for.
+    // The limit's metric is measured even if another one is requested.
     EXPECT_EQ(diff("a.exr", "b.exr", {"--metric", "smape", "--fail-above", "mse=0.03"}).code, 8);
     EXPECT_EQ(diff("a.exr", "a.exr", {"--fail-above", "flip=0"}).code, 0);
 }
@@ -255,7 +255,7 @@ TEST_F(DiffTest, FramesChooseAndMissingOnesAreErrors) {
     EXPECT_EQ(hole.code, 4);
     EXPECT_TRUE(contains(hole.err, "B 2")) << hole.err;
     EXPECT_EQ(diff("c.####.exr", "b.####.exr").code, 4);
-    // More of B than of A is said and no error.
+    // Additional frames of B are reported but not an error.
     std::filesystem::remove(at("a.0002.exr"));
     std::filesystem::remove(at("a.0003.exr"));
     const Outcome more = diff("a.####.exr", "b.####.exr", {"--metric", "mse"});
@@ -263,7 +263,7 @@ TEST_F(DiffTest, FramesChooseAndMissingOnesAreErrors) {
     EXPECT_TRUE(contains(more.err, "3")) << more.err;
 }
 
-// Every frame is judged at the exposures of all references: a frame's own would be others.
+// Every frame is measured at the exposures of all references, which differ from its own.
 TEST_F(DiffTest, ExposuresOfASequenceAreThoseOfAllReferences) {
     write_gray(at("a.0001.exr"), 0.1);
     write_gray(at("a.0002.exr"), 6.4);
@@ -289,7 +289,7 @@ TEST_F(DiffTest, FailAboveLooksAtEveryFrame) {
 }
 
 // 0.5 against 0.5, with pixels of 1.5 and 1: the difference map is 1 and 0.5 there and 0 elsewhere.
-// Magma's ends are (0, 0, 4) and (252, 253, 191) of 255, its middle (183, 55, 121).
+// Magma's ends are (0, 0, 4) and (252, 253, 191) of 255, its center (183, 55, 121).
 TEST_F(DiffTest, WritesMapsAsMagmaPngAndExr) {
     ImageF test = metrics::gray(16, 12, 0.5);
     test.at(4, 7, 1) = 1.5f;
@@ -317,7 +317,7 @@ TEST_F(DiffTest, WritesMapsAsMagmaPngAndExr) {
     png.getpixel(5, 7, pixel);
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(pixel[c] * 255, dark[c], 1.01);
 
-    // A map that is there is not replaced unasked.
+    // An existing map is not replaced by default.
     EXPECT_EQ(diff("a.exr", "b.exr", maps).code, 5);
     Arguments again = maps;
     again.insert(again.end(), {"--on-existing", "overwrite"});
@@ -334,7 +334,7 @@ TEST_F(DiffTest, WritesAMapPerFrame) {
         EXPECT_TRUE(exists(at("out/m.000" + std::to_string(frame) + ".png")));
 }
 
-// Red of 0.4 that covers half of each pixel, against a picture without alpha.
+// Red of 0.4 covering half of each pixel, against an image without alpha.
 TEST_F(DiffTest, ComparesOverABackground) {
     ImageF half(16, 12, 4);
     for (size_t i = 0; i < half.pixels(); ++i) {
@@ -351,7 +351,7 @@ TEST_F(DiffTest, ComparesOverABackground) {
     };
     EXPECT_NEAR(mse({})["mse"].get<double>(), (0.09 + 0.01 + 0.01) / 3, 1e-7);
     EXPECT_FALSE(mse({})["settings"].contains("over"));
-    // 0.4 + 0.1 and 0.1; the reference stays.
+    // 0.4 + 0.1 and 0.1; the reference is unchanged.
     const auto over = mse({"--over", "0.2"});
     EXPECT_NEAR(over["mse"].get<double>(), 0.16 / 3, 1e-7);
     EXPECT_EQ(over["settings"]["over"], 0.2);

@@ -8,12 +8,6 @@
 namespace postchain::metrics {
 namespace {
 
-// The scene value that is displayed as d.
-double shown_as(double d) {
-    const double v = std::pow(d, 2.2);
-    return v / (1 - v);
-}
-
 TEST(Display, Transform) {
     EXPECT_NEAR(display_value(1), std::pow(0.5, 1 / 2.2), 1e-6);
     EXPECT_EQ(display_value(0), 0);
@@ -47,8 +41,8 @@ TEST(Ssim, ConstantOffset) {
     EXPECT_NEAR(*ssim(pair(gray(20, 15, 3), gray(20, 15, 3))), 1, 1e-9);
 }
 
-// An 11 x 11 picture is one window. Reference 0; the test shows d in its center alone: with the
-// weight w of the center, mean = w d, variance = w d^2 - (w d)^2, covariance 0.
+// An 11 x 11 image is one window. Reference 0; the test is d in its center only: with the center's
+// weight w, mean = w d, variance = w d^2 - (w d)^2, covariance 0.
 TEST(Ssim, SinglePixel) {
     double side = 0;
     for (int i = -5; i <= 5; ++i) side += std::exp(-i * i / (2 * 1.5 * 1.5));
@@ -60,7 +54,7 @@ TEST(Ssim, SinglePixel) {
     EXPECT_NEAR(*ssim(pair(test, gray(11, 11, 0))), expected, 1e-5);
 }
 
-// The window's sum written out, without separation, on a picture with several windows.
+// The window's sum without separation, on an image with several windows.
 TEST(Ssim, AgainstTheFullWindow) {
     const auto scene = [](double phase) {
         return picture(14, 13, [=](int x, int y) {

@@ -46,7 +46,7 @@ TEST(Error, ShiftedStep) {
     EXPECT_NEAR(smape(both), 2 / 1.02 / 8, 1e-9);
 }
 
-// Symmetric where relMSE is not, and bounded by 2.
+// Symmetric, unlike relMSE, and bounded by 2.
 TEST(Error, SmapeIsSymmetricAndBounded) {
     const auto a = gray(3, 3, 1e9), b = gray(3, 3, -1e9);
     EXPECT_EQ(smape(pair(a, b)), smape(pair(b, a)));
@@ -55,8 +55,8 @@ TEST(Error, SmapeIsSymmetricAndBounded) {
               relmse(pair(gray(3, 3, 1), gray(3, 3, 2))));
 }
 
-// 2000 pixels: 0.1 % are 2. Three fireflies of (I-R) = 10, 20, 30 over black in all components; the
-// two worst go, 10 stays.
+// 2000 pixels: 0.1 % are 2. Three fireflies of (I-R) = 10, 20, 30 on black in all components; the
+// two worst are excluded, 10 stays.
 TEST(Error, TrimmedLeavesOutTheWorst) {
     auto test = gray(50, 40, 0);
     const int places[3] = {7, 21, 33};
@@ -65,7 +65,7 @@ TEST(Error, TrimmedLeavesOutTheWorst) {
     const Pair both = pair(test, gray(50, 40, 0));
     EXPECT_NEAR(relmse_trimmed(both), 100 / 1e-4 / 1998, 1e-3);
     EXPECT_NEAR(relmse(both), 1400 / 1e-4 / 2000, 1e-2);
-    // Less than 1000 pixels have no worst 0.1 %.
+    // Fewer than 1000 pixels have no worst 0.1 %.
     const Pair small = pair(gray(3, 3, 0.7), gray(3, 3, 0.5));
     EXPECT_DOUBLE_EQ(relmse_trimmed(small), relmse(small));
 }

@@ -8,7 +8,7 @@
 namespace postchain::metrics {
 namespace {
 
-// Written out in full, other than the fraction of curve_of().
+// The original formula, unlike the single fraction of curve_of().
 double hable(double v) {
     const auto part = [](double x) {
         const double a = 0.15, b = 0.5, c = 0.1, d = 0.2, e = 0.02, f = 0.3;
@@ -38,7 +38,8 @@ TEST(ToneMapper, EveryNameIsFound) {
     EXPECT_FALSE(find_tone_mapper("ACES"));
 }
 
-// 1, 2, 3, 4 in shuffled order: element floor(4/2) = 2 of the sorted ones is 3, not 2.5 and not 2.
+// 1, 2, 3, 4 in shuffled order: element floor(4/2) = 2 of the sorted values is 3, not 2.5 and not
+// 2.
 TEST(ExposureRange, MedianIsTheUpperOfTwo) {
     const double values[] = {3, 1, 4, 2};
     const auto image = picture(4, 1, [&](int x, int) {
@@ -86,7 +87,7 @@ TEST(ExposureRange, SequencesTakeTheSmallestStartAndTheLargestStop) {
     EXPECT_EQ(both.start, -3);
     EXPECT_EQ(both.stop, 2);
     EXPECT_EQ(both.count(), 5);
-    // A black frame's 0 EV is no exposure.
+    // A black frame's 0 EV does not count as an exposure.
     const ExposureRange bright = {-9, -4, true}, dark = {3, 5, true};
     EXPECT_EQ(joined(black, bright).stop, -4);
     EXPECT_EQ(joined(dark, black).start, 3);

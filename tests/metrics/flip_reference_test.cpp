@@ -1,5 +1,5 @@
-// FLIP and HDR-FLIP against a plain second implementation: the papers' formulas with their
-// two-dimensional kernels, YCxCz and all, in double.
+// FLIP and HDR-FLIP against a second, direct implementation: the papers' formulas with
+// two-dimensional kernels and YCxCz, in double.
 #include <cmath>
 #include <functional>
 #include <random>
@@ -67,7 +67,7 @@ struct Plain {
         return std::pow(std::abs(p[0] - q[0]) + std::hypot(p[1] - q[1], p[2] - q[2]), 0.7);
     }
 
-    // Hunt-adjusted Lab of the filtered picture.
+    // Hunt-adjusted Lab of the filtered image.
     Plane seen(const Plane& linear) const {
         Plane opponent;
         for (const Rgb& v : linear) {
@@ -177,7 +177,7 @@ ImageF scene(uint32_t seed, double brightest) {
     });
 }
 
-constexpr double kTolerance = 5e-5;  // of a pixel: ours is in float
+constexpr double kTolerance = 5e-5;  // per pixel: the implementation is in float
 
 TEST(FlipReference, EveryPixelOfFlip) {
     const auto test = scene(1, 1), reference = scene(2, 1);

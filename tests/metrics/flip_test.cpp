@@ -1,5 +1,5 @@
-// FLIP and HDR-FLIP against the golden means of docs/metrics.md, which an independent program
-// made, and against closed forms of the paper.
+// FLIP and HDR-FLIP against the golden means of docs/metrics.md, from an independent program, and
+// against closed forms of the paper.
 #include "tools/measure/metrics/flip.h"
 
 #include <cmath>
@@ -122,11 +122,11 @@ TEST(HdrFlipGolden, MovedDiscWithEveryToneMapper) {
 }
 
 // Two grays: a* = b* = 0 and no features, so FLIP is the redistributed |dL|^0.7. In double, from
-// the definition of CIELAB (cubes above the knee) and the paper's constants. In float a* and b* of
-// a gray are off by up to 1e-4, which is what the tolerance stands for.
+// the definition of CIELAB (cubes above the knee) and the paper's constants. The tolerance allows
+// for a* and b* of a gray being off by up to 1e-4 in float.
 TEST(Flip, GraysAreTheClosedForm) {
     const auto lightness = [](double y) { return 116 * std::cbrt(y) - 16; };
-    // HyAB between Hunt-adjusted green and blue, by hand from L*a*b* of the primaries:
+    // HyAB between Hunt-adjusted green and blue, computed from L*a*b* of the primaries:
     // green (87.7362, -86.1787, 83.1826), blue (32.2982, 79.1936, -107.8586); a*, b* times L/100:
     // green (-75.6099, 72.9812), blue (25.5781, -34.8364) -> 55.4380 + 147.8636 = 203.3017.
     const double largest = std::pow(203.3017, 0.7);
@@ -148,8 +148,8 @@ TEST(Flip, EqualPicturesAreZeroAndOrderOfArgumentsDoesNotMatter) {
     EXPECT_EQ(flip_of(a, b).map, flip_of(b, a).map);
 }
 
-// A single pixel in black: FLIP's answer is symmetric about it, largest there, and ends where the
-// widest kernel does (10 pixels at 67.02 pixels per degree).
+// A single pixel on black: FLIP's response is symmetric about it, largest there, and ends at the
+// widest kernel's radius (10 pixels at 67.02 pixels per degree).
 TEST(Flip, SinglePixelAnswersInItsNeighborhoodAlone) {
     auto test = gray(41, 41, 0);
     for (int c = 0; c < 3; ++c) test.at(20, 20, c) = 1;
@@ -167,7 +167,7 @@ TEST(Flip, SinglePixelAnswersInItsNeighborhoodAlone) {
     EXPECT_GT(map.at(23, 20), 0);
 }
 
-// Shifting both pictures shifts the map (away from the edges).
+// Shifting both images shifts the map (away from the edges).
 TEST(Flip, ShiftsWithThePicture) {
     const auto blob = [](int cx, double v) {
         return picture(80, 70, [=](int x, int y) {
@@ -194,8 +194,7 @@ TEST(Flip, ThreadsDoNotShow) {
     EXPECT_EQ(hdr_flip(both, range, one_thread).map, hdr_flip(both, range, four_threads).map);
 }
 
-// The bands of rows that are worked on one by one do not show either: a picture that does not
-// change along y has a map that does not.
+// Processing in bands of rows leaves no trace: if an image is constant along y, so is its map.
 TEST(Flip, BandsDoNotShow) {
     const auto column = [](int from) {
         return picture(30, 150, [=](int x, int) {
@@ -246,8 +245,8 @@ TEST(HdrFlip, InfAndHugeValuesStayInRange) {
     EXPECT_EQ(hdr_flip_of(reference, reference).max, 0);
 }
 
-// The largest over the exposures: with the range of one exposure twice, HDR-FLIP is FLIP of what
-// the tone mapper makes of the pictures.
+// The maximum over the exposures: with a range of one exposure twice, HDR-FLIP is FLIP of the
+// tone-mapped images.
 TEST(HdrFlip, OneExposureIsFlipOfTheToneMappedPictures) {
     const auto aces = [](double x) {
         x *= 0.6;

@@ -1,4 +1,4 @@
-// Noise of known standard deviation, found again.
+// Estimates noise of known standard deviation.
 #include "tools/measure/metrics/noise.h"
 
 #include <gtest/gtest.h>
@@ -12,12 +12,6 @@
 
 namespace postchain::metrics {
 namespace {
-
-// The scene value that is displayed as d.
-double shown_as(double d) {
-    const double v = std::pow(d, 2.2);
-    return v / (1 - v);
-}
 
 double deviation(const ImageF& variance) {
     double sum = 0;
@@ -36,7 +30,7 @@ ImageF noisy(int width, int height, const F& f, const S& s) {
     return image;
 }
 
-// A median of 64 correlated values: its square is above the variance by some percent on average.
+// A median of 64 correlated values: its square exceeds the variance by a few percent on average.
 TEST(Noise, WhiteNoiseOnFlatRampAndEdgesAlongTheAxes) {
     const auto flat = [](int, int) { return 0.5; };
     const auto ramp = [](int x, int y) { return 0.01 * x - 0.02 * y + 0.001 * x * y; };
@@ -49,8 +43,8 @@ TEST(Noise, WhiteNoiseOnFlatRampAndEdgesAlongTheAxes) {
     }
 }
 
-// A disc: edges in all directions, none of them noise; the mean of |r| that Immerkaer takes finds
-// more than 0.005 here (computed here as his formula has it).
+// A disc: edges in all directions and no noise; the mean of |r| by Immerkaer's formula, computed
+// here, exceeds 0.005.
 TEST(Noise, EdgesAreNoNoise) {
     const auto disc = [](int x, int y) { return std::hypot(x - 64, y - 48) < 30 ? 0.8 : 0.2; };
     const ImageF clean = noisy(128, 96, disc, [](int, int) { return 0.0; });
@@ -66,7 +60,7 @@ TEST(Noise, EdgesAreNoNoise) {
     EXPECT_LT(deviation(noise_variance(clean)), 1e-6);
 }
 
-// Noise in the left half alone: s^2 is there, and the mean is that of the halves.
+// Noise only in the left half: s^2 is found there, and the mean is that of the halves.
 TEST(Noise, IsFoundWhereItIs) {
     const ImageF variance = noise_variance(noisy(
         128, 96, [](int, int) { return 0.5; }, [](int x, int) { return x < 64 ? 0.05 : 0.0; }));
@@ -82,7 +76,7 @@ TEST(Noise, SmallPicturesHaveNone) {
 }
 
 // Displayed gray with noise of s, and vertical edges of height h every 8 pixels (over one halfway
-// column: h^2/16 + h^2/4 + h^2/16 of gradient energy); input and truth have the same edges. The
+// column: h^2/16 + h^2/4 + h^2/16 of gradient energy), the same in input and ground truth. The
 // noise adds s^2 to every pixel's energy.
 TEST(Noise, WhatAPictureWithoutErrorWouldHave) {
     const double h = 0.3, s = 0.02;
@@ -106,7 +100,7 @@ TEST(Noise, WhatAPictureWithoutErrorWouldHave) {
     EXPECT_NEAR(noise->of_no_error.at("sharpness_in_focus"), energy / (energy + s * s), 0.02);
     EXPECT_NEAR(noise->of_no_error.at("psnr"), -20 * std::log10(s), 0.5);
     EXPECT_FALSE(noise->of_no_error.contains("edges_in_blurred"));
-    // And so it is: the clean picture against the noisy truth.
+    // Check: the clean image against the noisy ground truth.
     const auto found = sharpness(pair(clean, truth), one(clean));
     ASSERT_TRUE(found.ok());
     EXPECT_NEAR(*found->sharpness_in_focus, noise->of_no_error.at("sharpness_in_focus"), 0.02);
@@ -114,7 +108,7 @@ TEST(Noise, WhatAPictureWithoutErrorWouldHave) {
     EXPECT_FALSE(truth_noise(one(truth), one(ImageF(8, 8, 3, 0.5f))).ok());
 }
 
-// Linear values: mse is s^2, whatever the display shows.
+// Linear values: mse is s^2, independent of the display transform.
 TEST(Noise, MseOfNoErrorIsTheVariance) {
     const double s = 0.05;
     const ImageF gray = noisy(

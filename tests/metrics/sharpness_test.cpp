@@ -8,14 +8,8 @@
 namespace postchain::metrics {
 namespace {
 
-// The scene value that is displayed as d.
-double shown_as(double d) {
-    const double v = std::pow(d, 2.2);
-    return v / (1 - v);
-}
-
 // Display values: an edge at x = 30 from 0.2 to 0.2 + left, `width` pixels wide (a linear ramp),
-// and one at x = 90 from there by `right`, hard.
+// and a hard edge at x = 90 that adds `right`.
 ImageF edges(double left, int width, double right) {
     return picture(120, 40, [=](int x, int) {
         const double ramp = std::clamp((x - 30 + width / 2.0) / width, 0.0, 1.0);
@@ -39,10 +33,9 @@ TEST(Sharpness, TruthItselfIsOne) {
     EXPECT_GT(s.sharp_pixels, 100u);
 }
 
-// An edge of height h over one halfway column has the gradients h/4, h/2, h/4; in the truth it is a
-// ramp of 12 steps h/12: 11 columns with that gradient and one with half of it at each end. Both
-// energies spread by a Gaussian of 3 pixels that is cut at 9; the left edge is the only one that
-// blurs.
+// An edge of height h over one halfway column has the gradients h/4, h/2, h/4; in the ground truth
+// it is a ramp of 12 steps h/12: 11 columns with that gradient and one with half of it at each end.
+// A Gaussian of 3 pixels, cut at 9, spreads both energies. Only the left edge blurs.
 TEST(Sharpness, EdgeLeftInABlurredRegion) {
     const double h = 0.4;
     double before[120] = {}, after[120] = {};
@@ -70,7 +63,7 @@ TEST(Sharpness, EdgeLeftInABlurredRegion) {
     EXPECT_DOUBLE_EQ(*s.sharpness_in_focus, 1);
 }
 
-// The right edge of the test has half the height: a quarter of the energy.
+// The test's right edge has half the height: a quarter of the energy.
 TEST(Sharpness, SofterInFocus) {
     const auto input = edges(0.4, 1, 0.3), truth = edges(0.4, 12, 0.3);
     const Sharpness s = measure(edges(0.4, 12, 0.15), truth, input);
@@ -78,7 +71,7 @@ TEST(Sharpness, SofterInFocus) {
     EXPECT_DOUBLE_EQ(*s.edges_in_blurred, 1);
 }
 
-// Regions depend on truth and input alone.
+// Regions depend only on ground truth and input.
 TEST(Sharpness, RegionsDoNotDependOnTheTest) {
     const auto input = edges(0.4, 1, 0.3), truth = edges(0.4, 12, 0.3);
     const Sharpness a = measure(truth, truth, input), b = measure(gray(120, 40, 9), truth, input);

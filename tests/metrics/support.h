@@ -1,9 +1,10 @@
-// Pictures made by a function of the position.
+// Images computed from a function of position.
 #pragma once
 
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 
 #include "tools/measure/metrics/pair.h"
 
@@ -28,6 +29,12 @@ inline ImageF constant(int width, int height, const Rgb& rgb) {
 }
 inline ImageF gray(int width, int height, double v) {
     return constant(width, height, {v, v, v});
+}
+
+// The scene value that is displayed as d.
+inline double shown_as(double d) {
+    const double v = std::pow(d, 2.2);
+    return v / (1 - v);
 }
 
 inline Pair pair(const ImageF& test, const ImageF& reference) {

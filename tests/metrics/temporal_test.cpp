@@ -7,7 +7,7 @@
 namespace postchain::metrics {
 namespace {
 
-// A constant error does not count, however large; one that grows by 0.25 a frame does.
+// A constant error does not count, however large; one that grows by 0.25 per frame does.
 TEST(TemporalError, CountsTheChangeOfTheErrorAlone) {
     TemporalError still, growing;
     for (int t = 0; t < 4; ++t) {
@@ -21,8 +21,8 @@ TEST(TemporalError, CountsTheChangeOfTheErrorAlone) {
     EXPECT_NEAR(*growing.last(), 0.25, 1e-6);
 }
 
-// A single pixel of 4 x 5 that is 2 too bright in the middle one of three frames: it comes and
-// goes, each time 2/20 in the mean.
+// A single pixel of 4 x 5 that is too bright by 2 in the middle frame of three: it appears and
+// disappears, each time 2/20 in the mean.
 TEST(TemporalError, SinglePixelThatFlickers) {
     TemporalError error;
     auto test = gray(4, 5, 1);
@@ -35,8 +35,8 @@ TEST(TemporalError, SinglePixelThatFlickers) {
     EXPECT_NEAR(*error.mean(), 0.1, 1e-9);
 }
 
-// A step that moves by a pixel a frame, and a rendering that lags by a frame: at each step two
-// columns of ten are wrong that were not, or no longer are.
+// A step that moves by a pixel per frame, and a rendering that lags by a frame: at each step, two
+// columns of ten become wrong or correct.
 TEST(TemporalError, ShiftedStep) {
     const auto step = [](int from) {
         return picture(10, 3, [=](int x, int) {
@@ -55,7 +55,7 @@ TEST(TemporalError, RefusesAnotherSize) {
     EXPECT_EQ(error.add(pair(gray(4, 5, 0), gray(4, 5, 0))).code(), StatusCode::input);
 }
 
-// Values 1, 2, 3, 4 have the sample deviation sqrt(5/3); one pixel of two flickers.
+// Values 1, 2, 3, 4 have the sample deviation sqrt(5/3); one of two pixels flickers.
 TEST(Flicker, SampleDeviation) {
     Flicker flicker;
     for (int seed = 1; seed <= 4; ++seed) {
@@ -67,7 +67,7 @@ TEST(Flicker, SampleDeviation) {
     EXPECT_NEAR(*flicker.mean(), std::sqrt(5.0 / 3) / 2, 1e-9);
 }
 
-// A constant offset of a million must not eat the deviation.
+// A constant offset of a million must not cancel the deviation.
 TEST(Flicker, IsNumericallyStable) {
     Flicker flicker;
     for (int seed = 0; seed < 10; ++seed)
@@ -118,9 +118,9 @@ TEST(GridError, FiltersWithoutAGridHaveNone) {
     EXPECT_NEAR(*error.mean(), 0, 1e-7);
 }
 
-// A "filter" that adds 1 in every even tile of four columns, over black: shifted by k = 1, 2, 3,
-// the pattern of period 8 disagrees with itself in 2k of 8 columns. Width 24 + k leaves columns
-// k..26+k... the compared 24 are three whole periods.
+// A "filter" that adds 1 in every even tile of four columns, on black: shifted by k = 1, 2, 3, the
+// pattern of period 8 differs from itself in 2k of 8 columns. The compared 24 columns are three
+// whole periods.
 TEST(GridError, TilesShow) {
     for (int k = 1; k < 4; ++k) {
         const int width = 24 + k;
@@ -129,7 +129,7 @@ TEST(GridError, TilesShow) {
             return Rgb{v, v, v};
         });
         GridError error(0);
-        // Input black: shift(I) = I, so F(shift(I)) = F(I) = tiles.
+        // On black, shift(I) = I, so F(shift(I)) = F(I) = tiles.
         ASSERT_TRUE(error.add(one(tiles), one(tiles), k, 0).ok());
         EXPECT_NEAR(*error.mean(), 2 * k / 8.0, 1e-9) << k;
     }

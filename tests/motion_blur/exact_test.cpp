@@ -1,4 +1,4 @@
-// What must be exactly true of any motion blur of this kind.
+// Exact properties of any motion blur of this kind.
 
 #include <cmath>
 #include <limits>
@@ -39,7 +39,8 @@ TEST(Exact, NoMotionReturnsEveryBit) {
         EXPECT_TRUE(equal_bits(blurred(blur(values), frame), frame.color()));
 }
 
-// Half-velocities of at most 0.5 px: identity() says so, and it is so to the bit, in any storage.
+// Half-velocities of at most 0.5 px: identity() is true, and the result equals the input bit for
+// bit in any storage.
 TEST(Exact, IdentityByFactsIsTrue) {
     BlurFrame frame = random_frame(80, 60, 0.5f, 1.5f, 33);
     for (int y = 0; y < 60; ++y) {
@@ -72,8 +73,8 @@ TEST(Exact, LongVectorsKeepTheirDirection) {
     }
 }
 
-// A bright point in uniform motion: its streak covers exactly the pixels within half the way it
-// goes while the shutter is open.
+// A bright point in uniform motion: its streak covers exactly the pixels within half of its path
+// while the shutter is open.
 TEST(Exact, StreakLengthIsMotionTimesShutter) {
     for (const double shutter : {0.25, 0.5, 1.0}) {
         for (const auto& [mx, my] : {std::pair(24.0, 0.0), {0.0, 24.0}, {24.0, 24.0}}) {
@@ -123,13 +124,13 @@ TEST(Exact, MovingSquareSpreadsOutsideItsSilhouette) {
     const ImageF out = blurred(plain_blur(), frame);
     for (int x = 31; x < 40; ++x) EXPECT_GT(out.at(x, 60, 0), 0) << x;
     for (int x = 80; x < 89; ++x) EXPECT_GT(out.at(x, 60, 0), 0) << x;
-    EXPECT_EQ(out.at(28, 60, 0), 0);  // farther than the half-streak
+    EXPECT_EQ(out.at(28, 60, 0), 0);  // beyond the half-streak
     EXPECT_EQ(out.at(60, 38, 0), 0);  // across the motion
     EXPECT_LT(out.at(41, 60, 0), 1);  // and the ground shows through its edge
     EXPECT_EQ(out.at(60, 60, 0), 1);
 }
 
-// Static square, moving ground, N = 25: the first taps lie at T = |v_max| / 13. At 8 px that is
+// Static square, moving ground, N = 25: the first taps are at T = |v_max| / 13. At 8 px that is
 // 0.615, outside the range in which the cylinder ignores depth: every bit of the square stays.
 TEST(Exact, StaticSquareBeforeMovingGround) {
     for (const auto& [ratio, softness] : {std::pair(2.0f, 1.0), {1.2f, 20.0}}) {
@@ -161,11 +162,11 @@ TEST(Exact, StaticSquareBeforeMovingGround) {
     }
 }
 
-// At 6.6 px the taps next to the middle lie at T = 0.50769. w_max is vertical; these two taps (i =
+// At 6.6 px the taps next to the center are at T = 0.50769. w_max is vertical; these two taps (i =
 // 11 and 13, odd) go along w_c = w_p, sideways, w_A = 1: weight 2 cylinder(0.50769, 0.5) = 0.5532
 // each (x = 0.65385, smoothstep 0.72342); they round to the pixels left and right. total = 25 / 20
-// = 1.25, all else is 0. Only the square's left and right columns see ground: 0.5532 / (1.25
-// + 1.1063).
+// = 1.25, all else is 0. Only the square's left and right columns see ground: 0.5532 / (1.25 +
+// 1.1063).
 TEST(Exact, CylinderLeakOfAStaticSquareIsBounded) {
     const BlurFrame frame = square_frame(0, 6.6, 2);
     const ImageF out = blurred(plain_blur(), frame);
@@ -196,7 +197,7 @@ TEST(Exact, CentroidOfABlurredDotStays) {
         frame.set_all_half_velocities(v, 0.37 * v);
         frame.set_gray(60, 60, 1);
         EXPECT_NEAR(centroid_x(blurred(plain_blur(), frame)), 60, 1e-4) << v;
-        // ... and alone before still ground.
+        // ... and separately before still ground.
         BlurFrame alone(121, 121);
         for (int y = 59; y <= 61; ++y) {
             for (int x = 59; x <= 61; ++x) {
@@ -209,7 +210,7 @@ TEST(Exact, CentroidOfABlurredDotStays) {
     }
 }
 
-// Bad values are replaced and counted at the border of the chain; what comes out is finite.
+// Bad values are replaced and counted at the border of the chain; results are finite.
 TEST(Exact, NonfiniteInputGivesFiniteOutputAndACount) {
     const float nan = std::numeric_limits<float>::quiet_NaN();
     const float inf = std::numeric_limits<float>::infinity();
@@ -232,8 +233,8 @@ TEST(Exact, NonfiniteInputGivesFiniteOutputAndACount) {
     for (float value : out.at(Role::color).data) ASSERT_TRUE(std::isfinite(value));
 }
 
-// An engine may provide textures that were not scanned: bad motion counts as none, bad depth as
-// some, and neither makes a pixel non-finite.
+// An engine may provide unscanned textures: bad motion counts as zero, bad depth as some depth, and
+// neither makes a pixel non-finite.
 TEST(Exact, UnscannedMotionAndDepthStayFinite) {
     const float nan = std::numeric_limits<float>::quiet_NaN();
     const float inf = std::numeric_limits<float>::infinity();

@@ -1,7 +1,8 @@
 // The gather and the hint against pixels computed by hand.
 //
-// N = 3 without jitter puts the taps at t = -1/2, 0, 1/2: the outer two along w_max, the middle one
-// along w_c. With |v_max| = 4 the outer taps lie at T = 2. Depths are equal unless said: f = b = 1.
+// N = 3 without jitter puts the taps at t = -1/2, 0, 1/2: the outer two along w_max, the center one
+// along w_c. With |v_max| = 4 the outer taps are at T = 2. Depths are equal unless stated: f = b =
+// 1.
 
 #include <cmath>
 
@@ -25,7 +26,7 @@ struct Spot : BlurFrame {
 
 // v = (4, 0) everywhere: w_c = w_max, w_A = w_B = 1.
 // Outer weight: cone(2, 1/4) + cone(2, 1/4) + 2 cylinder(2, 4) = 0.5 + 0.5 + 2 = 3.
-// Middle weight: 1 + 1 + 2 = 4. total = 3 / (40 * 4) = 0.01875. Sum of weights 10.01875.
+// Center weight: 1 + 1 + 2 = 4. total = 3 / (40 * 4) = 0.01875. Sum of weights 10.01875.
 TEST(Gather, UniformMotion) {
     Spot frame;
     frame.set_all_half_velocities(4, 0);
@@ -45,12 +46,12 @@ TEST(Gather, SingleUsesBothWeightsAsOne) {
     frame.set_all_half_velocities(0, 4);
     frame.set_half_velocity(4, 4, 0, 0);
     // guertin at (4, 2): f cone(2, 2) 0 + b cone(2, 1/4) * 1 + 2 cylinder(2, 0.5) = 0.5; the tap
-    // above 3, the middle 4, total 3/160.
+    // above 3, the center 4, total 3/160.
     expect_pixel(blurred(plain_blur(kThree), frame), 4, 2, {0.5 / 7.51875});
-    // single: the same here, for the cone of v_S is 0 anyway ...
+    // single: the same result here, since the cone of v_S is 0 anyway ...
     const Chain single = plain_blur(three({{"mode", "single"}}));
     expect_pixel(blurred(single, frame), 4, 2, {0.5 / 7.51875});
-    // ... but at a still pixel beside movers the middle tap counts w_B = 1: 1 + 1 + 2 = 4 against
+    // ... but at a still pixel beside moving ones the center tap has w_B = 1: 1 + 1 + 2 = 4 against
     // guertin's 0 + 1 + 2 = 3. Still (4, 2) with total 3 / (40 * 0.5) = 0.15; its outer taps move:
     // f cone(2, 1/4) = 0.5 each, in single + b cone(2, 2) = 0.
     frame.set_half_velocity(4, 4, 0, 4);
@@ -63,7 +64,8 @@ TEST(Gather, BorderSkipsOrClamps) {
     Spot frame;
     frame.set_all_half_velocities(4, 0);
     frame.set_gray(0, 1, 1);
-    // (1, 1): the left tap at x = -1. skip: middle 4, right (3, 1) dark 3, total: no light comes.
+    // (1, 1): the left tap at x = -1. skip: center 4, right (3, 1) dark 3, total: receives no
+    // light.
     expect_pixel(blurred(plain_blur(kThree), frame), 1, 1, {0});
     // clamp: the tap moves to (0, 1): 3 / 10.01875.
     const Chain clamp = plain_blur(three({{"border", "clamp"}}));
@@ -76,22 +78,22 @@ TEST(Gather, BorderSkipsOrClamps) {
 TEST(Gather, DepthByHand) {
     Spot frame;
     frame.set_all_half_velocities(4, 0);
-    frame.depth().at(4, 1) = 2;  // the spot is nearer: w = 2 against 1
+    frame.depth().at(4, 1) = 2;  // the spot is closer: w = 2 against 1
     ImageF out = blurred(plain_blur(kThree), frame);
-    // At the spot, p nearer: f = clamp(1 - (2 - 1)) = 0, b = 1: outer weight 0.5 + 2 = 2.5.
+    // At the spot, p is closer: f = clamp(1 - (2 - 1)) = 0, b = 1: outer weight 0.5 + 2 = 2.5.
     expect_pixel(out, 4, 1, {1 - 5 / 9.01875});
-    // At (2, 1), S the spot: f = 1, b = 0: 2.5 again; its other tap 3, middle 4.
+    // At (2, 1), S is the spot: f = 1, b = 0: 2.5 again; its other tap 3, center 4.
     expect_pixel(out, 2, 1, {2.5 / 9.51875});
     // Ratio 1.5, s = 1: the cone behind halves: at the spot f = 0.5: 0.25 + 0.5 + 2 = 2.75.
     frame.depth().at(4, 1) = 1.5;
     out = blurred(plain_blur(kThree), frame);
     expect_pixel(out, 4, 1, {1 - 5.5 / 9.51875});
-    // s = 20: 0 again. s = 0: depth is not looked at.
+    // s = 20: 0 again. s = 0: depth is ignored.
     out = blurred(plain_blur(three({{"depth_softness", 20.0}})), frame);
     expect_pixel(out, 4, 1, {1 - 5 / 9.01875});
     out = blurred(plain_blur(three({{"depth_softness", 0.0}})), frame);
     expect_pixel(out, 4, 1, {1 - 6 / 10.01875});
-    // Sky: q = 0 all over is equal depth; the spot against sky: f = 0, b = 1 at the spot.
+    // Sky: q = 0 everywhere is equal depth; the spot against sky: f = 0, b = 1 at the spot.
     for (float& q : frame.depth().data) q = 0;
     expect_pixel(blurred(plain_blur(kThree), frame), 4, 1, {1 - 6 / 10.01875});
     frame.depth().at(4, 1) = 1e-10f;
@@ -102,8 +104,8 @@ TEST(Gather, DepthByHand) {
     expect_pixel(out, 4, 1, {1 - 6 / 10.01875});
 }
 
-// A still dark pixel at (4, 1), all else moves (4, 0) and is white. w_max = (1, 0), w_c = w_p =
-// (0, 1). Outer: f cone(2, 1/4) w_B = 0.5; b: w_A = 0; cylinder(2, 0.5) = 0. Middle: v_S = 0, so
+// A still dark pixel at (4, 1); all others move (4, 0) and are white. w_max = (1, 0), w_c = w_p =
+// (0, 1). Outer: f cone(2, 1/4) w_B = 0.5; b: w_A = 0; cylinder(2, 0.5) = 0. Center: v_S = 0, so
 // w_B = 0 and w_A = 1: 0 + 1 + 2 = 3. total = 3 / (40 * 0.5) = 0.15.
 TEST(Gather, StillPixelAmongMovers) {
     BlurFrame frame(9, 3);
@@ -112,7 +114,7 @@ TEST(Gather, StillPixelAmongMovers) {
     frame.set_all_half_velocities(4, 0);
     frame.set_half_velocity(4, 1, 0, 0);
     expect_pixel(blurred(plain_blur(kThree), frame), 4, 1, {1 / 4.15});
-    // dominant: w_c = (1, 0): the middle tap is the same; b cone(2, 2) = 0 still. Same picture.
+    // dominant: w_c = (1, 0): the center tap is the same; b cone(2, 2) = 0 still. The same image.
     const Chain dominant = plain_blur(three({{"static_direction", "dominant"}}));
     expect_pixel(blurred(dominant, frame), 4, 1, {1 / 4.15});
     // kappa = 1: total = 3 / 0.5 = 6.
@@ -120,9 +122,9 @@ TEST(Gather, StillPixelAmongMovers) {
 }
 
 // As before, but (4, 1) has v = (1.25, 0): the share of its own direction is (1.25 - 0.5) / 1.5 =
-// 0.5. w_p . v_c = 0: on either side w_c = normalize((0.5, +-0.5)), |w_c . w_max| = 0.70711.
-// Outer: f cone(2, 1/4) = 0.5, b cone(2, 0.8) = 0, cylinder(2, 1.25) = 0. Middle along w_c: w_A =
-// 1, w_B = 0.70711: 0.70711 + 1 + 2. total = 3 / (40 * 1.25) = 0.06.
+// 0.5. w_p . v_c = 0: on either side w_c = normalize((0.5, +-0.5)), |w_c . w_max| = 0.70711. Outer:
+// f cone(2, 1/4) = 0.5, b cone(2, 0.8) = 0, cylinder(2, 1.25) = 0. Center along w_c: w_A = 1, w_B =
+// 0.70711: 0.70711 + 1 + 2. total = 3 / (40 * 1.25) = 0.06.
 TEST(Gather, SlowPixelMixesDirections) {
     BlurFrame frame(9, 3);
     for (float& value : frame.color().data) value = 1;
@@ -131,7 +133,7 @@ TEST(Gather, SlowPixelMixesDirections) {
     frame.set_half_velocity(4, 1, 1.25, 0);
     const double half = std::sqrt(0.5);
     expect_pixel(blurred(plain_blur(kThree), frame), 4, 1, {1 / (0.06 + 3 + half + 1)});
-    // gamma = 0.01: all its own direction: w_c = (1, 0); middle 1 + 1 + 2.
+    // gamma = 0.01: fully its own direction: w_c = (1, 0); center 1 + 1 + 2.
     const Chain own = plain_blur(three({{"variance_threshold_px", 0.01}}));
     expect_pixel(blurred(own, frame), 4, 1, {1 / (0.06 + 4 + 1)});
     // gamma = 100: share 0.0075: w_c = (0.0075, 0.9925) / 0.992528, w_B = 0.0075565.
@@ -141,9 +143,9 @@ TEST(Gather, SlowPixelMixesDirections) {
 }
 
 // N = 5, |v_max| = 3: t = -2/3, -1/3, 0, 1/3, 2/3. (4, 4) has v = (1.25, 0), along v_max: taps 1
-// and 3 lie at T = 1 along w_c = (0.70711, +-0.70711), of both sides: (5, 5) and (3, 3), (5, 3) and
+// and 3 are at T = 1 along w_c = (0.70711, +-0.70711), of both sides: (5, 5) and (3, 3), (5, 3) and
 // (3, 5). f cone(1, 1/3) w_B = 2/3 0.70711, b cone(1, 0.8) = 0.2, 2 cylinder(1, 1.25) = 2. Taps 0
-// and 4 along w_max at T = 2: 1/3. The middle tap: 1 + 0.70711 + 2. total = 5 / (40 * 1.25) = 0.1.
+// and 4 along w_max at T = 2: 1/3. The center tap: 1 + 0.70711 + 2. total = 5 / (40 * 1.25) = 0.1.
 // The mean of both sides: each corner has half of its weight.
 TEST(Gather, SlowPixelAlongTheStreakTakesBothSides) {
     BlurFrame frame(9, 9);
@@ -156,8 +158,8 @@ TEST(Gather, SlowPixelAlongTheStreakTakesBothSides) {
     const double red = 0.5 * corner / (0.1 + 2 * corner + 2.0 / 3 + 3 + half);
     const Values values = {{"samples", int64_t(5)}, {"max_blur_px", int64_t(16)}};
     expect_pixel(blurred(plain_blur(values), frame), 4, 4, {red, red, red});
-    // Across v_max the same holds of w_max with static_direction: dominant: taps 1 and 3 at the
-    // same corners. The middle tap has w_B = 0 now: 0.70711 + 2 0.70711.
+    // With static_direction: dominant, w_max replaces w_p across v_max: taps 1 and 3 are at the
+    // same corners. The center tap now has w_B = 0: 0.70711 + 2 0.70711.
     frame.set_half_velocity(4, 4, 0, 1.25);
     Values dominant = values;
     dominant.push_back({"static_direction", "dominant"});
@@ -166,10 +168,10 @@ TEST(Gather, SlowPixelAlongTheStreakTakesBothSides) {
 }
 
 // Two directions, N = 5: t = -2/3, -1/3, 0, 1/3, 2/3, |v_max| = 3. The center column moves (0, 2),
-// all else (3, 0). At the center (4, 4): taps 1 and 3 go along w_c = (0, 1) to T = 1, S = (4, 3),
+// all others (3, 0). At the center (4, 4): taps 1 and 3 go along w_c = (0, 1) to T = 1, S = (4, 3),
 // (4, 5): cone(1, 1/2) = 0.5 twice, cylinder(1, 2) = 1: weight 3. Taps 0 and 4 along (1, 0) to T =
-// 2: w_A = 0, w_B = 1: f cone(2, 1/3) = 1/3, 2 cylinder(2, 2) = 2 * 0.5: weight 4/3. The middle tap
-// lies along w_max: w_A = w_B = 0: nothing. total = 5 / (40 * 2) = 0.0625. Sum 8.729167.
+// 2: w_A = 0, w_B = 1: f cone(2, 1/3) = 1/3, 2 cylinder(2, 2) = 2 * 0.5: weight 4/3. The center tap
+// is along w_max: w_A = w_B = 0: weight 0. total = 5 / (40 * 2) = 0.0625. Sum 8.729167.
 TEST(Gather, TwoDirections) {
     BlurFrame frame(9, 9);
     frame.set_all_half_velocities(3, 0);
@@ -186,9 +188,9 @@ TEST(Gather, TwoDirections) {
     expect_pixel(blurred(plain_blur(values), frame), 4, 4, {0, 4.0 / 3 / along});
 }
 
-// Tiles of 4 px, all of left column moving (0, 3), all of right column (3, 0): u of each tile is 1
-// - (1 + 0) / 2 = 0.5 everywhere, so also between. floor((i + 1) / 2) > floor(i / 2) for odd i: the
-// even split exactly.
+// Tiles of 4 px, the left column moving (0, 3), the right column (3, 0): u of each tile is 1 - (1 +
+// 0) / 2 = 0.5, so also in between. floor((i + 1) / 2) > floor(i / 2) for odd i: an exact even
+// split.
 TEST(Gather, VarianceOfOneHalfIsTheEvenSplit) {
     BlurFrame frame(8, 4);
     frame.color() = noise_image(8, 4, 4, 3);
@@ -201,8 +203,8 @@ TEST(Gather, VarianceOfOneHalfIsTheEvenSplit) {
 }
 
 TEST(Hint, ByHand) {
-    // Tiles of 6 px. Tiles 0 and 2 hold one velocity each, tile 4 is mixed; 1 and 3 rest, but their
-    // neighbors reach them, so look at tile centers only where the sum is known.
+    // Tiles of 6 px. Tiles 0 and 2 have one velocity each, tile 4 is mixed; 1 and 3 are still, but
+    // their neighbors reach them, so only tile centers with a known sum are checked.
     const Values values = {
         {"samples", int64_t(3)}, {"max_blur_px", int64_t(6)}, {"variance_threshold_px", 0.01}};
     const auto hint_of = [&](double v, double v_center) {
@@ -220,9 +222,9 @@ TEST(Hint, ByHand) {
     EXPECT_EQ(hint_of(0.6, 0.6), Gates(1, 0));
     // v = 0.8: T = 0.4: 6 * 0.16 / 10.09 = 0.0951: 0.534 px.
     EXPECT_EQ(hint_of(0.8, 0.8), Gates(1, 1));
-    // A still pixel among movers (weights of StillPixelAmongMovers): T = 2: 4 / 4.15: 1.7 px.
+    // A still pixel among moving ones (weights of StillPixelAmongMovers): T = 2: 4 / 4.15: 1.7 px.
     EXPECT_EQ(hint_of(4, 0), Gates(1, 1));
-    // A still pixel on still ground in a moving tile: no tap counts but its own.
+    // A still pixel on still ground in a moving tile: only its own tap counts.
     BlurFrame frame(6, 6);
     frame.set_half_velocity(0, 0, 4, 0);
     const ImageF hint = stages_of(plain_blur(values), frame)["hint"];

@@ -1,10 +1,10 @@
-// An independent double-precision implementation of the definitions, on a path-traced picture.
+// An independent double-precision implementation of the definitions, on a path-traced image.
 //
-// tests/data/motion_blur/wheels_crop.bin is a crop of 160 x 160 pixels on tile borders: color
-// (half RGB), inverse depth and motion, and of the inner 80 x 80 pixels, which depend on nothing
+// tests/data/motion_blur/wheels_crop.bin is a crop of 160 x 160 pixels on tile borders: color (half
+// RGB), inverse depth and motion; and of the inner 80 x 80 pixels, which do not depend on pixels
 // outside the crop, the results of modes guertin and single (float RGB). A text header ends in a
-// line "end"; planes follow as the header lists them, rows of little-endian numbers. N = 25, r =
-// 40, shutter 0.5, s = 1, kappa = 40, no jitter.
+// line "end"; planes follow in the header's order, rows of little-endian numbers. N = 25, r = 40,
+// shutter 0.5, s = 1, kappa = 40, no jitter.
 
 #include <fstream>
 #include <glm/gtc/packing.hpp>
@@ -60,7 +60,7 @@ ImageF inner_of(const ImageF& image) {
 
 TEST(Golden, EqualsTheIndependentImplementation) {
     const Golden golden = load();
-    // The crop is a demanding one: nine tenths of it differ between the modes.
+    // The crop is demanding: nine tenths of it differ between the modes.
     EXPECT_GT(compare(golden.guertin, golden.single, 0.01).fraction, 0.8);
     for (const auto& [mode, expected] :
          {std::pair("guertin", &golden.guertin), std::pair("single", &golden.single)}) {

@@ -1,5 +1,5 @@
-// mode: inverse_warp against closed forms, against truths accumulated over times, and against its
-// reference.
+// mode: inverse_warp against closed forms, against ground truth accumulated over time samples, and
+// against its reference.
 #include <cmath>
 
 #include "tests/motion_blur/support.h"
@@ -11,7 +11,7 @@ Chain warp(Values values = {}) {
     values.insert(values.begin(), {"mode", "inverse_warp"});
     return blur(values);
 }
-// So many times that sampling does not show.
+// Enough time samples that sampling is invisible.
 Chain converged_warp() {
     return warp({{"samples", int64_t(401)}, {"path_px_per_time", 0.1}, {"noise", "none"}});
 }
@@ -42,8 +42,8 @@ BlurFrame bar(int picture, int x0, int width, double forward, double back) {
     return frame;
 }
 
-// Share of the open shutter during which the bar covers the middle of pixel x; `at`: where the bar
-// begins at time t in frames.
+// Fraction of the open shutter during which the bar covers the center of pixel x; `at`: start of
+// the bar at time t in frames.
 template <class Position>
 double coverage(int x, int width, Position at) {
     constexpr int kTimes = 4000;
@@ -61,13 +61,13 @@ TEST(InverseWarp, OpacityOfAMovingBarIsExact) {
         const ImageF out = blurred(converged_warp(), frame);
         for (int x = 20; x < 100; ++x) {
             const double expected = coverage(x, width, [](double t) { return 45 + 48 * t; });
-            // An edge is found to within half a pixel of a path of 24.
+            // Edges are accurate to half a pixel of a path of 24.
             EXPECT_NEAR(out.at(x, 10, 0), expected, 0.06) << "width " << width << ", x " << x;
         }
     }
 }
 
-// What the 2013 filter cannot: thin bars that move by many times their width.
+// A case where the 2013 filter fails: thin bars that move by many times their width.
 TEST(InverseWarp, FenceKeepsItsWidthAndItsLight) {
     for (const Chain& chain : {warp(), warp({{"samples", int64_t(9)}})}) {
         const BlurFrame frame = bar(101, 50, 2, 26, 26);
@@ -79,7 +79,7 @@ TEST(InverseWarp, FenceKeepsItsWidthAndItsLight) {
                 moment += out.at(x, y, 0) * (x - 50.5) * (x - 50.5);
             }
         }
-        // A box of 2 px moved evenly over 13 px.
+        // A box of 2 px moving evenly over 13 px.
         const double width = std::sqrt((2.0 * 2 + 13.0 * 13) / 12);
         EXPECT_NEAR(light / 20, 2, 0.1);
         EXPECT_NEAR(std::sqrt(moment / light), width, 0.1 * width);
@@ -87,7 +87,7 @@ TEST(InverseWarp, FenceKeepsItsWidthAndItsLight) {
 }
 
 // Forward +40 px, backward -40: the bar was on the right before and is there again after. A
-// straight line to each; a parabola would hardly leave the place.
+// straight path to each; a parabola would hardly leave the position.
 TEST(InverseWarp, WhatBouncesStaysOnItsSide) {
     const BlurFrame frame = bar(120, 45, 6, 40, -40);
     const ImageF out = blurred(converged_warp(), frame);
@@ -97,7 +97,7 @@ TEST(InverseWarp, WhatBouncesStaysOnItsSide) {
     }
 }
 
-// A picture that turns by half a radian a frame about its middle.
+// An image that rotates by half a radian per frame about its center.
 struct Turning {
     static constexpr int kSize = 96;
     static constexpr double kTurn = 0.5;
@@ -120,7 +120,7 @@ struct Turning {
         }
         return frame;
     }
-    // Mean over the shutter; within a circle about the middle, where all of it is in the picture.
+    // Mean over the shutter, within a circle about the center that always stays inside the image.
     static double error(const ImageF& out) {
         double sum = 0;
         int count = 0;
@@ -193,14 +193,14 @@ TEST(InverseWarp, AgreesWithItsReference) {
             const auto gpu = stages_of(warp(values), frame);
             const auto expected = reference_stages_of(warp(values), frame);
             const Difference difference = compare(gpu.at("color"), expected.at("color"), 1e-3);
-            // Residuals and depths at a limit, decided by rounding.
+            // Residuals and depths at a limit that rounding decides.
             EXPECT_LE(difference.fraction, 0.01) << difference.text;
             EXPECT_LE(compare(gpu.at("hint"), expected.at("hint"), 0).fraction, 0.002);
         }
     }
 }
 
-// The same frame with and without what the still blocks save.
+// The same frame with and without the savings of still blocks.
 TEST(InverseWarp, StillBlocksChangeNoBit) {
     BlurFrame frame = random_frame(150, 110, 0, 1.5f, 9);
     for (int y = 30; y < 50; ++y)

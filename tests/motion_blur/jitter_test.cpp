@@ -1,6 +1,6 @@
-// The two jitters against pixels computed by hand, with Halton's numbers for seed 0:
-// the index interleaves the bits of x (even places) and y (odd places); the tile value mirrors it
-// at the binary point, the tap value is 2 * (mirrored in base 3) - 1.
+// The two jitters against pixels computed by hand, with Halton's numbers for seed 0: the index
+// interleaves the bits of x (even positions) and y (odd positions); the tile value mirrors it at
+// the binary point, the tap value is 2 * (mirrored in base 3) - 1.
 
 #include <cmath>
 
@@ -10,8 +10,8 @@ namespace postchain::test {
 namespace {
 
 // Four tiles of 4 px in a row; only the last moves. NeighborMax is 0 in tiles 0 and 1 and (3, 0) in
-// 2 and 3, and nothing but the hint's first gate tells which tile a pixel took.
-// Slope 0.5: probability 0.5 - e/2.
+// 2 and 3; only the hint's first gate shows which tile a pixel used. Slope 0.5: probability 0.5 -
+// e/2.
 TEST(TileJitter, ByHand) {
     BlurFrame frame(16, 4);
     for (int y = 0; y < 4; ++y)
@@ -19,18 +19,18 @@ TEST(TileJitter, ByHand) {
     const ImageF hint =
         stages_of(blur({{"max_blur_px", int64_t(4)}, {"tile_jitter_slope", 0.5}, {"jitter", 0.0}}),
                   frame)["hint"];
-    // (6, 2): local (0.625, 0.625), both axes at e = 0.375: x is taken; right neighbor with
-    // probability 0.3125. Index 011100b = 28, mirrored 0.00111b = 0.21875: takes tile 2.
+    // (6, 2): local (0.625, 0.625), both axes at e = 0.375: x is used; right neighbor with
+    // probability 0.3125. Index 011100b = 28, mirrored 0.00111b = 0.21875: uses tile 2.
     EXPECT_EQ(hint.at(6, 2, 0), 1);
     // (6, 1): local y 0.375, e = 0.375 again. Index 10110b, mirrored 0.01101b = 0.40625: stays.
     EXPECT_EQ(hint.at(6, 1, 0), 0);
     // (7, 1): e = 0.125, probability 0.4375. Odd x: first digit 1, at least 0.5: stays.
     EXPECT_EQ(hint.at(7, 1, 0), 0);
-    // (6, 0): the top is nearer (0.125 < 0.375): index 10100b, mirrored 0.00101b = 0.156 < 0.4375,
-    // but there is no tile above: stays.
+    // (6, 0): the top is closer (0.125 < 0.375): index 10100b, mirrored 0.00101b = 0.156 < 0.4375,
+    // but no tile exists above: stays.
     EXPECT_EQ(hint.at(6, 0, 0), 0);
     // (8, 1): local x 0.125, left neighbor with probability 0.4375. Index 1000010b, mirrored
-    // 0.0100001b = 0.2578: takes tile 1, which rests.
+    // 0.0100001b = 0.2578: uses tile 1, which is still.
     EXPECT_EQ(hint.at(8, 1, 0), 0);
     // (9, 1): odd x: stays in its moving tile. (12, 1): index 01011 0010b ... its left neighbor is
     // tile 2, which moves as well.
@@ -39,7 +39,7 @@ TEST(TileJitter, ByHand) {
 }
 
 // The tile across a border has the pixel's own tile among its on-axis neighbors: v_max is never
-// shorter than v_c, and a moving pixel never rests, whatever tile it takes.
+// shorter than v_c, and a moving pixel is never treated as still, whatever tile it uses.
 TEST(TileJitter, NeverSlowerThanThePixel) {
     BlurFrame frame(64, 64);
     for (int y = 0; y < 64; ++y)
@@ -48,7 +48,8 @@ TEST(TileJitter, NeverSlowerThanThePixel) {
         stages_of(blur({{"max_blur_px", int64_t(8)}, {"tile_jitter_slope", 0.0}}), frame)["hint"];
     for (int y = 0; y < 64; ++y)
         for (int x = 32; x < 64; ++x) ASSERT_EQ(hint.at(x, y, 0), 1) << x << "," << y;
-    // Tile column 3 is reached by column 4; at slope 0 about half of its left half looks left.
+    // Tile column 3 is reached by column 4; at slope 0 about half of its left half uses the left
+    // tile.
     int left_out = 0;
     for (int y = 0; y < 64; ++y)
         for (int x = 24; x < 32; ++x) left_out += hint.at(x, y, 0) == 0;

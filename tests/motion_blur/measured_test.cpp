@@ -8,8 +8,8 @@
 namespace postchain::test {
 namespace {
 
-// Two discs that cross in different directions over a still, textured ground, seen through a window
-// whose corner lies at (left, top).
+// Two discs crossing in different directions over still, textured ground, seen through a window
+// with corner (left, top).
 BlurFrame window(int left, int top) {
     constexpr int kSize = 200;
     BlurFrame frame(kSize, kSize);
@@ -31,10 +31,9 @@ BlurFrame window(int left, int top) {
     return frame;
 }
 
-// Moving the picture by 1 .. r - 1 px moves the tile grid over the content. How far does the result
-// differ from the unmoved one? 0 would mean that no grid shows. Without tile jitter a pixel's
-// direction can change from one tile's to another's and with it every tap: only the mean is bounded
-// tightly.
+// Moving the image by 1 .. r - 1 px moves the tile grid relative to the content. Measures the
+// difference from the unmoved result; 0 would mean no visible grid. Without tile jitter a pixel's
+// direction can change with the tile and with it every tap: only the mean has a tight bound.
 TEST(Measured, ShiftAgainstTheTileGrid) {
     constexpr int kRadius = 20, kMargin = 40;
     for (const char* mode : {"guertin", "single"}) {
@@ -59,11 +58,11 @@ TEST(Measured, ShiftAgainstTheTileGrid) {
                     kRadius - 1, mode, rms, largest);
         EXPECT_LE(rms, 0.01) << mode;
         EXPECT_LE(largest, 0.25) << mode;
-        EXPECT_GT(largest, 0);  // the measurement can see a grid
+        EXPECT_GT(largest, 0);  // the measurement detects a grid
     }
 }
 
-// A white half plane moves (L, 0) half-velocity over still black ground. Exact: the pixel at d px
+// A white half plane with half-velocity (L, 0) over still black ground. Exact: the pixel d px
 // outside the edge is covered for clamp((L - d) / (2 L)) of the shutter's time.
 TEST(Measured, OpacityProfile) {
     for (const char* mode : {"guertin", "single"}) {
@@ -97,10 +96,10 @@ TEST(Measured, OpacityProfile) {
     }
 }
 
-// Inputs changed by up to 1e-3 of a pixel of half-velocity, or of the depth: how far does a pixel
-// change? A tap rounds to a pixel, so with noise for a picture one that jumps changes it by its
-// weight. Still pixels are another matter: w_B is 0 for v_S = 0 and up to 1 for the least v_S, so
-// noise on still motion weighs taps that had no weight before.
+// Sensitivity to input changes of up to 1e-3 px of half-velocity, or of the depth. Taps round to
+// pixels, so with a noise image a tap that jumps changes a pixel by its weight. Still pixels
+// differ: w_B is 0 for v_S = 0 and up to 1 for the smallest v_S, so noise on still motion gives
+// weight to taps that had none.
 TEST(Measured, Continuity) {
     struct Row {
         const char* changed;

@@ -1,4 +1,4 @@
-// mode: inverse_warp with the frames before and after: what this frame hides they show.
+// mode: inverse_warp with neighboring frames, which show what is occluded in this frame.
 #include <cmath>
 
 #include "tests/motion_blur/support.h"
@@ -9,14 +9,14 @@ namespace {
 constexpr int kWidth = 160, kHeight = 24, kBar = 20;
 constexpr double kSpeed = 48;  // px per frame
 
-// A bar before a pattern that slides the other way.
+// A bar before a pattern that moves in the opposite direction.
 struct Scene {
     double pattern_speed = -8;  // px per frame
-    double wave = 0;            // px per frame, by which that goes up and down
-    bool strip = false;         // between them a strip that stands still
-    bool door = false;   // a door that is there while the shutter is open, and a post before it
-    bool fence = false;  // in place of the bar a fence that comes in from the right
-    int begin = 40, end = 120;  // columns of which the error is taken: beside the bar and behind it
+    double wave = 0;            // px per frame of vertical motion of the pattern
+    bool strip = false;         // adds a static strip between them
+    bool door = false;   // adds a door that exists while the shutter is open, and a post before it
+    bool fence = false;  // replaces the bar by a fence that enters from the right
+    int begin = 40, end = 120;  // columns of the error: beside and behind the bar
 };
 const Scene kTwoLayers;
 const Scene kThreeLayers = {.pattern_speed = -80, .strip = true};
@@ -32,7 +32,7 @@ struct Pixel {
     double gray, inverse_depth, speed;
 };
 
-// What stands at x at time t in frames.
+// Surface at x at time t in frames.
 Pixel at(const Scene& scene, double t, double x, double y) {
     if (scene.fence && std::fmod(x + kSpeed * (t + 5), 20) < 8) return {2, 2, -kSpeed};
     const double bar = 70 + kSpeed * t;
@@ -40,7 +40,7 @@ Pixel at(const Scene& scene, double t, double x, double y) {
     if (scene.door && x >= 46 + 20 * t && x < 69 + 20 * t) return {1.5, 1.7, 20};
     if (scene.door && std::abs(t) < 0.5) return {0.3 + 0.1 * std::sin(0.7 * x), 1.3, 0};
     if (scene.strip && x >= 66 && x < 92) return {1.2 + 0.2 * std::sin(0.7 * x), 1.5, 0};
-    // What of the pattern is there was at `from` at time 0.
+    // The visible part of the pattern was at `from` at time 0.
     double from = x, before, speed;
     do {
         before = from;
@@ -75,7 +75,7 @@ BlurFrame with_neighbors(std::initializer_list<Neighbor> neighbors,
     return frame;
 }
 
-// RMS error of what the shutter, open for half a frame, sees.
+// RMS error against the image of a shutter open for half a frame.
 double error_of(const ImageF& out, const Scene& scene = kTwoLayers) {
     constexpr int kTimes = 400;
     double sum = 0;
@@ -109,13 +109,13 @@ TEST(Neighbors, ShowWhatIsHidden) {
     EXPECT_LT(before, 0.7 * alone);
     EXPECT_LT(after, 0.7 * alone);
     EXPECT_LT(error_of(blurred(warp(), both)), 0.7 * alone);
-    // As the parameter says.
+    // Matches the parameter's help.
     EXPECT_EQ(error_of(blurred(warp({{"neighbors", "none"}}), both)), alone);
     EXPECT_EQ(error_of(blurred(warp({{"neighbors", "before"}}), both)), before);
 }
 
-// The strip is hidden where this frame shows the pattern that is behind both: what is seen there
-// must not stand for what is before it.
+// The strip is occluded where this frame shows the pattern behind both: the pattern must not
+// replace the strip.
 TEST(Neighbors, ShowWhatIsHiddenBeforeWhatIsSeen) {
     const double alone = error_with({}, kThreeLayers);
     EXPECT_LT(error_with({Neighbor::before}, kThreeLayers), 0.5 * alone);
@@ -123,7 +123,7 @@ TEST(Neighbors, ShowWhatIsHiddenBeforeWhatIsSeen) {
     EXPECT_LT(error_with({Neighbor::before, Neighbor::after}, kThreeLayers), 0.5 * alone);
 }
 
-// Each place of the pattern has a speed of its own, so that a search comes near it step by step.
+// Each place of the pattern has its own speed, so that a search approaches it step by step.
 TEST(Neighbors, ShowWhatIsHiddenOfWhatStretches) {
     const double alone = error_with({}, kWave);
     EXPECT_LT(error_with({Neighbor::before}, kWave), 0.8 * alone);
@@ -131,14 +131,14 @@ TEST(Neighbors, ShowWhatIsHiddenOfWhatStretches) {
     EXPECT_LT(error_with({Neighbor::before, Neighbor::after}, kWave), 0.8 * alone);
 }
 
-// A post of the fence is beyond the picture, at whose edge there is what is behind the fence.
+// A post of the fence is outside the image, whose edge shows the background.
 TEST(Neighbors, ShowWhatComesFromBeyondThePicture) {
     const double alone = error_with({}, kFence);
     EXPECT_LT(error_with({Neighbor::after}, kFence), 0.5 * alone);
     EXPECT_LT(error_with({Neighbor::before, Neighbor::after}, kFence), 0.5 * alone);
 }
 
-// A frame away is too far for paths of a shutter that hardly opens.
+// For a shutter that hardly opens, paths do not reach neighboring frames.
 TEST(Neighbors, AreNotAskedByAShortShutter) {
     const BlurFrame both = with_neighbors({Neighbor::before, Neighbor::after});
     const Chain chain = warp({{"shutter_frames", 0.1}});
@@ -164,13 +164,13 @@ TEST(Neighbors, AgreeWithTheReference) {
             const auto gpu = stages_of(warp(), frame);
             const auto expected = reference_stages_of(warp(), frame);
             const Difference difference = compare(gpu.at("color"), expected.at("color"), 1e-3);
-            // Residuals and depths at a limit, decided by rounding.
+            // Residuals and depths at a limit that rounding decides.
             EXPECT_LE(difference.fraction, 0.01) << difference.text;
         }
     }
 }
 
-// Where the pattern stretches, and where a door hides it that the other frames do not show.
+// Where the pattern stretches, and where a door that other frames lack occludes it.
 TEST(Neighbors, AgreeWithTheReferenceInScenes) {
     for (const Scene& scene : {kWave, kDoor}) {
         const BlurFrame both = with_neighbors({Neighbor::before, Neighbor::after}, scene);

@@ -1,4 +1,5 @@
-// The tables of random numbers: values by hand, equal on GPU and CPU, evenly spread, independent.
+// The tables of random numbers: values by hand, equal on GPU and CPU, evenly distributed,
+// independent.
 
 #include "passes/common/noise.h"
 
@@ -45,8 +46,8 @@ TEST(Noise, BlueRanksAreAPermutation) {
     EXPECT_EQ(*seen.rbegin(), int(ranks.size()) - 1);
 }
 
-// Averages over 4 x 4 pixels of white noise vary with 1/12/16; of blue noise far less, for it has
-// no low frequencies. Measured 0.0003.
+// Averages over 4 x 4 pixels of white noise have variance 1/12/16; of blue noise far less, because
+// it lacks low frequencies. Measured 0.0003.
 TEST(Noise, BlueHasNoLowFrequencies) {
     const ImageF table = gpu_table("blue");
     for (int channel : {0, 1}) {

@@ -1,5 +1,5 @@
-// The two ends of each parameter's range change the picture as its help says. What a value in
-// between does to a pixel is computed by hand in gather_test.cpp, jitter_test.cpp, stages_test.cpp.
+// The two ends of each parameter's range change the image as its help says. Effects of values in
+// between are computed by hand in gather_test.cpp, jitter_test.cpp, stages_test.cpp.
 
 #include <cmath>
 
@@ -32,7 +32,7 @@ int lit(const ImageF& image) {
 
 TEST(Parameter, Samples) {
     const BlurFrame frame = spot_frame(30, 0);
-    // One tap lies at the pixel itself; 1023 leave no gap.
+    // One tap is at the pixel itself; 1023 leave no gap.
     EXPECT_TRUE(equal_bits(blurred(plain_blur({{"samples", int64_t(1)}}), frame), frame.color()));
     EXPECT_EQ(lit(blurred(plain_blur({{"samples", int64_t(25)}}), frame)), 25);
     EXPECT_EQ(lit(blurred(plain_blur({{"samples", int64_t(1023)}}), frame)), 61);
@@ -67,8 +67,8 @@ TEST(Parameter, Jitter) {
     };
     EXPECT_TRUE(equal_bits(with(0, 0), with(0, 5)));
     EXPECT_FALSE(equal_bits(with(1, 0), with(1, 5)));
-    // Taps 30 / 13 px apart leave gaps that the same for all rows; jitter of a whole spacing fills
-    // them, row by row others.
+    // Taps 30 / 13 px apart leave gaps that are equal in all rows; jitter of a full spacing fills
+    // them differently in each row.
     EXPECT_EQ(lit(with(0, 0)), 25);
     BlurFrame line = frame;
     for (int y = 0; y < 41; ++y) line.set_gray(60, y, 1);
@@ -82,7 +82,7 @@ TEST(Parameter, Jitter) {
     EXPECT_GE(reached, 57);
 }
 
-// Tiles of 8 px; only the last column of tiles moves. The hint's first gate shows the tile taken.
+// Tiles of 8 px; only the last column of tiles moves. The hint's first gate shows the tile used.
 ImageF gates(const Values& values) {
     BlurFrame frame(64, 64);
     for (int y = 0; y < 64; ++y)
@@ -96,10 +96,10 @@ TEST(Parameter, TileJitterAndSlope) {
     const ImageF off = gates({{"tile_jitter", false}});
     for (int y = 0; y < 64; ++y)
         for (int x = 0; x < 64; ++x) ASSERT_EQ(off.at(x, y, 0), x >= 48) << x << "," << y;
-    // Slope 100: the probability is 0 from 0.005 tiles on, and no pixel center is nearer.
+    // Slope 100: the probability is 0 from 0.005 tiles on, and no pixel center is closer.
     EXPECT_TRUE(equal_bits(off, gates({{"tile_jitter_slope", 100.0}})));
-    // Slope 0: half of the pixels take the neighbor, wherever they are. Of tile column 5 those
-    // whose right border is nearest (a quarter of the tile) may take column 6: half of them do.
+    // Slope 0: half of the pixels use the neighbor, wherever they are. In tile column 5, pixels
+    // closest to the right border (a quarter of the tile) may use column 6: half of them do.
     const ImageF flat = gates({{"tile_jitter_slope", 0.0}});
     const ImageF steep = gates({{"tile_jitter_slope", 1.0}});
     int flat_taken = 0, steep_taken = 0;
@@ -126,8 +126,9 @@ TEST(Parameter, CenterWeight) {
 }
 
 TEST(Parameter, VarianceThreshold) {
-    // A pixel at 2 px across a dominant 6 px. gamma 0.01: its taps go along its own motion and meet
-    // the red above and below it; gamma 100: they go across w_max, which is the same line here ...
+    // A pixel at 2 px across a dominant 6 px. gamma 0.01: its taps go along its own motion and
+    // reach the red above and below it; gamma 100: they go across w_max, which is the same line
+    // here ...
     BlurFrame frame(41, 41);
     frame.set_all_half_velocities(6, 0);
     const double v = 2 * std::sqrt(0.5);
@@ -155,7 +156,7 @@ TEST(Parameter, DepthSoftness) {
     };
     EXPECT_TRUE(equal_bits(with(0, frame), with(0, flat)));
     EXPECT_FALSE(equal_bits(with(1, frame), with(1, flat)));
-    // s = 100: 1 - 100 * 0.02 < 0, as hidden as at any larger ratio.
+    // s = 100: 1 - 100 * 0.02 < 0, as occluded as at any larger ratio.
     BlurFrame far = frame;
     far.depth().at(60, 20) = 5;
     EXPECT_TRUE(equal_bits(with(100, frame), with(100, far)));
@@ -169,7 +170,7 @@ TEST(Parameter, ChoicesAndSwitches) {
         all.insert(all.end(), values.begin(), values.end());
         return blurred(blur(all), frame);
     };
-    // Two values of each give two pictures ...
+    // Two values of each give two images ...
     const std::pair<const char*, std::vector<ParameterValue>> rows[] = {
         {"mode", {"guertin", "single"}},
         {"sample_split", {"even", "variance"}},
@@ -185,10 +186,10 @@ TEST(Parameter, ChoicesAndSwitches) {
             for (size_t j = 0; j < i; ++j)
                 EXPECT_FALSE(equal_bits(picture({{key, values[i]}}), picture({{key, values[j]}})))
                     << key << " " << text_of(values[i]) << " " << text_of(values[j]);
-    // ... and these give the same.
+    // ... and these give equal images.
     EXPECT_TRUE(equal_bits(picture({{"noise", "none"}}),
                            picture({{"jitter", 0.0}, {"tile_jitter", false}})));
-    // Not stored, a velocity longer than 16 px is clamped in another way.
+    // Without storage, a velocity longer than 16 px is clamped differently.
     const ImageF in_place = picture({{"velocity_storage", "auto"}});
     const ImageF stored = picture({{"velocity_storage", "fp32"}});
     EXPECT_EQ(compare(in_place, stored, 1e-5).fraction, 0);
@@ -209,8 +210,8 @@ TEST(Parameter, AnimateNoise) {
     EXPECT_TRUE(equal_bits(at(2, true), at(2, true)));
 }
 
-// A still pixel in fast surroundings, a lamp above it and one beside it, both moving slowly enough
-// to count only where the taps go: across the dominant motion, or along it.
+// A still pixel in fast surroundings, with a lamp above and one beside it, both slow enough to
+// count only along the taps: across the dominant motion, or along it.
 TEST(Parameter, StaticDirection) {
     BlurFrame frame(31, 31);
     frame.set_all_half_velocities(0, 6);  // dominant is vertical

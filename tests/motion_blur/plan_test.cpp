@@ -1,4 +1,4 @@
-// What the pass plans, leaves out, asks for and refuses.
+// The pass's plans, elisions, requirements and errors.
 
 #include <limits>
 
@@ -59,8 +59,8 @@ TEST(Plan, TexturesAndWhatIsLeftOut) {
     EXPECT_TRUE(leaves_out(plan_of(blur(single), description(9)), "tile_variance"));
 }
 
-// What a closed shutter saves is what a frame without motion does, also where nothing is known of
-// the speed, as in an engine.
+// A closed shutter is elided like a frame without motion, even if the speed is unknown, as in an
+// engine.
 TEST(Plan, SavingOfAClosedShutter) {
     const auto saving = [](double shutter_frames, double max_speed_px) {
         const Chain chain = blur({{"mode", "inverse_warp"}, {"shutter_frames", shutter_frames}});
@@ -74,7 +74,7 @@ TEST(Plan, SavingOfAClosedShutter) {
     EXPECT_EQ(saving(0, std::numeric_limits<double>::infinity()), saving(0.5, 0));
 }
 
-// Which classes of blocks are told apart, by rules and facts; each has a list and a launch.
+// Classes of blocks by rules and facts; each class has a list and a launch.
 TEST(Plan, ClassesOfBlocks) {
     const auto steps_of = [](const Chain& chain, const FrameDescription& frame,
                              const PlanOptions& options) {
@@ -143,9 +143,9 @@ TEST(Plan, FormatsFollowPrecisionAndStorage) {
     EXPECT_EQ(format_of(blur({{"velocity_storage", "unorm8"}}), Precision::fp32, v), Format::rg8);
     EXPECT_EQ(format_of(blur(), Precision::fp32, "color"), Format::rgba32f);
     EXPECT_EQ(format_of(blur(), Precision::fp16, "color"), Format::rgba16f);
-    // What the frame's own color needs, the result has too.
+    // The result's format is at least that of the frame's color.
     EXPECT_EQ(format_of(blur(), Precision::fp16, "color", false), Format::rgba32f);
-    // 500 px squared does not fit a half: tiles are fp32 always.
+    // 500 px squared exceeds half: tiles are always fp32.
     EXPECT_EQ(format_of(blur(), Precision::fp16, "tile_max"), Format::rgba32f);
 }
 
@@ -183,7 +183,7 @@ TEST(Plan, ShutterPrecedence) {
     p.shutter_angle_deg.reset();
     p.shutter_frames = 1.5;
     EXPECT_EQ(shutter::open_frames(p, camera), 1.5);
-    // A camera with the shutter shut counts as well.
+    // A closed shutter of the camera counts as well.
     FrameDescription frame = description(80);
     frame.camera.shutter_frames = 0;
     EXPECT_TRUE(plan_of(blur(), frame).passes[0].elided);

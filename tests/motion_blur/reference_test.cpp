@@ -1,10 +1,10 @@
 // GPU against the double-precision reference at every stage boundary.
 //
 // Bounds. fp32 tile stages: 1e-5 of max(1, |value|), every pixel. fp16 and unorm8 velocities: one
-// step of the storage, and no more than 0.2 % of the pixels off at all (a value between two codes
-// may fall either way). Color: 1e-4 (1.1e-3 when the color is stored in half floats) on all but
-// 0.2 % of the pixels: a tap that lies within rounding of a border between two pixels, or a random
-// number within rounding of its threshold, may fall either way.
+// step of the storage, and at most 0.2 % of the pixels different (a value between two codes may
+// round either way). Color: 1e-4 (1.1e-3 for color in half) on all but 0.2 % of the pixels: a tap
+// within rounding of a pixel border, or a random number within rounding of its threshold, may go
+// either way.
 
 #include <cstdio>
 
@@ -85,7 +85,7 @@ void expect_equal(const Case& one, const BlurFrame& frame, const char* scene) {
     }
 }
 
-// Every pixel its own velocity, up to 28 px (clamped to 16), some nearly still.
+// Every pixel has its own velocity, up to 28 px (clamped to 16), some nearly still.
 TEST(GpuAgainstReference, RandomMotion) {
     BlurFrame frame = random_frame(101, 67, 20, 1.3f, 11);
     for (int y = 0; y < 67; ++y)
@@ -117,10 +117,10 @@ TEST(GpuAgainstReference, AnySize) {
         const std::string size = concat(width, "x", height);
         expect_equal({"defaults", {}}, frame, size.c_str());
     }
-    // Tiles of one pixel on the widest picture: as many tiles as pixels.
+    // One-pixel tiles on the widest image: as many tiles as pixels.
     const BlurFrame wide = random_frame(16384, 2, 3, 2, 6);
     expect_equal({"r 1", {{"max_blur_px", int64_t(1)}, {"samples", int64_t(3)}}}, wide, "16384x2");
-    // Tiles larger than the picture.
+    // Tiles larger than the image.
     const BlurFrame small = random_frame(33, 20, 9, 2, 7);
     expect_equal({"r 1024", {{"max_blur_px", int64_t(1024)}}}, small, "33x20");
 }

@@ -1,4 +1,4 @@
-// Each tile stage against pixels computed by hand. Shutter 0.5 unless said: v = motion / 4.
+// Each tile stage against pixels computed by hand. Shutter 0.5 unless stated: v = motion / 4.
 
 #include <cmath>
 
@@ -42,7 +42,7 @@ TEST(HalfVelocity, StorageByHand) {
     expect_pixel(v, 4, 0, {128 / 255.0, 128 / 255.0}, 1e-6);
     values = r10;
     values.push_back({"velocity_storage", "fp16"});
-    // 11 bits: 3.0009765625 = 3 + 2^-10 lies half-way between 3 and 3 + 2^-9: to even, 3.
+    // 11 bits: 3.0009765625 = 3 + 2^-10 is half-way between 3 and 3 + 2^-9: to even, 3.
     // 0.001 = 1.024 * 2^-10 -> 1049/1024 * 2^-10 (1048.576 rounded)
     v = stages_of(plain_blur(values), frame)["half_velocity"];
     expect_pixel(v, 2, 0, {1049.0 / 1024 / 1024, 3}, 1e-9);
@@ -88,7 +88,7 @@ struct TileFrame : BlurFrame {
 
 TEST(NeighborMax, ByHand) {
     TileFrame frame;
-    // Tile 1,1 lies diagonally (+1, +1) of 0,0 and (-1, +1) of 2,0.
+    // Tile 1,1 is diagonal (+1, +1) to 0,0 and (-1, +1) to 2,0.
     frame.set_tile(1, 1, 1, 1);
     frame.set_tile(0, 1, 0.5, 0);
     frame.set_tile(4, 0, 0, 1);
@@ -96,7 +96,7 @@ TEST(NeighborMax, ByHand) {
     const Values r3 = {{"max_blur_px", int64_t(3)}};
     ImageF out = stages_of(plain_blur(r3), frame)["neighbor_max"];
     expect_pixel(out, 0, 0, {1, 1, 2, 0});       // diagonal, along it: counts (beats 0.5 below)
-    expect_pixel(out, 2, 0, {0, 0, 0, 0});       // diagonal, across it: does not
+    expect_pixel(out, 2, 0, {0, 0, 0, 0});       // diagonal, across it: does not count
     expect_pixel(out, 0, 1, {1, 1, 2, 0});       // on-axis: always
     expect_pixel(out, 2, 2, {1, 1, 2, 0});       // (-1, -1) of 2,2: two-sided, counts
     expect_pixel(out, 0, 2, {0.5, 0, 0.25, 0});  // across (1,1); above it moves
@@ -135,8 +135,8 @@ TEST(NeighborMax, SingleCountsAllEight) {
     expect_pixel(out, 3, 1, {0, 0, 0, 0});
 }
 
-// The rule, evaluated in another way: a diagonal tile counts when stepping along +v or -v from it
-// moves towards the center in both axes.
+// The rule computed differently: a diagonal tile counts if stepping along +v or -v from it moves
+// towards the center in both axes.
 TEST(NeighborMax, EqualsBruteForce) {
     constexpr int kTiles = 24, kEdge = 4;
     BlurFrame frame(kTiles * kEdge, kTiles * kEdge);

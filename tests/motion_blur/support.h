@@ -1,4 +1,4 @@
-// Small frames for the motion blur's tests: color, motion and inverse depth made by hand.
+// Small frames for the motion blur tests: color, motion and inverse depth made by hand.
 #pragma once
 
 #include <gmock/gmock.h>
@@ -26,7 +26,7 @@ struct BlurFrame {
     ImageF& depth() { return planes.at(Role::inverse_depth); }
     const ImageF& color() const { return planes.at(Role::color); }
 
-    // Motion such that at shutter 0.5 the half-velocity is (x, y): four times as much.
+    // Sets motion so that at shutter 0.5 the half-velocity is (x, y): four times as much.
     void set_half_velocity(int x, int y, double vx, double vy);
     void set_all_half_velocities(double vx, double vy);
     void set_gray(int x, int y, float value);
@@ -34,18 +34,18 @@ struct BlurFrame {
     FramePlanes planes;
 };
 
-// Random smooth-free content: noise color, noise motion of half-velocities up to `longest` px at
-// shutter 0.5 (each component), two depths of ratio `ratio`.
+// Random content without smooth areas: noise color, noise motion of half-velocities up to `longest`
+// px at shutter 0.5 (each component), two depths of ratio `ratio`.
 BlurFrame random_frame(int width, int height, float longest, float ratio, uint32_t seed);
 
-// The motion blur with these parameters over neither jitter nor tile jitter, shutter 0.5.
+// Motion blur with these parameters, without jitter and tile jitter, shutter 0.5.
 Chain plain_blur(const Values& values = {});
-// The motion blur with these parameters and else its defaults.
+// Motion blur with these parameters and otherwise defaults.
 Chain blur(const Values& values = {});
 
-// Color on the GPU, nothing left out.
+// Color on the GPU without elision.
 ImageF blurred(const Chain& chain, const BlurFrame& frame, Precision precision = Precision::fp32);
-// All stages by their names without "0.motion_blur.", hint included, nothing left out.
+// All stages, with the hint, by name without "0.motion_blur."; without elision.
 std::map<std::string, ImageF> stages_of(const Chain& chain, const BlurFrame& frame,
                                         Precision precision = Precision::fp32);
 std::map<std::string, ImageD> reference_stages_of(const Chain& chain, const BlurFrame& frame,

@@ -1,6 +1,6 @@
-// v -> -v, mirror images and quarter turns, without jitter, on sizes that are multiples of r, of
-// equal lengths only where all are equal. A transformed frame sums the same taps in another order,
-// so the bounds are rounding: 1e-5 on the GPU, 1e-12 in the reference.
+// v -> -v, mirror images and quarter turns, without jitter, at sizes that are multiples of r;
+// lengths are equal only if all are. A transformed frame sums the same taps in another order, so
+// the bounds are rounding: 1e-5 on the GPU, 1e-12 in the reference.
 
 #include "tests/motion_blur/support.h"
 
@@ -9,21 +9,21 @@ namespace {
 
 constexpr int kSize = 64;
 
-// Speeds of 3 px and more: w_c is then each pixel's own direction and no w_p decides a sign.
+// Speeds of 3 px and more: w_c is each pixel's own direction and no sign of w_p matters.
 BlurFrame brisk_frame() {
     BlurFrame frame = random_frame(kSize, kSize, 12, 1.4f, 21);
     for (float& m : frame.motion().data) m += m < 0 ? -12.0f : 12.0f;
     return frame;
 }
 
-// All pixels slow, and along v_max: no side of it is nearer.
+// All pixels slow, and along v_max: neither side of it is closer.
 BlurFrame slow_pan() {
     BlurFrame frame = random_frame(kSize, kSize, 12, 1.4f, 22);
     frame.set_all_half_velocities(1.013, 0.471);
     return frame;
 }
 
-// Pixel (x, y) of the result is pixel source(x, y) of the frame, its motion turned by `turn`.
+// Pixel (x, y) of the result is pixel source(x, y) of the frame, with its motion rotated by `turn`.
 struct Transform {
     const char* name;
     std::array<int, 2> (*source)(int x, int y);

@@ -1,6 +1,6 @@
-// Memory that runs out at the n-th allocation, n = 1, 2, ..., while texts are parsed and frames are
-// read and written: a status says so, nothing aborts, no file is half there and no temporary is
-// left. malloc of the whole process is replaced, so that the libraries are met too.
+// Allocation n = 1, 2, ... fails while strings are parsed and frames are read and written: a status
+// reports it, nothing aborts, and no partial or temporary files are left. malloc is replaced for
+// the whole process, including libraries.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -15,16 +15,16 @@
 #include "config/profile.h"
 #include "passes/registry.h"
 #include "tests/io/exr_files.h"
-#include "tools/sequence/io/aperture_file.h"
-#include "tools/sequence/io/exr_writer.h"
-#include "tools/sequence/io/frame_reader.h"
-#include "tools/sequence/io/planes_writer.h"
-#include "tools/sequence/io/preview.h"
+#include "tools/sequence/exr/planes_writer.h"
+#include "tools/sequence/frame/frame_reader.h"
+#include "tools/sequence/frame/frame_writer.h"
+#include "tools/sequence/image/aperture_file.h"
+#include "tools/sequence/image/preview.h"
 
 namespace {
 
-// Allocations since they are counted, by all threads; the one of this number fails, or all from it
-// on.
+// Number of allocations by all threads since counting began; the one with this number fails, or all
+// from it on.
 std::atomic<bool> counted = false;
 std::atomic<long> allocations = 0;
 long failing = 0;
@@ -43,7 +43,7 @@ void* none() {
 
 }  // namespace
 
-// glibc's own, under the names that it keeps for those who replace malloc.
+// glibc's own functions, under the names it provides for replacing malloc.
 extern "C" {
 void* __libc_malloc(size_t bytes);
 void* __libc_calloc(size_t count, size_t bytes);
@@ -73,7 +73,7 @@ int posix_memalign(void** out, size_t alignment, size_t bytes) {
 namespace postchain {
 namespace {
 
-// Allocations that `work` makes when none fails, or makes until `work` ends with one that fails.
+// Number of allocations of `work` without a failure, or until it ends after one.
 template <class Work>
 long count_during(long number, bool from_there_on, const Work& work) {
     failing = number;
@@ -92,13 +92,12 @@ long count_during(long number, bool from_there_on, const Work& work) {
 
 class Allocations : public testing::Test {
   protected:
-    // What `work` did when nothing failed: the same object is looked at every time.
+    // Result of `work` without a failure; the same object is checked every time.
     using Work = std::function<Status()>;
 
-    // `work` fails at each number, once for good and once not. `whole` looks at what it made: a
-    // failure of the test where it says ok and is not what it is without one.
+    // Fails `work` at each number, permanently and once. `whole` checks its result if it says ok.
     void fail_each(const char* name, const Work& work, const std::function<bool()>& whole) {
-        ASSERT_TRUE(work().ok());  // what is made once only is there
+        ASSERT_TRUE(work().ok());  // allocates everything that is made only once
         ASSERT_TRUE(whole());
         Status status;
         const long all = count_during(0, false, [&] { status = work(); });
@@ -126,7 +125,7 @@ class Allocations : public testing::Test {
         }
         EXPECT_GT(refused, trials / 2) << name;
         std::printf("%s: %ld allocations, %ld failures, %ld refused\n", name, all, trials, refused);
-        // Nothing that failed has spoiled what comes after it.
+        // Failures do not affect later work.
         clean_up();
         ASSERT_TRUE(work().ok()) << name;
         EXPECT_TRUE(whole()) << name;
@@ -150,7 +149,7 @@ class Allocations : public testing::Test {
         std::ofstream(folder_.path(name), std::ios::binary) << text;
         return folder_.path(name);
     }
-    // Two parts, one of them to be kept as stored. `tile`: its side in that one, 0 for scanlines.
+    // Two parts, one kept as stored. `tile`: tile size of that part, 0 for scanlines.
     void write_frame(int tile) const {
         test::FilePart color, other;
         color.name = "color";
@@ -162,7 +161,7 @@ class Allocations : public testing::Test {
         test::write_file(folder_.path("in.exr"), {color, other});
     }
 
-    // Only what a library is asked to do may fail: its arguments are made before.
+    // Only the library calls may fail: arguments are made before.
     test::TempFolder folder_;
     const std::string out_ = folder_.path("out.exr");
     const std::map<Role, std::string> files_ = {{Role::color, folder_.path("in.exr")}};
@@ -253,8 +252,8 @@ TEST_F(Allocations, ReadingAFrame) {
     io::set_exr_threads(0);
 }
 
-// Scanlines only: where memory runs out in the constructor of its writer of tiles, OpenEXR 3.1
-// frees what it never had (docs/robustness.md).
+// Scanlines only: if memory runs out in the constructor of its tile writer, OpenEXR 3.1 frees
+// memory it never had (docs/robustness.md).
 TEST_F(Allocations, WritingAFrame) {
     write_frame(0);
     ImageF color;
@@ -288,7 +287,7 @@ TEST_F(Allocations, WritingPlanes) {
 }
 
 TEST_F(Allocations, WritingText) {
-    const std::string text(3'000'000, 'x');  // more than the buffer
+    const std::string text(3'000'000, 'x');  // larger than the buffer
     fail_each(
         "writing a text",
         [&] { return io::atomic_write_text(out_, text, io::OnExisting::overwrite).status(); },

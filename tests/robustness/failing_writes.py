@@ -1,22 +1,22 @@
-"""Makes the calls by which the command writes files fail, one at a time, and looks at what is left.
+"""Fails the command's file system calls one at a time and checks the files left.
 
-For call n = 1, 2, ... of a job (numbered by the library of file_calls.cpp): the disk has an error
-there (EIO), has no room there (ENOSPC), is full from there on, writes half, or the process is
+For call n = 1, 2, ... of a job (numbered by the library of file_calls.cpp): the disk reports an error
+(EIO), has no room once (ENOSPC), is full from then on, writes half, or the process is
 killed. Each time:
 
 - a call that a file needs (create, lock, write, fsync, rename, folder made or synced) ends the job
   with a documented exit code, and a message that names the file or its folder;
-- what a file does not need (close after the sync, the hint to begin writing), and a write of half of
-  what was given, change nothing: exit code 0;
+- calls that a file does not need (close after the sync, the hint to begin writing), and a half
+  write, change nothing: exit code 0;
 - every file under its final name is whole: the bits of the undisturbed job, or, where the job
   replaces files, the old one; none of these is missing;
-- no temporary is left; after a kill, none once the next job has ended;
-- the job after it ends with exit code 0 and the bits of the undisturbed one.
+- no temporary is left; after a kill, none after the next job has ended;
+- the next job ends with exit code 0 and the bits of the undisturbed one.
 
     python3 tests/robustness/failing_writes.py build/tools/apps/postchain/postchain \\
         build/tests/robustness/libpostchain_file_calls.so --work /tmp/faults [--jobs run,diff]
 
---one-of-each takes of each job the first call of each kind on each kind of file; --stride K every
+--one-of-each tests the first call of each kind on each kind of file in each job; --stride K every
 K-th call.
 """
 import argparse
@@ -27,7 +27,7 @@ import time
 
 import jobs
 
-# Calls without which a file would not be safely in place.
+# Calls that a file needs to be safely in place.
 NEEDED = {"create", "lock", "write", "fsync", "rename", "link", "mkdir", "open_folder",
           "fsync_folder"}
 WAYS = ("EIO", "ENOSPC", "full", "short", "kill")
@@ -41,7 +41,7 @@ def read_log(log):
 
 
 def kind_of(path):
-    """The name of a file without frame numbers, hashes and the number of the process."""
+    """Name of a file without frame numbers, hashes and process id."""
     return re.sub(r"[0-9a-f]{16}|\d+", "#", pathlib.Path(path).name)
 
 
@@ -73,7 +73,7 @@ class Trial:
         return self.job.command(self.arguments.postchain, self.work / "in", self.out, on_existing)
 
     def faults(self, number, way):
-        """Sentences about the job with this failure, and about the one after it."""
+        """Faults of the job with this failure, and of the next job, as sentences."""
         self.prepare()
         done = jobs.run(self.command(),
                         jobs.watched(self.arguments.library, self.out, self.log,
@@ -91,7 +91,7 @@ class Trial:
 
     def faults_of_outcome(self, done, way, hit):
         if way == "kill":
-            # Threads may end the job before this call comes; then nothing was killed.
+            # Threads may end the job before this call; then nothing was killed.
             return [] if done.returncode == (-9 if hit else 0) else [
                 f"exit code {done.returncode}: {done.stderr.strip()}"]
         needed = [(call, path) for call, path in hit if call in NEEDED] if way != "short" else []
@@ -125,7 +125,7 @@ class Trial:
 
 
 def try_job(job, arguments, work):
-    """(trials, faults) of all failures of a job."""
+    """Tries all failures of a job; returns (trials, faults)."""
     old = None
     if job.replaces:
         first = jobs.JOBS[job.replaces]
@@ -142,7 +142,7 @@ def try_job(job, arguments, work):
     for i, number in enumerate(numbers):
         call = calls[number - 1][0]
         ways = [way for way in WAYS if way != "short" or call == "write"]
-        if arguments.one_of_each:  # each call in one way, each way at some call; writes also short
+        if arguments.one_of_each:  # each call fails in one way, each way is used; writes also short
             ways = [ways[i % len(ways)]] + (["short"] if call == "write" else [])
         for way in ways:
             trials += 1

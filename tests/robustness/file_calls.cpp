@@ -1,5 +1,5 @@
-// A library for LD_PRELOAD that stands before the system calls by which a program changes files. It
-// numbers those that concern one folder, writes them down, and makes one of them fail.
+// LD_PRELOAD library that intercepts the system calls with which a program changes files. It
+// numbers the calls that concern one folder, logs them, and makes one of them fail.
 //
 //   POSTCHAIN_FILE_CALLS_FOLDER=DIR   only files below DIR count; an absolute path
 //   POSTCHAIN_FILE_CALLS_LOG=FILE     one line per call, separated by tabs:
@@ -7,7 +7,7 @@
 //   POSTCHAIN_FILE_CALLS_FAIL=N:HOW   what happens at call N:
 //       ENOSPC, EIO, EACCES, EDQUOT   it fails with this error
 //       full                          the disk is full from call N on
-//       short                         a write writes half of what it was given
+//       short                         a write writes half of its data
 //       kill                          the process gets SIGKILL instead
 //
 // Calls: create (open for writing), lock, write, sync_range, fsync, close, rename, link, unlink,
@@ -42,7 +42,7 @@ struct OpenFile {
 enum class How { never, error, full, cut, kill };
 
 struct Watch {
-    const char* folder = nullptr;  // none: nothing is watched
+    const char* folder = nullptr;  // null = nothing is watched
     int log = -1;
     long at = 0;  // number of the call that fails
     How how = How::never;
@@ -51,7 +51,7 @@ struct Watch {
     OpenFile files[kMostFiles];
 };
 
-// Calls come from several threads, and before any constructor of this library has run.
+// Calls come from several threads, and even before this library's constructors have run.
 pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
 pthread_once_t once = PTHREAD_ONCE_INIT;
 Watch watch;
@@ -101,7 +101,7 @@ bool concerns(const char* path) {
            (path[length] == '/' || path[length] == 0);
 }
 
-// The file behind a descriptor, or none that concerns us.
+// The watched file of a descriptor, or null.
 OpenFile* file_at(int fd) {
     pthread_once(&once, begin);
     if (watch.folder == nullptr || fd < 0 || fd >= kMostFiles || !watch.files[fd].used)
@@ -125,7 +125,7 @@ void note(long number, const char* call, const char* path, const char* to, const
     (void)!syscall(SYS_write, watch.log, line, size_t(length));
 }
 
-// Whether a full disk has no room for this call.
+// Whether the call fails on a full disk.
 bool takes_room(const char* call) {
     for (const char* one : {"create", "write", "fsync", "rename", "link", "mkdir"})
         if (std::strcmp(call, one) == 0) return true;
@@ -133,11 +133,11 @@ bool takes_room(const char* call) {
 }
 
 struct Verdict {
-    int error = 0;      // what the call returns, or 0: it is made
-    bool half = false;  // a write writes half
+    int error = 0;      // error to return, or 0 to make the call
+    bool half = false;  // writes half
 };
 
-// Counts a call, and says what is to become of it. The log has it before it is made.
+// Counts and logs a call before it is made, and decides its outcome.
 Verdict judge(const char* call, const char* path, const char* to = "") {
     const long number = ++watch.count;
     Verdict verdict;
@@ -170,8 +170,7 @@ class Locked {
     ~Locked() { pthread_mutex_unlock(&mutex); }
 };
 
-// Makes the call, unless it is to fail; all calls are made one after another, so that the log has
-// them in their order.
+// Makes the call unless it must fail. Calls are serialized, so that the log is in order.
 template <class Real>
 auto judged(const char* call, const char* path, const char* to, Real real) {
     if (const Verdict verdict = judge(call, path, to); verdict.error != 0) {
@@ -249,12 +248,12 @@ int openat(int folder, const char* path, int flags, ...) {
     va_start(rest, flags);
     const mode_t mode = mode_of(flags, rest);
     va_end(rest);
-    // A folder is opened so to be listed: that changes no file.
+    // A folder opened for listing: changes no file.
     if ((flags & O_DIRECTORY) != 0) return NEXT(openat)(folder, path, flags, mode);
     return open_judged(path, flags, [&] { return NEXT(openat)(folder, path, flags, mode); });
 }
 
-// How C++ streams and C programs open; a file of ours that were written so is seen.
+// Opened by C++ streams and C programs; shows if a watched file is written in this way.
 FILE* fopen(const char* path, const char* mode) {
     if (concerns(path) && std::strpbrk(mode, "wa+") != nullptr) {
         const Locked locked;
@@ -302,7 +301,7 @@ int fdatasync(int fd) {
     return file_judged("fsync", fd, [&] { return NEXT(fdatasync)(fd); });
 }
 
-// A descriptor is closed even where close() fails: that is what Linux does.
+// On Linux a descriptor is closed even if close() fails.
 int close(int fd) {
     OpenFile* file = file_at(fd);
     if (file == nullptr) return NEXT(close)(fd);

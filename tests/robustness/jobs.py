@@ -1,9 +1,9 @@
-"""What the scripts of this folder share: a small generated sequence, the command's verbs as jobs
-over it, and what a finished job must have written.
+"""Shared by the scripts of this folder: a small generated sequence, subcommands as jobs
+over it, and checks of a finished job's outputs.
 
-A job's outputs lie in one folder, and nothing else does. `Job.content()` says what is in them apart
-from times, so that two runs of one job can be compared: pictures bit by bit, JSON without what was
-measured, pages and tables by being there whole.
+All outputs of a job are in a separate folder. `Job.content()` returns their content without
+times, so that two runs of one job can be compared: images bit by bit, JSON without
+measurements, pages and tables by being complete.
 """
 import json
 import os
@@ -20,10 +20,10 @@ OWN_KEYS = {"output", "command", "times_ms", "timing", "pareto", "notes", "count
 
 
 class Job:
-    """A command line; {OUT} stands for the folder of its outputs, {IN} for that of its inputs.
+    """A command line; {OUT} is the folder of its outputs, {IN} that of its inputs.
 
-    resumes: --on-existing of a run after one that was ended; replaces: the job whose outputs are
-    there before.
+    resumes: --on-existing of a run after an interrupted one; replaces: the job whose outputs already
+    exist.
     """
 
     def __init__(self, name, words, resumes, replaces=None):
@@ -55,7 +55,7 @@ JOBS = {job.name: job for job in [
 
 
 def make_scene(postchain, folder, frames):
-    """Frames, truth and camera.json of a generated scene, 48x32."""
+    """Frames, ground truth and camera.json of a generated scene, 48x32."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     done = subprocess.run([str(postchain), "scene", "crossing", "-o", str(folder), "--size",
@@ -76,7 +76,7 @@ def temporaries(folder):
 
 
 def files_of(folder):
-    """Finished files: every file but temporaries, as paths relative to the folder."""
+    """Finished files: every file except temporaries, as paths relative to the folder."""
     return sorted(path.relative_to(folder) for path in folder.rglob("*")
                   if path.is_file() and not TEMPORARY.fullmatch(path.name))
 
@@ -88,7 +88,7 @@ def _comparable(value):
 
 
 def content(path):
-    """What the file holds, to be compared; an AssertionError where it is not a whole file."""
+    """Content of the file for comparison; AssertionError if it is not complete."""
     data = path.read_bytes()
     assert data, f"{path}: empty"
     if path.suffix == ".json":
@@ -97,7 +97,8 @@ def content(path):
         except ValueError as error:
             raise AssertionError(f"{path}: half a file: {error}") from error
     if path.suffix in (".html", ".md", ".csv", ".txt"):
-        # They hold times. Whole: the page ends as pages end, the others with a line.
+        # They contain times. Check that they are complete: the page by its end tag, others by a
+        # line end.
         end = b"</html>\n" if path.suffix == ".html" else b"\n"
         assert data.endswith(end), f"{path}: half a file"
         return "whole"
@@ -109,7 +110,7 @@ def contents(folder):
 
 
 def differences_of_file(folder, path, expected):
-    """Sentences about a finished file that is not as expected."""
+    """Faults of a finished file, as sentences."""
     try:
         value = content(folder / path)
     except AssertionError as error:
@@ -122,7 +123,7 @@ def differences_of_file(folder, path, expected):
 
 
 def differences(folder, expected, whole):
-    """Sentences: files that are not as expected. Missing ones count where the job is whole."""
+    """Faults of a job's files, as sentences. Missing files count if the job is complete."""
     said = [sentence for path in files_of(folder)
             for sentence in differences_of_file(folder, path, expected)]
     if whole:
@@ -137,7 +138,7 @@ def run(command, environment=None, timeout=120):
 
 
 def undisturbed(job, postchain, scene, folder):
-    """Contents of a job that nothing disturbs, and seconds that it took."""
+    """Contents of an undisturbed job, and its duration in seconds."""
     out = empty(folder)
     start = time.monotonic()
     done = run(job.command(postchain, scene, out))
@@ -153,7 +154,7 @@ def add_options(parser):
 
 
 def watched(library, folder, log, fail=None):
-    """Environment under which the library of file_calls.cpp watches the folder."""
+    """Environment in which the library of file_calls.cpp watches the folder."""
     environment = {"LD_PRELOAD": str(library.resolve()),
                    "POSTCHAIN_FILE_CALLS_FOLDER": str(folder),
                    "POSTCHAIN_FILE_CALLS_LOG": str(log)}

@@ -1,17 +1,17 @@
-"""Kills the command at random moments (SIGKILL), takes the work up again until it is done, and counts
-what a kill must not leave: half files, files of other bits than the undisturbed job's, temporaries
-that the job which ends the work has not removed.
+"""Kills the command at random times (SIGKILL), resumes the work until it is done, and counts
+faults: incomplete files, files with other bits than the undisturbed job's, temporaries
+that the final job has not removed.
 
 Each piece of work is one of `run`, `ab` and `bench` over a generated sequence. It is started, killed
-after a random part of the time that it takes, started again with --on-existing skip (ab: overwrite),
-killed again, up to five times, and then left to end. The parts follow from --seed; the time is learned
-from which processes ended before their kill, since it changes with what else the machine does.
+after a random fraction of its duration, started again with --on-existing skip (ab: overwrite),
+killed again, up to five times, and then left to end. The fractions depend on --seed; the duration is learned
+from which processes ended before their kill, because it varies with other load.
 
     python3 tests/robustness/kills.py build/tools/apps/postchain/postchain --work /tmp/kills \\
         --kills 1000
 
-The counts are kept in WORK/counts.json: the same command again goes on to the number of --kills. What
-a fault left is kept in WORK/find-PIECE, beside WORK/new-VERB of the undisturbed job.
+The counts are kept in WORK/counts.json: the same command again continues up to --kills. The files
+of a fault are kept in WORK/find-PIECE, beside WORK/new-VERB of the undisturbed job.
 """
 import argparse
 import json
@@ -40,7 +40,7 @@ def kill_after(command, seconds):
 
 
 class Duration:
-    """About how long a job takes, so that most kills meet it and none of its moments is spared."""
+    """Estimated duration of a job, so that most kills interrupt it, at any point."""
 
     def __init__(self, seconds):
         self.seconds = seconds
@@ -53,7 +53,7 @@ class Duration:
 
 
 class Counts:
-    """Of all calls of this script in one folder."""
+    """Counts over all calls of this script in one folder."""
 
     def __init__(self, path):
         self.path = path
@@ -117,10 +117,10 @@ def piece_of_work(job, command, out, expected, durations, chance, counts, most):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     jobs.add_options(parser)
-    parser.add_argument("--kills", type=int, default=1000, help="kills in all, earlier calls' too")
+    parser.add_argument("--kills", type=int, default=1000, help="total number of kills, including earlier calls")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--again", action="store_true", help="forget the counts of earlier calls")
-    parser.add_argument("--frames", type=int, default=4, help="of the sequence")
+    parser.add_argument("--frames", type=int, default=4, help="number of frames")
     arguments = parser.parse_args()
     work = arguments.work.resolve()
     scene, out = work / "in", work / "out"
@@ -129,7 +129,7 @@ def main():
     for verb in dict.fromkeys(VERBS):
         expected[verb], seconds = jobs.undisturbed(jobs.JOBS[verb], arguments.postchain, scene,
                                                    work / f"new-{verb}")
-        durations[verb] = [Duration(seconds), Duration(seconds)]  # of a fresh start, of the others
+        durations[verb] = [Duration(seconds), Duration(seconds)]  # of a fresh start, of a resumed one
     if arguments.again:
         (work / "counts.json").unlink(missing_ok=True)
     counts = Counts(work / "counts.json")

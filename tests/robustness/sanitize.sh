@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
-# Builds test programs with sanitizers and runs them, each with its time; a finding fails its program.
+# Builds test programs with sanitizers and runs them, each with its time; a finding fails its
+# program.
 # Usage: tests/robustness/sanitize.sh address|thread [PROGRAM ...]
 # address: address and undefined behavior (preset debug); thread: races (preset thread). Without
-# PROGRAM the whole suite is built and ctest runs it. The logs are in build-*/sanitized/.
+# PROGRAM the whole suite is built and run by ctest. The logs are in build-*/sanitized/.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
@@ -18,12 +19,12 @@ shift
 jobs=${POSTCHAIN_JOBS:-$(nproc)}
 build=$PWD/build-$preset
 
-# halt_on_error: a program that goes on after a finding ends with exit code 0.
+# halt_on_error: otherwise a program that continues after a finding ends with exit code 0.
 export ASAN_OPTIONS=detect_leaks=1:halt_on_error=1
 export UBSAN_OPTIONS=print_stacktrace=1
 export TSAN_OPTIONS=suppressions=$PWD/tests/robustness/races.supp:second_deadlock_stack=1:halt_on_error=0:exitcode=66
 
-# The sanitizer opens the program's modules in its place, and does not know where the program looks.
+# The sanitizer intercepts dlopen and ignores the program's run path.
 export LD_LIBRARY_PATH=$build/modules${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}
 
 cmake --preset "$preset" -DBUILD_TESTING=ON >/dev/null

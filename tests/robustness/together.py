@@ -1,8 +1,8 @@
-"""Several processes write the same outputs at the same time, under each --on-existing.
+"""Several processes write the same outputs simultaneously, with each --on-existing.
 
-However they meet: each frame is there once, whole, with the bits of a process that is alone; no
-temporary is left; a process ends with exit code 0, or says which file another has made (fail: 5, or 1
-when others of its frames were made).
+In any interleaving: each frame exists once, complete, with the bits of a single process; no
+temporary is left; a process ends with exit code 0, or names a file that another has made (fail: 5, or 1
+if other frames were made).
 
     python3 tests/robustness/together.py build/tools/apps/postchain/postchain --work /tmp/together \\
         --rounds 20
@@ -45,7 +45,7 @@ def faults_of(outcomes, on_existing, out):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     jobs.add_options(parser)
-    parser.add_argument("--rounds", type=int, default=10, help="of each --on-existing")
+    parser.add_argument("--rounds", type=int, default=10, help="rounds with each --on-existing")
     parser.add_argument("--processes", type=int, default=3)
     parser.add_argument("--seed", type=int, default=1)
     arguments = parser.parse_args()
@@ -63,7 +63,7 @@ def main():
             outcomes = together(job.command(arguments.postchain, scene, out, on_existing),
                                 arguments.processes, chance)
             said = faults_of(outcomes, on_existing, out)
-            # Under `fail` every process may have been refused at another frame.
+            # With `fail`, every process may have been refused at another frame.
             whole = on_existing != "fail" or any(code == 0 for code, _ in outcomes)
             said += jobs.differences(out, expected, whole)
             said += [f"{path}: left behind" for path in jobs.temporaries(out)]

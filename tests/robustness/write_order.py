@@ -1,9 +1,9 @@
-"""Asserts the order in which the command's files come into being, of every file of every verb:
+"""Checks the order of calls that create each file of each subcommand:
 
     create .NAME.PID.tmp, lock -> write ... -> fsync -> rename to NAME -> fsync of the folder
 
-with the library of file_calls.cpp, which writes down the calls. Nothing is written by any other way,
-nothing of a frame comes before its output is safe, and no temporary is left.
+with the library of file_calls.cpp, which logs the calls. Nothing is written in any other way,
+a frame's other files come after its output is safe, and no temporary is left.
 
     python3 tests/robustness/write_order.py build/tools/apps/postchain/postchain \\
         build/tests/robustness/libpostchain_file_calls.so --work /tmp/order
@@ -16,7 +16,7 @@ import jobs
 
 
 def faults_of_file(calls, name):
-    """Sentences about one finished file. calls: (call, path, second path), in their order."""
+    """Faults of one finished file, as sentences. calls: (call, path, second path), in their order."""
     renames = [i for i, (call, _, to) in enumerate(calls)
                if call in ("rename", "link") and to == str(name)]
     if len(renames) != 1:
@@ -54,7 +54,7 @@ def faults_of_file(calls, name):
 
 
 def faults_of_job(log, out):
-    """Sentences about everything that a job did below the folder `out`."""
+    """Faults of all calls of a job below the folder `out`, as sentences."""
     calls = [tuple(line.split("\t")[1:4]) for line in log.read_text().splitlines()]
     said = []
     for path in jobs.files_of(out):

@@ -1,5 +1,5 @@
-// Vectors from depth and the camera's matrices, against closed forms; and the limits of sharpness
-// against the formulas of a thin lens.
+// Motion vectors from depth and camera matrices against closed forms, and the limits of depth of
+// field against thin-lens formulas.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -58,7 +58,7 @@ TEST(CameraMotion, ForwardZoomRollAndPixelAspect) {
     Scene dolly;
     set_camera_motion({view({0, 0, 0}), view({0, 0, 0}), view({0, 0, -1}), 1}, dolly.planes,
                       dolly.frame);
-    // Everything grows by 4 / 3.
+    // Everything is magnified by 4 / 3.
     EXPECT_NEAR(dolly.at(Role::motion, 30, 2, 0), from_middle_x(30) / 3, 1e-5);
     EXPECT_NEAR(dolly.at(Role::motion, 30, 2, 1), from_middle_y(2) / 3, 1e-5);
     Scene zoom;
@@ -67,15 +67,15 @@ TEST(CameraMotion, ForwardZoomRollAndPixelAspect) {
         zoom.planes, zoom.frame);
     EXPECT_NEAR(zoom.at(Role::motion, 30, 2, 0), from_middle_x(30) / 2, 1e-5);
     EXPECT_NEAR(zoom.at(Role::motion_back, 30, 2, 0), 0, 1e-5);
-    // The camera's top to the left by a: the picture turns to the right; of pixels twice as wide
-    // as high one to the right is two down.
+    // The camera rolls left by a, so the image rolls right; with pixels twice as wide as high, one
+    // pixel to the right is two down.
     const double a = 0.2, aspect = 2;
     const Rotation rolled = {
         {{std::cos(a), -std::sin(a), 0}, {std::sin(a), std::cos(a), 0}, {0, 0, 1}}};
     Scene roll;
     set_camera_motion({view({5, 6, 7}), view({5, 6, 7}), view({5, 6, 7}, rolled), aspect},
                       roll.planes, roll.frame);
-    const double x = from_middle_x(25), y = from_middle_y(4) / aspect;  // in widths of a pixel
+    const double x = from_middle_x(25), y = from_middle_y(4) / aspect;  // in pixel widths
     EXPECT_NEAR(roll.at(Role::motion, 25, 4, 0), x * std::cos(a) - y * std::sin(a) - x, 1e-4);
     EXPECT_NEAR(roll.at(Role::motion, 25, 4, 1), aspect * (x * std::sin(a) + y * std::cos(a) - y),
                 1e-4);
@@ -88,7 +88,7 @@ TEST(CameraMotion, WhatComesToLieBehindTheCameraGetsNone) {
                                 scene.planes, scene.frame),
               0u);
     EXPECT_EQ(scene.at(Role::motion, 1, 1, 0), 0);
-    // Each side by itself: a meter nearer in each frame, from 5 meters to 4.
+    // Each side separately: a meter closer in each frame, from 5 meters to 4.
     Scene both;
     set_camera_motion({view({0, 0, 0}), view({0, 0, 1}), view({0, 0, -5}), 1}, both.planes,
                       both.frame);
@@ -126,8 +126,8 @@ TEST(CameraMotion, NeedsAMatrixOfTheFrameAndOfOneBesideIt) {
     }
 }
 
-// Back by 9 units in a frame: what is 4 away shrinks to 4/13. Moved on evenly, the camera of the
-// frame before, which there is not, would have it behind it.
+// Back by 9 units per frame: a point at distance 4 shrinks to 4/13. Extrapolated, the camera of the
+// missing previous frame would have it behind.
 TEST(CameraMotion, TheSideThatIsKnownCounts) {
     const Display display = {kWidth, kHeight, 1};
     const auto at_z = [](double z) {
@@ -183,10 +183,10 @@ TEST(UsedValues, LimitsOfSharpnessAreThoseOfAThinLens) {
     const double f = 50, s = 4000, blur = 2.8 * 36 / 1920 * (s - f);
     EXPECT_NEAR(value_of(values, "sharp_from"), s * f * f / (f * f + blur) / 10, 1e-6);
     EXPECT_NEAR(value_of(values, "sharp_to"), s * f * f / (f * f - blur) / 10, 1e-6);
-    // At 2 m the circle is f^2 (s - d) / (N (s - f) d), wider than that of infinity.
+    // At 2 m the circle is f^2 (s - d) / (N (s - f) d), larger than at infinity.
     const double d = 2000, circle = f * f * (s - d) / (2.8 * (s - f) * d);
     EXPECT_NEAR(value_of(values, "largest_circle_px"), circle * 1920 / 36, 1e-6);
-    // Beyond the hyperfocal distance all is sharp to infinity.
+    // Beyond the hyperfocal distance everything is sharp to infinity.
     frame.camera.f_stop = 64;
     EXPECT_EQ(value_of(lens::used_values(parameters, frame, 0.5), "sharp_to"), INFINITY);
     for (const auto& one : values)

@@ -46,7 +46,7 @@ TEST(Channel, CloseWakesBothSides) {
     writer.join();
     reader.join();
     EXPECT_TRUE(dropped && ended);
-    // What was in it can still be taken.
+    // Remaining values can still be taken.
     auto left = full.pop();
     ASSERT_TRUE(left);
     EXPECT_EQ(**left, 1);

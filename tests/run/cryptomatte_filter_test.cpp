@@ -1,4 +1,4 @@
-// How ids become planes: which share one, and what stands in it.
+// Assignment of ids to planes, and the planes' content.
 #include "tools/sequence/run/cryptomatte_filter.h"
 
 #include <gmock/gmock.h>
@@ -12,7 +12,7 @@ using io::RankedCoverage;
 using io::Window;
 using testing::ElementsAre;
 
-// 3 x 2 pixels of two ranks: 5 on the left, 7 in the middle over 5, 9 at the right below.
+// 3 x 2 pixels of two ranks: 5 on the left, 7 in the center over 5, 9 at the lower right.
 RankedCoverage picture() {
     RankedCoverage ranks(3, 2, 2);
     const auto put = [&](int x, int y, int rank, CryptoId id, float coverage) {
@@ -24,7 +24,7 @@ RankedCoverage picture() {
     put(1, 0, 0, 7, 0.75f);
     put(1, 0, 1, 5, 0.25f);
     put(2, 1, 0, 9, 0.5f);
-    put(0, 1, 0, 0, 1);  // nothing
+    put(0, 1, 0, 0, 1);  // no coverage
     put(1, 1, 0, 11, 0);
     return ranks;
 }
@@ -40,7 +40,7 @@ TEST(CryptomatteFilter, BoxesHoldWhatIsCovered) {
 TEST(CryptomatteFilter, WhatIsApartSharesAPlane) {
     const std::map<CryptoId, Window> boxes = {
         {1, {0, 0, 9, 9}}, {2, {20, 0, 24, 4}}, {3, {12, 0, 13, 1}}, {4, {0, 30, 1, 31}}};
-    // 2 is 10 pixels beside 1, 3 is 2 pixels beside it and 6 beside 2.
+    // 2 is 10 pixels from 1; 3 is 2 pixels from 1, and 6 from 2.
     EXPECT_THAT(slots_of(boxes, 0), ElementsAre(ElementsAre(1, 2, 3, 4)));
     EXPECT_THAT(slots_of(boxes, 2), ElementsAre(ElementsAre(1, 2, 3, 4)));
     EXPECT_THAT(slots_of(boxes, 3), ElementsAre(ElementsAre(1, 2, 4), ElementsAre(3)));
@@ -60,7 +60,7 @@ TEST(CryptomatteFilter, CoverageStandsInItsSlot) {
     double sum = 0;
     for (float value : stack.data) sum += double(value);
     EXPECT_EQ(sum, 1.75);
-    // Of a neighbor whose data window lies a pixel further right.
+    // For a neighbor whose data window is one pixel further right.
     const ImageF moved = coverage_layers(ranks, {11, 20, 13, 21}, window, {{5, 0}}, 1);
     EXPECT_EQ(moved.at(0, 0, 0), 0);
     EXPECT_EQ(moved.at(1, 0, 0), 1);

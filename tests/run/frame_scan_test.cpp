@@ -1,4 +1,4 @@
-// A frame that is looked at strip by strip shows what the whole frame shows.
+// Scanning a frame strip by strip gives the findings of the whole frame.
 #include "tools/sequence/run/frame_scan.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kWidth = 50, kHeight = 41;
 
-// Surfaces with edges, clear pixels and half covered ones, faults of every kind.
+// Surfaces with edges, clear and partly covered pixels, and faults of every kind.
 test::Planes odd_planes(int frame) {
     test::Planes planes = test::make_planes(kWidth, kHeight, frame);
     for (int y = 0; y < kHeight; ++y) {
@@ -143,7 +143,7 @@ TEST_F(FrameScan, WindowsThatDiffer) {
     expect_like_the_whole();
 }
 
-// Vectors in fractions of the picture are fractions of the whole one.
+// Vectors as fractions of the image refer to the whole image.
 TEST_F(FrameScan, VectorsInFractions) {
     test::FrameFile file;
     file.convention = "generic";

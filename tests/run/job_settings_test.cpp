@@ -1,4 +1,4 @@
-// The table of a job's settings: what is written there becomes what a run is told.
+// Values in the table of job settings reach the run.
 #include "tools/sequence/run/job_settings.h"
 
 #include <gtest/gtest.h>

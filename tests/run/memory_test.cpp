@@ -1,4 +1,4 @@
-// What frames take, and how many of them are let in at a time.
+// Memory of frames, and the number of frames admitted at a time.
 #include "tools/sequence/run/memory.h"
 
 #include <gmock/gmock.h>
@@ -45,7 +45,7 @@ TEST(Memory, OfAFrameByItsChannels) {
     EXPECT_EQ(frame_bytes(*header, {Role::color}, io::Keep::nothing, 3), pixels / 10 * (16 + 16));
     EXPECT_EQ(frame_bytes(*header, {Role::color, Role::inverse_depth}, io::Keep::nothing, 30),
               pixels * (16 + 16 + 4 + 4));
-    // Written back: also all nine channels as they are kept, the result, and that as stored.
+    // Written back: also all nine channels as stored, the result, and the result as stored.
     EXPECT_EQ(frame_bytes(*header, {Role::color}, io::Keep::all, 30),
               pixels * (16 + 16 + 36 + 16 + 16));
 }

@@ -1,5 +1,5 @@
-// The frames before and after as planes: which there are, that they are read once and that a part
-// of a sequence gives what the whole gives. The pass that reads them is tests/passes/echo.
+// Neighboring frames as planes: which exist; each is read once; a part of a sequence gives the same
+// result as the whole. The pass that reads them is tests/passes/echo.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -26,8 +26,8 @@ using ::testing::HasSubstr;
 
 constexpr int kWidth = 48, kHeight = 32;
 
-// What the pass makes of frame n with those neighbors, from the planes as they were written.
-// `sides`: 2 for `neighbors: both`.
+// Result of the pass for frame n with those neighbors, from the planes as written. `sides`: 2 for
+// `neighbors: both`.
 ImageF echo_of(int n, bool before, bool after, bool vectors = true, int sides = 2) {
     ImageF sum = test::make_planes(kWidth, kHeight, n).color;
     for (float& value : sum.data) value *= 1 + 0.25f * float(sides);
@@ -87,7 +87,7 @@ class NeighborsTest : public testing::Test {
         std::ifstream file(out(frame) + ".json");
         return json::parse(file, nullptr, false);
     }
-    // Runs, and expects of frame n these neighbors, else this reason.
+    // Runs, and expects frame n to have these neighbors, or this reason.
     void expect(int n, const std::string& no_before, const std::string& no_after) {
         ASSERT_EQ(reports_.at(n).outcome, Outcome::written) << reports_.at(n).status.message();
         const json missing = sidecar(n)["plan"].value("missing_neighbors", json::object());
@@ -128,7 +128,7 @@ TEST_F(NeighborsTest, AChainTakesThoseItAsksFor) {
     EXPECT_EQ(go().frames_decoded, 2u);
     EXPECT_LE(test::largest_difference(test::read_color(out(2)), echo_of(2, true, false, false, 1)),
               2e-6);
-    // Nothing is known of planes that were not converted: nothing asked for them.
+    // Planes that no pass needs are not converted, so no facts about them are known.
     EXPECT_TRUE(sidecar(2)["bounds"]["max_speed_px"].is_null());
     EXPECT_TRUE(sidecar(2)["bounds"]["max_inverse_depth"].is_null());
     chain("none", true);
@@ -202,7 +202,7 @@ TEST_F(NeighborsTest, ThereIsNoneAcrossAGap) {
     expect(4, "frame 3 is not on disk, and frame 2 is not the previous one", "");
 }
 
-// Vectors are per frame of the renderer, whatever the step of the files.
+// Vectors are per frame of the renderer, whatever the step between files.
 TEST_F(NeighborsTest, ThereIsNoneInASequenceOfEverySecondFrame) {
     write({2, 4, 6});
     go();
@@ -235,8 +235,8 @@ TEST_F(NeighborsTest, OneOfAnotherDisplayWindowIsNone) {
     expect(4, "frame 3 has display window", kLast);
 }
 
-// Another data window is no other place: the same pixels of the picture stand for each other, and
-// what the neighbor leaves out is clear.
+// Another data window does not change positions: the same image pixels correspond, and pixels that
+// the neighbor lacks are clear.
 TEST_F(NeighborsTest, OneOfAnotherDataWindowIsAlignedInTheDisplayWindow) {
     write({1, 2, 3, 4});
     const io::Window display = {0, 0, kWidth - 1, kHeight - 1};
@@ -277,8 +277,8 @@ TEST_F(NeighborsTest, OneThatLacksAPlaneIsNone) {
     file.motion = false;
     write({3}, file);
     go();
-    expect(2, "", "frame 3 brings no motion, motion_back");
-    // A frame takes of its neighbors what it has itself.
+    expect(2, "", "frame 3 has no motion, motion_back");
+    // A frame uses only neighbor planes that it has itself.
     ASSERT_EQ(reports_.at(3).outcome, Outcome::written);
     EXPECT_TRUE(reports_.at(3).plan->missing_neighbors.empty());
     EXPECT_FALSE(reports_.at(3).plan->reads.has(Role::motion_before));
@@ -296,7 +296,7 @@ TEST_F(NeighborsTest, OneThatCannotBeReadIsNoneAndIsWarnedOf) {
         ASSERT_EQ(reports_.at(2).warnings.size(), 1u) << bytes;
         EXPECT_THAT(reports_.at(2).warnings[0], HasSubstr("filtered without the frame after: "));
         EXPECT_EQ(reports_.at(3).outcome, Outcome::failed);
-        // The part that finds it damaged by itself gives the same.
+        // A part of the sequence that finds the damage itself gives the same result.
         const ImageF two = test::read_color(out(2));
         frames("2");
         go();
@@ -305,7 +305,7 @@ TEST_F(NeighborsTest, OneThatCannotBeReadIsNoneAndIsWarnedOf) {
     }
 }
 
-// One for which there is no memory fails the frame: left out, the picture would depend on the
+// A neighbor without memory fails the frame: if it were left out, the image would depend on the
 // machine.
 TEST_F(NeighborsTest, OneTooLargeForMemoryFailsTheFrame) {
     write({1, 2, 3, 4});
@@ -321,7 +321,7 @@ TEST_F(NeighborsTest, OneTooLargeForMemoryFailsTheFrame) {
         EXPECT_EQ(reports_.at(frame).status.code(), StatusCode::memory) << frame;
         EXPECT_FALSE(fs::exists(out(frame))) << frame;
     }
-    // Also where the reader alone finds it.
+    // Also if only the reader notices it.
     SequenceReader reader(settings_.source, settings_.input, [&](const FrameHeader& header) {
         return planes_needed(chain_, settings_.source, header, settings_.plan);
     });
@@ -333,7 +333,7 @@ TEST_F(NeighborsTest, OneTooLargeForMemoryFailsTheFrame) {
     EXPECT_THAT(frame.status().message(), HasSubstr("in.0003.exr"));
 }
 
-// What stands in for a missing frame is the picture of another one, neighbors and all.
+// A missing frame is replaced by the image of another one with that one's neighbors.
 TEST_F(NeighborsTest, AHeldFrameIsThePictureOfItsSource) {
     write({1, 2, 4});
     settings_.missing = MissingPolicy::hold;
@@ -391,8 +391,8 @@ TEST_F(NeighborsTest, AFrameIsDoneOnlyWithTheSameNeighbors) {
     EXPECT_EQ(redone(), "3");
 }
 
-// Motion blur is elided where the motion leads across a cut: such a frame reads no neighbor, but
-// the frame before reads it, in any order.
+// Motion blur is elided if motion vectors cross a cut: such a frame reads no neighbor, but the
+// previous frame reads it, in any order.
 TEST_F(NeighborsTest, ACutBehindAFrameDoesNotHideItFromTheOneBefore) {
     write({1, 2, 3, 4});
     settings_.source.cuts = {3};

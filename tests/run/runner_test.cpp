@@ -1,4 +1,4 @@
-// The runner in this process: overlap, stopping, what is thrown, foreign locales.
+// The runner in this process: overlap, stopping, exceptions, foreign locales.
 
 #include <gtest/gtest.h>
 
@@ -27,7 +27,7 @@ using test::TempFolder;
 
 class RunnerTest : public testing::Test {
   protected:
-    // One context for all: making one takes longer than filtering these frames.
+    // One context for all tests: creating it takes longer than filtering these frames.
     static void SetUpTestSuite() {
         auto made = egl::Context::create();
         ASSERT_TRUE(made.ok()) << made.status().message();
@@ -100,8 +100,8 @@ TEST_F(RunnerTest, ReportsEveryFrameInOrderAndStaysBounded) {
     EXPECT_EQ(seen, numbers);
     EXPECT_EQ(summary->written, 30u);
     EXPECT_LE(summary->frames_in_flight, kFramesInFlight);
-    EXPECT_GE(summary->frames_in_flight, 2);  // it does overlap
-    // The order given is kept, also when it is not that of the numbers.
+    EXPECT_GE(summary->frames_in_flight, 2);  // frames overlap
+    // The given order is kept, even if it is not numeric.
     frames("7,3,5");
     settings_.on_existing = io::OnExisting::overwrite;
     seen.clear();
@@ -140,12 +140,12 @@ TEST_F(RunnerTest, StopsWhenAsked) {
     size_t files = 0;
     for (int frame : numbers) files += fs::exists(out(frame)) ? 1 : 0;
     EXPECT_EQ(files, summary->written);
-    // Asked for before it began: nothing happens, and it ends.
+    // Stop requested before the start: nothing is done.
     settings_.on_existing = io::OnExisting::overwrite;
     EXPECT_EQ(go({}, &stop)->written, 0u);
 }
 
-// A failure must not take frames before it along, wherever in the pipeline they are.
+// A failure must not affect frames before it, wherever they are in the pipeline.
 TEST_F(RunnerTest, FramesBeforeAFailureAreFinished) {
     test::write_sequence(at(""), {1, 2, 3, 4, 5, 6, 7, 8});
     for (int bad = 1; bad <= 8; ++bad) {
@@ -186,7 +186,7 @@ TEST_F(RunnerTest, CountersAreThoseOfThePlan) {
               int(sidecar(3)["plan"]["steps"].size()));
 }
 
-// Comma for the decimal point, dots between thousands: what a German desktop sets.
+// Comma as decimal point, dots between thousands, as on a German desktop.
 struct German : std::numpunct<char> {
     char do_decimal_point() const override { return ','; }
     char do_thousands_sep() const override { return '.'; }
@@ -205,8 +205,8 @@ TEST_F(RunnerTest, AForeignLocaleChangesNothing) {
     const std::locale before = std::locale::global(std::locale(std::locale(), new German));
     std::ostringstream shown;
     shown << 1001.5;
-    EXPECT_EQ(shown.str(), "1.001,5");  // the locale is in force
-    chain(test::kAllPasses);            // parsing under it too
+    EXPECT_EQ(shown.str(), "1.001,5");  // the locale is active
+    chain(test::kAllPasses);            // parsing uses it too
     const auto summary = go();
     const auto json = sidecar(1001);
     std::locale::global(before);
@@ -249,14 +249,14 @@ TEST_F(RunnerTest, WorkTextTellsWorkApart) {
     settings_.source.camera.reset();
     settings_.source.cuts = {1};
     EXPECT_NE(text(1), base);
-    settings_.plan.rules_off = {kRuleCameraCut};  // blurred all the same
+    settings_.plan.rules_off = {kRuleCameraCut};  // blurred nevertheless
     EXPECT_EQ(text(1), base);
     settings_.plan.rules_off.clear();
     settings_.source.cuts.clear();
     settings_.plan.rules_on = {motion_blur::kRuleUniformBlocks};
     EXPECT_NE(text(1), base);
     settings_.plan.rules_on.clear();
-    // What decides nothing about the pixels does not count.
+    // Settings that do not affect pixels are ignored.
     settings_.strict = settings_.preview = true;
     settings_.plan.elide = false;
     EXPECT_EQ(text(1), base);

@@ -1,6 +1,6 @@
-// Files of shapes as other programs write them, in combinations that follow from a seed: every
-// compression, tiles and levels, windows anywhere, parts and views beside color, deep ones among
-// them. Whatever is not color comes through bit for bit, around the data window as nothing.
+// Files in shapes that other programs write, in combinations chosen by a seed: every compression,
+// tiles and levels, any windows, parts and views beside color, some of them deep. Non-color data is
+// preserved bit for bit, and empty outside the data window.
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
 #include <ImfMultiPartInputFile.h>
@@ -15,7 +15,7 @@
 #include <random>
 
 #include "tests/io/exr_files.h"
-#include "tools/sequence/io/exr_writer.h"
+#include "tools/sequence/frame/frame_writer.h"
 #include "tools/sequence/run/frame_source.h"
 
 namespace postchain::sequence {
@@ -38,7 +38,7 @@ class Shape {
         if (below(2)) main.channels.push_back({"crypto00.R", Imf::FLOAT});
         if (below(2)) main.channels.push_back({"id", Imf::UINT});
         if (below(2)) main.channels.push_back({"mask", Imf::HALF});
-        if (main.tile == 0 && below(4) == 0) {  // tiles hold no subsampled channel
+        if (main.tile == 0 && below(4) == 0) {  // tiled parts have no subsampled channels
             main.channels.push_back({"small", Imf::HALF, 2});
             align(main.data);
         }
@@ -99,7 +99,7 @@ class Shape {
                 part.line_order = Imf::INCREASING_Y;
             }
             part.name = concat("other", i, std::string(size_t(i), 'x'));
-            part.display = parts[0].display;  // all parts share it
+            part.display = parts[0].display;  // shared by all parts
             parts.push_back(part);
         }
         color = size_t(below(count + 1));
@@ -110,7 +110,7 @@ class Shape {
     std::string layer_;
 };
 
-// The bytes of one channel as stored, in rows of `window`; 0 where the file has none.
+// Stored bytes of one channel, in rows of `window`; 0 where the file has no pixels.
 std::vector<std::byte> samples_in(const std::string& path, int part, const std::string& channel,
                                   const io::Window& window) {
     auto file = io::ExrFile::open(path);
@@ -122,7 +122,7 @@ std::vector<std::byte> samples_in(const std::string& path, int part, const std::
     return {plane.bytes.get(), plane.bytes.get() + plane.total_bytes()};
 }
 
-// Every sample of every level of a tiled part, as OpenEXR reads it (OpenImageIO reads no levels of
+// Every sample of every level of a tiled part, read by OpenEXR (OpenImageIO cannot read levels of
 // windows with odd origins).
 std::vector<char> all_levels(const std::string& path, int part) {
     Imf::MultiPartInputFile file(path.c_str());
@@ -182,14 +182,14 @@ TEST_P(Shapes, AllThatIsNotColorStays) {
     EXPECT_EQ(part.display_window, frame->input.display_window);
     for (const io::ExrChannel& channel : part.channels) {
         if (std::count(where.channels.begin(), where.channels.end(), channel.name)) continue;
-        // Depth that has a role is far where there was nothing.
+        // A depth role is infinitely far outside the data.
         const bool depth = channel.name == "Z";
         const io::Window area = depth ? frame->input.data_window : part.data_window;
         EXPECT_EQ(samples_in(in, int(shape.color), channel.name, area),
                   samples_in(out, int(shape.color), channel.name, area))
             << channel.name;
     }
-    // Color is what was filtered, where the part keeps it without loss.
+    // Color is the filtered result if the part's compression is lossless.
     const auto& kept = part.compression;
     if (kept == "none" || kept == "rle" || kept == "zip" || kept == "zips" || kept == "piz") {
         const auto color = after->read_channels(int(shape.color), where.channels);
@@ -205,7 +205,7 @@ TEST_P(Shapes, AllThatIsNotColorStays) {
         const bool sampled = std::any_of(shape.parts[shape.color].channels.begin(),
                                          shape.parts[shape.color].channels.end(),
                                          [](const auto& c) { return c.sampling > 1; });
-        if (sampled) continue;  // OpenImageIO reads no such file
+        if (sampled) continue;  // OpenImageIO cannot read such files
         if (shape.parts[i].deep) {
             EXPECT_EQ(test::oiio_deep(in, int(i)), test::oiio_deep(out, int(i)));
             continue;
@@ -220,7 +220,7 @@ TEST_P(Shapes, AllThatIsNotColorStays) {
 
 INSTANTIATE_TEST_SUITE_P(Seeds, Shapes, testing::Range(0u, 150u));
 
-// What cannot be filtered is refused with what is the matter and what to do.
+// An input that cannot be filtered is refused with reason and remedy.
 TEST(RefusedShapes, SayWhy) {
     const test::TempFolder folder;
     const std::string path = folder.path("f.exr");
@@ -238,7 +238,7 @@ TEST(RefusedShapes, SayWhy) {
         const char* words;
     };
     for (const Case& one : std::vector<Case>{
-             {{layers, deep}, "several layers"},  // deep is not what is wrong
+             {{layers, deep}, "several layers"},  // being deep is not the fault
              {{deep}, "flatten it"},
              {{deep_tiles}, "flatten it"},
              {{deep, data}, "flatten it"},

@@ -27,7 +27,7 @@ Result<SourceFrame> source_of(const std::string& path, const SourceSettings& set
     return read_source_frame(settings, std::move(*header), wanted, io::Keep::nothing);
 }
 
-// The tables of docs/frame.md, by the planes themselves and not by what a filter makes of them.
+// The tables of docs/frame.md, checked on the planes and not on a filter's result.
 TEST(Source, EveryConventionGivesTheCanonicalPlanes) {
     TempFolder folder;
     const Planes planes = make_planes(24, 16);
@@ -63,7 +63,7 @@ TEST(Source, OnlyWhatIsWantedIsRead) {
     EXPECT_TRUE(frame->warnings.empty());
 }
 
-// Which planes are decoded follows from what is known before a pixel is read.
+// Which planes are decoded is known before a pixel is read.
 TEST(Source, WhatNobodyCanReadIsNotDecoded) {
     TempFolder folder;
     test::write_frame(folder.path("f.exr"), make_planes(24, 16));
@@ -98,11 +98,11 @@ TEST(Source, WhatNobodyCanReadIsNotDecoded) {
             EXPECT_GT(elision.saving.dispatches, 3);
         }
     }
-    // Depth, motion, and motion back: 4, 8 and 8 bytes a pixel.
+    // Depth, motion, and motion back: 4, 8 and 8 bytes per pixel.
     EXPECT_EQ(bytes, 20u * 24 * 16);
 }
 
-// The depth at a place is read also where no step reads depth, and the plan says what it was.
+// Depth at a place is read even if no step reads depth, and the plan states it.
 TEST(Source, FocusAtAPlaceIsFoundInEachFrame) {
     TempFolder folder;
     test::write_frame(folder.path("f.exr"), make_planes(24, 16));
@@ -144,12 +144,12 @@ TEST(Source, CameraFileOverMetadata) {
     EXPECT_EQ(frame->description.camera.f_stop, 2.0);
     EXPECT_EQ(frame->description.camera.focus_distance, 3.0);
     EXPECT_EQ(frame->description.camera.near_clip, 0.25);
-    ASSERT_EQ(frame->warnings.size(), 1u);  // the resolution
+    ASSERT_EQ(frame->warnings.size(), 1u);  // about the resolution
     EXPECT_NE(frame->warnings[0].find("resolution"), std::string::npos) << frame->warnings[0];
 }
 
-// OpenEXR's `focus` is in meters (ImfStandardAttributes.h); a scene unit is what the last who
-// states it says.
+// OpenEXR's `focus` is in meters (ImfStandardAttributes.h); the last stated meters_per_unit defines
+// a scene unit.
 TEST(Source, FocusOfTheMetadataIsInMeters) {
     TempFolder folder;
     FrameFile file;
@@ -171,7 +171,7 @@ TEST(Source, FocusOfTheMetadataIsInMeters) {
     EXPECT_DOUBLE_EQ(focus_of(R"({"meters_per_unit": 0.01})", "{}"), 700);
     EXPECT_DOUBLE_EQ(focus_of("{}", "{meters_per_unit: 0.5}"), 14);
     EXPECT_DOUBLE_EQ(focus_of(R"({"meters_per_unit": 0.01})", "{meters_per_unit: 0.5}"), 14);
-    // A distance that is stated is in scene units.
+    // A stated distance is in scene units.
     EXPECT_DOUBLE_EQ(focus_of(R"({"meters_per_unit": 0.01, "focus_distance": 3})", "{}"), 3);
     EXPECT_DOUBLE_EQ(focus_of("{}", "{meters_per_unit: 0.5, focus_distance: 3}"), 3);
     EXPECT_DOUBLE_EQ(focus_of(R"({"focus_distance": 3})", "{meters_per_unit: 0.5}"), 3);
@@ -217,7 +217,7 @@ TEST(Source, AMatrixThatIsNotUsedIsNamedWithTheReason) {
         {"1 0 0 0 0 1 0 0 0 0 0 0 0 0 0 1", "worldToCamera (singular)"},
         {"nan 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1", "worldToCamera (not finite)"},
         {"1 0 0 0 0.5 1 0 0 0 0 1 0 0 0 0 1", "worldToCamera (its axes are not at right angles)"},
-        {one, "worldToCamera (no focal length is known"},
+        {one, "worldToCamera (unknown focal length"},
     };
     const auto has = [](const std::string& text, const char* what) {
         return text.find(what) != std::string::npos;
@@ -235,7 +235,7 @@ TEST(Source, AMatrixThatIsNotUsedIsNamedWithTheReason) {
     EXPECT_FALSE(has(said("", false, CameraMotion::all), "matrix"));
 }
 
-// Straight alpha is multiplied on the way in and divided on the way out; alpha 0 stays as it is.
+// Straight alpha is multiplied on input and divided on output; pixels with alpha 0 are unchanged.
 TEST(Source, StraightAlphaComesBack) {
     ConvertOptions options;
     options.unpremultiplied = true;
@@ -249,7 +249,7 @@ TEST(Source, StraightAlphaComesBack) {
     EXPECT_EQ(same.data, color.data);
 }
 
-// What is clear has a color in such a file, and keeps it where no light comes.
+// Clear pixels have a color in such a file, and keep it if no light reaches them.
 TEST(Source, ClearPixelsOfStraightAlphaKeepTheirColor) {
     ConvertOptions options;
     options.unpremultiplied = true;

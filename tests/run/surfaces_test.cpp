@@ -1,5 +1,5 @@
-// What is found and mended of depth and motion when a frame is read: the sky, edges, what lies
-// before a clear background.
+// Findings and repairs of depth and motion when a frame is read: sky, edges, borders before a clear
+// background.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -25,7 +25,7 @@ Rotation turned(int axis, double angle) {
     return r;
 }
 
-// A camera that turns by `angle` a frame, known in these frames.
+// A camera that turns by `angle` per frame, known in these frames.
 CameraFile turning(int axis, double angle, const std::vector<int>& frames) {
     CameraFile file;
     file.camera.focal_length_mm = 50;
@@ -72,7 +72,7 @@ TEST(SkyMotion, FollowsAPan) {
     Sky sky;
     EXPECT_EQ(fill_sky_motion(*views, sky.planes, sky.frame),
               uint64_t((kWidth - 1) * (kHeight - 3)));
-    // A camera that turns to the left sees the sky move to the right.
+    // If the camera turns left, the sky moves right.
     for (int x : {1, 20, 39}) {
         const double at = x + 0.5 - kWidth / 2.0, direction = std::atan(at / kFocalPx);
         EXPECT_NEAR(sky.motion(Role::motion, x, 9, 0), kFocalPx * std::tan(direction + angle) - at,
@@ -93,7 +93,7 @@ TEST(SkyMotion, FollowsTiltAndRoll) {
     ASSERT_TRUE(tilt);
     fill_sky_motion(*tilt, up.planes, up.frame);
     EXPECT_NEAR(up.motion(Role::motion, 20, 9, 1), kFocalPx * std::tan(0.05), 0.1);  // down
-    // About the middle: with the camera's top turned to the left, the picture turns to the right.
+    // About the center: if the camera rolls left, the image rolls right.
     Sky rolled;
     const auto roll = views_of(turning(2, 0.05, {4, 5, 6}));
     ASSERT_TRUE(roll);
@@ -121,7 +121,7 @@ TEST(SkyMotion, TurnsOnEvenlyWhereAFrameIsMissingOrCut) {
     }
     EXPECT_FALSE(views_of(turning(1, 0.1, {5})));
     EXPECT_FALSE(views_of(turning(1, 0.1, {4, 6})));
-    EXPECT_FALSE(views_of(turning(1, 0, {4, 5, 6}))->turns());  // stands still
+    EXPECT_FALSE(views_of(turning(1, 0, {4, 5, 6}))->turns());  // static
     EXPECT_FALSE(views_of(turning(1, 0.1, {4, 5, 6}), {4, 5}));
 }
 
@@ -132,8 +132,8 @@ TEST(SkyMotion, WithoutMatricesItIsCountedWhereAllElseMoves) {
     EXPECT_EQ(count_sky(sky.planes).without_motion(), 0u);
 }
 
-// A surface at 1 that moves by (8, 0) before one at 4 that stands still; their border is slanted.
-// `samples` per axis and pixel, over which depth or motion is averaged.
+// A surface at 1 that moves by (8, 0) before a static one at 4, with a slanted border. `samples`
+// per axis and pixel, over which depth or motion is averaged.
 FramePlanes two_surfaces(int depth_samples, int motion_samples) {
     ImageF depth(64, 48, 1), motion(64, 48, 2);
     const auto covered = [](int x, int y, int samples) {
@@ -178,8 +178,8 @@ TEST(MixedEdges, SlopesAreNoEdges) {
     EXPECT_EQ(found.motion, 0);
 }
 
-// A square of 8x8 pixels at a distance of 2 that moves by (5, 1), and a ring around it that it
-// covers in part: there the depth is that of the clear background.
+// A square of 8x8 pixels at distance 2 that moves by (5, 1), with a ring of partly covered pixels
+// that have the depth of the clear background.
 struct Square {
     FramePlanes planes;
     Square() {
@@ -227,7 +227,7 @@ TEST(ClearEdges, LeaveWhatIsOpaqueOrFarFromAnySurface) {
     EXPECT_EQ(cloud.planes.at(Role::inverse_depth).at(18, 10), 1e-10f);
 }
 
-// Of two surfaces at the same distance the one that covers more.
+// Of two surfaces at the same distance, the one with more coverage.
 TEST(ClearEdges, BelongToWhatCoversMore) {
     ImageF color(3, 1, 4, 0.5f), depth(3, 1, 1);
     color.at(0, 0, 3) = 0.6f;

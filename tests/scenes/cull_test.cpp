@@ -1,5 +1,5 @@
-// Culling must never lose a surface: points on the objects of every scene, seen through points of
-// the lens, lie in tiles that list their object, and in cells of the light that do.
+// Culling must never lose a surface: points on the objects of every scene, seen through lens
+// points, are in tiles that list their object, and in light cells that do.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ bool lists(const CellLists& cells, size_t table, int cell, size_t id, Shape shap
     return false;
 }
 
-// A point of the surface, local, from two numbers in -1..1.
+// A surface point in local coordinates, from two numbers in -1..1.
 glm::dvec3 surface_point(const Object& object, double a, double b) {
     const double around = 3.14159265 * a, other = 3.14159265 * b;
     const glm::dvec4 size = object.size;
@@ -75,7 +75,7 @@ TEST(Cull, NeverLosesASurface) {
                 }
                 const glm::dvec3 p = instant.camera.pose.to_local(world);
                 if (p.z <= 0.02) continue;
-                // Through the lens point l the point is seen at F (p/z + l (1/s - 1/z)).
+                // Through lens point l, the point appears at F (p/z + l (1/s - 1/z)).
                 const double angle = random.between(0, 6.283);
                 const glm::dvec2 l =
                     picture.lens_radius * glm::dvec2(std::cos(angle), std::sin(angle));
@@ -94,7 +94,7 @@ TEST(Cull, NeverLosesASurface) {
 }
 
 TEST(Cull, HoldsForNearSpheresInAWideView) {
-    // 12 mm: half the view is 56 degrees; seen from the side a sphere reaches far beyond r/z.
+    // 12 mm: a half angle of 56 degrees; seen at the side, a sphere extends far beyond r/z.
     Random random(2);
     SceneModel model;
     model.camera = [](double) { return CameraPose{Pose{}, 12, 1}; };
@@ -122,7 +122,7 @@ TEST(Cull, HoldsForNearSpheresInAWideView) {
 TEST(Cull, LeavesOutWhatIsFarFromATile) {
     SceneModel model;
     model.camera = [](double) { return CameraPose{}; };
-    // Depth 2, F = 160/36*50 = 222: 1 pixel of radius in the middle of the picture.
+    // Depth 2, F = 160/36*50 = 222: 1 pixel of radius in the image center.
     model.objects = {sphere(0.009, still(at({0, 0, 2})), {1, 1, 1}),
                      sphere(0.009, still(at({0, 0, -2})), {1, 1, 1})};
     const CellLists cells = cull(model, {instant_of(model, 0)}, {160, 160, 36, 0, 1});
@@ -131,7 +131,7 @@ TEST(Cull, LeavesOutWhatIsFarFromATile) {
         listed += lists(cells, cells.tiles, tile, 0, Shape::sphere);
         EXPECT_FALSE(lists(cells, cells.tiles, tile, 1, Shape::sphere)) << "behind the camera";
     }
-    EXPECT_EQ(listed, 4);  // the middle is a corner of four tiles
+    EXPECT_EQ(listed, 4);  // the center is a corner of four tiles
 }
 
 TEST(Samples, FillEachPairEvenly) {
@@ -147,7 +147,7 @@ TEST(Samples, FillEachPairEvenly) {
                 mean += pair / 256.0;
             }
             const auto empty = std::count(boxes.begin(), boxes.end(), 0);
-            // 16 x 16 boxes: the Sobol pair has one point in each, random points leave 94 empty.
+            // 16 x 16 boxes: the Sobol pair has one point in each; random points leave 94 empty.
             const bool sobol = lens == (first == 0);
             EXPECT_LE(empty, sobol ? 0 : 64);
             EXPECT_NEAR(mean.x, 0.5, sobol ? 1e-6 : 0.01);

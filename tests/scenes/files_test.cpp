@@ -1,4 +1,4 @@
-// What is written, and what is said when it cannot be.
+// Written files, and errors if they cannot be written.
 #include <gmock/gmock.h>
 #include <unistd.h>
 
@@ -11,9 +11,9 @@
 #include "support.h"
 #include "tools/measure/scenes/crossing.h"
 #include "tools/measure/scenes/zoom.h"
-#include "tools/sequence/io/aperture_file.h"
-#include "tools/sequence/io/exr_reader.h"
-#include "tools/sequence/io/json.h"
+#include "tools/sequence/exr/exr_reader.h"
+#include "tools/sequence/files/json.h"
+#include "tools/sequence/image/aperture_file.h"
 
 namespace postchain::scenes::test {
 namespace {
@@ -133,7 +133,7 @@ TEST_F(Files, CameraOfAZoomHasItsValuesPerFrame) {
     auto camera = load_camera((folder_ / "camera.json").string());
     ASSERT_TRUE(camera.ok());
     ASSERT_TRUE(camera->status().ok()) << camera->status().message();
-    // 2.6 sin(2 pi 4 / 96) = 0.672929517 ahead, where -z is ahead.
+    // 2.6 sin(2 pi 4 / 96) = 0.672929517 ahead; -z is ahead.
     const auto json = io::Json::parse(bytes("camera.json"));
     EXPECT_EQ(
         json["camera_matrix_world"]["4"],
@@ -162,7 +162,7 @@ TEST_F(Files, ThePictureOfTheApertureIsBesideTheCamera) {
     ASSERT_TRUE(model.ok());
     EXPECT_EQ(camera->camera, camera_at(*model, 1));
     EXPECT_EQ(camera->camera.aperture_image.values(), values);
-    // Blades beside it are refused.
+    // Blades together with an aperture image are refused.
     request_.camera.aperture_blades = 5;
     EXPECT_EQ(model_for(request_).status().code(), StatusCode::usage);
     EXPECT_THAT(model_for(request_).status().message(),
@@ -205,7 +205,7 @@ TEST_F(Files, ErrorsSayWhatIsWrong) {
     request_.truth_samples = 0;
     EXPECT_EQ(render_frame(renderer(), request_, 1, Picture::mb).status().code(),
               StatusCode::usage);
-    EXPECT_FALSE(fs::exists(folder_)) << "nothing is made for a request that cannot be met";
+    EXPECT_FALSE(fs::exists(folder_)) << "an invalid request must create nothing";
     request_.folder = (folder_ / "parent" / "missing").string();
     const Status missing = write_scene(renderer(), request_);
     EXPECT_EQ(missing.code(), StatusCode::output);

@@ -1,4 +1,4 @@
-// Depth and vectors against hand-derived values. F = 50/36 * width pixels per unit slope.
+// Depth and motion vectors against values derived by hand. F = 50/36 * width pixels per unit slope.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -19,7 +19,7 @@ RenderSettings center_sample() {
     return settings;
 }
 
-// Picture coordinates of a pixel's center: +x right, +y up, from the middle.
+// Image coordinates of a pixel center: +x right, +y up, from the image center.
 double film_x(int x) {
     return x + 0.5 - kWidth / 2.0;
 }
@@ -55,7 +55,7 @@ TEST(Depth, OfASphereAtItsMiddleIsDistanceLessRadius) {
     SceneModel model = empty_model();
     model.objects = {unlit(sphere(0.25, still(at({0, 0, 2})), {}), {1, 1, 1})};
     RenderSettings settings = center_sample();
-    settings.width = settings.height = 1;  // the axis
+    settings.width = settings.height = 1;  // on the axis
     EXPECT_NEAR(render(model, settings).depth.at(0, 0), 1.75, 1e-6);
 }
 
@@ -65,7 +65,7 @@ TEST(Depth, OfEachSolidOnTheAxis) {
         double depth;
     };
     const auto back = still(at({0, 0, 2}));
-    // A torus about y shows its tube at 2 - (0.3 + 0.05); a rod about z its round end.
+    // A torus about y has its tube at 2 - (0.3 + 0.05); a rod about z has its round end there.
     const Case cases[] = {
         {box({0.1, 0.2, 0.3}, back, {}), 1.7},
         {rod(0.4, 0.1, back, {}), 1.9},
@@ -93,20 +93,20 @@ TEST(Depth, OfAWheelsGapsIsThatOfTheGround) {
     const ScenePlanes planes = render(model, center_sample());
     const int cx = kWidth / 2, cy = kHeight / 2;
     EXPECT_NEAR(planes.depth.at(cx, cy), 1, 1e-5);  // hub
-    // Spokes stand in the middle of each of the 8 sectors: at 22.5 degrees there is one, at 0 none.
+    // A spoke is in the middle of each of the 8 sectors: one at 22.5 degrees, none at 0.
     EXPECT_NEAR(planes.depth.at(cx + 14, cy - 6), 1, 1e-5);
     EXPECT_NEAR(planes.depth.at(cx + 15, cy), 3, 1e-5);
 }
 
 TEST(Vectors, OfATranslation) {
-    // F v / z = 100 * (0.04, 0.016) / 2 = (2, 0.8) pixels a frame, up.
+    // F v / z = 100 * (0.04, 0.016) / 2 = (2, 0.8) pixels per frame, up.
     SceneModel model = empty_model();
     model.objects = {wall([](double t) { return at({0.04 * t, 0.016 * t, 2}); })};
     const ScenePlanes planes = render(model, center_sample());
     for (int y = 0; y < kHeight; y += 7)
         for (int x = 0; x < kWidth; x += 5) {
             const float* v = planes.vectors.pixel(x, y);
-            EXPECT_NEAR(v[0], -2, 1e-4);  // previous - this: it came from the left and below
+            EXPECT_NEAR(v[0], -2, 1e-4);  // previous - this: it came from the lower left
             EXPECT_NEAR(v[1], -0.8, 1e-4);
             EXPECT_NEAR(v[2], -2, 1e-4);  // this - next
             EXPECT_NEAR(v[3], -0.8, 1e-4);
@@ -114,7 +114,8 @@ TEST(Vectors, OfATranslation) {
 }
 
 TEST(Vectors, OfAnApproachDifferBetweenThePreviousAndTheNextFrame) {
-    // A point seen at x from depth 2 is seen at x 2/1.9 next and was seen at x 2/2.1.
+    // A point seen at x from depth 2 is at x 2/1.9 in the next and at x 2/2.1 in the previous
+    // frame.
     SceneModel model = empty_model();
     model.objects = {wall([](double t) { return at({0, 0, 2 - 0.1 * t}); })};
     const ScenePlanes planes = render(model, center_sample());
@@ -128,7 +129,7 @@ TEST(Vectors, OfAnApproachDifferBetweenThePreviousAndTheNextFrame) {
 }
 
 TEST(Vectors, OfARotationAreChordsToBothSides) {
-    // (x, y) turns by a: next = (x cos a - y sin a, x sin a + y cos a), previous by -a.
+    // (x, y) rotates by a: next = (x cos a - y sin a, x sin a + y cos a), previous by -a.
     const double a = 0.3, c = std::cos(a), s = std::sin(a);
     SceneModel model = empty_model();
     model.objects = {wall([a](double t) { return at({0, 0, 2}, turn({0, 0, 1}, a * t)); })};
@@ -147,7 +148,8 @@ TEST(Vectors, OfARotationAreChordsToBothSides) {
 }
 
 TEST(Vectors, OfAPanAreThoseOfAProjection) {
-    // Direction theta is seen at F tan(theta - yaw): with the camera turning right all moves left.
+    // Direction theta appears at F tan(theta - yaw): if the camera turns right, everything moves
+    // left.
     const double a = 0.05;
     SceneModel model = empty_model();
     model.camera = [a](double t) {

@@ -1,4 +1,4 @@
-// What each scene must have (docs/scenes.md), and the vector convention by re-projection.
+// Properties of each scene (docs/scenes.md), and the vector convention by reprojection.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -50,8 +50,9 @@ TEST(Scenes, HaveHighlightsAndFinitePlanes) {
         }
 }
 
-// Mean difference between frame n and what its vectors find in frame n+1, over moving pixels.
-// `next`: use ZW (else XY); signs as multiplied to the displacement in picture rows (y down).
+// Mean difference between frame n and its reprojection from frame n+1 by the motion vectors, over
+// moving pixels. `next`: use ZW (otherwise XY); signs multiply the displacement in image rows (y
+// down).
 double warp_error(const ScenePlanes& a, const ScenePlanes& b, bool next, int sx, int sy) {
     double sum = 0;
     int count = 0;
@@ -71,8 +72,8 @@ double warp_error(const ScenePlanes& a, const ScenePlanes& b, bool next, int sx,
 }
 
 TEST(Vectors, LeadFromEachFrameToTheNext) {
-    // frame.md: motion = (-Z, +W) in rows from the top. All eight combinations; the stated one
-    // must win clearly over the wrong signs, and over XY where motion is curved.
+    // frame.md: motion = (-Z, +W) in rows from the top. Of all eight combinations, it must be
+    // clearly better than the wrong signs, and than XY if motion is curved.
     for (const char* name : {"wheels", "poles", "crossing", "zoom"}) {
         const ScenePlanes a = render(name, 320, 180, 4, Picture::gbuf);
         const ScenePlanes b = render(name, 320, 180, 5, Picture::gbuf);
@@ -83,7 +84,7 @@ TEST(Vectors, LeadFromEachFrameToTheNext) {
                     if (next && sx == -1 && sy == 1) continue;
                     const double wrong = warp_error(a, b, next, sx, sy);
                     const bool only_xy = !next && sx == -1 && sy == 1;
-                    // A pan has hardly any vertical part, so that its sign tells little.
+                    // A pan has almost no vertical motion, so its sign has little effect.
                     const bool flat = std::string(name) == "poles" && sx == -1;
                     EXPECT_GT(wrong, (only_xy || flat ? 1.0 : 1.25) * right)
                         << name << " next " << next << " signs " << sx << sy;
@@ -103,8 +104,8 @@ TEST(Vectors, LeadBackToThePreviousFrame) {
 }
 
 TEST(Vectors, FindTheSameSurfaceInTheNextFrame) {
-    // Nothing in zoom moves but the camera: what is at depth z is at z - (drive of one frame) in
-    // the next, wherever the vectors point. Left over: what is hidden there, and edges.
+    // Only the camera moves in zoom: a point at depth z has depth z - (one frame's drive) in the
+    // next frame at its reprojected position. Exceptions: occluded points and edges.
     const ScenePlanes a = render("zoom", 320, 180, 2, Picture::gbuf);
     const ScenePlanes b = render("zoom", 320, 180, 3, Picture::gbuf);
     const SceneModel model = make_zoom();
@@ -114,7 +115,7 @@ TEST(Vectors, FindTheSameSurfaceInTheNextFrame) {
     for (int y = 0; y < 180; ++y)
         for (int x = 0; x < 320; ++x) {
             const float z = a.depth.at(x, y);
-            if (z > 12) continue;  // a pixel's width of ground is a step in depth there
+            if (z > 12) continue;  // the ground's depth changes too much per pixel there
             const float* v = a.vectors.pixel(x, y);
             const int to_x = int(std::floor(x + 0.5 - v[2])),
                       to_y = int(std::floor(y + 0.5 + v[3]));
@@ -129,7 +130,7 @@ TEST(Vectors, FindTheSameSurfaceInTheNextFrame) {
 TEST(Wheels, ThreeDepthsWithTheGreenOneInFocusAndCurvedMotion) {
     const ScenePlanes planes = render("wheels", 320, 180, 1, Picture::gbuf);
     const Camera camera = camera_at(make_wheels(), 1);
-    // A surface is of the wheel whose color dominates.
+    // A surface belongs to the wheel whose color dominates.
     double near_red = 1e9, near_blue = 1e9, curved = 0;
     int green_in_focus = 0, red = 0, green = 0, blue = 0;
     for (int y = 0; y < 180; ++y)
@@ -152,7 +153,7 @@ TEST(Wheels, ThreeDepthsWithTheGreenOneInFocusAndCurvedMotion) {
     EXPECT_LT(near_red, 0.85);
     EXPECT_GT(near_blue, 2.0);
     EXPECT_GT(curved, 0.15);  // half of |XY - ZW| over |v| = tan(angle / 2) = 0.21 for 0.42 rad
-    // 0.42 rad a frame at 0.116 of depth 0.8 - tilt: 444 px/unit * 0.116/0.78 * 2 sin(0.21).
+    // 0.42 rad per frame at 0.116 of depth 0.8 - tilt: 444 px/unit * 0.116/0.78 * 2 sin(0.21).
     EXPECT_NEAR(largest_speed(planes), 27.5, 1.0);
 }
 
@@ -181,7 +182,7 @@ TEST(Crossing, SpeedsScaleWithTheWidthAndGoAllWays) {
     const ScenePlanes wide = render("crossing", 640, 360, 1, Picture::gbuf);
     const double largest = largest_speed(wide);
     EXPECT_GT(largest, 60);
-    EXPECT_LT(largest, 110);  // 88 and what the turning adds
+    EXPECT_LT(largest, 110);  // 88 plus the rotation's part
     const double half = largest_speed(render("crossing", 320, 180, 1, Picture::gbuf));
     EXPECT_NEAR(half / largest, 0.5, 0.02);
     int octants[8] = {};
@@ -213,7 +214,7 @@ TEST(Crossing, HasAHalfTransparentPaneAndAHoleWithoutAlpha) {
 }
 
 TEST(Crossing, NobodyJumpsInSight) {
-    // The way back is longer than any picture: no vector of 100 frames reaches it.
+    // The jump back is longer than any image: no vector of 100 frames includes it.
     for (int frame = 0; frame < 100; frame += 1)
         ASSERT_LT(largest_speed(render("crossing", 64, 36, frame, Picture::gbuf)), 11) << frame;
 }
@@ -231,7 +232,7 @@ TEST(Zoom, MovesAwayFromTheMiddle) {
             }
             const double px = x + 0.5 - 160, py = 90 - y - 0.5;
             ++moving;
-            // Along the ray from the middle: parallel, and outwards.
+            // Along the ray from the center: parallel and outward.
             const double along = -(px * v[2] + py * v[3]), cross = px * v[3] - py * v[2];
             away += along > 0 && std::abs(cross) < 1e-3 * along + 1e-3;
         }
@@ -257,7 +258,7 @@ TEST(Sharp, HasTheDepthOfTheCenterAndMeanVectors) {
     const ScenePlanes gbuf = render("wheels", 160, 90, 2, Picture::gbuf);
     const ScenePlanes sharp = render("wheels", 160, 90, 2, Picture::sharp, 16);
     EXPECT_EQ(gbuf.depth, sharp.depth);
-    // At silhouettes the mean lies between a wheel's vector and the wall's: somewhere in between.
+    // At silhouettes the mean is between a wheel's vector and the wall's.
     int between = 0;
     for (int y = 0; y < 90; ++y)
         for (int x = 0; x < 160; ++x) between += speed(gbuf, x, y) == 0 && speed(sharp, x, y) > 0.5;
@@ -265,7 +266,7 @@ TEST(Sharp, HasTheDepthOfTheCenterAndMeanVectors) {
 }
 
 TEST(Sharp, IsTheMeanOverThePixel) {
-    // Sixteen one-sample pictures of four times the side, taken together: a box filter.
+    // Sixteen one-sample images of four times the size, averaged: a box filter.
     const ScenePlanes sharp = render("still", 64, 36, 1, Picture::sharp, 256);
     const ScenePlanes fine = render("still", 512, 288, 1, Picture::gbuf);
     ImageF mean(64, 36, 4);

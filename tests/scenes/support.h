@@ -1,4 +1,4 @@
-// One renderer for all tests of this folder, and small models with known answers.
+// A renderer shared by all tests of this folder, and small models with known results.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -8,14 +8,14 @@
 
 namespace postchain::scenes::test {
 
-SceneRenderer& renderer();  // made on first use; fails the test process when there is no GL
+SceneRenderer& renderer();  // made on first use; fails the test process without GL
 
-// Fails the test when rendering fails.
+// Fails the test if rendering fails.
 ScenePlanes render(const SceneModel& model, const RenderSettings& settings);
 ScenePlanes render(const std::string& scene, int width, int height, int frame, Picture picture,
                    int samples = 1, const Camera& camera = {});
 
-// Nothing but a camera at rest at the origin: 50 mm on 36 mm, so that F = 50/36 * width pixels.
+// An empty scene with a camera at rest at the origin: 50 mm on 36 mm, so F = 50/36 * width pixels.
 SceneModel empty_model(double focus_distance = 2, double f_stop = 2);
 // An unlit surface of exactly this radiance.
 Object unlit(Object object, glm::dvec3 radiance);
@@ -29,7 +29,7 @@ struct Moments {
 Moments moments_of(const ImageF& image);
 
 double display(double value);  // x/(1+x), gamma 2.2
-// Root of the mean squared difference of the first three channels, as displayed.
+// RMS difference of the first three channels, as displayed.
 double display_rmse(const ImageF& a, const ImageF& b);
 
 }  // namespace postchain::scenes::test

@@ -31,7 +31,7 @@ TEST(Alpha, OverNothingIsPremultiplied) {
 }
 
 TEST(Alpha, MixesWithWhatLiesBehindInDepthOrder) {
-    // 0.5 * 4 + 0.5 * (0.25 * 8 + 0.75 * 1) = 3.375; listed back to front and mixed.
+    // 0.5 * 4 + 0.5 * (0.25 * 8 + 0.75 * 1) = 3.375; listed back to front.
     SceneModel model = empty_model();
     model.objects = {pane(3, 1, {1, 1, 1}), pane(1.5, 0.5, {4, 4, 4}), pane(2, 0.25, {8, 8, 8})};
     const ScenePlanes planes = render(model, small(3, 3));
@@ -73,7 +73,7 @@ TEST(Alpha, AHoleInARectangleShowsWhatIsBehind) {
 }
 
 TEST(Light, OfALambertianPlaneIsAroundPlusSunTimesTheCosine) {
-    // Straight light on a plane across the axis: albedo * (ambient of a level normal + strength).
+    // Frontal light on a plane across the axis: albedo * (ambient of a level normal + strength).
     SceneModel model = empty_model();
     model.light = {0, 0, -1};
     model.light_strength = 2;
@@ -81,15 +81,15 @@ TEST(Light, OfALambertianPlaneIsAroundPlusSunTimesTheCosine) {
     model.ambient_below = 0.5;  // a normal with y = 0 gets the mean of 1 and 0.5
     model.objects = {rectangle(9, 9, still(at({0, 0, 2})), {0.4, 0.4, 0.4})};
     EXPECT_NEAR(render(model, small(1, 1)).color.at(0, 0), 0.4 * (0.3 * 0.75 + 2), 1e-5);
-    // From the side by 60 degrees: half of it.
+    // Light at 60 degrees: half of it.
     model.light = {std::sqrt(3.0), 0, -1};
     EXPECT_NEAR(render(model, small(1, 1)).color.at(0, 0), 0.4 * (0.3 * 0.75 + 1), 1e-5);
 }
 
 TEST(Light, AShadowFallsWhereTheLightSaysSo) {
-    // Light from (0.5, 0, -1): from the ball at depth 2 it falls on the wall at depth 3 half a unit
-    // to the left, (-0.5, 0, 3): F = 100 shows that at 36 - 16.7 = pixel 19. The ball itself, of
-    // 5 pixels, stands at 36.
+    // Light from (0.5, 0, -1): the shadow of the ball at depth 2 is half a unit to the left on the
+    // wall at depth 3, (-0.5, 0, 3): with F = 100 at 36 - 16.7 = pixel 19. The ball itself, 5
+    // pixels wide, is at 36.
     SceneModel model = empty_model();
     model.light = {0.5, 0, -1};
     model.light_strength = 2;
@@ -100,13 +100,13 @@ TEST(Light, AShadowFallsWhereTheLightSaysSo) {
     // The wall without sun: albedo * ambient.r * (1 + below) / 2.
     EXPECT_NEAR(shade, 0.4 * model.ambient.r * 0.5 * (1 + model.ambient_below), 1e-5);
     EXPECT_GT(lit, 3 * shade);
-    // Across the light the ball is a disc of radius 0.1: on the wall 0.1 high, 3.3 pixels.
+    // Across the light, the ball is a disc of radius 0.1: 0.1 high on the wall, 3.3 pixels.
     for (int y : {17, 18, 21, 22}) EXPECT_EQ(planes.color.at(19, y), shade) << y;
     for (int y : {15, 24}) EXPECT_GT(planes.color.at(19, y), 3 * shade) << y;
 }
 
 TEST(Sizes, FromOnePixelOnAndAcrossTiles) {
-    // A plane whose depth is known at each pixel shows a wrong tile or a lost edge.
+    // A plane with known depth at each pixel shows wrong tiles and lost edges.
     for (auto [width, height] : {std::pair{1, 1}, {1, 7}, {5, 1}, {15, 17}, {16, 16}, {33, 49}}) {
         SceneModel model = empty_model();
         model.objects = {

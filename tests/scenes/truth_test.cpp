@@ -1,4 +1,4 @@
-// The truths against closed forms of lens and shutter. F = 50/36 * width pixels per unit slope.
+// Ground truths against closed forms of lens and shutter. F = 50/36 * width pixels per unit slope.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -53,8 +53,8 @@ TEST(CircleOfConfusion, OfAHighlightInTheTruthIsTheFormula) {
     }
 }
 
-// A point of light behind the focus, through an aperture: mean and second moments of its disc, in
-// radii, when it is x, y pixels from the middle of a picture of 288 x 288.
+// A point light behind the focus seen through an aperture: mean and second moments of its disc, in
+// radii, at x, y pixels from the center of an image of 288 x 288.
 Moments through(const SceneModel& shape, double x, double y) {
     constexpr int kWide = 4 * kSide;
     SceneModel model = shape;
@@ -89,8 +89,8 @@ TEST(ApertureOfTheTruth, HasTheMomentsOfItsShape) {
     EXPECT_NEAR(m.yy, 1.0 / 4, 0.008);
 }
 
-// The right half of a disc, of which the lower quarter lets a third of the light through: with the
-// quarters' moments k = 4/(3 pi) and 1/4, weights 3/4 and 1/4.
+// The right half of a disc, whose lower quarter transmits a third of the light: with the quarters'
+// moments k = 4/(3 pi) and 1/4, weights 3/4 and 1/4.
 TEST(ApertureOfTheTruth, HasTheMomentsOfItsPicture) {
     constexpr int kCells = ApertureImage::kSide;
     std::vector<float> values(kCells * kCells);
@@ -105,7 +105,7 @@ TEST(ApertureOfTheTruth, HasTheMomentsOfItsPicture) {
     EXPECT_NEAR(m.y, -k / 2, 0.01);
     EXPECT_NEAR(m.xx, 0.25 - k * k, 0.008);
     EXPECT_NEAR(m.yy, 0.25 - k * k / 4, 0.008);
-    // Counterclockwise the right comes to the top, the upper quarter to the left.
+    // Counterclockwise: the right moves to the top, the upper quarter to the left.
     model.aperture_rotation_deg = 90;
     m = through(model, 0, 0);
     EXPECT_NEAR(m.x, -k / 2, 0.01);
@@ -116,8 +116,8 @@ TEST(ApertureOfTheTruth, HasTheMomentsOfItsPicture) {
     EXPECT_NEAR(m.y, -k, 0.01);
 }
 
-// Behind the focus what the barrel leaves is moved to the picture's middle: by half of cats_eye in
-// a corner, which is 144 sqrt(2) pixels away.
+// Behind the focus, the barrel's remaining area is shifted to the image center: by half of cats_eye
+// in a corner, which is 144 sqrt(2) pixels away.
 TEST(ApertureOfTheTruth, IsCutAwayFromTheMiddle) {
     SceneModel model = empty_model(2, 1);
     model.cats_eye = 0.8;
@@ -129,7 +129,7 @@ TEST(ApertureOfTheTruth, IsCutAwayFromTheMiddle) {
     EXPECT_NEAR(middle.xx, 0.25, 0.008);
 }
 
-// A corner to the right behind the focus: light is unevenly spread, its third moment there.
+// A corner on the right, behind the focus: uneven light has a third moment.
 TEST(ApertureOfTheTruth, IsUprightBehindTheFocus) {
     SceneModel model = empty_model(2, 0.08);
     model.aperture_blades = 3;
@@ -146,8 +146,8 @@ TEST(ApertureOfTheTruth, IsUprightBehindTheFocus) {
 }
 
 TEST(CircleOfConfusion, IsZeroInFocus) {
-    // The whole lens sees the point in one place: the picture is that of the pinhole, but for the
-    // noise of the pixel's samples.
+    // The whole lens sees the point at one position: the image equals the pinhole's, except for
+    // sampling noise.
     const SceneModel model = one_lamp(still(at({0, 0, 2})), 0.1, 2, 1.4);
     const ScenePlanes lens = render(model, settings_of(256, 0, true));
     const ScenePlanes pinhole = render(model, settings_of(256, 0, false));
@@ -158,7 +158,7 @@ TEST(CircleOfConfusion, IsZeroInFocus) {
 }
 
 TEST(Shutter, AStreakIsMotionTimesShutter) {
-    // F v / z = 100 * 0.32 / 2 = 16 pixels a frame; a uniform streak of length L has the variance
+    // F v / z = 100 * 0.32 / 2 = 16 pixels per frame; a uniform streak of length L has the variance
     // L^2/12. The lamp, a disc of radius 3 pixels, adds 9/4, the pixel's box 1/12.
     for (double shutter : {0.25, 0.5, 1.0}) {
         const SceneModel model = one_lamp(
@@ -174,7 +174,7 @@ TEST(Shutter, AStreakIsMotionTimesShutter) {
 }
 
 TEST(Shutter, IsOpenAroundItsFrame) {
-    // 8 pixels a frame: at frame 2 the middle of the streak is 16 pixels right of the center.
+    // 8 pixels per frame: at frame 2 the streak's center is 16 pixels right of the image center.
     const SceneModel model = one_lamp([](double t) { return at({0.16 * t, 0, 2}); }, 0.04, 2, 2);
     RenderSettings settings = settings_of(64, 0.5, false);
     settings.time = 2;
@@ -182,8 +182,8 @@ TEST(Shutter, IsOpenAroundItsFrame) {
 }
 
 TEST(Truth, KeepsTheEnergyOfALamp) {
-    // Radiance 30 over a disc of radius 3 pixels: 30 * pi * 9 in the sum, whatever blurs it. Seen
-    // through the rim of the lens the disc is wider by (lens radius / z)^2 / 2, here 0.04 %.
+    // Radiance 30 over a disc of radius 3 pixels: a sum of 30 * pi * 9 with any blur. Through the
+    // rim of the lens the disc is wider by (lens radius / z)^2 / 2, here 0.04 %.
     const SceneModel model = one_lamp(
         [](double t) {
             return at({0.1 * t, 0, 2});
@@ -202,8 +202,8 @@ TEST(Truth, ConvergesWithTheNumberOfSamples) {
     for (int samples : {4, 16, 64, 256})
         errors.push_back(
             display_rmse(render("wheels", 64, 36, 3, Picture::both, samples).color, best.color));
-    // Random samples would give an eighth in the end; highlights that saturate on display and were
-    // missed by few samples make the first steps look better than they are.
+    // Random samples would end at an eighth. The first steps look better than they are, because
+    // highlights saturate on display and a few samples miss them.
     for (size_t i = 1; i < errors.size(); ++i) EXPECT_LT(errors[i], 0.75 * errors[i - 1]) << i;
     EXPECT_LT(errors.back(), errors.front() / 5);
     EXPECT_LT(errors.back(), 0.02);
@@ -217,12 +217,13 @@ TEST(Truth, OfAStillSceneWithAPinholeIsTheSharpPicture) {
         const ScenePlanes truth = render("still", 64, 36, 1, picture, 256, camera);
         EXPECT_LT(display_rmse(truth.color, sharp.color), 0.012) << name_of(picture);
     }
-    // With its own lens it is not.
+    // With its own lens the result differs.
     EXPECT_GT(display_rmse(render("still", 64, 36, 1, Picture::dof, 256).color, sharp.color), 0.03);
 }
 
 TEST(Truth, TheSamplesOfOneFrameAreNotThoseOfTheNext) {
-    // The noise must change from frame to frame.
+    // The noise must change between frames.
+
     RenderSettings settings = settings_of(4, 0, true);
     const SceneModel model = one_lamp(still(at({0, 0, 1})), 0.05, 2, 0.35);
     settings.seed = 1;

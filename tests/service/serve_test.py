@@ -38,8 +38,8 @@ class Serve(unittest.TestCase):
         return str(self.path / name)
 
     def test_other_addresses_need_a_token(self):
-        self.fails(2, "--token-file is needed", "--bind", "0.0.0.0")
-        self.fails(2, "--token-file is needed", "--bind", "::")
+        self.fails(2, "add --token-file", "--bind", "0.0.0.0")
+        self.fails(2, "add --token-file", "--bind", "::")
         self.fails(2, "cannot be read", "--token-file", str(self.path / "none"))
         self.fails(2, "16 to 512 characters", "--token-file", self.write("short", "0123456789\n"))
         self.fails(2, "printable ASCII", "--token-file", self.write("blank", "0123456789 0123456789\n"))
@@ -71,7 +71,7 @@ class Serve(unittest.TestCase):
         known = {"Authorization": "Bearer 0123456789abcdef"}
         self.assertEqual(server.ask("GET", "/v1/jobs", None, known)[0], 200)
         self.assertEqual(server.stop(), 143)
-        self.assertIn("nothing is encrypted", "".join(server.stderr))
+        self.assertIn("without encryption", "".join(server.stderr))
         self.assertNotIn("0123456789abcdef", "".join(server.stderr))
 
     def test_host(self):

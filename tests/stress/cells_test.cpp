@@ -1,4 +1,4 @@
-// The frames of the stability matrix hold what their names say.
+// The frames of the stability matrix match their names.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,7 +10,7 @@
 namespace postchain::stress {
 namespace {
 
-// The scales of the specification are really in the frames.
+// The frames contain the scales of the specification.
 TEST(Stress, CellsHoldTheScalesTheyName) {
     const auto cells = make_cells(40, false);
     const auto find = [&](const std::string& name) -> const Cell& {
@@ -37,16 +37,16 @@ TEST(Stress, CellsHoldTheScalesTheyName) {
     EXPECT_EQ(sky.max_inverse_depth, 10);
     EXPECT_EQ(find("f/0.1, focus at infinity").frame.camera.f_stop, 0.1);
     EXPECT_EQ(find("16384x3").frame.width, 16384);
-    // A tenth of 80x40 pixels, from the fourth on.
+    // A tenth of 80x40 pixels, starting with the fourth.
     EXPECT_EQ(find("nan in motion_back").nonfinite_placed, 320u);
     EXPECT_EQ(find("nan in every plane").nonfinite_placed, 4 * 320u);
-    EXPECT_EQ(find("inf in depth").nonfinite_placed, 0u);  // a way to write sky
+    EXPECT_EQ(find("inf in depth").nonfinite_placed, 0u);  // a valid form of sky
     for (const auto& cell : cells)
         for (const auto& [role, plane] : cell.planes)
             for (float value : plane.data) ASSERT_TRUE(std::isfinite(value)) << cell.name;
 }
 
-// Every value of every row of the crossed cells is in one of the reduced set.
+// Every value of every row of the crossed cells is in the reduced set.
 TEST(Stress, CrossedCellsBringTheWorstTogether) {
     std::set<std::string> parts;
     for (const Cell& cell : make_cells(40, true)) {

@@ -1,5 +1,5 @@
-// Turned and moved frames by hand, and that the checks on them, on light and on repetition see
-// filters that break their promises: passes with known faults.
+// Turned and moved frames by hand. The checks on them, on light and on repetition detect filters
+// that break their guarantees: passes with known faults.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -26,7 +26,7 @@ using Values = std::vector<float>;
 TEST(Transform, TurnsByHandAndBack) {
     EXPECT_EQ(turned(numbered(), Turn::mirror).data, (Values{2, 1, 0, 5, 4, 3}));
     EXPECT_EQ(turned(numbered(), Turn::flip).data, (Values{3, 4, 5, 0, 1, 2}));
-    // Clockwise: the left column, from below, becomes the first row.
+    // Clockwise: the left column, read from below, becomes the first row.
     const ImageF quarter = turned(numbered(), Turn::quarter);
     EXPECT_EQ(quarter.width, 2);
     EXPECT_EQ(quarter.height, 3);
@@ -35,7 +35,7 @@ TEST(Transform, TurnsByHandAndBack) {
         EXPECT_EQ(turned_back(turned(numbered(), turn), turn), numbered());
 }
 
-// A vector points at the same pixel before and after: to the right becomes down.
+// A vector points at the same pixel before and after: right becomes down.
 TEST(Transform, VectorsTurnWithThePicture) {
     FramePlanes planes;
     planes[Role::motion] = ImageF(1, 1, 2);
@@ -67,7 +67,7 @@ TEST(Transform, DotHasTheMiddlesMotionAndOneBrightPixel) {
     EXPECT_EQ(dot.at(Role::color).at(2, 2, 3), 7);
 }
 
-// Numbers from the definitions of the parameters: docs of each.
+// Numbers from the definitions of the parameters.
 TEST(Reach, FollowsFromTheParameters) {
     const auto cells = make_cells(40, true);
     const FrameDescription& frame = cells.front().frame;
@@ -81,18 +81,18 @@ TEST(Reach, FollowsFromTheParameters) {
     EXPECT_EQ(both.reach(frame).depends_px, 99);
     EXPECT_NEAR(both.reach(frame).spreads_px, 54.68, 1e-9);
     test::append(both, "vignette");
-    EXPECT_EQ(both.promises().lattice_px, 0);  // it is tied to the place in the picture
+    EXPECT_EQ(both.promises().lattice_px, 0);  // it depends on the position in the image
     EXPECT_EQ(both.reach(frame).depends_px, 99);
 }
 
-// With the faulty pass's shader in reach.
+// Makes the faulty pass's shader available.
 class Equivariance : public ::testing::Test {
   protected:
     void SetUp() override {
         test::executor();  // a GL context
         setenv("POSTCHAIN_SHADER_DIR", POSTCHAIN_FAULTY_SHADER_DIR, 1);
         executor_ = std::make_unique<Executor>(gl::describe_current());
-        unsetenv("POSTCHAIN_SHADER_DIR");  // read once, when the executor was made
+        unsetenv("POSTCHAIN_SHADER_DIR");  // was read when the executor was made
     }
     void TearDown() override { executor_.reset(); }
 
@@ -145,7 +145,7 @@ TEST_F(Equivariance, EachCheckSeesItsFaultsAndNoOthers) {
     EXPECT_EQ(checks_of(Fault::counts_runs)["repeat"].verdict, Verdict::failed);
 }
 
-// What holds of one picture alone.
+// Checks of a single image.
 TEST_F(Equivariance, PromisesOfConstantsRangeAndQuietAreHeldToo) {
     EXPECT_EQ(checks_of(Fault::none)["constant"].verdict, Verdict::ok);
     EXPECT_EQ(checks_of(Fault::none)["range"].verdict, Verdict::ok);
@@ -153,7 +153,7 @@ TEST_F(Equivariance, PromisesOfConstantsRangeAndQuietAreHeldToo) {
     EXPECT_EQ(checks_of(Fault::brightens)["range"].verdict, Verdict::failed);
 }
 
-// The reference of the pass copies: an error of 0.1/1.1 in every pixel is seen whole.
+// The pass's reference is a copy: an error of 0.1/1.1 in every pixel is measured exactly.
 TEST_F(Equivariance, ReferenceSeesWhatTheShaderDoesBeside) {
     EXPECT_EQ(checks_of(Fault::none)["reference"].value, 0);
     const Measured reference = checks_of(Fault::brightens)["reference"];
@@ -161,7 +161,8 @@ TEST_F(Equivariance, ReferenceSeesWhatTheShaderDoesBeside) {
     EXPECT_NEAR(reference.value, 0.1 / 1.1, 1e-6);
 }
 
-// 1.1 and 0.9 of the light; some passes may lose some, and with any light there is no check.
+// 1.1 and 0.9 of the light; passes that may lose light are checked for gain only, others are
+// exempt.
 TEST_F(Equivariance, DotCountsLight) {
     EXPECT_NEAR(checks_of(Fault::brightens)["dot"].value, 0.1, 1e-6);
     EXPECT_NEAR(checks_of(Fault::dims)["dot"].value, 0.1, 1e-6);

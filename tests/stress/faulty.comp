@@ -1,5 +1,5 @@
 #version 450 core
-// A copy of the color with one fault (tests/stress/faulty_pass.h); RUN counts the plans made.
+// Copies color with one fault (tests/stress/faulty_pass.h); RUN counts the plans made.
 layout(local_size_x = 16, local_size_y = 16) in;
 layout(binding = 0) uniform sampler2D color;
 layout(binding = 0) writeonly uniform image2D result;

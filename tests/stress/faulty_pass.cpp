@@ -57,7 +57,7 @@ class FaultyPass : public Pass {
 
 Chain chain_with(Fault fault, Light light) {
     static const ParameterTable no_parameters;
-    // Chains point at their types: these stay.
+    // Chains point to their types, so these must persist.
     static std::vector<std::unique_ptr<PassType>> types;
     auto type = std::make_unique<PassType>();
     type->name = "faulty";

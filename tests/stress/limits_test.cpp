@@ -1,4 +1,4 @@
-// Known limits: where they hold, that each is needed, and that the documentation names it.
+// Known limits: where they apply, that each is needed, and that the documentation lists it.
 #include "tools/measure/stress/limits.h"
 
 #include <gtest/gtest.h>
@@ -39,7 +39,7 @@ TEST(Stress, LimitsHoldOnlyWhereListedAndInsideTheirBound) {
     for (const auto& type : test::every_pass().types()) {
         for (const auto& limit : type.known_limits) {
             ++limits;
-            // Never of what must hold without exception.
+            // Never for checks without exceptions.
             for (const char* check : {"finite", "elided", "counted", "identity", "constant",
                                       "repeat", "range", "shift", "dot"})
                 EXPECT_NE(limit.check, check) << type.name;
@@ -48,8 +48,8 @@ TEST(Stress, LimitsHoldOnlyWhereListedAndInsideTheirBound) {
     EXPECT_GT(limits, 0u);
 }
 
-// Of one pass the first that names the cell counts, of several passes the widest; and only with
-// these parameters.
+// For one pass the first limit that names the cell counts, for several passes the widest; and only
+// with these parameters.
 TEST(Stress, LimitsOfSeveralPassesAreTheWidest) {
     const auto limit_in = [](const Chain& chain, const char* row) {
         CellResult result;
@@ -70,7 +70,7 @@ TEST(Stress, LimitsOfSeveralPassesAreTheWidest) {
               0);
 }
 
-// A limit that no cell needs would hide the next fault there: each is met by one at least.
+// An unused limit would hide the next fault: each must be needed by at least one cell.
 TEST(Stress, EveryKnownLimitIsMet) {
     std::vector<Subject> subjects;
     for (auto& subject : every_pass_and_both_orders())
@@ -127,7 +127,7 @@ TEST(Stress, EveryKnownLimitIsMet) {
                 << type.name << " " << limit.check << " " << limit.parameters << " " << limit.cells;
 }
 
-// docs/stability.md has a row for each: cause, owner, why it is not mended, what to set instead.
+// docs/stability.md has a row for each: cause, owner, why it is not fixed, what to set instead.
 TEST(Stress, EveryKnownLimitHasARowInTheDocumentation) {
     std::ifstream file(POSTCHAIN_SOURCE_DIR "/docs/stability.md");
     std::set<std::string> rows;
@@ -144,11 +144,11 @@ TEST(Stress, EveryKnownLimitHasARowInTheDocumentation) {
             named.insert(name);
         }
     }
-    // And no row without a limit, but the head of the table and the line below it.
+    // And no row without a limit, except the table's head and the line below it.
     EXPECT_EQ(rows.size(), named.size() + 2);
 }
 
-// 16384 px wide a float position has steps of 0.001 px. The inverse warp adds none to another.
+// At 16384 px, float positions have steps of 0.001 px. The inverse warp never adds two positions.
 TEST(Stress, WidePicturesAgreeWithTheReference) {
     const Subject best = with_cells_camera(shipped("best"));
     size_t met = 0;

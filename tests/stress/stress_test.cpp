@@ -1,5 +1,5 @@
-// The stability matrix: its reduced set over every registered pass and both orders, and that its
-// checks and its table see what is wrong.
+// The stability matrix: its reduced set over every registered pass and both orders; its checks and
+// table detect faults.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -23,7 +23,7 @@ std::string failures(const Matrix& matrix) {
     return text;
 }
 
-// The checks that a chain is held to, by what its passes promise.
+// The checks that apply to a chain because of its passes' guarantees.
 std::set<std::string> promised_checks(const Chain& chain) {
     std::set<std::string> checks(check_names().begin(), check_names().end());
     const auto keep = [&](std::initializer_list<const char*> names, auto promise) {
@@ -51,7 +51,7 @@ TEST(Stress, ReducedSetHoldsForEveryPassAndBothOrders) {
     const auto matrix = run_matrix(test::executor(), subjects, options);
     ASSERT_TRUE(matrix.ok()) << matrix.status().message();
     EXPECT_EQ(failures(*matrix), "");
-    // Every row is met by every subject, and every check that its passes promise.
+    // Every subject has every row, and every check that its passes guarantee.
     std::map<std::string, std::set<std::string>> rows, checks;
     for (const auto& cell : matrix->cells) {
         rows[cell.subject].insert(cell.row);
@@ -70,7 +70,7 @@ TEST(Stress, ChecksSeeWhatTheyAreFor) {
     const auto cells = make_cells(40, false);
     const Subject subject =
         with_cells_camera({"motion_blur", test::chain_of("motion_blur", {{"mode", "guertin"}})});
-    // A cell that calls itself still and is not.
+    // A cell that claims to be still but is not.
     for (const auto& cell : cells) {
         if (cell.name != "object 40 px, ground still") continue;
         Cell wrong = cell;
@@ -80,13 +80,13 @@ TEST(Stress, ChecksSeeWhatTheyAreFor) {
         EXPECT_EQ(find_check(measured->checks, "identity").verdict, Verdict::failed);
         EXPECT_GT(find_check(measured->checks, "identity").value, 0.1);
         EXPECT_EQ(find_check(measured->checks, "constant").verdict, Verdict::ok);
-        // Facts that lie: the elided run skips the blur, the complete one does not.
+        // Wrong facts: the elided run skips the blur, the complete one does not.
         wrong = cell;
         wrong.frame.bounds.max_speed_px = 0;
         measured = measure(test::executor(), subject, wrong, Precision::fp32);
         ASSERT_TRUE(measured.ok());
         EXPECT_EQ(find_check(measured->checks, "elided").verdict, Verdict::failed);
-        // NaN that no conversion has replaced, in every pixel.
+        // NaN in every pixel, not replaced by a conversion.
         wrong = cell;
         for (float& value : wrong.planes[Role::color].data) value = NAN;
         measured = measure(test::executor(), subject, wrong, Precision::fp32);
@@ -171,7 +171,7 @@ TEST(Stress, TableShowsTheWorstAndEveryFailureAndLimit) {
         << text;
 }
 
-// 0.004 of 0.005 is worse than 5e-5 of 1e-4, though further from its bound.
+// 0.004 of 0.005 is worse than 5e-5 of 1e-4, although the absolute margin is larger.
 TEST(Stress, WorstIsTheLargestPartOfItsBound) {
     Matrix matrix;
     matrix.cells.resize(3);

@@ -1,4 +1,4 @@
-// What the tests of the stability matrix are run on.
+// Subjects of the stability matrix tests.
 #pragma once
 
 #include <string>
@@ -8,13 +8,13 @@
 
 namespace postchain::stress {
 
-// Every registered pass alone, and the shipped chains `paper` and `dof_first`.
+// Each registered pass separately, and the shipped chains `paper` and `dof_first`.
 std::vector<Subject> every_pass_and_both_orders();
 
 // A shipped chain.
 Subject shipped(const std::string& name);
 
-// The check of that name; one with a bound of -1 where there is none.
+// The check of that name, or one with a bound of -1 if there is none.
 const Measured& find_check(const std::vector<Measured>& all, const std::string& check);
 
 }  // namespace postchain::stress

@@ -1,5 +1,5 @@
-// Every link of README.md and docs/ leads to a file and a heading that exist, every page named in
-// a comment exists, and every page can be reached from README.md.
+// Every link in README.md and docs/ leads to an existing file and heading, every page named in a
+// comment exists, and every page can be reached from README.md.
 #include <gtest/gtest.h>
 
 #include <cctype>
@@ -27,7 +27,7 @@ struct Page {
     std::set<std::string> anchors;
 };
 
-// The anchor that a heading gets in rendered Markdown: letters, digits, - and _, spaces as -.
+// Anchor of a heading in rendered Markdown: letters, digits, - and _, spaces as -.
 std::string anchor_of(const std::string& heading) {
     std::string anchor;
     for (const char c : heading) {
@@ -76,14 +76,14 @@ bool is_external(const std::string& target) {
     return target.find("://") != std::string::npos || target.rfind("mailto:", 0) == 0;
 }
 
-// The file that a link on `page` leads to, relative to the root.
+// File that a link on `page` leads to, relative to the root.
 std::string file_of(const std::string& page, const std::string& target) {
     const std::string path = target.substr(0, target.find('#'));
     if (path.empty()) return page;
     return (fs::path(page).parent_path() / path).lexically_normal().string();
 }
 
-// What is wrong with a link; empty: nothing.
+// The fault of a link; empty = none.
 std::string fault_of(const std::string& page, const std::string& target) {
     if (is_external(target)) return "";
     const std::string file = file_of(page, target);
@@ -103,7 +103,7 @@ TEST(DocLinks, LeadToAFileAndAHeading) {
             ++count;
             EXPECT_EQ(fault_of(name, link.target), "") << name << ":" << link.line;
         }
-    EXPECT_GT(count, 50u) << "too few links were found to mean anything";
+    EXPECT_GT(count, 50u) << "the search found too few links";
 }
 
 TEST(DocLinks, EveryPageIsReachableFromTheReadme) {
@@ -145,7 +145,7 @@ TEST(DocLinks, PagesNamedInPlainTextExist) {
                     << fs::relative(file, kRoot).string() << ":" << line << ": " << page;
             }
     }
-    EXPECT_GT(count, 50u) << "too few names were found to mean anything";
+    EXPECT_GT(count, 50u) << "the search found too few names";
 }
 
 TEST(DocLinks, FaultsAreSeen) {

@@ -1,6 +1,5 @@
-// A header leads to its source: what x.cpp defines for others, x.h beside it declares, and x.cpp
-// includes it first (so that every header is compiled on its own). A program's main.cpp exports
-// nothing and has none.
+// A header leads to its source: x.h declares what x.cpp exports, and x.cpp includes x.h first (so
+// that every header compiles on its own). A program's main.cpp exports nothing and has no header.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -22,7 +21,7 @@ std::vector<std::string> lines_of(const fs::path& file) {
     return lines;
 }
 
-// The first quoted or angled include; empty: none.
+// The first quoted or angled include; empty = none.
 std::string first_include(const std::vector<std::string>& lines) {
     static const std::regex pattern(R"re(^#include [<"]([^>"]+)[>"])re");
     std::smatch match;
@@ -31,8 +30,8 @@ std::string first_include(const std::vector<std::string>& lines) {
     return "";
 }
 
-// What a source defines for others: names of functions, and of classes whose members it defines,
-// at the beginning of a line (clang-format sees to that) and outside an unnamed namespace.
+// Exports of a source: functions, and classes whose members it defines, at the beginning of a line
+// (as clang-format formats them) and outside an unnamed namespace.
 std::vector<std::string> exports_of(const std::vector<std::string>& lines) {
     static const std::regex member(R"re(^[A-Za-z][^(=]*?\b([A-Z]\w*)(<\w+>)?::~?\w+\()re");
     static const std::regex function(R"re(^[A-Za-z][^(=]*?[ *&](\w+)\()re");
@@ -41,7 +40,7 @@ std::vector<std::string> exports_of(const std::vector<std::string>& lines) {
     for (const auto& line : lines) {
         if (line == "namespace {") hidden = true;
         if (line == "}  // namespace") hidden = false;
-        // A definition opens a block or goes on in the next line; it is never a single statement.
+        // A definition opens a block or continues on the next line; it never ends in a semicolon.
         if (hidden || line.empty() || line.back() == ';' || line.starts_with("static ")) continue;
         std::smatch match;
         const bool found =
@@ -58,13 +57,13 @@ bool has_word(const std::vector<std::string>& lines, const std::string& word) {
     return false;
 }
 
-// What is wrong with a source, given its header's lines; one line each.
+// Faults of a source, given its header's lines; one line each.
 std::vector<std::string> faults_of(const std::string& file, const std::vector<std::string>& source,
                                    const std::vector<std::string>& header) {
     const std::string own = file.substr(0, file.size() - 3) + "h";
     if (header.empty()) return {"has no header " + own};
     std::vector<std::string> faults;
-    // A sample builds outside this tree too, and names what lies beside it by its name alone.
+    // Samples are also built outside this tree and name neighboring files without a path.
     const std::string named =
         file.starts_with("tools/samples/") ? fs::path(own).filename().string() : own;
     if (first_include(source) != named) faults.push_back("does not include its header first");
@@ -89,7 +88,7 @@ TEST(HeaderSource, EverySourceHasTheHeaderThatDeclaresIt) {
             exported += exports_of(source).size();
         }
     }
-    EXPECT_GT(count, 100u) << "the walk found too little to mean anything";
+    EXPECT_GT(count, 100u) << "the search found too few sources";
     EXPECT_GT(exported, 400u);
 }
 

@@ -1,6 +1,6 @@
-// Who may include whom (docs/architecture.md). The edges are found from the #include lines of every
-// source file; the only rule is the order of the layers: an include runs down, never up, and within
-// a layer never in a circle.
+// Checks include edges (docs/architecture.md), found from the #include lines of every source file.
+// The only rule is the order of layers: includes go down, never up, and within a layer never in a
+// cycle.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,13 +20,13 @@ using Edges = std::map<std::string, std::set<std::string>>;
 
 const fs::path kRoot = POSTCHAIN_SOURCE_DIR;
 
-// From the bottom up; folders of one entry do not know each other.
+// From bottom to top; folders in one entry are independent of each other.
 const std::vector<std::vector<std::string>>& layers() {
     static const std::vector<std::vector<std::string>> order = {
         {"shaders"},
         {"chain"},
         {"passes", "config"},
-        {"tools/sequence"},
+        {"tools/sequence", "tools/page"},
         {"tools/measure"},
         {"tools/service"},
         {"tools/apps", "tools/samples"},
@@ -34,20 +34,20 @@ const std::vector<std::vector<std::string>>& layers() {
     return order;
 }
 
-// Headers of other projects, by their first folder or name; the value: folders that may use them.
-// What is in none of the lists is the standard library and the system.
+// Headers of other projects by their first folder or name, with the folders that may use them. All
+// others belong to the standard library and the system.
 const Edges& allowed_libraries() {
     static const Edges edges = {
         {"epoxy", {"chain", "tools/measure/scenes", "tools/samples"}},
         {"glm", {"shaders", "chain/guest", "tools/measure/scenes"}},
-        {"OpenEXR", {"tools/sequence/io", "tools/apps"}},
-        {"Imath", {"tools/sequence/io"}},
-        {"OpenImageIO", {"tools/sequence/io"}},
-        {"OpenColorIO", {"tools/sequence/io"}},
+        {"OpenEXR", {"tools/sequence/exr", "tools/apps"}},
+        {"Imath", {"tools/sequence/exr"}},
+        {"OpenImageIO", {"tools/sequence/image"}},
+        {"OpenColorIO", {"tools/sequence/image"}},
         {"yaml-cpp", {"config"}},
         {"nlohmann", {"tools"}},
-        {"zlib.h", {"tools/measure/report", "tools/sequence/io"}},
-        {"libdeflate.h", {"tools/sequence/io"}},
+        {"zlib.h", {"tools/measure/report", "tools/sequence/exr", "tools/sequence/image"}},
+        {"libdeflate.h", {"tools/sequence/exr"}},
         {"CLI", {"tools/apps"}},
         {"spdlog", {"tools/apps"}},
         {"GLFW", {}},
@@ -66,7 +66,7 @@ bool is_in(const std::string& path, const std::string& folder) {
     return path == folder || path.rfind(folder + "/", 0) == 0;
 }
 
-// The folder of a layer that holds the path, and its place from the bottom; "" and -1: none.
+// The layer folder of a path and its index from the bottom; "" and -1 if none.
 std::pair<std::string, int> layer_of(const std::string& path) {
     for (size_t i = 0; i < layers().size(); ++i)
         for (const auto& folder : layers()[i])
@@ -74,7 +74,7 @@ std::pair<std::string, int> layer_of(const std::string& path) {
     return {"", -1};
 }
 
-// One pass does not know another; what several share is in passes/common.
+// Passes are independent of each other; shared code is in passes/common.
 bool is_another_pass(const std::string& from, const std::string& to) {
     return is_in(from, "passes") && is_in(to, "passes") && from != to && from != "passes" &&
            to != "passes" && to != "passes/common" && to != "passes/inverse_warp";
@@ -83,7 +83,7 @@ bool is_another_pass(const std::string& from, const std::string& to) {
 struct Include {
     std::string file;  // relative to the root of the source
     int line = 0;
-    std::string target;  // relative to the root as well where it is quoted
+    std::string target;  // quoted: relative to the root as well
     bool quoted = false;
 
     std::string from() const { return fs::path(file).parent_path().string(); }
@@ -109,7 +109,7 @@ std::vector<Include> read_includes(const fs::path& file) {
         if (include.quoted && !fs::exists(kRoot / include.target) &&
             fs::exists(kRoot / "shaders" / include.target))
             include.target = "shaders/" + include.target;
-        // A sample builds outside this tree too, and names what lies beside it by its name alone.
+        // Samples are also built outside this tree and name neighboring files without a path.
         if (include.quoted && is_in(include.from(), "tools/samples") &&
             fs::exists(file.parent_path() / include.target))
             include.target = include.from() + "/" + include.target;
@@ -131,7 +131,7 @@ const std::vector<Include>& all_includes() {
     return all;
 }
 
-// What is wrong with one include; empty: nothing.
+// The fault of an include; empty = none.
 std::string fault_of(const Include& include) {
     const auto [from, height] = layer_of(include.from());
     if (height < 0) return "lies in no layer";
@@ -154,7 +154,7 @@ std::string fault_of(const Include& include) {
     return "";
 }
 
-// Folder -> the folders it includes, itself left out.
+// Folder -> other folders that it includes.
 Edges found_edges() {
     Edges edges;
     for (const auto& include : all_includes())
@@ -163,7 +163,7 @@ Edges found_edges() {
     return edges;
 }
 
-// The folder at which `start` comes back to itself; empty: nowhere.
+// The first folder on a cycle through `start`; empty = no cycle.
 std::string circle_through(const std::string& start, const Edges& edges) {
     std::set<std::string> seen, open;
     if (const auto first = edges.find(start); first != edges.end()) open = first->second;
@@ -182,17 +182,17 @@ TEST(IncludeEdges, NoneRunsUp) {
     for (const auto& include : all_includes())
         if (const std::string fault = fault_of(include); !fault.empty())
             ADD_FAILURE() << include.place() << fault;
-    EXPECT_GT(all_includes().size(), 500u) << "the walk found too little to mean anything";
+    EXPECT_GT(all_includes().size(), 500u) << "the search found too few includes";
 }
 
 TEST(IncludeEdges, NoneGoesInACircle) {
     const Edges edges = found_edges();
     for (const auto& [folder, targets] : edges)
-        EXPECT_EQ(circle_through(folder, edges), "") << "a circle through " << folder;
+        EXPECT_EQ(circle_through(folder, edges), "") << "a cycle through " << folder;
 }
 
-// Planning knows no GL, and what runs plans makes no context: chain <- chain/gl <- chain/egl <-
-// chain/guest.
+// Planning is independent of GL, and running plans makes no context: chain <- chain/gl <- chain/egl
+// <- chain/guest.
 TEST(IncludeEdges, ChainHasFourLibraries) {
     const std::vector<std::string> order = {"chain", "chain/gl", "chain/egl", "chain/guest"};
     const auto place = [&](const std::string& folder) {
@@ -217,11 +217,12 @@ TEST(IncludeEdges, ChainHasFourLibraries) {
     EXPECT_GT(count, 50u);
 }
 
-// OpenImageIO and OpenColorIO are in the module alone, so that no program begins by loading them.
+// Only the module uses OpenImageIO and OpenColorIO, so that programs need not load them at
+// start-up.
 TEST(IncludeEdges, OpenImageIoIsInTheModuleAlone) {
     static const std::set<std::string> module = {
-        "tools/sequence/io/ocio_config.cpp", "tools/sequence/io/ocio_config.h",
-        "tools/sequence/io/picture_calls.cpp", "tools/sequence/io/picture_codec.cpp"};
+        "tools/sequence/image/ocio_config.cpp", "tools/sequence/image/ocio_config.h",
+        "tools/sequence/image/picture_calls.cpp", "tools/sequence/image/picture_codec.cpp"};
     size_t count = 0;
     for (const auto& include : all_includes()) {
         if (!include.target.starts_with("OpenImageIO/") &&
@@ -233,7 +234,7 @@ TEST(IncludeEdges, OpenImageIoIsInTheModuleAlone) {
     EXPECT_GT(count, 0u);
 }
 
-// Metrics know pictures and nothing of chains, so that anything with pixels can be measured.
+// Metrics use images and no chains, so that they work on any pixels.
 TEST(IncludeEdges, MetricsKnowOnlyPicturesOfTheChain) {
     size_t count = 0;
     for (const auto& include : all_includes()) {
@@ -246,8 +247,8 @@ TEST(IncludeEdges, MetricsKnowOnlyPicturesOfTheChain) {
     EXPECT_GT(count, 10u);
 }
 
-// The diagram of docs/architecture.md, lines "folder -> folders", says what is found: for each
-// layer those it includes, and for the folders of tools/ their edges within the wing.
+// The diagram of docs/architecture.md, lines "folder -> folders", matches the includes: edges of
+// each layer, and of the folders of tools/ within it.
 TEST(IncludeEdges, DiagramOfTheDocumentationIsComplete) {
     Edges expected;
     for (const auto& [folder, targets] : found_edges()) {
@@ -289,14 +290,14 @@ TEST(IncludeEdges, FaultsAreSeen) {
     EXPECT_TRUE(is_fault("passes/fxaa/fxaa.cpp", "config/profile.h", true));
     EXPECT_TRUE(is_fault("chain/plan.cpp", "passes/registry.h", true));
     EXPECT_TRUE(is_fault("chain/plan.cpp", "yaml-cpp/yaml.h", false));
-    EXPECT_TRUE(is_fault("tools/sequence/io/a.cpp", "tools/measure/metrics/flip.h", true));
+    EXPECT_TRUE(is_fault("tools/sequence/exr/a.cpp", "tools/measure/metrics/flip.h", true));
     EXPECT_TRUE(is_fault("tools/nowhere/a.cpp", "chain/plan.h", true));
     EXPECT_TRUE(is_fault("tools/samples/ogre/a.cpp", "chain/guest/postchain.h", true));
     EXPECT_TRUE(is_fault("tools/samples/ogre/a.cpp", "tools/samples/glfw/a.h", true));
     EXPECT_FALSE(is_fault("tools/samples/ogre/a.cpp", "tools/samples/ogre/a.h", true));
     EXPECT_FALSE(is_fault("passes/fxaa/fxaa.cpp", "chain/pass.h", true));
     EXPECT_FALSE(is_fault("passes/fxaa/fxaa.cpp", "passes/common/warp.h", true));
-    EXPECT_FALSE(is_fault("tools/apps/postchain/run.cpp", "tools/sequence/io/sequence.h", true));
+    EXPECT_FALSE(is_fault("tools/apps/postchain/run.cpp", "tools/sequence/files/sequence.h", true));
     EXPECT_EQ(circle_through("a", {{"a", {"b"}}, {"b", {"c"}}, {"c", {"a"}}}), "a");
     EXPECT_EQ(circle_through("a", {{"a", {"b"}}, {"b", {"c"}}}), "");
 }

@@ -60,6 +60,27 @@ TEST(StudyFile, QuestionsNameThePairs) {
                 HasSubstr("is asked twice"));
 }
 
+TEST(StudyFile, AChainMayBeAListOfPasses) {
+    const StudyFile file = read(
+        "postchain_study: 1\nchains:\n"
+        "  alone: [depth_of_field: {samples: 24, neighbors: none}, fxaa]\n"
+        "  block:\n    - motion_blur:\n        neighbors: \"none\"\n"
+        "scenes:\n" +
+        kScene);
+    ASSERT_TRUE(file.status().ok()) << text_of(file.diagnostics);
+    const auto& chains = file.study.chains;
+    ASSERT_EQ(chains.size(), 2u);
+    EXPECT_THAT(write_chain(chains[0].chain), HasSubstr("samples: 24"));
+    EXPECT_THAT(write_chain(chains[0].chain), HasSubstr("- fxaa"));
+    EXPECT_THAT(write_chain(chains[1].chain), HasSubstr("neighbors: none"));
+    EXPECT_THAT(refused("postchain_study: 1\nchains:\n  one: paper\n  two: [fxa]\nscenes:\n" +
+                        kScene),
+                HasSubstr("study.yaml:4:"));
+    EXPECT_THAT(refused("postchain_study: 1\nchains: {one: paper, two: {fxaa: {}}}\nscenes:\n" +
+                        kScene),
+                HasSubstr("is not a chain's name, file or list of passes"));
+}
+
 TEST(StudyFile, ABenchComparesWithItsFirstVariant) {
     const StudyFile file = read(
         "postchain_study: 1\nkind: bench\nchain: paper\nsweep: ['motion_blur.samples=5,9,13']\n"

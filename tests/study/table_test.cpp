@@ -1,5 +1,5 @@
-// The table against figures worked out elsewhere: by hand, and by tests/bench/intervals.py, which
-// has the t distribution by finite sums.
+// The table against figures worked out elsewhere: by hand, and with the t distribution by the finite
+// sums of Abramowitz and Stegun, 26.7.3 and 26.7.4.
 #include <gtest/gtest.h>
 
 #include "tools/measure/study/table.h"

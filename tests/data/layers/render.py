@@ -13,7 +13,7 @@ import bpy
 from mathutils import Matrix, Vector
 
 FOLDER = os.path.dirname(os.path.abspath(__file__))
-sys.path.insert(0, os.path.join(FOLDER, "../../../tools/measure/cycles"))
+sys.path.insert(0, os.path.join(FOLDER, "../../cycles"))
 import model  # pylint: disable=wrong-import-position
 
 FRAMES = [1, 2]

@@ -1,5 +1,5 @@
 #version 450 core
-// The lumas that FXAA's step keeps to itself (fxaa/luma.glsl), as a texture.
+// Writes the lumas that are internal to FXAA's step (fxaa/luma.glsl) to a texture.
 #include "common/finite.glsl"
 #include "common/work_group.glsl"
 #include "shared/fxaa_uniforms.h"

@@ -9,7 +9,7 @@ Result<ColorFile> read_color(const sequence::SourceSettings& settings, const std
                              int frame) {
     auto header = sequence::open_source_frame(settings, {{Role::color, path}}, frame);
     if (!header.ok()) return header.status();
-    // Two pictures and their copies, error maps not counted.
+    // Two images and their copies; error maps are not counted.
     const uint64_t bytes =
         sequence::frame_bytes(*header, {Role::color}, io::Keep::nothing, header->window.height());
     if (Status status = sequence::check_memory(path, 2 * bytes, settings.max_memory); !status.ok())

@@ -1,4 +1,4 @@
-// The color of one file, as it is compared and shown.
+// Reads the color of one file for comparison and display.
 #pragma once
 
 #include <string>
@@ -13,8 +13,8 @@ struct ColorFile {
     ImageF& rgba() { return input.planes.at(Role::color); }
 };
 
-// Found by profile. Errors (input): no color, unreadable; (memory) two such pictures take more than
-// `settings` allow.
+// Found by profile. Errors (input): no color, unreadable; (memory) two such images exceed the limit
+// of `settings`.
 Result<ColorFile> read_color(const sequence::SourceSettings& settings, const std::string& path,
                              int frame);
 

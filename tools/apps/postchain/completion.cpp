@@ -18,7 +18,7 @@ std::vector<const CLI::App*> verbs(const CLI::App& app) {
     return app.get_subcommands([](const CLI::App*) { return true; });
 }
 
-// roff: a line must not begin with a dot, and backslashes and dashes are special.
+// roff: a line must not start with a dot; backslashes and dashes must be escaped.
 std::string roff(const std::string& text) {
     std::string out;
     for (char c : text) {
@@ -40,7 +40,7 @@ std::string names_of(const CLI::Option& option) {
     return option.get_expected_max() > 0 && !type.empty() ? text + " " + type : text;
 }
 
-// The words of a choice, from CLI11's "{fp16,fp32}".
+// The words of a choice, parsed from CLI11's "{fp16,fp32}".
 std::vector<std::string> choices_of(const CLI::Option& option) {
     const std::string type = option.get_type_name();
     const size_t begin = type.find('{'), end = type.find('}');
@@ -89,7 +89,8 @@ std::string man_page(const CLI::App& app) {
             out += ".TP\n.B " + roff(names_of(*option)) + "\n" + roff(option->get_description()) +
                    "\n";
     }
-    out += ".SH PARAMETERS\nOf passes and camera, as keys of a chain file or of \\-\\-set.\n";
+    out +=
+        ".SH PARAMETERS\nParameters of passes and camera: keys of a chain file or of \\-\\-set.\n";
     for (const auto& type : builtin_passes().types())
         append_parameters(out, type.name, *type.parameters);
     append_parameters(out, "camera", camera_parameters());

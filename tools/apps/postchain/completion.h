@@ -1,4 +1,4 @@
-// Man page and bash completion, made from the command's own options and the parameter tables.
+// Generates man page and bash completion from the command's options and the parameter tables.
 #pragma once
 
 #include <string>

@@ -14,8 +14,8 @@
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/plan_summary.h"
 #include "tools/apps/postchain/printable.h"
-#include "tools/sequence/io/json.h"
-#include "tools/sequence/io/picture_module.h"
+#include "tools/sequence/files/json.h"
+#include "tools/sequence/image/picture_module.h"
 #include "tools/sequence/run/estimate.h"
 #include "tools/sequence/run/layer_record.h"
 #include "tools/sequence/run/plan_sequence.h"
@@ -36,15 +36,16 @@ int plan_verb(const Options& options, const std::string& format, const std::stri
     io::set_exr_threads(threads_of(options));
     int code = kExitOk;
     PlanSummaries summaries;
-    std::string said;  // of the frame before, without its path
+    std::string said;  // of the previous frame, without its path
     const auto show = [&](const sequence::PlannedFrame& planned) {
         for (const auto& warning : planned.warnings) log::warning(warning);
         if (planned.plan.ok()) {
             const Plan& plan = *planned.plan;
             const auto seconds = pilot ? sequence::seconds_of(plan, *pilot) : std::nullopt;
             if (pilot && !seconds)
-                log::warning(concat("--pilot ", pilot->path, ": frame ", planned.frame,
-                                    " runs a pass that the pilot did not; no time"));
+                log::warning(
+                    concat("--pilot ", pilot->path, ": frame ", planned.frame,
+                           " runs a pass that the pilot did not; cannot estimate its time"));
             const std::string text =
                 format == "json"  ? io::json_text(sequence::planned_json(planned, seconds)) + "\n"
                 : format == "dot" ? plan_as_dot(plan)
@@ -54,12 +55,12 @@ int plan_verb(const Options& options, const std::string& format, const std::stri
                           sequence::estimate_text(planned.memory, seconds)
                     : summaries.add(plan.frame_number,
                                     plan_summary(chain->chain, planned, seconds));
-            // JSON has escapes of its own.
+            // JSON is already escaped.
             std::fputs(format == "json" ? text.c_str() : printable(text, Lines::keep).c_str(),
                        stdout);
             return true;
         }
-        // What two frames lack in the same words is missing in every frame.
+        // An error repeated for the next frame applies to every frame.
         const Status status = planned.plan.status();
         const size_t words = status.message().find(": ");
         const std::string what =

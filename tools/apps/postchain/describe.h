@@ -1,4 +1,4 @@
-// postchain plan, info, schema, passes: what would run, where, and with which parameters.
+// postchain plan, info, schema, passes: print plans, the device, and parameters.
 #pragma once
 
 #include "tools/apps/postchain/options.h"

@@ -10,9 +10,9 @@
 #include "tools/apps/postchain/printable.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/metrics/temporal.h"
-#include "tools/sequence/io/json.h"
-#include "tools/sequence/io/planes_writer.h"
-#include "tools/sequence/io/png.h"
+#include "tools/sequence/exr/planes_writer.h"
+#include "tools/sequence/files/json.h"
+#include "tools/sequence/image/png.h"
 
 namespace postchain {
 namespace {
@@ -20,7 +20,7 @@ namespace {
 using io::Json;
 using Values = std::vector<std::pair<std::string, std::optional<double>>>;
 
-// Exposures of a sequence: from every reference.
+// Exposures of a sequence, from all references.
 Status find_exposures(DiffWork& work, const StopOnSignal& stop) {
     metrics::ExposureRange range;
     for (size_t i = 0; i < work.frames.size() && !stop.asked(); ++i) {
@@ -78,7 +78,7 @@ void print_settings(const Json& settings) {
     std::printf("%s\n", text.c_str());
 }
 
-// Mean over the frames that have a value; sums of counts, largest of maxima.
+// Means over the frames that have a value; counts are summed, maxima are maximized.
 Values summary_of(const std::vector<Values>& frames) {
     Values summary;
     for (size_t i = 0; i < frames.front().size(); ++i) {
@@ -103,7 +103,7 @@ Values summary_of(const std::vector<Values>& frames) {
     return summary;
 }
 
-// Complains about each limit that is broken; true when one is.
+// Reports each exceeded limit; true if there is one.
 bool exceeds(const DiffWork& work, const Values& values, const std::string& where) {
     bool exceeded = false;
     for (const auto& limit : work.limits)
@@ -116,7 +116,7 @@ bool exceeds(const DiffWork& work, const Values& values, const std::string& wher
     return exceeded;
 }
 
-// Magma over 0..shown_max as PNG, the values themselves as EXR.
+// PNG: magma over 0..shown_max. EXR: the values.
 Status write_map(const DiffWork& work, const std::string& path, const ImageF& map) {
     const auto& row = *metrics::find_map(work.compare.map);
     const auto permit = work.files.permit(path);
@@ -148,52 +148,52 @@ void add_diff(CLI::App& verb, Options& o, DiffOptions& diff) {
         maps += concat(maps.empty() ? "" : ", ", row.name, " (", row.help, "; brightest at ",
                        row.shown_max, ")");
     verb.add_option("A", diff.a, "reference: an image, or a sequence A.####.exr")->required();
-    verb.add_option("B", diff.b, "what is compared with it, of the same kind")->required();
+    verb.add_option("B", diff.b, "image or sequence to compare with A")->required();
     verb.add_option("--frames", o.job.frames,
-                    "which frames of sequences: 1-10,20-40x2 (default: all "
+                    "frames of sequences: 1-10,20-40x2 (default: all "
                     "of A on disk)")
         ->type_name("RANGE");
     verb.add_option("--metric", diff.metrics,
-                    "one metric, may be repeated (default: all): " + names +
+                    "metric, may be repeated (default: all): " + names +
                         "tde (mean |change of the error| from frame to frame)")
         ->type_name("NAME")
         ->expected(1)
         ->take_all();
     verb.add_option("--fail-above", diff.fail_above,
-                    "exit with 8 when a frame or the summary is above it, may be repeated: "
+                    "exit with 8 if a frame or the summary exceeds it, may be repeated: "
                     "flip=0.05")
         ->type_name("METRIC=NUMBER")
         ->expected(1)
         ->take_all();
     verb.add_option("--map", diff.maps,
-                    "error map, may be repeated: .png in magma colors, .exr with the values; a "
+                    "error map, may be repeated: .png in magma colors or .exr with values; a "
                     "pattern for sequences")
         ->type_name("FILE")
         ->expected(1)
         ->take_all();
-    verb.add_option("--map-metric", diff.map_metric, "error of the map: " + maps)
+    verb.add_option("--map-metric", diff.map_metric, "metric of the map: " + maps)
         ->type_name("NAME")
         ->capture_default_str();
-    add_on_existing(verb, "when a map exists", diff.on_existing);
+    add_on_existing(verb, "if a map exists", diff.on_existing);
     verb.add_option("--over", diff.over,
-                    "compare both over a background of this gray, linear, with their alpha "
-                    "(default: premultiplied color as it is)")
+                    "composite both over this linear gray before comparing "
+                    "(default: compare premultiplied color)")
         ->type_name("GRAY")
         ->check(number_within(0, 65504));
     verb.add_option("--ppd", diff.pixels_per_degree, "pixels per degree of visual angle, for FLIP")
         ->check(number_within(metrics::kMinPixelsPerDegree, metrics::kMaxPixelsPerDegree))
         ->capture_default_str();
-    verb.add_option("--tone-mapper", diff.tone_mapper, "of HDR-FLIP")
+    verb.add_option("--tone-mapper", diff.tone_mapper, "tone mapper of HDR-FLIP")
         ->check(CLI::IsMember(metrics::tone_mapper_names()))
         ->capture_default_str();
-    verb.add_option("--profile", o.job.profile, "names of the writer, for both (default: detected)")
+    verb.add_option("--profile", o.job.profile, "profile of both inputs (default: detected)")
         ->type_name("NAME");
     for (const char* key : {"layer", "view", "max_memory"})
         add_setting(verb, *job_parameters().find(key), &o.job);
     verb.add_option("--threads", o.threads, "CPU threads (default: all cores)")
         ->check(CLI::Range(1, 1024));
     verb.add_flag("--json", o.json,
-                  "one JSON object per frame; for sequences a last one with "
+                  "one JSON object per frame; for sequences also a summary with "
                   "\"summary\": true");
 }
 
@@ -226,8 +226,8 @@ int diff_verb(const Options& options, const DiffOptions& diff) {
             values.emplace_back(kTde, temporal.last());
         }
         if (const auto bad = pair->reference.nonfinite)
-            log::warning(concat(frame.a, ": ", bad, " pixels of the reference are not finite, ",
-                                "taken as 0"));
+            log::warning(
+                concat(frame.a, ": ", bad, " reference pixels are non-finite, ", "treated as 0"));
         if (Status status = write_maps(work, frame, compared->map); !status.ok())
             return fail(status);
 

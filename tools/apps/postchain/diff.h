@@ -1,9 +1,9 @@
-// postchain diff: error metrics of B against the reference A, one image or a sequence.
+// postchain diff: error metrics of B against the reference A, for one image or a sequence.
 //
 //   file --profile--> color role --> Pair --tools/metrics--> values, error map
 //
-// HDR-FLIP's exposures come from the references alone; those of a sequence are read once before,
-// so that every frame is judged at the same exposures.
+// HDR-FLIP's exposures come from the references only. For a sequence all references are read first,
+// so that every frame is measured at the same exposures.
 #pragma once
 
 #include "tools/apps/postchain/diff_work.h"

@@ -19,7 +19,7 @@ std::string known_metrics() {
 Status check_metric(const char* option, const std::string& name, bool sequence) {
     if (name != kTde && !metrics::find_metric(name))
         return Status(StatusCode::usage,
-                      concat(option, ": no metric '", name, "'; known are ", known_metrics()));
+                      concat(option, ": unknown metric '", name, "'; known are ", known_metrics()));
     if (name == kTde && !sequence)
         return Status(StatusCode::usage, concat(option, ": tde needs two frames or more"));
     return Status();
@@ -30,8 +30,8 @@ Result<metrics::MetricLimit> limit_of(const std::string& text) {
     if (!limit.ok()) return limit.status();
     const auto* row = metrics::find_metric(limit->metric);
     if (row && !row->is_error)
-        return Status(StatusCode::usage, "--fail-above: more " + limit->metric +
-                                             " is better; name an error, as in mse=0.001");
+        return Status(StatusCode::usage, "--fail-above: higher " + limit->metric +
+                                             " is better; use an error metric, e.g. mse=0.001");
     return limit;
 }
 
@@ -46,7 +46,7 @@ Result<std::vector<DiffFrame>> frames_of(const Options& options, const DiffOptio
         return Status(StatusCode::usage, concat("diff: ", a->text(), " and ", b->text(),
                                                 ": one is a sequence, the other a single image"));
     work.files.read(*a, "the reference");
-    work.files.read(*b, "the picture compared");
+    work.files.read(*b, "the compared image");
     if (!options.job.profile.empty()) work.files.read({options.job.profile, "the profile"});
     sequence = a->has_token();
     if (!sequence) {
@@ -69,7 +69,7 @@ Result<std::vector<DiffFrame>> frames_of(const Options& options, const DiffOptio
             if (!in_a.count(number)) more.push_back(number);
         if (!more.empty())
             log::warning(concat(b->text(), " has frames that ", a->text(),
-                                " has not: ", sequence::frames_text(more)));
+                                " lacks: ", sequence::frames_text(more)));
     }
     std::vector<DiffFrame> frames;
     std::vector<int> not_in_a, not_in_b;
@@ -81,7 +81,7 @@ Result<std::vector<DiffFrame>> frames_of(const Options& options, const DiffOptio
             frames.push_back({number, path_a->second, path_b->second});
     }
     if (not_in_a.empty() && not_in_b.empty()) return frames;
-    std::string text = a->text() + " against " + b->text() + ": frames that are not on disk:";
+    std::string text = a->text() + " against " + b->text() + ": frames missing on disk:";
     if (!not_in_a.empty()) text += " of A " + sequence::frames_text(not_in_a);
     if (!not_in_b.empty()) text += " of B " + sequence::frames_text(not_in_b);
     return Status(StatusCode::input, text);
@@ -95,7 +95,7 @@ Status add_maps(const DiffOptions& diff, DiffWork& work) {
             return Status(StatusCode::usage, "--map: " + text + " is neither .png nor .exr");
         if (work.sequence && !pattern->has_token() && work.frames.size() > 1)
             return Status(StatusCode::usage,
-                          "--map: " + text + " would be written for every frame; give a pattern");
+                          "--map: " + text + " is the same file for every frame; give a pattern");
         for (const auto& frame : work.frames)
             work.files.write(io::OutputFile{pattern->format(frame.number),
                                             concat("the error map of frame ", frame.number),
@@ -105,8 +105,8 @@ Status add_maps(const DiffOptions& diff, DiffWork& work) {
     if (!metrics::find_map(diff.map_metric)) {
         std::string known;
         for (const auto& row : metrics::map_rows()) known += (known.empty() ? "" : ", ") + row.name;
-        return Status(StatusCode::usage, concat("--map-metric: no error map '", diff.map_metric,
-                                                "'; known are ", known));
+        return Status(StatusCode::usage, concat("--map-metric: unknown error map '",
+                                                diff.map_metric, "'; known are ", known));
     }
     if (!work.maps.empty()) work.compare.map = diff.map_metric;
     if (Status status = work.files.check(); !status.ok()) return status;
@@ -152,7 +152,7 @@ Result<DiffWork> work_of(const Options& options, const DiffOptions& diff) {
         if (Status status = want("--fail-above", limit->metric); !status.ok()) return status;
         work.limits.push_back(std::move(*limit));
     }
-    // Only tde asked for: an empty set would mean all others.
+    // If only tde is requested, the set must not be empty: that would select all metrics.
     if (work.compare.metrics.empty()) work.compare.metrics.insert("nonfinite");
     work.over = diff.over;
     work.compare.flip.pixels_per_degree = diff.pixels_per_degree;
@@ -180,14 +180,14 @@ Result<metrics::Pair> read_pair(const DiffWork& work, const DiffFrame& frame) {
     if (a->input.window != b->input.window) {
         log::info(concat(both, ": data windows differ, ", a->input.window.text(), " and ",
                          b->input.window.text(), ": compared in the display window ",
-                         display.text(), ", where a file without pixels is clear"));
+                         display.text(), "; missing pixels count as clear"));
         for (ColorFile* color : {&*a, &*b})
             color->rgba() = io::placed(color->rgba(), color->input.window, display);
     }
     if (work.over)
         for (ColorFile* color : {&*a, &*b}) metrics::composite_over(color->rgba(), *work.over);
     if (a->input.description.luma_weights != b->input.description.luma_weights)
-        log::warning(both + ": their chromaticities differ; values are compared as they are");
+        log::warning(both + ": chromaticities differ; values are compared without conversion");
     auto pair = metrics::pair_of(b->rgba(), a->rgba());
     if (!pair.ok()) return pair.status().at(both);
     return pair;

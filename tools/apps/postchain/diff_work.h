@@ -1,4 +1,4 @@
-// postchain diff: what was typed, as work to do, and the pairs of color to do it on.
+// postchain diff: turns options into work, and reads the pairs to compare.
 //
 //   DiffOptions --work_of--> DiffWork --read_pair, per frame--> metrics::Pair
 #pragma once
@@ -10,11 +10,11 @@
 #include "tools/apps/postchain/options.h"
 #include "tools/measure/metrics/compare.h"
 #include "tools/measure/metrics/limit.h"
-#include "tools/sequence/io/output_files.h"
+#include "tools/sequence/files/output_files.h"
 
 namespace postchain {
 
-// The one metric that takes more than a pair: mean |change of the error| from frame to frame.
+// The only metric of more than one pair: mean |change of the error| from frame to frame.
 inline constexpr const char* kTde = "tde";
 
 struct DiffOptions {
@@ -44,20 +44,20 @@ struct DiffWork {
     bool tde = false;
     std::vector<metrics::MetricLimit> limits;
     std::vector<io::PathPattern> maps;
-    io::OutputFiles files;  // the maps, and what is compared
+    io::OutputFiles files;  // the maps and the compared inputs
 
     bool wants_hdr_flip() const {
         return compare.metrics.count("hdr_flip") > 0 || compare.map == "hdr_flip";
     }
 };
 
-// Errors: usage; input (frames that are not on disk); output (maps that are there).
+// Errors: usage; input (frames missing on disk); output (existing maps).
 Result<DiffWork> work_of(const Options& options, const DiffOptions& diff);
 
-// The color of both files, found by profile; over the gray, if there is one. Errors (input) name
-// both files: no color, unreadable, windows that differ.
+// The color of both files, composited over the gray if given. Errors (input) name both files: no
+// color, unreadable, different windows.
 Result<metrics::Pair> read_pair(const DiffWork& work, const DiffFrame& frame);
-// That of A alone.
+// The color of A only.
 Result<metrics::Picture> read_reference(const DiffWork& work, const DiffFrame& frame);
 
 }  // namespace postchain

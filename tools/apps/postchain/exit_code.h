@@ -18,9 +18,9 @@ using sequence::kExitSomeFailed;
 using sequence::kExitThreshold;
 using sequence::kExitUsage;
 
-// Prints the status as an error, unless it has been said already, and returns its exit code.
+// Prints the status as an error, unless it is already printed, and returns its exit code.
 int fail(const Status& status);
-// The same failure for fail() to be silent about: its diagnostics are on stderr.
+// Marks a failure whose diagnostics are on stderr, so that fail() does not print it.
 Status already_said(const Status& status);
 
 }  // namespace postchain

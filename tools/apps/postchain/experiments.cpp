@@ -35,14 +35,14 @@ std::string duration(double seconds) {
 
 void add_experiment(CLI::App& verb, Options& o, ExperimentOptions& e, const ParameterTable& table,
                     ParameterRef settings) {
-    verb.add_option("--set", o.sets, "change a value of the chain, as of run")
+    verb.add_option("--set", o.sets, "change a value of the chain, as in run")
         ->type_name("KEY=VALUE")
         ->expected(1)
         ->take_all();
     add_settings(verb, job_parameters(), sequence::kInputGroup, &o.job);
     add_settings(verb, table, "", settings);
     verb.add_option("--fail-above", e.fail_above,
-                    "exit with 8 when a variant's mean is above it, may be repeated: flip=0.05")
+                    "exit with 8 if a variant's mean exceeds it, may be repeated: flip=0.05")
         ->type_name("METRIC=NUMBER")
         ->expected(1)
         ->take_all();
@@ -52,7 +52,7 @@ void add_experiment(CLI::App& verb, Options& o, ExperimentOptions& e, const Para
     add_progress(verb, o);
 }
 
-// What the tables do not say: the run, and this process.
+// Adds the settings outside the tables: those of the run and of this process.
 Status complete(experiment::ExperimentSettings& settings, const Options& o,
                 const std::vector<std::string>& chains, const std::vector<Camera>& cameras,
                 int argc, char** argv) {
@@ -63,7 +63,7 @@ Status complete(experiment::ExperimentSettings& settings, const Options& o,
     return Status();
 }
 
-// Time and error of each variant, the cheapest first.
+// Time and error of each variant, cheapest first.
 void print_curve(const report::Report& report) {
     const auto timed = report::by_time(report);
     size_t width = report.input_metrics.empty() ? 0 : std::string(report::kInputName).size();
@@ -71,7 +71,7 @@ void print_curve(const report::Report& report) {
     const std::string& metric = report.pareto_metric;
     for (const auto* variant : timed) {
         const auto mean = report::mean_of(variant->metrics, metric);
-        // The mark of times that are not to be trusted, as on the page.
+        // Marks unreliable times, as on the page.
         std::printf("%-*s  %c%9.2f ms  %s %s%s\n", int(width), printable(variant->name).c_str(),
                     variant->timing->trustworthy ? ' ' : '~', variant->timing->total.median_ms,
                     metric.c_str(), mean ? report::figure(*mean).c_str() : "none",
@@ -82,7 +82,8 @@ void print_curve(const report::Report& report) {
                     metric.c_str(), report::figure(*mean).c_str());
 }
 
-// All files of the report, a summary on stdout, and the exit code. `met`: of choose_under().
+// Writes the report's files and prints a summary; returns the exit code. `met`: result of
+// choose_under().
 int finish(const report::Report& report, const Options& options, const std::string& assets,
            const std::vector<report::MetricLimit>& limits, bool met) {
     if (Status status = experiment::write_report_files(report, assets); !status.ok())
@@ -127,7 +128,7 @@ experiment::ProgressCallback progress_printer() {
 
 void add_ab(CLI::App& verb, Options& o, ExperimentOptions& e) {
     verb.add_option("CHAIN_A", o.chain, "chain file, or the name of a shipped chain")->required();
-    verb.add_option("CHAIN_B", e.chain_b, "the other one")->required();
+    verb.add_option("CHAIN_B", e.chain_b, "the other chain")->required();
     add_experiment(verb, o, e, experiment::ab_parameters(), &e.ab);
 }
 
@@ -166,13 +167,13 @@ int ab_verb(const Options& options, const ExperimentOptions& e, int argc, char**
 void add_bench(CLI::App& verb, Options& o, ExperimentOptions& e) {
     verb.add_option("CHAIN", o.chain, "chain file, or the name of a shipped chain")->required();
     verb.add_option("--sweep", e.sweeps,
-                    "values to try of one key of --set, may be repeated (all combinations are "
+                    "values to try for one key of --set, may be repeated (all combinations are "
                     "run): motion_blur.samples=5,9,13")
         ->type_name("KEY=V1,V2,...")
         ->expected(1)
         ->take_all();
     verb.add_option("--under", e.under,
-                    "pick the cheapest variant whose mean is not above it and write its chain "
+                    "pick the cheapest variant whose mean does not exceed it and write its chain "
                     "file, may be repeated: flip=0.1")
         ->type_name("METRIC=NUMBER")
         ->expected(1)
@@ -183,7 +184,7 @@ void add_bench(CLI::App& verb, Options& o, ExperimentOptions& e) {
 int bench_verb(const Options& options, const ExperimentOptions& e, int argc, char** argv) {
     auto chain = find_chain(options.chain);
     if (!chain.ok()) return fail(chain.status());
-    // Once alone, for its own notes and errors.
+    // Loaded once separately for its own notes and errors.
     if (auto file = load_chain_of(options); !file.ok()) return fail(file.status());
     std::vector<experiment::Sweep> sweeps;
     for (const auto& text : e.sweeps) {

@@ -1,4 +1,4 @@
-// postchain ab and bench: experiments with messages, progress and signals around them.
+// postchain ab and bench: run experiments with messages, progress and signals.
 #pragma once
 
 #include "tools/apps/postchain/options.h"
@@ -15,7 +15,7 @@ struct ExperimentOptions {
     std::vector<std::string> sweeps;  // of bench
     std::vector<std::string> under;   // of bench
 };
-// In place on a terminal; else a line whenever a unit of work is done.
+// Updates one line on a terminal; otherwise prints a line per unit of work.
 experiment::ProgressCallback progress_printer();
 
 void add_ab(CLI::App& verb, Options& options, ExperimentOptions& experiment);

@@ -9,8 +9,8 @@
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/printable.h"
 #include "tools/apps/postchain/stop_on_signal.h"
-#include "tools/sequence/io/folder_scan.h"
-#include "tools/sequence/io/json.h"
+#include "tools/sequence/files/folder_scan.h"
+#include "tools/sequence/files/json.h"
 #include "tools/sequence/run/frame_scan.h"
 #include "tools/sequence/run/frame_task.h"
 #include "tools/sequence/run/memory.h"
@@ -22,7 +22,7 @@ namespace {
 
 using io::Json;
 
-Json describe_file(const io::ExrFile& file) {
+Json describe_file(const io::PixelFile& file) {
     Json parts = Json::array();
     for (const auto& part : file.parts()) {
         Json channels = Json::array();
@@ -54,7 +54,7 @@ Json describe_roles(const ProfileMatch& match) {
             {"missing", missing},       {"notes", match.notes}};
 }
 
-// `window`: of the planes, larger than the data window where that was cropped.
+// `window`: that of the planes, larger than the data window of a cropped frame.
 Json describe_frame(const FrameDescription& frame, const io::Window& window) {
     Json json = {{"window", window.text()},
                  {"width", frame.width},
@@ -71,7 +71,7 @@ Json describe_frame(const FrameDescription& frame, const io::Window& window) {
     return json;
 }
 
-// Of the table in docs/camera_metadata.md, those that the file has.
+// Attributes in the file that the table in docs/camera_metadata.md lists.
 Json describe_attributes(const std::vector<io::FoundAttribute>& found) {
     Json list = Json::array();
     for (const auto& one : found) {
@@ -111,7 +111,7 @@ Json describe_signs(const SignCheck& check) {
     return json;
 }
 
-// Attributes and names may hold bytes that are no UTF-8.
+// Attributes and names may contain invalid UTF-8.
 void print_line(const Json& json) {
     std::printf("%s\n", io::json_text(json).c_str());
 }
@@ -135,7 +135,7 @@ void print_file(const Json& file) {
     }
 }
 
-// "key: value" of each; what is itself an object as "key.key: value".
+// Prints "key: value" lines; nested objects as "key.key: value".
 void print_values(const Json& values, const std::string& prefix = "") {
     for (const auto& [key, value] : values.items()) {
         if (value.is_object())
@@ -157,7 +157,7 @@ void print_signs(const SignCheck& check, int next) {
         next, check.pixels, check.still_error);
     for (const auto& candidate : check.candidates) {
         const std::string note = candidate.as_converted()       ? "as converted"
-                                 : !check.told_apart(candidate) ? "the same displacement"
+                                 : !check.told_apart(candidate) ? "same displacement"
                                                                 : "";
         std::printf("  %-22s %.4f%s%s\n", candidate.text().c_str(), candidate.error,
                     note.empty() ? "" : "  <- ", note.c_str());
@@ -165,8 +165,8 @@ void print_signs(const SignCheck& check, int next) {
     switch (check.verdict()) {
         case SignVerdict::confirmed:
             std::printf(
-                "  confirmed: where another one differs, its error is at least %.2f times "
-                "as large\n",
+                "  confirmed: other sign combinations that differ have at least %.2f times "
+                "the error\n",
                 check.margin());
             return;
         case SignVerdict::undecided:
@@ -175,14 +175,14 @@ void print_signs(const SignCheck& check, int next) {
             return;
         case SignVerdict::contradicted:
             std::printf(
-                "  the profile's signs are NOT the best ones: another combination has %.2f "
+                "  the profile's signs are NOT the best: another combination has %.2f "
                 "times their error\n",
                 check.margin());
             return;
     }
 }
 
-// The sequences of a folder, for --input.
+// Lists the sequences of a folder as inputs for --input.
 int inspect_folder(const std::string& folder, bool json) {
     const auto found = io::scan_folder(folder);
     if (!found.ok()) return fail(found.status());
@@ -211,7 +211,7 @@ int inspect_folder(const std::string& folder, bool json) {
     return kExitOk;
 }
 
-// Distances of what is seen, from the bounds of inverse depth; null = the sky.
+// Range of visible distances, from the bounds of inverse depth; null = sky.
 Json distances(const FrameBounds& bounds) {
     const auto distance = [](double inverse) { return inverse > 0 ? Json(1 / inverse) : Json(); };
     return {{"nearest", distance(bounds.max_inverse_depth)},
@@ -230,14 +230,14 @@ Result<sequence::SourceFrame> look_at(const sequence::RunSettings& settings,
         });
 }
 
-// Says how far it is: on a terminal always, elsewhere every ten seconds.
+// Shows progress: on a terminal continuously, otherwise every ten seconds.
 class LookedAt {
   public:
     explicit LookedAt(size_t total) : total_(total) {}
     ~LookedAt() { log::progress(""); }
 
     void say(size_t done) {
-        const std::string text = concat("looked at ", done, " of ", total_, " frames");
+        const std::string text = concat("examined ", done, " of ", total_, " frames");
         log::progress(text);
         const auto now = std::chrono::steady_clock::now();
         if (log::progress_is_shown() || now - said_ < std::chrono::seconds(10)) return;
@@ -250,7 +250,7 @@ class LookedAt {
     std::chrono::steady_clock::time_point said_ = std::chrono::steady_clock::now();
 };
 
-// Every frame after the first. The exit code where a signal asked to stop, else kExitOk.
+// Surveys every frame after the first. Returns the exit code of a stop signal, otherwise kExitOk.
 int look_at_others(const sequence::RunSettings& settings, const io::FrameList& list,
                    sequence::SequenceSurvey& survey) {
     uint64_t bytes = 0;
@@ -259,9 +259,9 @@ int look_at_others(const sequence::RunSettings& settings, const io::FrameList& l
         if (const auto size = std::filesystem::file_size(path, error); !error) bytes += size;
     const std::vector<int> frames = sequence::frames_to_survey(list.frames, bytes);
     if (frames.size() < list.frames.size())
-        log::info(concat("looks at ", frames.size(), " of ", list.frames.size(),
-                         " frames, evenly spread, for there are more than 64 GiB; --frames RANGE "
-                         "looks at all of the range"));
+        log::info(concat("examines ", frames.size(), " of ", list.frames.size(),
+                         " frames, evenly spaced, because all are more than 64 GiB; --frames RANGE "
+                         "examines a whole range"));
     const StopOnSignal stop;
     LookedAt progress(frames.size());
     for (size_t i = 1; i < frames.size(); ++i) {
@@ -270,7 +270,7 @@ int look_at_others(const sequence::RunSettings& settings, const io::FrameList& l
         const auto files = list.files.find(frame);
         auto header = files == list.files.end()
                           ? Result<sequence::FrameHeader>(
-                                Status(StatusCode::input, "a file of it is not on disk"))
+                                Status(StatusCode::input, "one of its files is not on disk"))
                           : sequence::open_source_frame(settings.source, files->second, frame);
         sequence::Thumbnail thumbnail;
         auto source = header.ok() ? look_at(settings, *header, thumbnail)
@@ -301,7 +301,7 @@ int inspect_verb(const Options& options) {
     io::set_exr_threads(threads_of(options));
     auto list = io::find_frames(settings->input, settings->frames);
     if (!list.ok()) return fail(list.status());
-    // Without --frames the first frame is shown, and all are looked at.
+    // Without --frames the first frame is printed, and all are surveyed.
     std::vector<int> shown = list->frames;
     if (!settings->frames) shown.resize(std::min<size_t>(1, shown.size()));
     int code = kExitOk;
@@ -338,10 +338,10 @@ int inspect_verb(const Options& options) {
         for (const auto& warning : source->warnings) log::warning(warning);
         const Camera& camera = source->description.camera;
         if (camera.metadata_focus_m && !camera.meters_per_unit)
-            log::info(concat(source->input.files.color_file().path(), ": focus is ",
+            log::info(concat(source->input.files.color_file().path(), ": the focus is ",
                              *camera.metadata_focus_m,
-                             " m; where meters_per_unit is stated nowhere a scene unit is taken "
-                             "as 1 m"));
+                             " m; without meters_per_unit a scene unit is assumed "
+                             "to be 1 m"));
         json["match"] = describe_roles(source->match);
         json["frame"] = describe_frame(source->description, source->input.window);
         json["camera_attributes"] = describe_attributes(header->camera_attributes);

@@ -1,5 +1,5 @@
-// postchain inspect: what a file holds, how it was understood, and whether its vectors point the
-// way the profile says.
+// postchain inspect: what a file contains, how it is interpreted, and whether its motion vectors
+// have the profile's signs.
 #pragma once
 
 #include "tools/apps/postchain/options.h"

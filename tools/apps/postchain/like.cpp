@@ -18,15 +18,14 @@ bool is_given(const CLI::App& run, const std::string& key) {
     return false;
 }
 
-// The camera file where it still is what it was, else what it gave to the recorded frame.
+// Uses the camera file if it is unchanged, otherwise the values it gave for the recorded frame.
 void apply_camera(const sequence::Record& record, Options& options) {
     if (record.camera_hash.empty()) return;
     const auto file = load_camera(options.job.camera);
     if (file.ok() && hex_of(file->text_hash) == record.camera_hash) return;
     log::warning(concat(options.like, ": the camera file ", options.job.camera,
-                        file.ok() ? " has changed" : " is not there any more",
-                        ": its values of frame ", record.frame,
-                        " count for every frame, and its matrices are not known"));
+                        file.ok() ? " has changed" : " no longer exists", ": its values of frame ",
+                        record.frame, " are used for every frame, and its matrices are unknown"));
     options.job.camera.clear();
     options.recorded_camera = record.camera;
 }
@@ -36,10 +35,9 @@ void compare_inputs(const sequence::Record& record, const std::string& like) {
         std::error_code error;
         const auto bytes = std::filesystem::file_size(file.path, error);
         if (error)
-            log::warning(
-                concat(like, ": was made of ", file.path, ", which is not there any more"));
+            log::warning(concat(like, ": was made from ", file.path, ", which no longer exists"));
         else if (bytes != file.bytes)
-            log::warning(concat(like, ": was made of ", file.path, " of ", file.bytes,
+            log::warning(concat(like, ": was made from ", file.path, " of ", file.bytes,
                                 " bytes, which has ", bytes, " now"));
     }
 }
@@ -47,9 +45,10 @@ void compare_inputs(const sequence::Record& record, const std::string& like) {
 }  // namespace
 
 void add_like(CLI::App& run, Options& options) {
-    run.add_option("--like", options.like,
-                   "an output of `run`: repeats it with its chain, camera and settings; what else "
-                   "is given overrides them")
+    run.add_option(
+           "--like", options.like,
+           "an output of `run`: repeats it with its chain, camera and settings; other options "
+           "override them")
         ->type_name("OUT");
     CLI::Option* chain = run.get_option("CHAIN")->required(false);
     CLI::Option* input = run.get_option("--input")->required(false);
@@ -71,7 +70,8 @@ Result<std::optional<sequence::Record>> apply_like(const CLI::App& run, Options&
     for (const auto& [key, value] : record->settings) {
         const Parameter* row = job_parameters().find(key);
         if (!row || !row->check(value).ok()) {
-            log::warning(concat(options.like, ": its setting ", key, " is not known here"));
+            log::warning(
+                concat(options.like, ": its setting ", key, " is unknown in this version"));
             continue;
         }
         if (!is_given(run, key)) row->set(&options.job, value);

@@ -1,5 +1,4 @@
-// --like: the chain, camera and settings of an output's record, where the command line says
-// nothing else.
+// --like: takes chain, camera and settings from an output's record; options given override them.
 #pragma once
 
 #include <optional>
@@ -9,11 +8,11 @@
 
 namespace postchain {
 
-// Adds --like to `run`, with which neither CHAIN nor --input is required.
+// Adds --like to `run`; CHAIN and --input are then optional.
 void add_like(CLI::App& run, Options& options);
 
-// Fills what `run` was not given from the record of options.like; says what of it does not hold any
-// more. Nothing without --like. Errors (input): as read_record().
+// Fills the missing options of `run` from the record of options.like and warns about parts that no
+// longer hold. Does nothing without --like. Errors (input): those of read_record().
 Result<std::optional<sequence::Record>> apply_like(const CLI::App& run, Options& options);
 
 }  // namespace postchain

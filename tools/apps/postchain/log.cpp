@@ -8,7 +8,7 @@
 
 #include "chain/status.h"
 #include "tools/apps/postchain/printable.h"
-#include "tools/sequence/io/json.h"
+#include "tools/sequence/files/json.h"
 
 namespace postchain::log {
 namespace {
@@ -19,14 +19,14 @@ bool g_json = false;
 bool g_terminal = false;
 bool g_line_open = false;
 bool g_openjd = false;
-std::string g_percent;  // the last that was told
+std::string g_percent;  // last value printed
 
 spdlog::logger& logger() {
     static const auto made = spdlog::stderr_logger_mt("postchain");
     return *made;
 }
 
-// One line on stdout, which belongs to the messages in that mode.
+// Prints one line on stdout, which in that mode carries the messages.
 void tell(const char* what, const std::string& text) {
     std::printf("%s: %s\n", what, printable(text).c_str());
     std::fflush(stdout);

@@ -1,4 +1,4 @@
-// postchain: the command. Its verbs, and one file for each.
+// postchain: the command. Each subcommand has its own file.
 #include <fcntl.h>
 #include <unistd.h>
 #include <CLI/CLI.hpp>
@@ -31,7 +31,8 @@
 namespace postchain {
 namespace {
 
-// --log-format json, --progress openjd of a command line that could not be read.
+// Whether a command line that could not be parsed has the option: --log-format json, --progress
+// openjd.
 bool asks_for(const std::string& option, const std::string& choice, int argc, char** argv) {
     for (int i = 1; i < argc; ++i) {
         const std::string word = argv[i];
@@ -50,7 +51,7 @@ int usage_error(const CLI::App& app, const CLI::ParseError& error, int argc, cha
         std::vector<std::string> verbs;
         for (const CLI::App* verb : app.get_subcommands([](const CLI::App*) { return true; }))
             verbs.push_back(verb->get_name());
-        text = unknown_word("verb", argv[1], verbs);
+        text = unknown_word("subcommand", argv[1], verbs);
     }
     log::error(concat(text, "; see postchain ", given.empty() ? "" : given[0]->get_name() + " ",
                       "--help"));
@@ -89,13 +90,13 @@ int command(int argc, char** argv) {
     add_device(*run, options);
     add_like(*run, options);
 
-    CLI::App* plan = app.add_subcommand("plan", "what would run, what is left out and why");
+    CLI::App* plan = app.add_subcommand("plan", "show what would run, what is left out and why");
     add_chain(*plan, options);
     for (const char* group : {sequence::kInputGroup, sequence::kLayerGroup, sequence::kPlanGroup})
         add_settings(*plan, job, group, &options.job);
     auto* text = plan->add_flag_callback(
         "--text", [&] { plan_format = "text"; },
-        "text for people (default): a screen for each frame, with -v its dispatches and textures");
+        "readable text (default); -v adds dispatches and textures");
     auto* json = plan->add_flag_callback(
         "--json", [&] { plan_format = "json"; }, "one JSON object per frame");
     plan->add_flag_callback(
@@ -104,7 +105,7 @@ int command(int argc, char** argv) {
         ->excludes(json);
 
     plan->add_option("--pilot", plan_pilot,
-                     "sidecar of a frame filtered on such a machine: times are estimated from it")
+                     "sidecar of a frame filtered on a similar machine, to estimate times")
         ->type_name("FILE");
 
     CLI::App* inspect =
@@ -112,39 +113,40 @@ int command(int argc, char** argv) {
     add_settings(*inspect, job, sequence::kInputGroup, &options.job);
     inspect->add_flag("--json", options.json, "one JSON object per frame");
     inspect->add_flag("--camera-metadata", options.camera_metadata,
-                      "the attributes of a camera that are read, as Markdown, and nothing else");
+                      "print only a Markdown table of the camera attributes that are read");
     inspect->get_option("--input")->required(false);
     inspect->add_option("IN", options.job.input,
-                        "frame or pattern, as for --input; or a folder: the sequences in it");
+                        "frame or pattern, as for --input, or a folder, to list its sequences");
 
     CLI::App* diff_app =
         app.add_subcommand("diff", "error metrics of an image or sequence against a reference");
     add_diff(*diff_app, options, diff);
 
-    CLI::App* sheet_app = app.add_subcommand("sheet", "thumbnails of a sequence in one picture");
+    CLI::App* sheet_app = app.add_subcommand("sheet", "thumbnails of a sequence in one image");
     add_sheet(*sheet_app, options, sheet);
 
     CLI::App* scene_app =
         app.add_subcommand("scene", "render a generated sequence, optionally with ground truth");
     add_scene(*scene_app, options, scene);
 
-    CLI::App* ab = app.add_subcommand("ab", "two chains on one sequence: report with verdict");
+    CLI::App* ab =
+        app.add_subcommand("ab", "compare two chains on one sequence: report with verdict");
     add_ab(*ab, options, experiment);
-    CLI::App* bench = app.add_subcommand("bench", "error against run time, over swept parameters");
+    CLI::App* bench = app.add_subcommand("bench", "error against run time over swept parameters");
     add_bench(*bench, options, experiment);
 
     CLI::App* study_app =
-        app.add_subcommand("study", "ab or bench over several scenes: one table over all of them");
+        app.add_subcommand("study", "ab or bench over several scenes, in one table");
     add_study(*study_app, options, study);
 
     CLI::App* stress_app = app.add_subcommand("stress", "the stability matrix");
     add_stress(*stress_app, options, stress);
 
     CLI::App* selftest =
-        app.add_subcommand("selftest", "whether this device gives the right pictures");
+        app.add_subcommand("selftest", "check that this device renders correct images");
     add_selftest(*selftest, options, selftest_only);
 
-    CLI::App* serve_app = app.add_subcommand("serve", "takes jobs over HTTP");
+    CLI::App* serve_app = app.add_subcommand("serve", "accept jobs over HTTP");
     add_serve(*serve_app, options, serve);
 
     CLI::App* info = app.add_subcommand("info", "GL devices, limits and library versions");
@@ -195,12 +197,12 @@ int command(int argc, char** argv) {
     return kExitOk;
 }
 
-// A standard stream that the caller has closed would lend its number to the next file opened, and
-// messages would go into an image.
+// If a standard stream were closed, the next file opened would get its number, and messages would
+// go into an image.
 void open_standard_streams() {
     for (int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
         if (fcntl(fd, F_GETFD) >= 0) continue;
-        // For reading: what is written to a closed stdout is lost, and must be noticed.
+        // Read-only, so that writing to a closed stdout fails and is noticed.
         const int flags = fd == STDERR_FILENO ? O_WRONLY : O_RDONLY;
         if (const int opened = open("/dev/null", flags); opened >= 0 && opened != fd) {
             dup2(opened, fd);
@@ -209,8 +211,8 @@ void open_standard_streams() {
     }
 }
 
-// A reader that is gone at the end (`passes | head`) has had what it wanted; lines that were lost
-// on the way (`run --json`) and all other failures are errors.
+// A reader that closes the pipe at the end (`passes | head`) has what it wanted. Lines lost earlier
+// (`run --json`) and all other failures are errors.
 bool stdout_failed() {
     errno = 0;
     const bool failed = std::fflush(stdout) != 0 || std::ferror(stdout);
@@ -221,8 +223,8 @@ bool stdout_failed() {
 }  // namespace postchain
 
 int main(int argc, char** argv) {
-    // A file-size limit must come back from write() as an error, not as a signal; and a closed pipe
-    // must not end the process in the middle of a file.
+    // A file-size limit must fail write() instead of raising a signal, and a closed pipe must not
+    // end the process in the middle of a file.
     std::signal(SIGXFSZ, SIG_IGN);
     std::signal(SIGPIPE, SIG_IGN);
     postchain::open_standard_streams();
@@ -230,11 +232,11 @@ int main(int argc, char** argv) {
     try {
         code = postchain::command(argc, argv);
     } catch (const std::bad_alloc&) {
-        code = postchain::kExitInput;  // as StatusCode::memory
+        code = postchain::kExitInput;  // as for StatusCode::memory
         std::fprintf(stderr, "postchain: error: not enough memory\n");
     } catch (const std::system_error& error) {
         std::fprintf(stderr,
-                     "postchain: error: no thread could be started (too little memory, or too many "
+                     "postchain: error: cannot start a thread (too little memory, or too many "
                      "threads): %s\n",
                      error.what());
     } catch (const std::exception& error) {

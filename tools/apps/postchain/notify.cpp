@@ -18,7 +18,7 @@ bool notify_system(const std::string& state) {
     if (length >= sizeof(address.sun_path)) return false;
     address.sun_family = AF_UNIX;
     std::memcpy(address.sun_path, name, length);
-    if (name[0] == '@') address.sun_path[0] = '\0';  // the abstract namespace
+    if (name[0] == '@') address.sun_path[0] = '\0';  // abstract namespace
     const int fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
     if (fd < 0) return false;
     const ssize_t sent =

@@ -1,12 +1,12 @@
-// What a service tells the system that started it: sd_notify(3), without its library.
+// Notifies the service manager: sd_notify(3) without its library.
 #pragma once
 
 #include <string>
 
 namespace postchain {
 
-// Sends "READY=1" and the like to the socket that $NOTIFY_SOCKET names. False: there is none, or
-// there is no listener.
+// Sends a state such as "READY=1" to the socket named by $NOTIFY_SOCKET. False if it is unset or
+// nobody listens.
 bool notify_system(const std::string& state);
 
 }  // namespace postchain

@@ -8,13 +8,13 @@
 #include "passes/registry.h"
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
-#include "tools/sequence/io/aperture_file.h"
+#include "tools/sequence/image/aperture_file.h"
 #include "tools/sequence/run/device.h"
 
 namespace postchain {
 namespace {
 
-// Says all of them, each in its own form; errors become a status that fail() does not say again.
+// Prints all diagnostics; errors become a status that fail() does not print again.
 Status say(const Diagnostics& diagnostics, log::Level notes) {
     for (const auto& one : diagnostics)
         log::write_as_is(one.severity == Severity::note      ? notes
@@ -24,7 +24,7 @@ Status say(const Diagnostics& diagnostics, log::Level notes) {
     return already_said(status_of(diagnostics));
 }
 
-// Letters for what is typed most.
+// Short names of frequent options.
 std::string option_names(const std::string& key) {
     static const std::map<std::string, std::string> letters = {
         {"input", "-i"}, {"output", "-o"}, {"truth", "-r"}};
@@ -47,7 +47,7 @@ CLI::Validator number_within(double least, double most) {
     return CLI::Validator(
         [range](std::string& text) {
             double value = 0;
-            // The comparisons of CLI::Range let NaN pass.
+            // CLI::Range accepts NaN.
             if (CLI::detail::lexical_cast(text, value) && std::isnan(value))
                 return "'" + text + "' is not a number";
             return range(text);
@@ -65,9 +65,10 @@ void add_logging(CLI::App& verb, Options& o) {
 
 void add_progress(CLI::App& verb, Options& o) {
     CLI::Option* option =
-        verb.add_option("--progress", o.progress,
-                        "terminal: a line on stderr where that is one; openjd: lines for Open Job "
-                        "Description on stdout")
+        verb.add_option(
+                "--progress", o.progress,
+                "terminal: a line on stderr if it is a terminal; openjd: lines for Open Job "
+                "Description on stdout")
             ->check(CLI::IsMember({"terminal", "openjd"}))
             ->capture_default_str();
     // Both would write to stdout.
@@ -90,7 +91,7 @@ const ParameterTable& job_parameters() {
 
 void add_setting(CLI::App& verb, const Parameter& row, ParameterRef settings) {
     const std::string name = option_names(row.key);
-    // The row outlives the verb, as its table does.
+    // The row outlives the subcommand, like its table.
     const auto set = [&row, settings](const ParameterValue& value) { row.set(settings, value); };
     CLI::Option* option = nullptr;
     switch (row.type) {
@@ -126,7 +127,7 @@ void add_setting(CLI::App& verb, const Parameter& row, ParameterRef settings) {
             if (row.implied.empty())
                 option = verb.add_option_function<std::string>(
                     name, [set](const std::string& word) { set(word); }, row.help);
-            else  // a flag: the word after it may be an argument, so a value comes with '=' alone
+            else  // a flag: takes a value only after '=', because the next word may be an argument
                 option = verb.add_flag(name + "{" + row.implied + "}", row.help)
                              ->each([set](const std::string& word) { set(word); });
             option->required(!row.optional);
@@ -154,7 +155,7 @@ void add_on_existing(CLI::App& verb, const std::string& help, io::OnExisting& on
 
 void add_device(CLI::App& verb, Options& o) {
     verb.add_option("--device", o.device,
-                    "GL device: auto, software, or a number of `postchain info`")
+                    "GL device: auto, software, or a number listed by `postchain info`")
         ->type_name("N|software")
         ->capture_default_str();
     verb.add_option("--threads", o.threads, "CPU threads (default: all cores)")

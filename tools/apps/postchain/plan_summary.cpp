@@ -11,7 +11,7 @@
 namespace postchain {
 namespace {
 
-// " samples=9 hint=threshold": what a chain file would have to say.
+// " samples=9 hint=threshold": non-default values as in a chain file.
 std::string changed_values(const ChainLink& link) {
     const auto twin = link.type->create();
     std::string text;
@@ -26,13 +26,13 @@ bool found_by_device(const Elision& elision) {
     return elision.work_list >= 0;
 }
 
-// Without the pass, which stands above it: "tile_variance, hint".
+// Without the pass, which is printed above: "tile_variance, hint".
 std::string item_of(const Elision& elision) {
     return elision.kind == ElisionKind::plane && elision.pass >= 0 ? "reading " + elision.item
                                                                    : elision.item;
 }
 
-// A line for each rule and reason: the items that share them.
+// One line for each rule and reason, with the items that share them.
 void add_left_out(std::ostringstream& out, const Plan& plan, int pass, const char* words) {
     std::vector<const Elision*> own;
     for (const auto& elision : plan.elisions)
@@ -50,12 +50,12 @@ void add_left_out(std::ostringstream& out, const Plan& plan, int pass, const cha
         }
         out << words << " " << (items.empty() ? "whole" : joined(items)) << ": "
             << text_of(own[i]->fact) << " [" << own[i]->rule << "]"
-            << (found_by_device(*own[i]) ? ", where the device finds it" : "") << "\n";
+            << (found_by_device(*own[i]) ? ", if the device finds it" : "") << "\n";
     }
 }
 
-// A line for each file, or other place, that values of lens and shutter are from: "camera file
-// camera.json: focal_length_mm 50 mm, f_stop 1.4". plan -v has the line of the file too.
+// One line for each file or other origin of lens and shutter values: "camera file camera.json:
+// focal_length_mm 50 mm, f_stop 1.4". plan -v also shows the file's line.
 void add_resolved(std::ostringstream& out, const sequence::ResolvedPass& pass) {
     std::vector<std::pair<std::string, std::vector<std::string>>> places;
     for (const auto& one : pass.values) {
@@ -127,7 +127,7 @@ std::string plan_summary(const Chain& chain, const sequence::PlannedFrame& plann
 }
 
 std::string PlanSummaries::add(int frame, const std::string& summary) {
-    // What follows the number of the frame.
+    // The part after the frame number.
     const size_t prefix = concat("frame ", frame).size();
     if (!text_.empty() && summary.substr(prefix) == text_)
         return concat("frame ", frame, ": as frame ", shown_, "\n");

@@ -1,4 +1,4 @@
-// Text of others, such as names of files and channels, made fit for a terminal.
+// Makes foreign text, such as file and channel names, safe for a terminal.
 #pragma once
 
 #include <string>
@@ -8,12 +8,12 @@ namespace postchain {
 
 enum class Lines {
     keep,    // line feeds and tabs stay
-    escape,  // they are written \n and \t, so that a name cannot pass for a line of its own
+    escape,  // written as \n and \t, so that a name cannot fake a line
 };
 
-// UTF-8 in which nothing moves a cursor, changes a color or turns the direction of writing: control
-// characters become \x1b and the like (C1 ones and marks of direction \u{202e}), bytes that are no
-// UTF-8 \xff. Everything that is printed as text goes through it.
+// Escapes everything that moves the cursor, changes colors or reverses writing direction: control
+// characters as \x1b, C1 controls and direction marks as \u{202e}, invalid UTF-8 bytes as \xff. All
+// printed text passes through it.
 std::string printable(std::string_view text, Lines lines = Lines::escape);
 
 }  // namespace postchain

@@ -7,7 +7,7 @@
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
-#include "tools/sequence/io/aperture_file.h"
+#include "tools/sequence/image/aperture_file.h"
 #include "tools/sequence/run/device.h"
 #include "tools/sequence/run/frame_task.h"
 #include "tools/sequence/run/run_sequence.h"
@@ -63,7 +63,7 @@ void say(const sequence::FrameReport& report, const sequence::RunProgress& progr
                " elapsed, ", seconds_text(progress.remaining_s), " to go"));
 }
 
-// What is waited for: on a terminal in the line of the progress, else in a line each minute.
+// Shows the awaited frames: in the progress line on a terminal, otherwise a line each minute.
 class WaitLines {
   public:
     void operator()(const std::string& text, const sequence::RunProgress& progress) {
@@ -95,7 +95,7 @@ int run_verb(const Options& options, const std::optional<sequence::Record>& like
     if (like) settings->other_inputs.push_back({options.like, "the output of --like"});
     for (auto& picture : io::inputs_of(chain->chain.camera))
         settings->other_inputs.push_back(std::move(picture));
-    std::set<int> cuts = settings->source.cuts;  // that no frame has met
+    std::set<int> cuts = settings->source.cuts;  // not met by any frame yet
     const StopOnSignal stop;
     auto context = context_of(options);
     if (!context.ok()) return fail(context.status());
@@ -125,7 +125,7 @@ int run_verb(const Options& options, const std::optional<sequence::Record>& like
     count(summary->missing, "missing");
     count(summary->failed, "failed");
     if (!cuts.empty() && !stop.asked())
-        log::warning("--cuts: not among the frames: " +
+        log::warning("--cuts: frames not in the sequence: " +
                      sequence::frames_text({cuts.begin(), cuts.end()}));
     if (!summary->gaps.empty())
         log::warning(concat(settings->input.color().text(), ": frames missing in the sequence, ",

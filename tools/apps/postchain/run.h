@@ -1,4 +1,4 @@
-// postchain run: the runner with messages, progress and signals around it.
+// postchain run: the runner with messages, progress and signals.
 #pragma once
 
 #include <optional>
@@ -8,7 +8,7 @@
 
 namespace postchain {
 
-// `like`: the record that is repeated (like.h), if any.
+// `like`: the record to repeat (like.h), if any.
 int run_verb(const Options& options, const std::optional<sequence::Record>& like);
 
 }  // namespace postchain

@@ -9,8 +9,8 @@
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/scenes/scene.h"
-#include "tools/sequence/io/aperture_file.h"
-#include "tools/sequence/io/sequence.h"
+#include "tools/sequence/files/sequence.h"
+#include "tools/sequence/image/aperture_file.h"
 
 namespace postchain {
 namespace {
@@ -42,16 +42,16 @@ std::string scene_names() {
 
 void add_scene(CLI::App& verb, Options& options, SceneOptions& scene) {
     verb.add_option("NAME", scene.name, scene_names())->required();
-    verb.add_option("-o,--output", scene.folder, "folder; made if it is not there")
+    verb.add_option("-o,--output", scene.folder, "output folder; created if it does not exist")
         ->type_name("DIR")
         ->required();
     verb.add_option("--size", scene.size, "width x height in pixels")->capture_default_str();
-    verb.add_option("--frames", scene.frames, "which frames")->capture_default_str();
+    verb.add_option("--frames", scene.frames, "frames to render")->capture_default_str();
     verb.add_option("--truth-samples", scene.truth_samples,
-                    "samples over shutter and lens of mb, dof and both; 0 = none")
+                    "samples over shutter and lens for mb, dof and both; 0 = none")
         ->check(CLI::Range(0, 1 << 20))
         ->capture_default_str();
-    add_on_existing(verb, "when one of the files exists", scene.on_existing);
+    add_on_existing(verb, "if an output file exists", scene.on_existing);
     add_settings(verb, camera_parameters(), "", &scene.camera);
     add_device(verb, options);
 }

@@ -12,7 +12,7 @@ struct SceneOptions {
     std::string frames = "1-8";
     int truth_samples = 0;
     io::OnExisting on_existing = io::OnExisting::fail;
-    Camera camera;  // over the scene's
+    Camera camera;  // overrides the scene's
 };
 void add_scene(CLI::App& verb, Options& options, SceneOptions& scene);
 int scene_verb(const Options& options, const SceneOptions& scene);

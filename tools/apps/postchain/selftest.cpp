@@ -15,9 +15,9 @@
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/stress/matrix.h"
-#include "tools/sequence/io/json.h"
-#include "tools/sequence/io/output_files.h"
-#include "tools/sequence/io/planes_writer.h"
+#include "tools/sequence/exr/planes_writer.h"
+#include "tools/sequence/files/json.h"
+#include "tools/sequence/files/output_files.h"
 #include "tools/sequence/run/device.h"
 #include "tools/sequence/run/frame_source.h"
 
@@ -30,10 +30,10 @@ using io::Json;
 constexpr const char* kFilesTest = "write and read";
 
 struct TestRow {
-    std::string name;  // of a pass, a chain, or "write and read"
+    std::string name;  // pass, chain, or "write and read"
     size_t frames = 0;
-    double reference = 0;  // worst mean error against the double-precision reference
-    double bound = 0;      // of it
+    double reference = 0;  // largest mean error against the double-precision reference
+    double bound = 0;      // limit of `reference`
     std::vector<std::string> faults;
     double seconds = 0;
 };
@@ -60,9 +60,9 @@ Result<std::vector<stress::Subject>> subjects() {
 }
 
 std::string fault_text(const stress::CellResult& cell, const stress::Measured& measured) {
-    return concat(measured.check, " ", stress::number_text(measured.value), ", at most ",
-                  stress::number_text(measured.bound), " is right (", cell.row, ": ", cell.cell,
-                  ")", measured.note.empty() ? "" : ", " + measured.note);
+    return concat(measured.check, " ", stress::number_text(measured.value), ", limit ",
+                  stress::number_text(measured.bound), " (", cell.row, ": ", cell.cell, ")",
+                  measured.note.empty() ? "" : ", " + measured.note);
 }
 
 TestRow test_subject(Executor& executor, stress::Subject subject, const StopOnSignal& stop) {
@@ -97,7 +97,7 @@ TestRow test_subject(Executor& executor, stress::Subject subject, const StopOnSi
     return row;
 }
 
-// Values of every size that a float has, the same on each machine.
+// Floats of every magnitude, the same on each machine.
 ImageF frame_of_values() {
     ImageF image(67, 43, 4);
     uint64_t state = 1;
@@ -126,13 +126,13 @@ Status write_and_read(const std::string& path) {
     if (!frame.ok()) return frame.status();
     const ImageF& read = *frame->planes.at(Role::color);
     if (read.width != image.width || read.height != image.height || read.channels != 4)
-        return Status(StatusCode::output, path + ": is of another size when it is read back");
+        return Status(StatusCode::output, path + ": has a different size when read back");
     size_t different = 0;
     for (size_t i = 0; i < image.data.size(); ++i)
         different += std::memcmp(&read.data[i], &image.data[i], sizeof(float)) != 0;
     if (!different) return Status();
     return Status(StatusCode::output, concat(path, ": ", different, " of ", image.data.size(),
-                                             " values are not those that were written"));
+                                             " values differ from those written"));
 }
 
 TestRow test_files() {
@@ -142,7 +142,7 @@ TestRow test_files() {
     std::error_code error;
     std::string folder = (fs::temp_directory_path(error) / "postchain-selftest-XXXXXX").string();
     if (error || !mkdtemp(folder.data())) {
-        row.faults.push_back("no temporary folder: " +
+        row.faults.push_back("cannot create a temporary folder: " +
                              (error ? error.message() : std::string(std::strerror(errno))));
         return row;
     }
@@ -193,7 +193,7 @@ Json json_of(const std::vector<TestRow>& rows, const gl::Device& device) {
 }  // namespace
 
 void add_selftest(CLI::App& verb, Options& options, std::string& only) {
-    verb.add_option("--only", only, "tests whose name holds this; * is any text")
+    verb.add_option("--only", only, "only tests whose name contains this; * matches any characters")
         ->type_name("PATTERN");
     verb.add_flag("--json", options.json, "one JSON object");
     add_device(verb, options);
@@ -205,7 +205,7 @@ int selftest_verb(const Options& options, const std::string& only) {
     std::erase_if(*all, [&](const auto& one) { return !stress::matches(only, one.name); });
     const bool with_files = stress::matches(only, kFilesTest);
     if (all->empty() && !with_files)
-        return fail(Status(StatusCode::usage, "--only: no test is named like '" + only + "'"));
+        return fail(Status(StatusCode::usage, "--only: no test name matches '" + only + "'"));
     auto context = context_of(options);
     if (!context.ok()) return fail(context.status());
     const gl::Device& device = (*context)->device();
@@ -213,8 +213,8 @@ int selftest_verb(const Options& options, const std::string& only) {
     if (!options.json) {
         std::printf("postchain %s on %s%s\n", kVersion, sequence::renderer_text(device).c_str(),
                     device.software ? " (software)" : "");
-        std::printf("%-15s %-6s %7s  %-10s %-10s %9s\n", "test", "", "frames", "reference",
-                    "at most", "time");
+        std::printf("%-15s %-6s %7s  %-10s %-10s %9s\n", "test", "", "frames", "reference", "limit",
+                    "time");
     }
     std::vector<TestRow> rows;
     bool failed = false;
@@ -226,7 +226,7 @@ int selftest_verb(const Options& options, const std::string& only) {
         rows.push_back(std::move(row));
     };
     for (auto& subject : *all) {
-        // One of its own: what one test leaves on the device is not the next one's.
+        // A new executor, so that tests do not share device state.
         Executor executor(device);
         TestRow row = test_subject(executor, std::move(subject), stop);
         if (stop.asked()) return stop.exit_code();
@@ -237,12 +237,12 @@ int selftest_verb(const Options& options, const std::string& only) {
         std::printf("%s\n", io::json_text(json_of(rows, device)).c_str());
     } else if (failed) {
         std::printf(
-            "FAILED: do not trust pictures of this device; another one (--device software) "
+            "FAILED: images from this device are not reliable; another device (--device software) "
             "or another driver may pass\n");
     } else {
         std::printf(
-            "passed: each picture is the reference's within the bound, and the same bits "
-            "when run again and with nothing left out\n");
+            "passed: each image matches the reference within the bound, and is bit-identical "
+            "when repeated and with nothing left out\n");
     }
     return failed ? kExitHealth : kExitOk;
 }

@@ -20,9 +20,9 @@
 namespace postchain {
 namespace {
 
-constexpr int kOtherFiles = 256;  // open files beside connections
+constexpr int kOtherFiles = 256;  // open files other than connections
 
-// $STATE_DIRECTORY is what systemd made for the unit.
+// $STATE_DIRECTORY is the folder that systemd creates for the unit.
 Result<std::string> store_of(const ServeOptions& serve) {
     if (!serve.store.empty()) return serve.store;
     const auto variable = [](const char* name) {
@@ -35,7 +35,8 @@ Result<std::string> store_of(const ServeOptions& serve) {
         if (folder.empty() && !variable("HOME").empty())
             folder = variable("HOME") + "/.local/state";
         if (folder.empty())
-            return Status(StatusCode::usage, "--store: say where; there is no HOME to put it in");
+            return Status(StatusCode::usage,
+                          "--store: give a file; without HOME there is no default");
         folder += "/postchain";
     }
     std::error_code error;
@@ -45,7 +46,7 @@ Result<std::string> store_of(const ServeOptions& serve) {
     return folder + "/jobs.sqlite";
 }
 
-// As many open files as connections ask for, where the system lets.
+// Raises the limit of open files for the connections, if the system allows it.
 void allow_connections(int connections) {
     rlimit limit = {};
     if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
@@ -54,8 +55,8 @@ void allow_connections(int connections) {
     limit.rlim_cur = std::min(wanted, limit.rlim_max);
     setrlimit(RLIMIT_NOFILE, &limit);
     if (limit.rlim_cur < wanted)
-        log::warning(concat("this process may open ", limit.rlim_cur, " files, which is less than ",
-                            "--max-connections ", connections, " asks for"));
+        log::warning(concat("this process may open ", limit.rlim_cur, " files, fewer than ",
+                            "--max-connections ", connections, " needs"));
 }
 
 std::string address_text(const std::string& address, int port) {
@@ -80,8 +81,8 @@ Result<service::ServerSettings> server_settings(const Options& options, const Se
         settings.guard.token = *token;
     } else if (!service::is_loopback(serve.bind)) {
         return Status(StatusCode::usage, "--bind " + serve.bind +
-                                             " lets other machines in: --token-file is needed "
-                                             "(`openssl rand -hex 32 > FILE` makes one)");
+                                             " is reachable from other machines: add --token-file "
+                                             "(create it with `openssl rand -hex 32 > FILE`)");
     }
     if (options.verbose) settings.log = [](const std::string& line) { log::detail(line); };
     return settings;
@@ -91,17 +92,17 @@ Result<service::ServerSettings> server_settings(const Options& options, const Se
 
 void add_serve(CLI::App& verb, Options& options, ServeOptions& serve) {
     verb.add_option("--root", serve.roots,
-                    "folder in which every path of a job must lie, may be repeated; relative paths "
-                    "begin at the first")
+                    "folder that must contain every path of a job, may be repeated; relative paths "
+                    "start at the first")
         ->type_name("DIR")
         ->required()
         ->expected(1)
         ->take_all();
     verb.add_option("--store", serve.store,
-                    "file that keeps the jobs (default: postchain/jobs.sqlite in "
+                    "database of jobs (default: postchain/jobs.sqlite in "
                     "$XDG_STATE_HOME or ~/.local/state)")
         ->type_name("FILE");
-    verb.add_option("--port", serve.port, "port to listen on; 0: one that is free")
+    verb.add_option("--port", serve.port, "port to listen on; 0 = any free port")
         ->check(CLI::Range(0, 65535))
         ->capture_default_str();
     verb.add_option("--bind", serve.bind,
@@ -109,25 +110,26 @@ void add_serve(CLI::App& verb, Options& options, ServeOptions& serve) {
         ->type_name("ADDRESS")
         ->capture_default_str();
     verb.add_option("--token-file", serve.token_file,
-                    "file whose first line every request must have as its bearer token")
+                    "file whose first line is the bearer token that every request must have")
         ->type_name("FILE");
     verb.add_option("--host", serve.hosts,
-                    "a name under which clients reach this service, may be repeated")
+                    "host name by which clients reach this service, may be repeated")
         ->type_name("NAME")
         ->expected(1)
         ->take_all();
-    verb.add_option("--attempts", serve.attempts,
-                    "times that a frame is tried before it is set aside")
+    verb.add_option("--attempts", serve.attempts, "attempts at a frame before it is quarantined")
         ->check(CLI::Range(1, 1000))
         ->capture_default_str();
-    verb.add_option("--max-queue", serve.max_queue, "jobs that may wait; more are refused")
+    verb.add_option("--max-queue", serve.max_queue,
+                    "maximum of waiting jobs; further jobs are refused")
         ->check(CLI::Range(1, 1000000))
         ->capture_default_str();
-    verb.add_option("--max-connections", serve.max_connections, "connections at a time")
+    verb.add_option("--max-connections", serve.max_connections,
+                    "maximum of simultaneous connections")
         ->check(CLI::Range(1, 100000))
         ->capture_default_str();
     verb.add_option("--max-connections-per-address", serve.max_connections_per_address,
-                    "connections of one address at a time")
+                    "maximum of simultaneous connections from one address")
         ->check(CLI::Range(1, 100000))
         ->capture_default_str();
     add_device(verb, options);
@@ -163,17 +165,18 @@ int serve_verb(const Options& options, const ServeOptions& serve) {
     std::printf("%s\n", address.c_str());
     std::fflush(stdout);
     for (const auto& root : roots->folders()) log::info("root " + root);
-    log::info("jobs are kept in " + *store);
+    log::info("jobs are stored in " + *store);
     const service::Health health = (*opened)->health();
-    log::info("filters on " + health.renderer);
+    log::info("filtering on " + health.renderer);
     if (settings->guard.token.empty())
-        log::info("listens on " + address + " for programs of this machine alone, without a token");
+        log::info("listening on " + address +
+                  " for programs on this machine only, without a token");
     else
-        log::info("listens on " + address + " for whoever has the token of " + serve.token_file);
+        log::info("listening on " + address + " for clients with the token of " + serve.token_file);
     if (!service::is_loopback(serve.bind))
         log::warning(
-            "other machines may connect, and nothing is encrypted: over a network that "
-            "others share, put a proxy with TLS before it");
+            "other machines can connect without encryption: on a shared network, "
+            "put a TLS proxy in front");
     notify_system("READY=1");
     server->run(stop.flag());
     notify_system("STOPPING=1");

@@ -10,7 +10,7 @@ namespace postchain {
 
 struct ServeOptions {
     std::vector<std::string> roots;
-    std::string store;  // empty: in the folder of the user's or the system's states
+    std::string store;  // empty = in the state folder of the user or system
     int port = 8080;
     std::string bind = "127.0.0.1";
     std::string token_file;

@@ -10,9 +10,9 @@
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
-#include "tools/sequence/io/contact_sheet.h"
-#include "tools/sequence/io/png.h"
-#include "tools/sequence/io/preview.h"
+#include "tools/sequence/image/contact_sheet.h"
+#include "tools/sequence/image/png.h"
+#include "tools/sequence/image/preview.h"
 #include "tools/sequence/run/run_files.h"
 
 namespace postchain {
@@ -20,16 +20,16 @@ namespace {
 
 constexpr int kMostPixels = 16384;  // on a side
 
-// What goes into one cell: a file for each side, or none.
+// Content of a cell: a file for each side, or none.
 struct SheetFrame {
     int number = 0;
-    std::vector<std::string> files;  // empty: not on disk
+    std::vector<std::string> files;  // empty = not on disk
 };
 
 struct SheetWork {
     sequence::RunSettings settings;
     std::vector<SheetFrame> frames;
-    size_t of = 0;  // frames, before some were chosen
+    size_t of = 0;  // number of frames before selection
     int sides = 1;
     io::OutputFiles files;
 };
@@ -37,7 +37,7 @@ struct SheetWork {
 Result<SheetWork> work_of(const Options& options, const SheetOptions& sheet) {
     SheetWork work;
     Options with_view = options;
-    with_view.job.png = true;  // the view of previews
+    with_view.job.png = true;  // uses the view of previews
     auto settings = run_settings_of(with_view);
     if (!settings.ok()) return settings.status();
     work.settings = std::move(*settings);
@@ -49,7 +49,7 @@ Result<SheetWork> work_of(const Options& options, const SheetOptions& sheet) {
     if (!sheet.beside.empty()) {
         auto beside = io::PathPattern::parse(sheet.beside);
         if (!beside.ok()) return beside.status().at("--beside");
-        work.files.read(*beside, "the picture beside it");
+        work.files.read(*beside, "the image beside it");
         patterns.push_back(std::move(*beside));
     }
     work.files.write(
@@ -79,7 +79,7 @@ Result<SheetWork> work_of(const Options& options, const SheetOptions& sheet) {
     return work;
 }
 
-// The display window, black where the file has no pixels.
+// The display window, black outside the data window.
 Result<ImageF> read_shown(const SheetWork& work, const std::string& path, int number) {
     auto color = read_color(work.settings.source, path, number);
     if (!color.ok()) return color.status();
@@ -88,7 +88,7 @@ Result<ImageF> read_shown(const SheetWork& work, const std::string& path, int nu
     return io::placed(color->rgba(), data, display);
 }
 
-// As large as fits, in the proportions of the picture.
+// Fitted to the cell, with the image's proportions.
 Result<Image<uint8_t>> thumbnail_of(const SheetWork& work, const ImageF& picture,
                                     const io::SheetLayout& layout) {
     const double scale =
@@ -100,7 +100,7 @@ Result<Image<uint8_t>> thumbnail_of(const SheetWork& work, const ImageF& picture
     return io::shown_picture(io::shrunk(picture, width, height), options);
 }
 
-// So many that the sheet is nearest to 16 by 9.
+// The number of columns that brings the sheet closest to 16:9.
 int fitting_columns(io::SheetLayout layout) {
     int best = 1;
     double least = std::numeric_limits<double>::infinity();
@@ -113,16 +113,17 @@ int fitting_columns(io::SheetLayout layout) {
     return best;
 }
 
-// Of the first frame that can be read; (input) none can.
+// Layout for the first readable frame. Errors (input): none is readable.
 Result<io::SheetLayout> layout_of(const SheetWork& work, const SheetOptions& sheet) {
-    Status first(StatusCode::input, work.settings.input.color().text() + ": no such frame on disk");
+    Status first(StatusCode::input,
+                 work.settings.input.color().text() + ": none of the frames is on disk");
     bool tried = false;
     for (const SheetFrame& frame : work.frames)
         for (const std::string& path : frame.files) {
             if (path.empty()) continue;
             const auto picture = read_shown(work, path, frame.number);
             if (!picture.ok()) {
-                // What no other frame would do better.
+                // No other frame would do better.
                 if (picture.status().code() != StatusCode::input) return picture.status();
                 if (!tried) first = picture.status();
                 tried = true;
@@ -139,8 +140,8 @@ Result<io::SheetLayout> layout_of(const SheetWork& work, const SheetOptions& she
             if (layout.picture_width() > kMostPixels || layout.picture_height() > kMostPixels)
                 return Status(StatusCode::usage,
                               concat("the sheet would have ", layout.picture_width(), "x",
-                                     layout.picture_height(), " pixels, at most ", kMostPixels,
-                                     " a side are written; choose fewer --cells or a smaller "
+                                     layout.picture_height(), " pixels; the limit is ", kMostPixels,
+                                     " a side; choose fewer --cells or a smaller "
                                      "--width"));
             return layout;
         }
@@ -154,20 +155,20 @@ void add_sheet(CLI::App& verb, Options& o, SheetOptions& sheet) {
         ->required();
     verb.add_option("-o,--output", sheet.output, "the sheet: a PNG")->required()->type_name("FILE");
     verb.add_option("--beside", sheet.beside,
-                    "a second sequence, whose frame is shown right of each: the input beside the "
+                    "a second sequence, shown to the right of each frame: the input beside the "
                     "output")
         ->type_name("IN");
     verb.add_option("--cells", sheet.cells,
-                    "frames on the sheet, at most; of more, evenly chosen ones are shown")
+                    "maximum number of frames on the sheet; more are sampled evenly")
         ->check(CLI::Range(1, 10000))
         ->capture_default_str();
     verb.add_option("--columns", sheet.columns,
-                    "frames in a row (default: so many that the sheet is about 16 by 9)")
+                    "frames per row (default: about 16:9 for the sheet)")
         ->check(CLI::Range(1, 10000));
-    verb.add_option("--width", sheet.width, "of a thumbnail, pixels")
+    verb.add_option("--width", sheet.width, "thumbnail width in pixels")
         ->check(CLI::Range(16, 4096))
         ->capture_default_str();
-    add_on_existing(verb, "when the sheet exists", sheet.on_existing);
+    add_on_existing(verb, "if the sheet exists", sheet.on_existing);
     for (const char* key : {"frames", "profile", "layer", "view", "max_memory", "input_transfer",
                             "ocio", "ocio_display", "ocio_view", "ocio_colorspace"})
         add_setting(verb, *job_parameters().find(key), &o.job);
@@ -220,8 +221,8 @@ int sheet_verb(const Options& options, const SheetOptions& sheet) {
     const auto written = io::atomic_write_text(sheet.output, *png, *permit);
     if (!written.ok()) return fail(written.status());
     if (absent)
-        log::warning(concat(absent, absent == 1 ? " picture is" : " pictures are",
-                            " not on disk: 'missing' on the sheet"));
+        log::warning(concat(absent, absent == 1 ? " image is" : " images are",
+                            " not on disk; marked 'missing' on the sheet"));
     log::info(concat(sheet.output, ": ", work.frames.size(), " of ", work.of, " frames"));
     return absent + unreadable > 0 ? kExitSomeFailed : kExitOk;
 }

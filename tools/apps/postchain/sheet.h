@@ -1,4 +1,4 @@
-// postchain sheet: a contact sheet, one picture with thumbnails of a sequence.
+// postchain sheet: a contact sheet, one image with thumbnails of a sequence.
 //
 //   frames of IN, evenly chosen --read, shrink, show--> thumbnails with their numbers --> one PNG
 #pragma once
@@ -9,9 +9,9 @@ namespace postchain {
 
 struct SheetOptions {
     std::string output;
-    std::string beside;  // a second pattern; empty: none
-    int cells = 60;      // at most
-    int columns = 0;     // 0: so many that the sheet is about 16 by 9
+    std::string beside;  // a second pattern; empty = none
+    int cells = 60;      // maximum
+    int columns = 0;     // 0 = chosen so that the sheet is about 16:9
     int width = 240;     // of a thumbnail, pixels
     io::OnExisting on_existing = io::OnExisting::fail;
 };

@@ -5,7 +5,7 @@
 #include <csignal>
 
 #include "tools/apps/postchain/exit_code.h"
-#include "tools/sequence/io/atomic_file.h"
+#include "tools/sequence/files/atomic_file.h"
 
 namespace postchain {
 namespace {
@@ -26,7 +26,7 @@ void on_signal(int number) {
 StopOnSignal::StopOnSignal() {
     struct sigaction action = {};
     action.sa_handler = on_signal;
-    action.sa_flags = SA_RESTART;  // no read or write under way is to fail for it
+    action.sa_flags = SA_RESTART;  // reads and writes under way must not fail
     for (int number : {SIGINT, SIGTERM, SIGHUP}) sigaction(number, &action, nullptr);
 }
 

@@ -1,5 +1,5 @@
-// Signals of long verbs: the first SIGINT, SIGTERM or SIGHUP asks to stop after the work under way,
-// the second ends the process at once. Either way no temporary file stays behind.
+// Signals during long subcommands: the first SIGINT, SIGTERM or SIGHUP stops after the work under
+// way, the second ends the process at once. Neither leaves temporary files.
 #pragma once
 
 #include <atomic>
@@ -9,7 +9,7 @@ namespace postchain {
 class StopOnSignal {
   public:
     StopOnSignal();   // installs the handlers
-    ~StopOnSignal();  // removes what temporaries are left when a stop was asked for
+    ~StopOnSignal();  // removes remaining temporaries if a stop was requested
 
     bool asked() const { return flag(); }
     const std::atomic<bool>& flag() const;

@@ -12,9 +12,9 @@
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/stress/matrix.h"
 #include "tools/measure/stress/page.h"
-#include "tools/sequence/io/aperture_file.h"
-#include "tools/sequence/io/json.h"
-#include "tools/sequence/io/output_files.h"
+#include "tools/sequence/files/json.h"
+#include "tools/sequence/files/output_files.h"
+#include "tools/sequence/image/aperture_file.h"
 #include "tools/sequence/run/device.h"
 
 namespace postchain {
@@ -22,7 +22,7 @@ namespace {
 
 using io::Json;
 
-// Motion blur before depth of field, and after it.
+// Motion blur before and after depth of field.
 constexpr const char* kBothOrders[] = {"paper", "dof_first"};
 
 Result<std::vector<stress::Subject>> subjects_of(const Options& options) {
@@ -48,12 +48,12 @@ Result<std::vector<stress::Subject>> subjects_of(const Options& options) {
     return subjects;
 }
 
-// JSON has no infinities: a number that is none becomes null.
+// JSON has no infinities: they and NaN become null.
 Json number(double value) {
     return std::isfinite(value) ? Json(value) : Json(nullptr);
 }
 
-// "postchain_stress" is the version of this form.
+// "postchain_stress" is the format version.
 Json json_of(const stress::Matrix& matrix, const std::string& renderer) {
     Json cells = Json::array();
     for (const auto& cell : matrix.cells) {
@@ -107,7 +107,7 @@ Status write_file(const io::OutputFiles& files, const std::string& path, const s
     return io::atomic_write_text(path, text, *permit).status();
 }
 
-// As it was typed, of what counts for the figures.
+// The command line, without options that do not affect the figures.
 std::string command_of(const Options& options, const StressOptions& stress) {
     std::string text = "postchain stress";
     if (!options.chain.empty()) text += " " + options.chain;
@@ -121,14 +121,16 @@ std::string command_of(const Options& options, const StressOptions& stress) {
 void add_stress(CLI::App& verb, Options& o, StressOptions& stress) {
     add_chain(verb, o);
     verb.get_option("CHAIN")->required(false)->description(
-        "chain file, or the name of a shipped chain (default: every pass alone, and both orders)");
+        "chain file, or the name of a shipped chain (default: each pass separately, and both "
+        "orders)");
     verb.add_option("-o,--output", stress.folder,
-                    "folder for index.html, a page with pictures of what failed, stress.txt and "
+                    "folder for index.html (a page with images of failures), stress.txt and "
                     "stress.json")
         ->type_name("DIR");
-    add_on_existing(verb, "when one of these files exists", stress.on_existing);
+    add_on_existing(verb, "if an output file exists", stress.on_existing);
     verb.add_option("--only", stress.only,
-                    "cells whose name, CHAIN/ROW/CELL/PRECISION, holds this; * is any text")
+                    "only cells whose name CHAIN/ROW/CELL/PRECISION contains this; * matches any "
+                    "characters")
         ->type_name("PATTERN");
     verb.add_flag("--json", o.json, "one JSON object");
     add_device(verb, o);

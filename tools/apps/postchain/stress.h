@@ -1,6 +1,6 @@
-// postchain stress: the stability matrix of a chain, or of every pass and of both orders.
+// postchain stress: the stability matrix of a chain, or of every pass and both orders.
 //
-//   CHAIN, or each pass of the registry alone + shipped chains of both orders
+//   CHAIN, or each pass of the registry separately + shipped chains of both orders
 //     --tools/stress--> Matrix --> text or JSON on stdout
 //     -o DIR            --> DIR/stress.txt, DIR/stress.json, DIR/index.html
 #pragma once
@@ -11,7 +11,7 @@ namespace postchain {
 
 struct StressOptions {
     std::string only;
-    std::string folder;  // empty: none is written
+    std::string folder;  // empty = writes no files
     io::OnExisting on_existing = io::OnExisting::fail;
 };
 void add_stress(CLI::App& verb, Options& options, StressOptions& stress);

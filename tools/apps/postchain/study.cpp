@@ -50,7 +50,7 @@ int finish(const study::Study& study, const study::StudyFolder& folder, bool jso
 }  // namespace
 
 void add_study(CLI::App& verb, Options& o, StudyOptions& s) {
-    verb.add_option("STUDY", s.file, "the study's file, YAML or JSON")->required();
+    verb.add_option("STUDY", s.file, "study file, YAML or JSON")->required();
     add_settings(verb, study::study_parameters(), "", &s.settings);
     add_settings(verb, study::study_parameters(), study::kSplitGroup, &s.settings);
     add_device(verb, o);
@@ -89,8 +89,9 @@ int study_verb(const Options& options, const StudyOptions& s, int argc, char** a
     if (stop.asked()) return stop.exit_code();
     if (!done.ok()) return fail(done.status());
     if (done->complete()) return finish(*study, *folder, options.json);
-    log::info(concat(done->results, " of ", done->units,
-                     " results are there; who makes the last one writes the report"));
+    log::info(
+        concat(done->results, " of ", done->units,
+               " results are complete; the process that makes the last one writes the report"));
     return kExitOk;
 }
 

@@ -1,4 +1,5 @@
-// postchain study: ab or bench over several scenes, with messages, progress and signals around it.
+// postchain study: ab or bench over several scenes, with messages, progress and signals.
+
 #pragma once
 
 #include "tools/apps/postchain/options.h"

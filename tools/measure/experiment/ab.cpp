@@ -27,7 +27,7 @@ class AbRun {
 
     Result<report::Report> run(const ProgressCallback& callback) {
         if (Status status = start(); !status.ok()) return status;
-        // The timing of each chain weighs as much as a frame.
+        // Timing one chain counts as much as one frame.
         ProgressMeter progress(report_.frames.size() + 2, 0, callback);
         progress_ = &progress;
         auto summary = sequence::visit_sequence(
@@ -49,7 +49,7 @@ class AbRun {
         if (Status status = io::check_unchanged(basis_.stamps); !status.ok()) return status;
         for (report::Variant& variant : report_.variants) find_means(variant.metrics);
         find_means(report_.input_metrics);
-        // What only filters have, and what no frame has.
+        // Drops metrics that only filtered frames have, and metrics without any value.
         std::erase_if(report_.input_metrics, [](const auto& one) { return !one.second.mean; });
         find_means(report_.truth_noise);
         report_.crops = crops_of(std::move(worst_));
@@ -68,8 +68,8 @@ class AbRun {
         if (!basis.ok()) return basis.status();
         basis_ = std::move(*basis);
         if (!basis_.truth)
-            note("without a truth the metrics measure how far " + chains_[1]->name + " is from " +
-                 chains_[0]->name + ", not which is nearer to anything");
+            note("without a ground truth the metrics measure the distance of " + chains_[1]->name +
+                 " from " + chains_[0]->name + ", not which is more accurate");
         auto files = prepare_folder(settings_);
         if (!files.ok()) return files.status();
         report_.files = std::move(*files);
@@ -107,7 +107,7 @@ class AbRun {
         failure += concat(failure.empty() ? "" : "; ", "frame ", frame, ": ", status.message());
     }
 
-    // Results of both chains; nothing for one that failed.
+    // Results of both chains; empty for one that failed.
     std::array<std::optional<ImageF>, 2> filter(const sequence::SourceFrame& frame) {
         const int number = frame.description.frame_number;
         std::array<std::optional<Plan>, 2> plans;
@@ -132,7 +132,7 @@ class AbRun {
                     note_elisions(v, number, merged.elisions[v], merged.plan);
                 return results;
             }
-            // One of them; each alone says which.
+            // One of the chains failed; filtering separately shows which.
         }
         for (size_t v = 0; v < 2; ++v) {
             if (!plans[v]) continue;
@@ -146,7 +146,7 @@ class AbRun {
         return results;
     }
 
-    // `plan` is what the executor ran last.
+    // `plan` is the executor's last plan.
     void note_elisions(size_t variant, int frame, const std::vector<Elision>& elisions,
                        const Plan& plan) {
         for (const Elision& elision : elisions)
@@ -166,7 +166,7 @@ class AbRun {
         auto results = filter(frame);
         std::optional<metrics::Picture> reference;
         if (basis_.truth && !basis_.truth->has(number)) {
-            // Filtered, not scored.
+            // Filtered but not measured.
         } else if (basis_.truth) {
             auto loaded = basis_.truth->load(number);
             if (!loaded.ok()) return loaded.status();
@@ -229,13 +229,13 @@ class AbRun {
         return Status();
     }
 
-    // What was measured last of a variant or of the input.
+    // Last frame measured for a variant or for the input.
     struct StepsInTime {
         metrics::TemporalError error;
         int last_index = -2;
     };
 
-    // Every metric of one picture.
+    // All metrics of one image.
     Status judge(report::Metrics& metrics, StepsInTime& steps, size_t index,
                  const metrics::Pair& pair, const metrics::Picture* input,
                  std::map<std::string, ImageF>& maps) {
@@ -248,7 +248,7 @@ class AbRun {
                       value == measured->values.end() ? std::nullopt
                                                       : std::optional<double>(value->second));
         }
-        // Steps in time are between neighboring frame numbers only.
+        // Differences over time need consecutive frame numbers.
         const bool follows = index > 0 && report_.frames[index] == report_.frames[index - 1] + 1 &&
                              steps.last_index == int(index) - 1;
         if (!follows) steps.error = metrics::TemporalError();
@@ -259,8 +259,8 @@ class AbRun {
         return Status();
     }
 
-    // What the input would score as it is, so that one sees whether filtering helped at all; and
-    // the noise of what it is held against.
+    // Scores the unfiltered input, to show whether filtering helped, and measures the noise of the
+    // ground truth.
     Status score_input(const metrics::Picture& input, const metrics::Picture& truth, size_t index,
                        int number, bool kept) {
         auto pair = metrics::pair_of(input, truth);
@@ -290,7 +290,7 @@ class AbRun {
         return report::store_image(report_, std::move(entry), pixels);
     }
 
-    // Each chain alone, on the first frame, while nothing else of this process runs.
+    // Times each chain separately on the first frame while nothing else in this process runs.
     Status time_both() {
         const int frame = report_.frames.front();
         for (size_t v = 0; v < 2; ++v) {

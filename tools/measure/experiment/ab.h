@@ -1,7 +1,7 @@
-// postchain ab: two chains over the same frames, and what the difference is worth.
+// postchain ab: runs two chains over the same frames and tests their difference.
 //
-//   each frame: plan A, plan B --merge--> filter both --> metrics against the truth, images
-//   afterwards: times of each chain alone; intervals over frames and tiles; verdict
+//   each frame: plan A, plan B --merge--> filter both --> metrics against the ground truth, images
+//   afterwards: times of each chain; intervals over frames and tiles; verdict
 #pragma once
 
 #include "tools/measure/experiment/experiment.h"
@@ -13,9 +13,9 @@ struct NamedChain {
     Chain chain;
 };
 
-// Runs both chains and returns the report, images written; the report's own files are not. A chain
-// that fails on a frame leaves a message in its variant, and the other goes on. Without a truth
-// the second is measured against the first. Errors: (usage), (input) as of the truth, the folder
+// Runs both chains and returns the report. Writes its images but not the report's own files. If a
+// chain fails on a frame, its variant gets a message and the other chain continues. Without a
+// ground truth, B is measured against A. Errors: (usage), (input) of the ground truth, the folder
 // (output), (canceled) by `stop`, (gl).
 Result<report::Report> run_ab(const NamedChain& a, const NamedChain& b,
                               const ExperimentSettings& settings, Executor& executor,

@@ -11,7 +11,7 @@
 namespace postchain::experiment {
 namespace {
 
-// Where and how the experiment runs.
+// Records how and on which machine the experiment runs.
 void state_conditions(const ExperimentSettings& settings, report::Report& report) {
     report.folder = settings.folder;
     report.command = settings.command;
@@ -54,15 +54,17 @@ Result<Basis> open_basis(report::Kind kind, const ExperimentSettings& settings,
         report.truth = settings.truth_is.empty() ? settings.truth : settings.truth_is;
         report.reference = "truth";
     } else {
-        report.no_truth = settings.no_truth.empty() ? "no truth was given (-r)" : settings.no_truth;
+        report.no_truth =
+            settings.no_truth.empty() ? "no ground truth given (-r)" : settings.no_truth;
         report.reference = kind == report::Kind::ab ? "a" : "converged";
     }
     report.scored_frames = basis.truth ? basis.truth->frames() : report.frames;
     if (report.scored_frames.size() < report.frames.size())
         report.notes.push_back(concat(
             report.scored_frames.size(), " of ", report::counted(report.frames.size(), "frame"),
-            " were scored, those that have a truth: ", sequence::frames_text(report.scored_frames),
-            "; the others were filtered, and count for `flicker`, `grid` and what is left out"));
+            " were measured, those with a ground truth: ",
+            sequence::frames_text(report.scored_frames),
+            "; the other frames count only for `flicker`, `grid` and elision"));
     report.page_frames = spread_frames(report.scored_frames, settings.page_frames);
     report.metrics = metric_columns(kind, basis.truth.has_value());
     report.constants = metrics::metric_constants();

@@ -17,7 +17,7 @@ namespace postchain::experiment {
 namespace {
 
 constexpr const char* kParetoMetric = "hdr_flip";
-constexpr const char* kTruthName = "truth";  // of the results that hold its noise
+constexpr const char* kTruthName = "truth";  // variant name for results that hold its noise
 
 class BenchRun {
   public:
@@ -51,7 +51,7 @@ class BenchRun {
         if (!basis_.truth)
             report_.notes.push_back(
                 "no model error: " + report_.no_truth +
-                "; the metrics measure how far each variant is from its own converged filter");
+                "; the metrics measure each variant's distance from its own converged filter");
         split_frames_ = spread_frames(report_.scored_frames, settings_.split_frames);
         stability_frames_ = spread_frames(report_.frames, kStabilityFrames);
         report_.constants.emplace_back("converged_seeds", kConvergedSeeds);
@@ -66,8 +66,7 @@ class BenchRun {
             wanted_ = wanted_ | one.chain.required() | one.chain.optional();
             if (!(one.chain.camera == variants_[0].chain.camera) && basis_.truth &&
                 report_.notes.empty())
-                report_.notes.push_back(
-                    "variants differ in their camera; the truth is the same for all of them");
+                report_.notes.push_back("variants differ in camera but share one ground truth");
         }
         for (const auto& seed : seeds_of(variants_[0].chain)) report_.seeds.push_back(seed);
         report_.files = files_;
@@ -75,14 +74,14 @@ class BenchRun {
         return store_->prepare();
     }
 
-    // What a frame's result follows from.
+    // Key of a frame's result.
     Result<std::string> work_of(size_t v, int frame) {
         return work_on(variants_[v].chain, frame,
                        concat(" kept ", kept(frame), " split ", split(frame), " stability ",
                               contains(stability_frames_, frame)),
                        settings_, basis_);
     }
-    // The same of the unfiltered input, which is what a chain without passes makes.
+    // Key of the unfiltered input, the result of a chain without passes.
     Result<std::string> work_of_input(int frame) {
         return work_on(Chain(), frame, concat(" input kept ", kept(frame)), settings_, basis_);
     }
@@ -95,7 +94,7 @@ class BenchRun {
     bool split(int frame) const { return contains(split_frames_, frame); }
 
     // ---------------------------------------------------------------------------- resume
-    // Takes what an earlier run has left and returns the frames on which something is open.
+    // Loads results of an earlier run and returns the frames with open work.
     std::vector<int> frames_to_do() {
         results_.resize(variants_.size());
         std::vector<int> open;
@@ -203,7 +202,7 @@ class BenchRun {
 
     bool stopped() const { return stop_ && *stop_; }
 
-    // `stamps`: of the files that the frame was made of.
+    // `stamps`: of the files the frame was made from.
     Status visit(const sequence::SourceFrame& source, const std::vector<io::FileStamp>& stamps) {
         auto frame = BenchFrame::open(settings_, basis_, executor_, wanted_, source,
                                       basis_.follows(source.description.frame_number));
@@ -228,7 +227,7 @@ class BenchRun {
             auto found = frame->measure(variants_[v].chain, split(number),
                                         contains(stability_frames_, number));
             if (found.ok()) {
-                // What cannot be written now cannot be written for the others either.
+                // If one result cannot be written, neither can the others.
                 if (Status status = keep(v, number, std::move(*found), stamps); !status.ok())
                     return status;
             } else {
@@ -265,7 +264,7 @@ class BenchRun {
         return Status();
     }
 
-    // The result, with which goes of which files it is.
+    // Stores the result and notes the files it depends on.
     Status keep_result(const std::string& name, int number, const std::string& work,
                        const FrameResult& result, const std::vector<io::FileStamp>& stamps) {
         for (const auto& files : {stamps, basis_.stamps})
@@ -273,7 +272,7 @@ class BenchRun {
         return store_->keep(name, number, work, result);
     }
 
-    // Pictures, then the result, which says that they are there.
+    // Writes the images first, because the result marks them as complete.
     Status keep(size_t v, int number, Findings found, const std::vector<io::FileStamp>& stamps) {
         if (kept(number)) {
             Status status = report::store_image(
@@ -399,9 +398,10 @@ class BenchRun {
     std::optional<BenchStore> store_;
     std::vector<int> split_frames_, stability_frames_;
     RoleSet wanted_;
-    std::vector<std::map<int, FrameResult>> results_;           // of each variant
-    std::map<int, FrameResult> input_results_, truth_results_;  // by frame; the latter: its noise
-    size_t done_ = 0;                                           // units taken from an earlier run
+    std::vector<std::map<int, FrameResult>> results_;  // by variant
+    std::map<int, FrameResult> input_results_,
+        truth_results_;  // by frame; the latter holds the noise
+    size_t done_ = 0;    // units reused from an earlier run
 };
 
 }  // namespace

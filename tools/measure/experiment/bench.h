@@ -1,14 +1,14 @@
 // postchain bench: error against run time over the product of sweeps.
 //
 //   chain x sweeps      --sweep.h--> variants
-//   each frame, variant --GPU--> metrics against the truth, pictures; on some frames flicker and
-//                                grid (temporal_stability.h), the error in three parts (converge.h)
-//                                                              --> DIR/results/*.json
-//   each variant alone  --timing.h--> time of each pass        --> DIR/results/*.json
+//   each frame, variant --GPU--> metrics against the ground truth, images; on some frames flicker
+//                                and grid (temporal_stability.h), the error in three parts
+//                                (converge.h)                  --> DIR/results/*.json
+//   each variant        --timing.h--> time of each pass        --> DIR/results/*.json
 //   all results         --choose.h-->  means, Pareto set, the cheapest under a limit
 //
-// A result is kept under the hash of the chain and used again when its key (chain, input and truth
-// files, device, settings) is the same: a bench that was killed goes on where it was.
+// Results are stored under the hash of the chain and reused if their key (chain, input and ground
+// truth files, device, settings) is equal, so that an interrupted bench continues.
 #pragma once
 
 #include <string>
@@ -19,8 +19,9 @@
 
 namespace postchain::experiment {
 
-// `files`: of prepare_folder(), in whose folder it writes. A variant that fails keeps its message
-// and the others go on. Errors: those of input and truth, (output), (canceled) by `stop`.
+// `files`: from prepare_folder(); the report is written there. If a variant fails, it gets a
+// message and the others continue. Errors: those of input and ground truth, (output), (canceled) by
+// `stop`.
 Result<report::Report> run_bench(const std::vector<BenchVariant>& variants,
                                  const BenchSettings& settings, const io::OutputFiles& files,
                                  Executor& executor, const ProgressCallback& progress,

@@ -41,7 +41,7 @@ Result<ImageF> BenchFrame::filtered(const Chain& chain, const sequence::SourceFr
     return std::move(result->at(Role::color));
 }
 
-// Variants that differ only in rows that converge share one converged picture.
+// Variants that differ only in converging rows share one converged image.
 Result<const Converged*> BenchFrame::converge_once(const Chain& chain) {
     const std::string text = converged_chain(chain, nullptr).text();
     auto found = converged_.find(text);
@@ -51,13 +51,13 @@ Result<const Converged*> BenchFrame::converge_once(const Chain& chain) {
         if (!made.ok()) return made.status();
         found = converged_.emplace(text, std::move(*made)).first;
     }
-    // What had to change is the variant's own.
+    // The list of changes belongs to the first variant only.
     found->second.changes.clear();
     converged_chain(chain, &found->second.changes);
     return &found->second;
 }
 
-// tde: the step from the frame before, of which `before` was made.
+// tde: the difference to the previous frame, from which `before` was made.
 Status BenchFrame::measure_step(const ImageF& before, const metrics::Pair& pair,
                                 FrameResult& result) const {
     auto pair_before = metrics::pair_of(before, truth_before_->rgb);
@@ -97,7 +97,7 @@ Result<Findings> BenchFrame::measure(const Chain& chain, bool split, bool stabil
         if (measures->flicker) found.result.metrics["flicker"] = *measures->flicker;
         if (measures->grid) found.result.metrics["grid"] = *measures->grid;
     }
-    // Filtered, not scored: other frames have a truth.
+    // Filtered but not measured: only other frames have a ground truth.
     if (!truth_ && basis_->truth) return found;
     if (!truth_ || split) {
         auto converged = converge_once(chain);

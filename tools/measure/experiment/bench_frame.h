@@ -1,7 +1,7 @@
-// One frame of a bench: what all variants are given, and what is measured of each.
+// One frame of a bench: the inputs of all variants, and the measurements of each.
 //
-//   frame, its truth, the frame before and its truth --open--> BenchFrame
-//   chain --F--> picture --> metrics, tde, flicker and grid, the error in three parts
+//   frame, its ground truth, the previous frame and its ground truth --open--> BenchFrame
+//   chain --F--> image --> metrics, tde, flicker and grid, the error in three parts
 #pragma once
 
 #include <map>
@@ -16,16 +16,16 @@
 namespace postchain::experiment {
 
 struct Findings {
-    ImageF color;                          // what the chain made
+    ImageF color;                          // output of the chain
     std::map<std::string, ImageF> maps;    // kStoredMaps
-    const Converged* converged = nullptr;  // where one was made; the frame keeps it
+    const Converged* converged = nullptr;  // owned by the frame; null if not made
     FrameResult result;
 };
 
 class BenchFrame {
   public:
-    // `after`: the frame before belongs to the bench too. All but `frame` outlive this.
-    // Errors (input): files that cannot be read.
+    // `after`: the previous frame belongs to the bench too. All arguments except `frame` must
+    // outlive the object. Errors (input): files that cannot be read.
     static Result<BenchFrame> open(const BenchSettings& settings, const Basis& basis,
                                    Executor& executor, RoleSet wanted,
                                    const sequence::SourceFrame& frame, bool after);
@@ -34,10 +34,10 @@ class BenchFrame {
     const metrics::Picture& input() const { return input_; }
     const std::optional<metrics::Picture>& truth() const { return truth_; }
 
-    // `split`: also the error in three parts; `stability`: also flicker and grid. Errors: those of
-    // planning and of the executor.
+    // `split`: also split the error in three parts; `stability`: also measure flicker and grid.
+    // Errors: those of planning and of the executor.
     Result<Findings> measure(const Chain& chain, bool split, bool stability);
-    // The unfiltered input against the truth, which there must be.
+    // Measures the unfiltered input against the ground truth, which must exist.
     Result<Findings> measure_input() const;
 
   private:
@@ -54,10 +54,10 @@ class BenchFrame {
     const sequence::SourceFrame* frame_ = nullptr;
     metrics::Picture input_;
     std::optional<metrics::Picture> truth_;
-    // Results of earlier frames are not held in memory, but made again.
+    // Results of earlier frames are recomputed instead of kept in memory.
     std::optional<sequence::SourceFrame> frame_before_;
     std::optional<metrics::Picture> truth_before_;
-    std::map<std::string, Converged> converged_;  // by the text of the converged chain
+    std::map<std::string, Converged> converged_;  // by the converged chain's text
 };
 
 }  // namespace postchain::experiment

@@ -1,4 +1,4 @@
-// What the results of a bench follow from, as text: those of equal text are the same.
+// Keys of bench results: equal keys mean equal results.
 #pragma once
 
 #include <string>
@@ -13,8 +13,9 @@ namespace postchain::experiment {
 std::string conditions_of(const report::Report& report, const BenchSettings& settings,
                           const std::vector<BenchVariant>& variants);
 
-// The chain, the files of input and truth of this frame and, where a step in time is measured, of
-// the one before; `more`: what else. Errors (input): files that cannot be read.
+// Key part for the chain and this frame's input and ground truth files, with the previous frame's
+// if a difference over time is measured. `more`: further conditions. Errors (input): files that
+// cannot be read.
 Result<std::string> work_on(const Chain& chain, int frame, const std::string& more,
                             const BenchSettings& settings, const Basis& basis);
 

@@ -5,13 +5,13 @@
 
 #include "chain/parameter.h"
 #include "tools/measure/report/json_parts.h"
-#include "tools/sequence/io/atomic_file.h"
-#include "tools/sequence/io/json.h"
+#include "tools/sequence/files/atomic_file.h"
+#include "tools/sequence/files/json.h"
 
 namespace postchain::experiment {
 namespace {
 
-// The value kept under `name` if the file is there and of this key.
+// The JSON value stored under `name` if the file exists and has this key.
 report::Json load(const std::string& path, const std::string& key) {
     std::ifstream file(path);
     report::Json json = report::Json::parse(file, nullptr, false);

@@ -1,5 +1,5 @@
-// Results of a bench on disk: one small JSON file per variant and frame, and one per timing, each
-// whole or not at all, with the key it holds for.
+// Bench results on disk: one small JSON file with its key per variant and frame, and one per
+// timing. Files appear complete or not at all.
 #pragma once
 
 #include <map>
@@ -19,11 +19,11 @@ struct FrameResult {
 
 class BenchStore {
   public:
-    // `conditions`: all that a result depends on except chain and frame (device, settings).
+    // `conditions`: everything a result depends on except chain and frame (device, settings).
     BenchStore(std::string folder, std::string conditions, io::OutputFiles files);
-    Status prepare() const;  // makes DIR/results; errors (output)
+    Status prepare() const;  // creates DIR/results; errors (output)
 
-    // `work`: chain and input of this frame. Nothing when there is no result, or another's.
+    // `work`: chain and input of this frame. Empty if there is no result with this key.
     std::optional<FrameResult> frame(const std::string& name, int frame,
                                      const std::string& work) const;
     std::optional<report::Timing> timing(const std::string& name, const std::string& work) const;

@@ -46,7 +46,7 @@ Result<bool> choose_under(report::Report& report, const std::vector<report::Metr
         if (!cheapest) {
             all = false;
             report.under.push_back(
-                nearest ? concat(wish, "no variant; the nearest is ", nearest->name, " with ",
+                nearest ? concat(wish, "no variant; the closest is ", nearest->name, " with ",
                                  report::figure(*mean_of(*nearest, limit.metric)))
                         : wish + "no variant has a value");
             continue;

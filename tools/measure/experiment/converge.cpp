@@ -8,13 +8,13 @@
 namespace postchain::experiment {
 namespace {
 
-// The value `offset` steps on, within the row's range.
+// `value` moved by `offset` steps, wrapping in the row's range.
 int64_t moved_on(const Parameter& row, int64_t value, int offset) {
     const double span = row.max - row.min + 1;
     return int64_t(row.min + std::fmod(double(value) - row.min + offset, span));
 }
 
-// The metrics set side by side.
+// Metrics that are listed in the split.
 const std::vector<std::string>& side_by_side() {
     static const std::vector<std::string> names = {"hdr_flip", "relmse", "smape"};
     return names;
@@ -117,7 +117,7 @@ Result<Converged> converge(const Chain& chain, const FrameDescription& frame, Pl
             mean = squares = ImageD(color.width, color.height, 3);
             first = color;
         } else if (i == 1 && color == first) {
-            break;  // nothing is random after all
+            break;  // nothing is random
         }
         ++converged.seeds;
         for (size_t p = 0; p < color.pixels(); ++p) {
@@ -148,7 +148,7 @@ Result<report::ErrorSplit> split_error(int frame, const ImageF& gpu, const Image
     const ImageF& c = converged.sampled ? converged.rgb : rounded;
     if (gpu.width != c.width || gpu.height != c.height || reference.width != c.width ||
         reference.height != c.height)
-        return Status(StatusCode::input, "the pictures of an error split differ in size");
+        return Status(StatusCode::input, "the images of an error split differ in size");
     report::ErrorSplit split;
     split.frames = {frame};
     split.seeds = converged.seeds;
@@ -169,7 +169,7 @@ Result<report::ErrorSplit> split_error(int frame, const ImageF& gpu, const Image
     if (status.ok()) status = side(rounded, c, &report::ErrorParts::sampling);
     if (status.ok() && truth) {
         if (truth->rgb.width != c.width || truth->rgb.height != c.height)
-            return Status(StatusCode::input, "the truth of an error split differs in size");
+            return Status(StatusCode::input, "the ground truth of an error split has another size");
         split.mse.model = mean_squared(c, truth->rgb);
         split.mse.total = mean_squared(gpu, truth->rgb);
         split.cross =

@@ -1,12 +1,12 @@
-// The same filter converged, and the error of a variant in three parts.
+// Converges a filter and splits a variant's error into three parts.
 //
 //   chain --rows of Convergence::set at their converged value--> many taps
-//         --rows of Convergence::averaged at many values, GPU, fp32--> mean picture C, scatter
+//         --rows of Convergence::averaged at many values, GPU, fp32--> mean image C, variance
 //
 //   G = the variant on the GPU, R = its double reference (same taps, same random values),
-//   C = converged, T = truth:   G - T = (G - R) + (R - C) + (C - T)
-//                                     precision   sampling   model
-// Which rows converge, and where, is in the passes' parameter tables (chain/parameter.h).
+//   C = converged, T = ground truth:   G - T = (G - R) + (R - C) + (C - T)
+//                                            precision   sampling   model
+// The passes' parameter tables (chain/parameter.h) state which rows converge, and their values.
 // Described in docs/report.md, "bench".
 #pragma once
 
@@ -22,19 +22,19 @@ namespace postchain::experiment {
 
 inline constexpr int kConvergedSeeds = 4;
 
-// A copy with every converging row at its converged value; `changes` says which those are.
+// A copy of the chain with every converging row at its converged value; `changes` lists these rows.
 Chain converged_chain(const Chain& chain, std::vector<std::string>* changes);
-// A copy whose averaged rows are moved on by `offset` (round their range); same chain: none.
+// A copy with the averaged rows moved by `offset` (wrapping); equal to `chain` if there are none.
 Chain with_seed_offset(const Chain& chain, int offset);
 bool has_seeds(const Chain& chain);
-// Has some pass of it a row that converges? If none has, the filter is what it converges to.
+// Whether a pass has a converging row. If none has, the filter is its own converged version.
 bool samples(const Chain& chain);
 
 struct Converged {
     ImageF rgb;           // mean over the seeds, 3 channels
-    bool sampled = true;  // false: no pass of the chain samples, C is R by definition
-    int seeds = 0;        // 1 where nothing is random
-    double noise = 0;     // MSE that is left in the mean: variance over seeds / seeds
+    bool sampled = true;  // false: no pass of the chain samples, so C = R
+    int seeds = 0;        // 1 if nothing is random
+    double noise = 0;     // MSE left in the mean: variance over seeds / seeds
     std::vector<std::string> changes;
 };
 // Errors: those of planning and of the executor.
@@ -42,15 +42,15 @@ Result<Converged> converge(const Chain& chain, const FrameDescription& frame, Pl
                            const PlanOptions& options, Executor& executor,
                            int seeds = kConvergedSeeds);
 
-// Where the chain does not sample the sampling error is 0 by definition, and C = R.
-// `gpu`, `reference` (>= 3 channels), `converged` and `truth` are of one size; no truth: no model
-// and no total. Errors (input): sizes that differ.
+// If the chain does not sample, the sampling error is 0 by definition, and C = R. `gpu`,
+// `reference` (>= 3 channels), `converged` and `truth` have one size; without a truth there is no
+// model error and no total. Errors (input): different sizes.
 Result<report::ErrorSplit> split_error(int frame, const ImageF& gpu, const ImageD& reference,
                                        const Converged& converged, const metrics::Picture* truth,
                                        const metrics::ExposureRange& exposures,
                                        const metrics::FlipSettings& flip);
 
-// Mean of the splits of several frames of one variant.
+// Mean of one variant's splits over several frames.
 report::ErrorSplit mean_split(const std::vector<report::ErrorSplit>& splits);
 
 }  // namespace postchain::experiment

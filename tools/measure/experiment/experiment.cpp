@@ -63,7 +63,7 @@ std::vector<report::MetricInfo> metric_columns(report::Kind kind, bool with_trut
         columns.push_back(
             {row.name, row.help, row.is_error ? report::Better::lower : report::Better::higher});
     if (kind == report::Kind::ab || with_truth)
-        columns.push_back({"tde", "mean of |(I_t - I_t-1) - (R_t - R_t-1)| from the frame before",
+        columns.push_back({"tde", "mean of |(I_t - I_t-1) - (R_t - R_t-1)| from the previous frame",
                            report::Better::lower});
     const std::string where = concat(" (up to ", kStabilityFrames, " frames)");
     columns.push_back({"flicker",
@@ -76,10 +76,10 @@ std::vector<report::MetricInfo> metric_columns(report::Kind kind, bool with_trut
                        report::Better::lower});
     if (!with_truth) return columns;
     columns.push_back({"edges_in_blurred",
-                       "gradient energy where the truth is blurred, over the truth's",
+                       "gradient energy where the ground truth is blurred, relative to it",
                        report::Better::one});
     columns.push_back({"sharpness_in_focus",
-                       "gradient energy where the truth is sharp, over the truth's",
+                       "gradient energy where the ground truth is sharp, relative to it",
                        report::Better::one});
     return columns;
 }

@@ -1,4 +1,4 @@
-// What ab and bench share: progress, and the metrics of one picture.
+// Shared by ab and bench: progress, and the metrics of one image.
 #pragma once
 
 #include <atomic>
@@ -20,15 +20,15 @@ struct ExperimentProgress {
     size_t done = 0;
     size_t total = 0;
     double elapsed_s = 0;
-    double remaining_s = 0;  // estimate; 0 when unknown
+    double remaining_s = 0;  // estimate; 0 if unknown
 };
 using ProgressCallback = std::function<void(const ExperimentProgress&)>;
 
-// Counts units of work and estimates the rest from those done by this process.
+// Counts units of work and extrapolates the remaining time from those done by this process.
 class ProgressMeter {
   public:
     ProgressMeter(size_t total, size_t already_done, ProgressCallback callback);
-    void at(const std::string& what);  // beginning something; finishes nothing
+    void at(const std::string& what);  // starts something; completes no unit
     void finished(size_t units = 1);
 
   private:
@@ -39,29 +39,29 @@ class ProgressMeter {
     double start_s_ = 0;
 };
 
-// Columns of a report, in order. Edges and sharpness need a truth; so does tde in bench, whose
-// converged pictures are not of neighboring frames.
+// Columns of a report, in order. Edges and sharpness need a ground truth; so does tde in bench,
+// whose converged images are not of consecutive frames.
 std::vector<report::MetricInfo> metric_columns(report::Kind kind, bool with_truth);
 
-// Values of one picture by name of metric_columns(), but for tde, flicker and grid; and its maps:
-// kStoredMaps, and those that can be averaged over tiles (relmse, smape, mse: means over RGB).
+// Values of one image by name in metric_columns(), without tde, flicker and grid; and its maps:
+// kStoredMaps, and those averaged over tiles (relmse, smape, mse: means over RGB).
 struct Measured {
     std::map<std::string, double> values;
     std::map<std::string, ImageF> maps;
 };
-// Error maps that a report keeps; the page makes the others from the pixels.
+// Error maps that a report stores; the page computes the others from pixels.
 inline constexpr const char* kStoredMaps[] = {"hdr_flip", "flip"};
-// `input`: the unfiltered picture, for the regions of edges and sharpness; null: left out.
-// `maps`: also those besides kStoredMaps. Errors (input): sizes that differ.
+// `input`: the unfiltered image, for the regions of edges and sharpness; null = left out. `maps`:
+// also compute maps other than kStoredMaps. Errors (input): different sizes.
 Result<Measured> measure(const metrics::Pair& pair, const metrics::Picture* input,
                          const metrics::ExposureRange& exposures, const metrics::FlipSettings& flip,
                          bool maps);
 
-// Values of report::Report::truth_noise of one frame. Errors (input): sizes that differ.
+// Values of report::Report::truth_noise for one frame. Errors (input): different sizes.
 Result<std::map<std::string, double>> noise_of_truth(const metrics::Picture& truth,
                                                      const metrics::Picture& input);
 
-// A frame's mean of per-pixel squared differences over RGB, in double; sizes must be equal.
+// Mean of squared differences over pixels and RGB, in double; sizes must be equal.
 template <class A, class B>
 double mean_squared(const Image<A>& a, const Image<B>& b) {
     double sum = 0;
@@ -75,26 +75,26 @@ double mean_squared(const Image<A>& a, const Image<B>& b) {
     return a.pixels() ? sum / (3 * double(a.pixels())) : 0;
 }
 
-// Up to `count` of the frames, evenly spread, the first among them.
+// Up to `count` of the frames, evenly spaced, starting with the first.
 std::vector<int> spread_frames(const std::vector<int>& frames, int count);
 
-// "motion_blur.seed 0", of every row that changes random numbers alone.
+// "motion_blur.seed 0" for every row that only changes random numbers.
 std::vector<std::string> seeds_of(const Chain& chain);
 
-// Adds a value to the series of `frame`'s index; means over frames with a value.
+// Adds a value to the series at a frame's index; means are over frames with a value.
 void set_value(report::Metrics& metrics, const std::string& metric, size_t index, size_t frames,
                std::optional<double> value);
 void find_means(report::Metrics& metrics);
 
-// The page's regions: for each kept frame the tile with the largest HDR-FLIP of each variant.
+// Regions for the page: in each kept frame, each variant's tile with the largest HDR-FLIP.
 struct WorstTile {
     int frame = 0, x = 0, y = 0, width = 0, height = 0;
-    double value = 0;  // mean of the map there
+    double value = 0;  // mean of the map in the tile
 };
 WorstTile worst_tile(const ImageF& map, int frame, int tile_px);
 inline constexpr int kCropPx = 96;
 inline constexpr size_t kCrops = 6;
-// The worst ones over all variants without overlap, at most `limit`.
+// The tiles with the largest errors over all variants, without overlap, at most `limit`.
 std::vector<report::Crop> crops_of(std::vector<std::pair<WorstTile, std::string>> tiles,
                                    size_t limit = kCrops);
 

@@ -10,7 +10,7 @@
 namespace postchain::experiment {
 namespace {
 
-constexpr size_t kNamed = 5;  // variants in one sentence; of more only the count
+constexpr size_t kNamed = 5;  // maximum number of variants to name in one sentence
 
 const report::Series* series_of(const report::Metrics& metrics, const std::string& name) {
     const auto found = metrics.find(name);
@@ -24,10 +24,11 @@ std::optional<report::Winner> winner_of_ab(const report::Report& report) {
         const bool a = one.finding == report::Finding::a_better;
         if (!a && one.finding != report::Finding::b_better) return std::nullopt;
         const size_t won = a ? 0 : 1;
-        return report::Winner{won, kDecidingMetric,
-                              concat(report.variants[won].name,
-                                     " is nearer to the truth by HDR-FLIP, and the t-interval "
-                                     "over frames does not contain 0")};
+        return report::Winner{
+            won, kDecidingMetric,
+            concat(report.variants[won].name,
+                   " is closer to the ground truth by HDR-FLIP, and the t-interval "
+                   "over frames does not contain 0")};
     }
     return std::nullopt;
 }
@@ -48,7 +49,7 @@ std::optional<report::Winner> winner_of_bench(const report::Report& report) {
             second = v;
         }
     }
-    if (!second) return std::nullopt;  // one alone has won against nobody
+    if (!second) return std::nullopt;  // a single variant has no competitor
     std::string words =
         concat(report.variants[*best].name, " has the lowest mean HDR-FLIP of ", count,
                " variants: ", report::figure(*value(*best)), "; the next is ",
@@ -56,7 +57,7 @@ std::optional<report::Winner> winner_of_bench(const report::Report& report) {
     return report::Winner{*best, kDecidingMetric, std::move(words)};
 }
 
-// A variant beside the input, over the frames that both have.
+// A variant compared with the input, over the frames that both have.
 struct Beside {
     Paired paired;  // variant - input
     double variant = 0, input = 0;
@@ -115,31 +116,30 @@ void compare_with_input(report::Report& report) {
                    " not measurably better than doing nothing, by HDR-FLIP: ", listed(open)));
 }
 
-// How many times as many samples bring a share of noise to the limit: the noise's part of a sum
+// Factor on samples per pixel that brings a share of noise to the limit: the noise part of a sum
 // falls with 1 / samples, the rest stays.
 std::string more_samples(double share) {
     const double times = share / (1 - share) / (kNoiseShare / (1 - kNoiseShare));
     return concat("about ", report::figure(std::ceil(times), 3), " times the samples per pixel");
 }
 
-// Without "about N times" where noise is all there is.
+// Without "about N times" if nearly everything is noise.
 std::string remedy(double share) {
-    return share < 0.95 ? "give the truth " + more_samples(share)
-                        : "give the truth many more samples per pixel";
+    return share < 0.95 ? "give the ground truth " + more_samples(share)
+                        : "give the ground truth many more samples per pixel";
 }
 
 void doubt_truth(report::Report& report) {
     const auto sigma = report::mean_of(report.truth_noise, report::kNoiseSigma);
     if (!sigma) return;
-    const std::string noisy = concat("the truth is noisy (standard deviation ",
+    const std::string noisy = concat("the ground truth is noisy (standard deviation ",
                                      report::figure(*sigma, 2), " of the displayed luma)");
     for (const report::MetricInfo& column : report.metrics) {
         const auto value = report::mean_of(report.truth_noise, column.name);
         if (!value || column.better != report::Better::one || *value >= 1 - kNoiseShare) continue;
-        report.warnings.push_back(concat(column.name, " is not to be trusted: ", noisy,
-                                         ", and a picture without any error would have ",
-                                         report::figure(*value, 2), " and not 1; ",
-                                         remedy(1 - *value)));
+        report.warnings.push_back(concat(
+            column.name, " is unreliable: ", noisy, ", and an image without any error would have ",
+            report::figure(*value, 2), " instead of 1; ", remedy(1 - *value)));
     }
     const report::Variant* nearest = nullptr;
     std::optional<double> least;
@@ -151,10 +151,11 @@ void doubt_truth(report::Report& report) {
     }
     const auto of_noise = report::mean_of(report.truth_noise, "mse");
     if (!nearest || !of_noise || *of_noise <= kNoiseOfError * *least) return;
-    report.warnings.push_back(concat(
-        "mse and psnr say little of how near a picture is: ", noisy, ", and its noise alone makes ",
-        report::figure(*of_noise, 2), " of the ", report::figure(*least, 2), " of ", nearest->name,
-        "; give the truth more samples per pixel (differences between variants stay as they are)"));
+    report.warnings.push_back(concat("mse and psnr are unreliable: ", noisy,
+                                     ", and its noise alone makes ", report::figure(*of_noise, 2),
+                                     " of the ", report::figure(*least, 2), " of ", nearest->name,
+                                     "; give the ground truth more samples per pixel (differences "
+                                     "between variants are not affected)"));
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 #include "tools/measure/experiment/choose.h"
 #include "tools/measure/experiment/experiment.h"
 #include "tools/measure/report/images.h"
-#include "tools/sequence/io/json.h"
+#include "tools/sequence/files/json.h"
 #include "tools/sequence/run/run_files.h"
 
 namespace postchain::experiment {
@@ -24,7 +24,7 @@ Result<io::OutputFiles> files_of(const ExperimentSettings& settings) {
     if (!settings.truth.empty()) {
         const auto truth = io::InputSpec::parse(settings.truth);
         if (!truth.ok()) return truth.status().at("--truth");
-        files.read(truth->color(), "the truth");
+        files.read(truth->color(), "the ground truth");
     }
     files.write(io::OutputFolder{settings.folder, "a report", kFolderMark,
                                  "This folder is a report of postchain.\n",
@@ -37,7 +37,7 @@ Result<io::OutputFiles> files_of(const ExperimentSettings& settings) {
     const fs::path canonical = fs::weakly_canonical(folder, error);
     if (error) return Status(StatusCode::output, settings.folder + ": " + error.message());
     const fs::path page = canonical / "index.html";
-    files.write(io::OutputFolder{settings.assets, "the folder of this page's pictures", kAssetsMark,
+    files.write(io::OutputFolder{settings.assets, "the folder of this page's images", kAssetsMark,
                                  "Pictures of the page " + page.string() + "\n",
                                  "name another folder with --assets"});
     return files;
@@ -48,7 +48,7 @@ bool is_number(std::string_view text) {
     return !text.empty() && text.find_first_not_of("0123456789") == text.npos;
 }
 
-// What stands between the last dot and `extension`: "0001" of "input.0001.exr".
+// The part between the last dot and `extension`: "0001" of "input.0001.exr".
 std::string_view counted(std::string_view name, std::string_view extension) {
     if (!name.ends_with(extension)) return {};
     name.remove_suffix(extension.size());
@@ -66,7 +66,7 @@ bool is_result_file(std::string_view name) {
     return what == "time" || is_number(what);
 }
 
-// The pictures that report.json lists; nothing where there is no such list.
+// The images that report.json lists; empty if there is no such list.
 std::optional<std::set<std::string>> listed_pictures(const std::string& folder) {
     std::ifstream file(folder + "/report.json");
     const auto json = io::Json::parse(file, nullptr, false);
@@ -95,9 +95,9 @@ Status remove_files(const std::string& folder,
         fs::remove(path, error);
         if (error)
             return Status(StatusCode::output,
-                          concat(path.string(), ": cannot be removed: ", error.message()));
+                          concat(path.string(), ": cannot remove it: ", error.message()));
     }
-    fs::remove(folder, error);  // where it is empty
+    fs::remove(folder, error);  // only if empty
     return Status();
 }
 
@@ -124,7 +124,7 @@ Status remove_report(const std::string& folder) {
             });
     if (status.ok())
         status = remove_files(folder + "/truth", [](const std::string&) { return false; });
-    // The list goes last: one that is killed above is taken up with it.
+    // The list is removed last, so that an interrupted removal can continue.
     if (status.ok())
         status =
             remove_files(folder, [&](const std::string& name) { return names.contains(name); });

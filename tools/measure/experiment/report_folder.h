@@ -1,4 +1,4 @@
-// The folder of a report: whose it is, and what an experiment may do in it.
+// Ownership of a report's folder, and the changes an experiment may make in it.
 #pragma once
 
 #include <functional>
@@ -8,24 +8,23 @@
 
 namespace postchain::experiment {
 
-// A file in every folder of a report, from the moment an experiment begins there.
+// A file in the folder of every report, from the start of its experiment.
 inline constexpr const char* kFolderMark = ".postchain-report";
-// And in the folder of its page's pictures, where that is another: it names the page.
+// A file in the separate folder of a page's images; it names the page.
 inline constexpr const char* kAssetsMark = ".postchain-assets";
 
-// Makes the folder, and that of the page's pictures, and marks them. A folder that is not empty is
-// refused, unless it bears the mark and settings.on_existing is skip, or overwrite; then what a
-// report consists of is removed, and nothing else. Returns what may be written. Errors (usage): an
-// input of the experiment lies in a folder; (output).
+// Creates and marks the folder and that of the page's images. A non-empty folder is refused unless
+// it has the mark and settings.on_existing is skip or overwrite; overwrite removes the report's own
+// files, and nothing else. Returns what may be written. Errors (usage): an input of the experiment
+// is inside a folder; (output).
 Result<io::OutputFiles> prepare_folder(const ExperimentSettings& settings);
 
-// Removes what a report has written into its folder: the pictures that its report.json lists, or
-// those of the form of its names, results, truth and texts. What else lies there stays, the mark
-// too. Errors (output).
+// Removes a report's files: the images that its report.json lists (otherwise those with names of
+// that form), results, ground truth and texts. Other files and the mark stay. Errors (output).
 Status remove_report(const std::string& folder);
 
-// Removes the files of `folder` whose names are `made`, and the folder where nothing is left in it.
-// Nothing where it is not there or is a link. Errors (output).
+// Removes the files of `folder` whose names are `made`, and the folder if it is then empty. Does
+// nothing if the folder does not exist or is a link. Errors (output).
 Status remove_files(const std::string& folder,
                     const std::function<bool(const std::string& name)>& made);
 

@@ -11,32 +11,31 @@ const ParameterTable& flip_parameters() {
                      .max = metrics::kMaxPixelsPerDegree,
                      .help = "pixels per degree of visual angle, for FLIP"})
             .choice("tone_mapper", &metrics::FlipSettings::tone_mapper,
-                    metrics::tone_mapper_names(), {.help = "of HDR-FLIP"})
+                    metrics::tone_mapper_names(), {.help = "tone mapper of HDR-FLIP"})
             .table();
     return table;
 }
 
-// Of ExperimentSettings, or of what is made from it and may have other defaults.
+// For ExperimentSettings, and for types derived from it with other defaults.
 template <class P>
 ParameterTableBuilder<P> common_rows() {
     ParameterTableBuilder<P> builder;
     builder
-        .text("truth", &P::truth,
-              {.unit = "TRUTH",
-               .help = "frames to measure against: both.####.exr",
-               .unset_means = "none"})
+        .text(
+            "truth", &P::truth,
+            {.unit = "TRUTH", .help = "ground truth frames: both.####.exr", .unset_means = "none"})
         .text("output", &P::folder,
               {.unit = "DIR",
-               .help = "folder of the report; made when it is not there",
+               .help = "folder of the report; created if it does not exist",
                .required = true})
         .text("assets", &P::assets,
               {.unit = "DIR",
-               .help = "folder for the page's pictures, which are inside the page otherwise",
+               .help = "folder for the page's images, otherwise embedded in the page",
                .unset_means = "in the page"})
         .integer("repeats", &P::repeats,
                  {.min = 1, .max = 10000, .help = "repetitions of each timing"})
         .integer("page_frames", &P::page_frames,
-                 {.min = 1, .max = 1000, .help = "frames whose pictures are kept, evenly spread"})
+                 {.min = 1, .max = 1000, .help = "frames whose images are kept, evenly spaced"})
         .rows(static_cast<metrics::FlipSettings P::*>(&P::flip), flip_parameters());
     return builder;
 }
@@ -47,7 +46,7 @@ const ParameterTable& ab_parameters() {
     static const ParameterTable table =
         common_rows<ExperimentSettings>()
             .choice("on_existing", &ExperimentSettings::on_existing, {"fail", "overwrite"},
-                    {.help = "when the folder has a report"})
+                    {.help = "if the folder has a report"})
             .table();
     return table;
 }
@@ -58,20 +57,23 @@ const ParameterTable& bench_parameters() {
             .choice("on_existing",
                     static_cast<io::OnExisting BenchSettings::*>(&BenchSettings::on_existing),
                     {"fail", "overwrite", "skip"},
-                    {.help = "when the folder has a report; skip: results of the same chain, "
-                             "inputs and device are kept"})
+                    {.help = "if the folder has a report; skip: keep results of the same chain, "
+                             "inputs and device"})
             .integer("max_variants", &BenchSettings::max_variants,
                      {.min = 1, .max = 100000, .help = "refuse a larger product of the sweeps"})
-            .integer("split_frames", &BenchSettings::split_frames,
-                     {.min = 0,
-                      .max = 1000,
-                      .help = "frames on which the error is split into precision, sampling and "
-                              "model"})
-            .integer("truth_samples", &BenchSettings::truth_samples,
-                     {.min = 1,
-                      .max = 1 << 20,
-                      .help = "samples per pixel of the truth of a generated scene, without "
-                              "--truth"})
+            .integer(
+                "split_frames", &BenchSettings::split_frames,
+                {.min = 0,
+                 .max = 1000,
+                 .help =
+                     "number of frames on which the error is split into precision, sampling and "
+                     "model"})
+            .integer(
+                "truth_samples", &BenchSettings::truth_samples,
+                {.min = 1,
+                 .max = 1 << 20,
+                 .help = "samples per pixel for the ground truth of a generated scene, without "
+                         "--truth"})
             .table();
     return table;
 }

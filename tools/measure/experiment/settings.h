@@ -1,5 +1,5 @@
-// What ab and bench are told, and the tables of it from which a command makes its options. What
-// concerns the run of the frames has rows of its own (tools/sequence/run/job_settings.h).
+// Settings of ab and bench, and the tables from which a command makes their options. Settings of
+// the run itself have their own rows (tools/sequence/run/job_settings.h).
 #pragma once
 
 #include <string>
@@ -15,19 +15,19 @@ namespace postchain::experiment {
 struct ExperimentSettings {
     sequence::RunSettings run;  // input, frames, source, plan options, missing, version
     std::string input;          // as typed
-    std::string truth;          // as typed; empty: none given
-    std::string truth_is;       // what the report calls it; empty: as typed
-    std::string no_truth;       // why there is none; empty: none was given
-    std::string folder;         // of the report; made when it is not there
-    std::string assets;         // of the page's pictures; empty: they are in the page
-    io::OnExisting on_existing = io::OnExisting::fail;  // of a report that is there
-    bool resumes = false;                               // skip: an earlier report is continued
+    std::string truth;          // as typed; empty = none given
+    std::string truth_is;       // its name in the report; empty = as typed
+    std::string no_truth;       // why there is none; empty = none was given
+    std::string folder;         // of the report; created if it does not exist
+    std::string assets;         // folder of the page's images; empty = embedded
+    io::OnExisting on_existing = io::OnExisting::fail;  // for an existing report
+    bool resumes = false;                               // skip: continues an earlier report
     std::vector<std::string> command;
-    int threads = 0;  // of this process, as the report says; 0 = one per core
+    int threads = 0;  // of this process, stated in the report; 0 = one per core
     std::string renderer;
     bool software = false;
     int repeats = 5;      // of each timing
-    int page_frames = 8;  // largest number of frames whose pictures are kept
+    int page_frames = 8;  // maximum number of frames whose images are kept
     metrics::FlipSettings flip;
 };
 
@@ -40,7 +40,7 @@ struct BenchSettings : ExperimentSettings {
     std::string chain_name;           // "paper"
     int max_variants = kMaxVariants;  // a larger product of the sweeps is refused
     int split_frames = 1;             // frames on which the error is split
-    int truth_samples = 256;          // per pixel, of the truth of a generated scene
+    int truth_samples = 256;          // per pixel, for the ground truth of a generated scene
 };
 
 const ParameterTable& ab_parameters();     // over ExperimentSettings

@@ -7,7 +7,7 @@
 namespace postchain::experiment {
 namespace {
 
-// Regularised incomplete beta function I_x(a, b) by its continued fraction (Lentz's method).
+// Regularized incomplete beta function I_x(a, b) by its continued fraction (Lentz's method).
 // Abramowitz, Stegun, Handbook of Mathematical Functions, 26.5.8.
 double incomplete_beta(double a, double b, double x) {
     if (x <= 0) return 0;
@@ -45,7 +45,7 @@ uint64_t split_mix(uint64_t& state) {
     return z ^ (z >> 31);
 }
 
-// Value at `part` of the way through sorted values, between ranks linear.
+// Quantile `part` of sorted values, with linear interpolation between ranks.
 double quantile(const std::vector<double>& sorted, double part) {
     const double rank = part * double(sorted.size() - 1);
     const auto below = size_t(rank);

@@ -1,8 +1,8 @@
-// What a difference between two variants is worth: paired t-interval over frames, bootstrap over
+// Statistics of the difference between two variants: paired t-interval over frames, bootstrap over
 // tiles within frames, medians of times.
 //
 // t: Student, Biometrika 6(1), 1908. Bootstrap: Efron, Annals of Statistics 7(1), 1979, percentile
-// interval; tiles are drawn within each frame, so that it holds for these frames and no others.
+// interval. Tiles are drawn within each frame, so the interval holds only for these frames.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@
 namespace postchain::experiment {
 
 inline constexpr double kConfidence = 0.95;
-inline constexpr int kFewFrames = 8;  // below: too few frames to decide
+inline constexpr int kFewFrames = 8;  // with fewer frames, no decision is made
 
 // Cumulative distribution of Student's t, and its inverse for 0 < p < 1; degrees >= 1.
 double t_cumulative(double t, int degrees);
@@ -24,19 +24,19 @@ double t_quantile(double p, int degrees);
 struct Paired {
     int n = 0;
     double mean = 0;
-    std::optional<report::Interval> interval;  // mean -+ t s / sqrt(n); nothing below two values
+    std::optional<report::Interval> interval;  // mean -+ t s / sqrt(n); empty below two values
 };
 Paired paired_interval(const std::vector<double>& differences);
 
 // Difference of two error maps, summed over square tiles.
 struct TileSums {
     std::vector<double> sums;
-    std::vector<double> pixels;  // of each tile; those at the border may be smaller
+    std::vector<double> pixels;  // per tile; border tiles may be smaller
 };
-TileSums tile_sums(const ImageF& a, const ImageF& b, int tile_px);  // of b - a, one channel each
+TileSums tile_sums(const ImageF& a, const ImageF& b, int tile_px);  // b - a, one channel each
 
-// Mean over frames of the difference, with the tiles of each frame drawn again, with replacement.
-// The draws depend on seed, frame and replicate alone: the same for every metric.
+// Mean over frames of the difference, with each frame's tiles redrawn with replacement. Draws
+// depend only on seed, frame and replicate, so they are the same for every metric.
 class TileBootstrap {
   public:
     TileBootstrap(uint64_t seed, int replicates);
@@ -52,7 +52,7 @@ class TileBootstrap {
     int tiles_ = 0;
 };
 
-// Median and quartiles with linear interpolation between ranks. At least one value.
+// Median and quartiles with linear interpolation between ranks. Needs at least one value.
 report::TimeFigure time_figure(std::vector<double> milliseconds);
 
 }  // namespace postchain::experiment

@@ -4,7 +4,7 @@
 #include <set>
 
 #include "config/chain_file.h"
-#include "tools/sequence/io/aperture_file.h"
+#include "tools/sequence/image/aperture_file.h"
 
 namespace postchain::experiment {
 
@@ -30,7 +30,7 @@ Result<Sweep> parse_sweep(const std::string& text) {
 
 namespace {
 
-// The values of sweeps are read as those of --set are; who typed --sweep is to see that.
+// Sweep values are parsed by --set; rewrites its messages to name --sweep.
 std::string as_sweeps(std::string message, const std::vector<Sweep>& sweeps) {
     for (const Sweep& sweep : sweeps) {
         const std::string typed = "--set " + sweep.key + "=";
@@ -57,10 +57,9 @@ Result<std::vector<BenchVariant>> sweep_variants(const ChainText& chain,
                                  "=V1,V2,..."));
         product *= sweep.values.size();
         if (product > size_t(max_variants))
-            return Status(
-                StatusCode::usage,
-                concat("--sweep: the sweeps have more than ", max_variants,
-                       " combinations; try fewer values, or allow more with --max-variants"));
+            return Status(StatusCode::usage,
+                          concat("--sweep: the sweeps have more than ", max_variants,
+                                 " combinations; try fewer values or raise --max-variants"));
     }
     io::ApertureFiles pictures;
     std::vector<BenchVariant> variants;
@@ -80,7 +79,7 @@ Result<std::vector<BenchVariant>> sweep_variants(const ChainText& chain,
         ChainFile file = parse_chain(chain.text, chain.file_name, registry, overrides);
         if (Status status = file.status(); !status.ok())
             return Status(status.code(), as_sweeps(status.message(), sweeps));
-        // Where two sweeps set one value the last of them wins, and the name is wrong.
+        // If two sweeps set one value, the last would win and the variant's name would be wrong.
         std::reverse(overrides.begin() + std::ptrdiff_t(sets.size()), overrides.end());
         const ChainFile other = parse_chain(chain.text, chain.file_name, registry, overrides);
         if (other.chain.text() != file.chain.text())

@@ -1,4 +1,4 @@
-// Sweeps: texts -> product of variants.
+// Parses sweeps and forms the product of variants.
 #pragma once
 
 #include <string>
@@ -16,7 +16,7 @@ struct Sweep {
     std::string key;  // "motion_blur.samples"
     std::vector<std::string> values;
 };
-// "KEY=V1,V2,..."; errors (usage): another form, an empty value.
+// Parses "KEY=V1,V2,...". Errors (usage): another form, an empty value.
 Result<Sweep> parse_sweep(const std::string& text);
 
 struct BenchVariant {
@@ -24,10 +24,10 @@ struct BenchVariant {
     std::vector<std::pair<std::string, std::string>> sweep;
     Chain chain;
 };
-// The product, the last sweep changing fastest; variants that are the same chain stand once. Keys
-// and values are those of --set and give its errors (usage): an unknown key names the nearest.
-// Without sweeps: the chain itself. Also (usage): more than `max_variants`; two sweeps of one
-// value, however its key is written.
+// The product of the sweeps, the last one changing fastest; equal chains appear once. Without
+// sweeps: the chain itself. Errors (usage): those of --set for keys and values (an unknown key
+// suggests the closest); more than `max_variants` variants; two sweeps of one value, even under
+// different keys.
 Result<std::vector<BenchVariant>> sweep_variants(const ChainText& chain,
                                                  const PassRegistry& registry,
                                                  const std::vector<std::string>& sets,

@@ -29,7 +29,7 @@ int grid_tile_px(const Chain& chain) {
 std::vector<int> grid_shifts(int tile_px, int width, int height) {
     const int largest = std::min(tile_px - 1, std::min(width, height) / 4);
     std::vector<int> shifts;
-    // The middles of kGridShifts equal parts of 1..largest.
+    // The centers of kGridShifts equal parts of 1..largest.
     for (int i = 0; i < kGridShifts && largest > 0; ++i) {
         const int shift = 1 + (2 * i + 1) * largest / (2 * kGridShifts);
         if (shifts.empty() || shift != shifts.back()) shifts.push_back(shift);
@@ -62,7 +62,7 @@ Result<TemporalStability> temporal_stability(const Chain& chain, const sequence:
     const int tile = grid_tile_px(chain);
     const auto shifts = grid_shifts(tile, filtered.width, filtered.height);
     if (shifts.empty()) return result;
-    // The facts that the plan rests on are bounds over the frame: they hold for its pixels moved.
+    // The plan's facts are bounds over the frame, so they hold for shifted pixels.
     auto plan = sequence::plan_source_frame(chain, frame, options);
     if (!plan.ok()) return plan.status();
     metrics::GridError grid(grid_margin_px(tile, filtered.width, filtered.height));

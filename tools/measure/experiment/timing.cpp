@@ -13,7 +13,7 @@
 namespace postchain::experiment {
 namespace {
 
-// Processor seconds of the whole machine since it was started; negative when it cannot be known.
+// Processor seconds of the whole machine since boot; negative if unknown.
 double busy_seconds() {
     std::ifstream file("/proc/stat");
     std::string word;

@@ -1,5 +1,5 @@
-// Time of one plan, by the rules of docs/benchmarks.md: warm up, repeat, median and spread, source
-// named, and mistrusted when something else kept the machine busy meanwhile.
+// Times a plan by the rules of docs/benchmarks.md: warm-up, repetitions, median and spread, with
+// the source named; times are marked unreliable if other processes kept the machine busy.
 #pragma once
 
 #include <chrono>
@@ -10,14 +10,14 @@
 namespace postchain::experiment {
 
 inline constexpr int kWarmUps = 1;         // the first dispatch compiles
-inline constexpr double kBusyShare = 0.1;  // of all cores, by others: times are mistrusted
+inline constexpr double kBusyShare = 0.1;  // of all cores, used by others: times are unreliable
 
-// Seconds of processor time that other processes took since it was made, by /proc/stat.
+// Processor seconds used by other processes since construction, from /proc/stat.
 class BusyMeter {
   public:
     BusyMeter();
-    double others_s() const;      // 0 where it cannot be known
-    double others_share() const;  // of what all cores could have given since then
+    double others_s() const;      // 0 if unknown
+    double others_share() const;  // as a fraction of what all cores could have given
 
   private:
     std::chrono::steady_clock::time_point start_;
@@ -25,8 +25,8 @@ class BusyMeter {
     double own_s_ = 0;
 };
 
-// Runs the plan on `planes` repeats + kWarmUps times. Nothing else of this process may run
-// meanwhile. Transfers are not counted. Errors: gl.
+// Runs the plan on `planes` repeats + kWarmUps times. Nothing else in this process may run at the
+// same time. Transfers are not counted. Errors: gl.
 Result<report::Timing> time_plan(Executor& executor, const Plan& plan, PlaneView planes,
                                  int repeats);
 

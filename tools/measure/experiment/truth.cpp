@@ -5,10 +5,10 @@
 
 #include "config/text_tree.h"
 #include "tools/measure/report/words.h"
-#include "tools/sequence/io/aperture_file.h"
-#include "tools/sequence/io/file_stamp.h"
-#include "tools/sequence/io/json.h"
-#include "tools/sequence/io/planes_writer.h"
+#include "tools/sequence/exr/planes_writer.h"
+#include "tools/sequence/files/file_stamp.h"
+#include "tools/sequence/files/json.h"
+#include "tools/sequence/image/aperture_file.h"
 #include "tools/sequence/run/frame_task.h"
 #include "tools/sequence/run/run_settings.h"
 
@@ -45,10 +45,10 @@ Result<Truth> Truth::open(const std::string& pattern, const std::vector<int>& fr
         truth.frames_.push_back(frame);
     }
     if (truth.frames_.empty())
-        return Status(StatusCode::input,
-                      concat(spec->color().format(frames[0]), ": the truth has no file for any of ",
-                             "the ", report::counted(frames.size(), "frame"),
-                             " of the input: ", sequence::frames_text(frames)));
+        return Status(StatusCode::input, concat(spec->color().format(frames[0]),
+                                                ": the ground truth has no file for any of ",
+                                                "the ", report::counted(frames.size(), "frame"),
+                                                " of the input: ", sequence::frames_text(frames)));
     return truth;
 }
 
@@ -94,19 +94,19 @@ Status Truth::survey(const sequence::RunSettings& input, metrics::ToneMapper map
             source->input.display_window == sequence::color_part(*filtered).display_window;
         if (of_truth != of_input && !(one_display && of_truth.contains(of_input)))
             return Status(StatusCode::input,
-                          concat(path, ": the truth is ", size_text(of_truth), ", but ",
+                          concat(path, ": the ground truth is ", size_text(of_truth), ", but ",
                                  filtered->files.color_file().path(), " is ", size_text(of_input)));
         windows_[frame] = of_input;
         if (const auto bad = source->health.nonfinite_color)
             return Status(StatusCode::input,
-                          concat(path, ": the truth has ", report::counted(bad, "pixel"),
+                          concat(path, ": the ground truth has ", report::counted(bad, "pixel"),
                                  " with NaN or Inf, the first at ", source->first_nonfinite_text(),
-                                 "; nothing can be measured"));
+                                 "; cannot measure against it"));
         auto picture =
             metrics::picture_of(io::placed(*source->planes.at(Role::color), of_truth, of_input));
         if (!picture.ok()) return picture.status().at(path);
         if (black(*picture))
-            return Status(StatusCode::input, path + ": the truth is black; is it the right file?");
+            return Status(StatusCode::input, path + ": the ground truth is black; check the file");
         exposures_ = metrics::joined(exposures_, metrics::exposure_range(*picture, mapper));
     }
     return Status();
@@ -135,9 +135,9 @@ Result<InputSurvey> survey_input(const sequence::RunSettings& input, metrics::To
             first_path = path;
         }
         if (window.width() != first.width() || window.height() != first.height())
-            return Status(StatusCode::input,
-                          concat(path, ": is ", size_text(window), ", but ", first_path, " is ",
-                                 size_text(first), "; all frames of a report must have one size"));
+            return Status(StatusCode::input, concat(path, ": size is ", size_text(window), ", but ",
+                                                    first_path, " is ", size_text(first),
+                                                    "; all frames of a report must have one size"));
         if (!with_exposures) continue;
         auto source =
             sequence::read_source_frame(input.source, std::move(*header), {}, io::Keep::nothing);
@@ -157,7 +157,7 @@ SceneOfInput find_scene(const sequence::RunSettings& input, const InputSurvey& s
     const std::string path = input.input.color().folder() + "/camera.json";
     auto text = read_text_file(path, StatusCode::input);
     if (!text.ok()) {
-        found.why_not = "no truth was given, and " + path + " is not there to name a scene";
+        found.why_not = "no ground truth was given, and there is no " + path + " to name a scene";
         return found;
     }
     const auto json = io::Json::parse(*text, nullptr, false);
@@ -174,14 +174,14 @@ SceneOfInput find_scene(const sequence::RunSettings& input, const InputSurvey& s
         return info.name == request.name && info.help == word("description");
     });
     if (scene == all.end()) {
-        found.why_not = "no truth was given, and " + path + " names none of the generated scenes";
+        found.why_not = "no ground truth was given, and " + path + " names no generated scene";
         return found;
     }
     request.width = survey.width;
     request.height = survey.height;
     request.frames = survey.frames;
-    // The lens that the sequence was rendered with; in `zoom` focal length and focus are the
-    // scene's own in every frame.
+    // The lens that the sequence was rendered with; in `zoom`, focal length and focus come from the
+    // scene in every frame.
     const CameraFile file = parse_camera(*text, path);
     if (!file.status().ok()) {
         found.why_not = file.status().message();
@@ -208,7 +208,7 @@ Result<std::string> generate_truth(const scenes::SceneRequest& given, const std:
                                    const std::function<bool(int, double)>& progress) {
     scenes::SceneRequest request = given;
     request.truth_samples = samples;
-    // One folder for each request: what an interrupted run has left there is of this very one.
+    // One folder per request, so that files left by an interrupted run can be reused.
     const std::string text = concat(request.name, " ", request.width, "x", request.height, " ",
                                     samples, " ", request.camera.text());
     const std::string folder = parent + "/" + hex_of(hash_text(text));
@@ -222,7 +222,8 @@ Result<std::string> generate_truth(const scenes::SceneRequest& given, const std:
     std::unique_ptr<scenes::SceneRenderer> renderer;
     for (int frame : request.frames) {
         const std::string path = name->format(frame);
-        if (io::ExrFile::open(path).ok()) continue;  // of an interrupted run: files appear whole
+        if (io::ExrFile::open(path).ok())
+            continue;  // from an interrupted run: files appear complete
         if (!renderer) {
             auto made = scenes::SceneRenderer::create(context);
             if (!made.ok()) return made.status();

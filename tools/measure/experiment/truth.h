@@ -1,7 +1,7 @@
-// The truth of a sequence: looked at once before anything is run, then read frame by frame.
+// The ground truth of a sequence: surveyed once before anything is run, then read frame by frame.
 //
 //   files of -r, or generated from the scene that camera.json names
-//     --survey: there, same windows, finite, not black--> joined exposures of HDR-FLIP
+//     --survey: exists, same windows, finite, not black--> joined exposures of HDR-FLIP
 //     --load--> Picture of one frame
 #pragma once
 
@@ -21,22 +21,22 @@ namespace postchain::experiment {
 
 class Truth {
   public:
-    // `pattern`: as typed after -r. It may have files for a part of `frames` only. Errors (usage):
-    // bad pattern; (input): no file for any of them.
+    // `pattern`: as typed after -r; may have files for only some of `frames`. Errors (usage): bad
+    // pattern; (input): no file for any of them.
     static Result<Truth> open(const std::string& pattern, const std::vector<int>& frames);
 
     bool has(int frame) const { return files_.contains(frame); }
-    const std::vector<int>& frames() const { return frames_; }  // those that have a truth, in order
+    const std::vector<int>& frames() const { return frames_; }  // with a ground truth, in order
 
     // Reads every frame once; must come before load(). Errors (input), naming both files: it does
-    // not cover what is filtered of the input's frame, NaN or Inf, nothing but black.
+    // not cover the filtered window of the input's frame, NaN or Inf, all black.
     Status survey(const sequence::RunSettings& input, metrics::ToneMapper mapper);
     const metrics::ExposureRange& exposures() const { return exposures_; }
 
-    // Of the pixels that are filtered of the input's frame.
+    // Covers the filtered window of the input's frame.
     Result<metrics::Picture> load(int frame) const;
     std::vector<std::string> paths() const;  // of all frames
-    // Name, size and time of change of the frame's file.
+    // Name, size and modification time of the frame's file.
     std::string identity(int frame) const;
 
   private:
@@ -47,8 +47,8 @@ class Truth {
     metrics::ExposureRange exposures_;
 };
 
-// Exposures of HDR-FLIP where there is no truth: of the unfiltered frames. Also says how large
-// they are. Errors (input): frames that cannot be read, of different sizes, all black.
+// Exposures of HDR-FLIP without a ground truth, from the unfiltered frames, and the frame size.
+// Errors (input): frames that cannot be read, have different sizes or are all black.
 struct InputSurvey {
     std::vector<int> frames;
     int width = 0;
@@ -58,17 +58,17 @@ struct InputSurvey {
 Result<InputSurvey> survey_input(const sequence::RunSettings& input, metrics::ToneMapper mapper,
                                  bool with_exposures);
 
-// The generated scene that a sequence was rendered from: camera.json beside the input names it and
-// its description is that scene's. Nothing when there is none, with the reason.
+// The generated scene of a sequence: camera.json beside the input names it and describes that
+// scene. If not found, the reason.
 struct SceneOfInput {
     std::optional<scenes::SceneRequest> request;  // size, frames and camera filled
     std::string why_not;
 };
 SceneOfInput find_scene(const sequence::RunSettings& input, const InputSurvey& survey);
 
-// Renders `both` of every frame that is not there yet as both.####.exr (float) into a folder of
-// this request under `parent`; returns the pattern. Makes a GL context of its own and leaves none
-// current. `files`: of the report. Errors: those of the scenes and of writing.
+// Renders missing frames of `both` as both.####.exr (float) into this request's folder under
+// `parent`; returns the pattern. Makes a GL context and leaves none current. `files`: of the
+// report. Errors: those of the scenes and of writing.
 Result<std::string> generate_truth(const scenes::SceneRequest& request, const std::string& parent,
                                    int samples, const io::OutputFiles& files,
                                    const egl::ContextOptions& context,

@@ -21,14 +21,14 @@ std::string all_of(int frames) {
     return frames == 1 ? "the one frame" : concat("all ", frames, " frames");
 }
 
-// Is B the better one when B - A (or its distance from 1) is `difference`?
+// Whether B is better, given B - A (or its distance from 1).
 bool favors_b(report::Better better, double difference) {
     return better == report::Better::higher ? difference > 0 : difference < 0;
 }
 
 std::string direction(report::Better better, double difference) {
     if (better == report::Better::one)
-        return difference < 0 ? "nearer to 1 by " : "further from 1 by ";
+        return difference < 0 ? "closer to 1 by " : "farther from 1 by ";
     return difference < 0 ? "lower by " : "higher by ";
 }
 
@@ -132,14 +132,14 @@ class Judge {
             const auto x = mean(0, metric), y = mean(1, metric);
             if (!x || !y) return;
             const auto input = report::mean_of(report_.input_metrics, metric);
-            text +=
-                concat(text.empty() ? "" : " ", what, ": ", a(), " ", report::figure(*x), ", ", b(),
-                       " ", report::figure(*y),
-                       input ? ", the input " + report::figure(*input) : "", " (1 = the truth's).");
+            text += concat(text.empty() ? "" : " ", what, ": ", a(), " ", report::figure(*x), ", ",
+                           b(), " ", report::figure(*y),
+                           input ? ", the input " + report::figure(*input) : "",
+                           " (1 = ground truth).");
         };
         claim("edges_in_blurred", "Edges in blurred regions");
         claim("sharpness_in_focus", "Sharpness in focus");
-        return text.empty() ? "The truth has neither blurred nor sharp regions to measure." : text;
+        return text.empty() ? "The ground truth has no blurred or sharp regions to measure." : text;
     }
 
     std::string listed(const std::vector<report::MetricComparison>& metrics,
@@ -175,29 +175,31 @@ class Judge {
                    failures();
         std::string text;
         if (main->n < kFewFrames) {
-            text = concat("Too few frames to decide (n = ", main->n, "; from ", kFewFrames,
-                          " on an interval over frames is given weight). HDR-FLIP in these: ", a(),
-                          " ", report::figure(*mean(0, "hdr_flip")), ", ", b(), " ",
-                          report::figure(*mean(1, "hdr_flip")), ".");
+            text = concat("Too few frames to decide (n = ", main->n,
+                          "; an interval over frames needs ", kFewFrames,
+                          " or more). HDR-FLIP: ", a(), " ", report::figure(*mean(0, "hdr_flip")),
+                          ", ", b(), " ", report::figure(*mean(1, "hdr_flip")), ".");
             if (main->bootstrap)
-                text += holds_zero(*main->bootstrap)
-                            ? " Even within these frames redrawing the tiles leaves the sign of "
-                              "the difference open (" +
-                                  range(*main->bootstrap) + ")."
-                            : concat(" Within these frames ", *main->mean < 0 ? b() : a(),
-                                     " is nearer to the truth (bootstrap over tiles: B - A is in ",
-                                     range(*main->bootstrap),
-                                     "); whether that holds for other frames is open.");
+                text +=
+                    holds_zero(*main->bootstrap)
+                        ? " Even within these frames, bootstrap over tiles does not decide the "
+                          "sign of "
+                          "the difference (" +
+                              range(*main->bootstrap) + ")."
+                        : concat(
+                              " Within these frames ", *main->mean < 0 ? b() : a(),
+                              " is closer to the ground truth (bootstrap over tiles: B - A is in ",
+                              range(*main->bootstrap), "); this need not hold for other frames.");
         } else {
             const std::string for_a = listed(metrics, report::Finding::a_better);
             const std::string for_b = listed(metrics, report::Finding::b_better);
             const std::string open = listed(metrics, report::Finding::no_measurable_difference);
             if (for_a.empty() && for_b.empty())
                 text = concat("No measurable difference in any metric (n = ", main->n, ").");
-            if (!for_a.empty()) text += a() + " is nearer to the truth by " + for_a + ".";
+            if (!for_a.empty()) text += a() + " is closer to the ground truth by " + for_a + ".";
             if (!for_b.empty())
-                text +=
-                    (text.empty() ? "" : " ") + b() + " is nearer to the truth by " + for_b + ".";
+                text += (text.empty() ? "" : " ") + b() + " is closer to the ground truth by " +
+                        for_b + ".";
             if (!open.empty() && !(for_a.empty() && for_b.empty()))
                 text += " No measurable difference: " + open + ".";
             text += concat(" HDR-FLIP: ", a(), " ", report::figure(*mean(0, "hdr_flip")), ", ", b(),
@@ -212,10 +214,10 @@ class Judge {
     std::string without_truth() const {
         const auto flip = mean(1, "hdr_flip");
         if (!flip) return "No frame was filtered by both chains." + failures();
-        std::string text = concat("Without a truth it is unknown which is nearer to it. ");
+        std::string text = concat("Without a ground truth it is unknown which is more accurate. ");
         const auto error = mean(1, "mse");
         if (error && *error == 0)
-            text += a() + " and " + b() + " give equal pictures.";
+            text += a() + " and " + b() + " give equal images.";
         else
             text +=
                 concat("Between ", a(), " and ", b(), " HDR-FLIP is ", report::figure(*flip),

@@ -1,4 +1,4 @@
-// Differences between the variants of an ab report, and what may be said about them in words.
+// Tests the differences between the variants of an ab report and describes them in words.
 #pragma once
 
 #include <map>
@@ -13,7 +13,8 @@ inline constexpr uint64_t kBootstrapSeed = 20131101;
 inline constexpr int kBootstrapReplicates = 2000;
 inline constexpr int kBootstrapTilePx = 32;
 
-// report.comparison of the variants' series and the tiles, by metric.
+// Computes report.comparison from the variants' series and the tiles, by metric.
+
 report::Comparison compare_variants(const report::Report& report,
                                     const std::map<std::string, TileBootstrap>& tiles);
 

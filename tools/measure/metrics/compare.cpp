@@ -31,14 +31,14 @@ const std::vector<MetricRow>& metric_rows() {
         {"relmse", "mean of (I-R)^2 / (|R| + 0.01)^2"},
         {"smape", "mean of 2|I-R| / (|I| + |R| + 0.02)"},
         {"mse", "mean of (I-R)^2"},
-        {"psnr", "dB after the display transform, peak 1; none when equal", false},
+        {"psnr", "dB after the display transform, peak 1; none if equal", false},
         {"ssim", "on luma after the display transform; none below 11x11 pixels", false},
-        {"nonfinite", "pixels of the tested picture with NaN or Inf"},
+        {"nonfinite", "pixels of the tested image with NaN or Inf"},
         {"relmse_trimmed", "relmse without the worst 0.1 % of the pixels"},
         {"difference_p50", "median of the largest |I-R| of each pixel"},
-        {"difference_p95", "95th percentile of it"},
-        {"difference_p99", "99th percentile of it"},
-        {"difference_max", "maximum of it"},
+        {"difference_p95", "95th percentile of the same"},
+        {"difference_p99", "99th percentile of the same"},
+        {"difference_max", "maximum of the same"},
     };
     return rows;
 }
@@ -80,7 +80,7 @@ Result<Comparison> compare(const Pair& pair, const CompareSettings& settings) {
     const auto add = [&](const char* name, auto&& measure) {
         if (wanted(name)) result.values.emplace_back(name, measure());
     };
-    // FLIP makes its map on the way.
+    // FLIP computes its map anyway.
     const auto add_flip = [&](const char* name, auto&& measure) {
         const bool mapped = settings.map == name;
         if (!wanted(name) && !mapped) return;

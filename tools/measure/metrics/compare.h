@@ -1,5 +1,4 @@
-// All metrics of a pair by name, for everyone who prints them: one table drives the command, its
-// help and the reports.
+// Computes the metrics of a pair by name. One table drives the command, its help and the reports.
 #pragma once
 
 #include <optional>
@@ -16,18 +15,18 @@ namespace postchain::metrics {
 struct MetricRow {
     std::string name;
     std::string help;
-    bool is_error = true;  // 0 = equal, more = worse; false: more = better (psnr, ssim)
+    bool is_error = true;  // 0 = equal, higher = worse; false: higher = better (psnr, ssim)
 };
 // flip, hdr_flip, relmse, smape, mse, psnr, ssim, nonfinite, then the distribution of differences.
 const std::vector<MetricRow>& metric_rows();
-// null when there is none of that name.
+// Null if the name is unknown.
 const MetricRow* find_metric(const std::string& name);
 
-// Per-pixel errors that can be looked at.
+// Per-pixel error maps.
 struct MapRow {
     std::string name;
     std::string help;
-    double shown_max;  // the value that a picture of the map shows brightest; 0 is darkest
+    double shown_max;  // the value that is shown brightest; 0 is darkest
 };
 const std::vector<MapRow>& map_rows();  // flip, hdr_flip, relmse, smape, difference
 const MapRow* find_map(const std::string& name);
@@ -35,16 +34,16 @@ const MapRow* find_map(const std::string& name);
 struct CompareSettings {
     std::set<std::string> metrics;  // names of metric_rows(); empty = all
     FlipSettings flip;
-    std::optional<ExposureRange> exposures;  // none: of this pair's reference
+    std::optional<ExposureRange> exposures;  // none = from this pair's reference
     std::string map;                         // a name of map_rows(); empty = none
 };
 
 struct Comparison {
-    // In the table's order. No value: the metric has none here (PSNR of equal pictures, SSIM of a
-    // picture smaller than its window).
+    // In the table's order. No value if the metric is undefined (PSNR of equal images, SSIM of an
+    // image smaller than its window).
     std::vector<std::pair<std::string, std::optional<double>>> values;
     ExposureRange exposures;  // of hdr_flip
-    ImageF map;               // one channel; empty when none was asked for
+    ImageF map;               // one channel; empty if not requested
 
     std::optional<double> value(const std::string& name) const;
 };
@@ -52,7 +51,7 @@ struct Comparison {
 // Errors (usage): an unknown metric or map.
 Result<Comparison> compare(const Pair& pair, const CompareSettings& settings);
 
-// Every constant that a value depends on, by name: {"relmse_epsilon", 0.01}, ...
+// Every constant that values depend on, by name: {"relmse_epsilon", 0.01}, ...
 std::vector<std::pair<std::string, double>> metric_constants();
 
 }  // namespace postchain::metrics

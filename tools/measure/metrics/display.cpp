@@ -19,8 +19,8 @@ std::array<double, kSsimWindow> gaussian() {
     return weights;
 }
 
-// Weighted means over a window: of a, b, a^2, b^2, ab. In double: variances are differences of
-// nearly equal numbers.
+// Weighted means of a, b, a^2, b^2, ab over a window. In double, because variances are differences
+// of nearly equal numbers.
 struct Moments {
     double a = 0, b = 0, aa = 0, bb = 0, ab = 0;
 

@@ -82,7 +82,7 @@ Percentiles difference_percentiles(const Pair& pair) {
     std::vector<double> differences(pair.pixels());
     for (size_t i = 0; i < differences.size(); ++i) differences[i] = largest_difference(pair, i);
     const auto rank = [&](size_t percent) {
-        // In integers: 0.95 * 20 is not exactly 19.
+        // Integer arithmetic: 0.95 * 20 is not exactly 19.
         const size_t index = (percent * differences.size() + 99) / 100 - 1;
         std::nth_element(differences.begin(), differences.begin() + ptrdiff_t(index),
                          differences.end());

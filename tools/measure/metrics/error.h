@@ -1,5 +1,5 @@
-// Errors that are sums over pixels of linear values: MSE, relMSE, SMAPE, the distribution of
-// differences. I = test, R = reference. Formulas: docs/metrics.md.
+// Pixel error metrics of linear values: MSE, relMSE, SMAPE, distribution of differences. I = test,
+// R = reference. Formulas: docs/metrics.md.
 #pragma once
 
 #include "tools/measure/metrics/pair.h"
@@ -10,7 +10,7 @@ namespace postchain::metrics {
 inline constexpr double kRelMseEpsilon = 0.01;
 // 2|I-R| / (|I| + |R| + kSmapeEpsilon)
 inline constexpr double kSmapeEpsilon = 0.02;
-// Part of the pixels, those with the largest relMSE, that relmse_trimmed leaves out.
+// Fraction of the pixels, those with the largest relMSE, that relmse_trimmed excludes.
 inline constexpr double kTrimmedPart = 0.001;
 
 double mse(const Pair& pair);     // mean over pixels and RGB of (I-R)^2
@@ -19,8 +19,8 @@ double smape(const Pair& pair);   // mean over pixels and RGB; in 0..2
 // relmse without the floor(kTrimmedPart * pixels) worst pixels.
 double relmse_trimmed(const Pair& pair);
 
-// Of the per-pixel largest |I-R| over RGB. A percentile p is the nearest rank: the
-// ceil(p/100 * pixels)-th smallest, 1-based.
+// Of the largest |I-R| over RGB of each pixel. Percentile p is the nearest rank: the ceil(p/100 *
+// pixels)-th smallest, 1-based.
 struct Percentiles {
     double p50 = 0;
     double p95 = 0;
@@ -29,8 +29,8 @@ struct Percentiles {
 };
 Percentiles difference_percentiles(const Pair& pair);
 
-// One channel, the size of the pair; relMSE and SMAPE are means over RGB, the difference is the
-// largest of RGB.
+// One channel, in the size of the pair. relMSE and SMAPE are means over RGB, the difference is the
+// maximum over RGB.
 ImageF relmse_map(const Pair& pair);
 ImageF smape_map(const Pair& pair);
 ImageF difference_map(const Pair& pair);

@@ -12,8 +12,8 @@ ExposureRange guarded(ExposureRange range) {
     return range;
 }
 
-// Hable's filmic curve ((x(Ax+CB)+DE)/(x(Ax+B)+DF) - E/F), with an exposure of 2 and white at
-// 11.2 taken into the coefficients of one fraction.
+// Hable's filmic curve ((x(Ax+CB)+DE)/(x(Ax+B)+DF) - E/F) as one fraction, with exposure 2 and
+// white 11.2 folded into its coefficients.
 ToneCurve hable() {
     constexpr double a = 0.15, b = 0.50, c = 0.10, d = 0.20, e = 0.02, f = 0.30;
     constexpr double white = 11.2, gain = 2;
@@ -61,7 +61,7 @@ std::optional<ToneMapper> find_tone_mapper(const std::string& name) {
 ToneCurve curve_of(ToneMapper mapper) {
     switch (mapper) {
         case ToneMapper::aces: {
-            // Narkowicz's fit (2.51 x^2 + 0.03 x) / (2.43 x^2 + 0.59 x + 0.14) of 0.6 x.
+            // Narkowicz's fit (2.51 x^2 + 0.03 x) / (2.43 x^2 + 0.59 x + 0.14), evaluated at 0.6 x.
             constexpr double gain = 0.6;
             return {float(2.51 * gain * gain), float(0.03 * gain), float(2.43 * gain * gain),
                     float(0.59 * gain), 0.14f};

@@ -1,11 +1,11 @@
-// Tone mappers of HDR-FLIP, and the range of exposures it looks at.
+// Tone mappers of HDR-FLIP, and its range of exposures.
 //
 // Andersson, Nilsson, Shirley, Akenine-Moeller, "Visualizing Errors in Rendered High Dynamic Range
-// Images", Eurographics Short Papers 2021. The range comes from the reference alone:
+// Images", Eurographics Short Papers 2021. The range depends only on the reference:
 //   start = log2(x / largest luminance)   stop = log2(x / median luminance)   tone(x) = 0.85
-// Deviations, each a guard: luminances that are not positive (or subnormal) are left out of the
-// median; the range is at most 20 stops, of which the side of the median is kept (a firefly of
-// 1e10 then costs exposures that show black, not those that show the picture).
+// Deviations, as guards: luminances that are not positive (or subnormal) are excluded from the
+// median. The range is at most 20 stops, cut on the side away from the median (a firefly of 1e10
+// then removes exposures that show black, not those that show the image).
 #pragma once
 
 #include <optional>
@@ -37,8 +37,8 @@ inline constexpr double kLuminance[3] = {0.2126, 0.7152, 0.0722};
 double luminance(const float* rgb);
 
 struct ExposureRange {
-    double start = 0;  // EV (stops), the smallest
-    double stop = 0;   // the largest
+    double start = 0;  // EV (stops), smallest
+    double stop = 0;   // largest
     bool lit = false;  // false: the reference has no light, start = stop = 0
 
     int count() const;                      // max(2, ceil(stop - start))
@@ -46,7 +46,8 @@ struct ExposureRange {
 };
 
 ExposureRange exposure_range(const Picture& reference, ToneMapper mapper);
-// For a sequence: smallest start, largest stop, then the guard. Frames without light do not count.
+// Joins the ranges of a sequence: smallest start, largest stop, then the guard. Frames without
+// light are ignored.
 ExposureRange joined(const ExposureRange& a, const ExposureRange& b);
 
 }  // namespace postchain::metrics

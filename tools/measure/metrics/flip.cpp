@@ -1,6 +1,6 @@
-// Rows are worked on in blocks that the compiler turns into vector code; buffers of a band of rows
-// stay in the cache. Float throughout: the golden means come out within 2e-5 (two grays, where
-// a* and b* are differences of nearly equal numbers; elsewhere within 1e-5).
+// Rows are processed in blocks that the compiler vectorizes; buffers of a band of rows fit in the
+// cache. Single precision: the golden means are within 1e-5, for two grays within 2e-5 (there a*
+// and b* are differences of nearly equal numbers).
 #include "tools/measure/metrics/flip.h"
 
 #include <algorithm>
@@ -16,17 +16,17 @@
 namespace postchain::metrics {
 namespace {
 
-// Constants of the 2020 paper, section 3.3 and 3.4.
+// Constants of the 2020 paper, sections 3.3 and 3.4.
 constexpr float kColorExponent = 0.7f;    // q_c
 constexpr float kColorKnee = 0.4f;        // p_c, part of the largest difference
 constexpr float kColorKneeValue = 0.95f;  // p_t, what the knee maps to
 constexpr float kHuntScale = 0.01f;
-// Largest exposed value: far above white for every tone curve, and its square is finite.
+// Largest exposed value: far above white for every tone curve, with a finite square.
 constexpr float kLargestExposed = 1e15f;
 constexpr int kBlock = 16;     // pixels
 constexpr int kBandRows = 64;  // rows
 
-// What turns scene values into the 0..1 that FLIP looks at.
+// Conversion from scene values to the 0..1 that FLIP compares.
 struct Shown {
     float gain = 1;
     std::optional<ToneMapper> mapper;  // none: clamp only
@@ -34,8 +34,8 @@ struct Shown {
 
 using Row = std::vector<float>;
 
-// t^(1/3) of t > 0 to float precision: a guess from the exponent (3 %), then Halley's step, which
-// cubes the error, twice. Branch-free, so that it vectorises.
+// t^(1/3) of t > 0 to float precision: an estimate from the exponent (3 %), then two Halley steps,
+// each of which cubes the error. Branch-free for vectorization.
 inline float cube_root(float t) {
     const auto bits = std::bit_cast<int32_t>(t);
     const auto guess = int32_t(float(bits) * (1 / 3.0f)) + 0x2a510000;
@@ -84,7 +84,7 @@ Matrix to_relative_xyz() {
 }
 
 Matrix from_relative_xyz() {
-    // Adjugate over determinant; cyclic indices carry the signs.
+    // Adjugate over determinant; cyclic indices give the signs.
     const auto& m = kRgbToXyz;
     const auto cofactor = [&](int i, int j) {
         const int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
@@ -117,7 +117,7 @@ void weighted_sum(const std::vector<float>& taps, int width, float* out, RowOf&&
     }
 }
 
-// The planes that have been filtered along rows and wait for their columns.
+// Planes filtered along rows that still need filtering along columns.
 enum Plane {
     kAchromatic,
     kRedGreen,
@@ -140,7 +140,7 @@ class Band {
         for (auto& row : out_) row.resize(size_t(stride_));
     }
 
-    // Filters along rows everything that output rows [begin, end) need.
+    // Filters along rows all data that output rows [begin, end) need.
     void load(const Picture& picture, const Shown& shown, int begin, int end) {
         first_row_ = std::max(0, begin - kernels_.radius);
         const int last = std::min(height_, end + kernels_.radius);
@@ -162,7 +162,7 @@ class Band {
         }
     }
 
-    // Row y as seen: color in lab(), features in edge() and point().
+    // Computes row y: color in lab(), features in edge() and point().
     void see(int y) {
         column(y, kAchromatic, kernels_.achromatic, out_[0]);
         column(y, kRedGreen, kernels_.red_green, out_[1]);
@@ -193,9 +193,9 @@ class Band {
         return planes_[plane].data() + size_t(y - first_row_) * size_t(stride_);
     }
 
-    // One row of the picture as shown, in opponent channels with the edge replicated. The paper's
-    // YCxCz is an affine function of these; the filters have unit sum, so its factors and offset
-    // cancel: Y/Yn, X/Xn - Y/Yn, Y/Yn - Z/Zn.
+    // Converts one row to opponent channels, replicating the edge. The paper's YCxCz is an affine
+    // function of these; the filters have unit sum, so its factors and offset cancel: Y/Yn, X/Xn -
+    // Y/Yn, Y/Yn - Z/Zn.
     void split(const float* rgb, const Shown& shown) {
         static const Matrix forward = to_relative_xyz();
         const ToneCurve k = curve_of(shown.mapper.value_or(ToneMapper::aces));
@@ -249,7 +249,7 @@ class Band {
     Row scratch_ = Row(size_t(stride_));
 };
 
-// The largest color difference there is, between green and blue.
+// The largest possible color difference, between green and blue.
 float largest_color_difference() {
     static const Matrix forward = to_relative_xyz();
     float green[3], blue[3];

@@ -10,8 +10,8 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-// Contrast sensitivity in the spatial domain: sum of a sqrt(pi/b) exp(-pi^2 d^2 / b), d in degrees
-// of visual angle (table 1).
+// Contrast sensitivity in the spatial domain: sum of a sqrt(pi/b) exp(-pi^2 d^2 / b), with d in
+// degrees of visual angle (table 1).
 struct Term {
     double a, b;
 };
@@ -19,8 +19,9 @@ constexpr Term kAchromatic = {1, 0.0047};
 constexpr Term kRedGreen = {1, 0.0053};
 constexpr Term kBlueYellow[2] = {{34.1, 0.04}, {13.5, 0.025}};
 constexpr double kWidestB = 0.04;
-constexpr double kFeatureWidth = 0.082;  // degrees: what edge and point detectors see at once
-// Outer taps below this part of the largest are dropped: the achromatic kernels need 13 taps of 21.
+constexpr double kFeatureWidth = 0.082;  // degrees: support of the edge and point detectors
+// Outer taps below this fraction of the largest are dropped: the achromatic kernels need 13 of 21
+// taps.
 constexpr double kNegligibleTap = 1e-9;
 
 using Profile = std::vector<double>;
@@ -42,7 +43,7 @@ Profile scaled(Profile profile, double factor) {
     return profile;
 }
 
-// Negative taps sum to -1 and positive ones to 1: a step of 1 answers with 1.
+// Scales so that negative taps sum to -1 and positive ones to 1: the response to a step of 1 is 1.
 Profile balanced(Profile profile) {
     double positive = 0, negative = 0;
     for (double v : profile) (v > 0 ? positive : negative) += std::abs(v);
@@ -79,7 +80,7 @@ FlipKernels flip_kernels(double pixels_per_degree) {
     kernels.achromatic = kernel_of(normalized(bell(kAchromatic)));
     kernels.red_green = kernel_of(normalized(bell(kRedGreen)));
 
-    // The sum of both 2-D Gaussians is normalized, so each keeps its share of the whole.
+    // The sum of both 2-D Gaussians is normalized, so each keeps its share.
     double share[2];
     for (int i = 0; i < 2; ++i) {
         const double area = sum(bell(kBlueYellow[i]));

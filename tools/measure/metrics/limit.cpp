@@ -13,7 +13,7 @@ Result<MetricLimit> parse_limit(const std::string& option, const std::string& te
     const auto parsed = std::from_chars(begin, end, limit.value);
     if (parsed.ec != std::errc() || parsed.ptr != end || !std::isfinite(limit.value))
         return Status(StatusCode::usage,
-                      option + ": '" + text + "' is not METRIC=NUMBER, as in flip=0.05");
+                      option + ": '" + text + "' is not METRIC=NUMBER, e.g. flip=0.05");
     return limit;
 }
 

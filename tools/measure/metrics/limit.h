@@ -1,4 +1,4 @@
-// A limit of a metric as it is typed: "flip=0.05".
+// Parses a metric's limit: "flip=0.05".
 #pragma once
 
 #include <string>
@@ -11,8 +11,8 @@ struct MetricLimit {
     std::string metric;
     double value = 0;
 };
-// Errors (usage): not METRIC=NUMBER, or a number that is not finite; `option` is named in the
-// message. Whether there is such a metric is for the caller to say.
+// Errors (usage), naming `option`: not METRIC=NUMBER, or a number that is not finite. The caller
+// checks whether the metric exists.
 Result<MetricLimit> parse_limit(const std::string& option, const std::string& text);
 
 }  // namespace postchain::metrics

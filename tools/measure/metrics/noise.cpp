@@ -26,7 +26,7 @@ ImageF noise_variance(const ImageF& channel) {
     std::vector<double> residuals;
     for (int top = 0; top < height; top += kNoiseTile) {
         for (int left = 0; left < width; left += kNoiseTile) {
-            // A tile at the border begins further in, so that all are of one size.
+            // A border tile is shifted inward, so that all have one size.
             const int y0 = std::max(1, std::min(top, height - 1 - kNoiseTile));
             const int x0 = std::max(1, std::min(left, width - 1 - kNoiseTile));
             residuals.clear();

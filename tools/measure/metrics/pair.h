@@ -1,9 +1,9 @@
-// What every metric is given: a picture and its reference, of one size, finite, RGB.
+// Input of every metric: an image and its reference, of one size, finite, RGB.
 //
 //   ImageF (>= 3 channels, linear RGB first) --picture_of--> Picture --pair_of--> Pair --> metrics
 //
-// Non-finite components are replaced by 0 and their pixels counted once, here, so that no metric
-// has to ask. Alpha is not compared.
+// Non-finite components are replaced by 0 and their pixels counted here, so that metrics need no
+// checks. Alpha is not compared.
 #pragma once
 
 #include <cstdint>
@@ -13,16 +13,16 @@
 
 namespace postchain::metrics {
 
-// Linear RGB without NaN or Inf. Negative values stay.
+// Linear RGB without NaN or Inf, possibly negative.
 struct Picture {
-    ImageF rgb;              // 3 channels
+    ImageF rgb;              // pixels with a NaN or Inf component, replaced by 0
     uint64_t nonfinite = 0;  // pixels with a NaN or Inf component, which became 0
 };
 
 // Errors (input): no pixels, fewer than 3 channels.
 Result<Picture> picture_of(const ImageF& image);
 
-// RGBA, premultiplied: what is behind it becomes this gray, alpha 1.
+// Composites premultiplied RGBA over this gray; alpha becomes 1.
 void composite_over(ImageF& rgba, double gray);
 
 struct Pair {
@@ -36,7 +36,7 @@ struct Pair {
     const float* reference_pixel(size_t i) const { return reference.rgb.data.data() + 3 * i; }
 };
 
-// Errors (input): as picture_of; sizes that differ.
+// Errors (input): those of picture_of(); different sizes.
 Result<Pair> pair_of(const ImageF& test, const ImageF& reference);
 Result<Pair> pair_of(Picture test, Picture reference);
 

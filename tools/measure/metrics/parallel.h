@@ -1,5 +1,5 @@
-// Bands of rows over threads. Which thread takes which band never shows in the result: bands write
-// rows of their own, and sums are made afterwards in one order.
+// Distributes bands of rows over threads. The distribution never changes the result: bands write
+// their own rows, and sums are made afterwards in a fixed order.
 #pragma once
 
 #include <algorithm>
@@ -12,8 +12,8 @@
 
 namespace postchain::metrics {
 
-// Calls work(first row, end row) for bands of `band` rows. threads <= 0: one per core; fewer where
-// no more can be had. What work throws is thrown here, once all threads have stopped.
+// Calls work(first row, end row) for bands of `band` rows. threads <= 0: one per core; fewer if not
+// available. Rethrows exceptions of work after all threads have stopped.
 inline void for_bands(int rows, int band, int threads, const std::function<void(int, int)>& work) {
     const int bands = (rows + band - 1) / band;
     if (threads <= 0) threads = std::max(1, int(std::thread::hardware_concurrency()));
@@ -35,7 +35,7 @@ inline void for_bands(int rows, int band, int threads, const std::function<void(
     try {
         helpers.reserve(size_t(std::max(threads, 0)));
         for (int i = 1; i < threads; ++i) helpers.emplace_back(take);
-    } catch (const std::exception&) {  // no memory for it, or no thread: those there are do it all
+    } catch (const std::exception&) {  // no memory or thread: the existing threads do all work
     }
     take();
     helpers.clear();  // joins them

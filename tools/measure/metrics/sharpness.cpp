@@ -27,7 +27,7 @@ ImageF gradient_energy(const Picture& picture) {
     return energy;
 }
 
-// Along x and transposed; twice gives the picture smoothed along both.
+// Smooths along x and transposes; applied twice, it smooths along both axes.
 ImageF smoothed_transposed(const ImageF& image) {
     const int radius = int(std::ceil(3 * kRegionSigma));
     std::vector<double> weights;
@@ -67,10 +67,10 @@ Status check_sizes(const Picture& truth, const Picture& input) {
     if (input.rgb.width == truth.rgb.width && input.rgb.height == truth.rgb.height) return Status();
     return Status(StatusCode::input,
                   concat("sizes differ: the input has ", input.rgb.width, "x", input.rgb.height,
-                         ", the truth ", truth.rgb.width, "x", truth.rgb.height));
+                         ", the ground truth ", truth.rgb.width, "x", truth.rgb.height));
 }
 
-// `test_energy(i, e)`: e of the test at pixel i, where e is the truth's.
+// `test_energy(i, e)`: e of the test at pixel i, given the ground truth's e.
 template <class TestEnergy>
 Sharpness over_regions(const Picture& truth_picture, const Picture& input,
                        const TestEnergy& test_energy) {

@@ -1,17 +1,16 @@
-// Edges in blurred regions and sharpness in focus: the 2013 report's two claims about the order of
-// depth of field and motion blur, as numbers.
+// Edges in blurred regions and sharpness in focus: measures the 2013 report's two claims about the
+// order of depth of field and motion blur.
 //
-//   L  = luma after the display transform (display.h), of test, truth, and the unblurred input
+//   L  = luma after the display transform (display.h), of test, ground truth and unblurred input
 //   g  = ((L(x+1,y) - L(x-1,y))/2)^2 + ((L(x,y+1) - L(x,y-1))/2)^2, edges replicated
 //   e  = g smoothed by a Gaussian of kRegionSigma pixels
 //   blurred: e(input) >= kMinEnergy and e(truth) <= kBlurredPart e(input)
 //   sharp:   e(input) >= kMinEnergy and kSharpPart <= e(truth) / e(input) <= 1 / kSharpPart
 //   value = (sum of e(test) + n kEnergyEpsilon) / (sum of e(truth) + n kEnergyEpsilon), over the n
 //           pixels of a region
-// By the same e as the regions, so that the input itself reads at least 1 / kBlurredPart where the
-// truth is blurred, and kSharpPart .. 1 / kSharpPart where it is sharp (but for the epsilon).
-// Which pixels are blurred and which are sharp depends on truth and input alone, so it is the same
-// for every variant.
+// The regions use the same e, so that the input itself reads at least 1 / kBlurredPart where the
+// ground truth is blurred, and kSharpPart .. 1 / kSharpPart where it is sharp (except for the
+// epsilon). The regions depend only on ground truth and input, so they are equal for all variants.
 #pragma once
 
 #include <optional>
@@ -21,26 +20,26 @@
 namespace postchain::metrics {
 
 inline constexpr double kRegionSigma = 3;       // pixels
-inline constexpr double kMinEnergy = 5e-4;      // a step of 0.09 in L, seen at its foot
-inline constexpr double kBlurredPart = 0.5;     // the truth lost half of the energy or more
-inline constexpr double kSharpPart = 0.8;       // the truth kept it within a fifth
+inline constexpr double kMinEnergy = 5e-4;      // a step of 0.09 in L, at its foot
+inline constexpr double kBlurredPart = 0.5;     // the ground truth lost at least half of the energy
+inline constexpr double kSharpPart = 0.8;       // the ground truth kept it within a fifth
 inline constexpr double kEnergyEpsilon = 1e-6;  // per pixel: steps of 0.002 in L
 
 struct Sharpness {
-    // Relative to the truth; nothing when the truth has no such region.
-    std::optional<double> edges_in_blurred;    // > 1: edges that the truth does not show
-    std::optional<double> sharpness_in_focus;  // < 1: softer than the truth
+    // Relative to the ground truth; empty if it has no such region.
+    std::optional<double> edges_in_blurred;    // > 1: edges missing in the ground truth
+    std::optional<double> sharpness_in_focus;  // < 1: softer than the ground truth
     size_t blurred_pixels = 0;
     size_t sharp_pixels = 0;
 };
 
-// `truth_pair`: the test and the truth; `input`: the unblurred picture that was filtered. Errors
-// (input): sizes that differ.
+// `truth_pair`: test and ground truth; `input`: the unblurred image that was filtered. Errors
+// (input): different sizes.
 Result<Sharpness> sharpness(const Pair& truth_pair, const Picture& input);
 
-// What a test without any error would read against a truth with white noise of this variance
-// (noise.h, of display_luma(truth)): noise of variance s^2 adds s^2 to the mean of g, so the test's
-// e is the truth's less s^2. 1: the noise does not matter. Errors (input): sizes that differ.
+// Value of an error-free test against a ground truth with white noise of this variance (noise.h, of
+// display_luma(truth)). Noise of variance s^2 adds s^2 to the mean of g, so the test's e is the
+// ground truth's minus s^2. 1 = the noise has no effect. Errors (input): different sizes.
 Result<Sharpness> sharpness_without_error(const Picture& truth, const ImageF& variance,
                                           const Picture& input);
 

@@ -76,13 +76,13 @@ Status GridError::add(const Picture& filtered_of_shifted, const Picture& filtere
     const ImageF& a = filtered_of_shifted.rgb;
     const ImageF& b = filtered.rgb;
     if (Status status = same_size(a, b); !status.ok()) return status;
-    // The pixel of a and the pixel of b that it is compared with are both away from the edges.
+    // The pixel of a and its counterpart in b are both away from the edges.
     const int x0 = margin_ + std::max(dx, 0), x1 = a.width - margin_ + std::min(dx, 0);
     const int y0 = margin_ + std::max(dy, 0), y1 = a.height - margin_ + std::min(dy, 0);
     if (x0 >= x1 || y0 >= y1)
         return Status(StatusCode::input,
                       concat("a margin of ", margin_, " and a shift of (", dx, ", ", dy,
-                             ") leave no pixel of ", a.width, "x", a.height, " pixels"));
+                             ") leave no pixels in ", a.width, "x", a.height, " pixels"));
     double sum = 0;
     for (int y = y0; y < y1; ++y)
         for (int x = x0; x < x1; ++x)

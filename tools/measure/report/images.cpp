@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "tools/sequence/io/planes_writer.h"
+#include "tools/sequence/exr/planes_writer.h"
 
 namespace postchain::report {
 namespace {

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "tools/measure/report/report.h"
-#include "tools/sequence/io/json.h"
+#include "tools/sequence/files/json.h"
 
 namespace postchain::report {
 

@@ -20,7 +20,7 @@
 #include "chain/image.h"
 #include "chain/plan.h"
 #include "chain/status.h"
-#include "tools/sequence/io/output_files.h"
+#include "tools/sequence/files/output_files.h"
 
 namespace postchain::report {
 

@@ -2,7 +2,7 @@
 
 #include "tools/measure/report/json_parts.h"
 #include "tools/measure/report/lists.h"
-#include "tools/sequence/io/json.h"
+#include "tools/sequence/files/json.h"
 
 namespace postchain::report {
 namespace {

@@ -9,10 +9,11 @@ namespace {
 constexpr double kWall = 3.0;
 constexpr double kFocalPx = 50.0 / 36.0 * 640;  // pixels per unit slope, 640 wide
 
-// Position on a straight way through the view at depth z that starts over out of sight.
+// Position on a straight path through the view at depth z that starts over out of view.
 PoseAt crossing(glm::dvec2 start, double z, glm::dvec2 velocity, double radius, glm::dvec3 axis,
                 double angle, double rate) {
-    // Out of sight at both ends by more than a frame's way, so that no vector sees the jump.
+    // Out of view at both ends by more than one frame's path, so that no motion vector includes the
+    // jump.
     const glm::dvec2 half =
         z * glm::dvec2(18.0, 10.2) / 50.0 + 1.6 * radius + 1.5 * glm::abs(velocity);
     return [=](double time) {
@@ -24,7 +25,7 @@ PoseAt crossing(glm::dvec2 start, double z, glm::dvec2 velocity, double radius, 
 }
 
 glm::dvec3 hue(double h) {
-    // A wheel of saturated paints.
+    // Saturated hues around the color wheel.
     const auto part = [h](double shift) {
         const double x = std::abs(std::fmod(h + shift, 1.0) * 6 - 3) - 1;
         return std::clamp(x, 0.0, 1.0);
@@ -83,7 +84,7 @@ SceneModel make_crossing() {
     for (int i = 0; i < kCount; ++i) {
         const double z = random.between(0.7, 2.6);
         const double radius = z * random.between(0.016, 0.034);
-        // Speeds spread evenly in their logarithm; eight directions, a little off.
+        // Speeds evenly spaced in their logarithm; eight directions, slightly perturbed.
         const double px = 6 * std::pow(88.0 / 6, (i + 0.5) / kCount);
         const double heading = (i * 3 % 8) * glm::pi<double>() / 4 + random.between(-0.15, 0.15);
         const glm::dvec2 velocity =

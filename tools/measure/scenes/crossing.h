@@ -1,6 +1,6 @@
-// Many solids crossing at 6 to 88 pixels a frame (of a picture 640 wide) in all directions and
-// depths, before a wall with a round hole through which there is nothing: alpha 0 there. One pane
-// of alpha 0.5 among them. A solid that leaves the picture comes in again on the other side.
+// Many solids crossing at 6 to 88 pixels per frame (at 640 px width) in all directions and depths,
+// before a wall with a round hole of alpha 0. One pane has alpha 0.5. A solid that leaves the image
+// re-enters on the opposite side.
 #pragma once
 
 #include "tools/measure/scenes/model.h"

@@ -7,10 +7,10 @@ namespace postchain::scenes {
 namespace {
 
 struct TileRange {
-    int x0, y0, x1, y1;  // inclusive; empty when x0 > x1 or y0 > y1
+    int x0, y0, x1, y1;  // inclusive; empty if x0 > x1 or y0 > y1
 };
 
-// A sphere in camera coordinates. For a point p of it, |p.x/p.z - c.x/c.z| <= r/(z-r) (1 +
+// Tiles of a sphere in camera coordinates. For a point p of it, |p.x/p.z - c.x/c.z| <= r/(z-r) (1 +
 // |c.x|/z).
 TileRange tiles_of(glm::dvec3 c, double r, double focal_px, const PictureGeometry& picture) {
     const int last_x = (picture.width - 1) / SCENE_TILE, last_y = (picture.height - 1) / SCENE_TILE;
@@ -33,7 +33,7 @@ TileRange tiles_of(glm::dvec3 c, double r, double focal_px, const PictureGeometr
             std::min(last_y, tile(y + reach_y, last_y))};
 }
 
-// Which objects each cell of a table sees.
+// Table of the objects that each cell can see.
 class SeenTable {
   public:
     SeenTable(int columns, int rows, size_t objects)
@@ -48,7 +48,7 @@ class SeenTable {
                 seen_[size_t(y * columns_ + x) * objects_ + id] = 1;
     }
 
-    // Returns where the table begins.
+    // Returns the start of the table.
     size_t append_to(std::vector<uint32_t>& entry, const SceneModel& model) const {
         const size_t begin = entry.size();
         entry.resize(begin + cells_ * (SCENE_SHAPES + 1));
@@ -106,7 +106,7 @@ LightGrid grid_around(const std::vector<CastingSphere>& spheres, glm::dvec3 ligh
         low = glm::min(low, across(grid, sphere.center) - sphere.radius);
         high = glm::max(high, across(grid, sphere.center) + sphere.radius);
     }
-    // A small margin: cells are looked up in float.
+    // A small margin, because cells are looked up in float.
     const glm::dvec2 margin = 1e-3 * (high - low);
     grid.first = low - margin;
     grid.cells_per_unit = double(SCENE_LIGHT_GRID) / (high - low + 2.0 * margin);

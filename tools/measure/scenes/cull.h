@@ -1,6 +1,6 @@
-// Which objects each tile of a picture can see, and which can shade each cell of a grid across the
-// light. Conservative: bounding spheres (grown by the circle of confusion for the tiles), at
-// exactly the instants that are rendered.
+// Finds the objects visible in each tile of an image, and those that can shade each cell of a grid
+// across the light. Conservative: uses bounding spheres (for tiles, grown by the circle of
+// confusion) at exactly the time samples that are rendered.
 #pragma once
 
 #include <cstdint>
@@ -28,19 +28,19 @@ struct PictureGeometry {
     }
 };
 
-// The grid across the light in which shadows are looked up.
+// Grid across the light for shadow lookup.
 struct LightGrid {
     glm::dvec3 right{1, 0, 0}, up{0, 1, 0};  // unit vectors across the light
     glm::dvec2 first{0.0};                   // lowest coordinates, scene units
     glm::dvec2 cells_per_unit{1.0};
 };
 
-// For cell c of a table that begins at b, and shape s: entries [entry[b + c (S+1) + s],
-// entry[b + c (S+1) + s + 1]) are indices of objects, S = SCENE_SHAPES. Cells are row-major.
+// For cell c of a table that begins at b, and shape s: entries [entry[b + c (S+1) + s], entry[b + c
+// (S+1) + s + 1]) are object indices, S = SCENE_SHAPES. Cells are row-major.
 struct CellLists {
     std::vector<uint32_t> entry;
-    size_t tiles = 0;   // where the picture's tiles begin, from the top left
-    size_t lights = 0;  // where the light's cells begin, SCENE_LIGHT_GRID to each side
+    size_t tiles = 0;   // start of the image's tiles, from the top left
+    size_t lights = 0;  // start of the light's cells, SCENE_LIGHT_GRID per side
     LightGrid grid;
 };
 CellLists cull(const SceneModel& model, const std::vector<Instant>& instants,

@@ -1,4 +1,4 @@
-// Letters of signs, 5x7 dots.
+// Font for signs, 5x7 dots.
 #pragma once
 
 #include <array>
@@ -8,7 +8,7 @@ namespace postchain::scenes {
 
 inline constexpr int kLetterColumns = 6;  // the last one is the gap
 
-// Columns from left to right, lowest bit at the top. A letter that is not in the set is blank.
+// Columns from left to right, lowest bit at the top. Unknown letters are blank.
 std::array<uint8_t, kLetterColumns> columns_of(char letter);
 
 }  // namespace postchain::scenes

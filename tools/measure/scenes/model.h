@@ -1,8 +1,8 @@
-// A scene as plain data: solids whose poses are functions of time, a camera, light.
+// A scene as plain data: solids with time-dependent poses, a camera, a light.
 //
-// World axes: x right, y up, z forward (a camera in its rest pose looks along +z). Lengths in scene
-// units (meters), angles in radians, time in frames. Poses are evaluated in double precision for
-// every instant that a picture needs; shaders/scenes/ sees rows of float.
+// World axes: x right, y up, z forward (a camera at rest looks along +z). Lengths in scene units
+// (meters), angles in radians, time in frames. Poses are evaluated in double precision at every
+// time sample; shaders/scenes/ receives rows of float.
 #pragma once
 
 #include <array>
@@ -50,13 +50,13 @@ struct Object {
     glm::dvec3 color{0.5};    // scene-linear Rec. 709
     glm::dvec3 color_b{0.1};  // second color of the pattern
     int pattern = SCENE_PLAIN;
-    double cell = 1;  // scene units; a torus' tread: number of blocks around
+    double cell = 1;  // scene units; for a torus: number of tread blocks around
     glm::dvec2 pattern_extra{0.0};
-    glm::dvec4 hole{0.0};  // rectangle: center x, y and radius; w: lines of a text
+    glm::dvec4 hole{0.0};  // rectangle: center x, y and radius; w: text lines
     double gloss = 0;
     double lamp = 0;    // radiance = color * lamp, unlit; 0 = a surface
-    bool casts = true;  // a shadow (a rectangle does not unless told)
-    double alpha = 1;   // of a surface that is mixed with what lies behind it
+    bool casts = true;  // a shadow; off by default for rectangles
+    double alpha = 1;   // of a surface that is blended with its background
 };
 
 Object rectangle(double half_width, double half_height, PoseAt pose, glm::dvec3 color);
@@ -65,7 +65,7 @@ Object box(glm::dvec3 half_size, PoseAt pose, glm::dvec3 color);
 Object rod(double half_length, double radius, PoseAt pose, glm::dvec3 color);  // along y
 Object torus(double ring, double tube, PoseAt pose, glm::dvec3 color);         // about z
 Object lamp(double radius, PoseAt pose, double radiance);
-// A rod between two points at rest.
+// A static rod between two points.
 Object wire(glm::dvec3 from, glm::dvec3 to, double radius, glm::dvec3 color);
 
 struct CameraPose {
@@ -83,7 +83,7 @@ struct SceneModel {
     double near_clip = 0.05;
     double far_clip = 60;
     double shutter_frames = kDefaultShutterFrames;
-    // The aperture: chain/frame.h.
+    // The aperture, as in chain/frame.h.
     int aperture_blades = 0;
     ApertureImage aperture_image;
     double aperture_rotation_deg = 0;
@@ -91,21 +91,22 @@ struct SceneModel {
     double aperture_ratio = 1;
     double cats_eye = 0;
 
-    glm::dvec3 light{-0.4, 0.6, -0.7};  // towards it; need not be a unit vector
+    glm::dvec3 light{-0.4, 0.6, -0.7};  // towards the light; need not be a unit vector
     double light_strength = 1.9;
     glm::dvec3 zenith{0.05, 0.15, 0.50};
     glm::dvec3 horizon{0.36, 0.50, 0.80};
     double clouds = 0.9;
     glm::dvec3 ambient{0.34, 0.38, 0.48};
     double ambient_below = 0.5;
-    bool background_opaque = true;  // false: alpha 0 where no surface is
+    bool background_opaque = true;  // false: alpha 0 where no surface is hit
 
-    // A sign of these lines on a rectangle; the letters are A-Z, 0-9, '.', '/', '-' and blank.
+    // Adds a rectangular sign with these lines of text; letters are A-Z, 0-9, '.', '/', '-' and
+    // blank.
     void add_sign(double half_width, double half_height, PoseAt pose, glm::dvec3 color,
                   glm::dvec3 letter_color, const std::vector<std::string>& lines);
 };
 
-// Numbers for laying out scenes: the same on every machine.
+// Random numbers for layouts, equal on every machine.
 class Random {
   public:
     explicit Random(uint64_t seed) : state_(seed) {}

@@ -7,20 +7,20 @@ namespace postchain::scenes {
 namespace {
 
 constexpr double kGround = -0.75;
-constexpr double kPeriod = 60;  // frames of a pan there and back
+constexpr double kPeriod = 60;  // frames of a pan back and forth
 
-// Fastest, 2.6 degrees a frame, at frame 0.
+// Fastest at frame 0, 2.6 degrees per frame.
 CameraPose camera_of(double time) {
     const double yaw = 0.43 * std::sin(2 * glm::pi<double>() / kPeriod * time);
     return {at({0, 0, 0}, turn({0, 1, 0}, yaw)), 50, 1.6};
 }
 
-// A place `distance` away in direction `yaw`, facing the camera.
+// A pose `distance` away in direction `yaw`, facing the camera.
 Pose around(double yaw, double distance, double y) {
     return at({distance * std::sin(yaw), y, distance * std::cos(yaw)}, turn({0, 1, 0}, yaw));
 }
 
-// Rides on the camera and swings about a pivot given in camera coordinates.
+// Attached to the camera, swinging about a pivot given in camera coordinates.
 PoseAt riding(glm::dvec3 pivot, double rest, double amplitude, double rate, double drop) {
     return [=](double time) {
         const double angle = rest + amplitude * std::sin(rate * time);
@@ -74,7 +74,7 @@ SceneModel make_poles() {
         yaw += (half + random.between(0.10, 0.24)) / distance * 1.35;
     }
 
-    // Poles and wires of the world.
+    // Poles and wires fixed in the world.
     const glm::dvec3 colors[] = {{0.62, 0.04, 0.03},
                                  {0.78, 0.76, 0.70},
                                  {0.03, 0.03, 0.035},
@@ -101,7 +101,7 @@ SceneModel make_poles() {
         scene.objects.push_back(wire(a, b, random.between(0.0009, 0.0026), colors[(i + 1) % 5]));
     }
 
-    // A banner on a pole of the world.
+    // A banner on a pole fixed in the world.
     const double at_yaw = 0.21;
     const glm::dvec3 mast = around(at_yaw, 1.75, 0).position;
     scene.objects.push_back(
@@ -119,7 +119,7 @@ SceneModel make_poles() {
     banner.color_b = {0.03, 0.05, 0.22};
     scene.objects.push_back(banner);
 
-    // Riding on the camera: still in the picture, and swinging.
+    // Attached to the camera: swinging but never leaving the image.
     scene.objects.push_back(
         rod(0.30, 0.0032, riding({-0.16, 0.28, 1.0}, 0.10, 0, 0, 0.30), {0.03, 0.03, 0.03}));
     scene.objects.push_back(

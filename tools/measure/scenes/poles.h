@@ -1,5 +1,5 @@
-// Thin things before a fast pan, as figure 11 of the report: poles and wires of the world sweep by,
-// others ride on the camera and stay put or swing, over a city with lit windows, ground and sky.
+// Thin objects during a fast pan, as in figure 11 of the report: poles and wires sweep by, others
+// are attached to the camera, static or swinging, before a city with lit windows, ground and sky.
 #pragma once
 
 #include "tools/measure/scenes/model.h"

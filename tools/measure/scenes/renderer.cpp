@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kMaxSide = 16384;
 constexpr int kMaxSamples = 65536;
-// Samples of one dispatch: few enough that tiles stay tight in time and a stop is heard soon.
+// Samples per dispatch: few enough that culling by time stays tight and a stop is noticed soon.
 constexpr int kSamplesPerDispatch = 8;
 
 enum Storage { poses, objects, tiles, letters, points, color_sums, vector_sums, depths, kStorages };
@@ -84,7 +84,7 @@ struct SceneRenderer::Impl {
     gl::ProgramCache programs;
     std::array<GLuint, kStorages> storage{};
     GLuint block = 0;
-    GLuint aperture = 0;  // its picture, a texture
+    GLuint aperture = 0;  // image texture
 
     void set_aperture(const ApertureImage& image) {
         constexpr int kSide = ApertureImage::kSide;
@@ -100,7 +100,7 @@ struct SceneRenderer::Impl {
     }
     template <class T>
     void set(Storage which, const std::vector<T>& values) {
-        // A buffer of no bytes cannot be bound.
+        // Empty buffers cannot be bound.
         static const std::array<std::byte, 16> none{};
         const bool empty = values.empty();
         glNamedBufferData(
@@ -149,11 +149,11 @@ Result<ScenePlanes> SceneRenderer::render(const SceneModel& model, const RenderS
                                           const Progress& progress) {
     const int width = settings.width, height = settings.height, samples = settings.samples;
     if (width < 1 || height < 1 || width > kMaxSide || height > kMaxSide)
-        return Status(StatusCode::usage, concat("a scene's size is 1x1 to ", kMaxSide, "x",
+        return Status(StatusCode::usage, concat("a scene's size must be 1x1 to ", kMaxSide, "x",
                                                 kMaxSide, ", not ", width, "x", height));
     if (samples < 1 || samples > kMaxSamples)
         return Status(StatusCode::usage,
-                      concat("samples of a scene are 1 to ", kMaxSamples, ", not ", samples));
+                      concat("a scene's samples must be 1 to ", kMaxSamples, ", not ", samples));
     Impl& gl = *impl_;
     if (Status status = gl.context->make_current(); !status.ok()) return status;
     const auto program = gl.programs.get(program_for(model, settings.vectors, settings.lens));

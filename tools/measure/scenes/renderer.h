@@ -1,11 +1,11 @@
-// Ray casts a SceneModel on the GPU: one picture at a time.
+// Ray casts a SceneModel on the GPU, one image at a time.
 //
-//   model + instant --poses in double--> pose sets, one per instant
+//   model + time samples --poses in double--> pose sets, one per time sample
 //   pose sets + bounds --cull--> objects of each 16x16 tile
 //   sample points (time = (i+0.5)/N; lens and pixel: samples.h)
 //   --render.comp, a few samples per dispatch--> sums --> mean
 //
-// The same request gives the same bits on the same machine and driver.
+// The same request gives identical bits on the same machine and driver.
 #pragma once
 
 #include <functional>
@@ -22,25 +22,25 @@ struct RenderSettings {
     int width = 640;
     int height = 360;
     double time = 0;            // frames
-    int samples = 1;            // per pixel; 1 without shutter and lens = the pixel's center
-    double shutter_frames = 0;  // open from time - half to time + half; 0 = frozen
-    bool lens = false;          // thin lens of the model's f-stop, else a pinhole
-    bool vectors = false;       // depth and vectors too
-    uint32_t seed = 0;          // of the noise of shutter and lens
+    int samples = 1;            // per pixel; 1 without shutter and lens = pixel center
+    double shutter_frames = 0;  // open from time - half to time + half; 0 = instantaneous
+    bool lens = false;          // thin lens of the model's f-stop, otherwise pinhole
+    bool vectors = false;       // also render depth and motion vectors
+    uint32_t seed = 0;          // of shutter and lens noise
 };
 
 struct ScenePlanes {
-    ImageF color;  // 4 channels: premultiplied scene-linear Rec. 709, mean over the pixel
-    ImageF depth;  // 1: along the view axis, scene units, 1e10 where nothing is; of the last sample
+    ImageF color;    // 4 channels: premultiplied scene-linear Rec. 709, mean over the pixel
+    ImageF depth;    // 1: along the view axis, scene units, 1e10 if no surface; last sample
     ImageF vectors;  // 4: pixels, +y up; previous - this, this - next; mean over the samples
 };
 
-// Called with the share done, 0..1; false stops with StatusCode::canceled.
+// Called with the fraction done, 0..1; false stops with StatusCode::canceled.
 using Progress = std::function<bool(double)>;
 
 class SceneRenderer {
   public:
-    // Makes a GL context of its own and keeps it current. Errors: gl.
+    // Makes a GL context and keeps it current. Errors: gl.
     static Result<std::unique_ptr<SceneRenderer>> create(const egl::ContextOptions& options = {});
     ~SceneRenderer();
 
@@ -59,7 +59,7 @@ class SceneRenderer {
 // Radius of the lens in scene units: f / (2 N), with the focal length in meters.
 double lens_radius(double focal_length_mm, double f_stop);
 
-// Diameter in pixels of the disc that a point at depth z becomes:
+// Diameter in pixels of the circle of confusion of a point at depth z:
 // f^2/N |z - s| / (z s) width / sensor, all lengths in meters.
 double circle_of_confusion_px(double focal_length_mm, double f_stop, double sensor_width_mm,
                               double focus_distance, double z, int width);

@@ -13,10 +13,10 @@
 #include "tools/measure/scenes/still.h"
 #include "tools/measure/scenes/wheels.h"
 #include "tools/measure/scenes/zoom.h"
-#include "tools/sequence/io/aperture_file.h"
-#include "tools/sequence/io/json.h"
-#include "tools/sequence/io/planes_writer.h"
-#include "tools/sequence/io/sequence.h"
+#include "tools/sequence/exr/planes_writer.h"
+#include "tools/sequence/files/json.h"
+#include "tools/sequence/files/sequence.h"
+#include "tools/sequence/image/aperture_file.h"
 
 namespace postchain::scenes {
 namespace {
@@ -32,7 +32,7 @@ Status check_camera(const Camera& camera) {
         return Status(StatusCode::usage, concat("camera.", key, ": ", *value, " is not ",
                                                 low_allowed ? "at least " : "above ", low));
     };
-    // The values of the aperture have a range on both sides.
+    // Aperture values have an upper limit too.
     for (const Parameter& row : camera_parameters().rows())
         if (row.key.starts_with("aperture_") || row.key == "cats_eye")
             if (Status status = row.check(row.get(&camera)); !status.ok())
@@ -49,8 +49,8 @@ Status check_camera(const Camera& camera) {
         if (!status.ok()) return status;
     if (camera.meters_per_unit.value_or(1) != 1)
         return Status(StatusCode::usage,
-                      "camera.meters_per_unit: the generated scenes are in "
-                      "meters, it must be 1");
+                      "camera.meters_per_unit must be 1 for generated scenes, "
+                      "which are in meters");
     return Status();
 }
 
@@ -76,10 +76,10 @@ Result<ScenePlanes> render_picture(SceneRenderer& renderer, const SceneRequest& 
                                    const Progress& progress) {
     const RenderSettings settings = settings_of(request, model, frame, picture);
     if (is_truth(picture) && request.truth_samples < 1)
-        return Status(StatusCode::usage, "the truth of a scene needs at least one sample");
+        return Status(StatusCode::usage, "the ground truth of a scene needs at least one sample");
     auto planes = renderer.render(model, settings, progress);
     if (!planes.ok() || picture != Picture::sharp) return planes;
-    // The last of many samples is no place for a depth: take the center's.
+    // Depth is that of the pixel center, not of the last of many samples.
     RenderSettings center = settings;
     center.samples = 1;
     auto one = renderer.render(model, center);
@@ -88,7 +88,7 @@ Result<ScenePlanes> render_picture(SceneRenderer& renderer, const SceneRequest& 
     return planes;
 }
 
-// 17 digits would be noise here: what is stated is what was asked for, in short.
+// Shortens values to 9 digits; 17 would be noise.
 double short_of(double value) {
     char text[32];
     std::snprintf(text, sizeof(text), "%.9g", value);
@@ -96,8 +96,8 @@ double short_of(double value) {
 }
 
 io::Json matrix(const Pose& pose) {
-    // Camera to world, right-handed as in Blender: a camera looks along its -z, so that z points
-    // back in the world of the file and forward in ours. Columns right, up, back, position.
+    // Camera to world, right-handed as in Blender: a camera looks along its -z, so z is negated.
+    // Columns: right, up, back, position.
     io::Json rows = io::Json::array();
     for (int row = 0; row < 3; ++row) {
         const double sign = row == 2 ? -1 : 1;
@@ -148,12 +148,12 @@ io::OutputFiles files_of(const SceneRequest& request, const std::vector<Picture>
     const char* other = "name another folder with --output";
     for (int frame : request.frames)
         for (Picture picture : pictures)
-            files.write(io::OutputFile{
-                picture_path(request, picture, frame),
-                concat("the picture ", name_of(picture), " of frame ", frame), other});
+            files.write(io::OutputFile{picture_path(request, picture, frame),
+                                       concat("the image ", name_of(picture), " of frame ", frame),
+                                       other});
     for (const auto& picture : io::inputs_of(request.camera)) files.read(picture);
     if (request.camera.aperture_image)
-        files.write(io::OutputFile{aperture_path(request), "the picture of the aperture", other});
+        files.write(io::OutputFile{aperture_path(request), "the aperture image", other});
     files.write(io::OutputFile{camera_path(request), "the camera file", other});
     return files;
 }
@@ -162,9 +162,9 @@ io::OutputFiles files_of(const SceneRequest& request, const std::vector<Picture>
 
 const std::vector<SceneInfo>& scenes() {
     static const std::vector<SceneInfo> all = {
-        {"wheels", "three spoked wheels turning at three depths, the middle one in focus",
+        {"wheels", "three spoked wheels turning at three depths, the center one in focus",
          make_wheels},
-        {"poles", "thin poles and wires, still and swinging, before a fast pan over a city",
+        {"poles", "thin poles and wires, static and swinging, during a fast pan over a city",
          make_poles},
         {"crossing",
          "solids crossing at 6 to 88 px/frame (at 640 px), one half transparent, "
@@ -205,7 +205,7 @@ Result<SceneModel> model_for(const SceneRequest& request) {
     }
     if (!found)
         return Status(StatusCode::usage,
-                      "no scene is named '" + request.name + "'; there are " + names);
+                      "unknown scene '" + request.name + "'; known are " + names);
     const Camera& camera = request.camera;
     if (Status status = check_camera(camera); !status.ok()) return status;
     SceneModel model = found->make();
@@ -264,7 +264,7 @@ Result<ScenePlanes> render_frame(SceneRenderer& renderer, const SceneRequest& re
 std::string camera_json(const SceneRequest& request, const SceneModel& model) {
     const int first = request.frames.empty() ? 0 : request.frames.front();
     const Camera camera = camera_at(model, first);
-    // With the frames before and after: vectors of the sky are made of their matrices.
+    // Includes the frames before and after, whose matrices give the sky's motion vectors.
     std::set<int> described;
     for (int frame : request.frames) described.insert({frame - 1, frame, frame + 1});
     io::Json overrides, matrices = io::Json::object();
@@ -317,10 +317,10 @@ Status write_scene(SceneRenderer& renderer, const SceneRequest& request,
                    const SceneCallback& callback) {
     auto model = model_for(request);
     if (!model.ok()) return model.status();
-    if (request.frames.empty()) return Status(StatusCode::usage, "no frames were given");
+    if (request.frames.empty()) return Status(StatusCode::usage, "no frames given");
     if (request.truth_samples < 0)
-        return Status(StatusCode::usage,
-                      concat("truth samples are 0 or more, not ", request.truth_samples));
+        return Status(StatusCode::usage, concat("ground truth samples must be 0 or more, not ",
+                                                request.truth_samples));
     std::vector<Picture> pictures = {Picture::gbuf, Picture::sharp};
     if (request.truth_samples > 0)
         pictures.insert(pictures.end(), {Picture::mb, Picture::dof, Picture::both});

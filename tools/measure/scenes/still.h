@@ -1,5 +1,5 @@
-// Nothing moves: every vector is exactly zero. Depths from 0.6 to 20 and a sky, for what only the
-// lens does, and for leaving out motion blur.
+// Static scene: every motion vector is exactly zero. Depths from 0.6 to 20 and a sky, to isolate
+// lens effects and to test elision of motion blur.
 #pragma once
 
 #include "tools/measure/scenes/model.h"

@@ -10,9 +10,9 @@ constexpr double kWall = 3.0;
 
 struct Wheel {
     glm::dvec3 center;
-    double radius;      // outer, of the tyre
-    double pitch, yaw;  // radians, out of the picture plane
-    double rate;        // radians per frame, counter-clockwise as seen
+    double radius;      // outer, with tire
+    double pitch, yaw;  // radians, out of the image plane
+    double rate;        // radians per frame, counter-clockwise in the image
     double angle;       // at frame 0
     glm::dvec3 color;
     std::vector<double> lamps;  // angles

@@ -1,5 +1,6 @@
-// Figure 14 of Guertin and Nowrouzezahrai's report (2013) in our own geometry: a red wheel near, a
-// green one in focus, a blue one far, each with its own speed and direction, before a brick wall.
+// Figure 14 of Guertin and Nowrouzezahrai's report (2013) with new geometry: a near red wheel, a
+// green one in focus and a far blue one, each with its own speed and direction, before a brick
+// wall.
 #pragma once
 
 #include "tools/measure/scenes/model.h"

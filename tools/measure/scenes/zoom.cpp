@@ -6,10 +6,10 @@
 namespace postchain::scenes {
 namespace {
 
-constexpr double kPeriod = 96;   // frames there and back
-constexpr double kDrive = 2.6;   // scene units to each side of the middle
-constexpr double kZoom = 0.22;   // exp() of it is the largest change of the focal length
-constexpr double kTarget = 7.0;  // where the focus is
+constexpr double kPeriod = 96;   // frames back and forth
+constexpr double kDrive = 2.6;   // scene units to each side of the center
+constexpr double kZoom = 0.22;   // its exp() is the largest change of focal length
+constexpr double kTarget = 7.0;  // focused distance
 constexpr double kGround = -0.45;
 
 CameraPose camera_of(double time) {

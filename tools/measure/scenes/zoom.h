@@ -1,6 +1,7 @@
-// The camera drives down an alley and zooms in at the same time: motion away from a center, larger
-// the nearer a thing is. Focal length and focus distance change with every frame. The sky has no
-// depth and no vectors, though the zoom moves it: as in any render of this convention.
+// The camera drives down an alley while zooming in: radial motion, larger for closer objects. Focal
+// length and focus distance change every frame. The sky has no depth and no motion vectors although
+// the zoom moves it, as in any render of this convention.
+
 #pragma once
 
 #include "tools/measure/scenes/model.h"

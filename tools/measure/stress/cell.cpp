@@ -12,11 +12,11 @@ namespace {
 
 constexpr float kInf = std::numeric_limits<float>::infinity();
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-constexpr float kNearW = 0.5f;  // inverse depth of the object: 2 units
-constexpr float kFarW = 0.1f;   // of the ground: 10 units, in focus
+constexpr float kNearW = 0.5f;  // inverse depth of the object: at 2 units
+constexpr float kFarW = 0.1f;   // inverse depth of the ground: at 10 units, in focus
 
-// Smooth waves of unrelated lengths under hard bars, in 0..1, all four channels: edges without the
-// exact ties of noise. `contrast` 1 = all of it; 0.01 is below every threshold of an edge.
+// Smooth waves of unrelated wavelengths under hard bars, in 0..1, four channels: edges without the
+// exact ties of noise. `contrast` 1 = full; 0.01 is below every edge threshold.
 ImageF picture(int width, int height, double contrast = 1) {
     ImageF image(width, height, 4);
     for (int y = 0; y < height; ++y) {
@@ -35,12 +35,11 @@ ImageF picture(int width, int height, double contrast = 1) {
 
 using Vector = std::array<double, 2>;
 
-// A near square in the middle third over far ground, each with one half-velocity.
+// A near square in the center third over far ground, each with its half-velocity.
 struct Scene {
     int width = 80;
     int height = 40;
-    // Of lengths that put no tap of any count exactly between two pixels, where rounding has a
-    // side.
+    // No tap of any count falls exactly between two pixels, where rounding would be a tie.
     Vector object = {8.033, -5.071};
     Vector ground = {-3.017, 2.029};
     float object_w = kNearW;
@@ -69,8 +68,8 @@ FramePlanes planes_of(const Scene& scene) {
     return planes;
 }
 
-// Bounds and health as the border finds them; a 50 mm lens at f/2 on a display of at least 640 px,
-// so that the object's circle of confusion is several pixels also in a small frame.
+// Computes bounds and health; adds a 50 mm lens at f/2 for a display at least 640 px wide, so that
+// the object's circle of confusion is several pixels even in a small frame.
 InputHealth describe(Cell& cell, const ConvertOptions& options) {
     cell.frame.display_width = std::max(640, cell.planes.at(Role::color).width);
     cell.frame.display_height = std::max(360, cell.planes.at(Role::color).height);
@@ -80,8 +79,8 @@ InputHealth describe(Cell& cell, const ConvertOptions& options) {
     cell.frame.camera.f_stop = 2;
     cell.frame.camera.focus_distance = 10;
     cell.frame.camera.shutter_frames = kShutterFrames;
-    // The planes are of one size and the encodings need no camera: this cannot fail, and if it did
-    // the plan would, for want of a size.
+    // Cannot fail: the planes have one size and the encodings need no camera. If it did, the plan
+    // would fail too, because the size is missing.
     const auto health = convert_frame(cell.planes, cell.frame, options);
     if (!health.ok()) cell.frame.width = 0;
     return health.ok() ? *health : InputHealth();
@@ -103,13 +102,13 @@ void scale_color(ImageF& color, double scale, double offset) {
     for (float& value : color.data) value = float((double(value) + offset) * scale);
 }
 
-// One bright pixel in the middle of black.
+// One bright pixel in the center of a black image.
 void put_firefly(ImageF& color, float value) {
     std::fill(color.data.begin(), color.data.end(), 0.0f);
     std::fill_n(color.pixel(color.width / 2, color.height / 2), 4, value);
 }
 
-// Columns of 8 px, by turns as dark and as bright as that.
+// Columns of 8 px, alternating between the two values.
 void put_columns(ImageF& color, double dark, double bright) {
     for (int y = 0; y < color.height; ++y)
         for (int x = 0; x < color.width; ++x)
@@ -149,15 +148,15 @@ class Builder {
         scene.object_w = kFarW;
         for (double contrast : {1.0, 0.01}) {
             scene.contrast = contrast;
-            Cell& cell = add("nothing",
-                             contrast == 1 ? "still, in focus" : "still, in focus, without an edge",
-                             scene, true);
+            Cell& cell =
+                add("nothing", contrast == 1 ? "still, in focus" : "still, in focus, no edges",
+                    scene, true);
             cell.still = cell.in_focus = true;
             cell.soft = contrast < 1;
         }
     }
 
-    // What a search for the surface at a pixel may trip over.
+    // Difficult cases for the search of the surface at a pixel.
     void paths() {
         Scene flat = base_;
         flat.ground = flat.object;
@@ -171,7 +170,7 @@ class Builder {
         };
         with_back("turn back within the shutter", -1);
         with_back("start from rest", 0);
-        // Neighbors move so far apart that at most pixels nothing is found.
+        // Neighbors move so far apart that at most pixels no surface is found.
         FramePlanes planes = planes_of(base_);
         ImageF& motion = planes[Role::motion];
         for (int y = 0; y < motion.height; ++y) {
@@ -183,7 +182,7 @@ class Builder {
         cells_.push_back(cell_of("paths", "apart, nothing found", std::move(planes), true));
     }
 
-    // Along a slant, so that no axis is special; and across it.
+    // Along a slanted direction, so that no axis is special; and across it.
     static Vector slant(double v) { return {0.8 * v, 0.6 * v}; }
     static Vector across(double v) { return {-0.6 * v, 0.8 * v}; }
 
@@ -208,8 +207,8 @@ class Builder {
             scene.ground = across(1);
             add("speed", "object " + px + ", ground 1 px across", scene);
         }
-        // Large enough for tiles with the object nearby and tiles without: only there can their
-        // grid show.
+        // Large enough to have tiles with and without the object nearby: only then can their grid
+        // show.
         for (double v : {1.0, double(tile_), 1e6}) {
             Scene scene = base_;
             scene.width = 6 * tile_;
@@ -223,7 +222,7 @@ class Builder {
                                               1e4,      1e8,      1e15, 1e30};
         for (double ratio : ratios) {
             Scene scene = base_;
-            // Ratios as they come from a near object; the ground falls to 1e-30.
+            // Ratios caused by a near object; the ground's inverse depth falls to 1e-30.
             scene.object_w = ratio < 2 ? float(kFarW * ratio) : 1.0f;
             scene.ground_w = ratio < 2 ? kFarW : float(1 / ratio);
             add("depth", concat("ratio ", ratio < 2 ? concat("1+", ratio - 1) : concat(ratio)),
@@ -306,8 +305,8 @@ class Builder {
         }
     }
 
-    // The worst of every row in one neighborhood: speeds x depths x radiance x lenses, and some of
-    // these at awkward sizes and with bad pixels.
+    // The extremes of all rows in one neighborhood: speeds x depths x radiance x lenses; some also
+    // at awkward sizes and with bad pixels.
     void crossed() {
         struct Speed {
             const char* name;
@@ -344,7 +343,7 @@ class Builder {
             }
             FramePlanes planes = planes_of(scene);
             radiances[l].put(planes[Role::color]);
-            // Each value of each row stands in one of the reduced set at least.
+            // Each value of each row appears in at least one cell of the reduced set.
             const bool reduced = width == 0 && d == v && l == v && f == v % 2;
             cells_.push_back(
                 cell_of("crossed",
@@ -392,8 +391,8 @@ class Builder {
                       NonfiniteColor::clamp, true);
     }
 
-    // Depth comes as linear distance here, as files have it; a tenth of all pixels are bad.
-    // `moves`: object and ground, where not those of the usual scene.
+    // Depth is given as linear distance here, as in files; a tenth of all pixels are bad. `moves`:
+    // object and ground, if they differ from the usual scene.
     void add_nonfinite(const char* row, std::string name, const std::vector<Vector>& moves,
                        const std::vector<Role>& roles, float value, NonfiniteColor policy,
                        bool reduced) {
@@ -415,7 +414,7 @@ class Builder {
             const size_t channels = size_t(plane.channels);
             for (size_t i = 3; i < plane.pixels(); i += 10) {
                 plane.data[i * channels + i % channels] = value;
-                // A distance of +Inf is a usual way to write sky, and no fault.
+                // +Inf is a usual distance for sky, not a fault.
                 if (role != Role::inverse_depth || value != kInf) ++cell.nonfinite_placed;
             }
         }
@@ -433,7 +432,7 @@ class Builder {
 }  // namespace
 
 bool Cell::is_quiet(RoleSet roles) const {
-    // A hint is there where something moves.
+    // A hint is available if something moves.
     const bool moves =
         roles.has(Role::motion) || roles.has(Role::motion_back) || roles.has(Role::hint);
     return (still || !moves) && (in_focus || !roles.has(Role::inverse_depth)) &&

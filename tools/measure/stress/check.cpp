@@ -9,7 +9,7 @@
 namespace postchain::stress {
 namespace {
 
-// The nearest half, ties to even; beyond the largest half the value stays as it is.
+// The nearest half, ties to even; values beyond the largest half are unchanged.
 float as_half(float value) {
     if (std::abs(value) > kMaxHalf) return value;
     int exponent = 0;
@@ -19,8 +19,8 @@ float as_half(float value) {
     return float(std::ldexp(std::nearbyint(std::ldexp(double(value), -step)), step));
 }
 
-// With fp16 the color comes as a half file brings it, so that what is exact has to be exact there
-// too. Colors that no half holds stay: they come from a float file.
+// With fp16, rounds color to half as a half file would, so that results expected to be exact can
+// be. Colors outside the range of half stay; they come from a float file.
 Result<Cell> at_precision(const Cell& cell, Precision precision) {
     Cell stored = cell;
     if (precision == Precision::fp32) return stored;
@@ -50,30 +50,30 @@ const std::vector<CheckRow>& check_rows() {
     static const std::vector<CheckRow> rows = {
         {"finite", "Output values that are NaN or infinite."},
         {"range",
-         "How far an output leaves the range of its channel's input, relative to the "
+         "Distance of an output from the range of its channel's input, relative to the "
          "largest value there."},
-        {"constant", "Part of the pixels of a constant picture that changed a bit."},
-        {"identity", "Part of the pixels that changed a bit where nothing should happen."},
+        {"constant", "Fraction of the pixels of a constant image that changed."},
+        {"identity", "Fraction of the pixels that changed although the pass has nothing to do."},
         {"elided",
-         "Part of the pixels in which the run that leaves out what is not needed differs "
-         "from the full one by a bit."},
-        {"repeat", "Part of the pixels in which a second run differs from the first by a bit."},
+         "Fraction of the pixels that differ between the run with elision and "
+         "the full run."},
+        {"repeat", "Fraction of the pixels in which a second run differs from the first."},
         {"mirror",
          "Mean relative error between the mirrored result and the result of the "
          "mirrored frame."},
-        {"flip", "The same, upside down."},
-        {"turn", "The same, after a quarter turn."},
+        {"flip", "As mirror, upside down."},
+        {"turn", "As mirror, after a quarter turn."},
         {"shift",
-         "Part of the pixels that differ by a bit when the picture moves by whole "
+         "Fraction of the pixels that differ after the image moves by whole "
          "tiles."},
         {"grid",
-         "Mean change when the picture moves by parts of a tile, relative to the "
+         "Mean change when the image moves by parts of a tile, relative to the "
          "colors."},
-        {"dot", "Part of the light of a dot in black that is lost or won."},
+        {"dot", "Fraction of the light of a dot on black that is lost or gained."},
         {"reference", "Mean relative error against the double-precision reference."},
-        {"color", "Relative change of the output per relative change of the color, in the mean."},
-        {"motion", "The same, per change of the motion."},
-        {"depth", "The same, per change of the depth."},
+        {"color", "Mean relative change of the output per relative change of the color."},
+        {"motion", "As color, per change of the motion."},
+        {"depth", "As color, per change of the depth."},
         {"counted", "Non-finite input pixels that were not counted."}};
     return rows;
 }

@@ -1,44 +1,44 @@
-// What every cell of the stability matrix is checked for (spec metrics.md, "Stability").
+// The checks of every cell of the stability matrix (spec metrics.md, "Stability").
 //
-//   check        value                                                          must be
+//   check        value                                                          bound
 //   ------------ -------------------------------------------------------------- -----------------
 //   finite       output values that are NaN or Inf                              0
-//   range        how far an output leaves its channel's input range, relative   the promise
-//   constant     part of the pixels of a constant picture that changed          0
-//   identity     part of the pixels that changed where nothing should happen    0
-//   elided       part of the pixels that differ without elision                 0
-//   repeat       part of the pixels that differ when the same is run again      0
-//   mirror       mean error when filter and mirror change places                1e-4, fp16 5e-3
-//   flip         the same, top and bottom                                       the same
-//   turn         the same, a quarter turn                                       the same
-//   shift        part of the pixels that differ after a move by whole tiles     0
+//   range        distance of an output from its channel's input range, relative the guarantee
+//   constant     fraction of the pixels of a constant image that changed        0
+//   identity     fraction of the pixels that changed without reason             0
+//   elided       fraction of the pixels that differ without elision             0
+//   repeat       fraction of the pixels that differ in a second run             0
+//   mirror       mean error when filter and mirror are exchanged                1e-4, fp16 5e-3
+//   flip         as mirror, top and bottom                                      as mirror
+//   turn         as mirror, a quarter turn                                      as mirror
+//   shift        fraction of the pixels that differ after a move by whole tiles 0
 //   grid         mean change after moves by parts of a tile                     0.05
-//   dot          part of the light of a dot that is lost or won                 rounding
-//   reference    mean error against the double-precision reference              the same
+//   dot          fraction of the light of a dot that is lost or gained          rounding
+//   reference    mean error against the double-precision reference              as mirror
 //   color        relative mean change of the output per change of the color     4
-//   motion       the same, per change of the motion                             r/4
-//   depth        the same, per change of the depth                              4
+//   motion       as color, per change of the motion                             r/4
+//   depth        as color, per change of the depth                              4
 //   counted      non-finite input pixels that were not counted                  0
 //
-// mirror, flip, turn and reference average the relative errors of all pixels but those off by more
-// than the tolerance (fp32 1e-3, fp16 2e-2), while these are at most one in a hundred: taps and
-// ties that round the other way. A relative error is |a - b| over the larger of |a|, |b| and 1e-4
-// of the largest color: 2 at most. grid is the sum of |a - b| over the larger sum of colors.
+// mirror, flip, turn and reference average relative errors. They exclude pixels with an error above
+// the tolerance (fp32 1e-3, fp16 2e-2) if these are at most 1 %: taps and ties that round
+// differently. A relative error is |a - b| divided by the maximum of |a|, |b| and 1e-4 of the
+// largest color; it is at most 2. grid is the sum of |a - b| divided by the larger sum of colors.
 //
-// range to dot are checked of the chains that promise them (chain/promises.h): of a pass that does
-// not as it is set, the first variant that does stands in, and where there is none the check does
-// not apply. mirror to grid ask for sides that are multiples of r; shift and grid are on the frame
-// continued beyond its borders, at which alone a move may show; dot is under one depth and one
-// motion, those of the cell's middle pixel, where a pass may lose light if it does not promise to
-// keep it, but win none.
+// range to dot are checked only for chains that guarantee them (chain/promises.h). If a pass lacks
+// a guarantee with its settings, its first variant with the guarantee is used; without one the
+// check does not apply. mirror to grid need sides that are multiples of r. shift and grid extend
+// the frame beyond its borders, because borders may depend on position. dot uses the depth and
+// motion of the cell's center pixel everywhere; a pass that does not guarantee to keep light may
+// lose it but not gain it.
 //
-// A half holds 65504 at most: under fp16, range, constant and reference get the input as a half
-// file would bring it.
+// A half holds at most 65504: under fp16, range, constant and reference get the input as a half
+// file would store it.
 //
-// color, motion and depth are continuity, in the mean over all pixels but at most one in a hundred
-// that jumps: a decision or a tap that rounds the other way moves one pixel by more than any
-// multiple of eps. The largest jump, relative to the largest color, stands in the note of a check
-// that fails.
+// color, motion and depth measure continuity as a mean over all pixels, without the pixels that
+// jump if these are at most 1 %: a decision or tap that rounds differently changes a pixel by more
+// than any multiple of eps. The note of a failed check states the largest jump, relative to the
+// largest color.
 #pragma once
 
 #include <string>
@@ -50,14 +50,14 @@
 
 namespace postchain::stress {
 
-// A chain under test. The cell's camera is the only one: what the chain says of lens and shutter
-// does not count.
+// A chain under test. Only the cell's camera is used: the chain's lens and shutter values are
+// ignored.
 struct Subject {
     std::string name;
     Chain chain;
 };
 
-enum class Verdict { ok, limit, failed };  // limit: outside the bound, known, and documented
+enum class Verdict { ok, limit, failed };  // limit: outside the bound, known and documented
 const char* name_of(Verdict verdict);
 
 struct Measured {
@@ -65,11 +65,11 @@ struct Measured {
     Verdict verdict = Verdict::ok;
     double value = 0;
     double bound = 0;
-    std::string note;                   // of what is not ok: where, and how much else
-    const KnownLimit* limit = nullptr;  // of Verdict::limit
+    std::string note;                   // unless ok: position, and other findings
+    const KnownLimit* limit = nullptr;  // for Verdict::limit
 };
 
-// What a check looked at: four channels each, but for the error.
+// Images of a check: four channels each, one for the error.
 struct Exhibit {
     std::string check;
     ImageF input;
@@ -87,20 +87,19 @@ struct CellMeasures {
 
 struct CheckRow {
     std::string name;
-    std::string help;  // what its value is
+    std::string help;  // meaning of its value
 };
-// The checks above, in that order; and their names alone.
+// The checks above in this order; and their names.
 const std::vector<CheckRow>& check_rows();
 const std::vector<std::string>& check_names();
 
-// r: the edge of the grid that the chain is tied to, or where that is finer than 16 px, its
-// multiple next to 40.
+// r: the size of the grid that the chain depends on; below 16 px, its multiple closest to 40.
 int tile_px(const Chain& chain);
-// The subject with the camera values of its chain and passes unset.
+// The subject, with the camera values of its chain and passes unset.
 Subject with_cells_camera(Subject subject);
 
-// All checks that apply; with `exhibits`, what each of them looked at. Errors: the chain cannot be
-// planned on this frame, or GL fails.
+// All checks that apply; `exhibits` gets the images of each. Errors: the chain cannot be planned
+// for this frame, or GL fails.
 Result<CellMeasures> measure(Executor& executor, const Subject& subject, const Cell& cell,
                              Precision precision, std::vector<Exhibit>* exhibits = nullptr);
 

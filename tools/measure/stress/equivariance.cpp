@@ -13,7 +13,7 @@ ImageF cut(const ImageF& image, int x, int y, int width, int height) {
     return out;
 }
 
-// Keeps NaN, once met.
+// Keeps NaN once found.
 bool is_worse(double value, double worst) {
     return !(value <= worst) && !std::isnan(worst);
 }
@@ -48,7 +48,7 @@ Status CellMeasurement::turns() {
         auto filtered = filter_anew(*chain, turned(cell_.planes, turn));
         if (!filtered.ok()) return filtered.status();
         add_mean(check, color(), turned_back(*filtered, turn), *straight,
-                 "result of the frame as it is");
+                 "result of the unchanged frame");
     }
     return Status();
 }
@@ -60,12 +60,12 @@ Status CellMeasurement::shift() {
     if (std::isinf(reach)) return Status();
     const int tile = tile_px(*chain);
     const int width = color().width, height = color().height;
-    // Whole tiles on each side, so that the first window meets them as the frame does.
+    // Whole tiles on each side, so that the first window has the same alignment as the frame.
     const int margin = (int(std::ceil(reach)) + 2 * tile - 1) / tile * tile;
 
-    // The cell as a window shows it that lies `s` px further left (or up), so that the cell stands
-    // s px further right (or down) among the tiles. Windows are wider along the move alone: across
-    // it, both have the same border.
+    // The result seen through a window that starts `s` px further left (or up), so that the cell is
+    // s px further right (or down) relative to the tiles. Windows are wider along the move only;
+    // across it, both have the same border.
     const auto filtered = [&](bool along_x, int s) -> Result<ImageF> {
         const int mx = along_x ? margin : 0, my = along_x ? 0 : margin;
         const int sx = along_x ? s : 0, sy = along_x ? 0 : s;
@@ -75,13 +75,14 @@ Status CellMeasurement::shift() {
         return cut(*out, mx + sx, my + sy, width, height);
     };
 
-    // Of the moves by parts of a tile, the one that shows most: 1 px, a quarter, a half, all but 1.
+    // The moves by parts of a tile (1 px, a quarter, a half, all but 1), and the one with the
+    // largest change.
     struct Move {
         bool along_x;
         int s;
     };
     const Move moves[] = {{true, 1}, {false, tile / 4}, {true, tile / 2}, {false, tile - 1}};
-    std::pair<ImageF, ImageF> whole[2];  // moved, and not
+    std::pair<ImageF, ImageF> whole[2];  // moved and not moved
     Measured grid;
     std::pair<ImageF, ImageF> shown;
     for (bool along_x : {true, false}) {
@@ -108,7 +109,7 @@ Status CellMeasurement::shift() {
         }
         whole[along_x ? 0 : 1] = {std::move(*moved), std::move(*still)};
     }
-    // Both directions as one picture, one above the other.
+    // Both directions in one image, stacked.
     const auto stacked = [](const ImageF& a, const ImageF& b) {
         ImageF both(a.width, 2 * a.height, a.channels);
         std::copy(a.data.begin(), a.data.end(), both.data.begin());
@@ -139,7 +140,7 @@ Result<std::array<double, 4>> CellMeasurement::light_left(const Chain& chain,
 
 Status CellMeasurement::dot() {
     if (!fits_tiles()) return Status();
-    // The passes that keep light; and all of them, if none wins some.
+    // The passes that keep light; and all passes if none gains light.
     Chain keeping, chain;
     for (const auto& link : subject_.chain.links) {
         if (auto one = link.that_promises([](const Promises& p) { return p.light == Light::kept; }))
@@ -149,7 +150,7 @@ Status CellMeasurement::dot() {
     }
     if (chain.links.size() < subject_.chain.links.size()) chain = keeping.clone();
     if (chain.links.empty()) return Status();
-    // From the dot to what the pixels that get its light gather from.
+    // Reach from the dot to all pixels that contribute to pixels receiving its light.
     double largest = 0;
     for (const auto& link : chain.links)
         largest = std::max(largest, link.pass->reach(cell_.frame).spreads_px);
@@ -180,7 +181,7 @@ Status CellMeasurement::dot() {
             kept = part;
         }
     }
-    add("dot", worst, bounds_.dot, concat("of a dot of ", value, "; ", kept, " of it is left"));
+    add("dot", worst, bounds_.dot, concat("of a dot of ", value, "; ", kept, " of it remains"));
     ImageF map(side, side, 1);
     for (size_t i = 0; i < map.pixels(); ++i)
         map.data[i] = float(std::abs(double(out.data[4 * i])) / value);

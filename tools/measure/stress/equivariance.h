@@ -1,9 +1,9 @@
-// Turns, moves and the dot: what the filters commute with, and what they keep.
+// Turns, moves and the dot: operations that filters commute with, and light that they keep.
 //
 //   turns  turned(filter(frame)) against filter(turned(frame)): mirror, flip, quarter turn
-//   moves  two windows on the frame continued, one moved by s px: what both show must be equal
-//          where s is a whole number of tiles and boxes (shift), and is measured where not (grid)
-//   dot    one bright pixel in black under the middle pixel's depth and motion everywhere
+//   moves  two windows on the extended frame, one moved by s px: their overlap must be equal if
+//          s is a whole number of tiles and boxes (shift), and is measured otherwise (grid)
+//   dot    one bright pixel on black, with the center pixel's depth and motion everywhere
 #pragma once
 
 #include <array>
@@ -24,9 +24,9 @@ class CellMeasurement final : public Measurement {
     Status dot() override;
 
     bool fits_tiles() const;  // sides are multiples of r
-    // The chain under test, or by variants of its passes, where it has this symmetry.
+    // The chain under test, or one with variants of its passes, that has this symmetry.
     std::optional<Chain> chain_with(Symmetry symmetry) const;
-    // The light that is left of the dot in each channel, relative to it; `out` gets the picture.
+    // Remaining fraction of the dot's light in each channel; `out` gets the image.
     Result<std::array<double, 4>> light_left(const Chain& chain, const FramePlanes& dot,
                                              float value, ImageF& out);
 };

@@ -45,7 +45,7 @@ Result<Matrix> run_matrix(Executor& executor, const std::vector<Subject>& subjec
                           const MatrixOptions& options, const MatrixProgress& progress) {
     struct Task {
         const Subject* subject;
-        std::shared_ptr<const Cell> cell;  // of both precisions
+        std::shared_ptr<const Cell> cell;  // shared by both precisions
         CellResult result;
     };
     std::vector<Task> tasks;
@@ -88,7 +88,7 @@ Result<Matrix> run_matrix(Executor& executor, const std::vector<Subject>& subjec
 
 namespace {
 
-// Of verdicts alike, the larger part of its bound; NaN is worse than any.
+// For equal verdicts, the larger fraction of the bound is worse; NaN is the worst.
 bool is_worse(const Measured& a, const Measured& b) {
     if (a.verdict != b.verdict) return a.verdict > b.verdict;
     const bool parts = a.bound > 0 && b.bound > 0;

@@ -3,9 +3,9 @@
 //   make_cells --> measure --> known limits --> Matrix --> text (here), page (page.h), JSON
 //                                                          (postchain stress)
 //
-// A check outside its bound fails, unless a pass of the chain lists it among its known limits,
-// with a reason and a wider bound that it keeps: then it is a limit, and printed as one. Nothing
-// else widens a bound.
+// A check outside its bound fails, unless a pass of the chain lists it among its known limits with
+// a reason and a wider bound that holds; then it is reported as a limit. Nothing else widens a
+// bound.
 #pragma once
 
 #include <functional>
@@ -31,31 +31,31 @@ struct CellResult {
 
 struct Matrix {
     std::vector<CellResult> cells;
-    size_t count(Verdict verdict) const;  // checks
+    size_t count(Verdict verdict) const;  // number of checks
     size_t checks() const;
 };
 
 struct MatrixOptions {
-    std::string only;      // cells whose name() matches; empty = all. See matches().
+    std::string only;      // cells whose name() matches; empty = all (see matches())
     bool reduced = false;  // the few cells of every row that tests can afford
 };
 
-// Does the name match: `pattern` stands anywhere in it, and * in it for any text.
+// Whether `name` contains `pattern`, in which * matches any text.
 bool matches(std::string_view pattern, std::string_view name);
 
-// Called before each cell, with how many are done of how many; false stops.
+// Called before each cell with the number done and the total; false stops.
 using MatrixProgress = std::function<bool(const std::string& name, size_t done, size_t of)>;
 
-// Errors: usage (no cell matches), canceled, gl; chain when a subject cannot run on a frame.
+// Errors: usage (no cell matches), canceled, gl; chain if a subject cannot run on a frame.
 Result<Matrix> run_matrix(Executor& executor, const std::vector<Subject>& subjects,
                           const MatrixOptions& options, const MatrixProgress& progress = {});
 
-// The worst of one row, subject and check over its cells and precisions.
+// The worst result of one row, subject and check over its cells and precisions.
 struct Worst {
     const CellResult* cell = nullptr;
     const Measured* measured = nullptr;
 };
-// By row and subject, in the order of the run; no entry where a check does not apply.
+// By row and subject, in run order; no entry if a check does not apply.
 struct WorstLine {
     std::string row;
     std::string subject;
@@ -63,20 +63,20 @@ struct WorstLine {
 };
 std::vector<WorstLine> worst_of(const Matrix& matrix);
 
-// What a run met of a known limit.
+// Uses of a known limit in a run.
 struct LimitUse {
     const KnownLimit* limit = nullptr;
     size_t checks = 0;
     Worst worst;
 };
-// In the order in which the run met them.
+// In the order of their first use.
 std::vector<LimitUse> limits_met(const Matrix& matrix);
 
-// Three digits: enough to see which bound is missed by how much.
+// Three digits, enough to compare a value with its bound.
 std::string number_text(double value);
 
-// The worst of each row, subject and check; below it every check that failed, and every known limit
-// that was met, with how often and its worst number.
+// The worst result of each row, subject and check, followed by every failed check and every known
+// limit in use, with its number of uses and worst value.
 std::string matrix_as_text(const Matrix& matrix);
 
 }  // namespace postchain::stress

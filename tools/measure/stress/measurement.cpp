@@ -14,7 +14,7 @@ bool equal_pixel(const ImageF& a, const ImageF& b, size_t pixel) {
     return std::memcmp(&a.data[at], &b.data[at], size_t(a.channels) * sizeof(float)) == 0;
 }
 
-// Uniform in [-1, 1], the same for the same index.
+// Uniform in [-1, 1], a function of the index.
 double noise(size_t index) {
     uint64_t state = (uint64_t(index) + 1) * 0x9e3779b97f4a7c15ull;
     state = (state ^ (state >> 30)) * 0xbf58476d1ce4e5b9ull;
@@ -22,7 +22,7 @@ double noise(size_t index) {
     return 2 * double((state ^ (state >> 31)) >> 11) / double(1ull << 53) - 1;
 }
 
-// Per pixel the largest |a - b| of its channels, in units of `unit`.
+// Per pixel, the largest |a - b| of its channels in units of `unit`.
 ImageF changes_of(const ImageF& a, const ImageF& b, double unit) {
     ImageF map(a.width, a.height, 1);
     for (size_t i = 0; i < a.data.size(); ++i) {
@@ -152,7 +152,7 @@ void Measurement::add_equal(const char* check, const ImageF& input, const ImageF
     ImageF map = changes_of(a, b, std::max(largest_of(b), 1e-30));
     const float worst = *std::max_element(map.data.begin(), map.data.end());
     add(check, double(different) / double(a.pixels()), 0,
-        concat("of all pixels differ, first ", place_of(a, first),
+        concat("of all pixels differ, the first ", place_of(a, first),
                ", largest change relative to the largest color ", worst));
     exhibit(input, a, b, std::move(map), compared_is, "change relative to the largest color");
 }
@@ -186,7 +186,7 @@ void Measurement::add_mean(const char* check, const ImageF& input, const ImageF&
     }
     const double part = double(off) / double(map.pixels());
     add(check, (near + (part > bounds_.fraction ? far : 0)) / double(map.pixels()), bounds_.mean,
-        concat("mean error; ", part, " of all pixels are off by more than ", bounds_.tolerance,
+        concat("mean error; ", part, " of all pixels exceed the tolerance ", bounds_.tolerance,
                ", the worst ", place_of(map, at), " by ", worst));
     exhibit(input, a, b, std::move(map), compared_is, "relative error");
 }
@@ -245,7 +245,7 @@ Status Measurement::range() {
     return Status();
 }
 
-// The cell's depth, motion and lens under one color: in each channel its largest.
+// The cell's depth, motion and lens with constant color: each channel's maximum.
 Status Measurement::constant() {
     if (!subject_.chain.promises().keeps_constants) return Status();
     FramePlanes planes = held_planes_;
@@ -291,7 +291,7 @@ Status Measurement::reference() {
     return Status();
 }
 
-// Color and depth change pixel by pixel, motion as a whole: equal speeds stay equal.
+// Color and depth change per pixel, motion as a whole: equal speeds stay equal.
 Status Measurement::continuity() {
     const auto changed = [&](Role role) {
         FramePlanes planes = cell_.planes;
@@ -315,7 +315,7 @@ Status Measurement::continuity() {
     for (const auto& [role, check, bound, compared_is] : rows) {
         auto out = filter_anew(subject_.chain, changed(role));
         if (!out.ok()) return out.status();
-        // Pixels that jump are set aside, if they are few; many count as the change they are.
+        // Pixels that jump are excluded if they are few; otherwise they count as change.
         double change = 0, jumped = 0, jump = 0;
         size_t jumps = 0;
         for (size_t pixel = 0; pixel < out_.pixels(); ++pixel) {

@@ -1,7 +1,7 @@
-// One cell under one chain at one precision: what measure() does, inside this folder alone.
+// Measures one cell with one chain at one precision; internal to this folder.
 //
 //   check.h         the chain and its numbers, the precision, measure()
-//   measurement.h   running it, and the checks of one picture
+//   measurement.h   running it, and the checks of one image
 //   equivariance.h  turns, moves and the dot
 #pragma once
 
@@ -11,15 +11,15 @@
 
 namespace postchain::stress {
 
-// Bounds at one precision. fp16 stores a velocity to 2^-11 of itself, which moves taps, and a color
-// too: a larger tolerance, and a change of the input that stands out of that.
+// Bounds at one precision. fp16 stores velocities, which move taps, and colors with a relative
+// error of 2^-11: it needs a larger tolerance, and input changes well above it.
 struct Bounds {
-    double tolerance = 0;    // of one pixel, relative
-    double fraction = 0.01;  // of pixels above it: taps and steps that round the other way, ties
-    double mean = 0;         // error of the others, in the mean
+    double tolerance = 0;    // relative, of one pixel
+    double fraction = 0.01;  // of pixels above it: taps, steps and ties that round differently
+    double mean = 0;         // mean error of the other pixels
     double grid = 0.05;
     double dot = 0;
-    double eps = 0;     // change of an input, relative
+    double eps = 0;     // relative change of an input
     double color = 4;   // factors
     double motion = 0;  // of r px: a streak of that length crosses many edges
     double depth = 4;
@@ -28,9 +28,9 @@ Bounds bounds_of(Precision precision, int tile);
 
 // The largest half.
 inline constexpr float kMaxHalf = 65504;
-// A pixel jumps when it changes by more than this many times eps of the largest color.
+// A pixel jumps if it changes by more than this multiple of eps times the largest color.
 inline constexpr double kJump = 20;
-// Errors are relative to at least this part of the largest.
+// Lower limit of the divisor of relative errors, as a fraction of the largest value.
 inline constexpr double kRelativeFloor = 1e-4;
 
 class Measurement {
@@ -44,22 +44,22 @@ class Measurement {
     const ImageF& color() const { return cell_.planes.at(Role::color); }
     Result<ImageF> filter(const Chain& chain, const FrameDescription& frame,
                           const FramePlanes& planes, bool elide = false);
-    // The frame's bounds as they are with these planes.
+    // The frame's description with the bounds of these planes.
     Result<FrameDescription> described(FramePlanes& planes) const;
-    // The frame of these planes, filtered with nothing left out.
+    // Filters these planes without elision.
     Result<ImageF> filter_anew(const Chain& chain, FramePlanes planes);
-    // What the storage of color can hold of an expected value.
+    // The expected value as the storage of color can hold it.
     double held(double value) const;
 
-    // NaN is never inside a bound.
+    // NaN is never within a bound.
     void add(const char* check, double value, double bound, std::string note);
     void exhibit(const ImageF& input, const ImageF& result, const ImageF& compared, ImageF error,
                  const char* compared_is, const char* error_is);
-    // Pixels of `a` that are not those of `b`, bit for bit.
+    // Adds the number of pixels of `a` that differ from `b` in any bit.
     void add_equal(const char* check, const ImageF& input, const ImageF& a, const ImageF& b,
                    const char* compared_is);
-    // Mean relative error of `a` against `b`, without the pixels above the tolerance if they are
-    // few.
+    // Adds the mean relative error of `a` against `b`, without the pixels above the tolerance if
+    // they are few.
     void add_mean(const char* check, const ImageF& input, const ImageF& a, const ImageF& b,
                   const char* compared_is);
 
@@ -72,7 +72,7 @@ class Measurement {
     Status reference();
     Status continuity();
 
-    // Checks of more than one picture (equivariance.h).
+    // Checks that need more than one image (equivariance.h).
     virtual Status turns() = 0;
     virtual Status shift() = 0;
     virtual Status dot() = 0;
@@ -83,7 +83,7 @@ class Measurement {
     Precision precision_;
     Bounds bounds_;
     ImageF out_;
-    // The same where the storage of color holds the whole input, as a half file would bring it.
+    // The planes with color as its storage holds it, as a half file would.
     FramePlanes held_planes_;
     FrameDescription held_frame_;
     ImageF held_out_;
@@ -91,8 +91,8 @@ class Measurement {
     std::vector<Exhibit>* exhibits_;
 };
 
-// Per pixel the largest of its channels' |a - b| / max(|a|, |b|, floor), the floor a part of the
-// largest of `input`; not finite: infinite.
+// Per pixel the maximum over channels of |a - b| / max(|a|, |b|, floor), with the floor relative to
+// the largest value of `input`; infinite if not finite.
 ImageF errors_of(const ImageF& input, const ImageF& a, const ImageF& b);
 double largest_of(const ImageF& image);  // |value|
 double mean_of(const ImageF& image);     // |value|

@@ -1,7 +1,6 @@
-// The matrix as one page: a file that opens from disk and needs no network and no script.
+// The matrix as one page: a file that opens from disk and needs no network.
 //
-//   Matrix --pictures.h--> PicturedCheck --matrix_as_page: into page.html, which is inside the
-//   program--> HTML
+//   Matrix --pictures.h--> PicturedCheck --matrix_as_page: into tools/page/stress--> HTML
 #pragma once
 
 #include <string>

@@ -4,19 +4,19 @@
 #include <cmath>
 #include <set>
 
-#include "tools/sequence/io/png.h"
+#include "tools/sequence/image/png.h"
 
 namespace postchain::stress {
 namespace {
 
-constexpr int kMaxWidth = 160;  // pixels of a frame that are shown
+constexpr int kMaxWidth = 160;  // maximum size of the shown part, pixels
 constexpr int kMaxHeight = 120;
 
 struct Part {
     int x = 0, y = 0, width = 0, height = 0;
 };
 
-// The surroundings of the largest error, or all.
+// The surroundings of the largest error, or the whole frame.
 Part part_of(const ImageF& error) {
     const size_t worst =
         size_t(std::max_element(error.data.begin(), error.data.end()) - error.data.begin());
@@ -45,7 +45,7 @@ Status add_png(PicturedCheck& all, std::string title, std::string scale,
     return Status();
 }
 
-// `low` is black, `high` white, a gamma of 2.2 between them.
+// `low` is black, `high` white, with a gamma of 2.2.
 Image<uint8_t> shown(const ImageF& color, const Part& part, double low, double high) {
     Image<uint8_t> image(part.width, part.height, 3);
     for (int y = 0; y < part.height; ++y) {
@@ -95,7 +95,7 @@ Result<PicturedCheck> pictured(const Exhibit& exhibit) {
         std::string title;
         const ImageF* image;
     };
-    // What is compared shares a scale.
+    // Result and comparison share a scale.
     std::vector<Color> groups[] = {{{"input", &exhibit.input}}, {{"result", &exhibit.result}}};
     if (exhibit.compared_is != "input")
         groups[1].push_back({exhibit.compared_is, &exhibit.compared});
@@ -124,7 +124,7 @@ Result<PicturedCheck> pictured(const Exhibit& exhibit) {
 Result<std::vector<PicturedCheck>> pictures_of(Executor& executor,
                                                const std::vector<Subject>& subjects,
                                                const Matrix& matrix) {
-    // What is to be shown, by cell, in the order of the run.
+    // Exhibits to show, by cell, in run order.
     std::vector<std::pair<const CellResult*, std::set<const Measured*>>> wanted;
     std::set<const Measured*> worst;
     for (const auto& use : limits_met(matrix)) worst.insert(use.worst.measured);
@@ -140,7 +140,7 @@ Result<std::vector<PicturedCheck>> pictures_of(Executor& executor,
     std::vector<PicturedCheck> all;
     for (const auto& subject : subjects) {
         const Subject prepared = with_cells_camera({subject.name, subject.chain.clone()});
-        std::vector<Cell> cells;  // made when the first is wanted
+        std::vector<Cell> cells;  // made when first needed
         for (const auto& [result, checks] : wanted) {
             if (result->subject != subject.name) continue;
             if (cells.empty()) cells = make_cells(tile_px(prepared.chain), false);

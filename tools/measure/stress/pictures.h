@@ -1,6 +1,6 @@
-// Exhibits as small PNG pictures: colors on one scale of their own, errors in magma.
+// Exhibits as small PNG images: colors on their own scale, errors in magma.
 //
-//   Matrix --pictures_of: cells that failed and the worst of each limit, measured again-->
+//   Matrix --pictures_of: failed cells and the worst of each limit, measured again-->
 //   PicturedCheck
 #pragma once
 
@@ -13,30 +13,29 @@ namespace postchain::stress {
 
 struct Picture {
     std::string title;  // "input"
-    std::string scale;  // what black and white stand for
+    std::string scale;  // meaning of black and white
     std::string png;    // the file's bytes
     int width = 0;
     int height = 0;
 };
 
-// One check of one cell, as pictures: input, result, what it was compared with where that is not
-// the input, error.
+// One check of one cell as images: input, result, comparison (unless it is the input), error.
 struct PicturedCheck {
     const CellResult* cell = nullptr;
     const Measured* measured = nullptr;
-    std::string place;  // which part of the frame is shown, where not all of it
+    std::string place;  // part of the frame that is shown, if not all
     std::vector<Picture> pictures;
 };
 
-// Of every failed check (the first kMaxPictured of them) and of the worst cell of each known limit.
-// `subjects` are those of the run. Errors: as measure(); output: the PNG encoder's.
+// Images of the first kMaxPictured failed checks and of the worst cell of each known limit.
+// `subjects` are those of the run. Errors: those of measure(); output: the PNG encoder's.
 inline constexpr size_t kMaxPictured = 400;
 Result<std::vector<PicturedCheck>> pictures_of(Executor& executor,
                                                const std::vector<Subject>& subjects,
                                                const Matrix& matrix);
 
-// Pictures of one exhibit; larger frames are cut to the surroundings of the largest error. What
-// is compared shares a scale; what is not finite is magenta.
+// Images of one exhibit; larger frames are cropped to the surroundings of the largest error. Result
+// and comparison share a scale; non-finite values are magenta.
 Result<PicturedCheck> pictured(const Exhibit& exhibit);
 
 }  // namespace postchain::stress

@@ -9,7 +9,7 @@ bool holds_vectors(Role role) {
     return role == Role::motion || role == Role::motion_back;
 }
 
-// Where in 0..size-1 a place of the line lies that goes on mirrored at both ends, borders twice.
+// Maps a position on the line into 0..size-1 by mirroring at both ends, repeating border pixels.
 int mirrored_at(int place, int size) {
     const int in_period = ((place % (2 * size)) + 2 * size) % (2 * size);
     return std::min(in_period, 2 * size - 1 - in_period);

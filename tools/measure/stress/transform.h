@@ -1,4 +1,4 @@
-// Frames turned, moved and reduced to a dot, for the checks of equivariance and of energy.
+// Turns frames, moves them and reduces them to a dot, for the checks of equivariance and energy.
 #pragma once
 
 #include "chain/frame.h"
@@ -6,15 +6,15 @@
 namespace postchain::stress {
 
 enum class Turn {
-    mirror,   // left and right change places
-    flip,     // top and bottom change places
-    quarter,  // a quarter turn, clockwise on the screen
+    mirror,   // left and right are exchanged
+    flip,     // top and bottom are exchanged
+    quarter,  // a quarter turn clockwise in the image
 };
 
 ImageF turned(const ImageF& image, Turn turn);
 // turned_back(turned(image, turn), turn) is the image, bit for bit.
 ImageF turned_back(const ImageF& image, Turn turn);
-// Every plane, and the vectors of motion with them.
+// Turns every plane and rotates its motion vectors.
 FramePlanes turned(const FramePlanes& planes, Turn turn);
 
 struct Window {
@@ -23,13 +23,14 @@ struct Window {
     int width = 0;
     int height = 0;
 };
-// What a window on the frame shows, when the frame goes on beyond its borders mirrored at them.
-// Vectors there are those of the pixel shown, not mirrored: the plane is one picture like another.
+// A window on the frame, which is mirrored at its borders. Vectors there are not mirrored: the
+// plane is treated as an image.
 ImageF seen_through(const ImageF& image, const Window& window);
 FramePlanes seen_through(const FramePlanes& planes, const Window& window);
 
-// side x side pixels, everywhere the depth and motion of the frame's middle pixel; black but for
-// the pixel in the middle, which is `value` in all four channels.
+// side x side pixels with the depth and motion of the frame's center pixel everywhere; black except
+// for the center pixel, which is `value` in all four channels.
+
 FramePlanes dot_of(const FramePlanes& planes, int side, float value);
 
 }  // namespace postchain::stress

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "chain/parameter.h"
-#include "tools/sequence/io/atomic_file.h"
+#include "tools/sequence/files/atomic_file.h"
 
 namespace postchain::study {
 

@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "tools/measure/study/unit.h"
-#include "tools/sequence/io/output_files.h"
+#include "tools/sequence/files/output_files.h"
 
 namespace postchain::study {
 

@@ -8,7 +8,7 @@
 #include "config/chain_find.h"
 #include "config/reporter.h"
 #include "config/scalar.h"
-#include "tools/sequence/io/aperture_file.h"
+#include "tools/sequence/image/aperture_file.h"
 
 namespace postchain::study {
 namespace {
@@ -27,6 +27,28 @@ bool is_name(const std::string& text) {
 
 bool is_path_word(const std::string& text) {
     return text.find_first_of("/.") == std::string::npos;
+}
+
+// A node as YAML on one line.
+std::string flow_of(const TextNode& node) {
+    if (node.is_list()) {
+        std::string text;
+        for (const TextNode& item : node.items) text += (text.empty() ? "" : ", ") + flow_of(item);
+        return "[" + text + "]";
+    }
+    if (node.is_map()) {
+        std::string text;
+        for (const TextEntry& entry : node.entries)
+            text += concat(text.empty() ? "" : ", ", flow_of(entry.key), ": ",
+                           flow_of(entry.value));
+        return "{" + text + "}";
+    }
+    if (node.is_null()) return "null";
+    // What a list or map on one line would read as something else is a string.
+    if (!node.quoted && node.text.find_first_of(",[]{}:#'") == std::string::npos) return node.text;
+    std::string text;
+    for (const char c : node.text) text += c == '\'' ? "''" : std::string(1, c);
+    return "'" + text + "'";
 }
 
 // Rows of bench that a study decides itself.
@@ -96,8 +118,13 @@ class StudyReader {
 
     // ---------------------------------------------------------------------------- chains
     std::optional<ChainText> chain_text(const TextNode& at, const std::string& path) {
+        // A list of passes, at its line of the study file.
+        if (at.is_list())
+            return ChainText{study_.file,
+                             concat(std::string(size_t(at.line - 1), '\n'), "{postchain: ",
+                                    kChainFileVersion, ", passes: ", flow_of(at), "}")};
         if (!at.is_scalar() || at.text.empty()) {
-            error(at, path, at.describe() + " is no chain's name or file");
+            error(at, path, at.describe() + " is not a chain's name, file or list of passes");
             return std::nullopt;
         }
         std::string where = at.text;

@@ -5,7 +5,7 @@
 
 #include "tools/measure/report/json_parts.h"
 #include "tools/measure/report/words.h"
-#include "tools/measure/study/page.h"
+#include "tools/page/page.h"
 #include "tools/sequence/run/frame_task.h"
 
 namespace postchain::study {
@@ -346,10 +346,11 @@ std::string report_as_markdown(const StudyReport& report) {
 }
 
 Status write_report(const StudyReport& report, const StudyFolder& folder) {
-    Status status = folder.write("report.json", report_as_json(report));
+    const std::string json = report_as_json(report);
+    Status status = folder.write("report.json", json);
     if (status.ok()) status = folder.write("report.csv", report_as_csv(report));
     if (status.ok()) status = folder.write("report.md", report_as_markdown(report));
-    if (status.ok()) status = folder.write("index.html", page_of(report));
+    if (status.ok()) status = folder.write("index.html", page::with_data("study/page.html", json));
     return status;
 }
 

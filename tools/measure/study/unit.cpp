@@ -7,8 +7,8 @@
 #include "tools/measure/experiment/bench.h"
 #include "tools/measure/experiment/report_folder.h"
 #include "tools/measure/report/json_parts.h"
-#include "tools/sequence/io/file_stamp.h"
-#include "tools/sequence/io/json.h"
+#include "tools/sequence/files/file_stamp.h"
+#include "tools/sequence/files/json.h"
 
 namespace postchain::study {
 namespace {

@@ -15,7 +15,7 @@
 #include "tools/measure/experiment/experiment.h"
 #include "tools/measure/study/study.h"
 #include "tools/measure/study/table.h"
-#include "tools/sequence/io/output_files.h"
+#include "tools/sequence/files/output_files.h"
 
 namespace postchain::study {
 

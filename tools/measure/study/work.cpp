@@ -2,7 +2,7 @@
 
 #include <set>
 
-#include "tools/sequence/io/claim.h"
+#include "tools/sequence/files/claim.h"
 
 namespace postchain::study {
 namespace {

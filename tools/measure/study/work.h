@@ -1,13 +1,13 @@
 // The work on a study by one process, beside others in the same folder.
 //
-//   for each unit without a result: claim it (io/claim.h), measure it, keep its result
+//   for each unit without a result: claim it (files/claim.h), measure it, keep its result
 //
 // until a round finds nothing to claim. Which process measures a unit has no influence on the
 // result. Whoever finds all results there writes the report: the last to finish always does.
 #pragma once
 
 #include "tools/measure/study/study_folder.h"
-#include "tools/sequence/io/sequence.h"
+#include "tools/sequence/files/sequence.h"
 
 namespace postchain::study {
 

@@ -6,16 +6,16 @@
 namespace postchain::sequence {
 namespace {
 
-// The camera of the frame `number` of the same sequence, from the part that has this one's color.
+// Camera of frame `number` of the same sequence, read from its color file.
 std::optional<io::CameraMetadata> metadata_of_frame(const SourceSettings& settings, int part,
                                                     int number) {
     if (!settings.color_frames || !settings.color_frames->has_token()) return std::nullopt;
     const std::string path = settings.color_frames->format(number);
     std::error_code error;
     if (!std::filesystem::exists(path, error)) return std::nullopt;
-    const auto file = io::ExrFile::open(path);
-    if (!file.ok() || size_t(part) >= file->parts().size()) return std::nullopt;
-    return io::camera_metadata(file->parts()[size_t(part)]);
+    const auto file = io::open_pixels(path);
+    if (!file.ok() || size_t(part) >= (*file)->parts().size()) return std::nullopt;
+    return io::camera_metadata((*file)->parts()[size_t(part)]);
 }
 
 // Sets `sky` and `makes_motion`.
@@ -43,15 +43,15 @@ void find_views(const SourceSettings& settings, const io::CameraMetadata& metada
         header.sky.reset();
 }
 
-// Why vectors do not follow from the camera though a matrix is there: "worldToCamera (singular)";
-// empty: none is there, or they do.
+// Why a camera matrix is available but yields no motion vectors: "worldToCamera (singular)". Empty
+// if there is no matrix or it does yield them.
 std::string why_no_camera_motion(const SourceSettings& settings, const io::CameraMetadata& metadata,
                                  int frame, const FrameHeader& header) {
     if (header.makes_motion || settings.camera_motion == CameraMotion::none) return "";
     std::string matrix;
     if (settings.camera && settings.camera->rotations.contains(frame)) {
         matrix = "camera_matrix_world of the camera file";
-        if (!settings.camera->places.contains(frame)) return matrix + " (it has no place)";
+        if (!settings.camera->places.contains(frame)) return matrix + " (no entry for this frame)";
     } else {
         std::string unused;
         for (const io::FoundAttribute& found : metadata.found)
@@ -64,11 +64,11 @@ std::string why_no_camera_motion(const SourceSettings& settings, const io::Camer
             }
         if (matrix.empty()) return unused;
     }
-    if (!header.assignment.contains(Role::inverse_depth)) return matrix + " (there is no depth)";
+    if (!header.assignment.contains(Role::inverse_depth)) return matrix + " (no depth)";
     const bool focal = (metadata.pose && metadata.pose->focal_widths) ||
                        (header.camera.focal_length_mm && header.camera.sensor_width_mm);
-    return matrix + (focal ? " (no frame before or after has one)"
-                           : " (no focal length is known: focal_length_mm and sensor_width_mm)");
+    return matrix + (focal ? " (neither the frame before nor the one after has one)"
+                           : " (unknown focal length: set focal_length_mm and sensor_width_mm)");
 }
 
 }  // namespace
@@ -81,12 +81,12 @@ void find_camera_motion(const SourceSettings& settings, const io::CameraMetadata
         if (const auto looked_for = header.match.missing.find(Role::motion);
             looked_for != header.match.missing.end())
             looked_for->second +=
-                ", or made from the camera's matrix, which is there and is not used: " + why;
+                ", or made from the camera matrix, which was found but not used: " + why;
         else if (settings.camera_motion == CameraMotion::all)
             header.warnings.push_back(
                 concat(header.files.color_file().path(),
-                       ": vectors are the file's own, not from the camera's matrix, which is there "
-                       "and is not used: ",
+                       ": motion vectors are the file's own; the camera matrix was found "
+                       "but not used: ",
                        why));
     }
 }

@@ -1,4 +1,4 @@
-// Whether the vectors of a frame follow from the camera, before a pixel is read.
+// Decides from headers whether a frame's motion vectors are made from the camera.
 #pragma once
 
 #include "tools/sequence/run/frame_source.h"
@@ -6,9 +6,9 @@
 namespace postchain::sequence {
 
 // Sets `sky`, `makes_motion` and `looked_for_cameras` of a header whose roles and camera are known,
-// as SourceSettings::camera_motion says. Where a matrix is there and gives no vectors, the reason
-// joins the names that were looked for, or, with vectors in the file and CameraMotion::all, the
-// warnings.
+// according to SourceSettings::camera_motion. If a matrix exists but gives no vectors, the reason
+// is added to the names that were looked for, or, if the file has vectors and CameraMotion::all was
+// asked for, to the warnings.
 void find_camera_motion(const SourceSettings& settings, const io::CameraMetadata& metadata,
                         int frame, const Display& display, FrameHeader& header);
 

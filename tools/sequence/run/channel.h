@@ -14,7 +14,8 @@ class Channel {
   public:
     explicit Channel(size_t capacity) : capacity_(capacity) {}
 
-    // Waits while the channel is full. False when the channel is closed: the value is dropped.
+    // Waits while the channel is full. Returns false, and drops the value, if the channel is
+    // closed.
     bool push(T value) {
         std::unique_lock lock(mutex_);
         changed_.wait(lock, [&] { return closed_ || items_.size() < capacity_; });
@@ -23,25 +24,25 @@ class Channel {
         changed_.notify_all();
         return true;
     }
-    // Waits for a value; nothing when the channel is closed and empty.
+    // Waits for a value; empty if the channel is closed and empty.
     std::optional<T> pop() {
         std::unique_lock lock(mutex_);
         changed_.wait(lock, [&] { return closed_ || !items_.empty(); });
         return take();
     }
-    // The same, for so long at most: nothing may also mean that none came.
+    // pop() with a timeout; empty also when it runs out.
     template <class Duration>
     std::optional<T> pop_for(Duration duration) {
         std::unique_lock lock(mutex_);
         changed_.wait_for(lock, duration, [&] { return closed_ || !items_.empty(); });
         return take();
     }
-    // Closed and empty: no further value comes.
+    // True if the channel is closed and empty.
     bool is_over() {
         const std::lock_guard lock(mutex_);
         return closed_ && items_.empty();
     }
-    // A value if there is one.
+    // A value if one is available; does not wait.
     std::optional<T> try_pop() {
         std::unique_lock lock(mutex_);
         return take();

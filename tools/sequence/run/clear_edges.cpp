@@ -14,7 +14,7 @@ struct Change {
     int x, y, from_x, from_y;
 };
 
-// The pixel with the largest alpha among the surfaces at this distance; false where there is none.
+// The pixel with the largest alpha among the surface pixels at this distance; false if none.
 bool find_surface(const ImageF& color, const ImageF& depth, int distance, Change& change) {
     float most = 0;
     for (int j = -distance; j <= distance; ++j) {

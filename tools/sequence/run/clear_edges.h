@@ -1,7 +1,6 @@
-// Edges of surfaces before a clear background. A renderer's color is antialiased, its depth is that
-// of one sample: a pixel that a surface covers in part may have the depth of the background,
-// infinity, and would be blurred as if it were there. But the background is clear, so all light and
-// alpha of the pixel are the surface's.
+// Edges of surfaces before a clear background. Color is antialiased, but depth is one sample: a
+// pixel that a surface covers partly may have the background's infinite depth and would be blurred
+// with it. Since the background is clear, all light and alpha of the pixel belong to the surface.
 #pragma once
 
 #include <cstdint>
@@ -13,11 +12,11 @@ namespace postchain::sequence {
 
 inline constexpr int kClearEdgeRows = 3;
 
-// Gives pixels of a canonical frame that are infinitely far (is_infinitely_far()) and covered in
-// part, 0 < alpha < 1, depth and vectors of a surface near them: of the first square around the
-// pixel, at most 3 pixels away, that holds one; in it of the pixel with the largest alpha. Bounds
-// stay true. Returns how many pixels it changed of the strip's rows; up to kClearEdgeRows above and
-// below them count as surroundings.
+// Gives partly covered (0 < alpha < 1), infinitely far pixels of a canonical frame the depth and
+// motion vectors of a nearby surface: from the smallest square around the pixel, at most 3 pixels
+// away, that contains a surface pixel, the one with the largest alpha. Bounds stay valid. Returns
+// how many of the strip's pixels it changed; up to kClearEdgeRows rows above and below the strip
+// are read too.
 uint64_t fill_clear_edges(FramePlanes& planes, const Strip& strip);
 
 }  // namespace postchain::sequence

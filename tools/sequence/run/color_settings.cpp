@@ -5,7 +5,7 @@
 namespace postchain::sequence {
 namespace {
 
-// The file of the OpenColorIO configuration; empty: none is named.
+// The OpenColorIO configuration file; empty if none is named.
 std::string config_of(const JobSettings& job) {
     const char* stated = std::getenv("OCIO");
     return !job.ocio.empty() ? job.ocio : stated ? stated : "";
@@ -15,8 +15,8 @@ Result<std::string> config_for(const JobSettings& job, const std::string& what) 
     std::string config = config_of(job);
     if (!config.empty()) return config;
     return Status(StatusCode::usage,
-                  concat(what, ": which configuration? name its file with ", option_name("ocio"),
-                         ", or set OCIO in the environment"));
+                  concat(what, " needs an OpenColorIO configuration; name its file with ",
+                         option_name("ocio"), ", or set OCIO in the environment"));
 }
 
 io::DisplayView view_by(const JobSettings& job, const std::string& config) {
@@ -25,11 +25,11 @@ io::DisplayView view_by(const JobSettings& job, const std::string& config) {
 
 constexpr const char* kAuto = "auto";
 constexpr const char* kView = "view";
-constexpr std::string_view kSpace = "ocio:";  // then the name of a color space
+constexpr std::string_view kSpace = "ocio:";  // followed by the name of a color space
 constexpr io::Curve kCurves[] = {io::Curve::linear, io::Curve::srgb, io::Curve::rec709,
                                  io::Curve::gamma22, io::Curve::cineon};
 
-// What `key` says; none: as the file, else the format, says.
+// Transfer named by `key`; none = decided by the file, then the format.
 Result<std::optional<io::Transfer>> transfer_of(const JobSettings& job, const std::string& key,
                                                 const std::string& text, bool takes_view) {
     using Chosen = std::optional<io::Transfer>;
@@ -48,9 +48,10 @@ Result<std::optional<io::Transfer>> transfer_of(const JobSettings& job, const st
     }
     return Status(
         StatusCode::usage,
-        concat(option_name(key), ": no '", text, "'; there are ", known, ", ", kSpace, "SPACE",
+        concat(option_name(key), ": unknown name '", text, "'; known are ", known, ", ", kSpace,
+               "SPACE",
                takes_view      ? ", view"
-               : text == kView ? " (a view is no input: there is no way back from it)"
+               : text == kView ? " (a view cannot be inverted, so it cannot describe inputs)"
                                : ""));
 }
 
@@ -76,12 +77,12 @@ Result<std::optional<io::DisplayView>> preview_view_of(const JobSettings& job) {
     if (names_view && !shows)
         return Status(StatusCode::usage,
                       concat(option_name("ocio_view"), " and ", option_name("ocio_display"),
-                             " are of pictures that show a view; add ", option_name("png"), " or ",
-                             option_name("output_transfer"), " ", kView));
+                             " apply only to images that show a view; add ", option_name("png"),
+                             " or ", option_name("output_transfer"), " ", kView));
     if (names_any && !shows && !needs_ocio(job))
         return Status(
             StatusCode::usage,
-            concat(option_name("ocio"), " changes nothing alone; add ", option_name("png"), ", ",
+            concat(option_name("ocio"), " has no effect by itself; add ", option_name("png"), ", ",
                    option_name("output_transfer"), " or ", option_name("input_transfer")));
     if (!job.png || (!names_any && config_of(job).empty())) return std::optional<io::DisplayView>();
     const char* said = !job.ocio_view.empty()      ? "ocio_view"

@@ -9,7 +9,7 @@
 namespace postchain::sequence {
 namespace {
 
-// Pixels that interpolation reaches beyond what passes state.
+// Reach of interpolation in addition to the passes' reach.
 constexpr int kMarginPx = 2;
 
 void add_box(std::map<io::CryptoId, io::Window>& boxes, io::CryptoId id, const io::Window& box) {
@@ -22,7 +22,7 @@ io::Window moved(const io::Window& box, const io::Window& from, const io::Window
     return {box.min_x + x, box.min_y + y, box.max_x + x, box.max_y + y};
 }
 
-// One cryptomatte of a frame and of the neighbors whose color is handed in.
+// One cryptomatte of a frame and of its available neighbors.
 struct Sources {
     const io::RankedCoverage* own = nullptr;
     std::map<Neighbor, std::pair<const io::RankedCoverage*, io::Window>> neighbors;
@@ -147,7 +147,7 @@ std::vector<std::vector<io::CryptoId>> slots_of(const std::map<io::CryptoId, io:
                                                 int apart_px) {
     std::vector<io::CryptoId> ids;
     for (const auto& [id, box] : boxes) ids.push_back(id);
-    // The largest first; of two as large the smaller id, by the order of the map.
+    // Largest first; on a tie, the smaller id.
     std::stable_sort(ids.begin(), ids.end(), [&](io::CryptoId a, io::CryptoId b) {
         return boxes.at(a).pixels() > boxes.at(b).pixels();
     });

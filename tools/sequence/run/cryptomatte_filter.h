@@ -1,10 +1,10 @@
-// Cryptomattes filtered as what they are: the coverage of each id is a plane that is filtered as a
-// layer, with color's weights; of each pixel the largest coverages are then ranked anew.
+// Filters cryptomattes by coverage: each id's coverage is filtered like a layer, with color's
+// weights; then each pixel's ids are ranked again.
 //
-//   ranks --ids and where they are--> slots --chunks of layers--> Executor --> ranks
+//   ranks --ids and their boxes--> slots --chunks of layers--> Executor --> ranks
 //
-// A slot is one channel of a layer. Ids so far apart that the chain moves no light from one to the
-// other share one, and slots are filtered some at a time: memory does not grow with their number.
+// A slot is one channel of a layer. Ids too far apart for the chain to move light between them
+// share a slot. Slots are filtered in chunks, so memory does not grow with the number of ids.
 #pragma once
 
 #include <map>
@@ -18,37 +18,37 @@
 
 namespace postchain::sequence {
 
-// What became of one cryptomatte.
+// Result of filtering one cryptomatte.
 struct CryptomatteReport {
     std::string name;
     size_t ids = 0;
-    size_t planes = 0;          // that were filtered for them
-    uint64_t pixels_short = 0;  // in which more ids cover than there are ranks
-    float largest_lost = 0;     // coverage of an id that got no rank
+    size_t planes = 0;          // planes that were filtered
+    uint64_t pixels_short = 0;  // pixels covered by more ids than there are ranks
+    float largest_lost = 0;     // largest coverage of an id that got no rank
 };
 
-// Layers of ids that are filtered at a time: as many as 256 MiB hold, at least 1, 16 at most.
+// Number of layers per chunk: as many as fit in 256 MiB, from 1 to 16.
 int layers_at_once(uint64_t pixels);
 
-// Pixels in which an id covers something, x and y from 0.
+// Bounding box of each id's coverage; x and y count from 0.
 std::map<io::CryptoId, io::Window> boxes_of(const io::RankedCoverage& ranks);
 
-// Ids by slot: boxes of one slot are more than `apart_px` pixels from each other.
+// Assigns ids to slots; boxes in one slot are more than `apart_px` pixels apart.
 std::vector<std::vector<io::CryptoId>> slots_of(const std::map<io::CryptoId, io::Window>& boxes,
                                                 int apart_px);
 
-// The coverage of ids, slot by slot in the channels of layers one below another. `of` and `to` are
-// the windows of the ranks and of the layers.
+// Coverage of ids, slot by slot in the channels of stacked layers. `of` is the window of the ranks,
+// `to` that of the layers.
 ImageF coverage_layers(const io::RankedCoverage& ranks, const io::Window& of, const io::Window& to,
                        const std::map<io::CryptoId, size_t>& slots, int layers);
 
-// The frame's cryptomattes, filtered, in the order of FrameLayers::cryptomattes. `plan` is that of
-// the frame, which has run. Errors: of make_plan() and Executor::filter().
+// The frame's filtered cryptomattes, in the order of FrameLayers::cryptomattes. `plan` is the
+// frame's plan, which has run. Errors: those of make_plan() and Executor::filter().
 Result<std::vector<io::RankedCoverage>> filter_cryptomattes(
     const Chain& chain, const Plan& plan, const SourceFrame& frame, const PlanOptions& options,
     Executor& executor, std::vector<CryptomatteReport>& reports);
 
-// Id, coverage, id, coverage of two ranks as the file stores them.
+// Two ranks as the file stores them: id, coverage, id, coverage.
 ImageF stored_level(const io::RankedCoverage& ranks, int level);
 
 }  // namespace postchain::sequence

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <thread>
 
-#include "tools/sequence/io/exr_reader.h"
+#include "tools/sequence/exr/exr_reader.h"
 
 namespace postchain::sequence {
 
@@ -21,11 +21,12 @@ Result<egl::ContextOptions> context_options_of(const std::string& device, int th
         const char* end = device.data() + device.size();
         const auto parsed = std::from_chars(device.data(), end, context.device);
         if (parsed.ec != std::errc() || parsed.ptr != end || context.device < 0)
-            return Status(StatusCode::usage, "--device: '" + device +
-                                                 "' is neither auto, software nor a number of "
-                                                 "`postchain info`");
+            return Status(
+                StatusCode::usage,
+                "--device: '" + device +
+                    "' is not valid; give auto, software or a number listed by `postchain info`");
     }
-    // llvmpipe reads its number of threads from here, once, when the context is made.
+    // llvmpipe reads its thread count from this variable when the context is created.
     if (threads > 0) setenv("LP_NUM_THREADS", std::to_string(threads).c_str(), 1);
     io::set_exr_threads(threads_of(threads));
     return context;

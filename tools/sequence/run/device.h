@@ -1,4 +1,4 @@
-// The device and the threads that a program is told to work with.
+// Device and thread count of a program.
 #pragma once
 
 #include <string>
@@ -9,11 +9,11 @@
 
 namespace postchain::sequence {
 
-// `threads` or, where that is 0, one per core.
+// `threads`, or one per core if 0.
 int threads_of(int threads);
 
-// Applies `threads` (0: one per core) to OpenEXR and to the software renderer, and reads `device`:
-// "auto", "software", or a number of egl::list_devices(). Errors (usage).
+// Applies `threads` (0 = one per core) to OpenEXR and the software renderer, and parses `device`:
+// "auto", "software", or an index into egl::list_devices(). Errors (usage).
 Result<egl::ContextOptions> context_options_of(const std::string& device, int threads);
 
 // "llvmpipe (LLVM 15.0.6, 256 bits), 4.5 (Core Profile) Mesa 22.3.6"

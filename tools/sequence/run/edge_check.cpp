@@ -9,11 +9,11 @@ namespace {
 constexpr int kEveryRow = 4;
 constexpr double kDepthJump = 1.05;  // ratio of inverse depths
 constexpr double kMotionJumpPx = 1;
-constexpr double kShare = 0.25;  // of the way between the two sides
-constexpr double kFlat = 0.1;    // of the same: slope of a side
+constexpr double kShare = 0.25;  // minimum distance from each side, as a fraction of the difference
+constexpr double kFlat = 0.1;    // maximum slope of a side, in the same unit
 
-// Values of a pixel and of the two on either side of it. How far along the way from a to b it is,
-// and how far aside, as parts of that way.
+// Values of a pixel and of the two pixels on either side. Position along and distance from the line
+// from a to b, as fractions of its length.
 template <size_t N>
 bool between(const std::array<double, N>& a, const std::array<double, N>& p,
              const std::array<double, N>& b) {

@@ -1,10 +1,10 @@
-// Are depth and motion at the border of two surfaces those of one of them, or averaged?
+// Detects depth and motion that were averaged at the borders of surfaces.
 //
-// A pixel is between two surfaces where those on either side of it, left and right or above and
-// below, differ: depths by more than 5 %, vectors by more than 1 px; and each of them hardly
-// differs from the next pixel on its side, so that slopes do not count. Its value is mixed where it
-// lies between theirs, at least a quarter of the way from each. Averages over the samples of
-// antialiased pixels are mixed in about half of them, values of one sample in next to none.
+// A pixel lies between two surfaces if its neighbors, left and right or above and below, differ:
+// depths by more than 5 %, motion vectors by more than 1 px; and each neighbor hardly differs from
+// the next pixel on its side, so that slopes do not count. Its value is mixed if it is at least a
+// quarter of the difference away from both. If samples were averaged, about half of the border
+// pixels are mixed; if one sample was stored, almost none.
 #pragma once
 
 #include <cstdint>
@@ -14,13 +14,13 @@
 
 namespace postchain::sequence {
 
-// Parts of the pixels between two surfaces; 0 where there is none, or no such plane.
+// Fraction of mixed pixels between two surfaces; 0 if there are none or the plane is missing.
 struct MixedEdges {
     double depth = 0;
     double motion = 0;
 };
 
-// Pixels between two surfaces, and those of them that are mixed.
+// Number of pixels between two surfaces, and how many of them are mixed.
 struct MixedEdgeCounts {
     struct Count {
         uint64_t edges = 0, mixed = 0;
@@ -34,7 +34,7 @@ struct MixedEdgeCounts {
     MixedEdges parts() const { return {depth.part(), motion.part()}; }
 };
 
-// Of the canonical planes; looks at every fourth row, and at two rows on either side of it.
+// Counts in canonical planes; reads every fourth row and two rows on either side of it.
 MixedEdgeCounts count_mixed_edges(const FramePlanes& planes, const Strip& strip);
 
 }  // namespace postchain::sequence

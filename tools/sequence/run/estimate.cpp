@@ -12,11 +12,11 @@ namespace {
 
 using io::Json;
 
-// The program, the libraries, Mesa with its compiler and the compiled shaders: measured
-// (docs/scale.md), with a margin.
+// Program, libraries, Mesa with its compiler, compiled shaders: measured (docs/scale.md) plus a
+// margin.
 constexpr uint64_t kProcessBytes = uint64_t(128) << 20;
 
-// Fetches of each pass of the plan, by its index.
+// Texture fetches of each pass of the plan, by pass index.
 std::map<int, uint64_t> taps_of(const Plan& plan) {
     std::map<int, uint64_t> taps;
     for (const Step& step : plan.steps) taps[step.pass] += step.taps;
@@ -67,7 +67,7 @@ Result<Pilot> read_pilot(const std::string& path) {
         Pilot pilot = pilot_of(path, json);
         if (pilot.pixels > 0) return pilot;
     } catch (const Json::exception&) {
-        // Said below, for every reason.
+        // Reported below for every reason.
     }
     return Status(StatusCode::input, path +
                                          ": is not the sidecar of a filtered frame; give the .json "
@@ -83,7 +83,7 @@ std::optional<Seconds> seconds_of(const Plan& plan, const Pilot& pilot) {
     const auto taps = taps_of(plan);
     for (size_t i = 0; i < plan.passes.size(); ++i) {
         if (plan.passes[i].elided) continue;
-        // The next pass of the same name that ran: the pilot may have left out others.
+        // The pilot may have left out passes: take the next pass of the same name that ran.
         size_t at = 0;
         while (at < pilot.passes.size() &&
                (used[at] || pilot.passes[at].name != plan.passes[i].type))

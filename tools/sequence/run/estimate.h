@@ -1,5 +1,5 @@
-// What a frame will take, for the scheduler of a farm: memory from its header and plan, time from
-// the sidecar of a frame that was filtered on such a machine.
+// Predicts a frame's cost for a farm's scheduler: memory from its header and plan, time from the
+// sidecar of a frame filtered on a similar machine.
 #pragma once
 
 #include <cstdint>
@@ -8,22 +8,22 @@
 #include <vector>
 
 #include "chain/plan.h"
-#include "tools/sequence/io/json.h"
+#include "tools/sequence/files/json.h"
 #include "tools/sequence/run/sequence_reader.h"
 
 namespace postchain::sequence {
 
 struct Memory {
-    uint64_t frame = 0;     // bytes of one frame on its way, with its neighbors
-    uint64_t textures = 0;  // largest sum alive at one step, imported planes and outputs too
-    uint64_t process =
-        0;  // of `run` on this sequence at most, the software renderer's textures too
+    uint64_t frame = 0;     // bytes of one frame in flight and its neighbors
+    uint64_t textures = 0;  // peak over the steps, with imported planes and outputs
+    // Upper limit of `run` on this sequence, with the software renderer's textures.
+    uint64_t process = 0;
 };
 
-// `frames`: of the sequence or of one part; more than kFramesInFlight are never in memory.
+// `frames`: number in the sequence or part; at most kFramesInFlight are in memory.
 Memory memory_of(const FrameInputs& inputs, const Plan& plan, size_t frames);
 
-// A frame that was filtered: its plan and its times.
+// Plan and times of a frame that was filtered.
 struct Pilot {
     struct Pass {
         std::string name;
@@ -32,23 +32,23 @@ struct Pilot {
     };
     std::string path;
     uint64_t pixels = 0;
-    double read_ms = 0;  // converting included
+    double read_ms = 0;  // with conversion
     double write_ms = 0;
-    std::vector<Pass> passes;  // of its chain, those that ran
+    std::vector<Pass> passes;  // passes of its chain that ran
 };
 
-// Errors (input): not readable, or no sidecar of a written frame.
+// Errors (input): unreadable, or not the sidecar of a written frame.
 Result<Pilot> read_pilot(const std::string& path);
 
-// Seconds of one frame alone; neighboring frames overlap, so a run takes less for each. Compiling
-// the programs, once in a process, is not in it.
+// Seconds of one frame by itself, without compiling programs. Neighboring frames overlap, so a run
+// takes less per frame.
 struct Seconds {
     double read = 0, filter = 0, write = 0;
     double all() const { return read + filter + write; }
 };
 
-// The pilot's times in proportion: of reading and writing to the pixels, of a pass to its texture
-// fetches. Nothing where the plan runs a pass that the pilot did not.
+// Scales the pilot's times: reading and writing by pixels, each pass by its texture fetches. Empty
+// if the plan runs a pass that the pilot did not.
 std::optional<Seconds> seconds_of(const Plan& plan, const Pilot& pilot);
 
 io::Json estimate_json(const Memory& memory, const std::optional<Seconds>& seconds);

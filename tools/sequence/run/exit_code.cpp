@@ -28,7 +28,7 @@ int exit_code(const Status& status) {
 
 int exit_code(const RunSummary& summary) {
     const size_t bad = summary.failed + summary.missing;
-    // --strict asks about values: its answer must not hide behind frames that were fine.
+    // --strict checks values: its exit code takes precedence over frames that succeeded.
     if (summary.first_failure.code() == StatusCode::health) return kExitHealth;
     if (bad == 0) return summary.held > 0 ? kExitSomeFailed : kExitOk;
     const size_t good = summary.written + summary.skipped + summary.held;

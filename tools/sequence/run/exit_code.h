@@ -1,4 +1,4 @@
-// Exit codes of the command (docs/command.md lists them), which the service gives for a job too.
+// Exit codes of the command and of service jobs (listed in docs/command.md).
 #pragma once
 
 #include "chain/status.h"
@@ -15,7 +15,7 @@ inline constexpr int kExitOutput = 5;
 inline constexpr int kExitGl = 6;
 inline constexpr int kExitHealth = 7;
 inline constexpr int kExitThreshold = 8;  // an error metric exceeds --fail-above
-inline constexpr int kExitSignal = 128;   // + the signal's number
+inline constexpr int kExitSignal = 128;   // plus the signal's number
 
 int exit_code(const Status& status);
 int exit_code(const RunSummary& summary);

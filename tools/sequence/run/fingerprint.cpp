@@ -3,9 +3,9 @@
 #include <filesystem>
 #include <fstream>
 
-#include "tools/sequence/io/json.h"
-#include "tools/sequence/io/picture_module.h"
-#include "tools/sequence/io/preview.h"
+#include "tools/sequence/files/json.h"
+#include "tools/sequence/image/picture_module.h"
+#include "tools/sequence/image/preview.h"
 #include "tools/sequence/run/sidecar.h"
 
 namespace postchain::sequence {
@@ -14,14 +14,14 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// A file cut off by a few bytes may still have a header whose chunks all begin inside it.
+// If only a few bytes are missing, all chunks may still begin inside the file.
 bool whole(io::ExrFile& file) {
     for (size_t part = 0; part < file.parts().size(); ++part)
         if (!file.parts()[part].deep && !file.read_part(int(part)).ok()) return false;
     return true;
 }
 
-// A configuration of OpenColorIO and the tables that it names, as they are now.
+// Sizes and times of an OpenColorIO configuration and the tables it names.
 std::string text_of_config(const std::string& config) {
     std::vector<std::string> files = {config};
     const auto module = io::picture_module(StatusCode::input);
@@ -35,7 +35,7 @@ std::string text_of_config(const std::string& config) {
     return text;
 }
 
-// What the canonical planes of one frame follow from, besides SourceSettings.
+// Everything that decides a frame's canonical planes, besides SourceSettings.
 std::string text_of(const OpenedFrame& frame) {
     const FrameHeader& header = frame.header;
     std::string text = header.camera.text() + "\n";
@@ -93,7 +93,7 @@ bool is_done(const std::string& output, const std::string& fingerprint,
     };
     const std::string made[] = {provenance_of(fingerprint, settings.strict),
                                 provenance_of(fingerprint, true)};
-    // Of other formats than EXR not each keeps an attribute: the sidecar alone says what made it.
+    // Not every format other than EXR can hold an attribute, so only the sidecar is checked.
     if (io::picture_format_of(output)) {
         const auto bytes = fs::file_size(output, error);
         return !error && (sidecar_says(made[0], bytes) || sidecar_says(made[1], bytes));
@@ -133,7 +133,7 @@ std::string fingerprint_of(const Chain& chain, const RunSettings& settings,
             text += text_of_config(config);
     if (settings.picture.bits != 0) text += concat("bits ", settings.picture.bits, "\n");
     for (const std::string& channel : exr.channels) text += concat("channel ", channel, "\n");
-    // Of the rules that are on by default only this one changes pixels.
+    // The only rule on by default that changes pixels.
     const RuleNames rules = settings.plan.rules(chain);
     for (const auto& rule : settings.plan.rules_on)
         if (rules.count(rule)) text += rule + "\n";

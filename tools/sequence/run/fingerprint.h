@@ -1,6 +1,6 @@
-// The fingerprint of an output frame: a text that says what made it. Two outputs of the same
-// chain, settings and input files, those of its neighbors among them where they are read, have the
-// same one.
+// The fingerprint of an output frame: a string that identifies what made it. Outputs of the same
+// chain, settings and input files (with those of neighbors that are read) have the same
+// fingerprint.
 #pragma once
 
 #include <string>
@@ -15,16 +15,16 @@ namespace postchain::sequence {
 std::string fingerprint_of(const Chain& chain, const RunSettings& settings,
                            const FrameInputs& inputs);
 
-// The provenance of an output, its "postchain" attribute and its sidecar's "work": the fingerprint,
-// and whether the frame was made under RunSettings::strict.
+// Provenance of an output (its attribute "postchain", its sidecar's "work"): the fingerprint, and
+// whether RunSettings::strict was set.
 std::string provenance_of(const std::string& fingerprint, bool strict);
 
-// The provenance of a preview: the fingerprint of its output, and the view that it shows.
+// Provenance of a preview: the fingerprint of its output, and the view it shows.
 std::string preview_provenance_of(const std::string& fingerprint, const RunSettings& settings);
 
-// Output, sidecar and preview, as far as they are asked for, are there, whole and with this
-// fingerprint, the preview with this view. Under
-// RunSettings::strict only what was made so: nothing else says that its values are finite.
+// Whether the output and the requested sidecar and preview exist, are complete and have this
+// fingerprint (the preview: this view too). Under RunSettings::strict only outputs made with it
+// count, because nothing else guarantees finite values.
 bool is_done(const std::string& output, const std::string& fingerprint,
              const RunSettings& settings);
 

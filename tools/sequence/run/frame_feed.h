@@ -1,5 +1,5 @@
-// Where a walk has its frames from: a list that is known before it begins, or a folder that a
-// renderer still fills (run/watch_feed.h).
+// Supplies frames to a walk: from a list known in advance, or from a folder that a renderer is
+// still filling (run/watch_feed.h).
 #pragma once
 
 #include <functional>
@@ -18,17 +18,17 @@ class FrameFeed {
 
     struct Fed {
         FrameTask task;
-        Status missing;  // not ok: the frame did not come, and why; `task` is to be reported alone
+        Status missing;  // if not ok: why the frame did not come; `task` is only reported
     };
-    // Reader thread. The next frame, in the order in which they are walked; nothing: there is no
-    // further one, or `given_up` has come true while it waited.
+    // Reader thread. The next frame in processing order; empty if there is none or if `given_up`
+    // became true during the wait.
     virtual std::optional<Fed> next(SequenceReader& reader,
                                     const std::function<bool()>& given_up) = 0;
-    // Reader thread. Whether the frame is or may become one of this walk.
+    // Reader thread. Whether the frame is or may become part of this walk.
     virtual bool has(int frame) const = 0;
-    // Any thread. How many frames there are, as far as is known.
+    // Any thread. Number of frames, as far as known.
     virtual size_t total() const = 0;
-    // Any thread. What is waited for; empty: nothing.
+    // Any thread. Description of what is awaited; empty = nothing.
     virtual std::string waits_for() const = 0;
 };
 

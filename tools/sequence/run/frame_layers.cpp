@@ -14,15 +14,15 @@
 namespace postchain::sequence {
 namespace {
 
-// What stands before the names of ids, where all cryptomattes are looked through.
+// Prefix of id names that are searched in all cryptomattes.
 constexpr const char* kAnyCryptomatte = "cryptomatte";
 
 bool ends_with_word(const std::string& name, const std::string& word) {
     return name == word || name.ends_with("." + word);
 }
 
-// Why the channels cannot be filtered beside color; empty: they can.
-std::string obstacle(const io::ExrFile& file, const RoleChannels& channels,
+// Why the channels cannot be filtered with color; empty = they can.
+std::string obstacle(const io::PixelFile& file, const RoleChannels& channels,
                      const ProfileMatch& match) {
     const io::ExrPart& part = file.parts()[size_t(channels.part)];
     const io::ExrPart& color = file.parts()[size_t(match.roles.at(Role::color).part)];
@@ -32,8 +32,9 @@ std::string obstacle(const io::ExrFile& file, const RoleChannels& channels,
     for (const std::string& name : channels.channels) {
         const io::ExrChannel* channel = part.find(name);
         if (channel->x_sampling != 1 || channel->y_sampling != 1)
-            return concat("is subsampled (", name, ")");
-        if (channel->type == io::PixelType::uint32) return concat("is of integers (", name, ")");
+            return concat("has a subsampled channel (", name, ")");
+        if (channel->type == io::PixelType::uint32)
+            return concat("has an integer channel (", name, ")");
     }
     return "";
 }
@@ -42,7 +43,7 @@ std::string obstacle(const io::ExrFile& file, const RoleChannels& channels,
 class MatteFinder {
   public:
     // `faulty`: cryptomattes that cannot be used.
-    MatteFinder(const io::ExrFile& file, const ProfileMatch& match,
+    MatteFinder(const io::PixelFile& file, const ProfileMatch& match,
                 const std::vector<io::Cryptomatte>& faulty, FrameLayers& layers)
         : file_(file), match_(match), faulty_(faulty), layers_(layers) {}
 
@@ -98,14 +99,14 @@ class MatteFinder {
                 for (const auto& [name, id] : one.manifest) known.push_back("cryptomatte:" + name);
             const std::string near = nearest_word(source.name, known);
             return fault(source.name, near.empty()
-                                          ? concat("no such channel; give a channel, or "
+                                          ? concat("unknown channel; give a channel, or "
                                                    "cryptomatte:NAME; channels are ",
                                                    joined(all))
-                                          : concat("no such channel (did you mean '", near, "'?)"));
+                                          : concat("unknown channel (did you mean '", near, "'?)"));
         }
         if (found.size() > 1)
-            return fault(source.name,
-                         concat("there are ", found.size(), " such channels; give the whole name"));
+            return fault(source.name, concat("the name matches ", found.size(),
+                                             " channels; give the whole name"));
         source.channel = found[0];
         if (const std::string why = obstacle(file_, source.channel, match_); !why.empty())
             return fault(source.name, why);
@@ -116,7 +117,7 @@ class MatteFinder {
                     const std::vector<size_t>& candidates, MatteSource& source) const {
         if (candidates.empty()) return fault(matte, "the file has no cryptomatte");
         const std::vector<std::string> words = words_of_list(names);
-        if (words.empty()) return fault(matte, "no name is given after the colon");
+        if (words.empty()) return fault(matte, "give a name after the colon");
         for (const std::string& word : words)
             if (Status status = find_id(matte, word, candidates, source); !status.ok())
                 return status;
@@ -149,7 +150,7 @@ class MatteFinder {
             if (any) with.push_back(one.short_name());
         }
         if (with.size() > 1)
-            return fault(matte, concat("'", word, "' is in several cryptomattes; say which: ",
+            return fault(matte, concat("'", word, "' is in several cryptomattes; choose one: ",
                                        joined(with, concat(":", word, " or ")), ":", word));
         if (with.size() == 1) return Status();
         if (without.size() == 1 && !pattern) {
@@ -163,7 +164,7 @@ class MatteFinder {
         if (!without.empty())
             return fault(matte, pattern ? "patterns need a manifest, and " +
                                               layers_.cryptomattes[without[0]].no_manifest
-                                        : "several cryptomattes have no manifest; say which, as "
+                                        : "several cryptomattes have no manifest; choose one, as "
                                           "CryptoObject:NAME");
         const std::string near = nearest_word(word, known);
         constexpr size_t kShown = 40;
@@ -176,13 +177,13 @@ class MatteFinder {
                        : concat("no '", word, "' in the cryptomatte (did you mean '", near, "'?)"));
     }
 
-    const io::ExrFile& file_;
+    const io::PixelFile& file_;
     const ProfileMatch& match_;
     const std::vector<io::Cryptomatte>& faulty_;
     FrameLayers& layers_;
 };
 
-// The named channels in `area`, out of what was kept where it was.
+// The named channels in `area`, taken from the planes that were kept.
 Result<ImageF> pixels_of(const io::InputFrame& input, const RoleChannels& source,
                          const io::Window& area, int channels) {
     if (input.kept && input.kept->part == source.part)
@@ -192,7 +193,7 @@ Result<ImageF> pixels_of(const io::InputFrame& input, const RoleChannels& source
     return pixels->interleaved(source.channels, area, channels, 0);
 }
 
-// Cryptomattes are data by their attributes, whatever their names are.
+// The attributes, not the names, mark cryptomattes as data.
 void mark_cryptomattes(const std::vector<io::Cryptomatte>& cryptomattes,
                        std::vector<FileLayer>& layers) {
     for (FileLayer& layer : layers)
@@ -207,7 +208,7 @@ void mark_cryptomattes(const std::vector<io::Cryptomatte>& cryptomattes,
         }
 }
 
-// Any channel of them.
+// Whether any of the channels is written.
 bool is_written(const std::vector<std::string>& channels, const io::ExrSettings& written) {
     return std::any_of(channels.begin(), channels.end(),
                        [&](const std::string& name) { return written.takes(name); });
@@ -276,8 +277,8 @@ std::string FrameLayers::text() const {
 }
 
 Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
-                                      const std::vector<std::string>& data, const io::ExrFile& file,
-                                      const ProfileMatch& match) try {
+                                      const std::vector<std::string>& data,
+                                      const io::PixelFile& file, const ProfileMatch& match) try {
     FrameLayers result;
     std::vector<FileLayer> layers = find_layers(io::channels_of(file), match, data);
     auto cryptomattes = io::find_cryptomattes(
@@ -307,7 +308,7 @@ Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
     for (size_t i = 0; i < layers.size(); ++i) {
         FileLayer& layer = layers[i];
         if (!is_written(layer.channels.channels, settings.written)) {
-            result.left.push_back({layer.name, "is not written (--channels)"});
+            result.left.push_back({layer.name, "is excluded by --channels"});
             continue;
         }
         if (!std::binary_search(chosen->begin(), chosen->end(), i)) {

@@ -10,7 +10,7 @@ namespace {
 
 constexpr int64_t kStripBytes = int64_t(64) << 20;
 constexpr int64_t kNextBytes = int64_t(256) << 20;
-// Of a pixel: color, depth and both vectors, in the file's types and as float.
+// Color, depth and both motion vectors, in the file's types and as float.
 constexpr int64_t kPixelBytes = 2 * 9 * 4;
 
 }  // namespace

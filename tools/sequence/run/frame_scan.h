@@ -1,4 +1,4 @@
-// Frames that are only looked at, strip by strip: memory does not grow with their height.
+// Analyzes frames strip by strip, so that memory does not grow with their height.
 #pragma once
 
 #include <functional>
@@ -8,18 +8,18 @@
 
 namespace postchain::sequence {
 
-// Rows of a strip: as many as take about 64 MiB, whole blocks of lines or tiles.
+// Rows per strip: about 64 MiB, rounded to whole blocks of lines or tiles.
 int strip_rows(const FrameHeader& header);
 
-// Is shown the planes of each strip, from its row `first` on.
+// Receives the planes of each strip, starting at row `first`.
 using StripObserver = std::function<void(const FramePlanes& planes, int first)>;
 
-// What read_source_frame() finds, without any plane; `rows` of it are in memory at a time.
+// The findings of read_source_frame() without planes; `rows` rows are in memory at a time.
 Result<SourceFrame> scan_source_frame(const SourceSettings& settings, const FrameHeader& header,
                                       RoleSet wanted, int rows, const StripObserver& observer = {});
 
-// The sign self-check of a frame against the next one. `longest_px`: the largest speed in it;
-// vectors that lead further up or down than 128 MiB of rows are left out.
+// Checks the sign of a frame's motion vectors against the next frame. `longest_px`: the largest
+// speed in the frame; vectors that reach more than 128 MiB of rows up or down are skipped.
 Result<SignCheck> scan_signs(const SourceSettings& settings, const FrameHeader& header,
                              const FrameHeader& next, double longest_px, int rows);
 

@@ -7,7 +7,7 @@
 #include "chain/depth_at.h"
 #include "chain/hold_still.h"
 #include "config/profile_match.h"
-#include "tools/sequence/io/picture_file.h"
+#include "tools/sequence/image/picture_file.h"
 #include "tools/sequence/run/camera_motion.h"
 #include "tools/sequence/run/memory.h"
 #include "tools/sequence/run/source_strip.h"
@@ -15,8 +15,7 @@
 namespace postchain::sequence {
 namespace {
 
-// Who wrote the planes: the profile that was named, else that which the channels of all files
-// together show.
+// Profile of the files: the one named, otherwise the one detected from all their channels.
 struct Writer {
     Profile profile;
     bool detected = false;
@@ -28,7 +27,7 @@ struct Writer {
 Result<Writer> writer_of(const SourceSettings& settings, const io::OpenFrame& files) {
     if (settings.profile) return Writer{.profile = *settings.profile};
     FileChannels all = io::channels_of(files.color_file());
-    std::set<const io::ExrFile*> seen = {&files.color_file()};
+    std::set<const io::PixelFile*> seen = {&files.color_file()};
     for (const auto& [role, file] : files.files) {
         if (!seen.insert(file.get()).second) continue;
         const FileChannels more = io::channels_of(*file);
@@ -41,9 +40,9 @@ Result<Writer> writer_of(const SourceSettings& settings, const io::OpenFrame& fi
     return Status(StatusCode::internal, "a detected profile is not among those detected from");
 }
 
-// A file that shows its writer by itself is that one's, else it is of the writer of all.
+// A file is read by the profile detected from it, otherwise by the one of all files.
 Result<ProfileMatch> match_file(const SourceSettings& settings, const Writer& writer,
-                                const io::ExrFile& file) {
+                                const io::PixelFile& file) {
     const FileChannels channels = io::channels_of(file);
     if (!settings.profile) {
         auto own = detect_profile(builtin_profiles(), channels, settings.layer, settings.view);
@@ -58,9 +57,9 @@ Result<ProfileMatch> match_file(const SourceSettings& settings, const Writer& wr
     return match;
 }
 
-// The channels of a file that holds one plane alone and names them after no profile: a single
-// channel is the depth, the usual pairs are the motion.
-std::optional<RoleChannels> plain_channels(const io::ExrFile& file, Role role) {
+// Channels of a file with a single plane and no known names: one channel is depth, the usual pairs
+// are motion.
+std::optional<RoleChannels> plain_channels(const io::PixelFile& file, Role role) {
     static const std::vector<std::vector<std::string>> known = {
         {"Z"}, {"Y"}, {"R"}, {"R", "G"}, {"X", "Y"}, {"U", "V"}, {"u", "v"}};
     const size_t needed = size_t(channels_of(role));
@@ -79,7 +78,7 @@ std::optional<RoleChannels> plain_channels(const io::ExrFile& file, Role role) {
 }
 
 // " R G B Z", for messages.
-std::string names_in(const io::ExrFile& file) {
+std::string names_in(const io::PixelFile& file) {
     constexpr size_t kShown = 40;
     std::string text;
     size_t count = 0;
@@ -89,10 +88,10 @@ std::string names_in(const io::ExrFile& file) {
     return count > kShown ? concat(text, " and ", count - kShown, " more") : text;
 }
 
-// Depth or motion in a file of its own: joins what it says to the match of color's file. Channels
-// that the writer's profile does not name are read by its first convention, where the profile was
-// named or is that of no writer; else they may be another's.
-Status add_own_file(const SourceSettings& settings, const Writer& writer, const io::ExrFile& file,
+// Merges a separate depth or motion file into the match of color's file. Channels that the profile
+// does not name are read by its first convention if the profile was named or is generic; otherwise
+// they may belong to another writer.
+Status add_own_file(const SourceSettings& settings, const Writer& writer, const io::PixelFile& file,
                     Role role, ProfileMatch& match) {
     auto own = match_file(settings, writer, file);
     if (own.ok() && own->roles.count(role)) {
@@ -104,8 +103,8 @@ Status add_own_file(const SourceSettings& settings, const Writer& writer, const 
         if (!writer.is_named_or_any())
             return Status(StatusCode::input,
                           concat(file.path(), ": ", name_of(role), " has channels", names_in(file),
-                                 ", which are not those of ", writer.profile.title, " (detected: ",
-                                 writer.why, "); say with --profile how they are stored"));
+                                 ", which do not belong to ", writer.profile.title, " (detected: ",
+                                 writer.why, "); use --profile to state how they are stored"));
         match.roles[role] = *plain;
         const auto sources = writer.profile.roles.find(role);
         if (sources != writer.profile.roles.end() && !sources->second.empty()) {
@@ -122,7 +121,7 @@ Status add_own_file(const SourceSettings& settings, const Writer& writer, const 
     return Status();
 }
 
-// Of the match, for the names of data.
+// The profile of the match, for names of data.
 const Profile& profile_of(const SourceSettings& settings, const Writer& writer,
                           const ProfileMatch& match) {
     if (!settings.profile)
@@ -131,7 +130,7 @@ const Profile& profile_of(const SourceSettings& settings, const Writer& writer,
     return writer.profile;
 }
 
-// Computed wide: a header may state any window.
+// 64-bit arithmetic, because a header may state any window.
 bool fits(const io::Window& w) {
     return int64_t(w.max_x) - w.min_x < io::kMaxSide && int64_t(w.max_y) - w.min_y < io::kMaxSide;
 }
@@ -157,7 +156,7 @@ Result<FrameHeader> open_source_frame(const SourceSettings& settings,
     if (!opened.ok()) return opened.status();
     FrameHeader header;
     header.files = std::move(*opened);
-    const io::ExrFile& color_file = header.files.color_file();
+    const io::PixelFile& color_file = header.files.color_file();
     auto writer = writer_of(settings, header.files);
     if (!writer.ok()) {
         if (Status why = color_file.explain_no_color(); !why.ok()) return why;
@@ -177,7 +176,7 @@ Result<FrameHeader> open_source_frame(const SourceSettings& settings,
             !status.ok())
             return status;
     }
-    if (const io::PictureFile* picture = color_file.picture())
+    if (const io::PictureFile* picture = picture_of(color_file))
         header.match.options.unpremultiplied = picture->info().unassociated;
     for (const auto& [role, where] : header.match.roles)
         header.assignment[role] = {where.part, where.channels};
@@ -196,11 +195,11 @@ Result<FrameHeader> open_source_frame(const SourceSettings& settings,
         if (fits(whole))
             header.window = whole;
         else
-            header.warnings.push_back(
-                concat(color_file.path(), ": the display window ", part.display_window.text(),
-                       " is too large to be filtered whole (", io::kMaxSide,
-                       " pixels a side at most): light that leaves the data window ",
-                       part.data_window.text(), " is lost"));
+            header.warnings.push_back(concat(color_file.path(), ": the display window ",
+                                             part.display_window.text(),
+                                             " is too large to filter (at most ", io::kMaxSide,
+                                             " pixels a side): light that leaves the data window ",
+                                             part.data_window.text(), " is lost"));
     }
     const Display display{part.display_window.width(), part.display_window.height(),
                           double(part.pixel_aspect)};
@@ -231,14 +230,14 @@ RoleSet planes_needed(const Chain& chain, const SourceSettings& settings, const 
     frame.origin_y = header.window.min_y - part.display_window.min_y;
     frame.frame_number = header.files.frame_number;
     frame.camera = header.camera;
-    // Which planes are read is the same for any depth.
+    // Which planes are read does not depend on depth.
     for (const auto& link : chain.links)
         for (const Place& place : link.pass->depth_places())
             frame.bounds.inverse_depth_at[place] = 0;
     const bool cut = settings.cuts.count(frame.frame_number) > 0;
     frame.mattes = matte_indices(chain, settings.layers.mattes);
     RoleSet own = roles_in_files(header);
-    // Cryptomattes are filtered as layers too, some at a time.
+    // Cryptomattes are filtered as layers too, in chunks.
     frame.layers = std::max(int(header.layers.filtered.size()), int(own.has(Role::layers)));
     if (mattes_of(chain).empty()) own.remove(Role::mattes);
     const RoleSet usable = chain.required() | chain.optional();
@@ -260,11 +259,11 @@ RoleSet planes_needed(const Chain& chain, const SourceSettings& settings, const 
     if (!usable.of(Neighbor::before).empty() || !usable.of(Neighbor::after).empty()) {
         all = all | read_with({Neighbor::before}, cut) | read_with({Neighbor::after}, cut) |
               read_with({Neighbor::before, Neighbor::after}, cut);
-        // A cut on the one side does not keep the frame on the other from reading this one.
+        // A cut on one side must not keep the frame on the other side from reading this one.
         const RoleSet whole = read_with({Neighbor::before, Neighbor::after}, false);
         for (Neighbor neighbor : kNeighbors) all = all | whole.of(neighbor);
     }
-    // Where a place is asked for, the depth there is needed to plan.
+    // If a pass reads the depth at a place, planning needs it.
     if (!frame.bounds.inverse_depth_at.empty()) all.add(Role::inverse_depth);
     return planned ? all : usable;
 }

@@ -1,9 +1,9 @@
-// One frame of a sequence, from its files to the canonical frame.
+// Reads one frame of a sequence and converts it to a canonical frame.
 //
 //   files --open, match profile, camera--> FrameHeader     (headers only)
 //   FrameHeader --read, convert--> SourceFrame        (pixels)
 //
-// Everything that looks at a sequence goes through here: run, plan, inspect, diff and the reports.
+// All programs that read sequences use it: run, plan, inspect, diff and the reports.
 #pragma once
 
 #include <array>
@@ -19,35 +19,34 @@
 #include "config/camera_file.h"
 #include "config/profile.h"
 #include "config/profile_match.h"
-#include "tools/sequence/io/camera_metadata.h"
-#include "tools/sequence/io/frame_reader.h"
-#include "tools/sequence/io/sequence.h"
+#include "tools/sequence/files/sequence.h"
+#include "tools/sequence/frame/camera_metadata.h"
+#include "tools/sequence/frame/frame_reader.h"
 #include "tools/sequence/run/edge_check.h"
 #include "tools/sequence/run/frame_layers.h"
 #include "tools/sequence/run/sky_motion.h"
 
 namespace postchain::sequence {
 
-// What is filtered of a frame whose data window leaves out a part of the display window (it was
-// cropped to what is not clear).
+// What is filtered if a frame was cropped: its data window leaves out part of the display window.
 enum class DataWindow {
-    grow,  // data and display window: light leaves the data window, which is written larger
-    keep,  // the data window alone: light that leaves it is lost
+    grow,  // data and display window; the written data window grows
+    keep,  // only the data window; light that leaves it is lost
 };
 
 struct SourceSettings {
-    std::optional<Profile> profile;  // none: detected from channel names
-    std::string layer;               // empty: the only one
-    std::string view;                // empty: the default one
+    std::optional<Profile> profile;  // none = detected from channel names
+    std::string layer;               // empty = the only one
+    std::string view;                // empty = the default one
     std::optional<CameraFile> camera;
     NonfiniteColor nonfinite_color = NonfiniteColor::zero;
-    std::set<int> cuts;  // frames whose motion leads across a camera cut
+    std::set<int> cuts;  // frames whose motion vectors cross a camera cut
     DataWindow data_window = DataWindow::grow;
     CameraMotion camera_motion = CameraMotion::missing;
-    // Where a frame's neighbors are, for their cameras.
+    // Where neighboring frames are found, for their cameras.
     std::optional<io::PathPattern> color_frames;
-    uint64_t max_memory = 0;                     // bytes for frames; 0: no limit
-    std::optional<io::Transfer> input_transfer;  // of pictures; none: as the file says
+    uint64_t max_memory = 0;                     // bytes for frames; 0 = no limit
+    std::optional<io::Transfer> input_transfer;  // of non-EXR images; none = as the file says
     LayerSettings layers;
 };
 
@@ -56,22 +55,22 @@ struct FrameHeader {
     io::OpenFrame files;
     ProfileMatch match;
     io::ChannelAssignment assignment;
-    io::Window window;                // that is filtered
-    Camera camera;                    // metadata overlaid by the camera file
-    Origins camera_origins;           // of its values
-    std::optional<SkyViews> sky;      // where there are matrices, and vectors are made of them
+    io::Window window;                // the window that is filtered
+    Camera camera;                    // metadata overridden by the camera file
+    Origins camera_origins;           // of the camera's values
+    std::optional<SkyViews> sky;      // if matrices exist and motion vectors are made from them
     bool looked_for_cameras = false;  // in the files of the frames before and after
-    bool makes_motion = false;        // every vector by `sky`, in place of the file's if any
-    std::vector<io::FoundAttribute> camera_attributes;  // of the color's part
+    bool makes_motion = false;        // all vectors are made from `sky`, replacing the file's
+    std::vector<io::FoundAttribute> camera_attributes;  // of color's part
     FrameLayers layers;                                 // of color's file
     std::vector<std::string> warnings;                  // one line each
 };
 
-// `files` as in io::FrameList::files. Errors: input, with file, what was looked for and found.
+// `files` as in io::FrameList::files. Errors (input) name the file, what was looked for and found.
 Result<FrameHeader> open_source_frame(const SourceSettings& settings,
                                       const std::map<Role, std::string>& files, int frame);
 
-// What depth and vectors say of surfaces, found when a frame is read.
+// Surface statistics from depth and motion vectors, collected while a frame is read.
 struct SurfaceHealth {
     MixedEdges mixed_edges;
     uint64_t clear_edges = 0;             // pixels, clear_edges.h
@@ -80,7 +79,7 @@ struct SurfaceHealth {
     uint64_t motion_from_camera = 0;      // pixels
 };
 
-// The cryptomattes of a frame that are filtered, in the order of FrameLayers::cryptomattes.
+// The filtered cryptomattes of a frame, in the order of FrameLayers::cryptomattes.
 struct FrameCryptomattes {
     io::Window window;
     std::vector<std::string> names;
@@ -89,21 +88,21 @@ struct FrameCryptomattes {
 
 // Layers that are filtered without the neighbors that lack them (layers_apart.h).
 struct LayersApart {
-    std::vector<size_t> layers;  // of FrameLayers::filtered
+    std::vector<size_t> layers;  // indices into FrameLayers::filtered
     SharedPlanes planes;         // Role::layers, and those of the neighbors that have them
 };
 
 struct SourceFrame {
-    io::InputFrame input;          // its planes have moved into `planes`, of input.window
+    io::InputFrame input;          // its planes have moved into `planes`, with input.window
     FrameDescription description;  // bounds and camera included
-    SharedPlanes planes;           // canonical; those of neighbors: run/sequence_reader.h
-    InputHealth health;            // its first_nonfinite as in the file
+    SharedPlanes planes;           // canonical; neighbors' planes: run/sequence_reader.h
+    InputHealth health;            // first_nonfinite in file coordinates
     SurfaceHealth surface_health;
     ProfileMatch match;
     Origins camera_origins;  // of description.camera
     FrameLayers layers;
-    std::vector<LayersApart> layers_apart;  // `planes` has the others
-    // None where they stay as they are.
+    std::vector<LayersApart> layers_apart;  // layers not in `planes`
+    // Empty if they stay as rendered.
     std::shared_ptr<const FrameCryptomattes> cryptomattes;
     std::map<Neighbor, std::shared_ptr<const FrameCryptomattes>> neighbor_cryptomattes;
     ConvertOptions conversion;
@@ -117,39 +116,38 @@ struct SourceFrame {
 
 const io::ExrPart& color_part(const FrameHeader& header);
 
-// What the frame can bring by itself: the roles that have channels in its files, layers and mattes,
-// and motion that is made.
+// Roles that the frame can supply by itself: channels in its files, layers, mattes, generated
+// motion.
 RoleSet roles_in_files(const FrameHeader& header);
 
-// The planes to read for this chain: those that a plan reads of which no fact is known yet, of
-// its neighbors too, as if they were there; and those that its neighbors would read of it. All that
-// a chain could use where it cannot be planned; plan_source_frame() then says why.
+// Planes to read for this chain: those that a plan without facts reads, as if all neighbors
+// existed, and those that its neighbors read from it. If the chain cannot be planned, all planes
+// that it could use; plan_source_frame() then reports why.
 RoleSet planes_needed(const Chain& chain, const SourceSettings& settings, const FrameHeader& header,
                       const PlanOptions& options);
 
-// Reads color and those of `wanted` that the frame has. Keep::all is needed to write it back.
+// Reads color and the available planes of `wanted`. Writing the frame back needs Keep::all.
 Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeader header,
                                       RoleSet wanted, io::Keep keep);
 
-// The frame as its plan has it: with the camera of the chain and the depths that its passes ask
-// for.
+// The description that is planned: with the chain's camera and the depths that its passes need.
 FrameDescription planned_description(const Chain& chain, const SourceFrame& frame);
 
-// make_plan() for this frame. An error names the file and, for a plane that is missing, the
-// channel names that were looked for and those that the file has.
+// make_plan() for this frame. Errors name the file and, if a plane is missing, the channel names
+// looked for and found.
 Result<Plan> plan_source_frame(const Chain& chain, const SourceFrame& frame,
                                const PlanOptions& options);
 
 SharedPlanes shared(FramePlanes planes);
 
-// Color as the file wants it back: undoes ConvertOptions::unpremultiplied. Where alpha is 0
-// nothing can be divided: what was clear in the file, `stored`, and has got no light, has its color
-// again. What the chain left as it was is what is stored, to the bit.
+// Converts color back to the file's convention: undoes ConvertOptions::unpremultiplied. If alpha is
+// 0, division is impossible: pixels that were clear in the file (`stored`) and received no light
+// get their color back. Values that the chain did not change are those stored, bit for bit.
 void to_file_convention(ImageF& color, const ConvertOptions& conversion, const ImageF& stored);
-// The same of a further layer, which is stored as color is: `color` has its alpha.
+// to_file_convention() for a layer, which is stored like color; `color` holds its alpha.
 void layer_to_file_convention(ImageF& layer, const ConvertOptions& conversion, const ImageF& color);
 
-// Color as the file of a frame that was read with Keep::all has it.
+// Color in the convention of the file, for a frame read with Keep::all.
 ImageF stored_color(const io::InputFrame& input);
 
 }  // namespace postchain::sequence

@@ -41,7 +41,7 @@ Status check_output_name(const RunSettings& settings) {
                                             io::picture_extensions()));
 }
 
-// Of a watch: what is on disk is looked for later.
+// With --watch, files are looked for later.
 Result<io::FrameList> frames_to_come(const RunSettings& settings) {
     io::FrameList list;
     if (settings.frames)
@@ -71,11 +71,11 @@ Result<std::vector<FrameTask>> plan_tasks(const RunSettings& settings, bool writ
         return Status(StatusCode::input, missing_text(list->missing, settings));
     if (writes && many && !settings.output.has_token())
         return Status(StatusCode::usage,
-                      concat(settings.output.text(), ": one output name for ",
+                      concat(settings.output.text(), ": the output name is the same for ",
                              list->frames.empty() ? "all" : std::to_string(list->frames.size()),
                              " frames; add #### to the name"));
-    // A frame is held from what is on disk, asked for or not: a part of a sequence must give what
-    // the whole gives.
+    // A frame may be held from any frame on disk, requested or not, so that a part of a sequence
+    // gives the same result as the whole.
     decltype(list->files) on_disk;
     if (!list->missing.empty() && settings.missing == MissingPolicy::hold)
         if (auto all = io::find_frames(settings.input, std::nullopt); all.ok())

@@ -1,4 +1,4 @@
-// The frames of a run: which outputs there are to make, and from which files.
+// The frames of a run: its outputs and the files each is made from.
 #pragma once
 
 #include <functional>
@@ -10,31 +10,32 @@
 
 namespace postchain::sequence {
 
-// One output, from the files of one (possibly other) frame.
+// One output, made from the files of the same or another frame.
 struct FrameTask {
     int frame = 0;                      // of the output
-    int source = 0;                     // of the input; differs where a frame is held
-    std::map<Role, std::string> files;  // empty: missing
+    int source = 0;                     // of the input; differs if a frame is held
+    std::map<Role, std::string> files;  // empty = missing
     std::string output;
 };
 
-// Called on the reader thread before the first file of a frame is opened; an error is that frame's.
+// Called on the reader thread before a frame's first file is opened; an error fails that frame.
 using FrameStart = std::function<Status(const FrameTask&)>;
 
-// Of a watch without a range: which frames there are is known when they have come.
+// With --watch and no range, the frames are only known once they have come.
 bool frames_are_unknown(const RunSettings& settings);
 
-// The frames asked for, in their order, with the files that MissingPolicy gives each; `gaps` gets
-// the numbers missing on disk that were not asked for. `writes`: outputs are to be made, and have a
-// name each. Of a watch: the frames that are waited for, without their files; none where they are
-// unknown. Errors: those of run_sequence() that are found before anything is read.
+// The requested frames in order, with the files MissingPolicy gives each. `gaps` gets numbers
+// missing on disk that were not requested. `writes`: outputs are written, each under its own name.
+// With --watch: the awaited frames without files, or none if unknown. Errors: those that
+// run_sequence() finds before reading.
 Result<std::vector<FrameTask>> plan_tasks(const RunSettings& settings, bool writes,
                                           std::vector<int>& gaps);
 
-// The files that one frame lacks: of one pattern, or of those planes that have files of their own.
+// The missing files of a frame: the color pattern, or the separate planes.
 std::string absent_files(int frame, const RunSettings& settings);
 
-// "1, 2, 5", at most twenty of them.
+// "1, 2, 5"; at most twenty numbers.
+
 std::string frames_text(const std::vector<int>& frames);
 
 }  // namespace postchain::sequence

@@ -4,7 +4,7 @@
 #include <sstream>
 
 #include "config/profile.h"
-#include "tools/sequence/io/aperture_file.h"
+#include "tools/sequence/image/aperture_file.h"
 #include "tools/sequence/run/color_settings.h"
 #include "tools/sequence/run/memory.h"
 
@@ -125,18 +125,16 @@ Result<std::optional<Watch>> watch_of(const JobSettings& job, const RunSettings&
         return Status(StatusCode::usage, option_name("watch") + why);
     };
     if (!job.watch) {
-        if (job.idle) return Status(StatusCode::usage, "--idle is of --watch; add that");
+        if (job.idle) return Status(StatusCode::usage, "--idle needs --watch");
         return std::optional<Watch>();
     }
     if (job.missing != MissingPolicy::error)
-        return refuse(
-            " waits for frames that are not there, and contradicts --missing; give one of them");
-    if (!settings.frames && !job.chunk.empty())
-        return refuse(": parts of which frames? give --frames with --chunk");
+        return refuse(" waits for missing frames; leave out --missing");
+    if (!settings.frames && !job.chunk.empty()) return refuse(": --chunk also needs --frames");
     if (!settings.frames && !job.idle && settings.input.color().has_token())
         return refuse(
-            ": when does it end? say which frames will come (--frames 1-48), or after how many "
-            "seconds without a change (--idle 600)");
+            ": give the frames to wait for (--frames 1-48), or a time without changes in seconds "
+            "after which it ends (--idle 600)");
     return std::optional(Watch{job.idle});
 }
 
@@ -159,12 +157,12 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                .required = true})
         .text("frames", &JobSettings::frames,
               {.unit = "RANGE",
-               .help = "which frames: 1-10,20-40x2 (default: all on disk)",
+               .help = "frames to process: 1-10,20-40x2 (default: all on disk)",
                .unset_means = "all on disk",
                .group = kInputGroup})
         .text("cuts", &JobSettings::cuts,
               {.unit = "RANGE",
-               .help = "frames whose motion leads across a camera cut: no motion blur there",
+               .help = "frames whose motion vectors cross a camera cut; they get no motion blur",
                .unset_means = "none",
                .group = kInputGroup})
         .text("camera", &JobSettings::camera,
@@ -172,70 +170,74 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                .help = "camera file (JSON)",
                .unset_means = "what the frames' metadata says",
                .group = kInputGroup})
-        .text("profile", &JobSettings::profile,
-              {.unit = "NAME",
-               .help = "names and units of the writer: cycles, nuke, arnold, vray, generic, or "
-                       "a profile file (default: detected)",
-               .unset_means = "detected",
-               .group = kInputGroup})
+        .text(
+            "profile", &JobSettings::profile,
+            {.unit = "NAME",
+             .help =
+                 "channel names and units of the renderer: cycles, nuke, arnold, vray, generic, or "
+                 "a profile file (default: detected)",
+             .unset_means = "detected",
+             .group = kInputGroup})
         .text("layer", &JobSettings::layer,
               {.unit = "NAME",
-               .help = "layer to take where there are several",
+               .help = "layer to use if there are several",
                .unset_means = "the only one",
                .group = kInputGroup})
         .text("view", &JobSettings::view,
               {.unit = "NAME",
-               .help = "view to take of a multi-view file",
+               .help = "view to use from a multi-view file",
                .unset_means = "the default one",
                .group = kInputGroup})
-        .choice("nonfinite", &JobSettings::nonfinite, {"zero", "clamp"},
-                {.help = "what Inf in color becomes: 0 or the largest half", .group = kInputGroup})
+        .choice(
+            "nonfinite", &JobSettings::nonfinite, {"zero", "clamp"},
+            {.help = "replacement for Inf in color: 0 or the largest half", .group = kInputGroup})
         .choice("data_window", &JobSettings::data_window, {"grow", "keep"},
-                {.help = "of frames cropped to less than the display window: grow it by what the "
-                         "chain reaches, or keep it and lose the light that leaves it",
+                {.help = "for cropped frames: grow the data window by the chain's reach, or keep "
+                         "it and lose the light that leaves it",
                  .group = kInputGroup})
-        .choice("camera_motion", &JobSettings::camera_motion, {"none", "missing", "sky", "all"},
-                {.help = "vectors from depth and the matrices of the camera: missing: where the "
-                         "frames have no channel of vectors; sky: besides where those of the sky "
-                         "are zero; all: in place of the frames'",
-                 .group = kInputGroup})
+        .choice(
+            "camera_motion", &JobSettings::camera_motion, {"none", "missing", "sky", "all"},
+            {.help = "make motion vectors from depth and camera matrices; missing: if the frames "
+                     "have none; sky: also for sky pixels whose vectors are zero; all: "
+                     "instead of the frames' own",
+             .group = kInputGroup})
         .text("max_memory", &JobSettings::max_memory,
               {.unit = "SIZE",
-               .help = "memory that frames may take, as 8G or 500M",
+               .help = "memory limit for frames, e.g. 8G or 500M",
                .unset_means = "three quarters of the machine's",
                .group = kInputGroup})
         .text("input_transfer", &JobSettings::input_transfer,
               {.unit = "NAME",
-               .help = "what values of pictures that are no EXR mean: linear, srgb, rec709, "
-                       "gamma22, cineon, ocio:SPACE; auto: what the file says, else srgb of "
-                       "integers, linear of float",
+               .help = "color encoding of non-EXR inputs: linear, srgb, rec709, "
+                       "gamma22, cineon, ocio:SPACE; auto: as the file states, otherwise srgb for "
+                       "integers, linear for float",
                .unset_means = "auto",
                .group = kInputGroup})
         .text("ocio", &JobSettings::ocio,
               {.unit = "FILE",
-               .help = "OpenColorIO configuration of ocio:SPACE, view and --png",
-               .unset_means = "the environment's OCIO, else none",
+               .help = "OpenColorIO configuration for ocio:SPACE, view and --png",
+               .unset_means = "the environment variable OCIO, if set",
                .group = kInputGroup})
         .text("ocio_colorspace", &JobSettings::ocio_colorspace,
               {.unit = "NAME",
                .help = "color space of the frames in the OpenColorIO configuration",
-               .unset_means = "that of its role scene_linear",
+               .unset_means = "the configuration's role scene_linear",
                .group = kInputGroup})
         .text("layers", &JobSettings::layers,
               {.unit = "NAMES",
-               .help = "further color layers that are filtered as the color is: none, all, or "
-                       "names and patterns with commas",
+               .help = "extra color layers to filter: none, all, or comma-separated names and "
+                       "patterns",
                .unset_means = "none",
                .group = kLayerGroup})
         .choice("cryptomatte", &JobSettings::cryptomatte, {"keep", "filter"},
-                {.help = "what becomes of cryptomattes: kept as rendered, or the coverage of each "
-                         "id filtered as a layer and ranked anew",
+                {.help = "cryptomattes: keep as rendered, or filter each ID's coverage and "
+                         "re-rank",
                  .group = kLayerGroup})
         .choice("precision", &JobSettings::precision, {"fp16", "fp32"},
                 {.help = "storage of intermediate planes", .group = kPlanGroup})
         .text("no_elide", &JobSettings::no_elide,
               {.unit = "RULES",
-               .help = "also run what a frame does not need: all rules, or --no-elide=RULES "
+               .help = "also run work that a frame does not need: all rules, or --no-elide=RULES "
                        "with some of " +
                        rule_names(registry, true),
                .unset_means = "none",
@@ -249,86 +251,92 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                .group = kPlanGroup})
         .text("chunk", &JobSettings::chunk,
               {.unit = "I/N",
-               .help = "only the I-th of N parts of the frames, for a farm: 3/8",
-               .unset_means = "all of them",
+               .help = "only part I of N of the frames, e.g. 3/8",
+               .unset_means = "all frames",
                .group = kOutputGroup})
         .text("output", &JobSettings::output,
               {.unit = "OUT",
                .help = "output frames: out.####.exr",
                .group = kOutputGroup,
                .required = true})
-        .boolean(
-            "mkdir", &JobSettings::mkdir,
-            {.help = "make the folder of the outputs where it is not there", .group = kOutputGroup})
+        .boolean("mkdir", &JobSettings::mkdir,
+                 {.help = "create the output folder if it does not exist", .group = kOutputGroup})
         .choice("on_existing", &JobSettings::on_existing, {"fail", "overwrite", "skip"},
-                {.help = "when the output exists; skip: only one made by the same chain from "
-                         "the same input",
+                {.help = "if an output exists: fail, overwrite it, or skip it if it is complete "
+                         "and made by the same chain from "
+                         "the same input (otherwise make it again)",
                  .group = kOutputGroup})
-        .choice("missing", &JobSettings::missing, {"error", "skip", "hold"},
-                {.help = "when a requested frame is not on disk", .group = kOutputGroup})
+        .choice(
+            "missing", &JobSettings::missing, {"error", "skip", "hold"},
+            {.help = "if a requested frame is not on disk: fail, skip it, or hold another frame",
+             .group = kOutputGroup})
         .choice("on_error", &JobSettings::on_error, {"stop", "continue"},
-                {.help = "when a frame fails", .group = kOutputGroup})
-        .choice("overflow", &JobSettings::overflow, {"refuse", "clamp"},
-                {.help = "when a result is too large for its channel: an error, or the largest "
-                         "value there is",
-                 .group = kOutputGroup})
+                {.help = "if a frame fails", .group = kOutputGroup})
+        .choice(
+            "overflow", &JobSettings::overflow, {"refuse", "clamp"},
+            {.help =
+                 "if a result is too large for its channel: fail, or store the channel's largest "
+                 "value",
+             .group = kOutputGroup})
         .text("compression", &JobSettings::compression,
               {.unit = "NAME",
-               .help = "of EXR outputs: none, rle, zips, zip, piz, pxr24, b44, b44a, dwaa, dwab, "
-                       "with a level as zip:4 or dwaa:45",
+               .help = "for EXR outputs: none, rle, zips, zip, piz, pxr24, b44, b44a, dwaa, dwab, "
+                       "optionally with a level, e.g. zip:4 or dwaa:45",
                .unset_means = "the input's",
                .group = kOutputGroup})
         .boolean("half", &JobSettings::half,
                  {.help = "write color of EXR outputs as half", .group = kOutputGroup})
         .text("channels", &JobSettings::channels,
               {.unit = "NAMES",
-               .help = "channels of EXR outputs, with commas; * stands for any text",
+               .help = "channels of EXR outputs, comma-separated; * matches any characters",
                .unset_means = "all",
                .group = kOutputGroup})
-        .text("output_transfer", &JobSettings::output_transfer,
-              {.unit = "NAME",
-               .help = "how values of outputs that are no EXR are stored: the same names, or view: "
-                       "as --ocio-view shows them; auto: as the input's, else srgb of integers, "
-                       "linear of float",
-               .unset_means = "auto",
-               .group = kOutputGroup})
+        .text(
+            "output_transfer", &JobSettings::output_transfer,
+            {.unit = "NAME",
+             .help = "color encoding of non-EXR outputs: as --input-transfer, or view: "
+                     "as --ocio-view shows them; auto: as the input, otherwise srgb for integers, "
+                     "linear for float",
+             .unset_means = "auto",
+             .group = kOutputGroup})
         .choice("bits", &JobSettings::bits, {"auto", "8", "10", "12", "16", "32"},
-                {.help = "of a value of outputs that are no EXR, 32 is float; auto: as the "
-                         "input's, else 16 of PNG, 32 of TIFF, 10 of DPX",
+                {.help = "bits per value of non-EXR outputs, 32 is float; auto: as the "
+                         "input, otherwise 16 for PNG, 32 for TIFF, 10 for DPX",
                  .group = kOutputGroup})
         .boolean(
             "strict", &JobSettings::strict,
             {.help = "non-finite values in input or output are an error", .group = kOutputGroup})
         .boolean("sidecar", &JobSettings::sidecar,
-                 {.help = "OUT.json beside each output", .group = kOutputGroup})
+                 {.help = "write OUT.json beside each output", .group = kOutputGroup})
         .boolean("png", &JobSettings::png,
-                 {.help = "write OUT.png beside each output, for a look", .group = kOutputGroup})
+                 {.help = "also write a preview OUT.png beside each output", .group = kOutputGroup})
         .text("ocio_display", &JobSettings::ocio_display,
               {.unit = "NAME",
                .help = "display of the OpenColorIO configuration",
-               .unset_means = "its default",
+               .unset_means = "the configuration's default",
                .group = kOutputGroup})
         .text("ocio_view", &JobSettings::ocio_view,
               {.unit = "NAME",
                .help = "view of that display",
-               .unset_means = "its default",
+               .unset_means = "the display's default",
                .group = kOutputGroup})
         .text("dump_stages", &JobSettings::dump_stages,
               {.unit = "DIR",
                .help = "write each intermediate plane as EXR",
                .unset_means = "not written",
                .group = kOutputGroup})
-        .boolean("watch", &JobSettings::watch,
-                 {.help = "take frames up as a renderer writes them, complete ones only; wait for "
-                          "those of --frames that are not there yet",
-                  .group = kWatchGroup})
+        .boolean(
+            "watch", &JobSettings::watch,
+            {.help = "process frames while a renderer writes them, complete ones only; wait for "
+                     "frames of --frames that do not exist yet",
+             .group = kWatchGroup})
         .number("idle", &JobSettings::idle,
                 {.min = 1,
                  .max = 1e7,
                  .unit = "s",
-                 .help = "of --watch: go on without what has not come when nothing has changed for "
-                         "so many seconds",
-                 .unset_means = "wait for ever",
+                 .help = "with --watch: give up on missing frames after this many seconds without "
+                         "changes",
+                 .unset_means = "wait forever",
                  .group = kWatchGroup})
         .table();
 }
@@ -400,7 +408,8 @@ Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& 
     for (const std::string& config : settings.ocio_configs())
         settings.other_inputs.push_back({config, "the OpenColorIO configuration"});
     settings.dump_folder = job.dump_stages;
-    // Which frames are written, where to, and what is done besides, is no part of what is made.
+    // Excludes which frames are written, where, and what is written besides: they do not change the
+    // result.
     static const std::set<std::string> kNotRepeated = {
         "frames",  "chunk", "output",      "mkdir",      "on_existing", "on_error",
         "sidecar", "png",   "dump_stages", "max_memory", "watch",       "idle"};

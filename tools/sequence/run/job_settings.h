@@ -1,5 +1,5 @@
-// The settings of a job as they are written, on a command line or elsewhere, and as one table:
-// key, type, choices, default, range and help of each come from job_parameters().
+// Job settings as text, from a command line or elsewhere. The table job_parameters() holds key,
+// type, choices, default, range and help of each.
 //
 //   text --job_parameters()--> JobSettings --run_settings_of--> RunSettings
 #pragma once
@@ -15,7 +15,7 @@ namespace postchain::sequence {
 
 enum class BitsChoice { as_input, bits_8, bits_10, bits_12, bits_16, bits_32 };
 
-// Texts are in the forms that docs/command.md describes; an empty one is not given.
+// Strings are in the forms that docs/command.md describes; empty = not given.
 struct JobSettings {
     std::string input;
     std::string frames;
@@ -32,12 +32,12 @@ struct JobSettings {
     std::string ocio;
     std::string ocio_colorspace;
 
-    std::string layers = "none";  // "none", "all", or names with commas
+    std::string layers = "none";  // "none", "all", or comma-separated names
     CryptomatteChoice cryptomatte = CryptomatteChoice::keep;
 
     Precision precision = Precision::fp32;
-    std::string no_elide;  // "all", or names of rules with commas
-    std::string elide;     // names of rules with commas
+    std::string no_elide;  // "all", or comma-separated rules
+    std::string elide;     // comma-separated rules
 
     std::string chunk;
     std::string output;
@@ -49,7 +49,7 @@ struct JobSettings {
     std::string compression;
     bool half = false;
     std::string channels;
-    std::string output_transfer = "auto";  // that of input_transfer, or "view"
+    std::string output_transfer = "auto";  // like input_transfer, or "view"
     BitsChoice bits = BitsChoice::as_input;
     bool strict = false;
     bool sidecar = true;
@@ -62,23 +62,23 @@ struct JobSettings {
     std::optional<double> idle;  // s
 };
 
-// Groups of the rows: what is read, filtered, what a plan does, what is written, waited for.
+// Groups of rows, by step.
 inline constexpr const char* kInputGroup = "input";
-inline constexpr const char* kLayerGroup = "layers";  // what is filtered besides color
+inline constexpr const char* kLayerGroup = "layers";  // layers filtered in addition to color
 inline constexpr const char* kPlanGroup = "plan";
 inline constexpr const char* kOutputGroup = "output";
-inline constexpr const char* kWatchGroup = "watch";  // of the command alone
-// The names of the rules that may be given are those of the registry.
+inline constexpr const char* kWatchGroup = "watch";  // command only
+// Accepts the rule names of the registry.
 ParameterTable job_parameters(const PassRegistry& registry);
 
-// How messages name a setting, and the command its option: "on_existing" -> "--on-existing".
+// Name of a setting in messages and its command option: "on_existing" -> "--on-existing".
 std::string option_name(const std::string& key);
 
-// JobSettings::max_memory in bytes. Errors (usage) with the setting's name.
+// JobSettings::max_memory in bytes. Errors (usage) name the setting.
 Result<uint64_t> memory_limit_of(const std::string& text);
 
-// Everything but the version. `notes` gets what the camera file's reader has to say, its errors
-// too. Errors: (usage) with the setting's name; those of find_profile() and load_camera().
+// All settings except the version. `notes` gets the camera file's diagnostics, errors too. Errors:
+// (usage) naming the setting; those of find_profile() and load_camera().
 Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& registry,
                                     Diagnostics& notes);
 

@@ -50,12 +50,12 @@ std::string layers_text(const FrameLayers& layers) {
         for (size_t i = 0; i < layers.filtered_cryptomattes; ++i)
             names.push_back(concat(layers.cryptomattes[i].name, " (by id, ",
                                    layers.cryptomattes[i].ranks(), " ranks)"));
-        text += "layers filtered too: " + joined(names) + "\n";
+        text += "extra layers filtered: " + joined(names) + "\n";
     }
     std::map<std::string, std::vector<std::string>> left;  // by reason
     for (const LeftLayer& layer : layers.left) left[layer.why].push_back(layer.name);
     for (const auto& [why, names] : left)
-        text += concat("layers left as they are: ", joined(names), ": ", why, "\n");
+        text += concat("extra layers left unchanged: ", joined(names), ": ", why, "\n");
     for (const MatteSource& matte : layers.mattes)
         text += concat("matte ", quoted(matte.name), ": ", source_text(matte, layers), "\n");
     return text;

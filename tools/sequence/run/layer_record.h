@@ -1,20 +1,20 @@
-// What is said of a frame's further layers: in the sidecar and in plans.
+// Describes a frame's extra layers in its sidecar and plan.
 #pragma once
 
 #include <string>
 #include <vector>
 
-#include "tools/sequence/io/json.h"
+#include "tools/sequence/files/json.h"
 #include "tools/sequence/run/cryptomatte_filter.h"
 #include "tools/sequence/run/frame_layers.h"
 
 namespace postchain::sequence {
 
-// An object with `filtered`, `left`, `cryptomattes` and `mattes`, each only where there are any.
+// An object with the keys `filtered`, `left`, `cryptomattes` and `mattes`, each omitted if empty.
 // Docs: docs/sidecar.md.
 io::Json layers_json(const FrameLayers& layers, const std::vector<CryptomatteReport>& filtered);
 
-// Lines for people; empty where the file has no further layers.
+// Lines to read; empty if the file has no extra layers.
 std::string layers_text(const FrameLayers& layers);
 
 }  // namespace postchain::sequence

@@ -9,7 +9,7 @@
 namespace postchain::sequence {
 namespace {
 
-// A layer's name, and which of those with the name it is.
+// A layer's name, and its index among layers with this name.
 using LayerKey = std::pair<std::string, int>;
 
 std::vector<LayerKey> keys_of(const FrameLayers& layers) {
@@ -20,7 +20,7 @@ std::vector<LayerKey> keys_of(const FrameLayers& layers) {
     return keys;
 }
 
-// The planes `chosen` of a stack.
+// The layers `chosen` of a stack.
 std::shared_ptr<const ImageF> chosen_planes(const ImageF& stack, const std::vector<size_t>& chosen,
                                             int height) {
     std::vector<ImageF> planes;
@@ -57,7 +57,7 @@ void set_apart(const std::map<Neighbor, NeighborLayers>& neighbors, SourceFrame&
     const auto all = own->second;
     const int height = frame.description.height;
     const std::vector<LayerKey> keys = keys_of(frame.layers);
-    // Of each neighbor: where it has each layer of the frame.
+    // For each neighbor, the index of each of the frame's layers.
     std::map<Neighbor, std::map<size_t, size_t>> places;
     for (const auto& [neighbor, layers] : neighbors) {
         const std::vector<LayerKey> theirs = keys_of(*layers.found);
@@ -66,7 +66,7 @@ void set_apart(const std::map<Neighbor, NeighborLayers>& neighbors, SourceFrame&
                 at != theirs.end())
                 places[neighbor][i] = size_t(at - theirs.begin());
     }
-    std::map<std::set<Neighbor>, std::vector<size_t>> groups;  // by the neighbors without them
+    std::map<std::set<Neighbor>, std::vector<size_t>> groups;  // by the neighbors that lack them
     for (size_t i = 0; i < keys.size(); ++i) {
         std::set<Neighbor> without;
         for (const auto& [neighbor, layers] : neighbors)

@@ -1,5 +1,5 @@
-// Layers that a neighbor lacks, where others are there: color is filtered with both neighbors, as
-// it is without layers, and these are filtered by steps of their own without that neighbor.
+// Handles layers that one neighbor lacks. Color is filtered with both neighbors, as it is without
+// layers; these layers are filtered separately, without that neighbor.
 //
 //   SourceFrame, layers of the neighbors --set_apart--> SourceFrame::layers_apart
 //   the rest, filtered --filter_apart--> all layers, filtered
@@ -14,23 +14,21 @@
 
 namespace postchain::sequence {
 
-// A neighbor that is handed in: what it has, and the plane of its layers as of the frame's window,
-// none where it has none.
+// A neighbor in use: its header and its layer plane in the frame's window, if it has layers.
 struct NeighborLayers {
     const FrameLayers* found = nullptr;
     std::shared_ptr<const ImageF> plane;
 };
 
-// The names of the layers and cryptomattes that are filtered of a frame and are not of the other.
+// Names of the layers and cryptomattes that are filtered in `frame` but not in `other`.
 std::vector<std::string> layers_lacking(const FrameLayers& frame, const FrameLayers& other);
 
-// `frame` has its own layers in its planes, and gets those of the neighbors: of each that which
-// `frame` has, in its order. Those that a neighbor lacks leave the planes for
-// SourceFrame::layers_apart.
+// Adds to `frame` the neighbors' layers that it has too, in its order. Layers that a neighbor lacks
+// move from the planes to SourceFrame::layers_apart.
 void set_apart(const std::map<Neighbor, NeighborLayers>& neighbors, SourceFrame& frame);
 
-// All layers of the frame filtered, one below another, in the order of FrameLayers::filtered.
-// `together`: those that were filtered with color. Errors: those of planning and filtering.
+// All filtered layers of the frame, stacked in the order of FrameLayers::filtered. `together`:
+// those filtered with color. Errors: those of planning and filtering.
 Result<ImageF> filter_apart(const Chain& chain, const SourceFrame& frame,
                             const PlanOptions& options, Executor& executor, const ImageF& together);
 

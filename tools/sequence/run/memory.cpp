@@ -14,7 +14,7 @@
 namespace postchain::sequence {
 namespace {
 
-// What a file of the control group states; nothing where there is no limit.
+// The limit in a control group file; empty if there is none.
 uint64_t stated_in(const char* path) {
     std::ifstream file(path);
     uint64_t bytes = 0;
@@ -36,7 +36,8 @@ Result<uint64_t> parse_bytes(std::string_view text) {
     const auto power = kPowers.find(unit);
     const double bytes = power == kPowers.end() ? -1 : std::ldexp(value, power->second);
     if (read.ec != std::errc() || !(bytes >= 1) || !(bytes < 9e18))
-        return Status(StatusCode::usage, concat("'", text, "' is no size; write it as 8G or 500M"));
+        return Status(StatusCode::usage,
+                      concat("'", text, "' is not a valid size; use a form like 8G or 500M"));
     return uint64_t(bytes);
 }
 
@@ -76,7 +77,7 @@ uint64_t frame_bytes(const FrameHeader& header, RoleSet present, io::Keep keep, 
         present.has(Role::layers) ? header.layers.filtered.size() * pixels * 4 * sizeof(float) : 0;
     planes += layers;
     if (present.has(Role::mattes)) planes += header.layers.mattes.size() * pixels * sizeof(float);
-    // Ranks as read and as filtered, and the layers of a chunk of ids in and out.
+    // Ranks as read and as filtered, and the input and output layers of a chunk of ids.
     if (present.has(Role::layers) && header.layers.filtered_cryptomattes > 0) {
         for (size_t i = 0; i < header.layers.filtered_cryptomattes; ++i)
             planes += 2 * pixels * uint64_t(header.layers.cryptomattes[i].ranks()) *
@@ -84,24 +85,24 @@ uint64_t frame_bytes(const FrameHeader& header, RoleSet present, io::Keep keep, 
         planes += 2 * uint64_t(layers_at_once(pixels)) * pixels * 4 * sizeof(float);
     }
     if (keep == io::Keep::nothing) return planes + stored;
-    uint64_t pixel = 0;  // of color's part, every channel
+    uint64_t pixel = 0;  // of color's part, all channels
     for (const io::ExrChannel& channel : color_part(header).channels)
         pixel += uint64_t(io::bytes_of(channel.type));
     const io::Window& own = color_part(header).data_window;
     const uint64_t color = pixels * 4 * sizeof(float);
-    // The filtered color and its channels; where the data window grows, all channels again.
+    // The filtered color and its channels; if the data window grows, all channels again.
     const uint64_t grown =
         own == header.window ? pixels * 4 * sizeof(float) : pixels * pixel + color;
-    // The filtered layers, first together and then each alone.
+    // The filtered layers, first together and then separately.
     return planes + stored + own.pixels() * pixel + color + grown + 2 * layers;
 }
 
 Status check_memory(const std::string& path, uint64_t bytes, uint64_t limit) {
     if (limit == 0 || bytes <= limit) return Status();
     return Status(StatusCode::memory,
-                  concat(path, ": this frame takes ", bytes_text(bytes),
-                         " of memory, and --max-memory allows ", bytes_text(limit),
-                         "; allow more, or render it smaller or with fewer channels"));
+                  concat(path, ": this frame needs ", bytes_text(bytes),
+                         " of memory, but --max-memory allows ", bytes_text(limit),
+                         "; raise the limit, or render smaller or with fewer channels"));
 }
 
 void MemoryGate::enter(uint64_t bytes) {

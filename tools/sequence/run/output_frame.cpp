@@ -1,12 +1,12 @@
 #include "tools/sequence/run/output_frame.h"
 
-#include "tools/sequence/io/picture_file.h"
-#include "tools/sequence/io/planes_writer.h"
+#include "tools/sequence/exr/planes_writer.h"
+#include "tools/sequence/image/picture_file.h"
 
 namespace postchain::sequence {
 namespace {
 
-// An EXR of the color alone: what it was read from has no other channels.
+// Writes an EXR with color only; the input has no other channels.
 Result<io::WriteReport> write_new_exr(const std::string& path, const SourceFrame& source,
                                       const ImageF& result, const io::WriteOptions& options) {
     io::PlanesFile file;
@@ -22,19 +22,18 @@ Result<io::WriteReport> write_new_exr(const std::string& path, const SourceFrame
     return io::write_planes_exr(path, file, options);
 }
 
-// Says what else the input has, of which the output has color alone: channels besides
-// `color_channels`, pages.
-Result<io::WriteReport> with_notes(Result<io::WriteReport> report, const io::ExrFile& input,
+// Notes what the output lacks: channels other than the `color_channels` color channels, further
+// pages.
+Result<io::WriteReport> with_notes(Result<io::WriteReport> report, const io::PixelFile& input,
                                    size_t color_channels) {
     if (!report.ok()) return report;
     size_t channels = 0;
     for (const io::ExrPart& part : input.parts()) channels += part.channels.size();
     if (channels > color_channels)
         report->notes.push_back(concat(channels - color_channels,
-                                       " channels besides color are not in the output; they stand "
-                                       "in the input"));
-    if (input.picture() && input.picture()->info().has_more)
-        report->notes.push_back("the input has further pages; the first alone is in the output");
+                                       " channels other than color are not written to the output"));
+    if (picture_of(input) && picture_of(input)->info().has_more)
+        report->notes.push_back("the input has several pages; the output contains only the first");
     return report;
 }
 
@@ -42,27 +41,30 @@ Result<io::WriteReport> with_notes(Result<io::WriteReport> report, const io::Exr
 
 Status check_output(const FrameHeader& header, const std::string& path, const RunSettings& settings,
                     const io::WriteOptions& options) {
-    const io::ExrFile& color_file = header.files.color_file();
-    if (settings.source.input_transfer && !color_file.picture())
-        return Status(StatusCode::usage, concat(color_file.path(),
-                                                ": --input-transfer is of pictures that are no "
-                                                "EXR, which holds scene-linear light; leave it "
-                                                "out"));
+    const io::PixelFile& color_file = header.files.color_file();
+    if (settings.source.input_transfer && !picture_of(color_file))
+        return Status(StatusCode::usage,
+                      concat(color_file.path(),
+                             ": --input-transfer applies only to non-EXR inputs; "
+                             "an EXR holds scene-linear light; leave it "
+                             "out"));
     const RoleChannels& color = header.assignment.at(Role::color);
     if (io::picture_format_of(path)) {
         if (settings.exr.compression || settings.exr.half || !settings.exr.channels.empty())
-            return Status(StatusCode::usage,
-                          path + ": --compression, --half and --channels are of EXR outputs");
+            return Status(
+                StatusCode::usage,
+                path + ": --compression, --half and --channels apply only to EXR outputs");
         return io::picture_encoding(path, color_file, color.channels.size(), settings.picture)
             .status();
     }
     if (settings.picture.transfer || settings.picture.bits != 0)
-        return Status(StatusCode::usage,
-                      concat(path,
-                             ": --output-transfer and --bits are of other outputs: an EXR holds "
-                             "scene-linear light; write .tif with --bits 32, or look at it with "
-                             "--png"));
-    if (color_file.picture()) return io::check_new_exr(color_file, color, options);
+        return Status(
+            StatusCode::usage,
+            concat(path,
+                   ": --output-transfer and --bits do not apply to EXR outputs, which hold "
+                   "scene-linear light; write .tif with --bits 32, or look at it with "
+                   "--png"));
+    if (picture_of(color_file)) return io::check_new_exr(color_file, color, options);
     return io::check_rewritable(header.files.color_file(), color, options);
 }
 
@@ -74,10 +76,10 @@ Result<io::WriteReport> write_output(const std::string& path, SourceFrame& sourc
     if (!permit.ok()) return permit.status();
     options.on_existing = *permit;
     const io::InputFrame& input = source.input;
-    const io::ExrFile& color_file = input.files.color_file();
+    const io::PixelFile& color_file = input.files.color_file();
     const bool stored_unassociated = source.conversion.unpremultiplied;
     if (!io::picture_format_of(path)) {
-        if (color_file.picture())
+        if (picture_of(color_file))
             return with_notes(write_new_exr(path, source, result, options), color_file,
                               source.input.assignment.at(Role::color).channels.size());
         if (stored_unassociated) to_file_convention(result, source.conversion, stored_color(input));

@@ -1,4 +1,4 @@
-// What would run for each frame of a sequence; nothing is written.
+// Plans each frame of a sequence; writes nothing.
 #pragma once
 
 #include <functional>
@@ -18,17 +18,17 @@ struct PlannedFrame {
     int frame = 0;
     Result<Plan> plan;
     std::vector<std::string> warnings;
-    Memory memory;                     // where there is a plan, as the next
-    std::optional<Resolved> resolved;  // what its passes work with
+    Memory memory;                     // if there is a plan
+    std::optional<Resolved> resolved;  // if there is a plan: the values of its passes
     FrameLayers layers;
 };
-// False ends it.
+// False ends the visit.
 using PlanVisitor = std::function<bool(const PlannedFrame&)>;
 
-// In the order of the frames. Errors (input): no frames; those of one frame are in its plan.
+// In the order of the frames. Errors (input): no frames; a frame's own errors are in its plan.
 Status plan_sequence(const Chain& chain, const RunSettings& settings, const PlanVisitor& visitor);
 
-// The plan of a frame that has one, with its `estimate` and `resolved`.
+// The plan of a frame that has one, with the keys `estimate` and `resolved`.
 io::Json planned_json(const PlannedFrame& planned, const std::optional<Seconds>& seconds);
 
 }  // namespace postchain::sequence

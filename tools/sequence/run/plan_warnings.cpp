@@ -7,7 +7,7 @@
 namespace postchain::sequence {
 namespace {
 
-// Some pass cannot do without a focus distance that the camera states.
+// Whether a pass needs a focus distance that the camera states.
 bool asks_for_focus(const Chain& chain, FrameDescription frame) {
     FrameDescription without = frame;
     without.camera.focus_distance.reset();
@@ -24,7 +24,7 @@ std::vector<std::string> plan_warnings(const Chain& chain, const Plan& plan,
     const std::string path = frame.input.files.color_file().path();
     if (const uint64_t lost = pixels_cut_off(chain, plan, frame))
         warnings.push_back(concat(path, ": the data window ", frame.input.data_window.text(),
-                                  " leaves out a part of the display window ",
+                                  " leaves out part of the display window ",
                                   frame.input.display_window.text(),
                                   ": light that the chain moves out of it, into ", lost,
                                   " pixels at most, is lost (--data-window grow keeps it)"));
@@ -33,8 +33,8 @@ std::vector<std::string> plan_warnings(const Chain& chain, const Plan& plan,
     if (camera.metadata_focus_m && !camera.meters_per_unit && asks_for_focus(chain, description))
         warnings.push_back(
             concat(path, ": the focus of its metadata is ", *camera.metadata_focus_m,
-                   " m, and meters_per_unit is stated nowhere: a scene unit is taken "
-                   "as 1 m (state it in --camera, in the chain or with --set)"));
+                   " m, but meters_per_unit is unknown: a scene unit is assumed to be "
+                   "1 m (set it in --camera, in the chain or with --set)"));
     return warnings;
 }
 

@@ -1,4 +1,4 @@
-// What is wrong with a frame in view of the chain that is to filter it.
+// Warnings about a frame in view of the chain that will filter it.
 #pragma once
 
 #include <string>
@@ -10,8 +10,8 @@
 
 namespace postchain::sequence {
 
-// One line each, with the file: light that is lost at the border of a data window that is kept; a
-// focus in meters where the length of a scene unit is stated nowhere, and a pass asks for it.
+// One line each, with the file: light lost at the border of a data window that is kept; a focus in
+// meters that a pass needs although the length of a scene unit is unknown.
 std::vector<std::string> plan_warnings(const Chain& chain, const Plan& plan,
                                        const SourceFrame& frame);
 

@@ -4,7 +4,7 @@
 
 #include "chain/text.h"
 #include "config/chain_file.h"
-#include "tools/sequence/io/parameter_json.h"
+#include "tools/sequence/files/parameter_json.h"
 #include "tools/sequence/run/resolved.h"
 
 namespace postchain::sequence {
@@ -18,7 +18,7 @@ std::string whole_path(const std::string& path) {
     return failed ? path : whole.lexically_normal().string();
 }
 
-// --input with whole paths.
+// --input with absolute paths.
 std::string input_text(const io::InputSpec& input) {
     if (!input.separate_files()) return whole_path(input.color().text());
     std::string text;
@@ -28,7 +28,7 @@ std::string input_text(const io::InputSpec& input) {
     return text;
 }
 
-// What a camera file gave, as one.
+// The values that the camera file gave, as a camera file.
 Json camera_json(const Resolved& resolved) {
     Json camera = Json::object();
     for (const auto& one : resolved.camera)
@@ -65,9 +65,9 @@ std::string record_text(const Chain& chain, const RunSettings& settings,
 }
 
 Result<Record> read_record(const std::string& path) {
-    auto file = io::ExrFile::open(path);
+    auto file = io::open_pixels(path);
     if (!file.ok()) return file.status();
-    for (const auto& part : file->parts()) {
+    for (const auto& part : (*file)->parts()) {
         const auto found = part.attributes.find(kRecordAttribute);
         if (found == part.attributes.end()) continue;
         try {

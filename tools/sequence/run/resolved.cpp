@@ -4,7 +4,7 @@
 #include <cstdio>
 
 #include "chain/decisions.h"
-#include "tools/sequence/io/parameter_json.h"
+#include "tools/sequence/files/parameter_json.h"
 
 namespace postchain::sequence {
 namespace {
@@ -16,7 +16,7 @@ const Origin* find(const Origins& origins, const std::string& key) {
     return found == origins.end() ? nullptr : &found->second;
 }
 
-// Of a row of the camera: what the chain says lies over what the frame brings.
+// Origin of a camera row: the chain's value overrides the frame's.
 Origin of_camera(const Chain& chain, const SourceFrame& frame, const std::string& row) {
     if (const Origin* stated = find(chain.origins, "camera." + row)) return *stated;
     if (const Origin* stated = find(frame.camera_origins, row)) return *stated;
@@ -68,7 +68,7 @@ std::string amount(const ResolvedValue& one) {
 
 std::string origin_text(const Origin& origin) {
     if (origin.where.empty()) return origin.from;
-    // These name themselves.
+    // These describe themselves.
     if (origin.from == kFromOption) return origin.where;
     return origin.from + " " + origin.where;
 }

@@ -1,6 +1,6 @@
-// What a frame's passes work with, resolved: every value of lens and shutter and where it is from,
-// the longest streak, the largest circle of confusion, from where to where all is sharp. Printed by
-// `plan`, and on record in sidecar and output.
+// The resolved values of a frame's passes: every value of lens and shutter with its origin, the
+// longest streak, the largest circle of confusion, the depth of field. Printed by `plan`, and
+// recorded in sidecar and output.
 #pragma once
 
 #include <string>
@@ -8,14 +8,14 @@
 
 #include "chain/chain.h"
 #include "chain/plan.h"
-#include "tools/sequence/io/json.h"
+#include "tools/sequence/files/json.h"
 #include "tools/sequence/run/frame_source.h"
 
 namespace postchain::sequence {
 
 struct ResolvedValue {
     std::string key;
-    ParameterValue value;  // unset: there is none, as of a far limit that is infinitely far
+    ParameterValue value;  // unset = none, e.g. an infinite far limit
     std::string unit;
     Origin origin;
 };
@@ -27,17 +27,17 @@ struct ResolvedPass {
 };
 
 struct Resolved {
-    std::vector<ResolvedValue> camera;  // what is stated, whether a pass uses it or not
+    std::vector<ResolvedValue> camera;  // all that is stated, used by a pass or not
     std::vector<ResolvedPass> passes;   // in the order of the chain
 };
 
-// `plan` is of this chain and frame.
+// `plan` belongs to this chain and frame.
 Resolved resolve(const Chain& chain, const SourceFrame& frame, const Plan& plan);
 
 // {"camera": {KEY: {"value", "unit", "from", "where"}}, "passes": [{"pass", "left_out", "values":
 // {KEY: ...}}]}
 io::Json resolved_json(const Resolved& resolved);
-// A line for each value of each pass: key, value and unit, where it is from.
+// One line for each value of each pass: key, value, unit, origin.
 std::string resolved_text(const Resolved& resolved);
 
 }  // namespace postchain::sequence

@@ -4,15 +4,15 @@
 #include <map>
 #include <set>
 
-#include "tools/sequence/io/cryptomatte.h"
-#include "tools/sequence/io/preview.h"
+#include "tools/sequence/frame/cryptomatte.h"
+#include "tools/sequence/image/preview.h"
 #include "tools/sequence/run/job_settings.h"
 #include "tools/sequence/run/sidecar.h"
 
 namespace postchain::sequence {
 namespace {
 
-// Names of the stages that a chain can have, in the frames of a run.
+// File names of the stages that a chain can have, in the frames of a run.
 class StageNames {
   public:
     StageNames(const Chain& chain, const std::vector<FrameTask>& tasks) : starts_{"input."} {
@@ -23,7 +23,7 @@ class StageNames {
     bool operator()(const std::string& name) const {
         for (const std::string& start : starts_) {
             if (!name.starts_with(start)) continue;
-            // "0.fxaa.luma.0001.exr": what is written for any stage begins with this dot.
+            // "0.fxaa.luma.0001.exr": the frame's part, from this dot, is the same for all stages.
             const size_t dot = name.rfind('.', name.size() - 5);
             return dot != std::string::npos && ends_.count("/" + name.substr(dot)) > 0;
         }
@@ -35,7 +35,7 @@ class StageNames {
     std::set<std::string> ends_;
 };
 
-// Whether a file of this name is the picture, the sidecar or the preview of some frame.
+// Whether the file name is that of an image, sidecar or preview of any frame.
 bool is_output_name(const std::string& name, const RunSettings& settings) {
     const std::string sidecar_end = sidecar_path("");
     if (settings.output.match(name)) return true;
@@ -47,7 +47,7 @@ bool is_output_name(const std::string& name, const RunSettings& settings) {
     return preview.ok() && preview->match(name);
 }
 
-// Manifests of cryptomattes, which frames name. They are read where a matte is of ids.
+// Manifests of cryptomattes that frames name. They are read if a matte is made from ids.
 void read_manifests(const Chain& chain, const RunSettings& settings,
                     const std::vector<FrameTask>& tasks, io::OutputFiles& files) {
     const auto mattes = mattes_of(chain);
@@ -57,9 +57,9 @@ void read_manifests(const Chain& chain, const RunSettings& settings,
     for (const FrameTask& task : tasks) {
         for (int frame : {task.source - 1, task.source, task.source + 1}) {
             if (!on_disk.contains(frame) || !opened.insert(frame).second) continue;
-            const auto file = io::ExrFile::open(on_disk.at(frame));
+            const auto file = io::open_pixels(on_disk.at(frame));
             if (!file.ok()) continue;
-            const auto cryptomattes = io::find_cryptomattes(*file, io::Manifests::not_read);
+            const auto cryptomattes = io::find_cryptomattes(**file, io::Manifests::not_read);
             if (!cryptomattes.ok()) continue;
             for (const io::Cryptomatte& one : *cryptomattes)
                 if (!one.manifest_file.empty())

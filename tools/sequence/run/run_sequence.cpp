@@ -6,9 +6,9 @@
 #include <filesystem>
 
 #include "chain/layers.h"
-#include "tools/sequence/io/picture_module.h"
-#include "tools/sequence/io/planes_writer.h"
-#include "tools/sequence/io/preview.h"
+#include "tools/sequence/exr/planes_writer.h"
+#include "tools/sequence/image/picture_module.h"
+#include "tools/sequence/image/preview.h"
 #include "tools/sequence/run/clock.h"
 #include "tools/sequence/run/fingerprint.h"
 #include "tools/sequence/run/layers_apart.h"
@@ -26,7 +26,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Coverage of one id, of a pixel: what is lost below is not seen.
+// Coverage of one id in one pixel; a smaller loss is invisible.
 constexpr float kLostCoverage = 0.02f;
 constexpr const char* kProvenanceAttribute = "postchain";
 
@@ -41,8 +41,8 @@ uint64_t count_nonfinite(const ImageF& image) {
     return count;
 }
 
-// What is written besides color: the filtered layers as the file wants them back, and ranks.
-// `images` holds their pixels; a deque leaves them in place.
+// Filtered layers, converted to the file's convention, and ranks. `images` holds their pixels; it
+// is a deque so that they stay in place.
 std::vector<io::FilteredLayer> layers_to_write(const FrameInFlight& frame,
                                                std::deque<ImageF>& images) {
     std::vector<io::FilteredLayer> layers;
@@ -172,8 +172,8 @@ class FilterJob final : public FrameJob {
                                              largest_text(report.output)));
         if (const uint64_t bad = report.write.nonfinite_pixels)
             report.warnings.push_back(concat(report.output, ": ", bad,
-                                             " pixels of the result are not finite: Inf clamped to "
-                                             "the largest value of its channel, NaN to 0"));
+                                             " result pixels are non-finite: Inf clamped to "
+                                             "the channel's largest value, NaN to 0"));
         report.write_ms = milliseconds_since(start);
         if (settings_.preview)
             if (Status status = write_preview(report, frame.result); !status.ok()) return status;
@@ -227,7 +227,7 @@ class FilterJob final : public FrameJob {
     const std::string& renderer_;
 };
 
-// The folder of the outputs.
+// Checks or creates the folder of the outputs.
 Status have_folder(const RunSettings& settings) {
     const std::string folder = settings.output.folder();
     std::error_code error;
@@ -235,13 +235,13 @@ Status have_folder(const RunSettings& settings) {
     if (fs::exists(folder, error)) return Status(StatusCode::output, folder + ": is not a folder");
     if (!settings.make_folder)
         return Status(StatusCode::output,
-                      folder + ": folder does not exist; make it first, or with --mkdir");
+                      folder + ": folder does not exist; create it or use --mkdir");
     fs::create_directories(folder, error);
     if (!error) return Status();
-    return Status(StatusCode::output, folder + ": cannot be made: " + error.message());
+    return Status(StatusCode::output, folder + ": cannot be created: " + error.message());
 }
 
-// A configuration that cannot be used is found before a frame is filtered.
+// Finds an unusable configuration before any frame is filtered.
 Status check_pictures(const RunSettings& settings) {
     const auto& stored = settings.picture.transfer;
     if (!settings.preview && !(stored && !io::config_of(*stored).empty())) return Status();
@@ -270,7 +270,7 @@ Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& asked, Ex
     if (!tasks.ok()) return tasks.status();
     const io::OutputFiles files = files_of_run(chain, settings, *tasks);
     if (Status status = files.check_names(); !status.ok()) return status;
-    // Under ErrorPolicy::keep_going each frame is refused alone.
+    // With ErrorPolicy::keep_going each frame is refused separately.
     if (settings.on_error == ErrorPolicy::stop)
         if (Status status = files.check_existing(); !status.ok()) return status;
     std::error_code error;
@@ -296,7 +296,7 @@ Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& asked, Ex
         return Status(
             StatusCode::input,
             concat(settings.input.color().text(), ": ", io::why_none(settings.input.color()),
-                   ", and nothing came for ", text_of(*settings.watch->idle_s), " s (--idle)"));
+                   ", and nothing changed for ", text_of(*settings.watch->idle_s), " s (--idle)"));
     summary->gaps = std::move(gaps);
     summary->counters = executor.counters();
     return summary;

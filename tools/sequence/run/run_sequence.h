@@ -16,11 +16,12 @@
 namespace postchain::sequence {
 
 // `executor` must belong to the GL context current on this thread. `stop` (may be null) ends the
-// run after the frame under way. A Status that is not ok means that nothing could be started (no
-// frames, missing frames under MissingPolicy::error, outputs that run/run_files.h refuses; those
-// that exist are a failure of their frames under ErrorPolicy::keep_going); failures of single
-// frames are in the summary, as of walk_sequence(). A frame one of whose inputs changes before its
-// output is in place fails. With RunSettings::watch it waits for frames, and tells `waits` which.
+// run after the frame under way. With RunSettings::watch the run waits for frames and reports them
+// to `waits`. A Status that is not ok means that nothing could be started: no frames, missing
+// frames under MissingPolicy::error, or outputs that run/run_files.h refuses. (Under
+// ErrorPolicy::keep_going existing outputs only fail their own frames.) Failures of single frames
+// are in the summary, as with walk_sequence(). A frame fails if an input changes before its output
+// is in place.
 Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& settings, Executor& executor,
                                 const std::string& renderer, const FrameObserver& observer,
                                 const std::atomic<bool>* stop, const FrameStart& start = {},

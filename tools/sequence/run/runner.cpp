@@ -15,7 +15,7 @@ namespace {
 
 constexpr auto kBetweenReports = std::chrono::milliseconds(250);
 
-// What `stage` throws must not leave its thread: memory runs out in a library, mostly.
+// Exceptions must not leave a stage's thread; most are a library's out of memory.
 template <class Stage>
 Status guarded(const std::string& place, const Stage& stage) {
     try {
@@ -25,11 +25,11 @@ Status guarded(const std::string& place, const Stage& stage) {
     }
 }
 
-// A frame and its place among the tasks.
+// A frame and its index among the tasks.
 struct Numbered {
     size_t index = 0;
     FrameInFlight frame;
-    uint64_t bytes = 0;  // of the gate
+    uint64_t bytes = 0;  // held in the gate
 };
 
 class Walk {
@@ -59,10 +59,9 @@ class Walk {
         } catch (const std::system_error& error) {
             to_write_.close();
             if (writer.joinable()) writer.join();
-            return Status(
-                StatusCode::internal,
-                concat("no thread could be started (too little memory, or too many threads): ",
-                       error.what()));
+            return Status(StatusCode::internal,
+                          concat("cannot start a thread (too little memory, or too many threads): ",
+                                 error.what()));
         }
         while (!to_process_.is_over()) {
             auto next = to_process_.pop_for(kBetweenReports);
@@ -86,8 +85,8 @@ class Walk {
     }
 
   private:
-    // After a failure under ErrorPolicy::stop the frames before it are still finished: what is
-    // written must not depend on how far ahead the reader was.
+    // After a failure under ErrorPolicy::stop the frames before it are finished, so that the
+    // outputs do not depend on how far ahead the reader was.
     bool given_up(size_t index) const { return index > first_failed_ || (stop_ && *stop_); }
 
     // ------------------------------------------------------------------- reader thread
@@ -170,8 +169,8 @@ class Walk {
         return Status();
     }
 
-    // Of the frame on its way and of the neighbors that are kept for it, which may be read to be
-    // filtered and written too.
+    // Memory of the frame in flight and of the neighbors kept for it, which may later be filtered
+    // and written too.
     uint64_t bytes_of(const FrameInputs& inputs) const {
         const OpenedFrame& frame = *inputs.frame;
         const int rows = frame.header.window.height();
@@ -245,7 +244,8 @@ class Walk {
                     ++summary_.missing;
                     break;
                 case Outcome::failed:
-                    // A frame given up because of a stop is not a failure of its own.
+                    // Giving up a frame because of a stop is not a failure.
+
                     if (report->status.code() == StatusCode::canceled) continue;
                     ++summary_.failed;
                     break;
@@ -286,7 +286,7 @@ class Walk {
     const FrameStart& frame_start_;
     FrameFeed& feed_;
     const WaitObserver& waits_;
-    SequenceReader reader_;  // of the reader thread
+    SequenceReader reader_;  // used by the reader thread
     MemoryGate gate_;
 
     Channel<Numbered> to_process_{1};
@@ -294,12 +294,12 @@ class Walk {
     Channel<FrameReport> finished_{std::numeric_limits<size_t>::max()};
     std::counting_semaphore<kFramesInFlight> free_places_{kFramesInFlight};
     static constexpr size_t kNone = std::numeric_limits<size_t>::max();
-    std::atomic<size_t> first_failed_ = kNone;  // index of the task; kNone = go on
+    std::atomic<size_t> first_failed_ = kNone;  // task index; kNone = go on
     std::atomic<int> in_flight_ = 0;
     std::atomic<int> in_flight_peak_ = 0;
     Clock::time_point start_;
     size_t done_ = 0;
-    Status failed_feed_;  // of the reader thread, until it has ended
+    Status failed_feed_;  // written by the reader thread; read after it has ended
     RunSummary summary_;
 };
 

@@ -15,7 +15,7 @@ std::string first_line(const std::string& text) {
     return text.substr(0, text.find('\n'));
 }
 
-// A plane, or several one below another, of the window `from` as of the window `to`.
+// Moves a plane, or stacked planes, from the window `from` to the window `to`.
 ImageF moved(const ImageF& plane, const io::Window& from, const io::Window& to) {
     std::vector<ImageF> planes;
     for (int i = 0; i < plane.height / from.height(); ++i)
@@ -30,7 +30,7 @@ int number_of(Neighbor neighbor, int number) {
 }  // namespace
 
 struct SequenceReader::Entry : OpenedFrame {
-    bool is_neighbor_only = false;  // it lacks a layer that is asked for by name
+    bool is_neighbor_only = false;  // it lacks a layer that was requested by name
     bool is_decoded = false;
     Status status;  // of decoding
     SharedPlanes pixels;
@@ -80,7 +80,7 @@ Result<std::shared_ptr<SequenceReader::Entry>> SequenceReader::enter(
 RoleSet SequenceReader::planes_to_read(const FrameHeader& header) const {
     const RoleSet wanted = planes_of_(header);
     const RoleSet own = roles_in_files(header);
-    // Mattes are there where a chain names them, and are then read with whatever else is.
+    // Mattes exist if a chain names them; they are then read with any other plane.
     RoleSet planes = RoleSet{Role::color} | (own & (wanted | RoleSet{Role::mattes}));
     for (Neighbor neighbor : kNeighbors) {
         for (Role role : kNeighborRoles) {
@@ -115,7 +115,7 @@ void SequenceReader::find_neighbor(Neighbor neighbor, FrameInputs& inputs) {
     if (!why.empty()) return;
     auto other = enter(number, on_disk_->at(number));
     if (other.status().code() == StatusCode::usage) {
-        // For its color, with whichever layers it has.
+        // Read for its color, with whichever layers it has.
         const std::string asked = std::exchange(settings_.layers.layers, "all");
         other = enter(number, on_disk_->at(number));
         settings_.layers.layers = asked;
@@ -129,24 +129,24 @@ void SequenceReader::find_neighbor(Neighbor neighbor, FrameInputs& inputs) {
     }
     const io::Window &own = color_part(frame.header).display_window,
                      &its = color_part((*other)->header).display_window;
-    // Its color is used without its layers too.
+    // Its color is used even if it lacks layers.
     const RoleSet lacking = frame.planes.of(neighbor) - (*other)->planes - RoleSet{Role::layers};
     if (own != its)
         why =
             concat("frame ", number, " has display window ", its.text(), ", this one ", own.text());
     else if (!lacking.empty())
-        why = concat("frame ", number, " brings no ", lacking.text());
+        why = concat("frame ", number, " has no ", lacking.text());
     if (!why.empty()) return;
     if (frame.planes.of(neighbor).has(Role::layers))
         if (const auto layers = layers_lacking(frame.header.layers, (*other)->header.layers);
             !layers.empty())
             inputs.warnings.push_back(concat("filtered without the frame ", name_of(neighbor),
-                                             ", which has no such layers: ", joined(layers)));
+                                             ", which lacks these layers: ", joined(layers)));
     inputs.missing.erase(neighbor);
     inputs.neighbors[neighbor] = *other;
 }
 
-// Why there is no such frame; empty where there is one.
+// Why the frame does not exist; empty if it does.
 std::string SequenceReader::absence(int number, Neighbor neighbor) {
     if (!input_.color().has_token()) return "the input is one file";
     if (!on_disk_) {
@@ -186,7 +186,7 @@ Status SequenceReader::decode(Entry& entry) {
 
 Result<SourceFrame> SequenceReader::read(const FrameInputs& inputs) {
     Entry& entry = *window_.at(inputs.frame->number);
-    // A frame that is held stands in for others too: it is read for each of them.
+    // A held frame replaces several frames: it is read for each of them.
     if (entry.status.ok() && !entry.source) entry.is_decoded = false;
     if (Status status = decode(entry); !status.ok()) return status;
     SourceFrame frame = std::move(*entry.source);
@@ -197,7 +197,7 @@ Result<SourceFrame> SequenceReader::read(const FrameInputs& inputs) {
     for (const auto& [neighbor, opened] : inputs.neighbors) {
         Entry& other = *window_.at(opened->number);
         if (Status status = decode(other); !status.ok()) {
-            // What is left out for want of memory would depend on the machine.
+            // What is left out for lack of memory would depend on the machine.
             if (status.code() == StatusCode::memory) return status;
             const std::string why = first_line(status.message());
             frame.description.missing_neighbors[neighbor] = why;
@@ -211,7 +211,7 @@ Result<SourceFrame> SequenceReader::read(const FrameInputs& inputs) {
             if (role == Role::layers && other.cryptomattes)
                 frame.neighbor_cryptomattes[neighbor] = other.cryptomattes;
             if (role == Role::layers) layers[neighbor].found = &other.header.layers;
-            if (!other.pixels.count(role)) continue;  // layers of a cryptomatte alone, or none
+            if (!other.pixels.count(role)) continue;  // only layers of a cryptomatte, or none
             auto plane = other.pixels.at(role);
             if (here != there) plane = std::make_shared<const ImageF>(moved(*plane, there, here));
             if (role == Role::layers) {

@@ -50,7 +50,7 @@ double Thumbnail::difference(const Thumbnail& other) const {
     double sum = 0;
     int count = 0;
     for (size_t cell = 0; cell < pixels_.size(); ++cell) {
-        if (!pixels_[cell] || !other.pixels_[cell]) continue;  // smaller than the thumbnail
+        if (!pixels_[cell] || !other.pixels_[cell]) continue;  // image smaller than the thumbnail
         for (size_t c = 0; c < 3; ++c)
             sum += std::abs(sums_[cell * 3 + c] / double(pixels_[cell]) -
                             other.sums_[cell * 3 + c] / double(other.pixels_[cell]));
@@ -108,7 +108,7 @@ std::string SequenceSurvey::usual_size() const {
     return most == sizes.end() ? std::string() : most->first;
 }
 
-// Those that at least half of the frames have.
+// Planes that at least half of the frames have.
 RoleSet SequenceSurvey::usual_planes() const {
     RoleSet usual;
     for (Role role : kFileRoles) {
@@ -139,18 +139,18 @@ std::vector<SequenceSurvey::Finding> SequenceSurvey::findings() const {
         if (const RoleSet lacking = planes - glance.planes; !lacking.empty())
             add("has no " + lacking.text());
         if (const RoleSet more = glance.planes - planes; !more.empty())
-            add(concat("has ", more.text(), ", which most have not"));
+            add(concat("has ", more.text(), ", which most frames lack"));
         if (glance.nonfinite)
             add(concat(glance.nonfinite, glance.nonfinite == 1 ? " pixel" : " pixels",
                        " with NaN or Inf"));
-        if (glance.motion_all_zero) add("every vector is zero");
+        if (glance.motion_all_zero) add("every motion vector is zero");
         const bool more_follow = i + 1 < frames_.size() && frames_[i + 1].change;
         if (!more_follow) continue;
         const double change = *frames_[i + 1].change;
         if (change > kLeastChange && change > kTimesMedian * usual_change)
-            add(concat("the picture changes ",
+            add(concat("the image changes ",
                        usual_change > 0 ? number(change / usual_change) + " times as much as usual"
-                                        : std::string("and does not elsewhere"),
+                                        : std::string("unlike elsewhere"),
                        " to frame ", glance.frame + 1, ": a cut? (--cuts ", glance.frame, ")"));
     }
     return found;
@@ -206,7 +206,7 @@ io::Json SequenceSurvey::json() const {
 std::string SequenceSurvey::text() const {
     if (frames_.empty()) return {};
     std::string text =
-        concat(frames_.size(), " frames looked at, ", frames_.front().frame, " to ",
+        concat(frames_.size(), " frames examined, ", frames_.front().frame, " to ",
                frames_.back().frame, ": ", usual_size(), ", ", usual_planes().text(), "\n");
     const auto add = [&](const char* what, const std::optional<Range>& range, const char* unit) {
         if (!range) return;
@@ -226,8 +226,8 @@ std::string SequenceSurvey::text() const {
     add("largest color value",
         range([](const Glance& g) { return std::optional<double>(g.max_color); }), "");
     const auto found = findings();
-    if (found.empty()) return text + "no frame stands out\n";
-    text += "stands out:\n";
+    if (found.empty()) return text + "no unusual frames\n";
+    text += "unusual frames:\n";
     for (const Finding& finding : found)
         text += concat("  frame ", finding.frame, ": ", finding.what, "\n");
     return text;

@@ -1,4 +1,4 @@
-// What the frames of a sequence have in common, and which of them stand out.
+// Summarizes the frames of a sequence and finds unusual ones.
 //
 //   SourceFrame, Thumbnail of each frame --SequenceSurvey--> ranges over frames, frames that differ
 #pragma once
@@ -8,18 +8,18 @@
 #include <string>
 #include <vector>
 
-#include "tools/sequence/io/json.h"
+#include "tools/sequence/files/json.h"
 #include "tools/sequence/run/frame_scan.h"
 
 namespace postchain::sequence {
 
-// A picture of 16 x 9 means of RGB, each value after x/(1 + x), gathered strip by strip: enough to
-// see that a sequence shows another shot.
+// 16 x 9 means of RGB, each value after x/(1 + x), collected strip by strip: enough to detect a
+// change of shot.
 class Thumbnail {
   public:
-    // Color of the rows from `first` on of a frame of `height` rows.
+    // Adds color rows from `first` on, of a frame of `height` rows.
     void add(const ImageF& color, int first, int height);
-    // Mean absolute difference, 0 to 1; both must be complete.
+    // Mean absolute difference, 0 to 1; both thumbnails must be complete.
     double difference(const Thumbnail& other) const;
 
   private:
@@ -30,21 +30,21 @@ class Thumbnail {
 
 class SequenceSurvey {
   public:
-    // Frames in the order of their numbers.
+    // Frames are added in numeric order.
     void add(int frame, const SourceFrame& source, const Thumbnail& thumbnail);
     void add_failed(int frame, const Status& status);
 
-    // A frame that is not as most are: "frame 4: no motion".
+    // A difference from most frames: "frame 4: no motion".
     struct Finding {
         int frame = 0;
         std::string what;
     };
-    // By frame: unreadable, another size or other planes than most frames, NaN or Inf, vectors that
-    // are all zero, a cut behind it. A cut is taken for one where the thumbnail changes by more
-    // than 0.05 and four times the median of the sequence, between frames with neighboring numbers.
+    // By frame: unreadable, other size or planes than most frames, NaN or Inf, all motion vectors
+    // zero, a probable cut after it. A cut is reported if the thumbnail changes by more than 0.05
+    // and by more than four times the sequence's median, between frames with consecutive numbers.
     std::vector<Finding> findings() const;
     bool failed() const { return readable() < frames_.size(); }
-    std::string text() const;  // for people, several lines
+    std::string text() const;  // several lines to read
     io::Json json() const;
 
   private:
@@ -58,9 +58,9 @@ class SequenceSurvey {
         bool has_sky = false;
         std::optional<double> speed_px, nearest, farthest;
         double min_color = 0, max_color = 0;  // of RGB
-        std::optional<double> change;         // from the frame with the number before
+        std::optional<double> change;         // from the frame with the previous number
     };
-    // Smallest and largest over frames, and the frame of the largest.
+    // Minimum and maximum over frames, and the frame of the maximum.
     struct Range {
         double least = 0, most = 0;
         int at_most = 0;
@@ -75,8 +75,8 @@ class SequenceSurvey {
     std::optional<Thumbnail> last_;
 };
 
-// Of frames of about `bytes` each, those that a glance over the sequence looks at: all of
-// them, or where that is more than 64 GiB as many as fit, at least eight, evenly spread.
+// Frames of about `bytes` each that a survey reads: all, or if that exceeds 64 GiB as many as fit,
+// at least eight, evenly spaced.
 std::vector<int> frames_to_survey(const std::vector<int>& frames, uint64_t bytes);
 
 }  // namespace postchain::sequence

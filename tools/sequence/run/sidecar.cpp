@@ -1,7 +1,7 @@
 #include "tools/sequence/run/sidecar.h"
 
 #include "chain/plan_print.h"
-#include "tools/sequence/io/json.h"
+#include "tools/sequence/files/json.h"
 #include "tools/sequence/run/layer_record.h"
 
 namespace postchain::sequence {

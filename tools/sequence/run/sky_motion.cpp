@@ -33,7 +33,7 @@ std::optional<SkyView> view_in(const CameraFile& file, const Camera& metadata, i
                                const Display& display) {
     const auto found = file.rotations.find(frame);
     if (found == file.rotations.end()) return std::nullopt;
-    // Of a zoom each frame states its focal length.
+    // For a zoom, each frame states its focal length.
     const bool zooms = std::any_of(file.frames.begin(), file.frames.end(), [](const auto& one) {
         return one.second.camera.focal_length_mm.has_value();
     });
@@ -61,7 +61,7 @@ std::optional<SkyView> view_in(const std::optional<io::CameraMetadata>& metadata
     return view;
 }
 
-// The camera moved, turned and zoomed on from `other` to `now` by as much again.
+// Continues the camera's motion, rotation and zoom from `other` to `now` by the same amount.
 SkyView continued(const SkyView& now, const SkyView& other) {
     SkyView next{product(product(now.to_world, transposed(other.to_world)), now.to_world),
                  now.focal_px * now.focal_px / other.focal_px,
@@ -73,8 +73,7 @@ SkyView continued(const SkyView& now, const SkyView& other) {
     return next;
 }
 
-// Where a view sees what another sees in the place (x, y) from the middle of the picture, pixels,
-// at the inverse depth w.
+// Maps a pixel offset (x, y) from the image center, at inverse depth w, from one view to another.
 class Transfer {
   public:
     Transfer(const SkyView& from, const SkyView& to, double aspect)
@@ -88,7 +87,7 @@ class Transfer {
                 step_[i] += to.to_world[k][i] * ((*from.place)[k] - (*to.place)[k]);
     }
 
-    // Nothing where that is behind it.
+    // Empty if the point is behind the camera.
     std::optional<std::array<double, 2>> operator()(double x, double y, double w) const {
         const Direction d = {x / from_px_, -y / (from_px_ * aspect_), -1};
         Direction e{};
@@ -106,7 +105,7 @@ class Transfer {
     double from_px_, to_px_, aspect_;
 };
 
-// Infinitely far and not clear: what is clear may move as it likes.
+// Infinitely far and not clear; the motion of clear pixels does not matter.
 bool is_sky(const FramePlanes& planes, size_t pixel) {
     if (!is_infinitely_far(planes.at(Role::inverse_depth).data[pixel])) return false;
     const float* c = planes.at(Role::color).data.data() + 4 * pixel;
@@ -164,7 +163,7 @@ std::optional<SkyViews> sky_views(const CameraFile* file, const MetadataOf& meta
 
 namespace {
 
-// Sets the vectors of the pixels for which `wanted` is true; returns how many.
+// Sets the motion vectors of the pixels for which `wanted` is true; returns their number.
 template <class Wanted>
 uint64_t set_vectors(const SkyViews& views, FramePlanes& planes, FrameDescription& frame,
                      Wanted wanted) {
@@ -191,7 +190,7 @@ uint64_t set_vectors(const SkyViews& views, FramePlanes& planes, FrameDescriptio
         std::optional<std::array<double, 2>> forward, backward;
         if (const auto at = to_after(x, y, w)) forward = {(*at)[0] - x, (*at)[1] - y};
         if (const auto at = to_before(x, y, w)) backward = {x - (*at)[0], y - (*at)[1]};
-        // No frame was rendered there: the surface moves on as it does on the other side.
+        // No frame was rendered on that side: the surface moves as on the other side.
         if (!forward && !views.knows_after) forward = backward;
         if (!backward && !views.knows_before) backward = forward;
         if (forward) set(v, *forward, largest);

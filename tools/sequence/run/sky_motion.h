@@ -1,7 +1,6 @@
-// Vectors that follow from the camera. Renderers that have no surface in the sky write none there,
-// though it moves through the picture when the camera turns; some write none at all. Of what stands
-// still in the world they follow from its depth and from where the camera stood and looked, of the
-// sky, which is infinitely far, from the camera's rotations alone.
+// Motion vectors made from the camera. Renderers write no vectors for sky, although it moves when
+// the camera turns, and some write none at all. For static surfaces, vectors follow from depth and
+// the camera's positions and rotations; for the infinitely far sky, from the rotations.
 #pragma once
 
 #include <functional>
@@ -11,63 +10,62 @@
 
 #include "chain/frame.h"
 #include "config/camera_file.h"
-#include "tools/sequence/io/camera_metadata.h"
+#include "tools/sequence/frame/camera_metadata.h"
 
 namespace postchain::sequence {
 
-// Which vectors are made from the camera.
+// Which motion vectors are made from the camera.
 enum class CameraMotion {
     none,
-    missing,  // all where the file has no channel of them; those of the sky by a camera file
-    sky,      // besides, those of the sky by the matrices of the frames' metadata
-    all,      // every one, in place of the file's
+    missing,  // all if the file has none; with a camera file, those of the sky too
+    sky,      // also those of the sky, from the matrices in the frames' metadata
+    all,      // every one, replacing the file's
 };
 
-// How a camera sees.
+// Projection and pose of a camera.
 struct SkyView {
     Rotation to_world;
     double focal_px = 0;                         // along x
-    std::optional<std::array<double, 3>> place;  // scene units; not needed for the sky
+    std::optional<std::array<double, 3>> place;  // scene units; not needed for sky
 };
 
-// Of a frame, the one before and the one after.
+// Views of a frame, the one before and the one after.
 struct SkyViews {
     SkyView now, before, after;
     double pixel_aspect = 1;
-    bool from_metadata = false;  // else from the camera file
-    // Else that view is `now`, moved on evenly from the other side.
+    bool from_metadata = false;  // otherwise from the camera file
+    // If false, that view is extrapolated from the other side.
     bool knows_before = true, knows_after = true;
 
-    bool turns() const;  // or zooms: the sky moves through the picture
+    bool turns() const;  // or zooms: the sky moves in the image
     bool have_places() const { return now.place && before.place && after.place; }
-    std::string text() const;  // every number
+    std::string text() const;  // all values
 };
 
-// What the file of a frame says of its camera, nothing where there is none.
+// Camera of a frame's file; empty if it states none.
 using MetadataOf = std::function<std::optional<io::CameraMetadata>(int frame)>;
 
-// From the matrices of a camera file, else from those of the frames' metadata. Where the frame
-// before or after has none, or a cut lies between, the camera is taken to move on evenly. Nothing
-// where that is so on both sides, or where a focal length is unknown.
+// Views from the matrices of a camera file, otherwise of the frames' metadata. If one neighbor has
+// none or a cut lies between, the camera's motion is extrapolated from the other side. Empty if
+// both sides lack a view or a focal length is unknown.
 std::optional<SkyViews> sky_views(const CameraFile* file, const MetadataOf& metadata_of, int frame,
                                   const Display& display, const std::set<int>& cuts);
 
-// Sets every vector of a canonical frame of which `views` have the places, clear pixels' too, and
-// the bounds of the speeds. Each side by itself: the vector to a frame that has the pixel's surface
-// behind its camera is (0, 0), and where no such frame is known it is that of the other side.
-// Returns how many pixels it set, of either side.
+// Sets all motion vectors of a canonical frame for which `views` have the positions, clear pixels'
+// too, and the bounds of the speeds. A vector to a frame whose camera has the surface behind it is
+// (0, 0), or that of the other side if the frame is unknown. Returns the number of pixels with a
+// vector set on either side.
 uint64_t set_camera_motion(const SkyViews& views, FramePlanes& planes, FrameDescription& frame);
 
-// Replaces vectors of (0, 0) where a canonical frame is infinitely far (is_infinitely_far())
-// and not clear, and raises the bounds of the speeds. Returns how many pixels it replaced.
+// Replaces zero motion vectors of infinitely far (is_infinitely_far()), non-clear pixels of a
+// canonical frame, and raises the bounds of the speeds. Returns the number of pixels replaced.
 uint64_t fill_sky_motion(const SkyViews& views, FramePlanes& planes, FrameDescription& frame);
 
-// Pixels of the sky without motion, of surfaces, and of surfaces that move.
+// Number of sky pixels without motion, of surface pixels, and of moving surface pixels.
 struct SkyCounts {
     uint64_t sky = 0, surfaces = 0, moving = 0;
     void add(const SkyCounts& more);
-    // Pixels that fill_sky_motion() would replace, where nearly all that is not the sky moves; else
-    // 0.
+    // Pixels that fill_sky_motion() would replace if nearly everything else moves; otherwise 0.
     uint64_t without_motion() const;
 };
 SkyCounts count_sky(const FramePlanes& planes);

@@ -11,7 +11,7 @@
 namespace postchain::sequence {
 namespace {
 
-// Rows above and below those asked for that edges are told by.
+// Extra rows above and below that edge detection reads.
 constexpr int kContextRows = 4;
 static_assert(kContextRows >= kClearEdgeRows);
 
@@ -35,7 +35,7 @@ void put_rows(const FramePlanes& rows, FramePlanes& planes, int first) {
     }
 }
 
-// Fractions are of the whole picture, whichever rows of it are there.
+// Fractions refer to the whole image, not to the rows read.
 void in_pixels(MotionConvention& motion, const io::Window& window) {
     if (motion.unit == MotionUnit::pixels) return;
     motion.unit = MotionUnit::pixels;
@@ -47,7 +47,7 @@ void in_pixels(MotionConvention& motion, const io::Window& window) {
 
 RoleSet planes_of(const FrameHeader& header, RoleSet wanted) {
     RoleSet present = RoleSet{Role::color} | (wanted & roles_in_files(header));
-    // What is made follows from depth.
+    // Generated vectors need depth.
     if (header.makes_motion && (present.has(Role::motion) || present.has(Role::motion_back)))
         present = present | RoleSet{Role::inverse_depth, Role::motion};
     return present;
@@ -191,9 +191,9 @@ Result<SourceStrip> read_source_strip(const SourceSettings& settings, const Fram
         return read_strip(settings, header, present, keep, first, end);
     } catch (const std::bad_alloc&) {
         return Status(StatusCode::memory,
-                      concat(header.files.color_file().path(), ": not enough memory, ",
+                      concat(header.files.color_file().path(), ": not enough memory: needs ",
                              bytes_text(frame_bytes(header, present, keep, end - first)),
-                             " are needed; free some, or render it smaller"));
+                             "; free some or render smaller"));
     }
 }
 
@@ -237,9 +237,9 @@ void conclude(SourceFrame& frame, const SourceSettings& settings, FrameHeader he
     const auto count = [&](uint64_t pixels, const char* what) {
         if (pixels) warn(concat(pixels, " pixels ", what));
     };
-    count(health.nonfinite_color, "with non-finite color, replaced");
-    count(health.nonfinite_depth, "with non-finite depth, taken as infinitely far");
-    count(health.nonfinite_motion, "with non-finite motion, taken as still");
+    count(health.nonfinite_color, "with non-finite color were replaced");
+    count(health.nonfinite_depth, "with non-finite depth are treated as infinitely far");
+    count(health.nonfinite_motion, "with non-finite motion are treated as static");
     if (auto& first = frame.health.first_nonfinite) {
         (*first)[0] += header.window.min_x;
         (*first)[1] += header.window.min_y;
@@ -249,19 +249,20 @@ void conclude(SourceFrame& frame, const SourceSettings& settings, FrameHeader he
                                               " non-finite pixels under --strict, the first at ",
                                               frame.first_nonfinite_text(), "; nothing written"));
     }
-    count(health.negative_depth, "with depth <= 0, taken as infinitely far");
-    count(health.sentinel_motion, "with the sentinel of 'no vector', taken as still");
-    count(surfaces.sky_without_motion,
-          "of sky without motion, though all else moves: it will stand still (a camera file with "
-          "camera_matrix_world gives it the motion of the camera)");
+    count(health.negative_depth, "with depth <= 0 are treated as infinitely far");
+    count(health.sentinel_motion, "with the 'no vector' sentinel are treated as static");
+    count(
+        surfaces.sky_without_motion,
+        "of sky have no motion although everything else moves; they stay sharp (a camera file with "
+        "camera_matrix_world gives them camera motion)");
     if (frame.description.planes.has(Role::motion) && health.motion_all_zero)
         warn(health.sentinel_motion > 0
-                 ? "every vector is zero or the sentinel: nothing will be blurred by motion"
-                 : "every vector is zero: nothing will be blurred by motion (Cycles writes zero "
+                 ? "every motion vector is zero or the sentinel: there will be no motion blur"
+                 : "every motion vector is zero: there will be no motion blur (Cycles writes zero "
                    "vectors when its own motion blur is on; switch it off)");
     if (findings.half_depth)
         warn(
-            "depth is half float: its steps of 2^-11 show in the circle of confusion; write "
+            "depth is half float: its steps of 2^-11 are visible in the circle of confusion; write "
             "depth as float");
 }
 

@@ -1,5 +1,5 @@
-// Rows of one frame, read and converted, and what they show: frames that are only looked at are
-// never in memory whole.
+// Reads and converts rows of one frame and analyzes them, so that frames are never in memory whole
+// when only their findings are needed.
 #pragma once
 
 #include <cstdint>
@@ -8,10 +8,10 @@
 
 namespace postchain::sequence {
 
-// What the pixels of some rows show; of all rows one after the other, of the frame.
+// Findings in the rows read so far; after all strips, those of the frame.
 struct SourceFindings {
     FrameBounds bounds;
-    InputHealth health;  // its first_nonfinite in the planes of the whole frame
+    InputHealth health;  // first_nonfinite in planes of the whole frame
     MixedEdgeCounts edges;
     uint64_t clear_edges = 0;
     uint64_t sky_motion_from_camera = 0;
@@ -23,7 +23,7 @@ struct SourceFindings {
 };
 
 struct SourceStrip {
-    io::InputFrame input;  // as read: rows that are looked at besides are in it too
+    io::InputFrame input;  // as read, with extra rows for edge detection
     FrameDescription description;
     FramePlanes planes;  // canonical, rows first .. end - 1 of FrameHeader::window
     SourceFindings findings;
@@ -33,15 +33,15 @@ struct SourceStrip {
     double convert_ms = 0;
 };
 
-// Those of `wanted` that the frame has, and color.
+// Color and the planes of `wanted` that the frame has.
 RoleSet planes_of(const FrameHeader& header, RoleSet wanted);
 
-// Layers and mattes only of all rows. Errors: those of read_source_frame().
+// Layers and mattes are read only if all rows are. Errors: those of read_source_frame().
 Result<SourceStrip> read_source_strip(const SourceSettings& settings, const FrameHeader& header,
                                       RoleSet present, io::Keep keep, int first, int end);
 
-// Makes a frame of its last strip, whose findings are those of all: everything but planes and
-// times. `header` is that of the strip.
+// Fills a frame, except planes and times, from its last strip, which holds the findings of all
+// strips. `header` is the strip's.
 void conclude(SourceFrame& frame, const SourceSettings& settings, FrameHeader header,
               SourceStrip strip);
 

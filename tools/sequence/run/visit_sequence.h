@@ -1,4 +1,4 @@
-// Shows each frame of a sequence to a caller, while the next ones are being read.
+// Hands each frame of a sequence to a caller while the next ones are read.
 #pragma once
 
 #include <atomic>
@@ -10,12 +10,11 @@
 
 namespace postchain::sequence {
 
-// Called on the caller's thread with each frame in order. A failure is that frame's.
+// Called on the caller's thread with each frame in order. An error fails that frame.
 using FrameVisitor = std::function<Status(SourceFrame& frame, FrameReport& report)>;
 
-// Reads color and those of `wanted` that there are, of neighbors too. Whatever settings say about
-// output is not looked at. A frame that the visitor took well counts as written. Errors: as of
-// run_sequence().
+// Reads color and the available planes of `wanted`, of neighbors too. Output settings are ignored.
+// A frame counts as written if the visitor succeeds. Errors: those of run_sequence().
 Result<RunSummary> visit_sequence(const RunSettings& settings, RoleSet wanted,
                                   const FrameVisitor& visitor, const FrameObserver& observer,
                                   const std::atomic<bool>* stop);

@@ -4,14 +4,14 @@
 #include <thread>
 
 #include "chain/parameter.h"
-#include "tools/sequence/io/complete_file.h"
+#include "tools/sequence/frame/complete_file.h"
 #include "tools/sequence/run/run_settings.h"
 
 namespace postchain::sequence {
 namespace {
 
 constexpr auto kBetweenLooks = std::chrono::seconds(1);
-constexpr auto kSlice = std::chrono::milliseconds(50);  // after which a stop is noticed
+constexpr auto kSlice = std::chrono::milliseconds(50);  // delay until a stop is noticed
 
 int number_of(Neighbor neighbor, int number) {
     return neighbor == Neighbor::before ? number - 1 : number + 1;
@@ -62,7 +62,7 @@ std::optional<FrameFeed::Fed> WatchFeed::next(SequenceReader& reader,
     return fed;
 }
 
-// Of the files of the frames that are not done, and of their neighbors.
+// Checks the files of unfinished frames and their neighbors.
 void WatchFeed::look() {
     const io::FilesOnDisk found = io::files_on_disk(settings_.input);
     auto on_disk = std::make_shared<FramesOnDisk>();
@@ -99,18 +99,18 @@ void WatchFeed::look() {
     next_look_ = Clock::now() + kBetweenLooks;
 }
 
-// True where the file is new or has changed since the last look.
+// True if the file is new or has changed since the last look.
 bool WatchFeed::look_at(const std::string& path) {
     const io::FileStamp now = io::FileStamp::of(path);
     const auto [at, fresh] = files_.try_emplace(path);
     File& file = at->second;
     if (fresh || !same(file.stamp, now)) {
-        file = {now, false, Status(StatusCode::input, path + ": still changes")};
+        file = {now, false, Status(StatusCode::input, path + ": is still changing")};
         return true;
     }
     if (file.complete) return false;
-    // A client of a file system keeps sizes and times for a while: opening the file, as the check
-    // does, is what makes it ask again.
+    // Network file systems cache sizes and times; opening the file, as the check does, refreshes
+    // them.
     file.why = io::check_complete(path);
     const io::FileStamp after = io::FileStamp::of(path);
     file.complete = file.why.ok() && same(after, now);
@@ -119,7 +119,7 @@ bool WatchFeed::look_at(const std::string& path) {
     return changed;
 }
 
-// Why a file of the frame is not complete, or ok; a complete one that has changed since is not.
+// Why a file of the frame is not complete, or ok. A file that has changed since its check is not.
 Status WatchFeed::incomplete(const FilesOfFrame& files) {
     for (const auto& [role, path] : files) {
         const auto known = files_.find(path);
@@ -127,7 +127,7 @@ Status WatchFeed::incomplete(const FilesOfFrame& files) {
         File& file = known->second;
         if (file.complete && !same(file.stamp, io::FileStamp::of(path))) {
             files_.erase(known);
-            return Status(StatusCode::input, path + ": still changes");
+            return Status(StatusCode::input, path + ": is still changing");
         }
         if (!file.complete) return file.why;
     }
@@ -155,7 +155,7 @@ bool WatchFeed::waits_for_neighbor(const FrameTask& task, SequenceReader& reader
     return false;
 }
 
-// The first frame that can be taken.
+// The first frame that can be processed.
 std::optional<FrameFeed::Fed> WatchFeed::pick(SequenceReader& reader) {
     neighbors_awaited_.clear();
     for (auto task = waiting_.begin(); task != waiting_.end(); ++task) {
@@ -175,7 +175,7 @@ std::optional<FrameFeed::Fed> WatchFeed::pick(SequenceReader& reader) {
     return std::nullopt;
 }
 
-// At the end: the next of the frames that cannot be taken.
+// When waiting ends: the next frame that cannot be processed.
 std::optional<FrameFeed::Fed> WatchFeed::give_up_one() {
     if (waiting_.empty()) return std::nullopt;
     Fed fed{std::move(waiting_.front()), Status()};
@@ -205,11 +205,11 @@ void WatchFeed::say_what_is_awaited() {
         if (!frames.empty())
             text += concat(text.empty() ? "" : "; ", what, " ", frames_text(frames));
     };
-    add("not there yet:", absent);
-    add("not complete yet:", unfinished);
-    add("complete, waiting for a frame before or after:",
+    add("missing:", absent);
+    add("incomplete:", unfinished);
+    add("complete, waiting for a neighboring frame:",
         {neighbors_awaited_.begin(), neighbors_awaited_.end()});
-    if (text.empty()) text = "a further frame";
+    if (text.empty()) text = "another frame";
     const std::lock_guard lock(mutex_);
     text_ = std::move(text);
 }

@@ -1,14 +1,14 @@
-// The frames of a sequence as a renderer writes them, complete ones only.
+// Feeds a walk with the frames that a renderer writes, as soon as they are complete.
 //
-// A frame is taken when each of its files is complete (io/complete_file.h) and has had one size and
-// one time of change for two looks, a second apart, and when the frames before and after that its
-// filters read are so too, those of them that will come. Which will: of RunSettings::frames every
-// one; without them nobody knows. Nothing else tells when a frame is filtered, so the outputs are
-// those of a run on the complete sequence. Looked at is by reading the folder, because a file
-// system of other machines tells nothing of what they write.
+// A frame is taken when each of its files is complete (frame/complete_file.h) and had the same size
+// and modification time at two looks a second apart, and when the neighbors that its filters read
+// are complete too, if they are expected: every frame of RunSettings::frames is; without frames
+// none is known to be. Nothing else decides when a frame is filtered, so outputs are those of a run
+// on the complete sequence. The folder is polled, because a network file system does not report
+// other machines' writes.
 //
-// When nothing has changed for Watch::idle_s, what is there is taken as a run takes it, and what is
-// not, or is not complete, is reported as missing.
+// After Watch::idle_s without changes, complete frames are processed as in a run, and missing or
+// incomplete ones are reported as missing.
 #pragma once
 
 #include <atomic>
@@ -16,7 +16,7 @@
 #include <mutex>
 #include <set>
 
-#include "tools/sequence/io/file_stamp.h"
+#include "tools/sequence/files/file_stamp.h"
 #include "tools/sequence/run/clock.h"
 #include "tools/sequence/run/frame_feed.h"
 
@@ -24,8 +24,8 @@ namespace postchain::sequence {
 
 class WatchFeed final : public FrameFeed {
   public:
-    // `tasks`: of the frames that are asked for, without their files; none where they are not
-    // known. `settings`, with its `watch`, outlives this.
+    // `tasks`: the requested frames without files; empty if unknown. `settings` and its `watch`
+    // must outlive this object.
     WatchFeed(std::vector<FrameTask> tasks, const RunSettings& settings);
 
     std::optional<Fed> next(SequenceReader& reader, const std::function<bool()>& given_up) override;
@@ -37,7 +37,7 @@ class WatchFeed final : public FrameFeed {
     struct File {
         io::FileStamp stamp;
         bool complete = false;
-        Status why;  // it is not
+        Status why;  // if it is not complete
     };
     using FilesOfFrame = std::map<Role, std::string>;
 
@@ -52,16 +52,16 @@ class WatchFeed final : public FrameFeed {
 
     const RunSettings& settings_;
     const bool is_open_;                 // without RunSettings::frames: any frame may come
-    std::set<int> expected_;             // those that will come
-    std::set<int> asked_;                // those of this walk
-    std::vector<FrameTask> waiting_;     // in the order in which they are taken, if they can be
+    std::set<int> expected_;             // frames that will come
+    std::set<int> asked_;                // frames of this walk
+    std::vector<FrameTask> waiting_;     // in processing order
     std::map<std::string, File> files_;  // by path
     std::shared_ptr<const FramesOnDisk> on_disk_ = std::make_shared<FramesOnDisk>();
-    std::set<int> color_on_disk_;                  // frames, with or without their other planes
-    std::map<int, std::set<Neighbor>> read_with_;  // of complete frames, what they read besides
-    std::set<int> neighbors_awaited_;              // frames that wait for another one alone
+    std::set<int> color_on_disk_;                  // frames, even if other planes are missing
+    std::map<int, std::set<Neighbor>> read_with_;  // neighbors read by complete frames
+    std::set<int> neighbors_awaited_;              // frames that only wait for a neighbor
     Clock::time_point next_look_, last_change_;
-    bool closing_ = false;  // nothing has come for so long: no more is waited for
+    bool closing_ = false;  // idle time is over: waits for no more frames
     std::atomic<size_t> total_ = 0;
 
     mutable std::mutex mutex_;

@@ -1,5 +1,5 @@
-// The data window of a filtered frame: that of its file and, where it was cropped, as far around it
-// as the chain moves light. What lies further is clear before and after.
+// The data window of a filtered frame: the file's, and for a cropped frame grown as far as the
+// chain moves light. Pixels outside are clear before and after.
 #pragma once
 
 #include <cstdint>
@@ -10,15 +10,16 @@
 
 namespace postchain::sequence {
 
-// Pixels that the passes that run move light at most.
+// Largest distance in pixels that the passes of the plan move light.
 double reach_of(const Chain& chain, const Plan& plan, const SourceFrame& frame);
 
-// As far as the passes that run spread color (Pass::reach), within what was filtered. The file's
-// own where no pass runs.
+// The file's window grown by the reach of the passes that run (Pass::reach), within the filtered
+// window. Unchanged if no pass runs.
 io::Window written_window(const Chain& chain, const Plan& plan, const SourceFrame& frame);
 
-// Pixels of the display window to which the passes may move light and that are not filtered: of a
-// cropped frame under DataWindow::keep.
+// Number of display-window pixels, outside the filtered window, that the passes may move light to:
+// for a cropped frame under DataWindow::keep.
+
 uint64_t pixels_cut_off(const Chain& chain, const Plan& plan, const SourceFrame& frame);
 
 }  // namespace postchain::sequence

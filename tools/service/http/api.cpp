@@ -2,7 +2,7 @@
 
 #include <charconv>
 
-#include "tools/sequence/io/json.h"
+#include "tools/sequence/files/json.h"
 #include "tools/service/http/job_json.h"
 #include "tools/service/http/openapi.h"
 #include "tools/service/http/problem.h"

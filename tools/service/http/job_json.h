@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/sequence/io/json.h"
+#include "tools/sequence/files/json.h"
 #include "tools/service/store/job.h"
 
 namespace postchain::service {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "tools/sequence/io/json.h"
+#include "tools/sequence/files/json.h"
 
 namespace postchain::service {
 namespace {

@@ -1,4 +1,4 @@
-// The page at / and what it loads, embedded in the program.
+// The page at / and the files that it loads, embedded in the program.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 namespace postchain::service {
 
 struct PageFile {
-    std::string address;  // "/", "/page/queue.js"
+    std::string address;  // "/", "/page/main.js"
     std::string type;     // "text/javascript; charset=utf-8"
     std::string what;     // one line
     std::string_view text;

@@ -2,7 +2,7 @@
 
 #include <sqlite3.h>
 
-#include "tools/sequence/io/json.h"
+#include "tools/sequence/files/json.h"
 #include "tools/service/store/rows.h"
 #include "tools/service/store/upkeep.h"
 

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "tools/sequence/io/json.h"
+#include "tools/sequence/files/json.h"
 
 namespace postchain::service {
 namespace {

@@ -5,8 +5,8 @@
 #include <string>
 
 #include "chain/parameter.h"
-#include "tools/sequence/io/cryptomatte.h"
-#include "tools/sequence/io/sequence.h"
+#include "tools/sequence/files/sequence.h"
+#include "tools/sequence/frame/cryptomatte.h"
 #include "tools/service/work/roots.h"
 
 namespace postchain::service {

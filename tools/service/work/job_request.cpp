@@ -7,7 +7,7 @@
 #include "config/reporter.h"
 #include "config/text_tree.h"
 #include "tools/measure/experiment/assemble.h"
-#include "tools/sequence/io/aperture_file.h"
+#include "tools/sequence/image/aperture_file.h"
 #include "tools/sequence/run/color_settings.h"
 #include "tools/sequence/run/memory.h"
 #include "tools/service/work/request_body.h"

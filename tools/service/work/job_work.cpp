@@ -1,6 +1,6 @@
 #include "tools/service/work/job_work.h"
 
-#include "tools/sequence/io/json.h"
+#include "tools/sequence/files/json.h"
 #include "tools/sequence/run/exit_code.h"
 
 namespace postchain::service {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "config/diagnostic.h"
-#include "tools/sequence/io/json.h"
+#include "tools/sequence/files/json.h"
 
 namespace postchain::service {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "chain/layers.h"
-#include "tools/sequence/io/preview.h"
+#include "tools/sequence/image/preview.h"
 #include "tools/sequence/run/sequence_reader.h"
 
 namespace postchain::service {

@@ -1,7 +1,7 @@
 #include "tools/service/work/request_body.h"
 
-#include "tools/sequence/io/parameter_json.h"
-#include "tools/sequence/io/picture_module.h"
+#include "tools/sequence/files/parameter_json.h"
+#include "tools/sequence/image/picture_module.h"
 #include "tools/service/work/held_paths.h"
 
 namespace postchain::service {

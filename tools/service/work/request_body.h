@@ -9,7 +9,7 @@
 #include "chain/frame.h"
 #include "chain/parameter.h"
 #include "config/diagnostic.h"
-#include "tools/sequence/io/sequence.h"
+#include "tools/sequence/files/sequence.h"
 #include "tools/service/work/json_body.h"
 #include "tools/service/work/problem.h"
 #include "tools/service/work/roots.h"

@@ -1,4 +1,4 @@
-// Pictures as the page carries them: small, decoded by the browser's own zlib (src/images.js).
+// Pictures as the page carries them: small, decoded by the browser's own zlib (tools/page/report/images.js).
 //
 //   values --channel by channel--> differences modulo 2^bits, to the left (first column: to above;
 //                                  the first value: to 0)
@@ -14,11 +14,11 @@
 
 namespace postchain::report {
 
-// Three channels as 16-bit floats: beyond the range of half its largest value, with the sign; NaN
-// and Inf stay. Base64 of the deflated planes. Errors (internal): zlib.
-Result<std::string> encode_color(const ImageF& rgb);
+// 16-bit floats: values beyond the range of half become its largest, with their sign; NaN and Inf
+// stay. Base64 of the deflated planes. Errors (internal): zlib.
+Result<std::string> encode_halves(const ImageF& image);
 
-// One channel, 0..1, in 255 steps; what lies beyond is limited, NaN is 1.
+// One channel, 0..1, in 255 steps; values are clamped, NaN becomes 1.
 Result<std::string> encode_map(const ImageF& map);
 
 }  // namespace postchain::report

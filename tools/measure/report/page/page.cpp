@@ -1,18 +1,17 @@
 #include "tools/measure/report/page/page.h"
 
+#include <cmath>
 #include <filesystem>
 #include <optional>
+#include <vector>
 
-#include "shaders/embedded.h"
+#include "tools/measure/metrics/error.h"
 #include "tools/measure/report/images.h"
 #include "tools/measure/report/page/encode.h"
 #include "tools/measure/report/report_json.h"
-#include "tools/sequence/io/atomic_file.h"
-#include "tools/sequence/io/json.h"
-
-namespace postchain {
-const std::vector<EmbeddedFile>& embedded_page();
-}
+#include "tools/page/page.h"
+#include "tools/sequence/files/atomic_file.h"
+#include "tools/sequence/files/json.h"
 
 namespace postchain::report {
 
@@ -20,19 +19,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kDataMark = "<!--DATA-->";
-
-// JSON inside a script element must not end it: "<" occurs in strings only.
-std::string in_script(const std::string& json) {
-    std::string text;
-    text.reserve(json.size());
-    for (const char c : json)
-        if (c == '<')
-            text += "\\u003c";
-        else
-            text += c;
-    return text;
-}
+// Error maps that follow from the pixels; those of FLIP are stored (images.h).
+struct PixelMap {
+    const char* name;
+    ImageF (*of)(const metrics::Pair&);
+};
+constexpr PixelMap kPixelMaps[] = {{"relmse", metrics::relmse_map},
+                                   {"smape", metrics::smape_map},
+                                   {"difference", metrics::difference_map}};
 
 // A path as the address of a file beside the page.
 std::string as_address(const fs::path& path) {
@@ -51,101 +45,141 @@ std::string as_address(const fs::path& path) {
     return text;
 }
 
-// Pictures that several variants share are one file, and stand in the page once.
-size_t first_with_path_of(const Report& report, size_t index) {
-    size_t first = 0;
-    while (report.images[first].path != report.images[index].path) ++first;
-    return first;
+// One picture of the page.
+struct Entry {
+    std::string id;
+    StoredImage image;
+    const PixelMap* map = nullptr;  // of `image` against `reference`
+    const StoredImage* reference = nullptr;
+};
+
+// The picture that a result or the input is compared with; nullptr: none is kept.
+const StoredImage* reference_of(const Report& report, const StoredImage& image) {
+    if (image.kind != ImageKind::color && image.kind != ImageKind::input) return nullptr;
+    if (const auto* truth = report.find(ImageKind::truth, -1, image.frame)) return truth;
+    if (report.reference == "a") return report.find(ImageKind::color, 0, image.frame);
+    return image.variant < 0 ? nullptr
+                             : report.find(ImageKind::converged, image.variant, image.frame);
 }
 
-std::string id_of(const Report& report, size_t index) {
-    return concat("image-", first_with_path_of(report, index));
+// Variants may share a stored picture; its entries then have one id.
+std::vector<Entry> entries_of(const Report& report) {
+    std::vector<Entry> entries;
+    for (const StoredImage& image : report.images) {
+        // Only the error maps show what a picture is compared with, if that is not the truth.
+        if (image.kind == ImageKind::converged) continue;
+        entries.push_back({concat("image-", entries.size()), image});
+        if (const StoredImage* reference = reference_of(report, image))
+            for (const PixelMap& map : kPixelMaps)
+                entries.push_back({concat("image-", entries.size()), image, &map, reference});
+    }
+    return entries;
 }
 
-int bits_of(const StoredImage& image) {
-    return image.kind == ImageKind::error ? 8 : 16;
+bool is_map(const Entry& entry) {
+    return entry.map || entry.image.kind == ImageKind::error;
 }
 
-// What src/images.js finds pictures by.
-std::string manifest_of(const Report& report, const std::optional<fs::path>& assets) {
+// Read by tools/page/report/images.js.
+std::string manifest_of(const std::vector<Entry>& entries, const std::optional<fs::path>& assets) {
     auto images = io::Json::array();
-    for (size_t i = 0; i < report.images.size(); ++i) {
-        const auto& image = report.images[i];
-        io::Json entry = {{"id", id_of(report, i)},   {"kind", name_of(image.kind)},
-                          {"variant", image.variant}, {"frame", image.frame},
-                          {"map", image.map},         {"width", image.width},
-                          {"height", image.height},   {"channels", image.channels},
-                          {"bits", bits_of(image)}};
-        if (assets) entry["asset"] = as_address(*assets / (id_of(report, i) + ".js"));
-        images.push_back(entry);
+    for (const Entry& entry : entries) {
+        const StoredImage& image = entry.image;
+        io::Json made = {{"id", entry.id},
+                         {"kind", name_of(is_map(entry) ? ImageKind::error : image.kind)},
+                         {"variant", image.variant},
+                         {"frame", image.frame},
+                         {"map", entry.map ? entry.map->name : image.map},
+                         {"width", image.width},
+                         {"height", image.height},
+                         {"channels", is_map(entry) ? 1 : image.channels},
+                         {"bits", image.kind == ImageKind::error ? 8 : 16}};
+        if (assets) made["asset"] = as_address(*assets / (entry.id + ".js"));
+        images.push_back(made);
     }
     return io::json_text({{"images", images}});
 }
 
-Result<std::string> encoded(const Report& report, const StoredImage& stored) {
-    auto loaded = load_image(report, stored);
-    if (!loaded.ok()) return loaded.status();
-    const auto& image = *loaded;
+Result<ImageF> loaded(const Report& report, const StoredImage& stored) {
+    auto image = load_image(report, stored);
+    if (!image.ok()) return image;
     const int channels = stored.kind == ImageKind::error ? 1 : 3;
-    if (image.width != stored.width || image.height != stored.height ||
-        image.channels != channels || stored.channels != channels)
+    if (image->width != stored.width || image->height != stored.height ||
+        image->channels != channels || stored.channels != channels)
         return Status(StatusCode::input,
-                      concat(stored.path, ": is ", image.width, "x", image.height, " with ",
-                             image.channels, " channels, listed as ", stored.width, "x",
+                      concat(stored.path, ": is ", image->width, "x", image->height, " with ",
+                             image->channels, " channels, listed as ", stored.width, "x",
                              stored.height, " with ", stored.channels));
-    return stored.kind == ImageKind::error ? encode_map(image) : encode_color(image);
+    return image;
+}
+
+// An error map of a picture; pixels that are not finite there are NaN.
+Result<ImageF> pixel_map(const Report& report, const Entry& entry) {
+    const auto test = loaded(report, entry.image);
+    if (!test.ok()) return test.status();
+    const auto reference = loaded(report, *entry.reference);
+    if (!reference.ok()) return reference.status();
+    const auto pair = metrics::pair_of(*test, *reference);
+    if (!pair.ok()) return pair.status();
+    ImageF map = entry.map->of(*pair);
+    for (size_t i = 0; i < map.pixels(); ++i)
+        for (size_t c = 0; c < 3; ++c)
+            if (!std::isfinite(test->data[3 * i + c])) map.data[i] = std::nanf("");
+    return map;
+}
+
+Result<std::string> encoded(const Report& report, const Entry& entry) {
+    const auto image = entry.map ? pixel_map(report, entry) : loaded(report, entry.image);
+    if (!image.ok()) return image.status();
+    return entry.image.kind == ImageKind::error ? encode_map(*image) : encode_halves(*image);
 }
 
 Status write(io::AtomicFile& file, std::string_view text) {
     return file.write(text.data(), text.size());
 }
 
-Status write_assets(const Report& report, const fs::path& folder) {
+Status write_assets(const Report& report, const std::vector<Entry>& entries,
+                    const fs::path& folder) {
     std::error_code error;
     fs::create_directories(folder, error);
     if (error) return Status(StatusCode::output, concat(folder.string(), ": ", error.message()));
-    for (size_t i = 0; i < report.images.size(); ++i) {
-        if (first_with_path_of(report, i) != i) continue;
-        const auto picture = encoded(report, report.images[i]);
+    for (const Entry& entry : entries) {
+        const auto picture = encoded(report, entry);
         if (!picture.ok()) return picture.status();
-        const Status written = report.write(
-            (folder / (id_of(report, i) + ".js")).string(),
-            concat("postchain_asset(\"", id_of(report, i), "\",\"", *picture, "\")\n"));
+        const Status written =
+            report.write((folder / (entry.id + ".js")).string(),
+                         concat("postchain_asset(\"", entry.id, "\",\"", *picture, "\")\n"));
         if (!written.ok()) return written;
     }
     return {};
 }
 
-Status write_parts(const Report& report, const std::optional<fs::path>& assets,
-                   io::AtomicFile& file) {
-    const std::string_view page = embedded_page().front().text;
-    const size_t mark = page.find(kDataMark);
-    if (mark == std::string_view::npos)
-        return Status(StatusCode::internal, "the page has no place for the report");
-
-    const std::string data = concat("<script type=\"application/json\" id=\"report\">",
-                                    in_script(report_as_json(report)),
-                                    "</script>\n<script type=\"application/json\" id=\"manifest\">",
-                                    in_script(manifest_of(report, assets)), "</script>\n");
-    if (auto status = write(file, page.substr(0, mark)); !status.ok()) return status;
+Status write_parts(const Report& report, const std::vector<Entry>& entries,
+                   const std::optional<fs::path>& assets, io::AtomicFile& file) {
+    const page::Halves halves = page::halves_of("report/page.html");
+    if (auto status = write(file, halves.before); !status.ok()) return status;
+    const std::string data = page::data_element("report", report_as_json(report)) +
+                             page::data_element("manifest", manifest_of(entries, assets));
     if (auto status = write(file, data); !status.ok()) return status;
-    for (size_t i = 0; !assets && i < report.images.size(); ++i) {
-        if (first_with_path_of(report, i) != i) continue;
-        const auto picture = encoded(report, report.images[i]);
+    for (const Entry& entry : entries) {
+        if (assets) break;
+        const auto picture = encoded(report, entry);
         if (!picture.ok()) return picture.status();
-        const auto element = concat("<script type=\"text/plain\" id=\"", id_of(report, i), "\">",
-                                    *picture, "</script>\n");
+        const auto element =
+            concat("<script type=\"text/plain\" id=\"", entry.id, "\">", *picture, "</script>\n");
         if (auto status = write(file, element); !status.ok()) return status;
     }
-    return write(file, page.substr(mark + kDataMark.size()));
+    return write(file, halves.after);
 }
 
 }  // namespace
 
 Status write_page(const Report& report, const std::string& path, const PageOptions& options) {
+    const auto entries = entries_of(report);
     std::optional<fs::path> assets;
     if (!options.assets_folder.empty()) {
-        if (auto status = write_assets(report, options.assets_folder); !status.ok()) return status;
+        if (auto status = write_assets(report, entries, options.assets_folder); !status.ok())
+            return status;
         std::error_code error;
         const auto base = fs::absolute(path).parent_path();
         assets = fs::relative(options.assets_folder, base, error);
@@ -155,7 +189,8 @@ Status write_page(const Report& report, const std::string& path, const PageOptio
     if (!permit.ok()) return permit.status();
     auto file = io::AtomicFile::create(path);
     if (!file.ok()) return file.status();
-    if (auto status = write_parts(report, assets, *file); !status.ok()) return status.at(path);
+    if (auto status = write_parts(report, entries, assets, *file); !status.ok())
+        return status.at(path);
     const auto committed = file->commit(*permit);
     return committed.ok() ? Status() : committed.status();
 }

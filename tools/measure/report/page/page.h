@@ -1,8 +1,8 @@
 // The report as a page: one HTML file that opens from disk and needs no network.
 //
-//   dist/page.html (built from src/, inside the program)  + report.json + pictures --> index.html
+//   tools/page/report + report.json + pictures and their error maps --> index.html
 //
-// Pictures travel as encode.h says. They are loaded, encoded and written one at a time.
+// Pictures are encoded as encode.h says. They are loaded, encoded and written one at a time.
 #pragma once
 
 #include <string>
@@ -12,15 +12,15 @@
 namespace postchain::report {
 
 struct PageOptions {
-    // A folder for the pictures, made when missing: scripts beside the page, which it loads when
-    // they are wanted. For long sequences, whose page would be too large for a browser. Empty: the
-    // pictures are in the page.
+    // Folder for the pictures, created if missing: scripts beside the page, which it loads on
+    // demand. For long sequences, whose page would be too large for a browser. Empty: the pictures
+    // are in the page.
     std::string assets_folder;
 };
 
-// Writes the page, whole or not at all; assets before it. Errors (output): a file or folder cannot
-// be written. Errors (input): a stored image is gone or damaged, or not of the size it is listed
-// with.
+// Writes the page, whole or not at all, after its assets. Errors (output): a file or folder cannot
+// be written. Errors (input): a stored image is missing or damaged, or its size is not the listed
+// one.
 Status write_page(const Report& report, const std::string& path, const PageOptions& options = {});
 
 }  // namespace postchain::report

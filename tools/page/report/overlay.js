@@ -1,0 +1,96 @@
+// What lies over the canvas: the name of the picture, the error scale, the cursor.
+import { by_id, h } from "../shared/dom.js";
+import { number } from "../shared/words.js";
+import { kMagma } from "./magma.js";
+import { metric_name } from "./model.js";
+import { place_on_scale } from "./tone.js";
+
+const kRamp = `linear-gradient(to right, ${Array.from({ length: 33 }, (_, i) => {
+    const at = 4 * Math.min(255, i * 8);
+    return `rgb(${kMagma.slice(at, at + 3).join()})`;
+}).join()})`;
+
+function ticks_of(scale) {
+    if (!scale.log)
+        return [0, 0.25, 0.5, 0.75, 1].map((t) => scale.low + t * (scale.high - scale.low));
+    const count = Math.round(Math.log10(scale.high / scale.low));
+    return Array.from({ length: count + 1 }, (_, i) => scale.low * 10 ** i);
+}
+
+// The bar of a scale, with a needle at the value under the cursor.
+function fill_scale(box, map, compared) {
+    box.replaceChildren(
+        h("div", {}, `${map.name}, against ${compared}`),
+        h("div", { class: "ramp", style: { background: kRamp } }),
+        h("div", { class: "ticks" }, ticks_of(map).map((v) =>
+            h("span", { style: { left: `${100 * place_on_scale(v, map)}%` } },
+                String(Number(v.toPrecision(2)))))));
+}
+
+export function overlay(page) {
+    const { model, state } = page;
+    const shown = by_id("shown");
+    const scale = by_id("scale");
+    let said = "";
+
+    function box_to(element, { x, y, width, height }) {
+        const [left, top] = page.viewer.from_picture(x, y);
+        const [right, bottom] = page.viewer.from_picture(x + width, y + height);
+        element.style.cssText = `left:${left}px;top:${top}px;width:${right - left}px;` +
+            `height:${bottom - top}px`;
+    }
+
+    const marks = {
+        drawn() {
+            const { viewer } = page;
+            if (!viewer) return;
+            const source = model.source(state.get("show"));
+            const map = viewer.map();
+            const metric = state.get("metric");
+            const mean = source?.data && model.mean(source.data, metric);
+            const note = viewer.shown?.no_map ? `no ${map.name} map of this picture`
+                : map ? `${map.name} map`
+                    : mean !== undefined ? `${metric_name(metric)} ${number(mean)}` : "";
+            shown.replaceChildren(source?.digit ? `${source.digit}\u2002` : "", source?.name ?? "",
+                h("small", {}, note));
+            const text = `${source?.name}${note ? `, ${note}` : ""}, frame ${state.get("frame")}`;
+            viewer.canvas.setAttribute("aria-label", text);
+            if (text !== said && said) page.say(text);
+            said = text;
+
+            const drawn_map = viewer.shown?.scale_of_error;
+            scale.hidden = !drawn_map;
+            if (drawn_map && scale.dataset.map !== drawn_map.key) {
+                scale.dataset.map = drawn_map.key;
+                fill_scale(scale, drawn_map, model.compared);
+            }
+            const zoom = viewer.scale();
+            by_id("zoom").textContent = `${state.get("zoom") ? "" : "fit, "}${number(zoom)}\u00d7`;
+            by_id("missing").hidden = !viewer.missing;
+            by_id("missing").textContent = viewer.missing ?? "";
+            marks.cursor(viewer.cursor);
+        },
+        busy(on) { by_id("canvas").setAttribute("aria-busy", on); },
+        cursor(pixel) {
+            const place = by_id("place");
+            const mark = by_id("pixel");
+            place.hidden = mark.hidden = !pixel;
+            scale.querySelector(".needle")?.remove();
+            if (!pixel) return;
+            place.textContent = `x ${pixel.x}  y ${pixel.y}`;
+            box_to(mark, { ...pixel, width: 1, height: 1 });
+            const source = model.source(state.get("show"));
+            const map = page.viewer.shown?.scale_of_error;
+            const error = map && page.viewer.values(source, pixel, map)?.error;
+            if (error !== undefined)
+                scale.children[1]?.after(h("div", { class: "needle",
+                    style: { "--at": `${100 * place_on_scale(error, map)}%` } }));
+        },
+        choosing(box) {
+            const mark = by_id("choosing");
+            mark.hidden = !box;
+            if (box) box_to(mark, box);
+        },
+    };
+    return marks;
+}

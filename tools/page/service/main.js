@@ -1,0 +1,2 @@
+// The scripts of the page in one (tools/page/bundle.cmake).
+{{modules service/service.js}}

@@ -1,0 +1,43 @@
+// Elements. They are made from strings alone: no text of a file or message ever becomes HTML.
+
+const kSvg = new Set(["svg", "rect", "line", "circle", "path", "g", "text", "title"]);
+
+// h("button", {class: "x", onclick: f, "aria-label": "y"}, child, "text", [more]). A child or an
+// attribute that is false, null or undefined is left out.
+export function h(tag, attributes = {}, ...children) {
+    const element = kSvg.has(tag) ? document.createElementNS("http://www.w3.org/2000/svg", tag)
+        : document.createElement(tag);
+    for (const [key, value] of Object.entries(attributes)) {
+        if (value === undefined || value === false || value === null) continue;
+        if (key.startsWith("on")) element.addEventListener(key.slice(2), value);
+        else if (key === "style")
+            for (const [name, v] of Object.entries(value)) element.style.setProperty(name, v);
+        else element.setAttribute(key, value === true ? "" : value);
+    }
+    element.append(...children.flat(2).filter(
+        (c) => c !== undefined && c !== null && c !== false));
+    return element;
+}
+
+export const by_id = (id) => document.getElementById(id);
+
+// The value of <script type="application/json" id="ID">.
+export const json_of = (id) => JSON.parse(by_id(id).textContent);
+
+let ids = 0;
+export const new_id = () => `e${++ids}`;
+
+export const limit = (v, low, high) => Math.min(Math.max(v, low), high);
+
+// A color of the style sheet in the present scheme.
+export const color_of = (name) =>
+    getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+
+// Runs f once, `wait` ms after the last call.
+export function settle(f, wait) {
+    let timer;
+    return (...args) => {
+        clearTimeout(timer);
+        timer = setTimeout(() => f(...args), wait);
+    };
+}

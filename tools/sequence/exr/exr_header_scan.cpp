@@ -1,0 +1,293 @@
+#include "tools/sequence/exr/exr_header_scan.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <map>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "tools/sequence/exr/exr_part_check.h"
+
+namespace postchain::io {
+
+namespace {
+
+constexpr uint32_t kMagic = 20000630;
+constexpr uint32_t kFlagTiled = 0x200;
+constexpr uint32_t kFlagNonImage = 0x800;
+constexpr uint32_t kFlagMultiPart = 0x1000;
+constexpr size_t kMaxNameBytes = 255;
+constexpr size_t kMaxParts = 4096;
+
+Status input_error(std::string message) {
+    return Status(StatusCode::input, std::move(message));
+}
+
+Status truncated() {
+    return input_error("truncated: the file ends inside its header; copy or render it again");
+}
+
+// Reads forward through the file; `good` turns false at its end.
+class Cursor {
+  public:
+    Cursor(int fd, uint64_t file_bytes, uint64_t at = 0) : fd_(fd), size_(file_bytes), at_(at) {}
+
+    bool bytes(void* to, size_t count) {
+        if (!good_ || at_ + count > size_) return good_ = false;
+        char* out = static_cast<char*>(to);
+        while (count > 0) {
+            if (at_ < start_ || at_ >= start_ + buffer_.size()) {
+                if (!fill()) return good_ = false;
+            }
+            const size_t offset = size_t(at_ - start_);
+            const size_t n = std::min(count, buffer_.size() - offset);
+            std::memcpy(out, buffer_.data() + offset, n);
+            out += n;
+            at_ += n;
+            count -= n;
+        }
+        return true;
+    }
+    // Little-endian, as every number in the file.
+    uint64_t number(int count) {
+        uint8_t b[8] = {};
+        uint64_t value = 0;
+        if (!bytes(b, size_t(count))) return 0;
+        for (int i = count - 1; i >= 0; --i) value = value << 8 | b[i];
+        return value;
+    }
+    int32_t int32() { return int32_t(uint32_t(number(4))); }
+    // Up to the zero byte; not good when longer than a name may be.
+    std::string name() {
+        std::string text;
+        for (char c = 0; bytes(&c, 1) && c != 0;) {
+            text += c;
+            if (text.size() > kMaxNameBytes) good_ = false;
+        }
+        return text;
+    }
+    void skip(uint64_t count) {
+        if (at_ + count > size_) good_ = false;
+        at_ += count;
+    }
+    bool good() const { return good_; }
+    uint64_t at() const { return at_; }
+
+  private:
+    bool fill() {
+        buffer_.resize(size_t(1) << 16);
+        ssize_t n;
+        do n = ::pread(fd_, buffer_.data(), buffer_.size(), off_t(at_));
+        while (n < 0 && errno == EINTR);
+        buffer_.resize(n > 0 ? size_t(n) : 0);
+        start_ = at_;
+        return n > 0;
+    }
+    int fd_;
+    uint64_t size_;
+    uint64_t at_;
+    uint64_t start_ = 0;
+    std::vector<char> buffer_;
+    bool good_ = true;
+};
+
+Window read_window(Cursor& in) {
+    Window w;
+    w.min_x = in.int32();
+    w.min_y = in.int32();
+    w.max_x = in.int32();
+    w.max_y = in.int32();
+    return w;
+}
+
+// A channel list: name, type, 4 bytes, x and y sampling; ends with an empty name.
+Status read_channels(Cursor& in, const ReadLimits& limits, PartSizes& part) {
+    while (true) {
+        if (in.name().empty()) break;
+        if (part.channels.size() >= size_t(limits.max_channels)) {
+            return input_error(concat("has more than ", std::to_string(limits.max_channels),
+                                      " channels in one part; write fewer, or several files"));
+        }
+        const int32_t type = in.int32();
+        in.skip(4);
+        const int32_t x_sampling = in.int32();
+        const int32_t y_sampling = in.int32();
+        if (!in.good()) break;
+        if (type < 0 || type > 2 || x_sampling < 1 || y_sampling < 1) {
+            return input_error("damaged header: a channel of unknown type or sampling");
+        }
+        part.channels.push_back({type == 1 ? 2 : 4, x_sampling, y_sampling});
+    }
+    return {};
+}
+
+// Bytes of a value whose type fixes them, nothing for the others. OpenEXR reads such values, and
+// channel lists, by their type and not by the stated size: where the two differ it goes on at
+// another place of the header than this scan, and finds sizes there that were never checked.
+std::optional<int32_t> fixed_size(const std::string& type) {
+    static const std::map<std::string_view, int32_t> kSizes = {{"box2i", 16},
+                                                               {"box2f", 16},
+                                                               {"chromaticities", 32},
+                                                               {"compression", 1},
+                                                               {"double", 8},
+                                                               {"envmap", 1},
+                                                               {"deepImageState", 1},
+                                                               {"float", 4},
+                                                               {"int", 4},
+                                                               {"keycode", 28},
+                                                               {"lineOrder", 1},
+                                                               {"m33f", 36},
+                                                               {"m33d", 72},
+                                                               {"m44f", 64},
+                                                               {"m44d", 128},
+                                                               {"rational", 8},
+                                                               {"tiledesc", 9},
+                                                               {"timecode", 8},
+                                                               {"v2i", 8},
+                                                               {"v2f", 8},
+                                                               {"v2d", 16},
+                                                               {"v3i", 12},
+                                                               {"v3f", 12},
+                                                               {"v3d", 24}};
+    const auto found = kSizes.find(type);
+    if (found == kSizes.end()) return {};
+    return found->second;
+}
+
+// One header; `empty` when its first attribute name is empty (the end of the list of parts).
+Status read_header(Cursor& in, const ReadLimits& limits, PartSizes& part, bool& empty) {
+    empty = true;
+    while (true) {
+        const std::string name = in.name();
+        if (!in.good()) return truncated();
+        if (name.empty()) return {};
+        empty = false;
+        const std::string type = in.name();
+        const int32_t size = in.int32();
+        if (!in.good()) return truncated();
+        if (size < 0) {
+            return input_error(concat("damaged header: attribute ", name, " of negative size"));
+        }
+        if (fixed_size(type).value_or(size) != size) {
+            return input_error(concat("damaged header: attribute ", name, " of wrong size"));
+        }
+        const uint64_t end = in.at() + uint64_t(size);
+        if (end > limits.max_header_bytes) {
+            return input_error(
+                concat("its header is larger than ", std::to_string(limits.max_header_bytes >> 10),
+                       " KiB, by attribute ", name, "; write it without that, or with less in it"));
+        }
+        Status status;
+        if (name == "dataWindow" && type == "box2i" && size == 16) {
+            part.data_window = read_window(in);
+        } else if (type == "chlist") {  // under another name too: see fixed_size()
+            PartSizes other;
+            status = read_channels(in, limits, name == "channels" ? part : other);
+            if (status.ok() && in.good() && in.at() != end) {
+                status = input_error("damaged header: a list of channels has a wrong size");
+            }
+        } else if (type == "preview") {  // width, height, 4 bytes a pixel
+            const uint64_t width = in.number(4);
+            const uint64_t height = in.number(4);
+            if (in.good() &&
+                (width > 65535 || height > 65535 || 8 + 4 * width * height != uint64_t(size))) {
+                status = input_error("damaged header: a preview of wrong size");
+            }
+        } else if (name == "compression" && size == 1) {
+            part.compression = int(in.number(1));
+        } else if (name == "tiles" && size == 9) {
+            const uint32_t width = uint32_t(in.number(4));
+            const uint32_t height = uint32_t(in.number(4));
+            part.tile = {width, height, uint32_t(in.number(1))};
+        } else if (name == "chunkCount" && size == 4) {
+            part.chunk_count = in.int32();
+        } else if (name == "type" && type == "string" && size < 64) {
+            part.type = std::string(size_t(size), ' ');
+            in.bytes(part.type->data(), part.type->size());
+        }
+        if (!status.ok()) return status;
+        if (!in.good()) return truncated();
+        if (in.at() > end) return input_error(concat("damaged header: attribute ", name));
+        in.skip(end - in.at());
+        if (!in.good()) return truncated();
+    }
+}
+
+}  // namespace
+
+Result<HeaderFacts> scan_header(int fd, uint64_t file_bytes, const ReadLimits& limits) {
+    if (file_bytes == 0) return input_error("the file is empty (zero bytes); render it again");
+    Cursor in(fd, file_bytes);
+    const uint32_t magic = uint32_t(in.number(4));
+    if (!in.good() || magic != kMagic) return input_error("not an EXR file");
+    const uint32_t version = uint32_t(in.number(4));
+    if (!in.good()) return truncated();
+    if ((version & 0xff) != 2) {
+        return input_error(concat("EXR version ", std::to_string(version & 0xff),
+                                  " is unknown; only version 2 can be read"));
+    }
+    const bool multi_part = (version & kFlagMultiPart) != 0;
+    std::vector<PartSizes> parts;
+    while (true) {
+        PartSizes part;
+        bool empty = false;
+        if (Status s = read_header(in, limits, part, empty); !s.ok()) return s;
+        if (empty) break;
+        if (parts.size() >= kMaxParts) return input_error("damaged header: too many parts");
+        // As OpenEXR has it: in a single flat part the flag decides, whatever its type says.
+        if (!multi_part && (version & kFlagNonImage) == 0) {
+            part.tiled = (version & kFlagTiled) != 0;
+        } else {
+            part.tiled = part.type == "tiledimage" || part.type == "deeptile";
+            part.deep = part.type == "deepscanline" || part.type == "deeptile";
+            part.known = part.tiled || part.deep || part.type == "scanlineimage";
+        }
+        parts.push_back(part);
+        if (!multi_part) break;
+    }
+    if (parts.empty()) return input_error("damaged header: no image in the file");
+    HeaderFacts facts{multi_part, parts[0].type.has_value(), {}, {}};
+    uint64_t least_bytes = 0;
+    for (size_t i = 0; i < parts.size(); ++i) {
+        const std::string place =
+            parts.size() > 1 ? concat("part ", std::to_string(i)) : std::string();
+        const auto at_place = [&](const Status& s) { return place.empty() ? s : s.at(place); };
+        const Result<PartNeeds> needs = check_part(parts[i], limits);
+        if (!needs.ok()) return at_place(needs.status());
+        least_bytes += needs->least_file_bytes;
+        if (least_bytes > file_bytes)
+            return at_place(too_much_packed(parts[i], *needs, file_bytes));
+        if (needs->chunks * 8 > file_bytes) return truncated();
+        facts.forms.push_back({parts[i].known, parts[i].tiled, parts[i].deep});
+        std::vector<uint64_t>& chunks = facts.chunks.emplace_back();
+        for (uint64_t c = 0; c < needs->chunks; ++c) {
+            const uint64_t offset = in.number(8);
+            if (!in.good()) return truncated();
+            if (offset >= file_bytes) {
+                return input_error(
+                    "truncated: pixels are missing at its end; copy or render it again");
+            }
+            chunks.push_back(offset);
+            if (!parts[i].deep || offset == 0) continue;  // 0: never written, refused later
+            Cursor chunk(fd, file_bytes, offset);
+            // Part, line or tile, then sizes of sample counts and samples.
+            chunk.skip((multi_part ? 4 : 0) + (parts[i].tiled ? 16 : 4));
+            const uint64_t counts = chunk.number(8);
+            const uint64_t samples = chunk.number(8);
+            chunk.number(8);
+            if (!chunk.good() || counts > file_bytes - chunk.at() ||
+                samples > file_bytes - chunk.at() - counts) {
+                return at_place(
+                    input_error("truncated: a deep chunk is larger than the file; copy or render "
+                                "it again"));
+            }
+        }
+    }
+    return facts;
+}
+
+}  // namespace postchain::io

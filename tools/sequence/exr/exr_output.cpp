@@ -1,0 +1,198 @@
+#include "tools/sequence/exr/exr_output.h"
+
+#include <ImfDeepScanLineInputPart.h>
+#include <ImfDeepScanLineOutputPart.h>
+#include <ImfDeepTiledInputPart.h>
+#include <ImfDeepTiledOutputPart.h>
+#include <ImfInputPart.h>
+#include <ImfMultiPartOutputFile.h>
+#include <ImfOutputFile.h>
+#include <ImfOutputPart.h>
+#include <ImfPartType.h>
+#include <ImfThreading.h>
+#include <ImfTiledInputPart.h>
+#include <ImfTiledOutputFile.h>
+#include <ImfTiledOutputPart.h>
+#include <fcntl.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "tools/sequence/exr/exr_chunk_writer.h"
+
+namespace postchain::io {
+
+namespace {
+
+void copy_part(Imf::MultiPartInputFile& in, int part, Imf::MultiPartOutputFile& out, int to) {
+    const Imf::Header& header = in.header(part);
+    const std::string type = header.hasType()              ? header.type()
+                             : header.hasTileDescription() ? Imf::TILEDIMAGE
+                                                           : Imf::SCANLINEIMAGE;
+    if (type == Imf::DEEPSCANLINE) {
+        Imf::DeepScanLineInputPart from(in, part);
+        Imf::DeepScanLineOutputPart(out, to).copyPixels(from);
+    } else if (type == Imf::DEEPTILE) {
+        Imf::DeepTiledInputPart from(in, part);
+        Imf::DeepTiledOutputPart(out, to).copyPixels(from);
+    } else if (type == Imf::TILEDIMAGE) {
+        Imf::TiledInputPart from(in, part);
+        Imf::TiledOutputPart(out, to).copyPixels(from);
+    } else {
+        Imf::InputPart from(in, part);
+        Imf::OutputPart(out, to).copyPixels(from);
+    }
+}
+
+void write_tiles(auto&& to, const Imf::FrameBuffer& buffer) {
+    to.setFrameBuffer(buffer);
+    to.writeTiles(0, to.numXTiles(0) - 1, 0, to.numYTiles(0) - 1, 0, 0);
+}
+
+void write_lines(auto&& to, const Imf::FrameBuffer& buffer) {
+    to.setFrameBuffer(buffer);
+    const IMATH_NAMESPACE::Box2i& window = to.header().dataWindow();
+    to.writePixels(window.max.y - window.min.y + 1);
+}
+
+// Appends the chunks of a part, and fills in its table, which OpenEXR has left without entries.
+Status append_chunks(Imf::OStream& stream, const ChunkLayout& layout, const PartPlanes& planes,
+                     std::optional<int> part, int level, uint64_t table) {
+    const auto offsets = write_chunks(stream, layout, planes, part, level);
+    if (!offsets.ok()) return offsets.status();
+    const uint64_t end = stream.tellp();
+    stream.seekp(table);
+    // Little-endian, as every machine with a ChunkLayout is.
+    stream.write(reinterpret_cast<const char*>(offsets->data()),
+                 int(offsets->size() * sizeof(uint64_t)));
+    stream.seekp(end);
+    return {};
+}
+
+}  // namespace
+
+Result<Packer> write_single_part(Imf::OStream& stream, const Imf::Header& header,
+                                 const PartPlanes& planes) {
+    const bool tiled = header.hasTileDescription();
+    const int threads = Imf::globalThreadCount();
+    // MultiPartOutputFile would add a "type" attribute to a file that has none.
+    const auto layout = ChunkLayout::of(header);
+    if (!layout) {
+        const Imf::FrameBuffer buffer = frame_buffer_of(planes);
+        if (tiled)
+            write_tiles(Imf::TiledOutputFile(stream, header, threads), buffer);
+        else
+            write_lines(Imf::OutputFile(stream, header, threads), buffer);
+        return Packer::openexr;
+    }
+    if (tiled)
+        Imf::TiledOutputFile(stream, header, 0);
+    else
+        Imf::OutputFile(stream, header, 0);
+    const uint64_t table = stream.tellp() - layout->count() * sizeof(uint64_t);
+    if (Status s = append_chunks(stream, *layout, planes, {}, header.zipCompressionLevel(), table);
+        !s.ok())
+        return s;
+    return Packer::own;
+}
+
+Result<Packer> copy_single_part(Imf::OStream& stream, const Imf::Header& header,
+                                Imf::MultiPartInputFile& input) {
+    Imf::InputPart from(input, 0);
+    Imf::OutputFile(stream, header, Imf::globalThreadCount()).copyPixels(from);
+    return Packer::openexr;
+}
+
+Result<Packer> write_multi_part(Imf::OStream& stream, const std::vector<Imf::Header>& headers,
+                                const std::map<int, PartPlanes>& planes,
+                                Imf::MultiPartInputFile& input, const std::vector<int>& from) {
+    struct Own {
+        ChunkLayout layout;
+        uint64_t table;  // where it begins
+    };
+    std::map<int, Own> own;
+    {
+        Imf::MultiPartOutputFile out(stream, headers.data(), int(headers.size()), false,
+                                     Imf::globalThreadCount());
+        // The tables of all parts stand one after the other behind the headers.
+        uint64_t table = stream.tellp();
+        for (int i = out.parts() - 1; i >= 0; --i) {
+            table -= uint64_t(out.header(i).chunkCount()) * sizeof(uint64_t);
+            if (!planes.contains(i)) continue;
+            if (auto layout = ChunkLayout::of(headers[size_t(i)]))
+                own.emplace(i, Own{*layout, table});
+        }
+        for (int i = 0; i < out.parts(); ++i) {
+            const auto anew = planes.find(i);
+            if (anew == planes.end())
+                copy_part(input, from[size_t(i)], out, i);
+            else if (own.contains(i))
+                continue;
+            else if (headers[size_t(i)].hasTileDescription())
+                write_tiles(Imf::TiledOutputPart(out, i), frame_buffer_of(anew->second));
+            else
+                write_lines(Imf::OutputPart(out, i), frame_buffer_of(anew->second));
+        }
+    }
+    for (const auto& [part, how] : own) {
+        // OpenEXR writes a single part as a file that can have no other: chunks without a number.
+        const std::optional<int> number =
+            headers.size() > 1 ? std::optional<int>(part) : std::nullopt;
+        if (Status s = append_chunks(stream, how.layout, planes.at(part), number,
+                                     headers[size_t(part)].zipCompressionLevel(), how.table);
+            !s.ok())
+            return s;
+    }
+    return Packer::openexr;
+}
+
+namespace {
+
+// Whether every chunk has been written, asked of the file as a reader would. OpenEXR 3.1 writes
+// nothing of lines that it could not compress for want of memory, and says nothing either. Errors
+// (memory), (output). Throws what OpenEXR throws.
+Status check_complete(AtomicFile& file) {
+    if (Status s = file.flush(); !s.ok()) return s;
+    FdIStream stream(file.temporary());
+    const int fd = ::open(file.temporary().c_str(), O_RDONLY | O_CLOEXEC);
+    if (fd < 0)
+        return Status(StatusCode::output,
+                      concat(file.path(), ": cannot be read again: ", std::strerror(errno)));
+    stream.take(fd, file.size());
+    const Imf::MultiPartInputFile written(stream, 0, false);
+    for (int part = 0; part < written.parts(); ++part)
+        if (!written.partComplete(part))
+            return Status(
+                StatusCode::memory,
+                concat(file.path(), ": not enough memory: OpenEXR could not compress every line"));
+    return {};
+}
+
+}  // namespace
+
+Status write_exr_file(const std::string& path, const WriteOptions& options, WriteReport& report,
+                      const std::function<Result<Packer>(Imf::OStream&)>& write) {
+    Result<AtomicFile> file = AtomicFile::create(path);
+    if (!file.ok()) return file.status();
+    AtomicOStream stream(*file);
+    try {
+        const Result<Packer> packer = write(stream);
+        if (!packer.ok()) return packer.status().at(path);
+        if (*packer == Packer::openexr)
+            if (Status s = check_complete(*file); !s.ok()) return s;
+        // A failure that OpenEXR's destructors swallowed has stuck to the file.
+        if (Status s = file->flush(); !s.ok()) return s;
+    } catch (...) {
+        if (!stream.status.ok()) return stream.status;
+        return status_of_exr_exception(StatusCode::output, path);
+    }
+    report.bytes = file->size();
+    if (options.before_commit)
+        if (Status s = options.before_commit(); !s.ok()) return s;
+    Result<bool> written = file->commit(options.on_existing);
+    if (!written.ok()) return written.status();
+    report.skipped = !*written;
+    return {};
+}
+
+}  // namespace postchain::io

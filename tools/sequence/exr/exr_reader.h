@@ -1,0 +1,43 @@
+// Reading EXR.
+//
+//   path --scan_header (sizes, before anything is allocated)--> OpenEXR --open--> ExrFile
+//   ExrFile --read_part--> PartPixels (native planes, one pass over the part) --> ImageF
+//
+// Parts without compression, ZIP and ZIPS are unpacked here (exr_chunk_reader.h), the others by
+// OpenEXR; threads for both: set_exr_threads().
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "tools/sequence/exr/pixel_file.h"
+
+namespace postchain::io {
+
+// Threads that pack and unpack the pixels of every reader and writer of the process: those of
+// OpenEXR's pool, and of WorkerPool with the caller's; 0 = the caller's alone.
+void set_exr_threads(int count);
+
+class ExrFile final : public PixelFile {
+  public:
+    // Errors (input), each naming the file: it does not exist, a folder, unreadable, zero bytes,
+    // not an EXR, truncated, header that contradicts itself, a side above the limit, too many
+    // bytes.
+    static Result<ExrFile> open(const std::string& path, const ReadLimits& limits = {});
+    ExrFile(ExrFile&&) noexcept;
+    ExrFile& operator=(ExrFile&&) noexcept;
+    ~ExrFile() override;
+
+    int rows_at_once(int part) const override;
+
+    struct Impl;  // tools/sequence/exr/exr_internal.h
+    Impl& impl() { return *impl_; }
+
+  private:
+    ExrFile();
+    Status read_planes(PartPixels& pixels) override;
+
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace postchain::io

@@ -1,0 +1,43 @@
+// Float pixels into the planes of a file: deinterleaved, in the channel's type, checked.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "chain/image.h"
+#include "chain/status.h"
+#include "tools/sequence/exr/write_options.h"
+
+namespace postchain::io {
+
+struct EncodeTarget {
+    const ImageF* image = nullptr;
+    int index = 0;  // channel of the image
+    PixelType type = PixelType::half;
+    std::byte* bytes = nullptr;  // width * height values, row 0 first
+    bool finite = false;         // a float channel gets no Inf and no NaN either
+};
+
+struct EncodeCounts {
+    uint64_t overflow_pixels = 0;   // finite, beyond the half range, in a half channel
+    uint64_t nonfinite_pixels = 0;  // NaN or Inf, in any channel
+    uint64_t refused_pixels = 0;    // either of them in a half channel, or one that is `finite`
+    bool narrowed = false;          // float channels were asked for as half
+};
+
+// Half and float channels of images of one size. Half: rounded to nearest even; beyond the range
+// +-kMaxHalf (Inf too), NaN 0; whether that is acceptable is for the caller to say from the
+// counts. Float: as it is, or with `finite` the largest float for Inf and 0 for NaN. Uint: rounded
+// and limited to 0..2^32-1, NaN 0.
+EncodeCounts encode_channels(const std::vector<EncodeTarget>& targets);
+
+// Under `refuse` an error (output) that names `path` and counts what does not fit.
+Status check_counts(const std::string& path, const EncodeCounts& counts, HalfOverflow policy);
+
+// 16-bit patterns of `count` floats that lie within +-kMaxHalf. Source: IEEE 754 binary16.
+void floats_to_halves(const float* from, size_t count, uint16_t* to);
+void halves_to_floats(const uint16_t* from, size_t count, float* to);
+
+}  // namespace postchain::io

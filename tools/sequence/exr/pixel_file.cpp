@@ -1,0 +1,151 @@
+#include "tools/sequence/exr/pixel_file.h"
+
+#include <algorithm>
+#include <memory>
+#include <numeric>
+
+namespace postchain::io {
+
+namespace {
+
+Status input_error(const std::string& path, const std::string& what) {
+    return Status(StatusCode::input, concat(path, ": ", what));
+}
+
+// The part after the last dot: "BY" of "left.BY".
+std::string_view base_name(std::string_view channel) {
+    const size_t dot = channel.rfind('.');
+    return dot == std::string_view::npos ? channel : channel.substr(dot + 1);
+}
+
+std::string joined(const std::vector<ExrChannel>& channels) {
+    std::string text;
+    for (const ExrChannel& c : channels) text += (text.empty() ? "" : ", ") + c.name;
+    return text;
+}
+
+PartPixels::Plane make_plane(const ExrChannel& channel, const Window& w) {
+    PartPixels::Plane plane;
+    plane.channel = channel;
+    plane.width = samples_between(w.min_x, w.max_x, channel.x_sampling);
+    plane.height = samples_between(w.min_y, w.max_y, channel.y_sampling);
+    // Not cleared: pages of a file that turns out damaged are then never touched.
+    plane.bytes =
+        std::make_unique_for_overwrite<std::byte[]>(std::max<size_t>(plane.total_bytes(), 1));
+    return plane;
+}
+
+}  // namespace
+
+const ExrChannel* ExrPart::find(std::string_view channel) const {
+    for (const ExrChannel& c : channels) {
+        if (c.name == channel) return &c;
+    }
+    return nullptr;
+}
+
+bool ExrPart::luminance_chroma() const {
+    return std::any_of(channels.begin(), channels.end(), [](const ExrChannel& c) {
+        return base_name(c.name) == "RY" || base_name(c.name) == "BY";
+    });
+}
+
+Status PixelFile::check_channels(int part, const std::vector<std::string>& channels) const try {
+    if (part < 0 || size_t(part) >= parts().size()) {
+        return input_error(path(), concat("has no part ", part));
+    }
+    const ExrPart& p = parts()[size_t(part)];
+    const std::string place =
+        p.name.empty() ? path() : concat(path(), ": part ", part, " '", p.name, "'");
+    if (p.deep) {
+        return input_error(place, "is deep (many samples per pixel); flatten it before filtering");
+    }
+    for (const std::string& name : channels) {
+        const ExrChannel* c = p.find(name);
+        if (c == nullptr) {
+            return input_error(place,
+                               concat("has no channel ", name, "; it has: ", joined(p.channels)));
+        }
+        if (p.luminance_chroma() &&
+            (base_name(name) == "Y" || base_name(name) == "RY" || base_name(name) == "BY")) {
+            return input_error(place,
+                               concat("channel ", name,
+                                      " is luminance-chroma (Y, RY, BY); convert it to R, G, B"));
+        }
+        if (c->x_sampling != 1 || c->y_sampling != 1) {
+            return input_error(place, concat("channel ", name, " is subsampled ", c->x_sampling,
+                                             "x", c->y_sampling, "; write it at full size"));
+        }
+    }
+    return {};
+} catch (...) {
+    return status_of_exception(path());
+}
+
+Status PixelFile::explain_no_color() const try {
+    // Beside flat color neither is what is wrong.
+    for (const ExrPart& p : parts()) {
+        if (p.deep || p.luminance_chroma()) continue;
+        for (const ExrChannel& c : p.channels)
+            if (base_name(c.name) == "R") return {};
+    }
+    for (const ExrPart& p : parts()) {
+        if (p.luminance_chroma()) {
+            return input_error(path(), concat("is luminance-chroma (", joined(p.channels),
+                                              "); convert it to R, G, B before filtering"));
+        }
+    }
+    for (const ExrPart& p : parts()) {
+        if (p.deep) {
+            return input_error(path(),
+                               "is deep (many samples per pixel); flatten it before filtering");
+        }
+    }
+    return {};
+} catch (...) {
+    return status_of_exception(path());
+}
+
+Result<PartPixels> PixelFile::read_part(int part, const std::vector<std::string>& channels,
+                                        const std::optional<Window>& area) try {
+    if (part < 0 || size_t(part) >= parts().size() || parts()[size_t(part)].deep) {
+        return check_channels(part, {});
+    }
+    const ExrPart& info = parts()[size_t(part)];
+    PartPixels pixels;
+    pixels.part = part;
+    pixels.window = info.data_window;
+    if (area) {
+        // Whole tiles, and whole samples of subsampled channels.
+        int step = info.tiled ? rows_at_once(part) : 1;
+        for (const ExrChannel& c : info.channels) step = std::lcm(step, c.y_sampling);
+        const int top = info.data_window.min_y, last = info.data_window.max_y;
+        const int first_row = std::clamp(area->min_y, top, last) - top;
+        const int last_row = std::clamp(area->max_y, top, last) - top;
+        pixels.window.min_y = top + first_row / step * step;
+        pixels.window.max_y = std::min(last, top + (last_row / step + 1) * step - 1);
+    }
+    for (const ExrChannel& c : info.channels) {
+        const bool wanted = channels.empty() ||
+                            std::find(channels.begin(), channels.end(), c.name) != channels.end();
+        if (wanted) pixels.planes.push_back(make_plane(c, pixels.window));
+    }
+    for (const std::string& name : channels) {
+        if (pixels.find(name) == nullptr) return check_channels(part, {name});
+    }
+    if (Status s = read_planes(pixels); !s.ok()) return s;
+    return pixels;
+} catch (...) {
+    return status_of_exception(path());
+}
+
+Result<ImageF> PixelFile::read_channels(int part, const std::vector<std::string>& channels) try {
+    if (Status s = check_channels(part, channels); !s.ok()) return s;
+    Result<PartPixels> pixels = read_part(part, channels);
+    if (!pixels.ok()) return pixels.status();
+    return pixels->interleaved(channels, pixels->window);
+} catch (...) {
+    return status_of_exception(path());
+}
+
+}  // namespace postchain::io

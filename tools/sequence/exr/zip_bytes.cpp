@@ -1,0 +1,88 @@
+#include "tools/sequence/exr/zip_bytes.h"
+
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#endif
+
+namespace postchain::io {
+
+namespace {
+
+#if defined(__SSE2__)
+__m128i load(const uint8_t* from) {
+    return _mm_loadu_si128(reinterpret_cast<const __m128i*>(from));
+}
+void store(uint8_t* to, __m128i value) {
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(to), value);
+}
+#endif
+
+}  // namespace
+
+void split_words(const uint8_t* from, size_t words, uint8_t* low, uint8_t* high) {
+    size_t i = 0;
+#if defined(__SSE2__)
+    const __m128i low_mask = _mm_set1_epi16(0xff);
+    for (; i + 16 <= words; i += 16) {
+        const __m128i a = load(from + 2 * i), b = load(from + 2 * i + 16);
+        store(low + i, _mm_packus_epi16(_mm_and_si128(a, low_mask), _mm_and_si128(b, low_mask)));
+        store(high + i, _mm_packus_epi16(_mm_srli_epi16(a, 8), _mm_srli_epi16(b, 8)));
+    }
+#endif
+    for (; i < words; ++i) {
+        low[i] = from[2 * i];
+        high[i] = from[2 * i + 1];
+    }
+}
+
+void join_words(const uint8_t* low, const uint8_t* high, size_t words, uint8_t* to) {
+    size_t i = 0;
+#if defined(__SSE2__)
+    for (; i + 16 <= words; i += 16) {
+        const __m128i a = load(low + i), b = load(high + i);
+        store(to + 2 * i, _mm_unpacklo_epi8(a, b));
+        store(to + 2 * i + 16, _mm_unpackhi_epi8(a, b));
+    }
+#endif
+    for (; i < words; ++i) {
+        to[2 * i] = low[i];
+        to[2 * i + 1] = high[i];
+    }
+}
+
+void to_differences(uint8_t* bytes, size_t count) {
+    // From the end: what a byte is compared with has not been replaced yet.
+    size_t i = count;
+#if defined(__SSE2__)
+    const __m128i half = _mm_set1_epi8(char(0x80));
+    for (; i >= 17; i -= 16) {
+        const __m128i difference = _mm_sub_epi8(load(bytes + i - 16), load(bytes + i - 17));
+        store(bytes + i - 16, _mm_add_epi8(difference, half));
+    }
+#endif
+    for (; i > 1; --i) bytes[i - 1] = uint8_t(bytes[i - 1] - bytes[i - 2] + 128);
+}
+
+void from_differences(uint8_t* bytes, size_t count) {
+    size_t i = 1;
+#if defined(__SSE2__)
+    const __m128i half = _mm_set1_epi8(char(0x80));
+    if (count >= 17) {
+        __m128i last = _mm_set1_epi8(char(bytes[0]));  // of the sixteen before, sixteen times
+        for (; i + 16 <= count; i += 16) {
+            __m128i sum = _mm_sub_epi8(load(bytes + i), half);
+            sum = _mm_add_epi8(sum, _mm_slli_si128(sum, 1));
+            sum = _mm_add_epi8(sum, _mm_slli_si128(sum, 2));
+            sum = _mm_add_epi8(sum, _mm_slli_si128(sum, 4));
+            sum = _mm_add_epi8(sum, _mm_slli_si128(sum, 8));
+            sum = _mm_add_epi8(sum, last);
+            store(bytes + i, sum);
+            const __m128i twice = _mm_shufflehi_epi16(_mm_unpackhi_epi8(sum, sum), 0xff);
+            last = _mm_unpackhi_epi64(twice, twice);
+        }
+    }
+#endif
+    for (; i < count; ++i) bytes[i] = uint8_t(bytes[i - 1] + bytes[i] - 128);
+}
+
+}  // namespace postchain::io

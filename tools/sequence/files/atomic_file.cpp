@@ -1,0 +1,371 @@
+#include "tools/sequence/files/atomic_file.h"
+
+#include <fcntl.h>
+#include <stdio.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <climits>
+#include <cstring>
+#include <filesystem>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+namespace postchain::io {
+
+namespace {
+
+constexpr size_t kBufferBytes = size_t(1) << 20;
+
+// The registry is a list that only grows and whose entries are reused, so that a signal handler
+// can walk it without a lock.
+struct LiveTemporary {
+    std::atomic<bool> live = false;
+    char path[PATH_MAX] = {};
+    LiveTemporary* next = nullptr;
+};
+std::atomic<LiveTemporary*> live_list = nullptr;
+std::mutex live_mutex;  // of those who add and take entries; the handler does not take it
+
+// Nothing when this process already writes a temporary of this name.
+LiveTemporary* enlist(const std::string& path) {
+    const std::lock_guard lock(live_mutex);
+    LiveTemporary* entry = nullptr;
+    for (LiveTemporary* e = live_list.load(); e != nullptr; e = e->next) {
+        if (!e->live.load()) {
+            if (entry == nullptr) entry = e;
+        } else if (path == e->path) {
+            return nullptr;
+        }
+    }
+    const bool fresh = entry == nullptr;
+    if (fresh) entry = new LiveTemporary;
+    std::memcpy(entry->path, path.c_str(), path.size() + 1);
+    entry->live.store(true);
+    if (fresh) {
+        entry->next = live_list.load();
+        live_list.store(entry);
+    }
+    return entry;
+}
+
+void delist(void* entry) {
+    const std::lock_guard lock(live_mutex);
+    static_cast<LiveTemporary*>(entry)->live.store(false);
+}
+
+Status output_error(const std::string& path, const std::string& what) {
+    return Status(StatusCode::output, concat(path, ": ", what));
+}
+
+// What the system's reason means here and what helps.
+std::string reason_of(int error) {
+    switch (error) {
+        case ENOSPC:
+            return "disk full";
+        case EDQUOT:
+            return "disk quota exceeded";
+        case EFBIG:
+            return "file-size limit reached (see ulimit -f)";
+        case EROFS:
+            return "the file system is read-only";
+        case EACCES:
+        case EPERM:
+            return "no permission to write here";
+        case ENAMETOOLONG:
+            return "the name is too long (the temporary adds a dot, the process number and .tmp)";
+        default:
+            return std::strerror(error);
+    }
+}
+
+// Why a file cannot be made in `folder`, more precisely than errno.
+std::string why_not_in(const std::string& folder, int error) {
+    struct stat info;
+    if (::stat(folder.c_str(), &info) == 0) {
+        if (!S_ISDIR(info.st_mode)) return concat(folder, " is a file, not a folder");
+        return concat("cannot write in folder ", folder, ": ", reason_of(error));
+    }
+    if (errno == ENOTDIR) {
+        namespace fs = std::filesystem;
+        for (fs::path p = folder; !p.empty() && p != p.parent_path(); p = p.parent_path()) {
+            std::error_code ignored;
+            if (fs::exists(p, ignored) && !fs::is_directory(p, ignored)) {
+                return concat(p.string(), " is a file, not a folder");
+            }
+        }
+    }
+    if (errno == ENOENT || errno == ENOTDIR) {
+        return concat("folder ", folder, " does not exist; create it first");
+    }
+    return concat("cannot write in folder ", folder, ": ", reason_of(errno));
+}
+
+// Renames without replacing; 0 or errno. link() serves file systems without RENAME_NOREPLACE.
+int rename_to_new(const std::string& from, const std::string& to) {
+    if (::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return 0;
+    if (errno != EINVAL && errno != ENOSYS) return errno;
+    if (::link(from.c_str(), to.c_str()) != 0) return errno;
+    ::unlink(from.c_str());
+    return 0;
+}
+
+// Some file systems have no locks; then no process can be told from a dead one, and none is.
+bool has_no_locks(int error) {
+    return error == ENOLCK || error == ENOSYS || error == EOPNOTSUPP;
+}
+
+// Removes a temporary that no process holds: its writer was killed. True when it is gone.
+bool remove_if_dead(const std::string& path) {
+    const int fd = ::open(path.c_str(), O_WRONLY | O_NOFOLLOW | O_CLOEXEC);
+    if (fd < 0) return errno == ENOENT;
+    const bool dead = ::flock(fd, LOCK_EX | LOCK_NB) == 0 && ::unlink(path.c_str()) == 0;
+    ::close(fd);
+    return dead;
+}
+
+struct Opened {
+    enum class Step { open, lock };
+    int fd = -1;
+    int error = 0;  // of the step that failed; EEXIST of `open`: another process has the name
+    Step step = Step::open;
+};
+
+// Makes the temporary and locks it. What a dead process left under this name, or one with our
+// number in another container, is removed.
+Opened open_temporary(const std::string& path) {
+    // Between open() and the lock another process may take the file for a dead one's and remove it:
+    // then it is made again.
+    constexpr int kAttempts = 16;
+    for (int attempt = 0; attempt < kAttempts; ++attempt) {
+        const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        if (fd < 0) {
+            if (errno != EEXIST) return {-1, errno, Opened::Step::open};
+            if (!remove_if_dead(path)) break;
+            continue;
+        }
+        struct stat info;
+        const int error = ::flock(fd, LOCK_EX | LOCK_NB) == 0 ? 0 : errno;
+        const bool held = error == 0 || has_no_locks(error);
+        if (held && ::fstat(fd, &info) == 0 && info.st_nlink > 0) return {fd, 0, {}};
+        if (!held && error != EWOULDBLOCK) {
+            ::unlink(path.c_str());
+            ::close(fd);
+            return {-1, error, Opened::Step::lock};
+        }
+        ::close(fd);
+    }
+    return {-1, EEXIST, Opened::Step::open};
+}
+
+// NAME of a temporary .NAME.PID.tmp, or nothing.
+std::string name_of_temporary(const std::string& temporary) {
+    constexpr std::string_view kEnd = ".tmp";
+    if (!temporary.starts_with('.') || !temporary.ends_with(kEnd)) return "";
+    const size_t end = temporary.size() - kEnd.size();
+    const size_t dot = temporary.rfind('.', end - 1);
+    if (dot == std::string::npos || dot < 2 || dot + 1 == end) return "";
+    for (size_t i = dot + 1; i < end; ++i)
+        if (temporary[i] < '0' || temporary[i] > '9') return "";
+    return temporary.substr(1, dot - 1);
+}
+
+}  // namespace
+
+Result<bool> skipped_already(const std::string& path, OnExisting on_existing) {
+    if (on_existing == OnExisting::overwrite || ::access(path.c_str(), F_OK) != 0) return false;
+    if (on_existing == OnExisting::skip) return true;
+    return Status(StatusCode::output, concat(path, ": exists already, and is not replaced"));
+}
+
+Result<AtomicFile> AtomicFile::create(const std::string& path) try {
+    const size_t slash = path.rfind('/');
+    const std::string name = slash == std::string::npos ? path : path.substr(slash + 1);
+    if (name.empty()) return output_error(path, "no file name");
+    AtomicFile file;
+    file.path_ = path;
+    file.folder_ = slash == std::string::npos ? "." : path.substr(0, std::max<size_t>(slash, 1));
+    file.temporary_ = concat(slash == std::string::npos ? "" : path.substr(0, slash + 1), ".", name,
+                             ".", std::to_string(::getpid()), ".tmp");
+    if (file.temporary_.size() >= PATH_MAX) return output_error(path, reason_of(ENAMETOOLONG));
+    struct stat info;
+    if (::stat(path.c_str(), &info) == 0 && S_ISDIR(info.st_mode)) {
+        return output_error(path, "is a folder, not a file");
+    }
+    // On the list before it exists, so that no moment is left in which a signal would miss it.
+    void* live = enlist(file.temporary_);
+    if (live == nullptr) return output_error(path, "is already being written by this process");
+    const Opened opened = open_temporary(file.temporary_);
+    if (opened.fd < 0) {
+        delist(live);
+        const std::string why =
+            opened.step == Opened::Step::lock ? concat("cannot lock it: ", reason_of(opened.error))
+            : opened.error == EEXIST ? concat("another process is writing ", file.temporary_)
+                                     : why_not_in(file.folder_, opened.error);
+        return output_error(path, why);
+    }
+    file.fd_ = opened.fd;
+    file.live_ = live;
+    file.buffer_.reserve(kBufferBytes);
+    return file;
+} catch (...) {
+    return status_of_exception(path);
+}
+
+AtomicFile::AtomicFile(AtomicFile&& other) noexcept
+    : path_(std::move(other.path_)),
+      temporary_(std::move(other.temporary_)),
+      folder_(std::move(other.folder_)),
+      buffer_(std::move(other.buffer_)),
+      buffer_start_(other.buffer_start_),
+      position_(other.position_),
+      size_(other.size_),
+      fd_(std::exchange(other.fd_, -1)),
+      live_(std::exchange(other.live_, nullptr)),
+      failed_(std::move(other.failed_)) {}
+
+AtomicFile::~AtomicFile() {
+    if (live_ != nullptr) {
+        ::unlink(temporary_.c_str());
+        delist(live_);
+    }
+    if (fd_ >= 0) ::close(fd_);
+}
+
+Status AtomicFile::fail(const char* action, int error) {
+    if (failed_.ok()) failed_ = output_error(path_, concat(action, ": ", reason_of(error)));
+    return failed_;
+}
+
+Status AtomicFile::flush() try {
+    const char* bytes = buffer_.data();
+    size_t left = buffer_.size();
+    uint64_t at = buffer_start_;
+    while (left > 0 && failed_.ok()) {
+        const ssize_t n = ::pwrite(fd_, bytes, left, off_t(at));
+        if (n < 0 && errno == EINTR) continue;
+        if (n <= 0) {
+            const int error = n < 0 ? errno : ENOSPC;
+            (void)fail("cannot write", error);
+            break;
+        }
+        bytes += n;
+        left -= size_t(n);
+        at += uint64_t(n);
+    }
+    // The disk begins now, not at the fsync; nothing depends on whether it can.
+    if (failed_.ok()) {
+        ::sync_file_range(fd_, off64_t(buffer_start_), off64_t(buffer_.size()),
+                          SYNC_FILE_RANGE_WRITE);
+    }
+    buffer_.clear();
+    buffer_start_ = position_;
+    return failed_;
+} catch (...) {
+    return failed_ = status_of_exception(path_);
+}
+
+Status AtomicFile::write(const void* bytes, size_t count) try {
+    if (!failed_.ok()) return failed_;
+    if (buffer_.size() + count > kBufferBytes) {
+        if (Status s = flush(); !s.ok()) return s;
+    }
+    buffer_.append(static_cast<const char*>(bytes), count);
+    position_ += count;
+    size_ = std::max(size_, position_);
+    return buffer_.size() >= kBufferBytes ? flush() : Status();
+} catch (...) {
+    return failed_ = status_of_exception(path_);
+}
+
+Status AtomicFile::seek(uint64_t position) try {
+    if (position == position_) return failed_;
+    Status s = flush();
+    position_ = position;
+    buffer_start_ = position;
+    return s;
+} catch (...) {
+    return failed_ = status_of_exception(path_);
+}
+
+Result<bool> AtomicFile::commit(OnExisting on_existing) try {
+    if (Status s = flush(); !s.ok()) return s;
+    if (::fsync(fd_) != 0) return fail("cannot write", errno);
+    // Opened before the file has its name: what fails until then leaves nothing. One who may write
+    // in a folder but not read it cannot sync it.
+    const int folder = ::open(folder_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (folder < 0 && errno != EACCES && errno != EPERM)
+        return fail("cannot open its folder to sync it", errno);
+    const int error = move_here(on_existing);
+    // The name is only safe once the folder is on disk. Some file systems cannot sync a folder; the
+    // file itself is synced by then.
+    int folder_error = 0;
+    if (folder >= 0) {
+        if (error == 0 && ::fsync(folder) != 0 && errno != EINVAL && errno != ENOSYS &&
+            errno != EOPNOTSUPP)
+            folder_error = errno;
+        ::close(folder);
+    }
+    if (error == EEXIST && on_existing == OnExisting::skip) return false;
+    if (error == EEXIST && on_existing == OnExisting::fail) {
+        failed_ = output_error(path_, "exists already, and is not replaced");
+        return failed_;
+    }
+    if (error != 0) return fail("cannot move the finished file here", error);
+    delist(std::exchange(live_, nullptr));
+    ::close(std::exchange(fd_, -1));
+    if (folder_error != 0)
+        return fail("is complete, but the disk may not keep its name: its folder cannot be synced",
+                    folder_error);
+    return true;
+} catch (...) {
+    return status_of_exception(path_);
+}
+
+int AtomicFile::move_here(OnExisting on_existing) const {
+    if (on_existing == OnExisting::overwrite)
+        return ::rename(temporary_.c_str(), path_.c_str()) == 0 ? 0 : errno;
+    return rename_to_new(temporary_, path_);
+}
+
+bool is_temporary_of(const std::string& temporary, const std::string& name) {
+    return !name.empty() && name_of_temporary(temporary) == name;
+}
+
+void remove_dead_temporaries(const std::string& folder,
+                             const std::function<bool(const std::string& name)>& ours) {
+    std::error_code error;
+    std::vector<std::string> found;
+    for (std::filesystem::directory_iterator it(folder, error), end; !error && it != end;
+         it.increment(error)) {
+        const std::string temporary = it->path().filename().string();
+        const std::string name = name_of_temporary(temporary);
+        if (!name.empty() && ours(name)) found.push_back(it->path().string());
+    }
+    for (const std::string& path : found) remove_if_dead(path);
+}
+
+void remove_live_temporaries() {
+    const int saved = errno;
+    for (LiveTemporary* e = live_list.load(); e != nullptr; e = e->next) {
+        if (e->live.load()) ::unlink(e->path);
+    }
+    errno = saved;
+}
+
+Result<bool> atomic_write_text(const std::string& path, std::string_view text,
+                               OnExisting on_existing) try {
+    Result<AtomicFile> file = AtomicFile::create(path);
+    if (!file.ok()) return file.status();
+    if (Status s = file->write(text.data(), text.size()); !s.ok()) return s;
+    return file->commit(on_existing);
+} catch (...) {
+    return status_of_exception(path);
+}
+
+}  // namespace postchain::io

@@ -1,0 +1,110 @@
+#include "tools/sequence/files/folder_scan.h"
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <map>
+
+namespace postchain::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_digit(char c) {
+    return c >= '0' && c <= '9';
+}
+
+// "shot.0012.exr" is "shot." 0012 ".exr".
+struct NameParts {
+    std::string before, digits, after;
+};
+
+NameParts parts_of(const std::string& name) {
+    const size_t dot = name.rfind('.');
+    size_t end = dot;
+    while (end > 0 && !is_digit(name[end - 1])) --end;
+    size_t begin = end;
+    while (begin > 0 && is_digit(name[begin - 1])) --begin;
+    return {name.substr(0, begin), name.substr(begin, end - begin), name.substr(end)};
+}
+
+bool is_exr(const std::string& name) {
+    if (name.size() < 5 || name[0] == '.') return false;
+    std::string extension = name.substr(name.size() - 4);
+    for (char& c : extension) c = c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c;
+    return extension == ".exr";
+}
+
+// One sequence for each form of number: "f.9.exr" and "f.10.exr" have no padding and go together,
+// "f.09.exr" and "f.9.exr" do not.
+void add_sequences(const std::string& folder, const std::vector<NameParts>& names,
+                   std::vector<FoundSequence>& found) {
+    std::map<size_t, std::vector<NameParts>> by_width;
+    for (const NameParts& name : names) {
+        // Padded to its width, or longer than any padding: that of the shortest without a zero.
+        const bool padded = name.digits.size() > 1 && name.digits[0] == '0';
+        by_width[padded ? name.digits.size() : 0].push_back(name);
+    }
+    // Numbers without a leading zero belong to the padded ones of their width or less.
+    if (auto plain = by_width.find(0); plain != by_width.end() && by_width.size() > 1) {
+        std::vector<NameParts> stay;
+        for (const NameParts& name : plain->second) {
+            auto home = by_width.upper_bound(name.digits.size());
+            --home;  // the widest padding that is not wider
+            (home->first == 0 ? stay : home->second).push_back(name);
+        }
+        plain->second = std::move(stay);
+        if (plain->second.empty()) by_width.erase(plain);
+    }
+    for (const auto& [width, members] : by_width) {
+        FoundSequence sequence;
+        size_t least = members[0].digits.size();
+        for (const NameParts& name : members) {
+            int frame = 0;
+            std::from_chars(name.digits.data(), name.digits.data() + name.digits.size(), frame);
+            sequence.frames.push_back(frame);
+            least = std::min(least, name.digits.size());
+        }
+        std::sort(sequence.frames.begin(), sequence.frames.end());
+        for (size_t i = 1; i < sequence.frames.size(); ++i)
+            for (int hole = sequence.frames[i - 1] + 1;
+                 hole < sequence.frames[i] && sequence.gaps.size() < kMaxFrames; ++hole)
+                sequence.gaps.push_back(hole);
+        const NameParts& one = members[0];
+        sequence.pattern =
+            folder + one.before +
+            (members.size() == 1 ? one.digits : std::string(width ? width : least, '#')) +
+            one.after;
+        found.push_back(std::move(sequence));
+    }
+}
+
+}  // namespace
+
+Result<std::vector<FoundSequence>> scan_folder(const std::string& folder) {
+    std::map<std::pair<std::string, std::string>, std::vector<NameParts>> groups;
+    std::vector<FoundSequence> found;
+    const std::string prefix = folder.ends_with('/') ? folder : folder + "/";
+    std::error_code error;
+    for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+        const std::string name = it->path().filename().string();
+        std::error_code of_type;
+        if (!is_exr(name) || !it->is_regular_file(of_type)) continue;
+        const NameParts parts = parts_of(name);
+        // More than nine digits are a date, and no digit is no number.
+        if (parts.digits.empty() || parts.digits.size() > 9)
+            found.push_back({prefix + name, {PathPattern::parse(name)->literal_frame()}, {}});
+        else
+            groups[{parts.before, parts.after}].push_back(parts);
+    }
+    if (error) return Status(StatusCode::input, folder + ": cannot be read: " + error.message());
+    for (const auto& [name, members] : groups) add_sequences(prefix, members, found);
+    if (found.empty())
+        return Status(StatusCode::input,
+                      folder + ": has no EXR file; give the folder of a sequence");
+    std::sort(found.begin(), found.end(),
+              [](const FoundSequence& a, const FoundSequence& b) { return a.pattern < b.pattern; });
+    return found;
+}
+
+}  // namespace postchain::io

@@ -1,0 +1,291 @@
+#include "tools/sequence/files/output_files.h"
+
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <set>
+
+namespace postchain::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Folders that are not there keep the name they would have.
+std::string resolved_folder(const fs::path& folder) {
+    std::error_code error;
+    const fs::path given = folder.empty() ? fs::path(".") : folder;
+    const fs::path found = fs::weakly_canonical(given, error);
+    // A relative path of which nothing is there stays relative.
+    const fs::path whole = fs::absolute(error ? given : found, error).lexically_normal();
+    return whole.has_filename() ? whole.string() : whole.parent_path().string();
+}
+
+std::string resolved_path(const std::string& folder, const std::string& name) {
+    return folder == "/" ? folder + name : folder + "/" + name;
+}
+
+std::string name_of(const std::string& path) {
+    return fs::path(path).filename().string();
+}
+
+bool is_in(const std::string& path, const std::string& folder) {
+    return path == folder || path.starts_with(folder == "/" ? folder : folder + "/");
+}
+
+// A link that leads nowhere is there too: its name is taken.
+bool is_there(const std::string& path) {
+    struct stat info;
+    return ::lstat(path.c_str(), &info) == 0;
+}
+
+bool is_folder(const std::string& path) {
+    struct stat info;
+    return ::stat(path.c_str(), &info) == 0 && S_ISDIR(info.st_mode);
+}
+
+Status usage(const std::string& path, const std::string& message) {
+    return Status(StatusCode::usage, concat(path, ": ", message));
+}
+
+Status refused(const std::string& path, const std::string& message) {
+    return Status(StatusCode::output, concat(path, ": ", message));
+}
+
+std::string read_mark(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+std::vector<std::string> names_in(const std::string& folder) {
+    std::vector<std::string> names;
+    std::error_code error;
+    for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error))
+        names.push_back(it->path().filename().string());
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+}  // namespace
+
+OutputFiles::OutputFiles(OnExisting on_existing, std::string choices)
+    : on_existing_(on_existing), choices_(std::move(choices)) {}
+
+std::string OutputFiles::resolved(const std::string& path) {
+    const std::string folder = fs::path(path).parent_path().string();
+    auto known = resolved_folders_.find(folder);
+    if (known == resolved_folders_.end())
+        known = resolved_folders_.emplace(folder, resolved_folder(folder)).first;
+    return resolved_path(known->second, name_of(path));
+}
+
+void OutputFiles::read(const InputFile& file) {
+    struct stat info;
+    const std::string what = concat(file.what, " ", file.path);
+    // What is not there is not read: a shipped chain or profile is named by a word.
+    if (::stat(file.path.c_str(), &info) != 0) return;
+    inputs_.emplace(Identity(info.st_dev, info.st_ino), what);
+    input_at_.emplace(resolved(file.path), what);
+    std::error_code error;
+    if (fs::is_symlink(file.path, error))
+        input_at_.emplace(fs::canonical(file.path, error).string(), what);
+}
+
+void OutputFiles::read(const PathPattern& pattern, const std::string& what) {
+    for (const auto& [frame, path] : pattern.discover()) read({path, what});
+    patterns_.push_back({resolved_folder(pattern.folder()), pattern, what});
+}
+
+void OutputFiles::write(OutputFile file) {
+    const auto [at, fresh] = file_at_.emplace(resolved(file.path), files_.size());
+    if (!fresh) twice_.emplace_back(at->second, files_.size());
+    files_.push_back(std::move(file));
+}
+
+void OutputFiles::write(OutputFamily family) {
+    family.folder = resolved_folder(family.folder);
+    families_.push_back(std::move(family));
+}
+
+void OutputFiles::write(OutputFolder folder) {
+    folders_.push_back(std::move(folder));
+}
+
+std::string OutputFiles::choice() const {
+    return choices_.empty() ? "" : "choose --on-existing " + choices_ + ", or ";
+}
+
+// What a write here would do to an input; empty: nothing.
+std::string OutputFiles::threat(const std::string& path, const std::string& resolved) const {
+    struct stat info;
+    if (::stat(path.c_str(), &info) == 0)
+        if (const auto input = inputs_.find({info.st_dev, info.st_ino}); input != inputs_.end())
+            return concat("would replace ", input->second, ", which this job reads");
+    const std::string folder = fs::path(resolved).parent_path().string();
+    for (const Pattern& pattern : patterns_)
+        if (folder == pattern.folder && pattern.names.match(name_of(resolved)))
+            return concat("would be one more frame of ", pattern.what, " ", pattern.names.text());
+    return "";
+}
+
+// Of the inputs one that lies in the folder; empty: none does.
+std::string OutputFiles::input_in(const std::string& folder) const {
+    for (const auto& [path, what] : input_at_)
+        if (is_in(path, folder)) return what;
+    return "";
+}
+
+Status OutputFiles::family_names(const OutputFamily& family) const {
+    for (const auto& [path, index] : file_at_)
+        if (fs::path(path).parent_path() == family.folder && family.has(name_of(path)))
+            return usage(files_[index].path, concat("is ", files_[index].what, ", and could be ",
+                                                    family.what, "; ", family.remedy));
+    for (const std::string& name : names_in(family.folder))
+        if (family.has(name)) {
+            const std::string path = resolved_path(family.folder, name);
+            if (const std::string harm = threat(path, path); !harm.empty())
+                return usage(path, concat(family.what, " ", harm, "; ", family.remedy));
+        }
+    return Status();
+}
+
+Status OutputFiles::check_names() const {
+    for (const auto& [resolved, index] : file_at_) {
+        const OutputFile& file = files_[index];
+        if (const std::string harm = threat(file.path, resolved); !harm.empty())
+            return usage(file.path, concat(file.what, " ", harm, "; ", file.remedy));
+    }
+    if (!twice_.empty()) {
+        const auto& [first, second] = twice_.front();
+        return usage(files_[second].path,
+                     concat("would be written twice, as ", files_[first].what, " and as ",
+                            files_[second].what, "; ", files_[second].remedy));
+    }
+    for (const OutputFamily& family : families_)
+        if (Status status = family_names(family); !status.ok()) return status;
+    for (const OutputFolder& folder : folders_)
+        if (const std::string input = input_in(resolved_folder(folder.path)); !input.empty())
+            return usage(folder.path,
+                         concat("is the folder of ", folder.what, ", and ", input,
+                                ", which this job reads, lies in it; ", folder.remedy));
+    return Status();
+}
+
+Status OutputFiles::folder_state(const OutputFolder& folder) const {
+    if (!is_there(folder.path)) return Status();
+    if (!is_folder(folder.path))
+        return refused(folder.path, concat("is a file; the folder of ", folder.what,
+                                           " cannot be created; ", folder.remedy));
+    std::vector<std::string> names = names_in(folder.path);
+    // All that there is of a folder whose maker was killed before the mark had its name.
+    std::erase_if(names, [&](const auto& name) { return is_temporary_of(name, folder.mark); });
+    if (names.empty()) return Status();
+    const std::string mark = folder.path + "/" + folder.mark;
+    if (!is_there(mark))
+        return refused(folder.path,
+                       concat("folder is not empty and is not ", folder.what, "; ", folder.remedy));
+    if (const std::string owner = read_mark(mark); owner != folder.owner)
+        return refused(folder.path, concat("folder is another's: ",
+                                           owner.substr(0, owner.find('\n')), "; ", folder.remedy));
+    if (on_existing_ == OnExisting::fail && names.size() > 1)  // more than the mark
+        return refused(folder.path,
+                       concat("has ", folder.what, " already; ", choice(), folder.remedy));
+    return Status();
+}
+
+Status OutputFiles::existing(const std::vector<const OutputFile*>& files) const {
+    const OutputFile* first = nullptr;
+    size_t count = 0;
+    for (const OutputFile* file : files) {
+        if (is_folder(file->path))
+            return refused(file->path, concat("is a folder, not a file; it would be ", file->what,
+                                              "; ", file->remedy));
+        if (on_existing_ != OnExisting::fail || !is_there(file->path)) continue;
+        if (count++ == 0) first = file;
+    }
+    if (first == nullptr) return Status();
+    return refused(
+        first->path,
+        concat("exists", count > 1 ? concat(", and ", count - 1, " more") : "",
+               "; it would be replaced by ", first->what, " (", choice(), first->remedy, ")"));
+}
+
+Status OutputFiles::check_existing(const std::vector<std::string>& paths) const {
+    std::vector<const OutputFile*> files;
+    for (const std::string& path : paths) {
+        const auto known = file_at_.find(
+            resolved_path(resolved_folder(fs::path(path).parent_path()), name_of(path)));
+        if (known != file_at_.end()) files.push_back(&files_[known->second]);
+    }
+    return existing(files);
+}
+
+Status OutputFiles::check_existing() const {
+    std::vector<const OutputFile*> files;
+    for (const OutputFile& file : files_) files.push_back(&file);
+    if (Status status = existing(files); !status.ok()) return status;
+    for (const OutputFamily& family : families_)
+        for (const std::string& name : names_in(family.folder))
+            if (on_existing_ == OnExisting::fail && family.has(name))
+                return refused(resolved_path(family.folder, name),
+                               concat("exists; it could be replaced by ", family.what, " (",
+                                      choice(), family.remedy, ")"));
+    for (const OutputFolder& folder : folders_)
+        if (Status status = folder_state(folder); !status.ok()) return status;
+    return Status();
+}
+
+Status OutputFiles::check() const {
+    if (Status status = check_names(); !status.ok()) return status;
+    return check_existing();
+}
+
+void OutputFiles::remove_left_temporaries() const {
+    std::map<std::string, std::set<std::string>> names;  // of files, by folder
+    for (const auto& [path, index] : file_at_)
+        names[fs::path(path).parent_path().string()].insert(name_of(path));
+    for (const auto& at : names)
+        remove_dead_temporaries(at.first,
+                                [&](const auto& name) { return at.second.count(name) > 0; });
+    for (const OutputFamily& family : families_) remove_dead_temporaries(family.folder, family.has);
+    for (const OutputFolder& own : folders_) {
+        const auto any = [](const std::string&) { return true; };
+        remove_dead_temporaries(own.path, any);
+        std::error_code error;
+        for (fs::recursive_directory_iterator it(own.path, error), end; !error && it != end;
+             it.increment(error))
+            if (it->is_directory(error)) remove_dead_temporaries(it->path().string(), any);
+    }
+}
+
+Status OutputFiles::make_folders() const {
+    for (const OutputFolder& folder : folders_) {
+        std::error_code error;
+        fs::create_directories(folder.path, error);
+        std::error_code ignored;  // the reason is why it could not be made
+        if (!fs::is_directory(folder.path, ignored))
+            return refused(folder.path, concat("folder cannot be created: ", error.message()));
+        const auto marked =
+            atomic_write_text(folder.path + "/" + folder.mark, folder.owner, OnExisting::skip);
+        if (!marked.ok()) return marked.status();
+    }
+    return Status();
+}
+
+Result<OnExisting> OutputFiles::permit(const std::string& path) const {
+    const std::string folder = resolved_folder(fs::path(path).parent_path());
+    const std::string whole = resolved_path(folder, name_of(path));
+    if (const std::string harm = threat(path, whole); !harm.empty())
+        return usage(path, "this file " + harm + "; it is not written");
+    for (const OutputFolder& own : folders_)
+        if (is_in(whole, resolved_folder(own.path))) return OnExisting::overwrite;
+    bool known = file_at_.count(whole) > 0;
+    for (const OutputFamily& family : families_)
+        known = known || (folder == family.folder && family.has(name_of(path)));
+    // What is to be kept under skip is not written at all.
+    return known && on_existing_ != OnExisting::fail ? OnExisting::overwrite : OnExisting::fail;
+}
+
+}  // namespace postchain::io

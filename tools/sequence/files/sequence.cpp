@@ -1,0 +1,416 @@
+#include "tools/sequence/files/sequence.h"
+
+#include <dirent.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <set>
+#include <unordered_set>
+
+namespace postchain::io {
+
+namespace {
+
+Status usage_error(std::string message) {
+    return Status(StatusCode::usage, std::move(message));
+}
+
+bool is_digit(char c) {
+    return c >= '0' && c <= '9';
+}
+
+size_t count_digits(std::string_view text) {
+    size_t n = 0;
+    while (n < text.size() && is_digit(text[n])) ++n;
+    return n;
+}
+
+// Takes an integer with an optional minus off the front of `text`.
+std::optional<int> take_number(std::string_view& text) {
+    const size_t sign = !text.empty() && text[0] == '-' ? 1 : 0;
+    const size_t digits = count_digits(text.substr(sign));
+    int value = 0;
+    const char* end = text.data() + sign + digits;
+    if (digits == 0 || std::from_chars(text.data(), end, value).ec != std::errc()) return {};
+    if (value > kMaxFrameNumber || value < -kMaxFrameNumber) return {};
+    text.remove_prefix(sign + digits);
+    return value;
+}
+
+std::string padded(int frame, int digits) {
+    char text[32];
+    // %0*d of a width that parse() has bounded.
+    std::snprintf(text, sizeof text, "%0*d", std::min(digits, 20), frame);
+    return text;
+}
+
+struct Token {
+    size_t begin = 0;
+    size_t length = 0;
+    int digits = 1;
+};
+
+constexpr int kMaxDigits = 20;
+
+// The token that starts at name[at], if any; `blank_padded` is set for "%4d".
+std::optional<Token> token_at(std::string_view name, size_t at, bool& blank_padded) {
+    const char c = name[at];
+    if (c == '#' || c == '@') {
+        size_t n = 1;
+        while (at + n < name.size() && name[at + n] == c) ++n;
+        return Token{at, n, int(std::min<size_t>(n, kMaxDigits + 1))};
+    }
+    const bool percent = c == '%';
+    if (!percent && !(c == '$' && at + 1 < name.size() && name[at + 1] == 'F')) return {};
+    const size_t first = at + (percent ? 1 : 2);
+    const size_t n = count_digits(name.substr(first));
+    const std::string_view width = name.substr(first, n);
+    size_t end = first + n;
+    if (percent) {
+        if (end >= name.size() || name[end] != 'd') return {};
+        ++end;
+        blank_padded = n > 0 && width[0] != '0';
+    }
+    int digits = 1;
+    if (n > 0 && std::from_chars(width.data(), width.data() + n, digits).ec != std::errc()) {
+        digits = kMaxDigits + 1;
+    }
+    return Token{at, end - at, std::max(digits, 1)};
+}
+
+}  // namespace
+
+Result<FrameRange> FrameRange::parse(std::string_view text, size_t max_frames) {
+    if (text.find(':') != std::string_view::npos) {
+        return usage_error(
+            concat("frames '", text,
+                   "': a colon means two things (a range here, a step there); write 1-10 for a "
+                   "range and 1-10x2 for every second frame"));
+    }
+    FrameRange range;
+    std::unordered_set<int> seen;
+    std::string_view rest = text;
+    while (true) {
+        const size_t comma = rest.find(',');
+        const std::string_view item = rest.substr(0, comma);
+        std::string_view left = item;
+        const std::optional<int> first = take_number(left);
+        std::optional<int> last = first;
+        std::optional<int> step = 1;
+        if (first && !left.empty() && left[0] == '-') {
+            left.remove_prefix(1);
+            last = take_number(left);
+            if (last && !left.empty() && left[0] == 'x') {
+                left.remove_prefix(1);
+                step = take_number(left);
+            }
+        }
+        if (!first || !last || !step || !left.empty()) {
+            return usage_error(concat("frames '", text, "': '", item,
+                                      "' is not N, A-B or A-BxSTEP (numbers up to ",
+                                      std::to_string(kMaxFrameNumber), ")"));
+        }
+        if (*step < 1) {
+            return usage_error(concat("frames '", text, "': '", item, "': the step must be >= 1"));
+        }
+        if (*last < *first) {
+            return usage_error(concat("frames '", text, "': '", item,
+                                      "' runs backwards; write the smaller number first"));
+        }
+        const int64_t count = (int64_t(*last) - *first) / *step + 1;
+        if (uint64_t(count) + range.frames.size() > max_frames) {
+            return usage_error(
+                concat("frames '", text, "': more than ", std::to_string(max_frames), " frames"));
+        }
+        // The only item names no frame twice.
+        const bool only = range.frames.empty() && comma == std::string_view::npos;
+        for (int64_t i = 0; i < count; ++i) {
+            const int frame = int(*first + i * *step);
+            if (only || seen.insert(frame).second) range.frames.push_back(frame);
+        }
+        if (comma == std::string_view::npos) return range;
+        rest.remove_prefix(comma + 1);
+    }
+}
+
+Result<Chunk> Chunk::parse(std::string_view text) {
+    std::string_view rest = text;
+    const std::optional<int> index = take_number(rest);
+    std::optional<int> count;
+    if (index && !rest.empty() && rest[0] == '/') {
+        rest.remove_prefix(1);
+        count = take_number(rest);
+    }
+    if (!index || !count || !rest.empty() || *index < 1 || *index > *count ||
+        size_t(*count) > kMaxFrames)
+        return usage_error(concat("'", text, "' is not I/N with I from 1 to N and N up to ",
+                                  std::to_string(kMaxFrames), ", as 3/8"));
+    return Chunk{*index, *count};
+}
+
+std::pair<size_t, size_t> Chunk::of(size_t size) const {
+    // size * count fits: both have a bound.
+    return {size * size_t(index - 1) / size_t(count), size * size_t(index) / size_t(count)};
+}
+
+Result<PathPattern> PathPattern::parse(std::string_view path) {
+    PathPattern pattern;
+    pattern.text_ = path;
+    const size_t slash = path.rfind('/');
+    const std::string_view name = slash == std::string_view::npos ? path : path.substr(slash + 1);
+    if (name.empty()) return usage_error(concat("path '", path, "': no file name"));
+    if (path.find('\0') != std::string_view::npos) {
+        return usage_error("path: has a zero byte");
+    }
+    pattern.folder_ = slash == std::string_view::npos ? "."
+                      : slash == 0                    ? "/"
+                                                      : std::string(path.substr(0, slash));
+    Token token;
+    for (size_t at = 0; at < name.size(); ++at) {
+        bool blank_padded = false;
+        const std::optional<Token> found = token_at(name, at, blank_padded);
+        if (!found) continue;
+        if (blank_padded) {
+            return usage_error(concat("path '", path, "': '", name.substr(at, found->length),
+                                      "' pads with blanks; write %0Nd"));
+        }
+        if (found->digits > kMaxDigits) {
+            return usage_error(
+                concat("path '", path, "': a frame number of more than ", kMaxDigits, " digits"));
+        }
+        if (pattern.has_token_) {
+            return usage_error(concat("path '", path, "': two places for the frame number, '",
+                                      name.substr(token.begin, token.length), "' and '",
+                                      name.substr(at, found->length), "'"));
+        }
+        pattern.has_token_ = true;
+        token = *found;
+        at += found->length - 1;
+    }
+    pattern.prefix_ = pattern.has_token_ ? name.substr(0, token.begin) : name;
+    if (pattern.has_token_) pattern.suffix_ = name.substr(token.begin + token.length);
+    pattern.digits_ = token.digits;
+    return pattern;
+}
+
+std::string PathPattern::format(int frame) const {
+    if (!has_token_) return text_;
+    const size_t slash = text_.rfind('/');
+    const std::string folder = slash == std::string::npos ? "" : text_.substr(0, slash + 1);
+    return folder + prefix_ + padded(frame, digits_) + suffix_;
+}
+
+std::optional<int> PathPattern::match(std::string_view file_name) const {
+    if (!has_token_) {
+        if (file_name == prefix_) return literal_frame();
+        return {};
+    }
+    if (file_name.size() <= prefix_.size() + suffix_.size() || !file_name.starts_with(prefix_) ||
+        !file_name.ends_with(suffix_)) {
+        return {};
+    }
+    const std::string_view number =
+        file_name.substr(prefix_.size(), file_name.size() - prefix_.size() - suffix_.size());
+    std::string_view rest = number;
+    const std::optional<int> frame = take_number(rest);
+    if (!frame || !rest.empty()) return {};
+    if (number == padded(*frame, digits_)) return frame;
+    if (*frame < 0 && number == "-" + padded(-*frame, digits_)) return frame;
+    return {};
+}
+
+int PathPattern::literal_frame() const {
+    const std::string& name = prefix_;
+    const size_t dot = name.rfind('.');
+    size_t end = dot == std::string::npos ? name.size() : dot;
+    while (end > 0 && !is_digit(name[end - 1])) --end;
+    size_t begin = end;
+    while (begin > 0 && is_digit(name[begin - 1])) --begin;
+    if (begin == end || end - begin > 9) return 0;
+    int frame = 0;
+    std::from_chars(name.data() + begin, name.data() + end, frame);
+    return frame;
+}
+
+std::map<int, std::string> PathPattern::discover() const {
+    namespace fs = std::filesystem;
+    std::map<int, std::string> found;
+    std::error_code error;
+    if (!has_token_) {
+        if (fs::exists(text_, error)) found[literal_frame()] = text_;
+        return found;
+    }
+    const size_t slash = text_.rfind('/');
+    const std::string folder = slash == std::string::npos ? "" : text_.substr(0, slash + 1);
+    for (fs::directory_iterator it(folder_, error), end; !error && it != end; it.increment(error)) {
+        const std::string name = it->path().filename().string();
+        const std::optional<int> frame = match(name);
+        if (!frame) continue;
+        // Of "-005" and "-0005" the one that format() makes counts.
+        const std::string path = folder + name;
+        if (!found.contains(*frame) || path == format(*frame)) found[*frame] = path;
+    }
+    return found;
+}
+
+namespace {
+
+const std::map<std::string_view, Role>& roles_of_words() {
+    static const std::map<std::string_view, Role> kRoles = {{"color", Role::color},
+                                                            {"depth", Role::inverse_depth},
+                                                            {"motion", Role::motion},
+                                                            {"motion_back", Role::motion_back}};
+    return kRoles;
+}
+
+}  // namespace
+
+std::string InputSpec::word_of(Role role) {
+    for (const auto& [word, of] : roles_of_words())
+        if (of == role) return std::string(word);
+    return {};
+}
+
+Result<InputSpec> InputSpec::parse(std::string_view text) {
+    const auto key_of = [](std::string_view item) -> std::optional<std::string_view> {
+        const size_t equals = item.find_first_of("=/.");
+        if (equals == std::string_view::npos || equals == 0 || item[equals] != '=') return {};
+        return item.substr(0, equals);
+    };
+    InputSpec spec;
+    if (!key_of(text)) {
+        Result<PathPattern> pattern = PathPattern::parse(text);
+        if (!pattern.ok()) return pattern.status();
+        spec.patterns.emplace(Role::color, std::move(*pattern));
+        return spec;
+    }
+    std::string_view rest = text;
+    while (true) {
+        const std::optional<std::string_view> key = key_of(rest);
+        if (!key || !roles_of_words().contains(*key)) {
+            return usage_error(concat("input '", text, "': '", key.value_or(rest),
+                                      "' is none of color=, depth=, motion=, motion_back= (a file "
+                                      "name with '=' can be written ./NAME)"));
+        }
+        rest.remove_prefix(key->size() + 1);
+        // A comma ends the path only where another plane follows: names may hold commas.
+        size_t end = rest.find(',');
+        while (end != std::string_view::npos && !key_of(rest.substr(end + 1))) {
+            end = rest.find(',', end + 1);
+        }
+        Result<PathPattern> pattern = PathPattern::parse(rest.substr(0, end));
+        if (!pattern.ok()) return pattern.status().at(concat("input ", *key));
+        if (!spec.patterns.emplace(roles_of_words().at(*key), std::move(*pattern)).second) {
+            return usage_error(concat("input '", text, "': ", *key, "= is given twice"));
+        }
+        if (end == std::string_view::npos) break;
+        rest.remove_prefix(end + 1);
+    }
+    if (!spec.patterns.contains(Role::color)) {
+        return usage_error(concat("input '", text, "': color= is missing"));
+    }
+    return spec;
+}
+
+namespace {
+
+// Why a pattern has no file, and whether it was possible to look at all.
+struct Absence {
+    std::string why;
+    bool looked = true;
+};
+
+Absence absence_of(const PathPattern& pattern) {
+    struct stat info;
+    if (!pattern.has_token()) {
+        if (::stat(pattern.text().c_str(), &info) == 0 || errno == ENOENT) {
+            const bool link = ::lstat(pattern.text().c_str(), &info) == 0;
+            return {link ? "is a link to a file that is not there" : "no such file"};
+        }
+        return {concat("cannot be opened: ", std::strerror(errno)), false};
+    }
+    const std::string folder = pattern.folder();
+    if (DIR* opened = ::opendir(folder.c_str())) {
+        ::closedir(opened);
+        return {"no file matches this pattern"};
+    }
+    if (errno == ENOENT) return {concat("the folder ", folder, " does not exist")};
+    return {concat("the folder ", folder, " cannot be read: ", std::strerror(errno)), false};
+}
+
+}  // namespace
+
+std::string why_none(const PathPattern& pattern) {
+    return absence_of(pattern).why;
+}
+
+void FrameList::keep(const Chunk& chunk) {
+    const auto [first, end] = chunk.of(frames.size());
+    frames = std::vector<int>(frames.begin() + long(first), frames.begin() + long(end));
+    const std::set<int> kept(frames.begin(), frames.end());
+    std::erase_if(missing, [&](int frame) { return !kept.contains(frame); });
+    std::erase_if(
+        gaps, [&](int gap) { return kept.empty() || gap < *kept.begin() || gap > *kept.rbegin(); });
+    std::erase_if(files, [&](const auto& entry) { return !kept.contains(entry.first); });
+}
+
+FilesOnDisk files_on_disk(const InputSpec& input) {
+    FilesOnDisk on_disk;
+    for (const auto& [role, pattern] : input.patterns) on_disk[role] = pattern.discover();
+    return on_disk;
+}
+
+std::map<Role, std::string> files_of(int frame, const InputSpec& input,
+                                     const FilesOnDisk& on_disk) {
+    std::map<Role, std::string> files;
+    for (const auto& [role, pattern] : input.patterns) {
+        const std::map<int, std::string>& found = on_disk.at(role);
+        const bool still = role != Role::color && !pattern.has_token();
+        const auto it = still ? found.begin() : found.find(frame);
+        if (it != found.end()) files[role] = it->second;
+    }
+    return files;
+}
+
+Result<FrameList> find_frames(const InputSpec& input, const std::optional<FrameRange>& range) {
+    const FilesOnDisk on_disk = files_on_disk(input);
+    const std::map<int, std::string>& color = on_disk.at(Role::color);
+
+    FrameList list;
+    for (const auto& [role, pattern] : input.patterns) {
+        if (!on_disk.at(role).empty()) continue;
+        const Absence absence = absence_of(pattern);
+        if (!absence.looked || (role == Role::color && !range))
+            return Status(StatusCode::input, concat(pattern.text(), ": ", absence.why));
+    }
+    if (range) {
+        list.frames = range->frames;
+    } else {
+        for (const auto& [frame, path] : color) {
+            if (!list.frames.empty()) {
+                // Listed up to the cap only: two files may lie a billion frames apart.
+                for (int64_t hole = int64_t(list.frames.back()) + 1;
+                     hole < frame && list.gaps.size() < kMaxFrames; ++hole) {
+                    list.gaps.push_back(int(hole));
+                }
+            }
+            list.frames.push_back(frame);
+        }
+    }
+    for (const int frame : list.frames) {
+        std::map<Role, std::string> files = files_of(frame, input, on_disk);
+        if (files.size() == input.patterns.size()) {
+            list.files[frame] = std::move(files);
+        } else {
+            list.missing.push_back(frame);
+        }
+    }
+    return list;
+}
+
+}  // namespace postchain::io

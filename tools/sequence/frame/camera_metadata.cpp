@@ -1,0 +1,421 @@
+#include "tools/sequence/frame/camera_metadata.h"
+
+#include <charconv>
+#include <cmath>
+#include <numbers>
+
+namespace postchain::io {
+namespace {
+
+constexpr const char* kOpenExr = "https://openexr.com/en/latest/StandardAttributes.html";
+constexpr const char* kNuke =
+    "https://learn.foundry.com/nuke/developers/latest/pythondevguide/metadata.html";
+constexpr const char* kVRay = "headers of published renders; https://pastebin.com/4vmAmARU";
+constexpr const char* kBlender = "Blender's source, stampdata() in blenkernel/intern/image.cc";
+
+// Distances from here on are a writer's word for "no limit".
+constexpr double kNoLimit = 1e9;
+constexpr double kSquare = 1e-3;  // of axes: how far from length 1 and right angles
+
+using Row = CameraAttribute;
+constexpr Row kRows[] = {
+    {"aperture", "OpenEXR", "f-number", "f_stop", "as it is", kOpenExr},
+    {"cameraFNumber", "V-Ray", "f-number", "f_stop", "as it is", kVRay},
+    {"tStop", "OpenEXR", "T-stop", "", "with the loss in the lens: it is not the f-number",
+     kOpenExr},
+    {"focus", "OpenEXR", "m", "focus_distance", "divided by meters_per_unit", kOpenExr},
+    {"cameraTargetDistance", "V-Ray", "scene units", "",
+     "the camera's target, which need not be in focus", kVRay},
+    {"pinholeFocalLength", "OpenEXR", "mm", "focal_length_mm", "as it is", kOpenExr},
+    {"effectiveFocalLength", "OpenEXR", "mm", "focal_length_mm", "as it is", kOpenExr},
+    {"nominalFocalLength", "OpenEXR", "mm", "focal_length_mm", "as it is", kOpenExr},
+    {"cameraFocalLength", "V-Ray", "mm", "focal_length_mm", "as it is", kVRay},
+    {"nuke/camera/focal", "Nuke", "mm", "focal_length_mm", "as it is", kNuke},
+    {"Lens", "Blender", "mm", "focal_length_mm", "stamp, rounded to 0.01 mm", kBlender},
+    {"cameraFov", "V-Ray", "degrees", "sensor_width_mm",
+     "2 f tan(fov / 2): horizontal angle of the picture", kVRay},
+    {"cameraAperture", "V-Ray", "mm", "sensor_width_mm",
+     "as it is, where there is no cameraFov: the film's width, which need not be the picture's",
+     kVRay},
+    {"nuke/camera/haperture", "Nuke", "mm", "sensor_width_mm", "as it is", kNuke},
+    {"sensorAcquisitionRectangle", "OpenEXR", "photosites", "sensor_width_mm",
+     "its width times sensorPhotositePitch", kOpenExr},
+    {"sensorPhotositePitch", "OpenEXR", "micrometers", "", "with sensorAcquisitionRectangle alone",
+     kOpenExr},
+    {"sensorOverallDimensions", "OpenEXR", "mm", "sensor_width_mm",
+     "its width, where there is no sensorAcquisitionRectangle: all of the sensor", kOpenExr},
+    {"shutterAngle", "OpenEXR", "degrees", "shutter_frames", "divided by 360", kOpenExr},
+    {"expTime", "OpenEXR", "s", "shutter_frames", "times captureRate, else framesPerSecond",
+     kOpenExr},
+    {"captureRate", "OpenEXR", "frames per second", "", "with expTime alone", kOpenExr},
+    {"framesPerSecond", "OpenEXR", "frames per second", "",
+     "with expTime alone; the rate of playback, where there is no captureRate", kOpenExr},
+    {"cameraNearClip", "V-Ray", "scene units", "near_clip", "as it is; 0: none", kVRay},
+    {"cameraFarClip", "V-Ray", "scene units", "far_clip", "as it is; from 1e9 on: none", kVRay},
+    {"worldToCamera", "OpenEXR, Arnold, RenderMan", "row vectors, scene units", "camera matrix",
+     "x right, y up, looks along +z, left-handed", kOpenExr},
+    {"worldToNDC", "OpenEXR, Arnold, RenderMan", "row vectors", "camera matrix",
+     "with worldToCamera: focal length over picture width, from 0..1 as documented, or from -1..1 "
+     "where the middle is 0; sensor_width_mm where a focal length is known",
+     kOpenExr},
+    {"cameraTransform", "V-Ray", "scene units", "camera matrix",
+     "camera to world; x right, y up, looks along -z; of V-Ray for Maya x right, y back, z down",
+     kVRay},
+    {"nuke/camera/matrix", "Nuke", "rows, scene units", "camera matrix",
+     "camera to world; x right, y up, looks along -z", kNuke},
+};
+
+// All numbers of a text, which brackets and commas may stand between; none if there is else.
+std::vector<double> numbers_in(std::string_view text) {
+    std::vector<double> values;
+    while (!text.empty()) {
+        if (const size_t skip = text.find_first_not_of(" ,[](){}\t\n"); skip > 0) {
+            text.remove_prefix(std::min(skip, text.size()));
+            continue;
+        }
+        if (text.starts_with("-(")) {  // between the corners of a box
+            text.remove_prefix(1);
+            continue;
+        }
+        double value = 0;
+        const auto read = std::from_chars(text.data(), text.data() + text.size(), value);
+        if (read.ec != std::errc()) return {};
+        text.remove_prefix(size_t(read.ptr - text.data()));
+        // A rational is written as "24/1".
+        if (text.starts_with('/')) {
+            double divisor = 0;
+            const auto below = std::from_chars(text.data() + 1, text.data() + text.size(), divisor);
+            if (below.ec != std::errc()) return {};
+            text.remove_prefix(size_t(below.ptr - text.data()));
+            value /= divisor;
+        }
+        values.push_back(value);
+    }
+    return values;
+}
+
+// The matrix's inverse; nothing where it is singular or not finite.
+std::optional<Matrix4> inverse(const Matrix4& matrix) {
+    double m[4][8] = {};
+    for (size_t i = 0; i < 4; ++i) {
+        for (size_t j = 0; j < 4; ++j) m[i][j] = matrix[i][j];
+        m[i][4 + i] = 1;
+    }
+    for (size_t column = 0; column < 4; ++column) {
+        size_t best = column;
+        for (size_t i = column; i < 4; ++i)
+            if (std::abs(m[i][column]) > std::abs(m[best][column])) best = i;
+        if (!(std::abs(m[best][column]) > 1e-12)) return std::nullopt;
+        for (size_t j = 0; j < 8; ++j) std::swap(m[column][j], m[best][j]);
+        const double pivot = m[column][column];
+        for (size_t j = 0; j < 8; ++j) m[column][j] /= pivot;
+        for (size_t i = 0; i < 4; ++i) {
+            if (i == column) continue;
+            const double factor = m[i][column];
+            for (size_t j = 0; j < 8; ++j) m[i][j] -= factor * m[column][j];
+        }
+    }
+    Matrix4 result;
+    for (size_t i = 0; i < 4; ++i)
+        for (size_t j = 0; j < 4; ++j) {
+            if (!std::isfinite(m[i][4 + j])) return std::nullopt;
+            result[i][j] = m[i][4 + j];
+        }
+    return result;
+}
+
+Matrix4 transposed(const Matrix4& m) {
+    Matrix4 t;
+    for (size_t i = 0; i < 4; ++i)
+        for (size_t j = 0; j < 4; ++j) t[i][j] = m[j][i];
+    return t;
+}
+
+bool is_zero_row(const std::array<double, 4>& row) {
+    return row[0] == 0 && row[1] == 0 && row[2] == 0;
+}
+
+// Sixteen finite numbers, or why not.
+std::optional<Matrix4> matrix_in(const std::string& text, std::string& why) {
+    const std::vector<double> values = numbers_in(text);
+    if (values.size() != 16) {
+        why = "not 16 numbers";
+        return std::nullopt;
+    }
+    Matrix4 m;
+    for (size_t i = 0; i < 16; ++i) {
+        if (!std::isfinite(values[i])) {
+            why = "not finite";
+            return std::nullopt;
+        }
+        m[i / 4][i % 4] = values[i];
+    }
+    return m;
+}
+
+// From the axes of a camera in the world, in any length, or why they are none.
+std::optional<CameraPose> pose_of(std::array<std::array<double, 3>, 3> axes,
+                                  const std::array<double, 3>& place, std::string& why) {
+    const auto dot = [&](size_t i, size_t j) {
+        return axes[i][0] * axes[j][0] + axes[i][1] * axes[j][1] + axes[i][2] * axes[j][2];
+    };
+    for (size_t i = 0; i < 3; ++i) {
+        const double length = std::sqrt(dot(i, i));
+        if (!(length > 0) || !std::isfinite(length)) {
+            why = "singular";
+            return std::nullopt;
+        }
+        for (double& v : axes[i]) v /= length;
+    }
+    if (std::abs(dot(0, 1)) > kSquare || std::abs(dot(0, 2)) > kSquare ||
+        std::abs(dot(1, 2)) > kSquare) {
+        why = "its axes are not at right angles";
+        return std::nullopt;
+    }
+    CameraPose pose;
+    for (size_t i = 0; i < 3; ++i)
+        for (size_t k = 0; k < 3; ++k) pose.to_world[k][i] = axes[i][k];
+    pose.place = place;
+    return pose;
+}
+
+class Reader {
+  public:
+    explicit Reader(const ExrPart& part) : part_(part) {}
+
+    CameraMetadata read() {
+        for (const Row& row : kRows) {
+            const auto it = part_.attributes.find(row.name);
+            if (it == part_.attributes.end()) continue;
+            FoundAttribute found{&row, it->second, "", ""};
+            if (row.gives == std::string_view("camera matrix"))
+                matrix(found);
+            else if (*row.gives == 0)
+                helper(found);
+            else
+                value(found);
+            result_.found.push_back(std::move(found));
+        }
+        return std::move(result_);
+    }
+
+  private:
+    std::optional<double> number(const char* name, size_t index = 0) const {
+        const auto it = part_.attributes.find(name);
+        if (it == part_.attributes.end()) return std::nullopt;
+        const std::vector<double> values = numbers_in(it->second);
+        if (index >= values.size() || !std::isfinite(values[index])) return std::nullopt;
+        return values[index];
+    }
+    std::optional<double> positive(const char* name, size_t index = 0) const {
+        const auto value = number(name, index);
+        return value && *value > 0 ? value : std::nullopt;
+    }
+    bool has(const char* name) const { return part_.attributes.contains(name); }
+
+    void helper(FoundAttribute& found) const {
+        const std::string_view name = found.row->name;
+        if ((name == "captureRate" || name == "framesPerSecond") &&
+            result_.origins.contains("shutter_frames") &&
+            result_.origins.at("shutter_frames").where == concat("expTime, ", name))
+            found.gives = "shutter_frames, with expTime";
+        else if (name == "sensorPhotositePitch" && result_.origins.contains("sensor_width_mm") &&
+                 result_.origins.at("sensor_width_mm").where.starts_with("sensorAcq"))
+            found.gives = "sensor_width_mm, with sensorAcquisitionRectangle";
+        else
+            found.why = found.row->how;
+    }
+
+    // A row of the camera from one number.
+    void value(FoundAttribute& found) {
+        const std::string_view name = found.row->name;
+        const std::string gives = found.row->gives;
+        if (result_.origins.contains(gives)) {
+            found.why = concat(result_.origins.at(gives).where, " counts");
+            return;
+        }
+        std::string where = found.row->name;
+        std::optional<double> amount = positive(found.row->name);
+        if (!amount) {
+            found.why = "not a number > 0";
+        } else if (name == "cameraFov") {
+            const auto& focal = result_.camera.focal_length_mm;
+            if (!focal || *amount >= 180) {
+                found.why = focal ? "not an angle below 180" : "no focal length is known";
+                amount.reset();
+            } else {
+                amount = 2 * *focal * std::tan(*amount * std::numbers::pi / 360);
+            }
+        } else if (name == "sensorAcquisitionRectangle") {
+            amount.reset();
+        } else if (name == "shutterAngle") {
+            amount = *amount / 360;
+        } else if (name == "expTime") {
+            const char* rate = positive("captureRate") ? "captureRate" : "framesPerSecond";
+            if (const auto fps = positive(rate)) {
+                amount = *amount * *fps;
+                where = concat("expTime, ", rate);
+            } else {
+                found.why = "seconds, and neither captureRate nor framesPerSecond is there";
+                amount.reset();
+            }
+        } else if (name == "cameraFarClip" && *amount >= kNoLimit) {
+            found.why = "no limit";
+            amount.reset();
+        }
+        if (name == "sensorAcquisitionRectangle") {
+            const auto from = number(found.row->name, 0), to = number(found.row->name, 2);
+            const auto pitch = positive("sensorPhotositePitch");
+            found.why.clear();
+            if (!pitch)
+                found.why = "sensorPhotositePitch is not there";
+            else if (!from || !to || !(*to >= *from))
+                found.why = "not a rectangle";
+            else
+                amount = (*to - *from + 1) * *pitch / 1000;
+        }
+        if (!amount) return;
+        set(gives, *amount, where);
+        found.gives = concat(gives, " = ", text_of(ParameterValue(*amount)));
+        if (gives == "focus_distance") {
+            result_.camera.metadata_focus_m = amount;
+            found.gives = concat("focus_distance = ", text_of(ParameterValue(*amount)),
+                                 " m / meters_per_unit");
+        }
+    }
+
+    void set(const std::string& row, double amount, const std::string& where) {
+        camera_parameters().find(row)->set(&result_.camera, amount);
+        result_.origins[row] = {kFromMetadata, where};
+    }
+
+    void matrix(FoundAttribute& found) {
+        const std::string_view name = found.row->name;
+        if (name == "worldToNDC") return screen(found);
+        if (result_.pose) {
+            found.why = "another matrix counts";
+            return;
+        }
+        auto m = matrix_in(found.text, found.why);
+        if (!m) return;
+        // Rows: the camera's axes in the world, and its place.
+        if (name == "worldToCamera") {
+            if (!is_zero_row({(*m)[0][3], (*m)[1][3], (*m)[2][3], 0})) {
+                found.why = "not an affine matrix of row vectors";
+                return;
+            }
+            m = inverse(*m);
+            if (!m) {
+                found.why = "singular";
+                return;
+            }
+            for (double& v : (*m)[2]) v = -v;
+        } else {
+            // Columns as documented; Imath's rows where the place stands in the last one.
+            const bool rows =
+                !is_zero_row((*m)[3]) || is_zero_row({(*m)[0][3], (*m)[1][3], (*m)[2][3], 0});
+            const bool columns = is_zero_row((*m)[3]);
+            if (!columns) {
+                if (!rows || !is_zero_row({(*m)[0][3], (*m)[1][3], (*m)[2][3], 0})) {
+                    found.why = "not an affine matrix";
+                    return;
+                }
+            } else {
+                m = transposed(*m);
+            }
+            if (name == "cameraTransform") {
+                const auto version = part_.attributes.find("vrayInfo/vrayversion");
+                if (version != part_.attributes.end() &&
+                    version->second.find("Maya") != std::string::npos) {
+                    const auto back = (*m)[1];
+                    for (size_t k = 0; k < 3; ++k) {
+                        (*m)[1][k] = -(*m)[2][k];
+                        (*m)[2][k] = back[k];
+                    }
+                }
+            }
+        }
+        std::array<std::array<double, 3>, 3> axes;
+        for (size_t i = 0; i < 3; ++i)
+            for (size_t k = 0; k < 3; ++k) axes[i][k] = (*m)[i][k];
+        result_.pose = pose_of(axes, {(*m)[3][0], (*m)[3][1], (*m)[3][2]}, found.why);
+        if (result_.pose) found.gives = "camera matrix";
+        if (name == "worldToCamera" && result_.pose) from_camera_ = m;
+    }
+
+    // worldToNDC after worldToCamera: where a camera at 45 degrees to the right sees a point.
+    void screen(FoundAttribute& found) {
+        const auto m = matrix_in(found.text, found.why);
+        if (!m) return;
+        if (!from_camera_) {
+            found.why = "worldToCamera is not there, or not used";
+            return;
+        }
+        const Matrix4& camera = *from_camera_;
+        const auto seen = [&](double x, double y) -> std::optional<std::array<double, 2>> {
+            std::array<double, 4> world = {camera[3][0], camera[3][1], camera[3][2], 1};
+            for (size_t k = 0; k < 3; ++k)
+                world[k] += x * camera[0][k] + y * camera[1][k] - camera[2][k];
+            std::array<double, 4> at = {};
+            for (size_t j = 0; j < 4; ++j)
+                for (size_t k = 0; k < 4; ++k) at[j] += world[k] * (*m)[k][j];
+            if (!(std::abs(at[3]) > 1e-12)) return std::nullopt;
+            return std::array{at[0] / at[3], at[1] / at[3]};
+        };
+        const auto middle = seen(0, 0), right = seen(1, 0);
+        if (!middle || !right) {
+            found.why = "no perspective";
+            return;
+        }
+        const auto is_at = [&](double place) {
+            return std::abs((*middle)[0] - place) < kSquare &&
+                   std::abs((*middle)[1] - place) < kSquare;
+        };
+        double widths = 0;
+        if (is_at(0.5))
+            widths = (*right)[0] - (*middle)[0];
+        else if (is_at(0))
+            widths = ((*right)[0] - (*middle)[0]) / 2;
+        else
+            found.why = "the lens is shifted, or this is another picture's";
+        if (found.why.empty() && !(widths > 0)) found.why = "no perspective";
+        if (!found.why.empty()) return;
+        result_.pose->focal_widths = widths;
+        found.gives = concat("focal length = ", text_of(ParameterValue(widths)), " picture widths");
+        if (result_.camera.focal_length_mm && !result_.camera.sensor_width_mm) {
+            set("sensor_width_mm", *result_.camera.focal_length_mm / widths,
+                "worldToNDC, worldToCamera");
+            found.gives += concat(", sensor_width_mm = ",
+                                  text_of(ParameterValue(*result_.camera.sensor_width_mm)));
+        }
+    }
+
+    const ExrPart& part_;
+    CameraMetadata result_;
+    std::optional<Matrix4> from_camera_;  // rows: right, up, back, place
+};
+
+}  // namespace
+
+std::span<const CameraAttribute> camera_attributes() {
+    return kRows;
+}
+
+std::string camera_attributes_as_markdown() {
+    std::string text =
+        "| attribute | writer | unit | gives | how | source |\n|---|---|---|---|---|---|\n";
+    for (const Row& row : kRows)
+        text +=
+            concat("| `", row.name, "` | ", row.writer, " | ", row.unit, " | ",
+                   *row.gives == 0                                  ? std::string("not used")
+                   : row.gives == std::string_view("camera matrix") ? std::string(row.gives)
+                                                                    : concat("`", row.gives, "`"),
+                   " | ", row.how, " | ", row.source, " |\n");
+    return text;
+}
+
+CameraMetadata camera_metadata(const ExrPart& part) {
+    return Reader(part).read();
+}
+
+}  // namespace postchain::io

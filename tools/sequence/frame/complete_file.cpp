@@ -1,0 +1,105 @@
+#include "tools/sequence/frame/complete_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+#include "tools/sequence/exr/exr_header_scan.h"
+#include "tools/sequence/exr/exr_reader.h"
+#include "tools/sequence/image/picture_format.h"
+#include "tools/sequence/image/picture_module.h"
+
+namespace postchain::io {
+namespace {
+
+Status not_whole(std::string why) {
+    return Status(StatusCode::input, std::move(why));
+}
+
+// Little-endian, as every number of an EXR. Nothing: the file ends before.
+std::optional<uint64_t> number_at(int fd, uint64_t at, size_t count) {
+    std::array<uint8_t, 8> bytes = {};
+    ssize_t read;
+    do read = ::pread(fd, bytes.data(), count, off_t(at));
+    while (read < 0 && errno == EINTR);
+    if (read != ssize_t(count)) return std::nullopt;
+    uint64_t value = 0;
+    for (size_t i = count; i-- > 0;) value = value << 8 | bytes[i];
+    return value;
+}
+
+// Bytes of a chunk from its offset on, as it states them itself: number of the part in a file of
+// several, line or tile, then the size of its pixels; of a deep one those of the sample counts and
+// of the samples, and the samples' size unpacked. Source: "OpenEXR File Layout" (openexr.com).
+std::optional<uint64_t> chunk_bytes(int fd, uint64_t offset, const HeaderFacts& facts,
+                                    ChunkForm form) {
+    const uint64_t place = (facts.multi_part ? 4 : 0) + (form.tiled ? 16 : 4);
+    if (!form.deep) {
+        const auto size = number_at(fd, offset + place, 4);
+        if (!size || *size > INT32_MAX) return std::nullopt;
+        return place + 4 + *size;
+    }
+    const auto counts = number_at(fd, offset + place, 8);
+    const auto samples = number_at(fd, offset + place + 8, 8);
+    if (!counts || !samples || *counts > INT64_MAX / 4 || *samples > INT64_MAX / 4)
+        return std::nullopt;
+    return place + 24 + *counts + *samples;
+}
+
+Status check_exr(int fd, uint64_t file_bytes) {
+    const auto facts = scan_header(fd, file_bytes, ReadLimits());
+    if (!facts.ok()) return facts.status();
+    for (size_t part = 0; part < facts->chunks.size(); ++part) {
+        const std::vector<uint64_t>& chunks = facts->chunks[part];
+        const std::string place =
+            facts->chunks.size() > 1 ? concat(" of part ", part) : std::string();
+        size_t absent = 0;
+        for (const uint64_t offset : chunks) absent += offset == 0;
+        if (absent > 0)
+            return not_whole(
+                concat(absent, " of ", chunks.size(), " chunks", place, " are not written"));
+        const ChunkForm form = facts->forms[part];
+        if (!form.known) continue;
+        for (const uint64_t offset : chunks) {
+            const auto bytes = chunk_bytes(fd, offset, *facts, form);
+            if (!bytes || *bytes > file_bytes - offset)
+                return not_whole(concat("a chunk", place, " ends behind the file's end"));
+        }
+    }
+    return Status();
+}
+
+Status check_picture(const std::string& path, const PictureFormat& format) {
+    const auto calls = picture_module(StatusCode::input);
+    if (!calls.ok()) return calls.status();
+    const auto info = (*calls)->describe(path, format.name);
+    if (!info.ok()) return info.status();
+    return (*calls)->read_stored(path, *info).status();
+}
+
+}  // namespace
+
+Status check_complete(const std::string& path) try {
+    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (fd < 0) return not_whole(concat(path, ": cannot be opened: ", std::strerror(errno)));
+    struct stat info;
+    Status status;
+    if (::fstat(fd, &info) != 0 || !S_ISREG(info.st_mode))
+        status = not_whole("is not a file");
+    else if (info.st_size == 0)
+        status = not_whole("the file is empty (zero bytes)");
+    else if (const PictureFormat* format = picture_format_of(path))
+        status = check_picture(path, *format);
+    else
+        status = check_exr(fd, uint64_t(info.st_size));
+    ::close(fd);
+    return status.ok() ? status : status.at(path);
+} catch (...) {
+    return status_of_exception(path);
+}
+
+}  // namespace postchain::io

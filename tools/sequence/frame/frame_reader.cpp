@@ -1,0 +1,222 @@
+#include "tools/sequence/frame/frame_reader.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+#include "config/profile_match.h"
+#include "tools/sequence/exr/exr_reader.h"
+#include "tools/sequence/image/picture_file.h"
+
+namespace postchain::io {
+
+namespace {
+
+constexpr std::array<double, 3> kRec709Luma = {0.2126, 0.7152, 0.0722};
+
+// Channels of a role in a file: color may come without alpha.
+bool count_fits(Role role, size_t count) {
+    if (role == Role::color) return count == 3 || count == 4;
+    return count == size_t(channels_of(role));
+}
+
+template <class File>
+Result<std::shared_ptr<PixelFile>> shared(Result<File> file) {
+    if (!file.ok()) return file.status();
+    return std::shared_ptr<PixelFile>(std::make_shared<File>(std::move(*file)));
+}
+
+}  // namespace
+
+Result<std::shared_ptr<PixelFile>> open_pixels(const std::string& path, const ReadLimits& limits,
+                                               std::optional<Transfer> transfer) {
+    if (picture_format_of(path))
+        return shared(PictureFile::open(path, limits, std::move(transfer)));
+    return shared(ExrFile::open(path, limits));
+}
+
+PixelFile& OpenFrame::file_of(Role role) const {
+    const auto it = files.find(role);
+    return it != files.end() ? *it->second : color_file();
+}
+
+Result<OpenFrame> open_frame(const std::map<Role, std::string>& files, int frame_number,
+                             const ReadLimits& limits, std::optional<Transfer> transfer) try {
+    OpenFrame frame;
+    frame.frame_number = frame_number;
+    std::map<std::string, std::shared_ptr<PixelFile>> opened;
+    for (const auto& [role, path] : files) {
+        std::shared_ptr<PixelFile>& file = opened[path];
+        if (file == nullptr) {
+            auto result = open_pixels(path, limits, transfer);
+            if (!result.ok()) return result.status();
+            file = std::move(*result);
+        }
+        if (role != Role::color && picture_of(*file))
+            return Status(StatusCode::input,
+                          concat(path, ": ", name_of(role),
+                                 " is read from EXR files, which hold its values as they are; "
+                                 "write it as EXR"));
+        frame.files[role] = file;
+    }
+    if (!frame.files.contains(Role::color)) {
+        return Status(StatusCode::internal, "open_frame without a color file");
+    }
+    return frame;
+} catch (...) {
+    return status_of_exception("opening a frame");
+}
+
+FileChannels channels_of(const PixelFile& file) {
+    FileChannels channels;
+    for (const ExrPart& part : file.parts()) {
+        PartChannels& p = channels.parts.emplace_back();
+        p.name = part.name;
+        p.view = part.view;
+        if (!part.deep)
+            for (const ExrChannel& c : part.channels) p.channels.push_back(c.name);
+        if (channels.views.empty()) channels.views = part.views;
+    }
+    return channels;
+}
+
+float outside_value(Role role, const ConvertOptions& convention, PixelType type) {
+    if (role == Role::motion) return float(convention.motion.bias);
+    if (role == Role::motion_back) return float(convention.motion_back.bias);
+    if (role != Role::inverse_depth) return 0;
+    switch (convention.depth) {
+        case DepthEncoding::linear:
+        case DepthEncoding::ray_distance:
+            // As Blender has it; a half holds no such distance.
+            return type == PixelType::half ? std::numeric_limits<float>::infinity() : 1e10f;
+        case DepthEncoding::forward:
+        case DepthEncoding::forward_infinite:
+            return 1;
+        case DepthEncoding::inverse:
+        case DepthEncoding::reverse:
+        case DepthEncoding::reverse_infinite:
+            return 0;
+    }
+    return 0;
+}
+
+Result<InputFrame> read_frame(OpenFrame files, const ChannelAssignment& assignment, RoleSet wanted,
+                              Keep keep, const std::optional<PlanesArea>& area) try {
+    wanted.add(Role::color);
+    InputFrame frame;
+    frame.assignment = assignment;
+
+    // All that is to be read, by file and part, so that each part is walked once.
+    struct Job {
+        PixelFile* file;
+        int part;
+        std::vector<Role> roles;
+        std::vector<std::string> channels;
+    };
+    std::vector<Job> jobs;
+    for (const Role role : kAllRoles) {
+        if (!wanted.has(role)) continue;
+        PixelFile& file = files.file_of(role);
+        const auto it = assignment.find(role);
+        if (it == assignment.end()) {
+            if (role == Role::color) {
+                if (Status s = file.explain_no_color(); !s.ok()) return s;
+            }
+            return Status(StatusCode::input,
+                          concat(file.path(), ": no channels for ", name_of(role)));
+        }
+        const RoleChannels& source = it->second;
+        if (!count_fits(role, source.channels.size())) {
+            return Status(StatusCode::input,
+                          concat(file.path(), ": ", name_of(role), " cannot be made of ",
+                                 source.channels.size(), " channels"));
+        }
+        if (Status s = file.check_channels(source.part, source.channels); !s.ok()) return s;
+        auto job = std::find_if(jobs.begin(), jobs.end(), [&](const Job& j) {
+            return j.file == &file && j.part == source.part;
+        });
+        if (job == jobs.end()) job = jobs.insert(job, Job{&file, source.part, {}, {}});
+        job->roles.push_back(role);
+        job->channels.insert(job->channels.end(), source.channels.begin(), source.channels.end());
+    }
+
+    // kAllRoles begins with color, so the first job is color's part.
+    const ExrPart& color_part = jobs[0].file->parts()[size_t(jobs[0].part)];
+    frame.data_window = color_part.data_window;
+    frame.display_window = color_part.display_window;
+    frame.window = area ? area->window : frame.data_window;
+    const ConvertOptions convention = area ? area->convention : ConvertOptions();
+    for (const auto& [role, source] : assignment) {
+        if (&files.file_of(role) != jobs[0].file || role == Role::color) continue;
+        const ExrPart& part = jobs[0].file->parts()[size_t(source.part)];
+        for (const std::string& name : source.channels)
+            if (const ExrChannel* channel = part.find(name))
+                frame.outside[source.part][name] = outside_value(role, convention, channel->type);
+    }
+    for (Job& job : jobs) {
+        const ExrPart& part = job.file->parts()[size_t(job.part)];
+        if (!part.data_window.contains(frame.data_window)) {
+            return Status(StatusCode::input,
+                          concat(job.file->path(), ": the data window of ", name_of(job.roles[0]),
+                                 ", ", part.data_window.text(), ", does not cover that of color, ",
+                                 frame.data_window.text()));
+        }
+        const bool is_color = &job == &jobs[0];
+        if (is_color && keep == Keep::all) job.channels.clear();  // all of them
+        std::optional<Window> rows;
+        if (keep == Keep::nothing) rows = frame.window;
+        Result<PartPixels> pixels = job.file->read_part(job.part, job.channels, rows);
+        if (!pixels.ok()) return pixels.status();
+        for (const Role role : job.roles) {
+            const std::vector<std::string>& names = assignment.at(role).channels;
+            const float outside =
+                outside_value(role, convention, pixels->find(names[0])->channel.type);
+            frame.planes[role] =
+                pixels->interleaved(names, frame.window, channels_of(role), 1, outside);
+            if (role == Role::inverse_depth) {
+                frame.half_depth = pixels->find(names[0])->channel.type == PixelType::half;
+            }
+        }
+        if (is_color && keep == Keep::all) {
+            frame.kept = std::make_shared<PartPixels>(std::move(*pixels));
+        }
+    }
+
+    FrameDescription& d = frame.description;
+    d.width = frame.window.width();
+    d.height = frame.window.height();
+    d.display_width = frame.display_window.width();
+    d.display_height = frame.display_window.height();
+    d.frame_number = files.frame_number;
+    d.planes = wanted;
+    if (color_part.chromaticities) d.luma_weights = luma_weights(*color_part.chromaticities);
+    frame.files = std::move(files);
+    return frame;
+} catch (...) {
+    return status_of_exception("reading a frame");
+}
+
+std::array<double, 3> luma_weights(const std::array<float, 8>& chromaticities) {
+    // XYZ of each primary at Y = 1 is (x/y, 1, (1-x-y)/y). The weights S solve
+    // sum_i S_i XYZ_i = XYZ of white, so S_i is also primary i's share of Y (RP 177, 3.3).
+    double xyz[4][3];
+    for (int i = 0; i < 4; ++i) {
+        const double x = double(chromaticities[size_t(2 * i)]);
+        const double y = double(chromaticities[size_t(2 * i + 1)]);
+        if (!std::isfinite(x) || !std::isfinite(y) || std::abs(y) < 1e-9) return kRec709Luma;
+        xyz[i][0] = x / y;
+        xyz[i][1] = 1;
+        xyz[i][2] = (1 - x - y) / y;
+    }
+    const auto det = [](const double* a, const double* b, const double* c) {
+        return a[0] * (b[1] * c[2] - b[2] * c[1]) - b[0] * (a[1] * c[2] - a[2] * c[1]) +
+               c[0] * (a[1] * b[2] - a[2] * b[1]);
+    };
+    const double whole = det(xyz[0], xyz[1], xyz[2]);
+    if (std::abs(whole) < 1e-9) return kRec709Luma;
+    return {det(xyz[3], xyz[1], xyz[2]) / whole, det(xyz[0], xyz[3], xyz[2]) / whole,
+            det(xyz[0], xyz[1], xyz[3]) / whole};
+}
+
+}  // namespace postchain::io

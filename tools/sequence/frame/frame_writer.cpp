@@ -1,0 +1,360 @@
+#include "tools/sequence/frame/frame_writer.h"
+
+#include <ImfChannelList.h>
+#include <ImfFloatAttribute.h>
+#include <ImfPartType.h>
+#include <ImfStringAttribute.h>
+
+#include <algorithm>
+#include <cstring>
+#include <numeric>
+
+#include "chain/text.h"
+#include "tools/sequence/exr/exr_attributes.h"
+#include "tools/sequence/exr/exr_internal.h"
+#include "tools/sequence/exr/exr_layout.h"
+#include "tools/sequence/exr/exr_output.h"
+#include "tools/sequence/exr/pixel_encode.h"
+#include "tools/sequence/frame/cryptomatte.h"
+
+namespace postchain::io {
+
+namespace {
+
+bool is_lossy(Imf::Compression c) {
+    return c == Imf::PXR24_COMPRESSION || c == Imf::B44_COMPRESSION || c == Imf::B44A_COMPRESSION ||
+           c == Imf::DWAA_COMPRESSION || c == Imf::DWAB_COMPRESSION;
+}
+
+// Attributes that describe the unfiltered picture and would lie about the filtered one.
+constexpr const char* kStaleAttributes[] = {"preview", "oiio:SHA-1", "oiio:AverageColor",
+                                            "oiio:ConstantColor"};
+
+// Header::erase() of OpenEXR 3.1 leaks the attribute, so this is a copy that never had it.
+Imf::Header without(const Imf::Header& from, const std::vector<std::string>& names) {
+    Imf::Header header;
+    for (auto it = from.begin(); it != from.end(); ++it) {
+        if (std::find(names.begin(), names.end(), it.name()) != names.end()) continue;
+        header.insert(it.name(), it.attribute());
+    }
+    return header;
+}
+
+// The header of color's part in the output.
+Imf::Header color_header(const Imf::Header& from, const std::vector<std::string>& color,
+                         bool keep_type, const WriteOptions& options,
+                         std::vector<std::string>& notes) {
+    std::vector<std::string> left_out;
+    for (const char* name : kStaleAttributes) {
+        if (from.find(name) == from.end()) continue;
+        left_out.push_back(name);
+        notes.push_back(concat("attribute ", name, " left out: it described the unfiltered file"));
+    }
+    if (!keep_type) left_out.push_back("type");
+    Imf::Header header = without(from, left_out);
+    for (const auto& [name, value] : options.attributes) {
+        header.insert(name, Imf::StringAttribute(value));
+    }
+    header.zipCompressionLevel() = options.zip_level;
+    // The level of DWA is an attribute of the file; a header that was read does not keep it.
+    if (const auto* level = header.findTypedAttribute<Imf::FloatAttribute>("dwaCompressionLevel")) {
+        header.dwaCompressionLevel() = level->value();
+    }
+    apply_settings(options.exr, color, header);
+    bool only_color = true;
+    for (auto it = header.channels().begin(); it != header.channels().end(); ++it)
+        only_color &= std::find(color.begin(), color.end(), it.name()) != color.end();
+    if (!options.exr.compression && is_lossy(header.compression()) && !only_color) {
+        notes.push_back(concat("compression ", compression_name(header.compression()),
+                               " replaced by zip: the part holds channels besides color, which "
+                               "are only written lossless"));
+        header.compression() = Imf::ZIP_COMPRESSION;
+    }
+    if (header.hasTileDescription() && header.tileDescription().mode != Imf::ONE_LEVEL) {
+        Imf::TileDescription tiles = header.tileDescription();
+        tiles.mode = Imf::ONE_LEVEL;
+        header.setTileDescription(tiles);
+        notes.push_back("smaller levels dropped: they showed the unfiltered picture");
+    }
+    return header;
+}
+
+// The smallest window around `window` in which every channel has whole samples.
+Window aligned(Window window, const PartPixels& pixels) {
+    int x = 1, y = 1;
+    for (const PartPixels::Plane& plane : pixels.planes) {
+        x = std::lcm(x, plane.channel.x_sampling);
+        y = std::lcm(y, plane.channel.y_sampling);
+    }
+    const auto down = [](int value, int step) { return value - ((value % step) + step) % step; };
+    window.min_x = down(window.min_x, x);
+    window.min_y = down(window.min_y, y);
+    window.max_x = down(window.max_x, x) + x - 1;
+    window.max_y = down(window.max_y, y) + y - 1;
+    return window;
+}
+
+// Only an EXR is written back.
+ExrFile& exr_of(PixelFile& file) {
+    return dynamic_cast<ExrFile&>(file);
+}
+
+}  // namespace
+
+Status check_rewritable(PixelFile& file, const RoleChannels& color,
+                        const WriteOptions& options) try {
+    const int color_part = color.part;
+    const Imf::MultiPartInputFile& input = *exr_of(file).impl().file;
+    for (int part = 0; part < input.parts(); ++part) {
+        const Imf::Header& header = input.header(part);
+        if (part != color_part && header.hasType() && !Imf::isSupportedType(header.type()))
+            return Status(StatusCode::input, concat(file.path(), ": part ", part, " '",
+                                                    header.hasName() ? header.name() : "",
+                                                    "' is of the unknown type '", header.type(),
+                                                    "' and cannot be copied; write it without"));
+    }
+    const Imf::Header& header = input.header(color_part);
+    for (const auto& [name, value] : options.attributes) {
+        const auto found = header.find(name);
+        if (found == header.end() ||
+            dynamic_cast<const Imf::StringAttribute*>(&found.attribute()) != nullptr)
+            continue;
+        return Status(
+            StatusCode::input,
+            concat(file.path(), ": its attribute ", name, " is ", found.attribute().typeName(),
+                   ", and the output has a text of that name; rename it or leave it out"));
+    }
+    const auto notes = check_settings(file.parts(), color_part, color.channels, options.exr);
+    return notes.ok() ? Status() : notes.status().at(file.path());
+} catch (...) {
+    return status_of_exception(file.path());
+}
+
+Status check_new_exr(const PixelFile& file, const RoleChannels& color,
+                     const WriteOptions& options) try {
+    const auto notes = check_settings(file.parts(), color.part, color.channels, options.exr);
+    return notes.ok() ? Status() : notes.status().at(file.path());
+} catch (...) {
+    return status_of_exception(file.path());
+}
+
+namespace {
+
+// A part of the output that is encoded anew.
+struct RewrittenPart {
+    PartPixels read;   // of a part that the frame does not hold
+    PartPixels moved;  // where the data window grows
+    PartPixels fresh;  // the channels that are replaced
+    std::vector<ImageF> images;
+    PartPlanes planes;
+
+    // Channels of `part` in `layers`, over what `kept` has, placed in `window`. Counts what does
+    // not fit its channel.
+    EncodeCounts replace(const PartPixels& kept, const Window& window, const InputFrame& frame,
+                         const std::vector<const FilteredLayer*>& layers, const ExrSettings& exr);
+    // After replace(): every value of the replaced channels is the one that was read.
+    bool is_as_read(const PartPixels& kept) const;
+};
+
+bool RewrittenPart::is_as_read(const PartPixels& kept) const {
+    return planes.window == kept.window &&
+           std::all_of(fresh.planes.begin(), fresh.planes.end(), [&](const auto& plane) {
+               const PartPixels::Plane* old = kept.find(plane.channel.name);
+               return plane.channel.type == old->channel.type &&
+                      std::memcmp(plane.bytes.get(), old->bytes.get(), old->total_bytes()) == 0;
+           });
+}
+
+// Whether chunks of the one part can stand in the other.
+bool chunks_fit(const Imf::Header& from, const Imf::Header& to) {
+    const bool tiled = from.hasTileDescription();
+    return from.compression() == to.compression() && from.dataWindow() == to.dataWindow() &&
+           from.lineOrder() == to.lineOrder() && from.channels() == to.channels() &&
+           tiled == to.hasTileDescription() &&
+           (!tiled || from.tileDescription() == to.tileDescription());
+}
+
+EncodeCounts RewrittenPart::replace(const PartPixels& kept, const Window& window,
+                                    const InputFrame& frame,
+                                    const std::vector<const FilteredLayer*>& layers,
+                                    const ExrSettings& exr) {
+    static const std::map<std::string, float> kNothing;
+    const auto outside = frame.outside.find(kept.part);
+    const bool same = window == kept.window;
+    if (!same)
+        moved = kept.placed(window, outside == frame.outside.end() ? kNothing : outside->second);
+    const PartPixels& under = same ? kept : moved;
+    fresh.part = under.part;
+    fresh.window = under.window;
+    std::vector<EncodeTarget> targets;
+    bool narrowed = false;
+    images.reserve(layers.size());
+    for (const FilteredLayer* layer : layers) {
+        if (window != frame.window) images.push_back(placed(*layer->image, frame.window, window));
+        const ImageF& image = window == frame.window ? *layer->image : images.back();
+        for (size_t i = 0; i < layer->channels.size(); ++i) {
+            if (!exr.takes(layer->channels[i])) continue;
+            const PartPixels::Plane* old = under.find(layer->channels[i]);
+            PartPixels::Plane& plane = fresh.planes.emplace_back();
+            plane.channel = old->channel;
+            if (exr.half && !layer->ids && plane.channel.type == PixelType::float32) {
+                plane.channel.type = PixelType::half;
+                narrowed = true;
+            }
+            plane.width = old->width;
+            plane.height = old->height;
+            plane.bytes = std::make_unique_for_overwrite<std::byte[]>(plane.total_bytes());
+            targets.push_back({&image, int(i), plane.channel.type, plane.bytes.get(), !layer->ids});
+        }
+    }
+    EncodeCounts counts = encode_channels(targets);
+    counts.narrowed = narrowed;
+    planes.window = fresh.window;
+    for (const PartPixels* pixels : {&std::as_const(fresh), &under})
+        for (const PartPixels::Plane& plane : pixels->planes)
+            if (exr.takes(plane.channel.name) &&
+                (pixels == &fresh || fresh.find(plane.channel.name) == nullptr))
+                planes.planes.push_back(&plane);
+    return counts;
+}
+
+// The layers by their part, color's among them.
+Result<std::map<int, std::vector<const FilteredLayer*>>> by_part(
+    const std::string& path, const InputFrame& frame, const FilteredLayer& color,
+    const std::vector<FilteredLayer>& layers) {
+    std::map<int, std::vector<const FilteredLayer*>> parts;
+    parts[color.part].push_back(&color);
+    const auto& in_file = frame.files.color_file().parts();
+    for (const FilteredLayer& layer : layers) {
+        const bool fits = layer.part >= 0 && size_t(layer.part) < in_file.size() &&
+                          in_file[size_t(layer.part)].data_window == frame.data_window &&
+                          layer.image->width == frame.description.width &&
+                          layer.image->height == frame.description.height &&
+                          size_t(layer.image->channels) >= layer.channels.size();
+        if (!fits)
+            return Status(StatusCode::internal, concat(path, ": a layer does not fit the frame"));
+        parts[layer.part].push_back(&layer);
+    }
+    return parts;
+}
+
+// Those that hold color.
+std::vector<std::string> color_channels(const std::vector<const FilteredLayer*>& layers) {
+    std::vector<std::string> names;
+    for (const FilteredLayer* layer : layers)
+        if (!layer->ids) names.insert(names.end(), layer->channels.begin(), layer->channels.end());
+    return names;
+}
+
+}  // namespace
+
+Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, const ImageF& color,
+                                   const WriteOptions& options,
+                                   const std::vector<FilteredLayer>& layers) try {
+    WriteReport report;
+    if (frame.kept == nullptr || color.width != frame.description.width ||
+        color.height != frame.description.height || color.channels != 4) {
+        return Status(StatusCode::internal, concat(path, ": color does not fit the frame"));
+    }
+    Result<bool> skipped = skipped_already(path, options.on_existing);
+    if (!skipped.ok()) return skipped.status();
+    if (*skipped) {
+        report.skipped = true;
+        return report;
+    }
+
+    const int color_part = frame.kept->part;
+    const RoleChannels& source = frame.assignment.at(Role::color);
+    if (Status s = check_rewritable(frame.files.color_file(), source, options); !s.ok()) return s;
+    const std::vector<ExrPart>& parts = frame.files.color_file().parts();
+    auto said = check_settings(parts, source.part, source.channels, options.exr);
+    if (!said.ok()) return said.status();
+    report.notes = std::move(*said);
+
+    const FilteredLayer own{color_part, source.channels, &color, false};
+    const auto replaced = by_part(path, frame, own, layers);
+    if (!replaced.ok()) return replaced.status();
+    const bool grown = options.window && *options.window != frame.kept->window;
+    ExrFile& file = exr_of(frame.files.color_file());
+    ExrFile::Impl& input = file.impl();
+    std::vector<Imf::Header> headers;
+    for (int i = 0; i < input.file->parts(); ++i) headers.push_back(input.file->header(i));
+    const std::vector<int> copied = written_parts(parts, options.exr);
+    for (const int part : copied) {
+        const auto lost = attributes_without_ranks(parts[size_t(part)], parts, options.exr);
+        if (lost.empty()) continue;
+        headers[size_t(part)] = without(headers[size_t(part)], lost);
+        report.notes.push_back(
+            concat("attributes left out: their cryptomatte is not written: ", joined(lost)));
+    }
+    std::map<int, RewrittenPart> rewritten;
+    EncodeCounts counts;
+    for (const auto& [part, of_part] : *replaced) {
+        if (std::find(copied.begin(), copied.end(), part) == copied.end()) continue;
+        RewrittenPart& next = rewritten[part];
+        if (part != color_part) {
+            auto read = file.read_part(part);
+            if (!read.ok()) return read.status();
+            next.read = std::move(*read);
+        }
+        const PartPixels& kept = part == color_part ? *frame.kept : next.read;
+        const Window window = grown ? aligned(*options.window, kept) : kept.window;
+        const EncodeCounts found = next.replace(kept, window, frame, of_part, options.exr);
+        counts.overflow_pixels += found.overflow_pixels;
+        counts.nonfinite_pixels += found.nonfinite_pixels;
+        counts.refused_pixels += found.refused_pixels;
+        counts.narrowed = counts.narrowed || found.narrowed;
+        WriteOptions of_header = options;
+        if (part != color_part) {
+            of_header.attributes.clear();
+            of_header.exr.compression.reset();
+        }
+        headers[size_t(part)] = color_header(headers[size_t(part)], color_channels(of_part),
+                                             input.facts.multi_part || input.facts.type_attribute,
+                                             of_header, report.notes);
+        if (grown) {
+            headers[size_t(part)].dataWindow() = box_of(window);
+            report.notes.push_back(concat("data window ", kept.window.text(), " grown to ",
+                                          window.text(), ": the chain moves light out of it"));
+        }
+        // What is packed with loss again and again is a little further off each time.
+        const Imf::Header& header = headers[size_t(part)];
+        if (!is_lossy(header.compression()) || !next.is_as_read(kept)) continue;
+        const Imf::Header& stored = input.file->header(part);
+        if (!is_lossy(stored.compression())) continue;
+        const bool can_copy = input.facts.multi_part || !stored.hasTileDescription();
+        if (can_copy && !of_header.exr.compression && chunks_fit(stored, header))
+            rewritten.erase(part);
+        else
+            report.notes.push_back(
+                concat("color is unchanged, and is packed anew with ",
+                       compression_name(header.compression()), ", which changes it a little: ",
+                       can_copy ? "it is copied only where compression, channels and tiles are "
+                                  "the input's (zip would change nothing)"
+                                : "tiles of a file of one part are not copied (zip would change "
+                                  "nothing)"));
+    }
+    if (Status s = check_counts(path, counts, options.overflow); !s.ok()) return s;
+    report.overflow_pixels = counts.overflow_pixels;
+    report.nonfinite_pixels = counts.nonfinite_pixels;
+
+    std::vector<Imf::Header> written;
+    for (const int part : copied) written.push_back(headers[size_t(part)]);
+    const auto write = [&](Imf::OStream& stream) {
+        if (!input.facts.multi_part && rewritten.empty())
+            return copy_single_part(stream, written[0], *input.file);
+        if (!input.facts.multi_part)
+            return write_single_part(stream, written[0], rewritten.at(0).planes);
+        std::map<int, PartPlanes> planes;
+        for (size_t i = 0; i < copied.size(); ++i)
+            if (const auto anew = rewritten.find(copied[i]); anew != rewritten.end())
+                planes[int(i)] = std::move(anew->second.planes);
+        return write_multi_part(stream, written, planes, *input.file, copied);
+    };
+    if (Status s = write_exr_file(path, options, report, write); !s.ok()) return s;
+    return report;
+} catch (...) {
+    return status_of_exception(path);
+}
+
+}  // namespace postchain::io

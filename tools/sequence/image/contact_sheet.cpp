@@ -1,0 +1,112 @@
+#include "tools/sequence/image/contact_sheet.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tools/sequence/image/label.h"
+
+namespace postchain::io {
+namespace {
+
+constexpr int kGap = 12;                 // between cells and around them
+constexpr int kBar = kLabelHeight + 10;  // a label with room above and below it
+constexpr uint8_t kGround = 24, kText = 220, kNote = 150, kEmpty = 48;
+
+// The samples that a pixel of a small row covers, and how much of each.
+struct Span {
+    int first;
+    std::vector<double> weights;
+};
+
+std::vector<Span> spans(int from, int to) {
+    std::vector<Span> all;
+    for (int i = 0; i < to; ++i) {
+        const double begin = double(i) * from / to, end = double(i + 1) * from / to;
+        Span span{int(begin), {}};
+        for (int k = span.first; k < end && k < from; ++k)
+            span.weights.push_back((std::min(end, k + 1.0) - std::max(begin, double(k))) /
+                                   (end - begin));
+        all.push_back(std::move(span));
+    }
+    return all;
+}
+
+}  // namespace
+
+ImageF shrunk(const ImageF& picture, int width, int height) {
+    ImageF small(width, height, picture.channels);
+    const std::vector<Span> columns = spans(picture.width, width),
+                            rows = spans(picture.height, height);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            for (int c = 0; c < picture.channels; ++c) {
+                const Span &row = rows[size_t(y)], &column = columns[size_t(x)];
+                double sum = 0;
+                for (size_t j = 0; j < row.weights.size(); ++j)
+                    for (size_t i = 0; i < column.weights.size(); ++i) {
+                        const float value =
+                            picture.at(column.first + int(i), row.first + int(j), c);
+                        if (std::isfinite(value))
+                            sum += row.weights[j] * column.weights[i] * double(value);
+                    }
+                small.at(x, y, c) = float(sum);
+            }
+    return small;
+}
+
+std::vector<size_t> evenly_chosen(size_t count, size_t most) {
+    const size_t number = std::min(count, most);
+    std::vector<size_t> chosen;
+    for (size_t i = 0; i < number; ++i)
+        chosen.push_back(number == 1 ? 0 : (i * (count - 1) + (number - 1) / 2) / (number - 1));
+    return chosen;
+}
+
+int64_t SheetLayout::picture_width() const {
+    return kGap + int64_t(columns) * (int64_t(sides) * width + kGap);
+}
+
+int64_t SheetLayout::picture_height() const {
+    return kGap + int64_t(rows()) * (int64_t(height) + kBar) + kBar;
+}
+
+ContactSheet::ContactSheet(const SheetLayout& layout)
+    : layout_(layout),
+      picture_(int(layout.picture_width()), int(layout.picture_height()), 3, kGround) {}
+
+int ContactSheet::left(int cell, int side) const {
+    return kGap + cell % layout_.columns * (layout_.sides * layout_.width + kGap) +
+           side * layout_.width;
+}
+
+int ContactSheet::top(int cell) const {
+    return kGap + cell / layout_.columns * (layout_.height + kBar);
+}
+
+void ContactSheet::put(int cell, int side, const Image<uint8_t>& thumbnail) {
+    const int x0 = left(cell, side) + (layout_.width - thumbnail.width) / 2;
+    const int y0 = top(cell) + (layout_.height - thumbnail.height) / 2;
+    for (int y = 0; y < thumbnail.height; ++y)
+        for (int x = 0; x < thumbnail.width; ++x)
+            for (int c = 0; c < 3; ++c)
+                picture_.at(x0 + x, y0 + y, c) =
+                    thumbnail.at(x, y, thumbnail.channels == 3 ? c : 0);
+}
+
+void ContactSheet::say(int cell, int side, const std::string& text) {
+    const Image<uint8_t> empty(layout_.width, layout_.height, 3, kEmpty);
+    put(cell, side, empty);
+    draw_label(picture_, left(cell, side) + (layout_.width - label_width(text)) / 2,
+               top(cell) + (layout_.height - kLabelHeight) / 2, text, kNote);
+}
+
+void ContactSheet::label(int cell, const std::string& text) {
+    draw_label(picture_, left(cell, 0) + (layout_.sides * layout_.width - label_width(text)) / 2,
+               top(cell) + layout_.height + (kBar - kLabelHeight) / 2, text, kText);
+}
+
+void ContactSheet::footer(const std::string& text) {
+    draw_label(picture_, kGap, picture_.height - kBar + (kBar - kLabelHeight) / 2 - 4, text, kNote);
+}
+
+}  // namespace postchain::io

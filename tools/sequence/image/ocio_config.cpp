@@ -1,0 +1,149 @@
+#include "tools/sequence/image/ocio_config.h"
+
+#include <OpenColorIO/OpenColorIO.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <set>
+
+#include "tools/sequence/files/file_stamp.h"
+
+namespace postchain::io {
+namespace {
+
+namespace fs = std::filesystem;
+namespace ocio = OCIO_NAMESPACE;
+
+Status unusable(const std::string& path, std::string why) {
+    std::replace(why.begin(), why.end(), '\n', ' ');
+    return Status(StatusCode::input,
+                  concat(path, ": no OpenColorIO configuration that can be used: ", why));
+}
+
+void add_sources(const ocio::ConstTransformRcPtr& transform, std::set<std::string>& sources) {
+    if (const auto group = OCIO_DYNAMIC_POINTER_CAST<const ocio::GroupTransform>(transform)) {
+        for (int i = 0; i < group->getNumTransforms(); ++i)
+            add_sources(group->getTransform(i), sources);
+    } else if (const auto file = OCIO_DYNAMIC_POINTER_CAST<const ocio::FileTransform>(transform)) {
+        sources.insert(file->getSrc());
+    }
+}
+
+// What the file transforms of a configuration name, as written.
+std::set<std::string> sources_of(const ocio::Config& config) {
+    std::set<std::string> sources;
+    const auto spaces = ocio::SEARCH_REFERENCE_SPACE_ALL;
+    for (int i = 0; i < config.getNumColorSpaces(spaces, ocio::COLORSPACE_ALL); ++i) {
+        const auto space =
+            config.getColorSpace(config.getColorSpaceNameByIndex(spaces, ocio::COLORSPACE_ALL, i));
+        add_sources(space->getTransform(ocio::COLORSPACE_DIR_TO_REFERENCE), sources);
+        add_sources(space->getTransform(ocio::COLORSPACE_DIR_FROM_REFERENCE), sources);
+    }
+    for (int i = 0; i < config.getNumLooks(); ++i) {
+        const auto look = config.getLook(config.getLookNameByIndex(i));
+        add_sources(look->getTransform(), sources);
+        add_sources(look->getInverseTransform(), sources);
+    }
+    for (int i = 0; i < config.getNumViewTransforms(); ++i) {
+        const auto view = config.getViewTransform(config.getViewTransformNameByIndex(i));
+        add_sources(view->getTransform(ocio::VIEWTRANSFORM_DIR_TO_REFERENCE), sources);
+        add_sources(view->getTransform(ocio::VIEWTRANSFORM_DIR_FROM_REFERENCE), sources);
+    }
+    for (int i = 0; i < config.getNumNamedTransforms(ocio::NAMEDTRANSFORM_ALL); ++i) {
+        const auto named = config.getNamedTransform(
+            config.getNamedTransformNameByIndex(ocio::NAMEDTRANSFORM_ALL, i));
+        add_sources(named->getTransform(ocio::TRANSFORM_DIR_FORWARD), sources);
+        add_sources(named->getTransform(ocio::TRANSFORM_DIR_INVERSE), sources);
+    }
+    return sources;
+}
+
+// A table is looked for in every folder of the search path, relative ones from the configuration's
+// own folder.
+std::vector<std::string> files_of(const ocio::Config& config, const std::string& path) {
+    const auto context = config.getCurrentContext();
+    const fs::path home = fs::absolute(path).parent_path();
+    std::vector<fs::path> folders;
+    for (int i = 0; i < context->getNumSearchPaths(); ++i)
+        folders.push_back(home / context->resolveStringVar(context->getSearchPath(i)));
+    if (folders.empty()) folders.push_back(home);
+    std::vector<std::string> files = {fs::absolute(path).string()};
+    for (const std::string& source : sources_of(config)) {
+        const fs::path name = context->resolveStringVar(source.c_str());
+        if (name.is_absolute()) {
+            files.push_back(name.string());
+            continue;
+        }
+        for (const fs::path& folder : folders) files.push_back((folder / name).string());
+    }
+    return files;
+}
+
+struct Kept {
+    std::vector<FileStamp> stamps;              // of its file, then of every table that it names
+    std::shared_ptr<OIIO::ColorConfig> config;  // none until it is asked for
+};
+
+Result<Kept> read(const std::string& path) {
+    std::error_code error;
+    if (!fs::is_regular_file(path, error))
+        return Status(StatusCode::input, path + ": no OpenColorIO configuration: no such file");
+    try {
+        Kept kept;
+        for (const std::string& file : files_of(*ocio::Config::CreateFromFile(path.c_str()), path))
+            kept.stamps.push_back(FileStamp::of(file));
+        return kept;
+    } catch (const ocio::Exception& exception) {
+        return unusable(path, exception.what());
+    }
+}
+
+bool is_same(const FileStamp& stamp) {
+    return FileStamp::of(stamp.path) == stamp;
+}
+
+std::mutex mutex;  // of what is kept
+
+// The one kept for this path, as its files are now; `mutex` is held.
+Result<Kept*> kept_of(const std::string& path) {
+    static std::map<std::string, Kept> all;  // reading one takes long
+    const auto known = all.find(path);
+    if (known != all.end()) {
+        const auto& stamps = known->second.stamps;
+        if (std::all_of(stamps.begin(), stamps.end(), is_same)) return &known->second;
+        all.erase(known);
+        ocio::ClearAllCaches();  // OpenColorIO keeps tables by their names
+    }
+    auto kept = read(path);
+    if (!kept.ok()) return kept.status();
+    return &all.emplace(path, std::move(*kept)).first->second;
+}
+
+}  // namespace
+
+Result<std::vector<std::string>> ocio_files(const std::string& path) {
+    const std::lock_guard lock(mutex);
+    const auto kept = kept_of(path);
+    if (!kept.ok()) return kept.status();
+    std::vector<std::string> files;
+    for (const FileStamp& stamp : (*kept)->stamps) files.push_back(stamp.path);
+    return files;
+}
+
+Result<std::shared_ptr<OIIO::ColorConfig>> ocio_config(const std::string& path) {
+    const std::lock_guard lock(mutex);
+    const auto kept = kept_of(path);
+    if (!kept.ok()) return kept.status();
+    std::shared_ptr<OIIO::ColorConfig>& config = (*kept)->config;
+    if (!config) {
+        auto made = std::make_shared<OIIO::ColorConfig>(path);
+        if (made->has_error()) return unusable(path, made->geterror());
+        if (made->getNumDisplays() == 0) return unusable(path, "it has no display");
+        config = std::move(made);
+    }
+    return config;
+}
+
+}  // namespace postchain::io

@@ -1,0 +1,41 @@
+#include "tools/sequence/image/picture_module.h"
+
+#include <dlfcn.h>
+
+#include <cstring>
+
+namespace postchain::io {
+namespace {
+
+constexpr const char* kFile = "libpostchain_pictures.so";
+
+// The module, or why there is none.
+struct Module {
+    const PictureCalls* calls;
+    std::string fault;
+};
+
+Module load() {
+    // Lazily: most of what OpenImageIO can do is never called.
+    void* module = dlopen(kFile, RTLD_LAZY | RTLD_LOCAL);
+    if (!module) return {nullptr, dlerror()};
+    const auto calls = reinterpret_cast<decltype(&postchain_picture_calls)>(
+        dlsym(module, "postchain_picture_calls"));
+    if (!calls) return {nullptr, dlerror()};
+    if (std::strcmp(calls()->version, POSTCHAIN_VERSION) != 0)
+        return {nullptr, concat(kFile, " is of version ", calls()->version, ", this program of ",
+                                POSTCHAIN_VERSION)};
+    return {calls(), ""};
+}
+
+}  // namespace
+
+Result<const PictureCalls*> picture_module(StatusCode code) {
+    static const Module module = load();
+    if (module.calls) return module.calls;
+    return Status(code, concat("pictures other than EXR need the module ", kFile,
+                               " of postchain, which cannot be loaded: ", module.fault,
+                               "; install postchain as a whole, and OpenImageIO"));
+}
+
+}  // namespace postchain::io

@@ -1,0 +1,38 @@
+#include "tools/sequence/image/png.h"
+
+#include "tools/sequence/image/picture_module.h"
+
+namespace postchain::io {
+
+Result<std::string> encode_png(const Image<uint8_t>& pixels) try {
+    const auto pictures = picture_module(StatusCode::output);
+    if (!pictures.ok()) return pictures.status();
+    return (*pictures)->encode_png(pixels);
+} catch (...) {
+    return status_of_exception("encoding a PNG");
+}
+
+Result<Image<uint8_t>> magma_of(const ImageF& values) try {
+    const auto pictures = picture_module(StatusCode::output);
+    if (!pictures.ok()) return pictures.status();
+    return (*pictures)->magma_of(values);
+} catch (...) {
+    return status_of_exception("colors of an error map");
+}
+
+std::string base64_of(std::string_view bytes) {
+    static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::string text;
+    text.reserve((bytes.size() + 2) / 3 * 4);
+    for (size_t i = 0; i < bytes.size(); i += 3) {
+        const size_t count = std::min<size_t>(3, bytes.size() - i);
+        uint32_t group = 0;
+        for (size_t k = 0; k < 3; ++k)
+            group = group << 8 | (k < count ? uint8_t(bytes[i + k]) : 0u);
+        for (size_t k = 0; k < 4; ++k)
+            text += k <= count ? digits[group >> (18 - 6 * k) & 63] : '=';
+    }
+    return text;
+}
+
+}  // namespace postchain::io

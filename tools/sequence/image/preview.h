@@ -1,0 +1,40 @@
+// PNG previews: a tone curve, 8 bits, one atomic file.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "chain/image.h"
+#include "chain/status.h"
+#include "tools/sequence/files/atomic_file.h"
+#include "tools/sequence/image/transfer.h"
+
+namespace postchain::io {
+
+// x/(1+x), then the power 1/2.2 (`display`); or only the power (`gamma`) for display-referred
+// linear values; or the values as they are (`none`). Then clamped to 0..1.
+enum class ToneCurve { display, gamma, none };
+struct PreviewOptions {
+    double exposure_stops = 0;
+    ToneCurve curve = ToneCurve::display;
+    OnExisting on_existing = OnExisting::fail;
+    std::optional<DisplayView> view = {};  // in place of exposure and curve
+    std::string provenance = {};           // kept in the file; empty: none
+};
+// The first three channels as they are shown, 8 bits (one channel, without a view: gray). Values
+// are those over black. Errors: those of PictureCalls::to_view, and where its module cannot be
+// loaded.
+Result<Image<uint8_t>> shown_picture(const ImageF& color, const PreviewOptions& options = {});
+// The same as a PNG. Errors (output): the encoder's.
+Result<std::string> encode_png_preview(const ImageF& color, const PreviewOptions& options = {});
+// The same in a file.
+Status write_png_preview(const std::string& path, const ImageF& color,
+                         const PreviewOptions& options = {});
+
+// PreviewOptions::provenance of a file; empty: it is not there, not whole, or has none.
+std::string preview_provenance(const std::string& path);
+
+// OUT.png beside OUT.exr.
+std::string preview_path(const std::string& output);
+
+}  // namespace postchain::io

@@ -314,7 +314,7 @@ Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
         if (!std::binary_search(chosen->begin(), chosen->end(), i)) {
             if (!is_of_filtered(layer, result))
                 result.left.push_back(
-                    {layer.name, layer.is_color() ? "not asked for" : layer.data});
+                    {layer.name, layer.is_color() ? "not requested" : layer.data});
             continue;
         }
         const std::string why = obstacle(file, layer.channels, match);

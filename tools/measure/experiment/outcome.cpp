@@ -57,7 +57,6 @@ std::optional<report::Winner> winner_of_bench(const report::Report& report) {
     return report::Winner{*best, kDecidingMetric, std::move(words)};
 }
 
-// A variant compared with the input, over the frames that both have.
 struct Beside {
     Paired paired;  // variant - input
     double variant = 0, input = 0;

@@ -39,7 +39,6 @@ std::string obstacle(const io::ExrFile& file, const RoleChannels& channels,
     return "";
 }
 
-// ------------------------------------------------------------------------------------- mattes
 class MatteFinder {
   public:
     // `faulty`: cryptomattes that cannot be used.
@@ -208,7 +207,6 @@ void mark_cryptomattes(const std::vector<io::Cryptomatte>& cryptomattes,
         }
 }
 
-// Whether any of the channels is written.
 bool is_written(const std::vector<std::string>& channels, const io::ExrSettings& written) {
     return std::any_of(channels.begin(), channels.end(),
                        [&](const std::string& name) { return written.takes(name); });

@@ -50,7 +50,6 @@ struct SourceSettings {
     LayerSettings layers;
 };
 
-// Headers, roles and camera of one frame.
 struct FrameHeader {
     io::OpenFrame files;
     ProfileMatch match;

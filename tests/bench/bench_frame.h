@@ -41,7 +41,6 @@ struct BenchFrame {
 const std::vector<std::string>& scenes();
 BenchFrame make_frame(const std::string& scene, int width, int height);
 
-// Command line settings.
 struct Settings {
     int width = 1280;
     int height = 720;
@@ -51,7 +50,6 @@ struct Settings {
 // Removes --size=WIDTHxHEIGHT, --iterations=N and --only=PART_OF_NAME from the arguments and parses
 // them.
 Settings take_settings(int& argc, char** argv, int iterations);
-// take_settings() for programs without other arguments.
 Settings parse_settings(int argc, char** argv, int iterations);
 
 // A frame's planes as textures, each in the requested format; uploaded once per format.

@@ -102,7 +102,6 @@ struct Times {
     std::vector<double> wall, cpu;  // milliseconds
 };
 
-// Median and quartiles of a / b over the runs.
 void print(const std::vector<double>& a, const std::vector<double>& b) {
     std::vector<double> ratios;
     for (size_t i = 0; i < a.size(); ++i) ratios.push_back(a[i] / b[i]);

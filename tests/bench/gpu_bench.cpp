@@ -264,7 +264,6 @@ class Table : public benchmark::BenchmarkReporter {
     const Bench& bench_;
 };
 
-// Removes --steps from the arguments.
 bool take_steps(int& argc, char** argv) {
     const auto end = std::remove_if(argv + 1, argv + argc, [](const char* word) {
         return std::string_view(word) == "--steps";

@@ -160,7 +160,6 @@ std::string psnr_text(const Error& error) {
     return text;
 }
 
-// Ratio of variant to fp32.
 struct Ratio {
     double low = 0, median = 0, high = 0;
     explicit Ratio(const std::vector<double>& quotients)

@@ -278,7 +278,6 @@ TEST_F(ChainTest, ASceneThroughAPictureIsNearerToItsTruthWithIt) {
     EXPECT_LT(with_picture, 0.85 * with_disc) << with_picture << " " << with_disc;
 }
 
-// A missing lens value is reported with the ways to set it.
 TEST_F(ChainTest, AMissingLensIsNamed) {
     write_frame(in(1), make_planes(24, 16));
     write_text(at("dof.yaml"), "postchain: 1\npasses: [depth_of_field]\n");

@@ -61,7 +61,6 @@ class Process {
 Arguments with_command(const Arguments& arguments);
 // The first argument is the subcommand: run({"plan", "paper", "-i", ...}).
 Outcome run(const Arguments& arguments, const Launch& launch = {});
-// Any other program.
 Outcome run_program(const Arguments& command, const Launch& launch = {});
 
 // JSON objects of a text with one per line; the test fails if a line is not one.

@@ -68,7 +68,6 @@ TEST(Documents, EveryVerbAndOptionIsInCommandMd) {
         EXPECT_TRUE(contains(document, std::string("| ") + code + " |")) << "exit code " << code;
 }
 
-// The help of one option of a subcommand.
 std::string help_of(const std::string& verb, const std::string& option) {
     const auto lines = matches(run({verb, "--help"}).out, "\n  (" + option + "[ {][^\n]*)");
     EXPECT_EQ(lines.size(), 1u) << verb << " " << option;

@@ -33,7 +33,6 @@ class CommandTest : public testing::Test {
     std::string in(int frame) const { return numbered("in.", frame); }
     std::string out(int frame) const { return numbered("out/o.", frame); }
     bool exists(const std::string& path) const { return std::filesystem::exists(path); }
-    // Names of finished frames in out/.
     std::vector<std::string> outputs() const {
         std::vector<std::string> names;
         for (const auto& entry : std::filesystem::directory_iterator(at("out")))

@@ -69,7 +69,6 @@ inline const char* kMotionBlur =
 
 double largest_difference(const ImageF& a, const ImageF& b);  // inf if sizes differ
 
-// Temporary output files in a folder.
 std::vector<std::string> temporaries(const std::string& folder);
 
 }  // namespace postchain::test

@@ -236,7 +236,6 @@ TEST_F(InputTest, HalfOverflowIsRefusedOrClamped) {
     for (float value : read_color(out(1)).data) ASSERT_LE(std::abs(value), 65504);
 }
 
-// Sums of these exceed float.
 TEST_F(InputTest, FloatColorThatOverflows) {
     Planes planes = make_planes(48, 32);
     for (float& value : planes.color.data) value *= 3e38f;

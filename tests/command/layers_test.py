@@ -57,7 +57,7 @@ class Layers(Frames):
         self.assertIn("--cryptomatte filter", self.messages)
         self.filtered("balanced")
         left = {one["name"]: one["why"] for one in self.sidecar()["layers"]["left"]}
-        self.assertEqual(left["ViewLayer.Emit"], "not asked for")
+        self.assertEqual(left["ViewLayer.Emit"], "not requested")
         self.assertNotIn("cryptomatte", self.messages)
 
     def test_plan_lists_layers(self):

@@ -67,7 +67,6 @@ class ReplaceTest : public CommandTest {
             EXPECT_TRUE(choices().count(choice)) << choice << ": " << outcome.err;
         }
     }
-    // The choices of --on-existing.
     std::set<std::string> choices() const {
         std::smatch found;
         std::set<std::string> words;

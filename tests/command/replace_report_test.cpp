@@ -65,7 +65,6 @@ TEST_F(ReplaceReportTest, AReportIsReplacedOnlyWhenAsked) {
     expect_refused(bench({"--on-existing", "fail"}), 5);
 }
 
-// Other files in the folder stay.
 TEST_F(ReplaceReportTest, OnlyFilesOfTheReportAreRemoved) {
     const std::string own[] = {"notes.txt",         "images/grade.txt", "images/plate.0001.exr",
                                "results/table.csv", "truth/from.txt",   "results/mine.json"};

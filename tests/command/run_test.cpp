@@ -224,7 +224,6 @@ TEST_F(RunTest, SetReachesPassAndCamera) {
     }
 }
 
-// Memory does not grow with the length of the sequence.
 TEST_F(RunTest, PeakMemoryOfALongRun) {
     write_frame(in(1), make_planes(320, 180));
     for (int frame = 2; frame <= 60; ++frame) std::filesystem::copy_file(in(1), in(frame));

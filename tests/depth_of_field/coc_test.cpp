@@ -108,7 +108,6 @@ TEST(circle_of_confusion, own_values_beat_the_camera) {
     EXPECT_NEAR(2 * circle_of_confusion(own, frame)->radius_px(0.1), 9.6200, 5e-5);
 }
 
-// The largest radius is a tight upper bound of |R| over the whole depth range.
 TEST(circle_of_confusion, largest_radius_bounds_every_depth) {
     const FrameDescription frame = describe_round(deep_planes(4, 4));
     for (const CocSource source : {CocSource::lens, CocSource::planes, CocSource::range}) {
@@ -213,7 +212,6 @@ TEST(coc_stage, extreme_parameters) {
                  {19.2, -19.2, -19.2});
 }
 
-// NaN and negative inverse depths, which a host might pass, count as sky.
 TEST(coc_stage, bad_depth_is_sky) {
     for (const char* source : {"lens", "planes", "range"}) {
         const ImageF coc = coc_of({kNan, -1, -kInfinity, 0}, {{"coc", std::string(source)}});

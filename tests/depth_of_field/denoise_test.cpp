@@ -69,7 +69,6 @@ TEST(Denoise, ManyPointsKeepTheRim) {
     EXPECT_LE(difference.fraction, 0.01) << difference.text;
 }
 
-// A radius of 3 px contains detail of a few pixels, which is preserved bit for bit.
 TEST(Denoise, SmallCirclesOfConfusionAreLeftAlone) {
     const FramePlanes planes = flat_planes(noise_image(64, 64, 4, 5), 0.25f + 3.0f / 32);
     EXPECT_TRUE(equal_bits(blurred(planes, 24, true), blurred(planes, 24, false)));

@@ -40,7 +40,6 @@ void expect_elided(const Plan& plan, const std::string& rule, const std::string&
     EXPECT_GT(plan.elisions[0].saving.bytes, 0u);
 }
 
-// Checks that the elided and the complete run give the same bits.
 void expect_every_bit(const Chain& chain, const FramePlanes& planes) {
     const FrameDescription frame = describe_round(planes);
     EXPECT_TRUE(equal_bits(filter(chain, frame, planes).at(Role::color), planes.at(Role::color)));

@@ -35,8 +35,8 @@ void expect_row(const ImageF& image, const std::vector<double>& expected) {
 // ------------------------------------------------------------------------------- downsample
 
 // 5 x 3 pixels of value x + 10 y, boxes of 2 x 2 from the top left: 3 x 2 boxes.
-// (0,0): (0+1+10+11)/4 = 5.5     (1,0): (2+3+12+13)/4 = 7.5    (2,0): column 4 alone, (4+14)/2 = 9
-// (0,1): row 2 alone, (20+21)/2  (1,1): (22+23)/2 = 22.5       (2,1): pixel (4,2) alone = 24
+// (0,0): (0+1+10+11)/4 = 5.5     (1,0): (2+3+12+13)/4 = 7.5    (2,0): column 4 only, (4+14)/2 = 9
+// (0,1): row 2 only, (20+21)/2  (1,1): (22+23)/2 = 22.5       (2,1): pixel (4,2) only = 24
 TEST(downsample_stage, boxes_by_hand) {
     ImageF color(5, 3, 4);
     for (int y = 0; y < 3; ++y)
@@ -75,7 +75,7 @@ TEST(downsample_stage, hdr_weight_by_hand) {
 // Guides are plain means, of w and of |R|, R = 32 (1/4 - w).
 // w {0, 1/4}: 1/8; |R| 8, 0: 4                 w {1/8, 1/2}: 5/16; |R| 4, 8: 6
 // w {0, 1/2}: 1/4; |R| 8, 8: 8 (R would cancel) w {1/4, 1/4}: 1/4; 0
-// w {3/4} alone: 3/4; |R| 16
+// w {3/4} only: 3/4; |R| 16
 TEST(downsample_stage, guides_by_hand) {
     FramePlanes planes = flat_planes(row({1, 1, 1, 1, 1, 1, 1, 1, 1}), 0);
     planes[Role::inverse_depth].data = {0, 0.25f, 0.125f, 0.5f, 0, 0.5f, 0.25f, 0.25f, 0.75f};
@@ -114,7 +114,7 @@ TEST(blur_stages, dot_by_hand) {
 }
 
 // leak: depth. w = 0.50 0.50 0.51 0.52 0.25; the step 0.50 -> 0.51 is exactly the 1.02 that still
-// mixes, up to the rounding of fp32, so 0.509 stands for it. Values 0 0 0 1 2.
+// mixes, up to the rounding of fp32, so 0.509 is used instead. Values 0 0 0 1 2.
 // pixel 0: 0.52 > 1.02 * 0.5 is out, 0.25 is beyond the kernel: 0
 // pixel 1: pixel 3 out; pixel 4 (behind) three away: (2/512)/(1 + 1/2 + 1/2 + 1/512) = 2/1025
 // pixel 2: 0.52 > 0.51918 is out; pixel 4 two away, 1 and 0: weights 1/2, 1/16:
@@ -155,7 +155,7 @@ TEST(blur_stages, leak_coc_by_hand) {
 // --------------------------------------------------------------------------------- composite
 
 // A kernel of one tap leaves the box means 0 and 8; all is sky with R = 8 and full
-// blur from max(2 * 0, 1) = 1 px on, so the copy alone shows, bilinear at (x + 0.5)/4 - 0.5:
+// blur from max(2 * 0, 1) = 1 px on, so only the copy shows, bilinear at (x + 0.5)/4 - 0.5:
 // x = 0, 1: -0.375, -0.125, clamped: 0     x = 2: 0.125 -> 1    x = 3: 0.375 -> 3
 // x = 4: 0.625 -> 5    x = 5: 0.875 -> 7   x = 6, 7: beyond the last center: 8
 TEST(composite_stage, bilinear_by_hand) {

@@ -218,7 +218,6 @@ TEST(parameter, hdr_weight) {
     EXPECT_NEAR(box(true), 100.0 / (15 * 101 + 1), 1e-6);
 }
 
-// Every parameter of the table is tested.
 TEST(parameter, every_row_is_tested_here) {
     std::vector<std::string> keys;
     for (const Parameter& row : depth_of_field::pass_type().parameters->rows())

@@ -18,7 +18,6 @@ FrameDescription describe_round(const FramePlanes& planes);
 
 // Color and one inverse depth for all pixels.
 FramePlanes flat_planes(ImageF color, float inverse_depth);
-// Color and an inverse depth per pixel.
 FramePlanes planes_of(ImageF color, ImageF inverse_depth);
 
 // Noise color over three layers of depth: sky above, the focus plane, a near block.
@@ -38,7 +37,6 @@ ImageF dot(float inverse_depth, Settings settings, int x = 0, int y = 0,
 // "0.depth_of_field." + name
 std::string stage(const std::string& name);
 
-// Sum over a channel.
 double sum_of(const ImageF& image, int channel = 0);
 
 }  // namespace postchain::test

@@ -155,7 +155,6 @@ TEST(truths, firefly_under_hdr_weight) {
     }
 }
 
-// The filter is a convex combination, even of negative colors.
 TEST(truths, result_stays_inside_the_range_of_its_inputs) {
     FramePlanes planes = deep_planes(53, 35);
     planes[Role::color] = noise_image(53, 35, 4, 11, -7, -2);

@@ -275,7 +275,6 @@ TEST_F(Ab, FlickerAndGridAreMeasuredOnEveryFrame) {
     EXPECT_EQ(*still->variants[0].metrics.at("flicker").frames[0], 0);
 }
 
-// The mean of the page's map is the value in the table.
 TEST_F(Ab, StoredMapsAreThoseOfTheMetrics) {
     auto report = run(test::kChainText, kNothing, settings());
     ASSERT_TRUE(report.ok());
@@ -301,7 +300,6 @@ TEST_F(Ab, StopsWhenAsked) {
     EXPECT_EQ(report.status().code(), StatusCode::canceled);
 }
 
-// If inputs change on disk, there is no report.
 TEST_F(Ab, FilesThatChangeMeanwhileAreAnError) {
     namespace fs = std::filesystem;
     for (const char* name : {"in.0001.exr", "in.0003.exr", "truth.0001.exr"}) {

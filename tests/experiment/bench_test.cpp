@@ -197,7 +197,6 @@ TEST_F(Bench, ATruthForAPartOfTheFrames) {
     EXPECT_TRUE(report->variants[0].metrics.at("tde").frames[1]);
 }
 
-// The same chain and frames in the other experiment.
 TEST_F(Bench, MeasuresWhatAbMeasures) {
     auto variants = sweep({"motion_blur.samples=9"});
     auto report = run(*variants, settings());

@@ -141,7 +141,6 @@ TEST(ConvergedChain, SeedsGoRoundAtTheEndOfTheirRange) {
     EXPECT_THAT(with_seed_offset(chain, 1).text(), ::testing::HasSubstr(" seed=0 "));
 }
 
-// The converged value of every row is in its range.
 TEST(ConvergedChain, TableRowsAreInTheirDomain) {
     int set = 0, averaged = 0;
     for (const auto& type : builtin_passes().types()) {

@@ -65,7 +65,6 @@ class Stability : public ::testing::Test {
     FramePlanes planes_;  // belong to frame_
 };
 
-// Content moved right and down by k, with the edge replicated.
 ImageF moved(const ImageF& image, int k) {
     ImageF out(image.width, image.height, image.channels);
     for (int y = 0; y < image.height; ++y)

@@ -14,7 +14,6 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-// A report of two variants with one metric's values per frame.
 Report fabricate(const std::string& metric, Better better, const std::vector<double>& a,
                  const std::vector<double>& b) {
     Report report;

@@ -42,7 +42,6 @@ void check(const Reply& reply, const Request& request) {
     if (reply.events) require(request.method == "GET", "events are for GET");
 }
 
-// The reply; for an accepted request, the result.
 Reply answer_of(const Api& api, const Request& request) {
     auto admitted = api.admit(request);
     if (auto* refused = std::get_if<Reply>(&admitted)) return std::move(*refused);

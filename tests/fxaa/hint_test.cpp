@@ -18,7 +18,6 @@ SettingList hinted(const char* hint, const char* gate = "tile") {
 
 const char* const kPlain = "none";
 
-// The reference with a given luma plane.
 ImageD filtered_with_luma(const SettingList& settings, const ImageF& color, const ImageD& luma) {
     return fxaa::reference_fxaa(parameters_of(settings), image_cast<double>(color), luma, nullptr);
 }

@@ -11,7 +11,6 @@ namespace {
 
 using fxaa::Parameters;
 
-// Luma of one pixel on the GPU.
 float gpu_luma(const SettingList& settings, std::initializer_list<float> rgba) {
     const FramePlanes planes = planes_of(constant_image(3, 2, rgba));
     return luma_on_gpu(fxaa_chain(settings), describe(planes), planes).at(1, 1);

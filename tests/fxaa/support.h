@@ -24,7 +24,6 @@ fxaa::Parameters parameters_of(const SettingList& settings);
 // The frame of a color plane and, unless empty, a hint plane.
 FramePlanes planes_of(const ImageF& color, const ImageF& hint = {});
 
-// The image after FXAA on the GPU.
 ImageF run(const SettingList& settings, const ImageF& color, const ImageF& hint = {});
 
 // Luma of each pixel as computed by FXAA on the GPU.
@@ -40,7 +39,6 @@ ImageF gray_picture(int width, int height, Function function) {
     return image;
 }
 
-// A hint plane of constant gates.
 ImageF constant_hint(int width, int height, float tile, float pixel);
 
 // Opaque gray, mean + sigma * (independent standard normals).

@@ -72,7 +72,6 @@ TEST_F(DiffTest, PrintsTextWithItsConstants) {
     EXPECT_TRUE(contains(result.out, "smape_epsilon 0.02"));
 }
 
-// The reference is A: relMSE divides by it.
 TEST_F(DiffTest, TheFirstImageIsTheReference) {
     write_gray(at("a.exr"), 0.99);
     write_gray(at("b.exr"), 1.99);

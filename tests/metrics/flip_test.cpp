@@ -167,7 +167,6 @@ TEST(Flip, SinglePixelAnswersInItsNeighborhoodAlone) {
     EXPECT_GT(map.at(23, 20), 0);
 }
 
-// Shifting both images shifts the map (away from the edges).
 TEST(Flip, ShiftsWithThePicture) {
     const auto blob = [](int cx, double v) {
         return picture(80, 70, [=](int x, int y) {

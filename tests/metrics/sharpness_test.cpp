@@ -71,7 +71,6 @@ TEST(Sharpness, SofterInFocus) {
     EXPECT_DOUBLE_EQ(*s.edges_in_blurred, 1);
 }
 
-// Regions depend only on ground truth and input.
 TEST(Sharpness, RegionsDoNotDependOnTheTest) {
     const auto input = edges(0.4, 1, 0.3), truth = edges(0.4, 12, 0.3);
     const Sharpness a = measure(truth, truth, input), b = measure(gray(120, 40, 9), truth, input);

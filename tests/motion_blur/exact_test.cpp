@@ -105,7 +105,6 @@ TEST(Exact, StreakLengthIsMotionTimesShutter) {
     }
 }
 
-// A white square on black ground.
 BlurFrame square_frame(double near_v, double far_v, float near_w, int size = 120) {
     BlurFrame frame(size, size);
     frame.set_all_half_velocities(0, far_v);

@@ -50,7 +50,6 @@ Pixel at(const Scene& scene, double t, double x, double y) {
     return {pattern(from, y), 1, speed};
 }
 
-// The frame at time t.
 BlurFrame frame_at(const Scene& scene, double t) {
     BlurFrame frame(kWidth, kHeight);
     for (int y = 0; y < kHeight; ++y) {
@@ -109,7 +108,6 @@ TEST(Neighbors, ShowWhatIsHidden) {
     EXPECT_LT(before, 0.7 * alone);
     EXPECT_LT(after, 0.7 * alone);
     EXPECT_LT(error_of(blurred(warp(), both)), 0.7 * alone);
-    // Matches the parameter's help.
     EXPECT_EQ(error_of(blurred(warp({{"neighbors", "none"}}), both)), alone);
     EXPECT_EQ(error_of(blurred(warp({{"neighbors", "before"}}), both)), before);
 }

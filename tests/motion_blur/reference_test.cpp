@@ -120,7 +120,6 @@ TEST(GpuAgainstReference, AnySize) {
     // One-pixel tiles on the widest image: as many tiles as pixels.
     const BlurFrame wide = random_frame(16384, 2, 3, 2, 6);
     expect_equal({"r 1", {{"max_blur_px", int64_t(1)}, {"samples", int64_t(3)}}}, wide, "16384x2");
-    // Tiles larger than the image.
     const BlurFrame small = random_frame(33, 20, 9, 2, 7);
     expect_equal({"r 1024", {{"max_blur_px", int64_t(1024)}}}, small, "33x20");
 }

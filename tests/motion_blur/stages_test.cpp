@@ -190,7 +190,7 @@ TEST(TileVariance, ByHand) {
     expect_pixel(u, 0, 0, {1 - (1 + 0) / 2.0});      // itself 1, the tile to the right 0
     expect_pixel(u, 0, 1, {0});                      // slow: still
     expect_pixel(u, 2, 1, {0});                      // still
-    expect_pixel(u, 2, 2, {0});                      // alone: |n . n| = 1
+    expect_pixel(u, 2, 2, {0});                      // only itself: |n . n| = 1
     expect_pixel(u, 3, 0, {1 - (1 + 1 + 0) / 3.0});  // (-1,-1) is parallel to (1,1), across (-1,1)
     expect_pixel(u, 4, 0, {1 - (1 + 0 + 1) / 3.0});
     expect_pixel(u, 4, 1, {1 - (0 + 1 + 0) / 3.0});

@@ -286,7 +286,8 @@ TEST_F(RequestTest, OcioIsReadWithWhatUsesIt) {
     const Problem unknown = refused(body.dump());
     ASSERT_FALSE(unknown.diagnostics.empty());
     EXPECT_EQ(unknown.diagnostics[0].path, "output_transfer");
-    EXPECT_EQ(unknown.diagnostics[0].message.find("unknown name 'film'; known are auto, linear"), 0u)
+    EXPECT_EQ(unknown.diagnostics[0].message.find("unknown name 'film'; known are auto, linear"),
+              0u)
         << unknown.diagnostics[0].message;
     body["output_transfer"] = "view";
     body["ocio"] = "/etc/passwd";

@@ -182,7 +182,6 @@ void print_signs(const SignCheck& check, int next) {
     }
 }
 
-// Lists the sequences of a folder as inputs for --input.
 int inspect_folder(const std::string& folder, bool json) {
     const auto found = io::scan_folder(folder);
     if (!found.ok()) return fail(found.status());

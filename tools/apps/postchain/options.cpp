@@ -24,7 +24,6 @@ Status say(const Diagnostics& diagnostics, log::Level notes) {
     return already_said(status_of(diagnostics));
 }
 
-// Short names of frequent options.
 std::string option_names(const std::string& key) {
     static const std::map<std::string, std::string> letters = {
         {"input", "-i"}, {"output", "-o"}, {"truth", "-r"}};

@@ -46,14 +46,12 @@ void refuse_empty_words(CLI::App& verb);
 // Refuses NaN and values outside the range, with the message of CLI::Range.
 CLI::Validator number_within(double least, double most);
 
-// The table of Options::job, with the built-in passes.
 const ParameterTable& job_parameters();
 
 // Adds an option for a table row: its name, type, choices, range, default and help. `settings` is
 // the table's struct and must outlive the subcommand. A boolean that is true by default becomes
 // --no-KEY.
 void add_setting(CLI::App& verb, const Parameter& row, ParameterRef settings);
-// Adds the settings of one group.
 void add_settings(CLI::App& verb, const ParameterTable& table, const std::string& group,
                   ParameterRef settings);
 

@@ -18,7 +18,6 @@ std::string plan_summary(const Chain& chain, const sequence::PlannedFrame& plann
 // Abbreviates a frame whose summary differs only in the number: "frame 3: as frame 1".
 class PlanSummaries {
   public:
-    // Text to print for `summary` from plan_summary().
     std::string add(int frame, const std::string& summary);
 
   private:

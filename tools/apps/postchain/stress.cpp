@@ -22,7 +22,6 @@ namespace {
 
 using io::Json;
 
-// Motion blur before and after depth of field.
 constexpr const char* kBothOrders[] = {"paper", "dof_first"};
 
 Result<std::vector<stress::Subject>> subjects_of(const Options& options) {

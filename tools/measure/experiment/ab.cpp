@@ -235,7 +235,6 @@ class AbRun {
         int last_index = -2;
     };
 
-    // All metrics of one image.
     Status judge(report::Metrics& metrics, StepsInTime& steps, size_t index,
                  const metrics::Pair& pair, const metrics::Picture* input,
                  std::map<std::string, ImageF>& maps) {

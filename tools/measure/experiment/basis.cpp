@@ -11,7 +11,6 @@
 namespace postchain::experiment {
 namespace {
 
-// Records how and on which machine the experiment runs.
 void state_conditions(const ExperimentSettings& settings, report::Report& report) {
     report.folder = settings.folder;
     report.command = settings.command;

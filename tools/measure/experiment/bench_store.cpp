@@ -11,7 +11,6 @@
 namespace postchain::experiment {
 namespace {
 
-// The JSON value stored under `name` if the file exists and has this key.
 report::Json load(const std::string& path, const std::string& key) {
     std::ifstream file(path);
     report::Json json = report::Json::parse(file, nullptr, false);

@@ -50,7 +50,6 @@ Result<report::ErrorSplit> split_error(int frame, const ImageF& gpu, const Image
                                        const metrics::ExposureRange& exposures,
                                        const metrics::FlipSettings& flip);
 
-// Mean of one variant's splits over several frames.
 report::ErrorSplit mean_split(const std::vector<report::ErrorSplit>& splits);
 
 }  // namespace postchain::experiment

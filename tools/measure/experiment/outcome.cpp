@@ -57,7 +57,6 @@ std::optional<report::Winner> winner_of_bench(const report::Report& report) {
     return report::Winner{*best, kDecidingMetric, std::move(words)};
 }
 
-// A variant compared with the input, over the frames that both have.
 struct Beside {
     Paired paired;  // variant - input
     double variant = 0, input = 0;
@@ -151,11 +150,11 @@ void doubt_truth(report::Report& report) {
     }
     const auto of_noise = report::mean_of(report.truth_noise, "mse");
     if (!nearest || !of_noise || *of_noise <= kNoiseOfError * *least) return;
-    report.warnings.push_back(concat("mse and psnr are unreliable: ", noisy,
-                                     ", and its noise alone makes ", report::figure(*of_noise, 2),
-                                     " of the ", report::figure(*least, 2), " of ", nearest->name,
-                                     "; give the ground truth more samples per pixel (differences "
-                                     "between variants are not affected)"));
+    report.warnings.push_back(concat(
+        "mse and psnr are unreliable: ", noisy, ", and its noise by itself makes ",
+        report::figure(*of_noise, 2), " of the ", report::figure(*least, 2), " of ", nearest->name,
+        "; give the ground truth more samples per pixel (differences "
+        "between variants are not affected)"));
 }
 
 }  // namespace

@@ -22,7 +22,6 @@ const std::vector<MetricRow>& metric_rows();
 // Null if the name is unknown.
 const MetricRow* find_metric(const std::string& name);
 
-// Per-pixel error maps.
 struct MapRow {
     std::string name;
     std::string help;

@@ -19,8 +19,8 @@ double smape(const Pair& pair);   // mean over pixels and RGB; in 0..2
 // relmse without the floor(kTrimmedPart * pixels) worst pixels.
 double relmse_trimmed(const Pair& pair);
 
-// Of the largest |I-R| over RGB of each pixel. Percentile p is the nearest rank: the ceil(p/100 *
-// pixels)-th smallest, 1-based.
+// Percentiles of each pixel's largest |I-R| over RGB. Percentile p is the nearest rank: the
+// ceil(p/100 * pixels)-th smallest, 1-based.
 struct Percentiles {
     double p50 = 0;
     double p95 = 0;

@@ -67,7 +67,6 @@ inline Lab hunt_lab(float x, float y, float z) {
     return {l, kHuntScale * l * 500 * (fx - fy), kHuntScale * l * 200 * (fy - fz)};
 }
 
-// RGB to XYZ / white, and back.
 struct Matrix {
     float m[3][3];
 

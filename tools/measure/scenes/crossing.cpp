@@ -25,7 +25,6 @@ PoseAt crossing(glm::dvec2 start, double z, glm::dvec2 velocity, double radius, 
 }
 
 glm::dvec3 hue(double h) {
-    // Saturated hues around the color wheel.
     const auto part = [h](double shift) {
         const double x = std::abs(std::fmod(h + shift, 1.0) * 6 - 3) - 1;
         return std::clamp(x, 0.0, 1.0);

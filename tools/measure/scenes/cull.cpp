@@ -33,7 +33,6 @@ TileRange tiles_of(glm::dvec3 c, double r, double focal_px, const PictureGeometr
             std::min(last_y, tile(y + reach_y, last_y))};
 }
 
-// Table of the objects that each cell can see.
 class SeenTable {
   public:
     SeenTable(int columns, int rows, size_t objects)
@@ -48,7 +47,6 @@ class SeenTable {
                 seen_[size_t(y * columns_ + x) * objects_ + id] = 1;
     }
 
-    // Returns the start of the table.
     size_t append_to(std::vector<uint32_t>& entry, const SceneModel& model) const {
         const size_t begin = entry.size();
         entry.resize(begin + cells_ * (SCENE_SHAPES + 1));

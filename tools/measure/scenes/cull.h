@@ -28,7 +28,6 @@ struct PictureGeometry {
     }
 };
 
-// Grid across the light for shadow lookup.
 struct LightGrid {
     glm::dvec3 right{1, 0, 0}, up{0, 1, 0};  // unit vectors across the light
     glm::dvec2 first{0.0};                   // lowest coordinates, scene units

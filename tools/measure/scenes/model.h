@@ -65,7 +65,6 @@ Object box(glm::dvec3 half_size, PoseAt pose, glm::dvec3 color);
 Object rod(double half_length, double radius, PoseAt pose, glm::dvec3 color);  // along y
 Object torus(double ring, double tube, PoseAt pose, glm::dvec3 color);         // about z
 Object lamp(double radius, PoseAt pose, double radiance);
-// A static rod between two points.
 Object wire(glm::dvec3 from, glm::dvec3 to, double radius, glm::dvec3 color);
 
 struct CameraPose {

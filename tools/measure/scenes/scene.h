@@ -56,14 +56,12 @@ bool is_truth(Picture picture);
 // image.
 Result<SceneModel> model_for(const SceneRequest& request);
 
-// Camera values such as focal length and focus at one frame.
 Camera camera_at(const SceneModel& model, double frame);
 
 // Errors: those of model_for() and SceneRenderer::render(); (usage): ground truth with 0 samples.
 Result<ScenePlanes> render_frame(SceneRenderer& renderer, const SceneRequest& request, int frame,
                                  Picture picture, const Progress& progress = {});
 
-// Contents of camera.json for these frames.
 std::string camera_json(const SceneRequest& request, const SceneModel& model);
 
 // State of write_scene(). The callback runs before each image and during it; false stops.

@@ -13,7 +13,6 @@
 
 namespace postchain::stress {
 
-// A Measurement with all its checks.
 class CellMeasurement final : public Measurement {
   public:
     using Measurement::Measurement;

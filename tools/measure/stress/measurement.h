@@ -26,7 +26,6 @@ struct Bounds {
 };
 Bounds bounds_of(Precision precision, int tile);
 
-// The largest half.
 inline constexpr float kMaxHalf = 65504;
 // A pixel jumps if it changes by more than this multiple of eps times the largest color.
 inline constexpr double kJump = 20;

@@ -124,7 +124,6 @@ Result<PicturedCheck> pictured(const Exhibit& exhibit) {
 Result<std::vector<PicturedCheck>> pictures_of(Executor& executor,
                                                const std::vector<Subject>& subjects,
                                                const Matrix& matrix) {
-    // Exhibits to show, by cell, in run order.
     std::vector<std::pair<const CellResult*, std::set<const Measured*>>> wanted;
     std::set<const Measured*> worst;
     for (const auto& use : limits_met(matrix)) worst.insert(use.worst.measured);

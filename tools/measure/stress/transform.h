@@ -14,7 +14,6 @@ enum class Turn {
 ImageF turned(const ImageF& image, Turn turn);
 // turned_back(turned(image, turn), turn) is the image, bit for bit.
 ImageF turned_back(const ImageF& image, Turn turn);
-// Turns every plane and rotates its motion vectors.
 FramePlanes turned(const FramePlanes& planes, Turn turn);
 
 struct Window {

@@ -18,7 +18,6 @@ std::optional<io::CameraMetadata> metadata_of_frame(const SourceSettings& settin
     return io::camera_metadata((*file)->parts()[size_t(part)]);
 }
 
-// Sets `sky` and `makes_motion`.
 void find_views(const SourceSettings& settings, const io::CameraMetadata& metadata, int frame,
                 const Display& display, FrameHeader& header) {
     const CameraMotion wanted = settings.camera_motion;

@@ -37,7 +37,6 @@ class Channel {
         changed_.wait_for(lock, duration, [&] { return closed_ || !items_.empty(); });
         return take();
     }
-    // True if the channel is closed and empty.
     bool is_over() {
         const std::lock_guard lock(mutex_);
         return closed_ && items_.empty();

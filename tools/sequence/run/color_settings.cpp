@@ -5,7 +5,6 @@
 namespace postchain::sequence {
 namespace {
 
-// The OpenColorIO configuration file; empty if none is named.
 std::string config_of(const JobSettings& job) {
     const char* stated = std::getenv("OCIO");
     return !job.ocio.empty() ? job.ocio : stated ? stated : "";

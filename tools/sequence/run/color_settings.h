@@ -14,7 +14,6 @@ namespace postchain::sequence {
 Result<std::optional<io::Transfer>> input_transfer_of(const JobSettings& job);
 Result<std::optional<io::Transfer>> output_transfer_of(const JobSettings& job);
 
-// Whether a transfer of inputs or outputs needs an OpenColorIO configuration.
 bool needs_ocio(const JobSettings& job);
 
 // The view that previews show; none = their own curve. Errors (usage): a configuration that is

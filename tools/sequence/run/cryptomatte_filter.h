@@ -18,7 +18,6 @@
 
 namespace postchain::sequence {
 
-// Result of filtering one cryptomatte.
 struct CryptomatteReport {
     std::string name;
     size_t ids = 0;

@@ -16,7 +16,6 @@ using io::Json;
 // margin.
 constexpr uint64_t kProcessBytes = uint64_t(128) << 20;
 
-// Texture fetches of each pass of the plan, by pass index.
 std::map<int, uint64_t> taps_of(const Plan& plan) {
     std::map<int, uint64_t> taps;
     for (const Step& step : plan.steps) taps[step.pass] += step.taps;

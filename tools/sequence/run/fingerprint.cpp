@@ -35,7 +35,7 @@ std::string text_of_config(const std::string& config) {
     return text;
 }
 
-// Everything that decides a frame's canonical planes, besides SourceSettings.
+// Everything that decides a frame's canonical planes, in addition to SourceSettings.
 std::string text_of(const OpenedFrame& frame) {
     const FrameHeader& header = frame.header;
     std::string text = header.camera.text() + "\n";

@@ -28,7 +28,6 @@ class FrameJob {
   public:
     virtual ~FrameJob() = default;
 
-    // How much of each file is read.
     virtual io::Keep keep() const = 0;
 
     // Reader thread. Planes to read besides color, for a frame and its neighbors; decided from its

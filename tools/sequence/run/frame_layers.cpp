@@ -39,7 +39,6 @@ std::string obstacle(const io::PixelFile& file, const RoleChannels& channels,
     return "";
 }
 
-// ------------------------------------------------------------------------------------- mattes
 class MatteFinder {
   public:
     // `faulty`: cryptomattes that cannot be used.
@@ -208,7 +207,6 @@ void mark_cryptomattes(const std::vector<io::Cryptomatte>& cryptomattes,
         }
 }
 
-// Whether any of the channels is written.
 bool is_written(const std::vector<std::string>& channels, const io::ExrSettings& written) {
     return std::any_of(channels.begin(), channels.end(),
                        [&](const std::string& name) { return written.takes(name); });
@@ -314,7 +312,7 @@ Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
         if (!std::binary_search(chosen->begin(), chosen->end(), i)) {
             if (!is_of_filtered(layer, result))
                 result.left.push_back(
-                    {layer.name, layer.is_color() ? "not asked for" : layer.data});
+                    {layer.name, layer.is_color() ? "not requested" : layer.data});
             continue;
         }
         const std::string why = obstacle(file, layer.channels, match);

@@ -61,7 +61,6 @@ struct FrameLayers {
     std::vector<MatteSource> mattes;   // in the order of LayerSettings::mattes
     std::vector<std::string> warnings;
 
-    // Whether anything besides color is filtered.
     bool any_filtered() const { return !filtered.empty() || filtered_cryptomattes > 0; }
     std::string text() const;  // decides the filtered pixels; part of the fingerprint
 };

@@ -121,7 +121,6 @@ Status add_own_file(const SourceSettings& settings, const Writer& writer, const 
     return Status();
 }
 
-// The profile of the match, for names of data.
 const Profile& profile_of(const SourceSettings& settings, const Writer& writer,
                           const ProfileMatch& match) {
     if (!settings.profile)

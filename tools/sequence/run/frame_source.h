@@ -28,7 +28,7 @@
 
 namespace postchain::sequence {
 
-// What is filtered if a frame was cropped: its data window leaves out part of the display window.
+// Window to filter if a frame was cropped: its data window leaves out part of the display window.
 enum class DataWindow {
     grow,  // data and display window; the written data window grows
     keep,  // only the data window; light that leaves it is lost
@@ -43,14 +43,13 @@ struct SourceSettings {
     std::set<int> cuts;  // frames whose motion vectors cross a camera cut
     DataWindow data_window = DataWindow::grow;
     CameraMotion camera_motion = CameraMotion::missing;
-    // Where neighboring frames are found, for their cameras.
+    // Pattern of neighboring frames, for their cameras.
     std::optional<io::PathPattern> color_frames;
     uint64_t max_memory = 0;                     // bytes for frames; 0 = no limit
     std::optional<io::Transfer> input_transfer;  // of non-EXR images; none = as the file says
     LayerSettings layers;
 };
 
-// Headers, roles and camera of one frame.
 struct FrameHeader {
     io::OpenFrame files;
     ProfileMatch match;

@@ -62,7 +62,6 @@ struct JobSettings {
     std::optional<double> idle;  // s
 };
 
-// Groups of rows, by step.
 inline constexpr const char* kInputGroup = "input";
 inline constexpr const char* kLayerGroup = "layers";  // layers filtered in addition to color
 inline constexpr const char* kPlanGroup = "plan";

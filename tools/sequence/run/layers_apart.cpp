@@ -9,7 +9,6 @@
 namespace postchain::sequence {
 namespace {
 
-// A layer's name, and its index among layers with this name.
 using LayerKey = std::pair<std::string, int>;
 
 std::vector<LayerKey> keys_of(const FrameLayers& layers) {
@@ -20,7 +19,6 @@ std::vector<LayerKey> keys_of(const FrameLayers& layers) {
     return keys;
 }
 
-// The layers `chosen` of a stack.
 std::shared_ptr<const ImageF> chosen_planes(const ImageF& stack, const std::vector<size_t>& chosen,
                                             int height) {
     std::vector<ImageF> planes;

@@ -31,7 +31,6 @@ struct Resolved {
     std::vector<ResolvedPass> passes;   // in the order of the chain
 };
 
-// `plan` belongs to this chain and frame.
 Resolved resolve(const Chain& chain, const SourceFrame& frame, const Plan& plan);
 
 // {"camera": {KEY: {"value", "unit", "from", "where"}}, "passes": [{"pass", "left_out", "values":

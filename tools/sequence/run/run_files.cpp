@@ -12,7 +12,6 @@
 namespace postchain::sequence {
 namespace {
 
-// File names of the stages that a chain can have, in the frames of a run.
 class StageNames {
   public:
     StageNames(const Chain& chain, const std::vector<FrameTask>& tasks) : starts_{"input."} {

@@ -227,7 +227,6 @@ class FilterJob final : public FrameJob {
     const std::string& renderer_;
 };
 
-// Checks or creates the folder of the outputs.
 Status have_folder(const RunSettings& settings) {
     const std::string folder = settings.output.folder();
     std::error_code error;

@@ -25,7 +25,6 @@ Status guarded(const std::string& place, const Stage& stage) {
     }
 }
 
-// A frame and its index among the tasks.
 struct Numbered {
     size_t index = 0;
     FrameInFlight frame;

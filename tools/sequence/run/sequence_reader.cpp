@@ -197,7 +197,7 @@ Result<SourceFrame> SequenceReader::read(const FrameInputs& inputs) {
     for (const auto& [neighbor, opened] : inputs.neighbors) {
         Entry& other = *window_.at(opened->number);
         if (Status status = decode(other); !status.ok()) {
-            // What is left out for lack of memory would depend on the machine.
+            // Otherwise the result would depend on the machine's memory.
             if (status.code() == StatusCode::memory) return status;
             const std::string why = first_line(status.message());
             frame.description.missing_neighbors[neighbor] = why;

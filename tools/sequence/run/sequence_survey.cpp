@@ -108,7 +108,6 @@ std::string SequenceSurvey::usual_size() const {
     return most == sizes.end() ? std::string() : most->first;
 }
 
-// Planes that at least half of the frames have.
 RoleSet SequenceSurvey::usual_planes() const {
     RoleSet usual;
     for (Role role : kFileRoles) {

@@ -22,14 +22,12 @@ enum class CameraMotion {
     all,      // every one, replacing the file's
 };
 
-// Projection and pose of a camera.
 struct SkyView {
     Rotation to_world;
     double focal_px = 0;                         // along x
     std::optional<std::array<double, 3>> place;  // scene units; not needed for sky
 };
 
-// Views of a frame, the one before and the one after.
 struct SkyViews {
     SkyView now, before, after;
     double pixel_aspect = 1;

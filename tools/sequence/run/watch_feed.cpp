@@ -62,7 +62,6 @@ std::optional<FrameFeed::Fed> WatchFeed::next(SequenceReader& reader,
     return fed;
 }
 
-// Checks the files of unfinished frames and their neighbors.
 void WatchFeed::look() {
     const io::FilesOnDisk found = io::files_on_disk(settings_.input);
     auto on_disk = std::make_shared<FramesOnDisk>();
@@ -155,7 +154,6 @@ bool WatchFeed::waits_for_neighbor(const FrameTask& task, SequenceReader& reader
     return false;
 }
 
-// The first frame that can be processed.
 std::optional<FrameFeed::Fed> WatchFeed::pick(SequenceReader& reader) {
     neighbors_awaited_.clear();
     for (auto task = waiting_.begin(); task != waiting_.end(); ++task) {

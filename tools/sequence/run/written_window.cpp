@@ -7,7 +7,6 @@
 namespace postchain::sequence {
 namespace {
 
-// The file's data window, grown by the reach of the passes that run.
 io::Window reached(const Chain& chain, const Plan& plan, const SourceFrame& frame) {
     const double px = reach_of(chain, plan, frame);
     return frame.input.data_window.grown(int(std::ceil(std::min(px, double(io::kMaxSide)))));

@@ -229,7 +229,8 @@ const PassType& pass_type() {
         .parameters = &table(),
         .create = [] { return std::make_unique<DepthOfField>(); },
         .rules = {{kRuleFocusBlocks, true,
-                   "the blurred image where it is not visible, color and radius where only it is"}},
+                   "the blurred image where it is not visible, color and radius where only it is",
+                   "focus_tiles"}},
         .known_limits = {
             {"depth", "method=inverse_warp", "/crossed/*near plane, 16384x3/fp32", 1100,
              inverse_warp::kSteepLens},

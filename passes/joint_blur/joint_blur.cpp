@@ -188,7 +188,7 @@ const PassType& pass_type() {
         .parameters = &table(),
         .create = [] { return std::make_unique<JointBlur>(); },
         .rules = {{kRuleUnblurredBlocks, true,
-                   "the joint blur of blocks that nothing is blurred into"}},
+                   "the joint blur of blocks that nothing is blurred into", "unblurred_tiles"}},
         .known_limits = {
             {"motion", "", "/radiance/firefly", 10.5, inverse_warp::kBrightPixel},
             {"depth", "", "/paths/apart, nothing found/fp32", 17.5, inverse_warp::kApart},

@@ -18,9 +18,10 @@
 namespace postchain {
 
 struct ElisionRule {
-    std::string name;           // of this rule alone in a registry
-    bool on_by_default = true;  // those that are not are used only when asked for
-    std::string help;           // what it leaves out, one line
+    std::string name;              // of this rule alone in a registry
+    bool on_by_default = true;     // those that are not are used only when asked for
+    std::string help;              // what it leaves out, one line
+    std::string former_name = {};  // still accepted, with a warning (docs/compatibility.md)
 };
 
 inline constexpr const char* kRuleConfiguration = "off_by_configuration";

@@ -76,6 +76,15 @@ enum class Convergence {
     averaged,  // random numbers alone depend on it: the mean over many values is the filter
 };
 
+// Names that a row had before. They are accepted for one more version, with a warning
+// (docs/compatibility.md); schema, documents and messages show only the current names.
+struct FormerNames {
+    std::vector<std::string> keys;
+    std::vector<std::pair<std::string, std::string>> choices;  // former name, current name
+};
+// "'taps' is the former name of 'samples' and will not be accepted by the next version"
+std::string former_name_text(std::string_view former, std::string_view name);
+
 struct Parameter {
     std::string key;
     ParameterType type = ParameterType::number;
@@ -89,6 +98,7 @@ struct Parameter {
     bool odd = false;                  // integer must be odd
     std::vector<int64_t> allowed;      // integer: the only values; empty = all in min..max
     std::vector<std::string> choices;  // choice: the names
+    FormerNames former;                // names of older versions, which are still accepted
     bool optional = false;             // may be left unset
     std::string implied;               // text: what naming the key alone means; empty = an error
     std::string group;                 // of a table whose users take some rows only
@@ -106,6 +116,10 @@ struct Parameter {
     // Is `value` of the right type and in range? An integer is accepted where a number is asked
     // for. The message reads "24 is even; samples is an odd integer in 1..1023".
     Status check(const ParameterValue& value) const;
+    // The value by its current name.
+    ParameterValue current(const ParameterValue& value) const;
+    // A warning if `key` or `value` is a former name, or empty.
+    std::string warning(std::string_view key, const ParameterValue& value) const;
 };
 
 class ParameterTable {
@@ -114,6 +128,7 @@ class ParameterTable {
     explicit ParameterTable(std::vector<Parameter> rows) : rows_(std::move(rows)) {}
 
     const std::vector<Parameter>& rows() const { return rows_; }
+    // By the key or a former key.
     const Parameter* find(std::string_view key) const;
     // Checks, then sets. StatusCode::chain with a message when the key is unknown (the nearest
     // known key is named) or the value is not of the row's domain.
@@ -150,6 +165,7 @@ struct RowOptions {
     std::string excludes = {};
     std::string implied = {};
     std::string group = {};
+    FormerNames former = {};
     bool required = false;  // of a text, which else may be left unset
     Convergence convergence = Convergence::none;
     double converged = 0;
@@ -288,6 +304,7 @@ class ParameterTableBuilder {
         row.excludes = std::move(options.excludes);
         row.implied = std::move(options.implied);
         row.group = std::move(options.group);
+        row.former = std::move(options.former);
         row.convergence = options.convergence;
         row.converged = options.converged;
         return row;
@@ -343,6 +360,10 @@ class ParameterTableBuilder {
     ParameterTableBuilder& finish(Parameter row) {
         const P defaults{};
         row.default_value = row.get(&defaults);
+        if (!row.former.choices.empty())
+            row.set = [set = row.set, names = row](ParameterRef p, const ParameterValue& value) {
+                set(p, names.current(value));
+            };
         rows_.push_back(std::move(row));
         return *this;
     }

@@ -1,5 +1,7 @@
 #include "config/chain_file.h"
 
+#include <set>
+
 #include "config/camera_file.h"
 #include "config/chain_override.h"
 #include "config/reporter.h"
@@ -118,6 +120,7 @@ class ChainParser {
     void rows(const TextNode& node, const std::string& path, const ParameterTable& own,
               ParameterRef of_own, ChainLink* link = nullptr) {
         bool good = true;
+        std::set<std::string> given;
         for (const auto& [key, value] : node.entries) {
             const std::string at = path + "." + key.text;
             const bool of_link = link && link_parameters().find(key.text);
@@ -128,6 +131,9 @@ class ChainParser {
             if (!row) {
                 status = table.set(parameters, key.text, ParameterValue());
                 reporter_.error(key, at, status.message());
+            } else if (!given.insert(row->key).second) {
+                reporter_.error(key, at, "given twice, also by a former name");
+                good = false;
             } else if (value.is_map() || (value.is_list() && row->type != ParameterType::point)) {
                 reporter_.error(value, at,
                                 value.describe() + "; " + row->key + " is " + row->domain());
@@ -135,8 +141,12 @@ class ChainParser {
             } else {
                 const Result<ParameterValue> read = value_of(value);
                 status = read.ok() ? table.set(parameters, key.text, *read) : read.status();
-                if (!status.ok()) reporter_.error(value, at, status.message());
-                chain_.origins[at] = {kFromChain, concat(file_name_, ":", key.line)};
+                if (!status.ok())
+                    reporter_.error(value, at, status.message());
+                else if (const std::string text = row->warning(key.text, *read); !text.empty())
+                    reporter_.warning(key, at, text);
+                chain_.origins[path + "." + row->key] = {kFromChain,
+                                                         concat(file_name_, ":", key.line)};
             }
             good = good && status.ok();
         }

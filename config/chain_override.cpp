@@ -91,8 +91,20 @@ class Overrider {
         return a.excludes == b.key || b.excludes == a.key;
     }
 
+    // The override by the current names of key and value; former names are reported.
+    Override current(Override item, const ParameterTable& table, const std::string& path) {
+        const Parameter* row = table.find(item.key);
+        if (!row) return item;
+        if (const std::string text = row->warning(item.key, item.value); !text.empty())
+            report(item, Severity::warning, path + "." + item.key, text);
+        item.key = row->key;
+        item.value = row->current(item.value);
+        return item;
+    }
+
     // A camera value given with --set also counts where a pass would take one of its own.
-    void set_camera(const Override& item) {
+    void set_camera(const Override& given) {
+        const Override item = current(given, camera_parameters(), "camera");
         const Status status = camera_parameters().set(&chain_.camera, item.key, item.value);
         if (!status.ok())
             return report(item, Severity::error, "camera." + item.key, status.message());
@@ -101,15 +113,15 @@ class Overrider {
         given_.insert({kCamera, item.key});
         touched_.emplace(kCamera, item);
         if (item.value == ParameterValue()) return;
-        const Parameter& given = *camera_parameters().find(item.key);
+        const Parameter& own = *camera_parameters().find(item.key);
         for (const auto& row : camera_parameters().rows())
-            if (exclude(given, row) && !given_.contains({kCamera, row.key}))
+            if (exclude(own, row) && !given_.contains({kCamera, row.key}))
                 unset(item, "camera", &chain_.camera, row);
         for (size_t i = 0; i < chain_.links.size(); ++i) {
             const ParameterTable& table = *chain_.links[i].type->parameters;
             const Parameter* same = table.find(item.key);
             for (const auto& row : table.rows())
-                if (row.key == item.key || exclude(given, row) ||
+                if (row.key == item.key || exclude(own, row) ||
                     (same && same->optional && exclude(*same, row)))
                     unset(item, int(i), row);
         }
@@ -170,12 +182,13 @@ class Overrider {
         return refuse("neither camera nor a pass of the chain; those are " + joined(names));
     }
 
-    void set_pass(const Override& item) {
-        const int link = find_link(item);
+    void set_pass(const Override& given) {
+        const int link = find_link(given);
         if (link < 0) return;
         ChainLink& at = chain_.links[size_t(link)];
-        const bool of_link = link_parameters().find(item.key);
+        const bool of_link = link_parameters().find(given.key);
         const ParameterTable& table = of_link ? link_parameters() : *at.type->parameters;
+        const Override item = current(given, table, path_of(link));
         const Status status =
             table.set(of_link ? ParameterRef(&at) : at.pass->parameters(), item.key, item.value);
         if (!status.ok())

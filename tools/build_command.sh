@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs what the command needs and builds it: build/tools/apps/postchain/postchain.
+# Installs the packages that the command needs and builds it: build/tools/apps/postchain/postchain.
 # Usage: tools/build_command.sh
 set -euo pipefail
 cd "$(dirname "$0")/.."

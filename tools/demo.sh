@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Installs what it needs, builds, renders the scene `wheels` with its truth, filters it in both
-# orders, measures both against the truth and prints where pictures and report are. Usage: tools/demo.sh [FOLDER]   (default: out/demo)
+# Installs the packages it needs, builds, renders the scene `wheels` with its ground truth, filters it
+# with two chains, compares both with the ground truth and prints where images and report are.
+# Usage: tools/demo.sh [FOLDER]   (default: out/demo)
 set -euo pipefail
 folder=$(realpath -m "${1:-out/demo}")
 cd "$(dirname "$0")/.."
@@ -9,7 +10,7 @@ tools/build_command.sh
 postchain=$PWD/build/tools/apps/postchain/postchain
 
 mkdir -p "$folder/wheels" "$folder/balanced" "$folder/paper"
-echo "== rendering 4 frames of wheels and their truth"
+echo "== rendering 4 frames of wheels and their ground truth"
 "$postchain" scene wheels -o "$folder/wheels" --frames 1-4 --size 640x360 --truth-samples 64 \
     --on-existing overwrite
 for chain in balanced paper; do
@@ -25,7 +26,7 @@ for frame in "$folder"/wheels/sharp.*.exr; do
         --dup --addc 1 --div --powc 0.454545 -d uint8 -o "${frame%.exr}.png"
 done
 
-echo "== which is nearer to the truth?"
+echo "== comparing both with the ground truth"
 "$postchain" ab balanced paper -i "$folder/wheels/sharp.####.exr" \
     --camera "$folder/wheels/camera.json" -r "$folder/wheels/both.####.exr" \
     -o "$folder/report" --on-existing overwrite
@@ -35,4 +36,4 @@ echo "rendered:                      $folder/wheels/sharp.0001.png ... sharp.000
 echo "filtered, inverse warp:        $folder/balanced/wheels.0001.png ... wheels.0004.png"
 echo "filtered, the 2013 report:     $folder/paper/wheels.0001.png ... wheels.0004.png"
 echo "report on the two:             $folder/report/index.html   (open it in a browser)"
-echo "the EXR files lie beside them, with a JSON file each that says what was run"
+echo "Each EXR file is beside its PNG, with a JSON sidecar that records the run."

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Installs what it needs, builds, renders the scene `wheels`, starts the service, filters the frames
-# through it by HTTP and prints where they are. Usage: tools/demo_service.sh [FOLDER]
-# (default: out/demo_service). The service runs on until Ctrl-C; with POSTCHAIN_DEMO_STOPS=1 it is
-# stopped at the end.
+# Installs the packages it needs, builds, renders the scene `wheels`, starts the service, filters the
+# frames over HTTP and prints where they are. Usage: tools/demo_service.sh [FOLDER]
+# (default: out/demo_service). The service runs until Ctrl-C; with POSTCHAIN_DEMO_STOPS=1 it stops at
+# the end.
 set -euo pipefail
 folder=$(realpath -m "${1:-out/demo_service}")
 cd "$(dirname "$0")/.."
@@ -35,9 +35,9 @@ curl -sS "${service}v1/jobs/$id" | grep -q '"state":"done"'
 
 echo
 echo "rendered:  $folder/wheels/sharp.0001.exr ... sharp.0004.exr"
-echo "filtered:  $folder/out/wheels.0001.png ... wheels.0004.png, and the same as .exr"
+echo "filtered:  $folder/out/wheels.0001.png ... wheels.0004.png, and as .exr"
 echo "the page:  $service"
 if [[ -z ${POSTCHAIN_DEMO_STOPS:-} ]]; then
-    echo "the service runs on; Ctrl-C stops it"
+    echo "the service is running; Ctrl-C stops it"
     wait "$serving"
 fi

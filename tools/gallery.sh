@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Makes the pictures of docs/gallery.md and of the README: for every generated scene a sheet of sharp
-# input, results of two chains, ground truth and four times their differences; FXAA alone; a heart as
-# aperture. Needs a build (tools/demo.sh). Usage: tools/gallery.sh [TRUTH_SAMPLES]
+# Makes the images of docs/gallery.md and of the README: for every generated scene a sheet of sharp
+# input, results of two chains, ground truth, and their differences times four; FXAA alone; an aperture
+# in the shape of a heart. Needs a build (tools/demo.sh). Usage: tools/gallery.sh [TRUTH_SAMPLES]
 # (default: 192; about ten minutes on 2 cores)
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -20,20 +20,20 @@ display() {
         --dup --addc 1 --div --powc 0.454545 -d float -o "$2"
 }
 
-# TITLE NAME...: PSNR of each picture NAME.exr against truth.exr, dB.
+# TITLE NAME...: PSNR of each image NAME.exr against truth.exr, dB.
 print_psnr() {
     local title=$1 name line=""
     shift
     for name in "$@"; do
-        # --diff fails where the pictures differ.
+        # --diff fails if the images differ.
         line+=", $name $( (oiiotool --diff "$work/$name.exr" "$work/truth.exr" || true) |
             sed -n 's/.*Peak SNR = //p')"
     done
     echo "$title, PSNR against the ground truth in dB:${line#,}"
 }
 
-# NAME...: the difference of each to truth.exr as NAME_difference.exr, four times as strong, or nothing
-# would be seen of most of it.
+# NAME...: the difference of each to truth.exr as NAME_difference.exr, times four to make small
+# differences visible.
 differences() {
     local name
     for name in "$@"; do
@@ -41,7 +41,7 @@ differences() {
     done
 }
 
-# COLUMNSxROWS PICTURE.jpg NAME...: the pictures NAME.exr, each 480x270, as a sheet.
+# COLUMNSxROWS OUT.jpg NAME...: a sheet of the images NAME.exr, each 480x270.
 sheet() {
     local form=$1 out=$2 name words=()
     shift 2
@@ -51,7 +51,7 @@ sheet() {
 }
 
 for scene in wheels poles crossing zoom still; do
-    # The frames before and after too, which `balanced` looks at.
+    # Also the frames before and after, which `balanced` reads.
     "$postchain" scene "$scene" -o "$work/$scene" --frames "$((frame - 1))-$((frame + 1))" \
         --size 640x360
     "$postchain" scene "$scene" -o "$work/$scene" --frames "$frame" --size 640x360 \
@@ -70,7 +70,7 @@ for scene in wheels poles crossing zoom still; do
     [[ $scene != wheels ]] || sheet 3x1 "$images/wheels.jpg" input balanced truth
 done
 
-# FXAA on one sample per pixel, against the same frame averaged over each pixel; a part, enlarged.
+# FXAA on one sample per pixel, against the frame averaged over each pixel; a part, enlarged.
 display "$work/poles/gbuf.$number.exr" "$work/input.exr"
 display "$work/poles/sharp.$number.exr" "$work/truth.exr"
 for mode in search directional; do

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Installs what building postchain needs, on Debian bookworm; with --tests also what its tests need,
-# with --fuzz also what fuzzing needs (clang and its runtime).
-# Does nothing when all is there. Usage: tools/install_packages.sh [--tests | --fuzz]
+# Installs the packages that building postchain needs, on Debian bookworm; with --tests also those of
+# its tests, with --fuzz also those of fuzzing (clang and its runtime). Does nothing if all are
+# installed. Usage: tools/install_packages.sh [--tests | --fuzz]
 set -euo pipefail
 
 packages=(

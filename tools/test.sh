@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# Installs, builds and runs every test but the sanitizer builds; --full adds the core preset (chain and
-# passes alone), the address and undefined-behavior sanitizers, the thread sanitizer on the programs
-# that have threads, and half a minute of each fuzz target (clang). Usage: tools/test.sh [--full]
+# Installs packages, builds and runs every test of the release preset. --full adds the core preset
+# (only chain and passes, each file compiled by itself), the address and undefined-behavior sanitizers,
+# the thread sanitizer on the programs that have threads, and half a minute of each fuzz target (clang).
+# Usage: tools/test.sh [--full]
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

@@ -14,7 +14,7 @@ ParameterRef parameters_of(Chain& chain, uint32_t pass) {
     return chain.links[pass].pass->parameters();
 }
 
-// Two values inside the usual range of a row, to see what a change of it changes.
+// Two values inside the usual range of a row, to find what a change of its value affects.
 std::vector<ParameterValue> trials(const Parameter& row) {
     std::vector<ParameterValue> values;
     double low = std::max(row.soft_min, -1e3), high = std::min(row.soft_max, 1e3);
@@ -112,9 +112,9 @@ Result<Chain> ChainHandle::parse(std::string_view names) {
             list += (list.empty() ? "" : ", ") + type.name;
         }
         const std::string near = nearest_word(name, known);
-        return Status(StatusCode::chain, concat("there is no pass \"", name, "\"",
-                                                near.empty() ? "" : "; did you mean " + near + "?",
-                                                " There are ", list));
+        return Status(StatusCode::chain, concat("unknown pass \"", name, "\"; ",
+                                                near.empty() ? "" : "did you mean " + near + "? ",
+                                                "known are ", list));
     }
     return chain;
 }
@@ -138,8 +138,8 @@ Failure ChainHandle::set(uint32_t pass, std::string_view key, const ParameterVal
     const Parameter* row = table->find(key);
     if (row && row->type == ParameterType::text && !std::holds_alternative<std::monostate>(value))
         return {PC_ERROR_CHAIN, concat(place, ".", key,
-                                       ": files are read by the tools, not here; a picture of the "
-                                       "aperture is given by pc_chain_set_aperture()")};
+                                       ": this library does not read files; set the image of the "
+                                       "aperture with pc_chain_set_aperture()")};
     const ParameterRef values = parameters_of(own(), pass);
     const ParameterValue before = row ? row->get(values) : ParameterValue();
     if (Status s = table->set(values, key, value); !s.ok()) return s.at(place);
@@ -149,7 +149,7 @@ Failure ChainHandle::set(uint32_t pass, std::string_view key, const ParameterVal
     }
     ++revision_;
     for (Row& known : rows_) known.cost = -1;
-    return {};
+    return {PC_OK, row->warning(key, value)};
 }
 
 Failure ChainHandle::set_number(uint32_t pass, std::string_view key, double value) {

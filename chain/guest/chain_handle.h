@@ -1,5 +1,4 @@
-// What stands behind a pc_chain: a chain, its parameters as a list, and what each one's change
-// costs.
+// Implementation of pc_chain: a chain, the list of its parameters, and the cost of changing each.
 #pragma once
 
 #include <cstdint>
@@ -17,17 +16,17 @@ class ChainHandle {
   public:
     // Takes over a chain of passes() (chain/guest/registry.h).
     explicit ChainHandle(Chain chain);
-    // "motion_blur,fxaa". PC_ERROR_CHAIN: a pass that there is not; the nearest name is told.
+    // "motion_blur,fxaa". PC_ERROR_CHAIN: unknown pass; the message suggests the closest name.
     static Result<Chain> parse(std::string_view passes);
 
     const Chain& chain() const { return *chain_; }
-    // As it is now: later changes are made in a copy.
+    // A snapshot: later changes are made in a copy.
     std::shared_ptr<const Chain> shared() const { return chain_; }
-    uint64_t id() const { return id_; }              // of no other chain of this process
-    uint64_t revision() const { return revision_; }  // changes with every value
+    uint64_t id() const { return id_; }              // unique in this process
+    uint64_t revision() const { return revision_; }  // increases with every change
 
     // `pass`: an index, or PC_CAMERA. PC_ERROR_ARGUMENT: no such pass. PC_ERROR_CHAIN: no such key,
-    // or a value that is not of its domain; the chain stays as it was.
+    // or a value outside its domain; the chain is unchanged. PC_OK with a text: a warning.
     Failure set(uint32_t pass, std::string_view key, const ParameterValue& value);
     Failure set_number(uint32_t pass, std::string_view key, double value);
     // A table of ApertureImage::kSide squared transmittances.
@@ -44,11 +43,11 @@ class ChainHandle {
         const Parameter* parameter;
         std::vector<const char*> choices;
         std::string text;
-        int cost = -1;  // not found out yet
+        int cost = -1;  // unknown yet
     };
     const ParameterTable* table_of(uint32_t pass) const;
 
-    Chain& own();  // no one else's
+    Chain& own();  // copied first if it is shared
 
     std::shared_ptr<Chain> chain_;
     uint64_t id_;
@@ -56,8 +55,8 @@ class ChainHandle {
     std::vector<Row> rows_;
 };
 
-// PC_COST_*: the most that two values of the row, from the middle of its usual range, were found to
-// change in the plan of a frame.
+// PC_COST_*: the largest change that two values of the row, from the middle of its usual range,
+// make in the plan of a frame.
 uint32_t cost_of(const Chain& chain, uint32_t pass, const Parameter& row);
 
 }  // namespace postchain::guest

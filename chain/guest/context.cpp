@@ -6,12 +6,12 @@
 namespace postchain::guest {
 namespace {
 
-// Only where the library is loaded already: what made the context has loaded it.
+// Null unless the library is loaded. The code that made the context has loaded it.
 void* loaded_function(const char* library, const char* name) {
     void* handle = dlopen(library, RTLD_LAZY | RTLD_NOLOAD);
     if (!handle) return nullptr;
     void* function = dlsym(handle, name);
-    dlclose(handle);  // the count alone: it was loaded before
+    dlclose(handle);  // only decrements the count; the library stays loaded
     return function;
 }
 

@@ -1,4 +1,4 @@
-// Which GL context is current on this thread, whoever made it, without making any library load.
+// Finds the GL context that is current on this thread, whoever made it, without loading a library.
 #pragma once
 
 #include <string>
@@ -7,11 +7,11 @@
 
 namespace postchain::guest {
 
-// A context and the call that finds it again. Nothing: null.
+// A context, and the call that returned it. Null if there is none.
 class ContextId {
   public:
     ContextId() = default;
-    // Of the context that is current now, by EGL or GLX.
+    // The context that is current now, found by EGL or GLX.
     static ContextId current();
     explicit operator bool() const { return context_ != nullptr; }
     bool is_current() const { return ask_ && ask_() == context_; }
@@ -22,7 +22,7 @@ class ContextId {
     void* context_ = nullptr;
 };
 
-// Is the current context desktop OpenGL 4.5 or later? Else PC_ERROR_CONTEXT, which says what it is.
+// PC_ERROR_CONTEXT if the current context is not desktop OpenGL 4.5 or later; the text names it.
 Failure check_version();
 
 }  // namespace postchain::guest

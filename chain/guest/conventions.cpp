@@ -7,16 +7,16 @@ struct Convention {
     std::string_view engine;
     pc_depth depth;
     uint32_t flags;  // of rows and vectors
-    bool pixels;     // vectors are in pixels, else in fractions of the picture
+    bool pixels;     // vectors are in pixels, otherwise in fractions of the image
     float scale_x, scale_y;
     float bias;
 };
 
 constexpr uint32_t kFlags = PC_TOP_LEFT | PC_MOTION_TO_NEXT | PC_MOTION_JITTERED;
 
-// Rows as the engine's own textures have them; a host that draws them through GL upside down takes
-// PC_TOP_LEFT out and turns the sign of motion_scale[1]. "Read" means in the named file; what was
-// only taken from descriptions is called unverified, and pc_check_motion() decides.
+// Rows are ordered as in the engine's own textures. A host that draws them through GL upside down
+// removes PC_TOP_LEFT and negates motion_scale[1]. "Read" means read in the named file. Values that
+// were only taken from descriptions are marked unverified; pc_check_motion() decides.
 constexpr Convention kConventions[] = {
     // Unity, high definition pipeline under OpenGL: MotionVectorCommon.hlsl, EncodeMotionVector():
     // 0.5 (positionCS - previousPositionCS), both without jitter; depth is not reversed there
@@ -25,7 +25,7 @@ constexpr Convention kConventions[] = {
     {"unity", PC_DEPTH_FORWARD, 0, false, 1, 1, 0},
     // Unreal: Common.ush, EncodeVelocityToTexture(): V 0.499 0.5 + 32767/65535 of V = this minus
     // previous in clip space, y up. Where VELOCITY_ENCODE_GAMMA is 1 the vectors must be decoded
-    // first: a root was taken. A stored 0 was not written; the host draws those itself. Read.
+    // first: they are stored as a root. A stored 0 means unwritten; the host draws those. Read.
     {"unreal", PC_DEPTH_REVERSE_INFINITE, PC_TOP_LEFT, false, 0.5f / (0.499f * 0.5f),
      -0.5f / (0.499f * 0.5f), 32767.0f / 65535.0f},
     // Bevy: pbr_prepass_functions.wgsl, calculate_motion_vector(): (clip - previous clip) (0.5,
@@ -35,7 +35,7 @@ constexpr Convention kConventions[] = {
     // jitter; the projection is reversed, with a far plane. Read; the depth is unverified.
     {"godot", PC_DEPTH_REVERSE, PC_TOP_LEFT, false, -1, -1, 0},
     // Falcor: Utils/Math/MathHelpers.slang, calcMotionVector(): previous minus this in fractions of
-    // the picture, y down; the depth of GBufferRaster is Direct3D's, not reversed. Unverified.
+    // the image, y down; the depth of GBufferRaster is Direct3D's, not reversed. Unverified.
     {"falcor", PC_DEPTH_FORWARD, PC_TOP_LEFT, false, -1, -1, 0},
     // G3D 10: GBuffer::Field::SS_POSITION_CHANGE, this minus previous in pixels, y down, rows from
     // the top; the projection has a far plane. Unverified.

@@ -1,4 +1,4 @@
-// Conventions of depth and vectors that engines have, by name.
+// Depth and motion vector conventions of engines, by name.
 #pragma once
 
 #include <string_view>
@@ -7,8 +7,8 @@
 
 namespace postchain::guest {
 
-// Sets depth_encoding, flags of rows and vectors, motion_scale and motion_bias. False: no such
-// engine; the frame stays as it is. Reads width and height, color's where these are 0.
+// Sets depth_encoding, flags of rows and vectors, motion_scale and motion_bias. False: unknown
+// engine; the frame is unchanged. Reads width and height; if they are 0, those of color.
 bool use_conventions(std::string_view engine, pc_frame& frame);
 
 }  // namespace postchain::guest

@@ -13,7 +13,7 @@ GlState::Buffer GlState::buffer_at(unsigned binding, unsigned start, unsigned si
     return buffer;
 }
 
-// A size of 0 is a binding of the whole buffer.
+// A size of 0 means that the whole buffer is bound.
 void GlState::bind(unsigned target, unsigned index, const Buffer& buffer) {
     if (buffer.name == 0 || buffer.size == 0)
         glBindBufferBase(target, index, GLuint(buffer.name));
@@ -68,7 +68,7 @@ void GlState::restore() const {
         glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, GLuint(indirect_buffer_));
     }
     for (int i = 0; i < used_.textures; ++i) {
-        // The unit's 2D binding alone: glBindTextureUnit(i, 0) would unbind its other targets too.
+        // Only the 2D binding: glBindTextureUnit(i, 0) would unbind the unit's other targets too.
         glActiveTexture(GLenum(GL_TEXTURE0 + i));
         glBindTexture(GL_TEXTURE_2D, GLuint(textures_[size_t(i)]));
         glBindSampler(GLuint(i), GLuint(samplers_[size_t(i)]));

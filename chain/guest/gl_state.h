@@ -1,4 +1,4 @@
-// The part of a host's GL state that running a plan touches.
+// The part of a host's GL state that running a plan changes.
 #pragma once
 
 #include <array>
@@ -8,8 +8,8 @@
 
 namespace postchain::guest {
 
-// Allocates nothing. save() reads what a plan with these units is about to change, and restore()
-// puts it back; reset() sets GL's initial values, and unbinds units as a whole, instead.
+// Allocates nothing. save() reads the state that a plan with these units changes, and restore()
+// sets it again. reset() sets GL's initial values instead, and unbinds all targets of the units.
 class GlState {
   public:
     void save(const gl::UsedUnits& used);

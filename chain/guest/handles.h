@@ -1,4 +1,4 @@
-// What the pointers of the C interface point to.
+// The structs behind the pointers of the C interface.
 #pragma once
 
 #include <exception>
@@ -19,10 +19,10 @@ struct pc_chain {
 
 namespace postchain::guest {
 
-// Of this thread's last attempt to make one of them.
+// The text of pc_create_error(), for this thread.
 std::string& create_error();
 
-// What work() says, or what it throws: no exception crosses the border.
+// The result of work(). An exception becomes a Failure, so that none leaves the library.
 template <class Work>
 Failure guarded(const Work& work) noexcept {
     try {
@@ -36,7 +36,7 @@ Failure guarded(const Work& work) noexcept {
     }
 }
 
-// Before an instance or a chain is there: the text goes to create_error().
+// For calls that create an instance or a chain: the text goes to create_error().
 template <class Work>
 pc_result create(const Work& work) {
     Failure failure = guarded(work);

@@ -1,4 +1,4 @@
-// GL's internal formats, as far as a host's textures are concerned.
+// GL's internal formats of a host's textures.
 #pragma once
 
 #include <string>
@@ -14,7 +14,7 @@ struct HostFormat {
     bool half = false;   // halves hold every value
 };
 
-// Null: integers, compressed and unsized formats, and others that no plane can be read from.
+// Null for integer, compressed and unsized formats, and others that no plane can be read from.
 const HostFormat* find_format(unsigned internal_format);
 
 // "GL_RGBA16F", "0x8d7c".

@@ -11,7 +11,7 @@ namespace {
 
 constexpr size_t kLongestView = std::tuple_size_v<decltype(PlanKey::debug_view)> - 1;
 
-// A texture that covers the frame's rectangle, in a format that the member may have.
+// Checks that a texture covers the frame's rectangle and has a format that the member accepts.
 Failure check_texture(const char* member, const pc_texture& given, int width, int height,
                       HostTexture& texture) {
     texture = {};
@@ -66,7 +66,8 @@ Failure check_numbers(const pc_frame& given) {
     if (given.pre_exposure < 0)
         return {PC_ERROR_CHAIN, concat("pre_exposure is ", given.pre_exposure)};
     if (given.depth_encoding > PC_DEPTH_REVERSE_INFINITE)
-        return {PC_ERROR_ARGUMENT, concat("depth_encoding: there is no ", given.depth_encoding)};
+        return {PC_ERROR_ARGUMENT,
+                concat("depth_encoding: ", given.depth_encoding, " is not a PC_DEPTH value")};
     if (given.depth_encoding > PC_DEPTH_INVERSE && given.depth.name) {
         const bool far =
             given.depth_encoding == PC_DEPTH_FORWARD || given.depth_encoding == PC_DEPTH_REVERSE;
@@ -121,12 +122,9 @@ bool HostFrame::output_is_color() const {
 Failure check_frame(const pc_frame* given, HostFrame& frame) {
     frame = {};
     if (!given) return {PC_ERROR_ARGUMENT, "frame is NULL"};
-    if (given->struct_size != sizeof(pc_frame))
-        return {PC_ERROR_VERSION, concat("pc_frame.struct_size is ", given->struct_size,
-                                         ", this library's is ", sizeof(pc_frame))};
     frame.given = given;
     if (given->color.name == 0)
-        return {PC_ERROR_INPUT, "color: name 0, there is no texture to filter"};
+        return {PC_ERROR_INPUT, "color: name 0; give the texture to filter"};
     frame.width = given->width ? given->width : given->color.width - given->color.x;
     frame.height = given->height ? given->height : given->color.height - given->color.y;
     if (frame.width <= 0 || frame.height <= 0)
@@ -149,8 +147,8 @@ Failure check_frame(const pc_frame* given, HostFrame& frame) {
         const HostFormat* format = member.checked.format;
         if (!format) continue;
         if (format->channels < member.least_channels || (format->depth && !member.depth))
-            return {PC_ERROR_INPUT, concat(member.name, ": ", format->text, " has not the ",
-                                           member.least_channels, " channels of it")};
+            return {PC_ERROR_INPUT, concat(member.name, ": ", format->text, " has fewer than the ",
+                                           member.least_channels, " channels that it needs")};
     }
     Failure failure = check_texture("exposure", given->exposure, 1, 1, frame.exposure);
     if (!failure.ok()) return failure;

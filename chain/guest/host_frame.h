@@ -1,4 +1,4 @@
-// A frame as a host hands it in: checked, and what a plan of it depends on.
+// A host's frame: the checked input, and the key of its plans.
 #pragma once
 
 #include <array>
@@ -15,11 +15,11 @@ namespace postchain::guest {
 struct HostTexture {
     uint32_t name = 0;
     const HostFormat* format = nullptr;
-    bool whole = false;  // the frame's rectangle is all of it
+    bool whole = false;  // the frame's rectangle is the whole texture
     bool operator==(const HostTexture&) const = default;
 };
 
-// A checked frame. Reads the pc_frame that it was made of, which must stay.
+// A checked frame. Points to its pc_frame, which must outlive it.
 struct HostFrame {
     const pc_frame* given = nullptr;
     int width = 0, height = 0;
@@ -28,7 +28,7 @@ struct HostFrame {
 
     bool flag(uint32_t bit) const { return (given->flags & bit) != 0; }
     bool top_left() const { return flag(PC_TOP_LEFT); }
-    // Is color seen by passes as it is stored?
+    // Whether passes see color multiplied by a factor.
     bool has_gain() const;
     bool color_in_place() const { return color.whole && top_left() && !has_gain(); }
     bool depth_in_place() const {
@@ -39,15 +39,15 @@ struct HostFrame {
     bool output_is_color() const;  // the same rectangle of the same texture
 };
 
-// Errors name the member. PC_ERROR_INPUT: a texture; PC_ERROR_CHAIN: camera values that its depth
-// needs, a value that is not finite; PC_ERROR_VERSION: struct_size. Calls no GL, allocates nothing.
+// Errors name the member. PC_ERROR_INPUT: a texture. PC_ERROR_CHAIN: camera values that the depth
+// encoding needs, or a value that is not finite. Calls no GL, allocates nothing.
 Failure check_frame(const pc_frame* given, HostFrame& frame);
 
-// What a plan is told. Precondition: check_frame().
+// The description for the planner. Precondition: check_frame().
 FrameDescription describe(const HostFrame& frame);
 
-// All that a plan and its conversion depend on, but the frame's values and number. Plans of equal
-// keys have one shape where their PlanShapes (chain/planner.h) are equal.
+// Everything that a plan and its conversion depend on, except the frame's values and number. Plans
+// of equal keys have the same shape if their PlanShapes (chain/planner.h) are equal.
 struct PlanKey {
     uint64_t chain = 0, revision = 0;
     int width = 0, height = 0;
@@ -63,7 +63,7 @@ PlanKey key_of(const HostFrame& frame, uint64_t chain, uint64_t revision);
 using FrameValues = std::array<float, 12>;
 FrameValues values_of(const HostFrame& frame);
 
-// The uniform block of the steps from and to the host's textures.
+// The uniform block of the steps that convert from and to the host's textures.
 shared::GuestUniforms uniforms_of(const HostFrame& frame);
 
 }  // namespace postchain::guest

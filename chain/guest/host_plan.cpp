@@ -77,7 +77,7 @@ class Builder {
         return int(plan().passes.size()) - 1;
     }
 
-    // A step over all pixels that has the guest's block; its bytes are filled before each run.
+    // A step over all pixels with a GuestUniforms, whose bytes are written before each run.
     Step make_step(int pass, const char* name, ProgramKey program) {
         Step step;
         step.pass = pass;
@@ -113,7 +113,7 @@ class Builder {
         return false;
     }
 
-    // The texture that the result goes to besides the chain's own.
+    // The host's texture to which the result is written, besides the chain's own.
     TextureId add_target() {
         const Format format = plan_format();
         if (frame_.output.name == 0) return add_texture("export.color", format, false);
@@ -139,7 +139,8 @@ class Builder {
         }
         if (works && as_is && frame_.output.whole && !frame_.output_is_an_input() &&
             !is_read(color)) {
-            plan().textures[size_t(color)].imported = true;  // the last pass writes to the host's
+            plan().textures[size_t(color)].imported =
+                true;  // the last pass writes to the host's texture
             plan().textures[size_t(color)].name = "host.output";
             host_.result = color;
             host_.writes_output = true;
@@ -178,7 +179,7 @@ class Builder {
             return Status(StatusCode::usage, concat("debug_view: \"", view, "\" cannot be drawn; ",
                                                     "after a colon stands color, number or "
                                                     "vector, and packed bits are no picture"));
-        // Steps after the last that writes it have nothing to do here.
+        // Steps after the last one that writes the texture are not needed.
         int last = -1;
         for (int i = 0; i < int(plan().steps.size()); ++i)
             for (const auto& binding : plan().steps[size_t(i)].bindings)
@@ -200,7 +201,8 @@ class Builder {
         return Status();
     }
 
-    // Every plane that a step reads and that the host has in another form is made before the chain.
+    // Planes that a step reads and that the host has in another form are converted before the
+    // chain.
     void add_import() {
         struct Plane {
             Role role;

@@ -1,5 +1,5 @@
-// A chain's plan between a host's textures: a step before it that makes canonical planes of what is
-// not in that form, and one after it that writes the host's output, where either is needed.
+// A chain's plan between a host's textures. If needed, a step before the chain converts textures to
+// canonical planes, and a step after it writes the host's output.
 #pragma once
 
 #include "chain/chain.h"
@@ -12,21 +12,21 @@ namespace postchain::guest {
 
 struct HostPlan {
     Plan plan;
-    // Textures that the host hands in; -1 = none, or no step uses it.
+    // The host's textures; -1 = not given, or no step uses it.
     TextureId color = -1, depth = -1, motion = -1, exposure = -1;
-    // What holds the result; -1: the host's color as it is. It is the host's output where that is
-    // written by the plan.
+    // The texture with the result; -1: the host's color, unchanged. The host's output if the plan
+    // writes it.
     TextureId result = -1;
     bool writes_output = false;
-    int import_step = -1, export_step = -1;  // those with a GuestUniforms
-    int debug_step = -1;                     // of a work list
+    int import_step = -1, export_step = -1;  // steps with a GuestUniforms
+    int debug_step = -1;                     // draws a work list
 };
 
-// What the host's flags make of a plan.
+// The plan options that the host's flags select.
 PlanOptions options_of(const HostFrame& frame);
 
-// Plans the frame as a part of a host's. Errors: those of make_plan(), and PC_ERROR_ARGUMENT if
-// debug_view names no texture of the plan.
+// Plans a host's frame. Errors: those of make_plan(), and PC_ERROR_ARGUMENT if debug_view does not
+// name a texture of the plan.
 Result<HostPlan> make_host_plan(const ResolvedChain& resolved, const HostFrame& frame);
 Result<HostPlan> make_host_plan(const Chain& chain, const HostFrame& frame);
 

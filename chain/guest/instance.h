@@ -1,4 +1,4 @@
-// What stands behind a pc_instance: the programs, textures and plans of one GL context.
+// Implementation of pc_instance: the programs, textures and plans of one GL context.
 #pragma once
 
 #include <array>
@@ -28,25 +28,25 @@ class Instance {
   public:
     // On the current context, or on one of its own.
     static Failure create(const pc_create_info& info, std::unique_ptr<Instance>& instance);
-    ~Instance();  // where its context is not current: as after abandon()
+    ~Instance();  // as abandon() if its context is not current
     Instance(const Instance&) = delete;
     Instance& operator=(const Instance&) = delete;
     // The GL names are forgotten, not deleted.
     void abandon();
 
-    // PC_ERROR_CONTEXT where its context is not current on this thread, or is lost.
+    // PC_ERROR_CONTEXT if its context is not current on this thread, or is lost.
     Failure check_context();
 
-    // Nothing left to compile: PC_OK; else PC_PENDING.
+    // PC_PENDING while programs are left to compile.
     Failure prepare(const ChainHandle& chain, const pc_frame* given, bool wait);
     Failure run(const ChainHandle& chain, const pc_frame* given, pc_texture& result);
 
     void set_timing(int level) { timing_ = level; }
-    // Null: none is finished.
+    // Null if no frame is finished.
     const gl::Times* newest_times() { return objects_->clock.newest(); }
     void capabilities(pc_capabilities& out) const;
     void count(pc_counters& out) const;
-    // The last frame's plan, made once more: "" before the first frame.
+    // Plans the last frame again; "" before the first frame.
     std::string explain() const;
     const gl::Device& device() const { return device_; }
     void log(int level, const std::string& message) const;
@@ -54,13 +54,13 @@ class Instance {
     std::string error;  // of the last call
 
   private:
-    // What a plan is for: frames of the same key and shape share one.
+    // The frames that a plan is for. Frames of the same key and shape share a plan.
     struct Purpose {
         PlanKey key;
         PlanOptions options;
         RuleNames rules;  // options.rules() of the chain
         PlanShape shape;
-        FrameValues values = {};  // of the frame whose bytes its blocks have now
+        FrameValues values = {};  // of the frame whose bytes are in its uniform blocks
         uint64_t frame_number = 0;
     };
     // A plan that is ready to run.
@@ -70,16 +70,16 @@ class Instance {
         gl::CompiledPlan compiled;
         uint64_t last_run = 0;
     };
-    // The frame that was run last, as far as its plan rests on it.
+    // The values of the last frame that its plan depends on.
     struct LastFrame {
-        std::shared_ptr<const Chain> chain;  // null: there was none
+        std::shared_ptr<const Chain> chain;  // null before the first frame
         pc_frame frame = {};
         std::array<char, sizeof(PlanKey::debug_view)> debug_view = {};
     };
-    // Plans that are kept beside each other: of a cut, of a debug view, of other eyes.
+    // Maximum number of plans kept, for example for a cut, a debug view, or the other eye.
     static constexpr size_t kMostEntries = 8;
 
-    // What lives in the context.
+    // GL objects of the context.
     struct Objects {
         explicit Objects(const gl::Device& device) : programs(device.log), clock(device) {}
         gl::TexturePool pool;
@@ -91,9 +91,9 @@ class Instance {
 
     explicit Instance(const pc_create_info& info) : info_(info) {}
     Failure open();
-    // Null: no entry has this key and shape. One that has gets the frame's values.
+    // The plan of this key and shape, with the frame's values; null if there is none.
     Failure find(const Chain& chain, const HostFrame& frame, const PlanKey& key, Entry*& entry);
-    // PC_ERROR_PREPARE where a program is not there.
+    // PC_ERROR_PREPARE if a program is not compiled.
     Failure find_or_make(const ChainHandle& chain, const HostFrame& frame, Entry*& entry);
     Failure make(Purpose purpose, HostPlan& host, Entry*& entry);
     void forget_entries(const PlanKey& key);
@@ -111,7 +111,7 @@ class Instance {
     std::optional<PlanKey> prepared_;  // of the last prepare(), and the programs that it needs
     std::vector<ProgramKey> prepared_programs_;
     FrameValues prepared_values_ = {};
-    ResolvedChain resolved_;  // the frame that is looked for
+    ResolvedChain resolved_;  // the frame that find() looks for
     LastFrame last_;
     GlState state_;
     int timing_ = 0;

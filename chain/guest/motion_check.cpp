@@ -10,7 +10,7 @@
 namespace postchain::guest {
 namespace {
 
-// Pixels are read densely into memory, whatever the host has set; that is put back.
+// Sets dense pixel packing for reads, and restores the host's values.
 class DensePacking {
   public:
     DensePacking() {
@@ -56,16 +56,17 @@ Failure check_motion(const pc_frame* given, const pc_texture& other_color, int s
                      float& margin) {
     HostFrame frame;
     if (Failure failure = check_frame(given, frame); !failure.ok()) return failure;
-    if (frame.motion.name == 0) return {PC_ERROR_INPUT, "motion: name 0, there is none to check"};
+    if (frame.motion.name == 0)
+        return {PC_ERROR_INPUT, "motion: name 0; give the texture to check"};
     if (other_color.name == 0 || other_color.width - other_color.x < frame.width ||
         other_color.height - other_color.y < frame.height)
-        return {PC_ERROR_INPUT, "other_color: there is none, or it does not cover the frame"};
+        return {PC_ERROR_INPUT, "other_color: not given, or it does not cover the frame"};
     const shared::GuestUniforms uniforms = uniforms_of(frame);
     const DensePacking packing;
     FramePlanes planes;
     planes[Role::color] = read(given->color, frame, 4);
     ImageF motion = read(given->motion, frame, 2);
-    // To the other frame: vectors of this minus previous point away from it.
+    // Points vectors to the other frame; vectors of this minus previous point away from it.
     const float way = frame.flag(PC_MOTION_TO_NEXT) ? 1.0f : -1.0f;
     for (size_t pixel = 0; pixel < motion.pixels(); ++pixel)
         for (int c = 0; c < 2; ++c) {

@@ -6,6 +6,7 @@
 #include "chain/guest/chain_handle.h"
 #include "chain/guest/conventions.h"
 #include "chain/guest/handles.h"
+#include "chain/guest/host_struct.h"
 #include "chain/guest/instance.h"
 #include "chain/guest/motion_check.h"
 #include "chain/guest/registry.h"
@@ -13,11 +14,13 @@
 using postchain::concat;
 using postchain::ParameterValue;
 using postchain::guest::ChainHandle;
+using postchain::guest::change_struct;
 using postchain::guest::create;
 using postchain::guest::create_error;
 using postchain::guest::Failure;
 using postchain::guest::guarded;
 using postchain::guest::Instance;
+using postchain::guest::read_struct;
 
 namespace {
 
@@ -38,17 +41,13 @@ pc_result call(pc_chain* chain, const Work& work) {
     return failure.result;
 }
 
-template <class Struct>
-Failure check_size(const Struct* given, const char* name) {
-    if (!given) return {PC_ERROR_ARGUMENT, concat(name, " is NULL")};
-    if (given->struct_size == sizeof(Struct)) return {};
-    return {PC_ERROR_VERSION, concat(name, ".struct_size is ", given->struct_size,
-                                     ", this library's is ", sizeof(Struct))};
-}
-
 }  // namespace
 
 extern "C" {
+
+const char* pc_version(void) {
+    return POSTCHAIN_VERSION;
+}
 
 const char* pc_result_name(pc_result result) {
     switch (result) {
@@ -78,17 +77,20 @@ const char* pc_result_name(pc_result result) {
     return "unknown";
 }
 
-pc_result pc_create(const pc_create_info* info, pc_instance** instance) {
+pc_result pc_create(const pc_create_info* given, pc_instance** instance) {
     return create([&]() -> Failure {
         if (!instance) return {PC_ERROR_ARGUMENT, "instance is NULL"};
         *instance = nullptr;
-        if (Failure failure = check_size(info, "pc_create_info"); !failure.ok()) return failure;
+        pc_create_info copy;
+        const pc_create_info* info = nullptr;
+        if (Failure failure = read_struct(given, "pc_create_info", copy, info); !failure.ok())
+            return failure;
         if (info->api_version >> 16 != PC_API_VERSION >> 16)
             return {PC_ERROR_VERSION,
                     concat("api_version ", info->api_version >> 16, ".", info->api_version & 0xffff,
                            ": this library has ", PC_API_VERSION >> 16)};
         if (info->state > PC_STATE_LEAVE)
-            return {PC_ERROR_ARGUMENT, concat("state: there is no ", info->state)};
+            return {PC_ERROR_ARGUMENT, concat("state: ", info->state, " is not a PC_STATE value")};
         auto made = std::make_unique<pc_instance>();
         if (Failure failure = Instance::create(*info, made->is); !failure.ok()) return failure;
         *instance = made.release();
@@ -114,9 +116,14 @@ const char* pc_last_error(const pc_instance* instance) {
 }
 
 pc_result pc_query(const pc_instance* instance, pc_capabilities* out) {
-    if (!instance || !check_size(out, "pc_capabilities").ok()) return PC_ERROR_ARGUMENT;
-    instance->is->capabilities(*out);
-    return PC_OK;
+    if (!instance) return PC_ERROR_ARGUMENT;
+    return guarded([&] {
+               return change_struct(out, "pc_capabilities", [&](pc_capabilities& whole) {
+                   instance->is->capabilities(whole);
+                   return Failure();
+               });
+           })
+        .result;
 }
 
 pc_result pc_chain_create(const char* names, pc_chain** chain) {
@@ -148,8 +155,8 @@ pc_result pc_pass(uint32_t index, const char** name, const char** help) {
 
 pc_result pc_chain_parameter(pc_chain* chain, uint32_t index, pc_parameter* row) {
     return call(chain, [&]() -> Failure {
-        if (Failure failure = check_size(row, "pc_parameter"); !failure.ok()) return failure;
-        return chain->is.describe(index, *row);
+        return change_struct(row, "pc_parameter",
+                             [&](pc_parameter& whole) { return chain->is.describe(index, whole); });
     });
 }
 
@@ -181,24 +188,38 @@ pc_result pc_chain_unset(pc_chain* chain, uint32_t pass, const char* key) {
 }
 
 pc_result pc_use_conventions(const char* engine, pc_frame* frame) {
-    if (!engine || !check_size(frame, "pc_frame").ok()) return PC_ERROR_ARGUMENT;
-    return postchain::guest::use_conventions(engine, *frame) ? PC_OK : PC_ERROR_ARGUMENT;
+    if (!engine) return PC_ERROR_ARGUMENT;
+    return guarded([&] {
+               return change_struct(frame, "pc_frame", [&](pc_frame& whole) -> Failure {
+                   if (postchain::guest::use_conventions(engine, whole)) return {};
+                   return {PC_ERROR_ARGUMENT, ""};
+               });
+           })
+        .result;
 }
 
 pc_result pc_prepare(pc_instance* instance, pc_chain* chain, const pc_frame* frame, int wait) {
     return call(instance, [&]() -> Failure {
         if (!chain) return {PC_ERROR_ARGUMENT, "chain is NULL"};
-        return instance->is->prepare(chain->is, frame, wait != 0);
+        pc_frame copy;
+        const pc_frame* whole = nullptr;
+        if (Failure failure = read_struct(frame, "pc_frame", copy, whole); !failure.ok())
+            return failure;
+        return instance->is->prepare(chain->is, whole, wait != 0);
     });
 }
 
 pc_result pc_run(pc_instance* instance, pc_chain* chain, const pc_frame* frame,
                  pc_texture* result) {
     pc_texture picture = {};
-    if (frame && frame->struct_size == sizeof(pc_frame)) picture = frame->color;
     const pc_result code = call(instance, [&]() -> Failure {
+        pc_frame copy;
+        const pc_frame* whole = nullptr;
+        if (Failure failure = read_struct(frame, "pc_frame", copy, whole); !failure.ok())
+            return failure;
+        picture = whole->color;
         if (!chain) return {PC_ERROR_ARGUMENT, "chain is NULL"};
-        return instance->is->run(chain->is, frame, picture);
+        return instance->is->run(chain->is, whole, picture);
     });
     if (result) *result = picture;
     return code;
@@ -235,9 +256,13 @@ pc_result pc_timings(pc_instance* instance, pc_time* times, uint32_t* count,
 
 pc_result pc_count(const pc_instance* instance, pc_counters* counters) {
     if (!instance) return PC_ERROR_ARGUMENT;
-    if (!check_size(counters, "pc_counters").ok()) return PC_ERROR_VERSION;
-    instance->is->count(*counters);
-    return PC_OK;
+    return guarded([&] {
+               return change_struct(counters, "pc_counters", [&](pc_counters& whole) {
+                   instance->is->count(whole);
+                   return Failure();
+               });
+           })
+        .result;
 }
 
 pc_result pc_explain(const pc_instance* instance, char* text, size_t* size) {
@@ -259,7 +284,11 @@ pc_result pc_check_motion(pc_instance* instance, const pc_frame* frame,
         if (!other_color || !signs || !margin)
             return {PC_ERROR_ARGUMENT, "other_color, signs or margin is NULL"};
         if (Failure failure = instance->is->check_context(); !failure.ok()) return failure;
-        return postchain::guest::check_motion(frame, *other_color, signs, *margin);
+        pc_frame copy;
+        const pc_frame* whole = nullptr;
+        if (Failure failure = read_struct(frame, "pc_frame", copy, whole); !failure.ok())
+            return failure;
+        return postchain::guest::check_motion(whole, *other_color, signs, *margin);
     });
 }
 

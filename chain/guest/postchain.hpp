@@ -1,5 +1,5 @@
-// A thin C++ side of postchain.h: handles that end with their scope, and structs that know their
-// size. Throws nothing of its own.
+// A thin C++ layer over postchain.h: handles that are destroyed with their scope, and structs with
+// their size set. Throws no exceptions of its own.
 #pragma once
 
 #include <postchain/postchain.h>
@@ -10,7 +10,7 @@
 
 namespace pc {
 
-// A struct of postchain.h with every member 0 but its size: pc::make<pc_frame>().
+// A struct of postchain.h with its size set and every other member 0: pc::make<pc_frame>().
 template <class Struct>
 Struct make() {
     Struct value = {};
@@ -24,7 +24,7 @@ struct DestroyInstance {
 struct DestroyChain {
     void operator()(pc_chain* chain) const { pc_chain_destroy(chain); }
 };
-// Must end while their context is current.
+// Must be destroyed while their context is current.
 using Instance = std::unique_ptr<pc_instance, DestroyInstance>;
 using Chain = std::unique_ptr<pc_chain, DestroyChain>;
 
@@ -34,7 +34,7 @@ inline pc_create_info create_info() {
     return info;
 }
 
-// Null on failure: pc_create_error().
+// Null on failure, with the text in pc_create_error().
 inline Instance create(const pc_create_info& info = create_info()) {
     pc_instance* instance = nullptr;
     pc_create(&info, &instance);
@@ -46,7 +46,7 @@ inline Chain chain(const char* passes) {
     return Chain(chain);
 }
 
-// Every row of pc_chain_parameter(). The strings hold until the chain is changed.
+// Every row of pc_chain_parameter(). The strings stay valid until the chain is changed.
 inline std::vector<pc_parameter> parameters(pc_chain* chain) {
     std::vector<pc_parameter> rows;
     for (auto row = make<pc_parameter>();
@@ -55,7 +55,7 @@ inline std::vector<pc_parameter> parameters(pc_chain* chain) {
     return rows;
 }
 
-// The newest finished frame; empty where there is none.
+// Times of the newest finished frame; empty if there is none.
 inline std::vector<pc_time> timings(pc_instance* instance, uint64_t* frame_number = nullptr) {
     std::vector<pc_time> times(64);
     auto count = uint32_t(times.size());

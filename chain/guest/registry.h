@@ -1,5 +1,4 @@
-// The passes that a guest has: chain/ knows none, the library of passes that is linked beside it
-// defines this function.
+// The passes of the guest. chain/ knows no pass; the library of passes defines this function.
 #pragma once
 
 #include "chain/pass.h"

@@ -1,4 +1,4 @@
-// What PC_VALIDATE asks GL about a host's textures.
+// The checks of a host's textures by PC_VALIDATE.
 #pragma once
 
 #include "chain/guest/failure.h"
@@ -6,8 +6,8 @@
 
 namespace postchain::guest {
 
-// Are the names textures of the current context, of the target, size and format that the host said?
-// PC_ERROR_INPUT names the member and what GL says of it. Leaves no GL error.
+// Checks that the names are textures of the current context and have the stated target, size and
+// format. PC_ERROR_INPUT names the member and GL's value. Leaves no GL error.
 Failure validate(const HostFrame& frame);
 
 }  // namespace postchain::guest

@@ -209,9 +209,9 @@ const PassType& pass_type() {
         .help = "Blurs what is out of focus, by a signed circle of confusion from the depth plane.",
         .parameters = &table(),
         .create = [] { return std::make_unique<DepthOfField>(); },
-        .rules = {
-            {kRuleFocusBlocks, true,
-             "the blurred image where it is not visible, color and radius where only it is"}}};
+        .rules = {{kRuleFocusBlocks, true,
+                   "the blurred image where it is not visible, color and radius where only it is",
+                   "focus_tiles"}}};
     return type;
 }
 

@@ -23,14 +23,14 @@ constexpr double kSoftSpread = 8;
 constexpr double kWindow = 5.7;
 constexpr double kWindowWithShutter = 4.2;
 
-// A tile takes more samples if their variance, as shown, is above this. Chosen by measurement
+// A block takes more samples if their variance, as shown, is above this. Chosen by measurement
 // (docs/results/sampling.md).
 constexpr double kNoiseVariance = 0.045;
 
 constexpr double kLeastHalfOpen = 1.0 / 16;  // frames
 
-// Tiles on each side whose surfaces can reach a tile, for the longest path and radius. A surface of
-// a tile may differ by a tenth from those that its tile has chosen (starts.comp).
+// Tiles on each side whose surfaces can reach a block, for the longest path and radius. A surface
+// of a block may differ by a tenth from those that its block has chosen (starts.comp).
 int ring_of(double longest_px) {
     return int(std::ceil((1.1 * longest_px + 1) / kBlockPx)) + 1;
 }
@@ -40,7 +40,7 @@ double longest_px(const Settings& settings) {
            (settings.lens ? settings.lens->coc.max_radius_px : 0);
 }
 
-// The longest displacement within the frame's bounds: tiles beyond it are never reached.
+// The longest displacement within the frame's bounds: blocks beyond it are never reached.
 double longest_px(const Settings& settings, const FrameDescription& frame, bool back) {
     const FrameBounds& bounds = frame.bounds;
     double longest = 0;
@@ -62,10 +62,10 @@ double longest_px(const Settings& settings, const FrameDescription& frame, bool 
 
 InverseWarpUniforms uniforms_of(const Settings& settings, const FrameDescription& frame,
                                 bool back) {
-    const auto tiles = groups_for(frame.width, frame.height);
+    const auto blocks = groups_for(frame.width, frame.height);
     InverseWarpUniforms uniforms{};
     uniforms.size = {frame.width, frame.height};
-    uniforms.blocks = {tiles[0], tiles[1]};
+    uniforms.blocks = {blocks[0], blocks[1]};
     uniforms.ring = ring_of(longest_px(settings, frame, back));
     uniforms.samples = settings.samples;
     uniforms.half_shutter = 1;
@@ -117,7 +117,7 @@ class Planner {
           frame_(planner.context().frame),
           motion_(holds_motion(settings, planner.context())),
           layered_(planner.has(Role::layers)),
-          tiles_(groups_for(frame_.width, frame_.height)),
+          blocks_(groups_for(frame_.width, frame_.height)),
           pixels_(uint64_t(frame_.width) * uint64_t(frame_.height)) {}
 
     void plan() {
@@ -204,10 +204,10 @@ class Planner {
             step.program.defines[settings_.lens->coc.lens ? "COC_LENS" : "COC_PLANES"] = "1";
         return step;
     }
-    // One that does a tile per pixel.
-    Step make_tile_step(const std::string& name) const {
+    // One that does a block per pixel.
+    Step make_block_step(const std::string& name) const {
         Step step = make_surface_step(name);
-        step.groups = groups_for(tiles_[0], tiles_[1]);
+        step.groups = groups_for(blocks_[0], blocks_[1]);
         return step;
     }
 
@@ -250,8 +250,8 @@ class Planner {
 
     TextureId add_block_surfaces(TextureId surfaces) {
         const TextureId block_surfaces =
-            planner_.texture("block_surfaces", Format::rgba32ui, 3 * tiles_[0], tiles_[1]);
-        Step step = make_tile_step("block_surfaces");
+            planner_.texture("block_surfaces", Format::rgba32ui, 3 * blocks_[0], blocks_[1]);
+        Step step = make_block_step("block_surfaces");
         step.bindings = {{0, surfaces}, {0, block_surfaces, Access::write}};
         step.taps = 3 * pixels_;
         planner_.step(std::move(step));
@@ -262,14 +262,14 @@ class Planner {
         const bool by_blocks = planner_.context().uses(settings_.still_rule);
         Starts starts;
         starts.surfaces = planner_.texture("starts", Format::rgba32ui,
-                                           (settings_.search.starts + 1) * tiles_[0], tiles_[1]);
-        Step step = make_tile_step("starts");
+                                           (settings_.search.starts + 1) * blocks_[0], blocks_[1]);
+        Step step = make_block_step("starts");
         step.program.defines["STARTS"] = std::to_string(settings_.search.starts);
         step.program.defines["LISTS"] = flag(by_blocks);
         step.bindings = {{0, block_surfaces}, {0, starts.surfaces, Access::write}};
         const int ring = ring_of(
             longest_px(settings_, frame_, holds_motion_back(settings_, planner_.context())));
-        step.taps = uint64_t(tiles_[0]) * uint64_t(tiles_[1]) * 3 * uint64_t(2 * ring + 1) *
+        step.taps = uint64_t(blocks_[0]) * uint64_t(blocks_[1]) * 3 * uint64_t(2 * ring + 1) *
                     uint64_t(2 * ring + 1) * uint64_t(settings_.search.starts);
         if (by_blocks) {
             const auto add_list = [&](int unit, const char* name) {
@@ -284,12 +284,12 @@ class Planner {
 
     Background add_background(TextureId surfaces) {
         // Cells of 2, 4, 8 and 16 px beside each other.
-        const int width = (8 + 4 + 2 + 1) * tiles_[0], height = 8 * tiles_[1];
+        const int width = (8 + 4 + 2 + 1) * blocks_[0], height = 8 * blocks_[1];
         Background background;
         background.color =
             planner_.texture("background_color", planner_.context().color_format(), width, height);
         background.depth = planner_.texture("background_depth", Format::rg32f, width, height);
-        Step step = make_tile_step("background");
+        Step step = make_block_step("background");
         step.bindings = {{0, planner_.input(Role::color)},
                          {1, surfaces},
                          {0, background.color, Access::write},
@@ -432,7 +432,7 @@ class Planner {
     const FrameDescription& frame_;
     const bool motion_;   // surfaces hold it
     const bool layered_;  // the frame has extra layers
-    const std::array<int, 3> tiles_;
+    const std::array<int, 3> blocks_;
     const uint64_t pixels_;
 };
 
@@ -444,7 +444,7 @@ const ParameterTable& parameter_table() {
             .integer("starts", &Parameters::starts,
                      {.min = 1,
                       .max = kMaxStarts,
-                      .help = "inverse warp: surfaces of the tiles around from which the search "
+                      .help = "inverse warp: surfaces of the blocks around from which the search "
                               "starts, beside the pixel's own"})
             .choice("neighbors", &Parameters::neighbors, {"none", "before", "both"},
                     {.help = "inverse warp: frames that are asked for what is hidden in this one, "
@@ -496,7 +496,7 @@ Promises promises_of(const Settings& settings) {
     // Where the barrel cuts depends on the place in the picture.
     const bool barrel = settings.lens && settings.lens->aperture.cats_eye > 0;
     promises.lattice_px = barrel ? 0 : kBlockPx;
-    // Random numbers belong to places. Of surfaces that are displaced equally differently a tile
+    // Random numbers belong to places. Of surfaces that are displaced equally differently a block
     // takes the first, so that it has a side.
     if (settings.noise.noise == noise::Kind::none && !barrel)
         promises.symmetries = {Symmetry::shift};
@@ -511,17 +511,17 @@ std::vector<Settings> every_shape(const Settings& settings) {
     return {closed, open};
 }
 
-// The tiles that can reach a pixel's tile end `ring` tiles from it, and a surface at their edge is
-// told from others up to four pixels around it. Every position of the search lies on a path that
-// ends at the pixel; occluded surfaces come from cells up to one and a half tiles around, and
-// denoised colors from two pixels further. If tiles choose how many samples they take, a pixel
-// depends on all of its tile.
+// The blocks that can reach a pixel's block end `ring` blocks from it, and a surface at their edge
+// is told from others up to four pixels around it. Every position of the search lies on a path that
+// ends at the pixel; occluded surfaces come from cells up to one and a half blocks around, and
+// denoised colors from two pixels further. If blocks choose how many samples they take, a pixel
+// depends on all of its block.
 Reach WarpOnFrame::reach() const {
     // A frame away paths are as long as the motion says.
     if (!searched_neighbors(settings_, frame_.planes).empty()) return {};
     const double longest = longest_px(settings_);
-    const double tile = settings_.more_samples > 0 ? kBlockPx : 0;
-    return {kBlockPx * (ring_of(longest) + 1) + 7.0 + tile, longest + 1.5 * kBlockPx + 7 + tile};
+    const double block = settings_.more_samples > 0 ? kBlockPx : 0;
+    return {kBlockPx * (ring_of(longest) + 1) + 7.0 + block, longest + 1.5 * kBlockPx + 7 + block};
 }
 
 // The table of lens samples is of an aperture, not of a frame: plan() makes it.

@@ -36,7 +36,7 @@ enum class Neighbors { none, before, both };
 struct Shutter {
     double half_open = 0.25;      // half the open time, frames; 0: closed
     double max_path_px = 40;      // longest path on one side of the frame
-    double path_px_per_time = 2;  // without a lens: pixels of a tile's path per time sample
+    double path_px_per_time = 2;  // without a lens: pixels of a block's path per time sample
     double time_jitter = 0.25;    // without a lens: largest shift of its times, in spacings
 };
 
@@ -47,7 +47,7 @@ struct Lens {
 
 // The parameters of the search that a pass gives its user.
 struct Parameters {
-    int starts = 4;  // start surfaces of a tile, beside the pixel's own; 1..kMaxStarts
+    int starts = 4;  // start surfaces of a block, beside the pixel's own; 1..kMaxStarts
     Neighbors neighbors = Neighbors::both;
 };
 const ParameterTable& parameter_table();
@@ -57,10 +57,10 @@ struct Settings {
     std::optional<Shutter> shutter;
     std::optional<Lens> lens;
     int samples = 25;      // per pixel, 1..lens::kMaxPoints; without a lens an upper limit
-    int more_samples = 0;  // with a lens: extra samples of tiles whose samples disagree; both
+    int more_samples = 0;  // with a lens: extra samples of blocks whose samples disagree; both
                            // together at most lens::kMaxPoints
     Parameters search;
-    double still_limit_px = 0.5;  // a tile keeps its color if no displacement is longer
+    double still_limit_px = 0.5;  // a block keeps its color if no displacement is longer
     bool denoise = true;          // remove the noise of the samples where they are blurred
     noise::Parameters noise;      // shifts the times of a pixel, turns its lens samples
     const char* still_rule = "";  // rule under which the device finds still blocks; "" = none

@@ -177,8 +177,8 @@ const PassType& pass_type() {
             "the surface that stood at the pixel.",
         .parameters = &table(),
         .create = [] { return std::make_unique<JointBlur>(); },
-        .rules = {
-            {kRuleUnblurredBlocks, true, "the joint blur of blocks that nothing is blurred into"}}};
+        .rules = {{kRuleUnblurredBlocks, true,
+                   "the joint blur of blocks that nothing is blurred into", "unblurred_tiles"}}};
     return type;
 }
 

@@ -27,7 +27,8 @@ const ParameterTable& table() {
                      {.min = 1, .max = 255, .odd = true, .unit = "taps", .help = "taps"})
             .number("softness", &Parameters::softness, {.min = 0, .min_excluded = true})
             .boolean("tiles", &Parameters::tiles, {})
-            .choice("mode", &Parameters::mode, {"slow", "fast"}, {})
+            .choice("mode", &Parameters::mode, {"slow", "fast"},
+                    {.former = {.keys = {"speed"}, .choices = {{"sluggish", "slow"}}}})
             .number("shutter", &Parameters::shutter, {.min = 0, .max = 4, .excludes = "angle"})
             .number("angle", &Parameters::angle, {.min = 0, .max = 1440})
             .integer("preset", &Parameters::preset, {.allowed = {10, 12, 39}})
@@ -57,6 +58,27 @@ TEST(Parameter, RangesIncludeTheirEndsUnlessExcluded) {
               "257 is out of range; samples is an odd integer in 1..255 (taps)");
     EXPECT_EQ(error_of("softness", 0.0), "0 is out of range; softness is a number > 0");
     EXPECT_TRUE(table().set(&p, "softness", 1e-9).ok());
+}
+
+TEST(Parameter, FormerNamesAreAcceptedAndWarnedOf) {
+    Parameters p;
+    const Parameter* row = table().find("speed");
+    ASSERT_EQ(row, table().find("mode"));
+    EXPECT_TRUE(table().set(&p, "speed", std::string("sluggish")).ok());
+    EXPECT_EQ(p.mode, Mode::slow);
+    EXPECT_EQ(table().text(&p).find("sluggish"), std::string::npos);
+    EXPECT_EQ(row->warning("mode", std::string("slow")), "");
+    EXPECT_EQ(row->warning("speed", std::string("slow")),
+              "'speed' is the former name of 'mode' and will not be accepted by the next version");
+    EXPECT_EQ(row->warning("mode", std::string("sluggish")),
+              "'sluggish' is the former name of 'slow' and will not be accepted by the next "
+              "version");
+    EXPECT_EQ(row->domain(), "one of slow, fast");
+    // Also by code that checks a value and then sets it by the row.
+    EXPECT_TRUE(row->check(std::string("sluggish")).ok());
+    p.mode = Mode::fast;
+    row->set(&p, std::string("sluggish"));
+    EXPECT_EQ(p.mode, Mode::slow);
 }
 
 TEST(Parameter, TypesAreNotMixed) {

@@ -43,6 +43,35 @@ passes:                       # comment
       shutter_angle_deg: 90
 )";
 
+TEST(ChainFile, FormerNamesAreReadWithAWarning) {
+    const ChainFile file = parse(chain_of("smear: {taps: 51, mode: slim}"));
+    EXPECT_TRUE(file.status().ok());
+    EXPECT_THAT(texts(file.diagnostics),
+                ElementsAre("c.yaml:3:13: warning: passes[0].taps: 'taps' is the former name of "
+                            "'samples' and will not be accepted by the next version",
+                            "c.yaml:3:23: warning: passes[0].mode: 'slim' is the former name of "
+                            "'narrow' and will not be accepted by the next version"));
+    EXPECT_EQ(smear(*file.chain.links[0].pass).samples, 51);
+    EXPECT_EQ(smear(*file.chain.links[0].pass).mode, test::SmearMode::narrow);
+    EXPECT_TRUE(file.chain.origins.contains("passes[0].samples"));
+    EXPECT_FALSE(file.chain.origins.contains("passes[0].taps"));
+    // It is the chain of the current names.
+    const ChainFile now = parse(chain_of("smear: {samples: 51, mode: narrow}"));
+    EXPECT_EQ(file.chain.hash(), now.chain.hash());
+    EXPECT_EQ(write_chain(file.chain), write_chain(now.chain));
+}
+
+TEST(ChainFile, AFormerNameHasTheRulesOfItsKey) {
+    EXPECT_THAT(errors_of(chain_of("smear: {taps: 24}")),
+                ElementsAre(HasSubstr("24 is even; samples is an odd integer in 1..255")));
+    EXPECT_THAT(errors_of(chain_of("smear: {taps: 51, samples: 25}")),
+                testing::Contains(HasSubstr("error: passes[0].samples: given twice, also by a "
+                                            "former name")));
+    EXPECT_THAT(errors_of(chain_of("smear: {shutter_frames: 1, angle: 90}")),
+                testing::Contains(HasSubstr("are both given; give one of them")));
+    EXPECT_THAT(errors_of(chain_of("smear: {tap: 51}")), ElementsAre(HasSubstr("unknown key")));
+}
+
 TEST(ChainFile, ReadsPassesInOrder) {
     const ChainFile file = parse(kYaml);
     ASSERT_THAT(texts(file.diagnostics), IsEmpty());

@@ -39,6 +39,24 @@ TEST(Override, SetsByIndexByNameAndTheCamera) {
     EXPECT_EQ(file.chain.camera.f_stop, 2.0);
 }
 
+TEST(Override, FormerNamesAreReadWithAWarning) {
+    ChainFile file = parse(kChain, {"smear.taps=51", "smear.mode=slim"});
+    EXPECT_TRUE(file.status().ok());
+    EXPECT_THAT(
+        texts(file.diagnostics),
+        ElementsAre(HasSubstr("--set smear.taps=51: warning: passes[0].taps: 'taps' is the former "
+                              "name of 'samples'"),
+                    HasSubstr("'slim' is the former name of 'narrow'")));
+    EXPECT_EQ(smear(*file.chain.links[0].pass).samples, 51);
+    EXPECT_EQ(smear(*file.chain.links[0].pass).mode, test::SmearMode::narrow);
+    EXPECT_EQ(file.chain.origins.at("passes[0].samples").where, "--set smear.taps=51");
+    // A value of the chain file gives way to the former name as it does to the current one.
+    file = parse(kTwice, {"passes[0].angle=90"});
+    EXPECT_TRUE(file.status().ok());
+    EXPECT_EQ(smear(*file.chain.links[0].pass).shutter_frames, std::nullopt);
+    EXPECT_EQ(smear(*file.chain.links[0].pass).shutter_angle_deg, 90.0);
+}
+
 TEST(Override, SetsAPoint) {
     const auto middle = [](const std::string& text) {
         const ChainFile file = parse(kChain, {text});

@@ -1,4 +1,4 @@
-// How often this program has called operator new, which is replaced by one that counts.
+// Number of calls of operator new in this program, which replaces it by a counting one.
 #pragma once
 
 #include <cstdint>
@@ -6,7 +6,7 @@
 namespace postchain::test {
 
 uint64_t allocations();
-// From now on every operator new of this thread fails, until it is called with false.
+// Makes every operator new of this thread fail until the next call with false.
 void refuse_memory(bool refuse);
 
 }  // namespace postchain::test

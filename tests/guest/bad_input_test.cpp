@@ -1,5 +1,5 @@
-// What a host can do wrong: each has a status and a message that names it, the host's picture is
-// handed through, and no GL error stays behind.
+// Mistakes of a host. Each gives a status and a message that names it, pc_run() returns the host's
+// color, and no GL error stays set.
 #include <epoxy/gl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -34,8 +34,8 @@ class BadInput : public ::testing::Test {
         const float gray[4] = {5, 5, 5, 5};
         glClearTexImage(output_.texture().name, 0, GL_RGBA, GL_FLOAT, gray);
     }
-    // The frame is refused so, its picture handed through, the output untouched; and the next good
-    // frame is filtered.
+    // The frame is refused with this code, color is returned, the output is untouched, and the next
+    // good frame is filtered.
     void refused(pc_result code, const std::string& message, const pc_frame& frame) {
         while (glGetError() != GL_NO_ERROR) {
         }
@@ -85,7 +85,7 @@ TEST_F(BadInput, FormatsThatAreNone) {
             [](pc_frame& frame) { frame.color.internal_format = GL_RGBA8UI; });
     refused(PC_ERROR_INPUT, "motion.internal_format: 0x0",
             [](pc_frame& frame) { frame.motion.internal_format = 0; });
-    refused(PC_ERROR_INPUT, "motion: GL_R32F has not the 2 channels",
+    refused(PC_ERROR_INPUT, "motion: GL_R32F has fewer than the 2 channels",
             [](pc_frame& frame) { frame.motion.internal_format = GL_R32F; });
     refused(PC_ERROR_INPUT, "color: GL_DEPTH_COMPONENT32F",
             [](pc_frame& frame) { frame.color.internal_format = GL_DEPTH_COMPONENT32F; });
@@ -107,10 +107,11 @@ TEST_F(BadInput, ResizedToNothing) {
             [](pc_frame& frame) { frame.depth.width = frame.depth.height = 0; });
 }
 
-TEST_F(BadInput, StructsOfAnotherVersion) {
+// Sizes that hosts of other versions have: frozen/host.c.
+TEST_F(BadInput, StructsOfNoVersion) {
     refused(PC_ERROR_VERSION, "pc_frame.struct_size is 12", [](pc_frame& frame) {
         frame.struct_size = 12;
-        frame.color.name = 0;  // it cannot be read from a struct that is not known
+        frame.color.name = 0;  // not read from so short a struct
     });
     EXPECT_EQ(pc_run(guest_.get(), chain_.get(), nullptr, nullptr), PC_ERROR_ARGUMENT);
     auto info = pc::create_info();
@@ -153,7 +154,7 @@ TEST_F(BadInput, NumbersThatAreNone) {
         frame.near_clip = 1;
         frame.far_clip = 1;
     });
-    refused(PC_ERROR_ARGUMENT, "depth_encoding: there is no 9",
+    refused(PC_ERROR_ARGUMENT, "depth_encoding: 9 is not a PC_DEPTH value",
             [](pc_frame& frame) { frame.depth_encoding = 9; });
     refused(PC_ERROR_CHAIN, "focus_distance", [](pc_frame& frame) { frame.focus_distance = 0; });
     refused(PC_ERROR_ARGUMENT, "no texture \"nothing\"",
@@ -204,7 +205,7 @@ TEST_F(BadInput, MemoryThatIsRefused) {
     EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR)) << "GL's refusal does not stay";
     EXPECT_EQ(pc_run(guest_.get(), chain_.get(), &large, &result), PC_OK);
 
-    // The process's own: every operator new of the next call fails.
+    // Memory of the process: every operator new of the next call fails.
     frame_.focus_distance *= 1.25f;
     refuse_memory(true);
     const pc_result code = pc_run(guest_.get(), chain_.get(), &frame_, &result);
@@ -230,7 +231,7 @@ TEST(Budget, IsKept) {
     pc_count(guest.get(), &counters);
     EXPECT_LE(counters.texture_bytes_peak, 2u << 20);
     EXPECT_EQ(pc_run(guest.get(), made.get(), &host.frame, &result), PC_OK);
-    // Sizes that fit alone but not together take each other's room.
+    // Textures of two sizes that fit the budget only one at a time replace each other.
     const auto other = canonical_frame(160, 80);
     for (int i = 0; i < 4; ++i) {
         EXPECT_EQ(pc_run(guest.get(), made.get(), &other.frame, &result), PC_OK)
@@ -293,7 +294,7 @@ TEST(Context, NoneAnotherOneAndAnotherThread) {
     pc_instance* second = nullptr;
     EXPECT_EQ(pc_create(&info, &second), PC_ERROR_CONTEXT);
     EXPECT_THAT(pc_create_error(), HasSubstr("no GL context"));
-    // Without its context an instance can only be forgotten.
+    // Without its context an instance can only be abandoned.
     pc_destroy(guest.release());
     regain_host_context();
     EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR));
@@ -310,7 +311,7 @@ TEST(Context, LostOneCanOnlyBeAbandoned) {
     EXPECT_EQ(pc_run(guest.get(), made.get(), &host.frame, &result), PC_ERROR_CONTEXT);
     EXPECT_THAT(pc_last_error(guest.get()), HasSubstr("lost"));
     EXPECT_EQ(result.name, host.color.texture().name);
-    report_loss(false, false);  // GL tells of it once
+    report_loss(false, false);  // GL reports it once
     EXPECT_EQ(pc_run(guest.get(), made.get(), &host.frame, &result), PC_ERROR_CONTEXT);
     GlCalls::start();
     pc_abandon(guest.release());

@@ -1,7 +1,7 @@
-// What a frame costs in the steady state: GL calls of which kinds, objects, and allocations.
+// The cost of a frame in the steady state: GL calls by kind, objects, and allocations. Every
+// pc_run() is counted separately.
 //
-// GUEST_FRAMES: how many frames, for a quicker look; 1000 is the test. Every pc_run() is counted by
-// itself.
+// GUEST_FRAMES: number of frames, fewer for a quick look; the test runs 1000.
 #include <epoxy/gl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -84,7 +84,7 @@ void steady(const pc::Instance& guest, const pc::Chain& made, const HostFrameTex
         const uint64_t made_here = allocations() - made_before;
         const auto calls = GlCalls::stop();
         ASSERT_EQ(result, PC_OK) << pc_last_error(guest.get());
-        if (i < 6) continue;  // plans that a variation makes for the first time
+        if (i < 6) continue;  // the first plans of each variation
         ASSERT_EQ(made_here, 0u) << "frame " << i;
         for (const auto& [name, number] : calls)
             ASSERT_FALSE(makes_waits_or_reads(name)) << name << ", frame " << i;
@@ -122,7 +122,7 @@ TEST(Count, ThePapersChainHasNineBarriers) {
     EXPECT_EQ(count(guest).barriers - before, 9u);
 }
 
-// Restoring reads what it will put back: so many glGet each frame, and no allocation either.
+// Restoring reads state first: a fixed number of glGet calls in each frame, and no allocation.
 TEST(Count, RestoringReadsTheSameEveryFrame) {
     const auto host = canonical_frame(64, 48);
     const auto guest = instance();
@@ -144,8 +144,8 @@ TEST(Count, RestoringReadsTheSameEveryFrame) {
     EXPECT_GT(sum(first), 100u);
 }
 
-// Values change: they are written over the last ones in place, and nothing is planned, allocated or
-// made. Lens, shutter, clip planes and bounds move here, and with them the noise of every frame.
+// New values are written in place, and nothing is planned, allocated or created. Lens, shutter,
+// clip planes, bounds and noise change in every frame.
 void changes_values_alone(const pc::Chain& made, const HostFrameTextures& host) {
     const auto guest = instance(0, PC_STATE_RESET);
     pc_frame first = host.frame;
@@ -189,7 +189,7 @@ TEST(Count, ValuesThatChangePlanAndAllocateNothing) {
     }
 }
 
-// A shutter that closes and a cut leave passes out: other shapes, kept beside each other.
+// A closed shutter and a cut skip passes. Their plans have other shapes and are kept together.
 TEST(Count, ShapesThatAreKnownPlanAndAllocateNothing) {
     const auto host = canonical_frame(64, 48);
     const auto guest = instance(0, PC_STATE_RESET);
@@ -233,7 +233,7 @@ void compiles_nothing_after_prepare(const pc::Chain& made) {
                     frame.f_stop *= stops;
                     frame.focus_distance *= focus;
                     const pc_result result = pc_run(guest.get(), made.get(), &frame, nullptr);
-                    // A lens that no chain could draw is an error of the chain, and no compile.
+                    // An impossible lens is an error of the chain and compiles nothing.
                     ASSERT_TRUE(result == PC_OK || result == PC_ERROR_CHAIN)
                         << pc_last_error(guest.get());
                 }
@@ -257,7 +257,7 @@ void compiles_nothing_after_prepare(const pc::Chain& made) {
             << pc_last_error(guest.get());
     }
     EXPECT_EQ(count(guest).programs, programs);
-    // The cut's own textures were there before the first of these frames.
+    // The textures for the cut existed before the first of these frames.
     const auto fresh = instance();
     ASSERT_EQ(pc_prepare(fresh.get(), made.get(), &host.frame, 1), PC_OK);
     ASSERT_EQ(count(fresh).texture_allocations, textures);
@@ -267,8 +267,7 @@ void compiles_nothing_after_prepare(const pc::Chain& made) {
 
 TEST(Count, NothingIsCompiledAfterPrepare) {
     compiles_nothing_after_prepare(chain(kPasses));
-    // With radii up to a large part of the small picture: downsampling by 1, 2 and 4, each a
-    // program.
+    // Radii up to a large part of the small image: downsampling by 1, 2 and 4, a program each.
     const auto paper = paper_chain();
     set(paper, 1, "max_radius_px", 40);
     compiles_nothing_after_prepare(paper);

@@ -10,13 +10,14 @@ namespace {
 
 bool counting = false, silent = false, refuses_storage = false, tells_loss = false, is_lost = false;
 
-// Compared as types: with sanitizers the compiler does not take addresses for equal or not.
+// Compared as types, because with sanitizers a comparison of addresses is not a constant
+// expression.
 template <auto*>
 struct Variable;
 template <auto* kVariable, auto* kOther>
 constexpr bool is_same = std::is_same_v<Variable<kVariable>, Variable<kOther>>;
 
-// Stands in for the function of one of epoxy's variables.
+// Replaces the function in one of epoxy's variables.
 template <auto* kVariable>
 struct Counted;
 template <class R, class... A, R (**kVariable)(A...)>

@@ -1,5 +1,5 @@
-// Counts what the guest asks of GL. libepoxy calls GL through a variable for each function; here
-// each of those that the library uses is replaced by one that counts and calls on.
+// Counts the guest's GL calls. libepoxy calls GL through a variable for each function. Each
+// function that the library uses is replaced by one that counts and forwards.
 #pragma once
 
 #include <cstdint>
@@ -9,21 +9,21 @@
 
 namespace postchain::test {
 
-// By name, since start(). Calls of the test's own count too.
+// By name, since start(). Calls of the test itself also count.
 class GlCalls {
   public:
     static void start();
     static std::map<std::string, uint64_t> stop();
-    // Every function that is counted.
+    // All functions that are counted.
     static std::vector<std::string> names();
 };
 
-// From now on none of these functions is called on, only counted: a GL that does nothing, and whose
-// queries leave what they were given.
+// From now on these functions are only counted and not forwarded: GL does nothing, and its queries
+// leave their output unchanged.
 void silence_gl(bool silent);
-// Lets the next calls of a function do nothing: glTextureStorage2D, as if memory were spent.
+// Makes the next calls of glTextureStorage2D fail as if memory had run out.
 void refuse_texture_storage(bool refuse);
-// Does the context say that it would tell of its loss, and does it?
+// Whether the context claims to report its loss, and whether it is lost.
 void report_loss(bool tells, bool lost);
 
 }  // namespace postchain::test

@@ -17,8 +17,7 @@ constexpr int kWidth = 640, kHeight = 360;
 std::vector<unsigned char> picture_after(int frames) {
     const auto path =
         std::filesystem::temp_directory_path() / ("glfw_host_" + std::to_string(getpid()) + ".ppm");
-    // What the display's driver does not give back is none of ours, and has no name once it is
-    // unloaded.
+    // Leaks of the display's driver are not ours, and have no symbols once it is unloaded.
     const std::string command = std::string("ASAN_OPTIONS=detect_leaks=0 ") + WITH_DISPLAY + " " +
                                 GLFW_HOST + " " + std::to_string(frames) + " " + path.string();
     EXPECT_EQ(std::system(command.c_str()), 0) << command;

@@ -83,7 +83,7 @@ void set_camera(pc_frame& frame, const Camera& camera) {
 
 HostFrameTextures canonical_frame(int width, int height, uint32_t seed) {
     TestFrame test = layered_frame(width, height, {9.5f, -4}, {-3, 1}, seed);
-    // What a float cannot hold a host cannot say.
+    // A host passes floats, so values are rounded to float.
     Camera& camera = test.description.camera;
     for (auto* value : {&camera.focal_length_mm, &camera.sensor_width_mm, &camera.f_stop,
                         &camera.focus_distance, &camera.meters_per_unit, &camera.shutter_frames})

@@ -11,28 +11,28 @@
 
 namespace postchain::test {
 
-// Makes a GL 4.5 core context current, once in a process: of EGL without a window (host_egl.cpp),
-// or a GLFW window's (host_glx.cpp). Without one the process ends and says why.
+// Makes a GL 4.5 core context current, once in a process: EGL without a window (host_egl.cpp), or a
+// GLFW window (host_glx.cpp). If that fails, the process ends with a message.
 void make_host_context();
-// Takes it from this thread and gives it back.
+// Releases the context from this thread, and makes it current again.
 void release_host_context();
 void regain_host_context();
 // Another context of the same kind, current until other_context_done().
 void other_context();
 void other_context_done();
 
-// A texture that lives as long as this.
+// A texture, deleted with this object.
 class HostTexture {
   public:
     HostTexture(unsigned format, int width, int height);
-    // With the picture's pixels, top row first or, bottom_up, last.
+    // With the image's pixels: the top row first, or last if bottom_up.
     HostTexture(unsigned format, const ImageF& pixels, bool bottom_up = false);
     ~HostTexture();
     HostTexture(HostTexture&& other) noexcept;
     HostTexture& operator=(HostTexture&&) = delete;
     const pc_texture& texture() const { return texture_; }
     operator pc_texture() const { return texture_; }
-    // Puts it at x, y of a larger texture, whose other texels are 77.
+    // The image at x, y of a larger texture, whose other texels are 77.
     static HostTexture inside(unsigned format, const ImageF& pixels, int width, int height, int x,
                               int y);
 

@@ -1,4 +1,4 @@
-// The host's context is EGL's, without a window.
+// The host's context: EGL without a window.
 #include <cstdio>
 #include <cstdlib>
 

@@ -1,4 +1,4 @@
-// The host's context is that of a GLFW window on X11, by GLX.
+// The host's context: GLX, of a GLFW window on X11.
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 

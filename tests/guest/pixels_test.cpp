@@ -1,4 +1,4 @@
-// What the guest makes of a host's textures: the pixels of the command, whatever form they are in.
+// The guest gives the pixels of the command, whatever form the host's textures have.
 #include <epoxy/gl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ namespace {
 constexpr int kWidth = 96, kHeight = 60;
 const char* const kPasses = "motion_blur,fxaa,depth_of_field";
 
-// The same chain by the executor, from planes in memory, as the command does it.
+// The chain run by the executor from planes in memory, as the command runs it.
 ImageF by_executor(const TestFrame& frame, const char* passes = kPasses,
                    Precision precision = Precision::fp32) {
     Chain chain;
@@ -56,7 +56,7 @@ TEST(Pixels, CanonicalTexturesGiveTheCommandsBits) {
     const ImageF expected = by_executor(host.test);
     expect_equal(filtered, expected);
     EXPECT_GT(changed(filtered, host.test.planes.at(Role::color)), 0.2);
-    // Nothing is imported or exported, and nothing lost by doing the whole work.
+    // Nothing is imported or exported, and running without elision changes no pixel.
     EXPECT_THAT(pc::explain(guest.get()), ::testing::Not(::testing::HasSubstr("import.comp")));
     pc_frame whole = host.frame;
     whole.flags |= PC_NO_ELISION;
@@ -77,8 +77,8 @@ TEST(Pixels, HalvesInAndHalvesBetween) {
     expect_equal(read(result, kWidth, kHeight), by_executor(host.test, kPasses, Precision::fp16));
 }
 
-// Rows from the bottom, vectors as they are stored then, a rectangle in larger textures: the same
-// picture, bit for bit, because a scale of 1 or -1 rounds nothing.
+// Rows from the bottom with their vectors, and a rectangle in larger textures, give the same image
+// bit for bit, because a scale of 1 or -1 does not round.
 TEST(Pixels, RowsFromTheBottomAndRectangles) {
     const auto host = canonical_frame(kWidth, kHeight);
     const ImageF expected = by_executor(host.test);
@@ -210,7 +210,7 @@ TEST(Pixels, DepthEncodings) {
         frame.near_clip = float(n);
         frame.far_clip = float(f);
         const ImageF filtered = read(prepare_and_run(guest, made, frame), kWidth, kHeight);
-        // Depth near 1 is coarse; a decision that it turns shows in few pixels.
+        // Depth is coarse near 1, which changes a decision in a few pixels.
         const Difference difference = compare(filtered, expected, 2e-3);
         EXPECT_LT(difference.fraction, 2e-3) << "encoding " << encoding << ": " << difference.text;
     }
@@ -231,7 +231,7 @@ TEST(Pixels, MotionConventions) {
         frame.motion = texture;
         return read(prepare_and_run(guest, made, frame), kWidth, kHeight);
     };
-    // Normalized device coordinates, y up, with a bias; of a power of 2 nothing is rounded.
+    // Normalized device coordinates, y up, with a bias; a power of 2 does not round.
     pc_frame frame = host.frame;
     frame.motion_scale[0] = 64;
     frame.motion_scale[1] = -32;
@@ -250,8 +250,8 @@ TEST(Pixels, MotionConventions) {
     EXPECT_GT(changed(with(add, frame), expected), 0.02) << "jitter that is not taken out shows";
 }
 
-// Passes see color times exposure / pre-exposure, and the result is as bright as color was: FXAA
-// finds the edges of a dark picture that its exposure makes bright.
+// Passes see color times exposure / pre-exposure, and the result is as bright as color: FXAA finds
+// the edges of a dark image that its exposure makes bright.
 TEST(Pixels, ExposureDecidesWhatFxaaSees) {
     auto host = canonical_frame(kWidth, kHeight);
     const ImageF expected = by_executor(host.test, "fxaa");
@@ -300,7 +300,7 @@ TEST(Pixels, ValuesThatAreNotFiniteAreReplaced) {
                  by_executor(clean));
 }
 
-// A camera that turns by 3 degrees about y and rolls by 1 sees the sky move by what a pinhole says.
+// A camera turns by 3 degrees about y and rolls by 1. The sky moves as in a pinhole camera.
 TEST(Pixels, SkyWithoutVectorsMovesWithTheCamera) {
     auto host = canonical_frame(kWidth, kHeight);
     ImageF& depth = host.test.planes.at(Role::inverse_depth);
@@ -310,7 +310,7 @@ TEST(Pixels, SkyWithoutVectorsMovesWithTheCamera) {
         for (int x = 0; x < kWidth; ++x) {
             if (y >= 24) continue;
             depth.at(x, y) = 0;
-            // The direction of the pixel, turned back by the camera's motion, seen again.
+            // The pixel's direction, rotated back by the camera's motion and projected again.
             const double dx = x + 0.5 - kWidth / 2.0, dy = -(y + 0.5 - kHeight / 2.0);
             const double ax = dx * std::cos(roll) + dy * std::sin(roll);
             const double ay = -dx * std::sin(roll) + dy * std::cos(roll);
@@ -354,7 +354,7 @@ TEST(Pixels, SkyWithoutVectorsMovesWithTheCamera) {
     EXPECT_GT(changed(read(prepare_and_run(guest, made, frame), kWidth, kHeight), expected), 0.1);
 }
 
-// A plan is kept for frames like its own: whatever a frame says differently counts at once.
+// A plan is kept for frames like its own. Any value that differs has an effect at once.
 TEST(Pixels, NothingOfAFrameBeforeStays) {
     const auto host = canonical_frame(kWidth, kHeight);
     const HostTexture half(GL_RGBA16F, host.test.planes.at(Role::color)),

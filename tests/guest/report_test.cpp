@@ -1,4 +1,4 @@
-// What the guest says: parameters and their cost, times, counters, the plan, debug views,
+// Reports of the guest: parameters and their cost, times, counters, the plan, debug views,
 // conventions, and the check of signs.
 #include <epoxy/gl.h>
 #include <gmock/gmock.h>
@@ -46,8 +46,8 @@ TEST(Parameters, EveryRowOfEveryTableWithItsValue) {
     EXPECT_STREQ(mode.text, "single");
     EXPECT_EQ(by_name.at("camera.aperture_blades").value, 6);
     EXPECT_EQ(by_name.at("camera.cats_eye").is_set, 0u);
-    // By what the passes do: a count of taps is a number in a block, a kind of noise a program, a
-    // tile edge the size of tile textures.
+    // A number of taps is a value in a uniform block, a kind of noise is a program, and a tile's
+    // edge is the size of tile textures.
     EXPECT_EQ(samples.cost, uint32_t(PC_COST_UNIFORM));
     EXPECT_EQ(by_name.at("fxaa.subpix").cost, uint32_t(PC_COST_UNIFORM));
     EXPECT_EQ(by_name.at("fxaa.blend").cost, uint32_t(PC_COST_PROGRAM));
@@ -58,7 +58,7 @@ TEST(Parameters, EveryRowOfEveryTableWithItsValue) {
     EXPECT_EQ(passes.size(), builtin_passes().types().size());
 }
 
-// What is said to cost a uniform does: no program is compiled and no texture made for it.
+// A parameter whose cost is a uniform compiles no program and creates no texture.
 TEST(Parameters, AUniformIsAllThatItCosts) {
     const auto host = canonical_frame(kWidth, kHeight);
     const auto guest = instance();
@@ -116,7 +116,7 @@ TEST(Reports, TimesOfTheNewestFinishedFrame) {
     EXPECT_GT(times.size(), 8u);
     EXPECT_STREQ(times[1].name, "motion_blur.surfaces");
     EXPECT_EQ(pc_set_timing(guest.get(), 3), PC_ERROR_ARGUMENT);
-    // Less room than there is: what fits, and how many there are.
+    // If the room is too small, it is filled, and count is the full number.
     pc_time first;
     uint32_t count = 1;
     ASSERT_EQ(pc_timings(guest.get(), &first, &count, nullptr), PC_OK);
@@ -177,7 +177,7 @@ TEST(Reports, PreparingInSlices) {
     EXPECT_EQ(pc_run(guest.get(), made.get(), &host.frame, nullptr), PC_OK);
 }
 
-// Whether the frame's number changes a plan is asked of every pass, with each of its values.
+// For every pass and each of its values: whether the frame's number changes the plan.
 TEST(Reports, PlansThatFollowTheFrameNumberSaySo) {
     size_t follow = 0, plans = 0;
     for (const auto& type : builtin_passes().types()) {
@@ -253,8 +253,8 @@ TEST(DebugView, DrawsATextureInsteadOfThePicture) {
     EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_OK);
 }
 
-// A texture that has no period inside the picture, and the same a frame later: moved by 6, -3 px
-// (y up).
+// A texture without a period inside the image, and the same one frame later, moved by 6, -3 px (y
+// up).
 TEST(Conventions, SignsAreChecked) {
     const auto texture = [](double x, double y, int c) {
         return float(0.5 + 0.25 * std::sin(0.31 * x + 0.17 * y + c) +
@@ -288,15 +288,15 @@ TEST(Conventions, SignsAreChecked) {
     EXPECT_EQ(signs[0], 1);
     EXPECT_EQ(signs[1], -1);
     EXPECT_GT(margin, 1.5f);
-    frame.flags |= PC_MOTION_TO_NEXT;  // but the other picture is the previous one
+    frame.flags |= PC_MOTION_TO_NEXT;  // but the other image is the previous one
     ASSERT_EQ(pc_check_motion(guest.get(), &frame, &other, signs, &margin), PC_OK);
     EXPECT_EQ(signs[0], -1);
     frame.motion.name = 0;
     EXPECT_EQ(pc_check_motion(guest.get(), &frame, &other, signs, &margin), PC_ERROR_INPUT);
 }
 
-// Each engine stores the same motion, (4, 2) px to the right and down, this minus previous, in its
-// own way; a stored value by hand gives it back.
+// Each engine stores the motion (4, 2) px to the right and down, this minus previous, in its own
+// convention. A value stored by hand must give the motion back.
 TEST(Conventions, OfEngines) {
     const struct {
         const char* name;
@@ -330,7 +330,7 @@ TEST(Conventions, OfEngines) {
     EXPECT_EQ(pc_use_conventions("quake", &frame), PC_ERROR_ARGUMENT);
 }
 
-// A program without a context: on a thread of its own, for one is current on this one.
+// A program without a context. It runs on a new thread, because this thread has one.
 TEST(OwnContext, IsMadeWhereNoneIsCurrent) {
     make_host_context();
     auto info = pc::create_info();

@@ -1,7 +1,7 @@
-// A host whose GL state is set to anything before each frame finds all of it as it was.
+// The guest leaves the host's GL state as it was.
 //
-// A frame of the host: some 90 values are set at random (a seed), the guest runs, and all are
-// compared. GUEST_FRAMES: how many frames, for a quicker look; 1000 is the test.
+// In each frame the host sets some 90 values at random (from a seed), the guest runs, and all
+// values are compared. GUEST_FRAMES: number of frames, fewer for a quick look; the test runs 1000.
 #include <epoxy/gl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ int frames() {
 
 using State = std::map<std::string, std::vector<double>>;
 
-// Everything that a host may have set, by name.
+// All state that a host may set, by name.
 State read_state() {
     State state;
     const auto number = [&](const std::string& name, GLenum what, size_t count = 1) {
@@ -155,7 +155,7 @@ class Hostile {
         program_ = glCreateShaderProgramv(GL_COMPUTE_SHADER, 1, &source);
         glGenProgramPipelines(1, &pipeline_);
         glBindProgramPipeline(pipeline_);
-        // Whatever runs before has left GL's flag alone.
+        // Earlier calls must not have set GL's error flag.
         EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR));
     }
     ~Hostile() {
@@ -174,7 +174,7 @@ class Hostile {
     Hostile(const Hostile&) = delete;
     Hostile& operator=(const Hostile&) = delete;
 
-    // Sets everything; how many values.
+    // Sets all values; returns their number.
     int set() {
         int count = 0;
         const auto toggle = [&](GLenum what) {
@@ -258,7 +258,7 @@ class Hostile {
         EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR)) << "the host's own";
         return count + 29;
     }
-    // What tests that read pixels need.
+    // The state that tests need to read pixels.
     static void settle() {
         glUseProgram(0);
         glBindProgramPipeline(0);
@@ -346,7 +346,7 @@ TEST(State, PreparingChangesNone) {
     EXPECT_EQ(differences(before, read_state()), "") << "pc_check_motion";
 }
 
-// With reset nothing of the guest's stays bound; with leave something does.
+// With reset no object of the guest stays bound; with leave some do.
 TEST(State, ResetAndLeave) {
     const auto host = canonical_frame(40, 24);
     const auto made = chain("motion_blur");

@@ -1,7 +1,7 @@
-"""What `cmake --install` gives to other programs. Each check is a test of ctest; `tree` makes the
-installed tree of a built one for the others, and `packages` the Debian packages.
+"""Tests the files that `cmake --install` installs, by programs that use them. Each check is a test of
+ctest; `tree` installs the built tree for the others, and `packages` makes the Debian packages.
 
-    install_test.py CHECK --build BUILD --prefix PREFIX [--core]
+    install_test.py CHECK --build BUILD --prefix PREFIX --version VERSION [--core]
 """
 import argparse
 import os
@@ -36,15 +36,21 @@ def one(pattern, prefix):
 
 
 def libraries(options):
-    """Library name -> headers that declare what it shows."""
+    """Library name -> headers that declare its symbols."""
     parts = {"postchain": ["postchain.h"]}
     if not options.core:
         parts["postchain_config"] = ["chain_from_text.h"]
     return parts
 
 
+def soversion(options):
+    """Before 1.0 each minor version may change the interface."""
+    parts = options.version.split(".")
+    return ".".join(parts[:2]) if parts[0] == "0" else parts[0]
+
+
 def compilers():
-    """(C, C++) of every family that there is."""
+    """(C, C++) of every compiler family that is installed."""
     pairs = [(os.environ.get("CC", "cc"), os.environ.get("CXX", "c++")), ("clang", "clang++")]
     return [pair for pair in pairs if shutil.which(pair[0]) and shutil.which(pair[1])]
 
@@ -76,7 +82,8 @@ def headers(options):
 
 
 def symbols(options):
-    """What the shared libraries show is what their headers declare, and their maps list."""
+    """The shared libraries export the functions that their headers declare and their maps list,
+    under the version of their soname."""
     for name, own in libraries(options).items():
         library = one(f"lib/**/lib{name}.so", options.prefix)
         declared = set()
@@ -95,23 +102,25 @@ def symbols(options):
             symbol, _, version = symbol.partition("@@")
             if kind == "A":
                 continue  # the name of a version
+            assert version in (f"POSTCHAIN_{soversion(options)}",
+                               f"POSTCHAIN_PRIVATE_{options.version}"), line
             (shown_private if "PRIVATE" in version else shown).add(symbol)
         expect_equal(shown, declared, f"symbols of {library.name}")
         expect_equal(shown_private, private, f"private symbols of {library.name}")
 
 
 def needed(options):
-    """The core needs libepoxy and the compiler's libraries, nothing else."""
+    """The core needs only libepoxy and the compiler's libraries."""
     system = {"libstdc++.so.6", "libm.so.6", "libgcc_s.so.1", "libc.so.6",
               "ld-linux-x86-64.so.2"}
     may = {"postchain": {"libepoxy.so.0"},
-           "postchain_config": {"libpostchain.so.0.1", "libyaml-cpp.so.0.7"}}
+           "postchain_config": {f"libpostchain.so.{soversion(options)}", "libyaml-cpp.so.0.7"}}
     for name in libraries(options):
         library = one(f"lib/**/lib{name}.so", options.prefix)
         text = call("readelf", "-d", library)
-        assert f"soname: [lib{name}.so.0.1]" in text, text
+        assert f"soname: [lib{name}.so.{soversion(options)}]" in text, text
         found = set(re.findall(r"NEEDED.*\[(.+)\]", text))
-        expect_equal(found - system, may[name], f"what {library.name} needs")
+        expect_equal(found - system, may[name], f"libraries that {library.name} needs")
         places = set(re.findall(r"(?:RPATH|RUNPATH).*\[(.+)\]", text))
         assert places <= {"$ORIGIN"}, places
 
@@ -121,14 +130,15 @@ def examples(options):
     folder = options.prefix / "programs"
     components = "core" if options.core else "core;config"
     call("cmake", "-S", HERE / "program", "-B", folder, f"-DCMAKE_PREFIX_PATH={options.prefix}",
-         f"-DCOMPONENTS={components}", "-DCMAKE_BUILD_TYPE=Debug",
+         f"-DCOMPONENTS={components}", f"-DVERSION={options.version}", "-DCMAKE_BUILD_TYPE=Debug",
          "-DCMAKE_C_FLAGS=-Wall -Wextra -Wpedantic -Werror",
          "-DCMAKE_CXX_FLAGS=-Wall -Wextra -Wpedantic -Werror")
     call("cmake", "--build", folder, "-j", "2")
     names = ["c", "cpp"] + ([] if options.core else ["text"])
     programs = [folder / (name + kind) for name in names for kind in ("", "_static")]
     unknown = call("cmake", "-S", HERE / "program", "-B", folder / "unknown",
-                   f"-DCMAKE_PREFIX_PATH={options.prefix}", "-DCOMPONENTS=core;windows", code=1)
+                   f"-DCMAKE_PREFIX_PATH={options.prefix}", "-DCOMPONENTS=core;windows",
+                   f"-DVERSION={options.version}", code=1)
     assert "windows" in unknown, unknown
 
     library_folder = one("lib/**/libpostchain.so", options.prefix).parent
@@ -158,7 +168,7 @@ def examples(options):
 
 
 def samples(options):
-    """The programs to copy from build alone, against the installed tree."""
+    """The samples build on their own, against the installed tree."""
     for name in ("glfw", "ogre"):
         folder = options.prefix / "samples" / name
         call("cmake", "-S", ROOT / "tools" / "samples" / name, "-B", folder,
@@ -177,7 +187,8 @@ const struct calls* postchain_picture_calls(void) {
 
 
 def command(options):
-    """The installed command, its tree moved elsewhere, with its module, without, with another's."""
+    """The installed command in a moved tree: with its module, without it, and with the module of
+    another version."""
     with tempfile.TemporaryDirectory() as name:
         moved = pathlib.Path(name) / "moved"
         shutil.copytree(options.prefix, moved, symlinks=True,
@@ -209,7 +220,7 @@ def command(options):
             text = call(postchain, "info")
             assert why in text and "OpenImageIO 2" not in text, text
         expect_refused("cannot open shared object file")
-        run("c")  # all else works
+        run("c")  # the rest works
         source = moved / "fake.c"
         source.write_text(FAKE_MODULE)
         call("cc", "-shared", "-fPIC", source, "-o", module)
@@ -217,8 +228,8 @@ def command(options):
 
 
 def packages(options):
-    """The Debian packages hold the installed tree, each file once, and name what they need. Unpacked
-    they have a license each, and the examples of C are built against them and run."""
+    """The Debian packages hold the installed tree, each file once, and name their dependencies. Each
+    has a license. The examples in C build against the unpacked packages and run."""
     folder = options.prefix.parent / "packages"
     shutil.rmtree(folder, ignore_errors=True)
     call("cpack", "-G", "DEB", "--config", options.build / "CPackConfig.cmake", "-B", folder)
@@ -226,21 +237,23 @@ def packages(options):
     for deb in folder.glob("*.deb"):
         package = call("dpkg-deb", "-f", deb, "Package").strip()
         held[package] = (call("dpkg-deb", "-c", deb), call("dpkg-deb", "-f", deb, "Depends"))
-    has = {"libpostchain0.1": "libpostchain.so.0.1.0", "libpostchain-dev": "postchain.h"}
+    so = soversion(options)
+    has = {f"libpostchain{so}": f"libpostchain.so.{options.version}",
+           "libpostchain-dev": "postchain.h"}
     if not options.core:
         has.update({"postchain": "bin/postchain",
-                    "libpostchain-config0.1": "libpostchain_config.so.0.1.0"})
+                    f"libpostchain-config{so}": f"libpostchain_config.so.{options.version}"})
     expect_equal(set(held), set(has), "packages")
     for package, file in has.items():
         for other, (files, _) in held.items():
             assert (f"/{file}\n" in files) == (package == other), f"{file} in {other}"
-    assert "libepoxy0" in held["libpostchain0.1"][1]
+    assert "libepoxy0" in held[f"libpostchain{so}"][1]
     for word in ("yaml", "openimageio", "openexr"):
-        assert word not in held["libpostchain0.1"][1].lower(), held["libpostchain0.1"]
-    assert "libpostchain0.1 (= " in held["libpostchain-dev"][1], held["libpostchain-dev"][1]
+        assert word not in held[f"libpostchain{so}"][1].lower(), held[f"libpostchain{so}"]
+    assert f"libpostchain{so} (= " in held["libpostchain-dev"][1], held["libpostchain-dev"][1]
     if not options.core:
         assert "libopenimageio" in held["postchain"][1], held["postchain"][1]
-        assert "libpostchain0.1 (= " in held["libpostchain-config0.1"][1]
+        assert f"libpostchain{so} (= " in held[f"libpostchain-config{so}"][1]
     use_unpacked(options, folder, set(has))
 
 
@@ -274,6 +287,7 @@ def main():
     parser.add_argument("check", choices=checks)
     parser.add_argument("--build", type=pathlib.Path, required=True)
     parser.add_argument("--prefix", type=pathlib.Path, required=True)
+    parser.add_argument("--version", required=True)
     parser.add_argument("--core", action="store_true")
     options = parser.parse_args()
     options.build, options.prefix = options.build.resolve(), options.prefix.resolve()

@@ -1,6 +1,6 @@
-// The chain in OGRE (tools/samples/ogre): what it makes of the engine's frames is near what the
-// engine itself accumulates over shutter and lens, and the engine does not notice its guest. A
-// wrong convention must be seen: each is tried.
+// The chain in OGRE (tools/samples/ogre): its result is close to the image that the engine
+// accumulates over shutter and lens, and the engine is not affected. Every wrong convention must
+// fail.
 #include <OgreScriptCompiler.h>
 #include <gtest/gtest.h>
 #include <postchain/chain_from_text.h>
@@ -24,7 +24,7 @@ namespace {
 constexpr double kFrame = 31;  // the camera pans at its fastest
 constexpr int kSamples = 256;
 
-// An aperture that is not its own mirror image: rows and the lens's sign show in its shape.
+// An aperture that is not its own mirror image, so that its shape shows rows and the lens's sign.
 #define APERTURE "postchain: 1\ncamera: {aperture_blades: 3, aperture_rotation_deg: 20}\n"
 
 struct Case {
@@ -59,7 +59,7 @@ class InOgre : public testing::Test {
         host_.reset();
     }
     static void open(const host::HostSettings& settings) {
-        host_.reset();  // OGRE can be there once
+        host_.reset();  // only one OGRE can exist
         host_ = std::make_unique<host::Host>(settings);
         host_->set_text("frame 31\nengine");
     }
@@ -105,7 +105,7 @@ class InOgre : public testing::Test {
         std::printf("%-10s unfiltered %.2f dB, filtered %.2f dB\n", c.name, before, after);
         EXPECT_GE(after, before + 5) << c.name;
         EXPECT_GE(after, c.limit_db) << c.name;
-        // To look at: POSTCHAIN_PICTURES names a folder.
+        // POSTCHAIN_PICTURES names a folder for the images.
         if (const char* folder = std::getenv("POSTCHAIN_PICTURES")) {
             const std::string begin = std::string(folder) + "/" + c.name + "_";
             write_picture(drawn, begin + "drawn.png");
@@ -113,7 +113,7 @@ class InOgre : public testing::Test {
             write_picture(truth(c), begin + "truth.png");
         }
     }
-    // What the limit is for: with this fault the same case fails it.
+    // With this fault the same case must exceed the limit.
     static void expect_seen(const Case& c, const char* fault,
                             const std::function<void(pc_frame&)>& adjust) {
         guest().adjust = adjust;
@@ -123,7 +123,7 @@ class InOgre : public testing::Test {
         EXPECT_LT(found, c.limit_db) << c.name << ": " << fault;
     }
 
-    // A texture of OGRE's in the size and format of the scene's color.
+    // A texture of OGRE with the size and format of the scene's color.
     class TextureLikeColor {
       public:
         explicit TextureLikeColor(const char* name) {
@@ -191,8 +191,7 @@ TEST_F(InOgre, WrongSignOfTheLensIsSeen) {
     EXPECT_LT(psnr(draw(kLens.chain), wrong), kLens.limit_db);
 }
 
-// Motion that goes on is the same blur in both directions of time: which one it is shows against
-// the frame before.
+// Uniform motion blurs the same in both directions of time. The frame before tells them apart.
 TEST_F(InOgre, VelocityPointsTheRightWay) {
     set_chain(nullptr);
     host_->draw(kFrame - 1);
@@ -222,7 +221,7 @@ TEST_F(InOgre, VelocityPointsTheRightWay) {
     check(-1, -1);
 }
 
-// The engine's frames with the guest at work beside them, and without it.
+// The engine's frames are the same with the guest and without it.
 TEST_F(InOgre, EngineDoesNotNoticeItsGuest) {
     const TextureLikeColor aside("aside");
     struct Drawn {
@@ -258,9 +257,8 @@ TEST_F(InOgre, EngineDoesNotNoticeItsGuest) {
     EXPECT_FALSE(alone[2].window == alone[1].window);
 }
 
-// A compositor that runs the chain in the middle of the scene, between two halves of its objects,
-// which are drawn with the same programs: the hardest place for an engine that remembers GL's
-// state.
+// A compositor that runs the chain between two halves of the scene's objects, which are drawn with
+// the same programs. This is the hardest case for an engine that caches GL state.
 constexpr char kInTheMiddle[] = R"(
 compositor Test/InTheMiddle
 {
@@ -331,7 +329,7 @@ TEST_F(InOgre, EngineDoesNotNoticeItsGuestBetweenTwoObjects) {
     use("Host/Frame");
 }
 
-// The panel is opaque: nothing of the picture under it is in its pixels.
+// The panel is opaque, so its pixels do not depend on the image under it.
 TEST_F(InOgre, OverlayIsDrawnAfterTheChain) {
     const auto panel = [](const char* chain) {
         draw(chain);
@@ -363,7 +361,8 @@ TEST_F(InOgre, FailureShowsTheEnginesOwnFrame) {
     EXPECT_TRUE(read_window(*host_) == alone);
 }
 
-// Last: it opens another window. OGRE then clears, tests and projects the other way round.
+// The last test, because it opens another window. Depth is reversed in OGRE's clear, test and
+// projection.
 TEST_F(InOgre, ReverseDepthIsNearGroundTruthToo) {
     open({.width = 480, .height = 270, .reverse_depth = true});
     expect_near_truth(kLens);

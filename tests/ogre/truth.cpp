@@ -30,7 +30,7 @@ bool inside(const Point& p, const TruthSettings& settings) {
     return true;
 }
 
-// A point of the aperture, in radii: the next of the square that lies inside.
+// A point of the aperture, in radii: the next point of the square that is inside.
 Point lens_point(int& next, const TruthSettings& settings) {
     for (;;) {
         ++next;

@@ -1,5 +1,5 @@
-// Ground truth that OGRE draws itself: the scene of the sample at many times within the shutter and
-// from many points of the lens, and their mean.
+// Ground truth drawn by OGRE: the mean of the sample's scene at many times within the shutter and
+// from many points of the lens.
 #pragma once
 
 #include <string>
@@ -13,7 +13,7 @@ struct TruthSettings {
     int samples = 256;
     double frame = 0;
     bool shutter = false,
-         lens = false;        // what is sampled; else the frame's time, the lens's middle
+         lens = false;        // sampled; otherwise the frame's time, the center of the lens
     int blades = 0;           // corners of the aperture; below 3: a disc
     double rotation_deg = 0;  // of the first corner, against 180 / blades from the right
     float lens_sign = 1;      // -1: a lens that is turned by half a turn, for mutants
@@ -22,7 +22,7 @@ struct TruthSettings {
 // Scene-linear RGBA, row 0 at the top. The host's chain must be off.
 ImageF draw_truth(host::Host& host, const TruthSettings& settings);
 
-// The whole of a texture: RGBA, or depth alone; rows as they are stored.
+// A whole texture: RGBA, or only depth; rows as stored.
 ImageF read_texture(const Ogre::TexturePtr& texture);
 // As PNG, after (x/(1+x))^(1/2.2).
 void write_picture(const ImageF& linear, const std::string& path);

@@ -1,5 +1,5 @@
-// Every link in README.md and docs/ leads to an existing file and heading, every page named in a
-// comment exists, and every page can be reached from README.md.
+// Every link of README.md, its neighbors and docs/ leads to a file and a heading that exist, every
+// page named in a comment exists, and every page can be reached from README.md.
 #include <gtest/gtest.h>
 
 #include <cctype>
@@ -59,11 +59,13 @@ Page read_page(const fs::path& path) {
     return page;
 }
 
-// Relative to the root: README.md and every page below docs/.
+// Relative to the root: its own pages and every page below docs/.
 const std::map<std::string, Page>& pages() {
     static const std::map<std::string, Page> all = [] {
         std::map<std::string, Page> found;
-        found["README.md"] = read_page(kRoot / "README.md");
+        for (const auto& entry : fs::directory_iterator(kRoot))
+            if (entry.path().extension() == ".md")
+                found[entry.path().filename().string()] = read_page(entry.path());
         for (const auto& entry : fs::recursive_directory_iterator(kRoot / "docs"))
             if (entry.path().extension() == ".md")
                 found[fs::relative(entry.path(), kRoot).string()] = read_page(entry.path());

@@ -11,7 +11,7 @@
 namespace postchain::test {
 namespace {
 
-// The value, or the end of the process: without these pieces no test means anything.
+// The value. Ends the process on failure, because no test can run without it.
 template <class T>
 T must(Result<T> result) {
     if (result.ok()) return std::move(*result);

@@ -1,4 +1,4 @@
-// One GL context and executor per test process, and a chain made from a few words.
+// One GL context and executor per test process, and short forms to make and run chains.
 #pragma once
 
 #include <initializer_list>
@@ -15,7 +15,7 @@ namespace postchain::test {
 // The passes of this build, and those of tests/passes.
 const PassRegistry& every_pass();
 
-Executor& executor();  // made on first use; fails the test process when there is no GL
+Executor& executor();  // made on first use; ends the test process without GL
 
 using Settings = std::initializer_list<std::pair<std::string, ParameterValue>>;
 
@@ -23,7 +23,7 @@ using Settings = std::initializer_list<std::pair<std::string, ParameterValue>>;
 void append(Chain& chain, const std::string& type, Settings settings = {});
 Chain chain_of(const std::string& type, Settings settings = {});
 
-// Every pass in full; only steps that nothing reads are left out. (PlanOptions::elide = false runs
+// Every pass without elision, except steps that nothing reads. (PlanOptions::elide = false runs
 // those too.)
 PlanOptions whole_passes();
 

@@ -1,4 +1,4 @@
-// Pictures for tests, and comparisons that say where two differ.
+// Images for tests, and comparisons that say where two differ.
 #pragma once
 
 #include <cstdint>
@@ -28,9 +28,9 @@ TestFrame layered_frame(int width, int height, std::array<float, 2> square_motio
                         std::array<float, 2> ground_motion, uint32_t seed = 1);
 // Adds the planes of both neighbors: two other frames of the kind.
 void add_neighbors(TestFrame& frame);
-// Splits color into so many lights, each another part of it from pixel to pixel, one of them
-// brighter than all of it and the last negative there; they sum to it but for rounding. Replaces
-// layers that the frame has; lights its neighbors alike, where it has some.
+// Splits color into `count` lights, whose shares vary from pixel to pixel. One light is brighter
+// than color and the last is negative there; their sum is color up to rounding. Replaces the
+// frame's layers, and does the same to its neighbors if it has them.
 void add_lights(TestFrame& frame, int count);
 // Size, planes and bounds of hand-made canonical planes.
 FrameDescription describe(const FramePlanes& planes);

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Runs a command with a display of its own: with_display.sh COMMAND...
-# Xvfb chooses a free number, writes it to a pipe, and ends with the command. Without -noreset it
-# starts anew when its last client leaves, and a client that comes just then is refused.
+# Runs a command with its own display: with_display.sh COMMAND...
+# Xvfb chooses a free display number, writes it to a pipe, and ends with the command. Without -noreset
+# it would restart when its last client disconnects, and refuse a client that connects just then.
 set -euo pipefail
 if ! command -v Xvfb >/dev/null; then
-    echo "Xvfb is not installed: tools/install_packages.sh --tests" >&2
+    echo "Xvfb is not installed; run tools/install_packages.sh --tests" >&2
     exit 1
 fi
 exec 3< <(exec Xvfb -displayfd 1 -screen 0 1280x800x24 -nolisten tcp -noreset 2>/dev/null)

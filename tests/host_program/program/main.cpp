@@ -33,7 +33,7 @@ int main() {
             planes[Role::motion].at(x, y, 0) = 20;  // pixels to the next frame
         }
     }
-    frame.bounds.max_speed_px = 20;  // what a plan may leave out depends on it
+    frame.bounds.max_speed_px = 20;  // elision depends on it
 
     Chain chain;
     Pass* blur = chain.append(builtin_passes(), "motion_blur");
@@ -50,7 +50,7 @@ int main() {
         std::fprintf(stderr, "%s\n", result.status().message().c_str());
         return 1;
     }
-    // Half of the streak's length away from the edge the square has spread; above it, it has not.
+    // The square has spread to half a streak's length from its edge, and not upward.
     const ImageF& color = result->at(Role::color);
     std::printf("beside the square %.3f, above it %.3f\n", double(color.at(42, 24)),
                 double(color.at(32, 8)));

@@ -1,4 +1,5 @@
-/* The frame of both examples: a white square on black, before a far wall, moving to the right. */
+/* The frame of both examples: a white square on black, in front of a far wall, moving to the right.
+ */
 #ifndef FRAME_H
 #define FRAME_H
 #include <epoxy/gl.h>
@@ -15,7 +16,7 @@ static pc_texture make_texture(GLenum format, GLenum components, const float* va
     return texture;
 }
 
-/* Sets what the engine renders; the current context has the textures. */
+/* Sets the members that an engine renders. The textures belong to the current context. */
 static void make_frame(pc_frame* frame) {
     static float color[FRAME_HEIGHT][FRAME_WIDTH][4], depth[FRAME_HEIGHT][FRAME_WIDTH],
         motion[FRAME_HEIGHT][FRAME_WIDTH][2];
@@ -34,7 +35,7 @@ static void make_frame(pc_frame* frame) {
     frame->shutter_frames = 1;
 }
 
-/* Half of the streak's length away from the edge the square has spread; above it, it has not. */
+/* The square has spread to half a streak's length from its edge, and not upward. */
 static int is_blurred(const pc_texture* result) {
     static float pixels[FRAME_HEIGHT][FRAME_WIDTH][4];
     glGetTextureImage(result->name, 0, GL_RGBA, GL_FLOAT, sizeof(pixels), pixels);

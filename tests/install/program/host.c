@@ -1,5 +1,4 @@
-/* Motion blur in C, with the installed library. A context of the library's own stands for the
- * engine's. */
+/* Motion blur in C, with the installed library. The library's own context replaces the engine's. */
 #include <postchain/postchain.h>
 #include <stdio.h>
 

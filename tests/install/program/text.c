@@ -1,4 +1,4 @@
-/* A chain from text, with libpostchain_config; and the error of a text that is none. */
+/* A chain from text, with libpostchain_config, and the error of an invalid text. */
 #include <postchain/chain_from_text.h>
 #include <stdio.h>
 #include <string.h>
@@ -18,7 +18,7 @@ int main(void) {
     int found = 0;
     for (uint32_t i = 0; pc_chain_parameter(chain, i, &row) == PC_OK; ++i)
         if (row.pass == 1 && strcmp(row.key, "samples") == 0) found = row.value == 25;
-    /* The library itself changes what the other one has made. */
+    /* libpostchain changes the chain that libpostchain_config has made. */
     if (pc_chain_set_number(chain, 1, "samples", 51) != PC_OK) found = 0;
     pc_chain_destroy(chain);
     if (pc_chain_from_text("postchain: 1\npasses: [blurr]\n", "bad.yaml", &chain) != PC_ERROR_CHAIN)

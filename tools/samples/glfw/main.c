@@ -1,10 +1,10 @@
-/* A host to copy from: a GLFW window, a scene with three textures, and the chain between the scene
- * and the screen.
+/* A sample host: a GLFW window, a scene with three textures, and the chain between the scene and the
+ * screen.
  *
  *   scene -> color, velocity, depth -> pc_run() -> output -> window
  *
- * glfw_host [FRAMES [PICTURE.ppm]]: ends after so many frames (0 = when the window is closed), and
- * writes the last one. Builds in the tree, and alone: CMakeLists.txt. */
+ * glfw_host [FRAMES [IMAGE.ppm]]: ends after FRAMES frames (0 = when the window is closed), and
+ * writes the last one. Also builds on its own: CMakeLists.txt. */
 #include <epoxy/gl.h>
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
@@ -15,8 +15,8 @@
 
 enum { WIDTH = 640, HEIGHT = 360 };
 
-/* A spinning bar of stripes before a wall: every vertex knows where it is now and was a frame ago.
- * That difference, in normalized device coordinates, is the velocity. */
+/* A spinning striped bar in front of a wall. Every vertex has its position in this frame and in the
+ * previous one. Their difference, in normalized device coordinates, is the velocity. */
 static const char *VERTEX_SHADER =
     "#version 450 core\n"
     "uniform float now, before;\n"
@@ -137,7 +137,7 @@ int main(int count, char **arguments) {
     glCreateVertexArrays(1, &vertices);
     glBindVertexArray(vertices);
 
-    /* 1. An instance on this context, a chain, and a frame that says what the textures hold. */
+    /* 1. An instance on this context, a chain, and a frame that describes the textures. */
     pc_instance *instance;
     pc_chain *chain;
     pc_create_info info = {.struct_size = sizeof(info), .api_version = PC_API_VERSION};
@@ -154,12 +154,12 @@ int main(int count, char **arguments) {
     frame.motion_scale[1] = HEIGHT / 2.0f;
     frame.shutter_frames = 0.5f;
     frame.barriers = GL_FRAMEBUFFER_BARRIER_BIT; /* output is read by a blit */
-    /* 2. Everything that may be needed is compiled here, not in a frame. */
+    /* 2. Compiles all programs here rather than in a frame. */
     if (pc_prepare(instance, chain, &frame, 1) != PC_OK) fail("postchain", pc_last_error(instance));
 
     for (int i = 0; (frames == 0 || i < frames) && !glfwWindowShouldClose(window); ++i) {
         draw_scene(program, scene, 0.25f * (float)i, 0.25f * (float)(i - 1));
-        /* 3. Every frame. A failure leaves the unfiltered color to show. */
+        /* 3. Every frame. If it fails, the unfiltered color is shown. */
         frame.frame_number = (uint64_t)i;
         frame.flags = i == 0 ? PC_CAMERA_CUT : 0;
         if (pc_run(instance, chain, &frame, NULL) != PC_OK)

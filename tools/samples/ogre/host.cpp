@@ -18,7 +18,7 @@ Host::Host(const HostSettings& settings) {
     try {
         start(settings);
     } catch (const Ogre::Exception& error) {
-        // Its code may be a plugin's, which is unloaded with the root.
+        // Its code may be in a plugin, which is unloaded with the root.
         throw std::runtime_error(error.getDescription());
     }
 }
@@ -42,7 +42,7 @@ void Host::start(const HostSettings& settings) {
 Host::~Host() {
     postchain_->output.reset();
     Ogre::CompositorManager::getSingleton().removeAll();
-    postchain_.reset();  // while its context is there
+    postchain_.reset();  // while its context exists
     scene_->manager().removeRenderQueueListener(overlays_.get());
     root_->destroySceneManager(&scene_->manager());
     overlays_.reset();
@@ -65,7 +65,7 @@ void Host::load_media() {
     groups.addResourceLocation(SAMPLE_MEDIA, "FileSystem", Ogre::RGN_DEFAULT);
     groups.addResourceLocation(OGRE_MEDIA_FOLDER "/packs/SdkTrays.zip", "Zip", "Fonts");
     groups.initialiseResourceGroup(Ogre::RGN_DEFAULT);
-    // OGRE makes a font's material; GL3Plus has no fixed functions, so it needs programs.
+    // OGRE creates a font's material. GL3Plus has no fixed-function pipeline, so it needs programs.
     auto font = Ogre::FontManager::getSingleton().getByName("Host/Font", Ogre::RGN_DEFAULT);
     font->load();
     Ogre::Pass* pass = font->getMaterial()->getTechnique(0)->getPass(0);

@@ -1,5 +1,5 @@
 // OGRE without its configuration files: GL3Plus, a window, a scene, the compositor of media/ with
-// the chain in it, and an overlay over all.
+// the chain, and an overlay on top.
 #pragma once
 #include <Ogre.h>
 #include <OgreOverlaySystem.h>
@@ -20,7 +20,7 @@ struct HostSettings {
 
 class Host {
   public:
-    // Throws std::runtime_error: no display, no OpenGL, a file of media/ that is not there.
+    // Throws std::runtime_error: no display, no OpenGL, or a missing file of media/.
     explicit Host(const HostSettings& settings);
     ~Host();
     Host(const Host&) = delete;
@@ -28,14 +28,14 @@ class Host {
 
     // One frame of a film: the scene at this frame, with the motion from the frame drawn before.
     void draw(double frame);
-    // The scene as it stands.
+    // The scene without moving it.
     void draw();
 
     Scene& scene() { return *scene_; }
     MotionVectors& motion_vectors() { return motion_vectors_; }
     PostchainPass& postchain() { return *postchain_; }
     Ogre::RenderWindow& window() { return *window_; }
-    // What the scene was drawn into: color (0), velocity (1), depth (2).
+    // The textures of the scene: color (0), velocity (1), depth (2).
     Ogre::TexturePtr plane(size_t index) const;
     void set_text(const std::string& text);
 

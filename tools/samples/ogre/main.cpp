@@ -1,13 +1,13 @@
-// An engine to copy from: OGRE 1.12 with the chain as a pass of its compositor.
+// A sample engine: OGRE 1.12 with the chain as a pass of its compositor.
 //
-// ogre_host [FRAMES [PICTURE.png [CHAIN]]]: ends after so many frames (0 = when it is interrupted),
-// and writes the last one. CHAIN is a list of passes, default "joint_blur,fxaa". Builds in the
-// tree, and alone: CMakeLists.txt. Where what is:
+// ogre_host [FRAMES [IMAGE.png [CHAIN]]]: ends after FRAMES frames (0 = when it is interrupted),
+// and writes the last one. CHAIN is a list of passes, default "joint_blur,fxaa". Also builds on its
+// own: CMakeLists.txt. Files:
 //
-//   postchain_pass.*   the chain as a pass of the compositor: this is what to copy
-//   motion_vectors.*   where every object was a frame ago, for the velocity
+//   postchain_pass.*   the chain as a pass of the compositor; copy this one
+//   motion_vectors.*   each object's matrix in the previous frame, for the velocity
 //   media/             the compositor's script, materials, shaders, the overlay
-//   host.*  scene.*    OGRE's start, and something to look at
+//   host.*  scene.*    start of OGRE, and a scene
 #include <cstdio>
 #include <cstdlib>
 #include <string>

@@ -1,4 +1,4 @@
-// What the scene's shader needs for velocity: where each object was a frame ago.
+// Each object's matrix in the previous frame, from which the scene's shader computes velocity.
 #pragma once
 #include <Ogre.h>
 
@@ -6,12 +6,11 @@
 
 namespace host {
 
-// For every entity of a scene, as custom parameters 0 to 2 of its parts: the rows x, y and w of the
-// matrix from object to clip space that it had a frame ago, y up (scene.vert).
+// Sets custom parameters 0 to 2 of each part of every entity: the rows x, y and w of the previous
+// frame's matrix from object to clip space, y up (scene.vert).
 class MotionVectors {
   public:
-    // Once a frame, when the scene stands as it will be drawn. An object that is new has no
-    // velocity.
+    // Call once a frame, when the scene is ready to be drawn. A new object has no velocity.
     void update(Ogre::SceneManager& scene, const Ogre::Camera& camera);
     // At a cut: the next frame has no velocity.
     void forget() { previous_.clear(); }

@@ -10,8 +10,8 @@ namespace {
 
 constexpr char kName[] = "postchain";
 
-// A texture of OGRE's as the chain sees it. GL says which format it has: OGRE takes another one
-// where a card lacks the script's.
+// Describes a texture of OGRE to the chain. The format comes from GL, because OGRE uses another one
+// if the card lacks the script's.
 pc_texture texture_of(const Ogre::TexturePtr& texture) {
     pc_texture result = {};
     texture->getCustomAttribute("GLID", &result.name);
@@ -30,7 +30,7 @@ float Lens::focal_length_mm(const Ogre::Camera& camera) const {
     return sensor_width_mm / (2.0f * std::tan(half_fov_y) * camera.getAspectRatio());
 }
 
-// One place in a compiled compositor: which textures, and when.
+// An instance of the pass in a compiled compositor, with its textures.
 class PostchainPass::Operation : public Ogre::CompositorInstance::RenderSystemOperation {
   public:
     Operation(PostchainPass& owner, Ogre::CompositorInstance& compositor,
@@ -73,13 +73,13 @@ Ogre::CompositorInstance::RenderSystemOperation* PostchainPass::createOperation(
     return OGRE_NEW Operation(*this, *compositor, *pass);
 }
 
-// The first frame makes the instance, on OGRE's context.
+// The first frame creates the instance, on OGRE's context.
 bool PostchainPass::start() {
     if (instance_ != nullptr) return true;
     pc_create_info info = {};
     info.struct_size = sizeof(info);
     info.api_version = PC_API_VERSION;
-    // OGRE remembers GL's state and sets only what differs: it must find what it left.
+    // OGRE caches GL state and sets only differences, so the state must be restored.
     info.state = PC_STATE_RESTORE;
     return pc_create(&info, &instance_) == PC_OK;
 }
@@ -101,7 +101,7 @@ void PostchainPass::run(const Ogre::TexturePtr& color, const Ogre::TexturePtr& v
     frame_.depth = texture_of(depth);
     frame_.output = output ? texture_of(output) : frame_.color;
 
-    // OGRE draws into textures upside down: row 0 is the top of the picture.
+    // OGRE draws into textures upside down: row 0 is the top of the image.
     if (color->getBuffer()->getRenderTarget()->requiresTextureFlipping())
         frame_.flags |= PC_TOP_LEFT;
 
@@ -126,12 +126,12 @@ void PostchainPass::run(const Ogre::TexturePtr& color, const Ogre::TexturePtr& v
     if (adjust) adjust(frame_);
 
     pc_result result = pc_run(instance_, chain_, &frame_, nullptr);
-    // A chain's first frame compiles its programs; a game does that while it loads.
+    // The first frame of a chain compiles its programs; a game does that while it loads.
     if (result == PC_ERROR_PREPARE) {
         result = pc_prepare(instance_, chain_, &frame_, 1);
         if (result == PC_OK) result = pc_run(instance_, chain_, &frame_, nullptr);
     }
-    // A failure leaves color as it is.
+    // On failure color is unchanged.
     if (result != PC_OK) error_ = pc_last_error(instance_);
 }
 

@@ -2,7 +2,7 @@
 //
 //   pass render_custom postchain { input 0 scene 0  input 1 scene 1  input 2 scene 2 }
 //
-// where the inputs are color, velocity and depth. It filters color in place.
+// The inputs are color, velocity and depth. It filters color in place.
 #pragma once
 #include <Ogre.h>
 #include <OgreCustomCompositionPass.h>
@@ -13,7 +13,7 @@
 
 namespace host {
 
-// What OGRE's camera does not know. Focal length and sensor follow from its field of view.
+// Values that OGRE's camera lacks. Focal length and sensor follow from its field of view.
 struct Lens {
     float f_stop = 1.4f;
     float focus_distance = 4.2f;  // scene units
@@ -26,19 +26,19 @@ struct Lens {
 
 class PostchainPass : public Ogre::CustomCompositionPass {
   public:
-    // Registers itself as "postchain", before scripts are parsed that use it.
+    // Registers itself as "postchain". Call before scripts that use it are parsed.
     PostchainPass();
-    // With the GL context current, as it is until OGRE's root is shut down.
+    // The GL context must be current, as it is until OGRE's root is shut down.
     ~PostchainPass() override;
     PostchainPass(const PostchainPass&) = delete;
     PostchainPass& operator=(const PostchainPass&) = delete;
 
-    // Takes the chain over; null: the picture stays as it is.
+    // Takes ownership of the chain; null: the image is unchanged.
     void set_chain(pc_chain* chain);
 
     Lens lens;
-    Ogre::TexturePtr output;  // none: color itself
-    // Called with each frame's description: what else a host says of it (bounds, debug_view).
+    Ogre::TexturePtr output;  // null: color itself
+    // Called with each frame's description, to set further members (bounds, debug_view).
     std::function<void(pc_frame&)> adjust;
     const std::string& error() const { return error_; }  // of the last frame; empty = none
     const pc_frame& frame() const { return frame_; }     // the last frame, as it was described

@@ -1,5 +1,5 @@
-// The scene of the sample: a windmill that turns, a ball that passes before it, a crate that
-// tumbles behind it and lamps on a wall, seen by a camera that pans and moves.
+// The scene of the sample: a turning windmill, a ball that passes in front of it, a crate that
+// tumbles behind it and lamps on a wall. The camera pans and moves.
 #pragma once
 #include <Ogre.h>
 
@@ -7,15 +7,15 @@ namespace host {
 
 class Scene {
   public:
-    // The textures that the materials of media/ name: before these are parsed.
+    // Creates the textures that the materials of media/ name. Call before these are parsed.
     static void make_textures();
     // `width` / `height` is the camera's aspect ratio.
     Scene(Ogre::Root& root, int width, int height);
 
-    // Everything at a time in frames; fractions are times within the shutter.
+    // Moves everything to a time in frames; fractions are times within the shutter.
     void pose(double frame);
-    // The camera at a point of its lens: moved by so many scene units to its right and upward,
-    // while what is at `focus_distance` stays where it is in the picture.
+    // Moves the camera to a point of its lens, in scene units to its right and upward. Objects at
+    // `focus_distance` keep their place in the image.
     void look_from(float right, float up, float focus_distance);
 
     Ogre::SceneManager& manager() { return manager_; }

@@ -20,13 +20,23 @@ std::string rule_names(const PassRegistry& registry, bool on_by_default) {
 }
 
 Result<std::set<std::string>> rules_of(const PassRegistry& registry, const std::string& key,
-                                       const std::string& text, bool on_by_default) {
+                                       const std::string& text, bool on_by_default,
+                                       Diagnostics& notes) {
     std::set<std::string> rules;
     std::istringstream words(text);
     for (std::string word; std::getline(words, word, ',');) {
-        for (const auto& rule : elision_rules(registry))
-            if (rule.on_by_default == on_by_default && word == rule.name) rules.insert(word);
-        if (rules.count(word) == 0)
+        bool known = false;
+        for (const auto& rule : elision_rules(registry)) {
+            if (rule.on_by_default != on_by_default) continue;
+            const bool former = !word.empty() && word == rule.former_name;
+            if (word != rule.name && !former) continue;
+            known = true;
+            rules.insert(rule.name);
+            if (former)
+                notes.push_back({option_name(key), 0, 0, Severity::warning, "",
+                                 former_name_text(word, rule.name), StatusCode::usage});
+        }
+        if (!known)
             return Status(StatusCode::usage, option_name(key) + ": no rule '" + word +
                                                  "'; known are " +
                                                  rule_names(registry, on_by_default));
@@ -34,7 +44,8 @@ Result<std::set<std::string>> rules_of(const PassRegistry& registry, const std::
     return rules;
 }
 
-Result<PlanOptions> plan_options_of(const JobSettings& job, const PassRegistry& registry) {
+Result<PlanOptions> plan_options_of(const JobSettings& job, const PassRegistry& registry,
+                                    Diagnostics& notes) {
     PlanOptions plan;
     plan.precision = job.precision;
     if (job.no_elide == "all") {
@@ -43,9 +54,9 @@ Result<PlanOptions> plan_options_of(const JobSettings& job, const PassRegistry& 
         plan.elide = false;
         return plan;
     }
-    auto off = rules_of(registry, "no_elide", job.no_elide, true);
+    auto off = rules_of(registry, "no_elide", job.no_elide, true, notes);
     if (!off.ok()) return off.status();
-    auto on = rules_of(registry, "elide", job.elide, false);
+    auto on = rules_of(registry, "elide", job.elide, false, notes);
     if (!on.ok()) return on.status();
     plan.rules_off = std::move(*off);
     plan.rules_on = std::move(*on);
@@ -380,7 +391,7 @@ Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& 
             for (auto& picture : io::inputs_of(camera))
                 settings.other_inputs.push_back(std::move(picture));
     }
-    auto plan = plan_options_of(job, registry);
+    auto plan = plan_options_of(job, registry, notes);
     if (!plan.ok()) return plan.status();
     settings.plan = std::move(*plan);
     if (!job.output.empty()) {

@@ -1,0 +1,72 @@
+// Structs of a host that was compiled with an older or newer postchain.h than this library.
+//
+// A smaller struct is read as if the members that it lacks were 0, their default. A larger one is
+// read if all bytes beyond this library's struct are 0.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstring>
+
+#include "chain/guest/failure.h"
+
+namespace postchain::guest {
+
+// Bytes up to the members that every host has set since the first version.
+template <class Struct>
+inline constexpr size_t kLeastSize = 0;
+template <>
+inline constexpr size_t kLeastSize<pc_create_info> = offsetof(pc_create_info, flags);
+template <>
+inline constexpr size_t kLeastSize<pc_frame> = offsetof(pc_frame, depth);
+template <>
+inline constexpr size_t kLeastSize<pc_capabilities> = offsetof(pc_capabilities, software);
+template <>
+inline constexpr size_t kLeastSize<pc_parameter> = offsetof(pc_parameter, pass_name);
+template <>
+inline constexpr size_t kLeastSize<pc_counters> = offsetof(pc_counters, frames);
+
+template <class Struct>
+Failure check_size(const Struct* given, const char* name) {
+    static_assert(kLeastSize<Struct> > 0);
+    if (!given) return {PC_ERROR_ARGUMENT, concat(name, " is NULL")};
+    const size_t size = given->struct_size;
+    if (size < kLeastSize<Struct>)
+        return {PC_ERROR_VERSION, concat(name, ".struct_size is ", size, "; set it to sizeof(",
+                                         name, "), which is ", sizeof(Struct), " in this library")};
+    const auto* bytes = reinterpret_cast<const unsigned char*>(given);
+    for (size_t i = sizeof(Struct); i < size; ++i)
+        if (bytes[i] != 0)
+            return {PC_ERROR_VERSION,
+                    concat(name, ".struct_size is ", size, ", this library's is ", sizeof(Struct),
+                           ", and a member that this library does not know is not 0")};
+    return {};
+}
+
+// `read` becomes `given`, or `copy` if the host's struct is smaller.
+template <class Struct>
+Failure read_struct(const Struct* given, const char* name, Struct& copy, const Struct*& read) {
+    if (Failure failure = check_size(given, name); !failure.ok()) return failure;
+    read = given;
+    if (given->struct_size >= sizeof(Struct)) return {};
+    copy = {};
+    std::memcpy(&copy, given, given->struct_size);
+    read = &copy;
+    return {};
+}
+
+// Calls work(Struct&) -> Failure on a whole struct, and writes the members that the host has.
+template <class Struct, class Work>
+Failure change_struct(Struct* given, const char* name, const Work& work) {
+    if (Failure failure = check_size(given, name); !failure.ok()) return failure;
+    const uint32_t host_size = given->struct_size;
+    const size_t size = std::min(size_t(host_size), sizeof(Struct));
+    Struct whole = {};
+    std::memcpy(&whole, given, size);
+    if (Failure failure = work(whole); failure.result < 0) return failure;
+    whole.struct_size = host_size;
+    std::memcpy(given, &whole, size);
+    return {};
+}
+
+}  // namespace postchain::guest

@@ -70,7 +70,7 @@ TEST(Encode, ColorAsWorkedOutByHand) {
     std::vector<uint8_t> expected(24, 0);
     const uint8_t high[] = {0x3c, 0x04, 0xfc, 0x84};
     std::copy(std::begin(high), std::end(high), expected.begin());
-    EXPECT_EQ(inflated(encode_halves(image), 24), expected);
+    EXPECT_EQ(inflated(encode_color(image), 24), expected);
 }
 
 TEST(Encode, LowBytesFollowTheHighOnes) {
@@ -78,7 +78,7 @@ TEST(Encode, LowBytesFollowTheHighOnes) {
     image.at(0, 0, 1) = 1 + 5.0f / 1024;  // 3c05
     image.at(0, 0, 2) = 1 + 1.0f / 1024;  // 3c01; channels begin anew
     const std::vector<uint8_t> expected = {0, 0x3c, 0x3c, 0, 5, 1};
-    EXPECT_EQ(inflated(encode_halves(image), 6), expected);
+    EXPECT_EQ(inflated(encode_color(image), 6), expected);
 }
 
 TEST(Encode, WhatHalfCannotHold) {
@@ -87,7 +87,7 @@ TEST(Encode, WhatHalfCannotHold) {
     const double held[] = {NAN, inf, -inf, 65504, -65504, 65504, 0};
     for (size_t i = 0; i < std::size(given); ++i) {
         ImageF image(1, 1, 3, given[i]);
-        const auto bytes = inflated(encode_halves(image), 6);
+        const auto bytes = inflated(encode_color(image), 6);
         const double value = value_of_half(uint16_t(bytes[0] << 8 | bytes[3]));
         if (std::isnan(held[i]))
             EXPECT_TRUE(std::isnan(value));
@@ -102,7 +102,7 @@ TEST(Encode, ColorComesBack) {
     for (size_t i = 0; i < image.data.size(); ++i)
         image.data[i] = std::exp2(float(i % 27) - 12) * (1 + float(i * 7919 % 1000) / 1000);
     const size_t count = image.data.size();
-    const auto bytes = inflated(encode_halves(image), 2 * count);
+    const auto bytes = inflated(encode_color(image), 2 * count);
     size_t at = 0;
     for (int c = 0; c < 3; ++c) {
         std::vector<uint16_t> column(37 * 23);
@@ -133,7 +133,7 @@ TEST(Encode, SmoothPicturesShrink) {
     for (int y = 0; y < 256; ++y)
         for (int x = 0; x < 256; ++x)
             for (int c = 0; c < 3; ++c) image.at(x, y, c) = float(x + y + c) / 512;
-    const auto text = encode_halves(image);
+    const auto text = encode_color(image);
     ASSERT_TRUE(text.ok());
     EXPECT_LT(text->size(), size_t(256 * 256 * 6 / 4));
 }

@@ -1,6 +1,6 @@
 // Draws a view with the 2D canvas: the crops, and the picture if there is no WebGL2.
 import { kMagma } from "./magma.js";
-import { half_to_float, place_on_scale, tone_table } from "./tone.js";
+import { half_to_float, tone_table } from "./tone.js";
 
 let table_key = "";
 let table;
@@ -21,11 +21,8 @@ export function rgb_at(image, x, y) {
     return [0, 1, 2].map((c) => half_to_float(image.data[at + c]));
 }
 
-// The error of a pixel; undefined without a map.
-export function error_at(map, x, y) {
-    const v = map?.data[y * map.width + x];
-    return map && (map.bits === 16 ? half_to_float(v) : v / 255);
-}
+// Place (0..1) of a pixel's error on the scale of its map; undefined without a map.
+export const place_at = (map, x, y) => map && map.data[y * map.width + x] / 255;
 
 // Taps a side of a device pixel. Whole and large scales show pixels as they are; between, edges of
 // pixels are smoothed; small scales take what falls into the device pixel.
@@ -41,9 +38,8 @@ export function render(view, out, width, height) {
     const [w, h] = [image.width, image.height];
     const lookup = tones(view.tone, view.ev);
     const pixel = (x, y, sum) => {
-        if (view.scale_of_error) {
-            const t = place_on_scale(error_at(view.error, x, y) ?? NaN, view.scale_of_error);
-            const at = 4 * Math.round(255 * t);
+        if (view.error) {
+            const at = 4 * view.error.data[y * w + x];
             for (let c = 0; c < 3; ++c) sum[c] += kMagma[at + c];
             return;
         }

@@ -53,7 +53,7 @@ export function add_crops(page, more) {
         ]).catch(() => []);
         if (!image || !canvas.isConnected) return;
         const view = {
-            ...page.viewer.view(), image, error, scale_of_error: error ? map : undefined,
+            ...page.viewer.view(), image, error,
             center: [crop.x + crop.width / 2, crop.y + crop.height / 2],
             scale: canvas.width / crop.width, grid: false,
         };

@@ -79,10 +79,10 @@ export class GlView {
             gl.bindTexture(gl.TEXTURE_2D, held.texture);
             this.textures.delete(image.name);
         } else {
-            const { width, height, channels, bits, data } = image;
-            const [internal, format, type] = channels === 3 ? [gl.RGB16F, gl.RGB, gl.HALF_FLOAT]
-                : bits === 16 ? [gl.R16F, gl.RED, gl.HALF_FLOAT] : [gl.R8, gl.RED, gl.UNSIGNED_BYTE];
-            const texture = this.#texture(internal, width, height, format, type, data);
+            const { width, height, bits, data } = image;
+            const texture = bits === 16
+                ? this.#texture(gl.RGB16F, width, height, gl.RGB, gl.HALF_FLOAT, data)
+                : this.#texture(gl.R8, width, height, gl.RED, gl.UNSIGNED_BYTE, data);
             held = { texture, bytes: data.byteLength };
         }
         this.textures.set(image.name, held);
@@ -99,8 +99,8 @@ export class GlView {
         }
     }
 
-    // view: {image, center: [x, y], scale, gain, tone, background: [r, g, b] of 0..1, grid}; of an
-    // error map also {error, scale_of_error}
+    // view: {image, center: [x, y], scale, gain, tone, background: [r, g, b] of 0..1, grid,
+    // error: its map, which is drawn in its place}
     draw(view) {
         const gl = this.gl;
         const { width, height } = gl.canvas;
@@ -108,14 +108,12 @@ export class GlView {
         this.#bind(0, view.image);
         this.#bind(1, view.error);
         this.#evict();
-        const map = view.scale_of_error;
         gl.uniform2f(this.at("canvas"), width, height);
         gl.uniform2f(this.at("center"), ...view.center);
         gl.uniform1f(this.at("scale"), view.scale);
         gl.uniform1f(this.at("gain"), view.gain);
         gl.uniform1i(this.at("tone"), view.tone);
-        gl.uniform1i(this.at("map"), map ? 1 : 0);
-        gl.uniform3f(this.at("range"), map?.low ?? 0, map?.high ?? 1, map?.log ? 1 : 0);
+        gl.uniform1i(this.at("map"), view.error ? 1 : 0);
         gl.uniform3f(this.at("background"), ...view.background);
         gl.uniform1i(this.at("grid"), view.grid ? 1 : 0);
         gl.uniform1i(this.at("n"), taps_of(view.scale));

@@ -49,6 +49,7 @@ const name_of = (kind, variant, frame, map) =>
 
 export class ImageStore {
     constructor(manifest) {
+        this.scales = manifest.scales;  // by the key of an error map: {low, high, log}
         this.entries = new Map();
         for (const entry of manifest.images)
             this.entries.set(name_of(entry.kind, entry.variant, entry.frame, entry.map), entry);
@@ -59,7 +60,7 @@ export class ImageStore {
 
     has(kind, variant, frame, map) { return this.entries.has(name_of(kind, variant, frame, map)); }
 
-    // Names of stored error maps.
+    // Keys of the error maps.
     maps() {
         return [...new Set([...this.entries.values()]
             .filter((entry) => entry.kind === "error").map((entry) => entry.map))];

@@ -2,11 +2,16 @@
 import { by_id, h } from "../shared/dom.js";
 import { is_better, kWays, milliseconds, number } from "../shared/words.js";
 import { metric_name } from "./model.js";
+import { error_of } from "./tone.js";
 
 // Three values in columns of 8.
 const triple = (rgb) => rgb.map((v) => number(v).padStart(8)).join("");
 
-// What stands where no cursor is: the order of the passes.
+// An error of 255 steps: as many digits as they have.
+const error_text = (map, place) => (place === undefined ? ""
+    : number(error_of(place, map), map.log ? 2 : 3));
+
+// Shown while there is no cursor: the order of the passes.
 const passes_of = ({ data }) => (data?.timing?.passes ?? [])
     .map(({ pass }) => pass.replace(/^\d+\./, "").replaceAll("_", " ")).join(" \u2192 ");
 
@@ -84,7 +89,7 @@ export function fill_list(page) {
             const found = pixel && page.viewer.values(source, pixel, map);
             line.textContent = found ? triple(found.rgb) : passes_of(source);
             line.classList.toggle("passes", !found);
-            at.textContent = found?.error !== undefined ? number(found.error) : "";
+            at.textContent = error_text(map, found?.place);
         }
         readout.textContent = pixel
             ? `Linear R, G, B${map ? ` and ${map.name}` : ""} at ${pixel.x}, ${pixel.y}.`
@@ -100,8 +105,9 @@ export function fill_list(page) {
         page.say(`${pixel.x}, ${pixel.y}: ` + model.sources.map((source) => {
             const found = page.viewer.values(source, pixel, map);
             if (!found) return "";
-            const error = found.error === undefined ? "" : `, ${map.name} ${number(found.error)}`;
-            return `${source.name} ${found.rgb.map((v) => number(v)).join(" ")}${error}`;
+            const error = error_text(map, found.place);
+            return `${source.name} ${found.rgb.map((v) => number(v)).join(" ")}` +
+                (error && `, ${map.name} ${error}`);
         }).filter(Boolean).join("; "));
     };
 }

@@ -1,6 +1,6 @@
 // The report as the page wants it: report.json (docs/report.md) and the list of pictures.
 import { is_better } from "../shared/words.js";
-import { kScales, kTones } from "./tone.js";
+import { kMaps, kTones } from "./tone.js";
 
 const kMapNames = { hdr_flip: "HDR-FLIP", flip: "FLIP", relmse: "relMSE", smape: "SMAPE",
     mse: "MSE", psnr: "PSNR", ssim: "SSIM", tde: "TDE",
@@ -62,8 +62,8 @@ export function model_of(report, store) {
     // chains are compared with each other.
     model.reference_kind = report.reference;
     const kept = store.maps();
-    model.maps = kScales.filter(({ key }) => kept.includes(key))
-        .map((scale) => ({ ...scale, name: scale.name ?? metric_name(scale.key) }));
+    model.maps = kMaps.filter(({ key }) => kept.includes(key))
+        .map((map) => ({ name: metric_name(map.key), ...map, ...store.scales[map.key] }));
     model.compared = { truth: "truth", a: report.variants[0]?.name,
         converged: "itself converged" }[report.reference] ?? "truth";
     model.tones = kTones.map((t) => t.key);

@@ -1,20 +1,20 @@
-// What lies over the canvas: the name of the picture, the error scale, the cursor.
+// Marks over the canvas: the name of the picture, the error scale, the cursor.
 import { by_id, h } from "../shared/dom.js";
+import { percent } from "../shared/tables.js";
 import { number } from "../shared/words.js";
 import { kMagma } from "./magma.js";
 import { metric_name } from "./model.js";
-import { place_on_scale } from "./tone.js";
 
 const kRamp = `linear-gradient(to right, ${Array.from({ length: 33 }, (_, i) => {
     const at = 4 * Math.min(255, i * 8);
     return `rgb(${kMagma.slice(at, at + 3).join()})`;
 }).join()})`;
 
-function ticks_of(scale) {
-    if (!scale.log)
-        return [0, 0.25, 0.5, 0.75, 1].map((t) => scale.low + t * (scale.high - scale.low));
-    const count = Math.round(Math.log10(scale.high / scale.low));
-    return Array.from({ length: count + 1 }, (_, i) => scale.low * 10 ** i);
+// Decades of a logarithmic scale, quarters of another: both are at equal distances.
+function ticks_of({ low, high, log }) {
+    const count = log ? Math.round(Math.log10(high / low)) : 4;
+    return Array.from({ length: count + 1 }, (_, i) =>
+        [i / count, log ? low * 10 ** i : low + (high - low) * i / count]);
 }
 
 // The bar of a scale, with a needle at the value under the cursor.
@@ -22,8 +22,8 @@ function fill_scale(box, map, compared) {
     box.replaceChildren(
         h("div", {}, `${map.name}, against ${compared}`),
         h("div", { class: "ramp", style: { background: kRamp } }),
-        h("div", { class: "ticks" }, ticks_of(map).map((v) =>
-            h("span", { style: { left: `${100 * place_on_scale(v, map)}%` } },
+        h("div", { class: "ticks" }, ticks_of(map).map(([place, v]) =>
+            h("span", { style: { left: percent(place) } },
                 String(Number(v.toPrecision(2)))))));
 }
 
@@ -58,7 +58,7 @@ export function overlay(page) {
             if (text !== said && said) page.say(text);
             said = text;
 
-            const drawn_map = viewer.shown?.scale_of_error;
+            const drawn_map = viewer.shown?.map;
             scale.hidden = !drawn_map;
             if (drawn_map && scale.dataset.map !== drawn_map.key) {
                 scale.dataset.map = drawn_map.key;
@@ -80,11 +80,10 @@ export function overlay(page) {
             place.textContent = `x ${pixel.x}  y ${pixel.y}`;
             box_to(mark, { ...pixel, width: 1, height: 1 });
             const source = model.source(state.get("show"));
-            const map = page.viewer.shown?.scale_of_error;
-            const error = map && page.viewer.values(source, pixel, map)?.error;
-            if (error !== undefined)
-                scale.children[1]?.after(h("div", { class: "needle",
-                    style: { "--at": `${100 * place_on_scale(error, map)}%` } }));
+            const map = page.viewer.shown?.map;
+            const at = map && page.viewer.values(source, pixel, map)?.place;
+            if (at !== undefined)
+                scale.children[1]?.after(h("div", { class: "needle", style: { "--at": percent(at) } }));
         },
         choosing(box) {
             const mark = by_id("choosing");

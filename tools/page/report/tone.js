@@ -49,20 +49,19 @@ export function tone_table(tone, ev) {
     return table;  // NaN: 0
 }
 
-// Scales of the error maps, in the order of the list; the maps themselves are made with the report.
-// Logarithmic if values span decades. Formulas and epsilons: docs/metrics.md.
-export const kScales = [
+// Error maps in the order of the list. They are made with the report, and so are their scales; those
+// of FLIP are 0 to 1. Formulas: docs/metrics.md.
+export const kMaps = [
     { key: "hdr_flip", low: 0, high: 1, help: "the largest FLIP over the report's exposures" },
     { key: "flip", low: 0, high: 1, help: "of linear values clamped to 0..1" },
-    { key: "relmse", low: 1e-4, high: 10, log: true, help: "relative squared error, mean over RGB" },
-    { key: "smape", low: 0, high: 2, help: "symmetric relative error, mean over RGB" },
-    { key: "difference", name: "Difference", low: 1e-3, high: 10, log: true,
-        help: "largest difference of RGB, linear radiance" },
+    { key: "relmse", help: "relative squared error, mean over RGB" },
+    { key: "smape", help: "symmetric relative error, mean over RGB" },
+    { key: "difference", name: "Difference", help: "largest difference of RGB, linear radiance" },
 ];
 
-// Place of a value on its scale, 0..1.
-export function place_on_scale(v, scale) {
-    const t = scale.log ? Math.log(v / scale.low) / Math.log(scale.high / scale.low)
-        : (v - scale.low) / (scale.high - scale.low);
-    return unit(Number.isNaN(t) ? 1 : t);
+// The error at a place (0..1) of a scale. At the lower end of a logarithmic one it is 0 or too small
+// for the scale.
+export function error_of(place, { low, high, log }) {
+    if (!log) return low + (high - low) * place;
+    return place > 0 ? low * (high / low) ** place : 0;
 }

@@ -1,11 +1,11 @@
 #version 300 es
-// Part of a picture, or its error map, at one scale. Tone curves and scales are those of tone.js; a
+// Part of a picture, or its error map, at one scale. Tone curves are those of tone.js; a
 // pixel has the same color as on the CPU (cpu_view.js) to one step of 8 bits.
 precision highp float;
 precision highp int;
 
 uniform highp sampler2D picture;  // linear RGB
-uniform highp sampler2D error;    // an error map
+uniform highp sampler2D error;    // an error map, places 0..1 on its scale
 uniform highp sampler2D magma;    // 256 x 1
 
 uniform vec2 canvas;      // device pixels
@@ -14,7 +14,6 @@ uniform float scale;      // device pixels per picture pixel
 uniform float gain;       // 2^EV
 uniform int tone;
 uniform bool map;         // the error map, not the picture
-uniform vec3 range;       // low, high, 1 when logarithmic
 uniform vec3 background;
 uniform bool grid;
 uniform int n;            // taps a side of a device pixel (taps_of of cpu_view.js)
@@ -42,11 +41,7 @@ vec3 pixel(ivec2 at) {
         // NaN is magenta.
         return any(isnan(v)) ? vec3(1.0, 0.0, 1.0) : shown(v);
     }
-    float e = texelFetch(error, at, 0).r;
-    float t = range.z > 0.5 ? log(max(e, 1e-30) / range.x) / log(range.y / range.x)
-                            : (e - range.x) / (range.y - range.x);
-    if (isnan(e)) t = 1.0;
-    return texelFetch(magma, ivec2(int(round(255.0 * clamp(t, 0.0, 1.0))), 0), 0).rgb;
+    return texelFetch(magma, ivec2(int(round(255.0 * texelFetch(error, at, 0).r)), 0), 0).rgb;
 }
 
 void main() {

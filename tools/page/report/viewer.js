@@ -1,6 +1,6 @@
 // The canvas: every picture in place, zoom and drag, the cursor, choosing a region.
 import { color_of, limit } from "../shared/dom.js";
-import { CpuView, error_at, rgb_at } from "./cpu_view.js";
+import { CpuView, place_at, rgb_at } from "./cpu_view.js";
 import { GlView } from "./gl_view.js";
 import { kTones } from "./tone.js";
 
@@ -74,15 +74,15 @@ export class Viewer {
             return Promise.resolve();
         }
         const wanted = this.#wanted(source, frame);
-        const scale_of_error = this.map();
+        const map = this.map();
         const parts = Object.entries(wanted);
         const ready = parts.map(([, name]) => this.store.ready(...name));
         const show = (images) => {
-            this.shown = { source, frame, scale_of_error };
+            this.shown = { source, frame, map };
             parts.forEach(([part], i) => (this.shown[part] = images[i]));
             // A picture without a map, like the truth, is shown itself.
-            if (scale_of_error && !this.shown.error) {
-                this.shown.scale_of_error = undefined;
+            if (map && !this.shown.error) {
+                this.shown.map = undefined;
                 this.shown.no_map = true;
             }
             this.on.busy(false);
@@ -265,14 +265,14 @@ export class Viewer {
             height: Math.max(0, high[1] - low[1]) };
     }
 
-    // Values of a source at a pixel: {rgb, error}, once decoded. `map`: of the model.
+    // Values of a source at a pixel: {rgb, place of its error on the map's scale}, once decoded.
     values(source, { x, y }, map) {
         const frame = this.state.get("frame");
         const image = this.store.ready(source.kind, source.variant, frame);
         if (!image) return undefined;
         return {
             rgb: rgb_at(image, x, y),
-            error: map && error_at(
+            place: map && place_at(
                 this.store.ready(...this.model.error_map(source, frame, map.key)), x, y),
         };
     }

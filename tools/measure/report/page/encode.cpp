@@ -54,15 +54,15 @@ uint16_t nonfinite_half(float v) {
 
 }  // namespace
 
-Result<std::string> encode_halves(const ImageF& image) {
-    std::vector<float> finite(image.data.size());
-    std::transform(image.data.begin(), image.data.end(), finite.begin(), [](float v) {
+Result<std::string> encode_color(const ImageF& rgb) {
+    std::vector<float> finite(rgb.data.size());
+    std::transform(rgb.data.begin(), rgb.data.end(), finite.begin(), [](float v) {
         return std::isnan(v) ? 0.0f : std::clamp(v, -kMaxHalf, kMaxHalf);
     });
-    Image<uint16_t> halves(image.width, image.height, image.channels);
+    Image<uint16_t> halves(rgb.width, rgb.height, rgb.channels);
     io::floats_to_halves(finite.data(), finite.size(), halves.data.data());
-    for (size_t i = 0; i < image.data.size(); ++i)
-        if (!std::isfinite(image.data[i])) halves.data[i] = nonfinite_half(image.data[i]);
+    for (size_t i = 0; i < rgb.data.size(); ++i)
+        if (!std::isfinite(rgb.data[i])) halves.data[i] = nonfinite_half(rgb.data[i]);
 
     const auto steps = differences_of(halves);
     std::vector<uint8_t> bytes(2 * steps.size());

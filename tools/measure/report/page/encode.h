@@ -14,9 +14,9 @@
 
 namespace postchain::report {
 
-// 16-bit floats: values beyond the range of half become its largest, with their sign; NaN and Inf
-// stay. Base64 of the deflated planes. Errors (internal): zlib.
-Result<std::string> encode_halves(const ImageF& image);
+// Three channels as 16-bit floats: values beyond the range of half become its largest, with their
+// sign; NaN and Inf stay. Base64 of the deflated planes. Errors (internal): zlib.
+Result<std::string> encode_color(const ImageF& rgb);
 
 // One channel, 0..1, in 255 steps; values are clamped, NaN becomes 1.
 Result<std::string> encode_map(const ImageF& map);

@@ -1,5 +1,6 @@
 #include "tools/measure/report/page/page.h"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <optional>
@@ -19,14 +20,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Error maps that follow from the pixels; those of FLIP are stored (images.h).
+// Error maps that follow from the pixels; those of FLIP are stored (images.h). Their scales are the
+// same in every report, so that two pages can be compared.
 struct PixelMap {
     const char* name;
     ImageF (*of)(const metrics::Pair&);
+    float low, high;
+    bool log;
 };
-constexpr PixelMap kPixelMaps[] = {{"relmse", metrics::relmse_map},
-                                   {"smape", metrics::smape_map},
-                                   {"difference", metrics::difference_map}};
+constexpr PixelMap kPixelMaps[] = {{"relmse", metrics::relmse_map, 1e-4f, 10, true},
+                                   {"smape", metrics::smape_map, 0, 2, false},
+                                   {"difference", metrics::difference_map, 1e-3f, 10, true}};
+
+// Place of an error on the map's scale, 0..1 inside it.
+float place_of(float error, const PixelMap& map) {
+    return map.log ? std::log(std::max(error, 1e-30f) / map.low) / std::log(map.high / map.low)
+                   : (error - map.low) / (map.high - map.low);
+}
 
 // A path as the address of a file beside the page.
 std::string as_address(const fs::path& path) {
@@ -93,11 +103,14 @@ std::string manifest_of(const std::vector<Entry>& entries, const std::optional<f
                          {"width", image.width},
                          {"height", image.height},
                          {"channels", is_map(entry) ? 1 : image.channels},
-                         {"bits", image.kind == ImageKind::error ? 8 : 16}};
+                         {"bits", is_map(entry) ? 8 : 16}};
         if (assets) made["asset"] = as_address(*assets / (entry.id + ".js"));
         images.push_back(made);
     }
-    return io::json_text({{"images", images}});
+    auto scales = io::Json::object();
+    for (const PixelMap& map : kPixelMaps)
+        scales[map.name] = {{"low", map.low}, {"high", map.high}, {"log", map.log}};
+    return io::json_text({{"images", images}, {"scales", scales}});
 }
 
 Result<ImageF> loaded(const Report& report, const StoredImage& stored) {
@@ -113,7 +126,7 @@ Result<ImageF> loaded(const Report& report, const StoredImage& stored) {
     return image;
 }
 
-// An error map of a picture; pixels that are not finite there are NaN.
+// An error map of a picture on its scale; pixels that are not finite there are NaN.
 Result<ImageF> pixel_map(const Report& report, const Entry& entry) {
     const auto test = loaded(report, entry.image);
     if (!test.ok()) return test.status();
@@ -122,16 +135,18 @@ Result<ImageF> pixel_map(const Report& report, const Entry& entry) {
     const auto pair = metrics::pair_of(*test, *reference);
     if (!pair.ok()) return pair.status();
     ImageF map = entry.map->of(*pair);
-    for (size_t i = 0; i < map.pixels(); ++i)
+    for (size_t i = 0; i < map.pixels(); ++i) {
+        map.data[i] = place_of(map.data[i], *entry.map);
         for (size_t c = 0; c < 3; ++c)
             if (!std::isfinite(test->data[3 * i + c])) map.data[i] = std::nanf("");
+    }
     return map;
 }
 
 Result<std::string> encoded(const Report& report, const Entry& entry) {
     const auto image = entry.map ? pixel_map(report, entry) : loaded(report, entry.image);
     if (!image.ok()) return image.status();
-    return entry.image.kind == ImageKind::error ? encode_map(*image) : encode_halves(*image);
+    return is_map(entry) ? encode_map(*image) : encode_color(*image);
 }
 
 Status write(io::AtomicFile& file, std::string_view text) {

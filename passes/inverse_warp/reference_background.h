@@ -1,4 +1,4 @@
-// The fill of what no frame shows, in the inverse warp's double-precision reference
+// The fill of surfaces that no frame shows, in the inverse warp's double-precision reference
 // (background.comp, background.glsl). Written from docs/inverse_warp.md.
 #pragma once
 

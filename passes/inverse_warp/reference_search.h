@@ -28,7 +28,7 @@ struct Frames {
     int own_steps = 2;     // of the search from the pixel itself
 };
 
-// The knowledge that all samples of a pixel share.
+// Shared by all samples of a pixel.
 struct Pixel {
     Vec p;
     int x = 0, y = 0;  // the same

@@ -1,4 +1,4 @@
-// The fill of what no frame shows, from the cells of background.comp.
+// The fill of surfaces that no frame shows, from the cells of background.comp.
 layout(binding = 11) uniform sampler2D background_color;
 layout(binding = 12) uniform sampler2D background_depth;
 #ifdef LAYERS

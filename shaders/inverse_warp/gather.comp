@@ -11,12 +11,12 @@
 //       -> color [, soft, spread] [, hint]
 //   color, surfaces of the frames before and after
 //
-//   search.glsl      Search     this frame's search for one sample
-//   neighbors.glsl   Found      the search for an occluded surface in the frames before and after
-//   background.glsl             the fill of what no frame shows
-//   accumulate.glsl  Seen, Sums one sample's color; the sums over a pixel's samples
-//   samples.glsl     SampleSet  time samples and lens samples
-//   adaptive.glsl               a second set of samples for noisy blocks
+//   samples.glsl     SampleSet   time samples and lens samples
+//   search.glsl      Search      the search for one sample's surface in this frame
+//   neighbors.glsl   Found       the search for an occluded surface in the frames before and after
+//   background.glsl              the fill of surfaces that no frame shows
+//   accumulate.glsl  Seen, Sums  one sample's color; the sums over a pixel's samples
+//   adaptive.glsl                a second set of samples for noisy blocks
 //
 // SHUTTER, LENS: which of the two are open    STARTS: maximum start surfaces per block
 // BEFORE, AFTER: that frame is searched       NOISE: noise is read
@@ -52,7 +52,7 @@ layout(binding = 4) writeonly uniform image2DArray layers_blurred;
 layout(binding = 5) writeonly uniform image2DArray layers_soft;
 #endif
 
-// The knowledge that all samples of a pixel share.
+// Shared by all samples of a pixel.
 struct Pixel {
     vec2 p;
     ivec2 at;  // the same
@@ -89,8 +89,8 @@ Pixel pixel_at(ivec2 at) {
     return pixel;
 }
 
-// The color of the surface that a sample's search has found. What this frame hides is mostly shown
-// by the frame before or after.
+// The color that a sample sees: of the nearest surface found in any frame, otherwise the fill. A
+// surface that this frame hides is mostly shown by the frame before or after.
 Seen resolve(Pixel pixel, Sample now, Search here) {
     const bool shown = here.nearest.inverse_depth >= 0.0;
     const vec2 behind = inside_of(pixel.p - displacement(here.far, now));

@@ -84,7 +84,8 @@ void keep_nearest(inout Search s, Visit v, vec2 p, float ratio) {
     s.residual = v.error;
 }
 
-// The farthest surface visited shows what goes on behind the others.
+// The farthest surface visited is the one to extend if nothing is found; at one depth the one with
+// the smaller error.
 void keep_farthest(inout Search s, Visit v, float ratio) {
     const float q = v.surface.inverse_depth, far = s.far.inverse_depth;
     if (!(q * ratio < far || (q <= far * ratio && v.error < s.far_residual))) return;

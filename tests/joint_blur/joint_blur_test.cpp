@@ -54,8 +54,8 @@ TEST(JointBlur, DotBecomesADiscMovedAlongItsPath) {
     EXPECT_NEAR(xx / light, 16 * 16 / 4.0 + 24 * 24 / 12.0, 4);
 }
 
-// In focus and moving, or still and out of focus: as the pass for that blur, except for the steps of
-// the search from the pixel itself.
+// In focus and moving, or still and out of focus: as the pass for that blur, except for the steps
+// of the search from the pixel itself.
 TEST(JointBlur, OneOfThemAloneIsThatPass) {
     FramePlanes planes = moving_plane(160, 96, 0.75f, 0, 0);
     planes[Role::color] = noise_image(160, 96, 4, 5);
@@ -120,8 +120,8 @@ TEST(JointBlur, AgreesWithItsReference) {
     }
 }
 
-// Lamps of 0.15 on the left to 0.6 on the right, so that the extra samples of blocks have no weight,
-// some and all of it.
+// Lamps of 0.15 on the left to 0.6 on the right, so that the extra samples of blocks have no
+// weight, some and all of it.
 TEST(JointBlur, AdaptiveSamplingAgreesWithItsReference) {
     TestFrame layers = layered_frame(187, 77, {33.5f, 9.25f}, {-14.75f, 3.5f}, 8);
     FramePlanes& planes = layers.planes;
@@ -168,8 +168,8 @@ TEST(JointBlur, BlocksThatNothingIsBlurredIntoChangeNoBit) {
     }
 }
 
-// Faint noise on the left, lamps in the dark on the right. The extra samples are a set of their own:
-// the result is the mean of both sets' results.
+// Faint noise on the left, lamps in the dark on the right. The extra samples are a set of their
+// own: the result is the mean of both sets' results.
 TEST(JointBlur, BlocksWhoseSamplesDisagreeTakeMore) {
     FramePlanes planes = moving_plane(256, 72, 0.75f, 24, 0);  // 72: its last blocks are cut
     const ImageF random = noise_image(256, 72, 4, 11);

@@ -60,8 +60,7 @@ Json json_of(const Matrix& matrix, const std::vector<PicturedCheck>& pictured,
     }
 
     Json checks = Json::array();
-    for (const auto& row : check_rows())
-        checks.push_back({{"name", row.name}, {"help", row.help}});
+    for (const auto& row : check_rows()) checks.push_back({{"name", row.name}, {"help", row.help}});
 
     Json rows = Json::array();
     for (const WorstLine& line : worst_of(matrix)) {
@@ -97,8 +96,7 @@ Json json_of(const Matrix& matrix, const std::vector<PicturedCheck>& pictured,
 
 std::string matrix_as_page(const Matrix& matrix, const std::vector<PicturedCheck>& pictured,
                            const PageFacts& facts) {
-    return page::with_data("stress/page.html",
-                           io::json_text(json_of(matrix, pictured, facts)));
+    return page::with_data("stress/page.html", io::json_text(json_of(matrix, pictured, facts)));
 }
 
 }  // namespace postchain::stress

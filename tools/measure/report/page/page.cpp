@@ -59,7 +59,7 @@ std::string as_address(const fs::path& path) {
 struct Entry {
     std::string id;
     StoredImage image;
-    const PixelMap* map = nullptr;           // of `image` against `reference`
+    const PixelMap* map = nullptr;  // of `image` against `reference`
     const StoredImage* reference = nullptr;
 };
 
@@ -161,9 +161,9 @@ Status write_assets(const Report& report, const std::vector<Entry>& entries,
     for (const Entry& entry : entries) {
         const auto picture = encoded(report, entry);
         if (!picture.ok()) return picture.status();
-        const Status written = report.write(
-            (folder / (entry.id + ".js")).string(),
-            concat("postchain_asset(\"", entry.id, "\",\"", *picture, "\")\n"));
+        const Status written =
+            report.write((folder / (entry.id + ".js")).string(),
+                         concat("postchain_asset(\"", entry.id, "\",\"", *picture, "\")\n"));
         if (!written.ok()) return written;
     }
     return {};
@@ -193,7 +193,8 @@ Status write_page(const Report& report, const std::string& path, const PageOptio
     const auto entries = entries_of(report);
     std::optional<fs::path> assets;
     if (!options.assets_folder.empty()) {
-        if (auto status = write_assets(report, entries, options.assets_folder); !status.ok()) return status;
+        if (auto status = write_assets(report, entries, options.assets_folder); !status.ok())
+            return status;
         std::error_code error;
         const auto base = fs::absolute(path).parent_path();
         assets = fs::relative(options.assets_folder, base, error);
@@ -203,7 +204,8 @@ Status write_page(const Report& report, const std::string& path, const PageOptio
     if (!permit.ok()) return permit.status();
     auto file = io::AtomicFile::create(path);
     if (!file.ok()) return file.status();
-    if (auto status = write_parts(report, entries, assets, *file); !status.ok()) return status.at(path);
+    if (auto status = write_parts(report, entries, assets, *file); !status.ok())
+        return status.at(path);
     const auto committed = file->commit(*permit);
     return committed.ok() ? Status() : committed.status();
 }

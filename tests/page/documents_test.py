@@ -116,8 +116,8 @@ class Documents(unittest.TestCase):
             "gain of b over a")
         # A gain of 0.125 on an axis of 0.1875 in 220 pixels.
         self.assertEqual([round(float(x)) for x in self.browser.run(
-            "return [...document.querySelectorAll('.gains circle')].map((c) => c.getAttribute('cx'));")],
-            [547, 547])
+            "return [...document.querySelectorAll('.gains circle')].map((c) => "
+            "c.getAttribute('cx'));")], [547, 547])
         self.assertEqual(self.browser.run(
             "return [...document.querySelectorAll('td a')].map((a) => a.getAttribute('href'));"),
             ["scenes/one/a_vs_b/index.html", "scenes/two/a_vs_b/index.html"])
@@ -145,7 +145,8 @@ class Documents(unittest.TestCase):
             ["320", "160", "error of x, mirror; magma, 0 to 2", "data:image/png;base64,"]])
 
     def test_stress_without_failures(self):
-        text = self.open("stress", {**STRESS, "failures": [], "limits": [], "rows": STRESS["rows"][1:]})
+        text = self.open("stress", {**STRESS, "failures": [], "limits": [],
+                                    "rows": STRESS["rows"][1:]})
         self.assertIn("Failures (0)\nNone.", text.replace("\n\n", "\n"))
         self.assertIn("None was met.", text)
 

@@ -58,8 +58,8 @@ TEST_F(WritePage, HoldsTheReportAndEveryPicture) {
         EXPECT_GT(element(page, image["id"]).size(), 30u) << image;
 }
 
-// Error maps that follow from the pixels: of every result and of the input, against the truth or the
-// result's own converged filter, which is not in the page itself.
+// Error maps that follow from the pixels: of every result and of the input, against the truth or
+// the result's own converged filter, which is not in the page itself.
 TEST_F(WritePage, HoldsErrorMapsOfThePixels) {
     const auto maps_of = [&](const Report& written) {
         EXPECT_TRUE(write_page(written, path("index.html")).ok());

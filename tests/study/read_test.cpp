@@ -73,12 +73,12 @@ TEST(StudyFile, AChainMayBeAListOfPasses) {
     EXPECT_THAT(write_chain(chains[0].chain), HasSubstr("samples: 24"));
     EXPECT_THAT(write_chain(chains[0].chain), HasSubstr("- fxaa"));
     EXPECT_THAT(write_chain(chains[1].chain), HasSubstr("neighbors: none"));
-    EXPECT_THAT(refused("postchain_study: 1\nchains:\n  one: paper\n  two: [fxa]\nscenes:\n" +
-                        kScene),
-                HasSubstr("study.yaml:4:"));
-    EXPECT_THAT(refused("postchain_study: 1\nchains: {one: paper, two: {fxaa: {}}}\nscenes:\n" +
-                        kScene),
-                HasSubstr("is not a chain's name, file or list of passes"));
+    EXPECT_THAT(
+        refused("postchain_study: 1\nchains:\n  one: paper\n  two: [fxa]\nscenes:\n" + kScene),
+        HasSubstr("study.yaml:4:"));
+    EXPECT_THAT(
+        refused("postchain_study: 1\nchains: {one: paper, two: {fxaa: {}}}\nscenes:\n" + kScene),
+        HasSubstr("is not a chain's name, file or list of passes"));
 }
 
 TEST(StudyFile, ABenchComparesWithItsFirstVariant) {

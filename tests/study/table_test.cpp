@@ -1,5 +1,5 @@
-// The table against figures worked out elsewhere: by hand, and with the t distribution by the finite
-// sums of Abramowitz and Stegun, 26.7.3 and 26.7.4.
+// The table against figures worked out elsewhere: by hand, and with the t distribution by the
+// finite sums of Abramowitz and Stegun, 26.7.3 and 26.7.4.
 #include <gtest/gtest.h>
 
 #include "tools/measure/study/table.h"
@@ -63,7 +63,7 @@ TEST(Table, TwoFamiliesHaveTheWidestInterval) {
     EXPECT_NEAR(result.interval->low, 0.101 - 12.706204736 * 0.001, 1e-9);
     EXPECT_NEAR(result.interval->high, 0.101 + 12.706204736 * 0.001, 1e-9);
     EXPECT_EQ(result.decision, Decision::b);
-    EXPECT_EQ(result.words, "b is nearer than a by 0.101 (0.08829 to 0.1137), in 2 of 2 families");
+    EXPECT_EQ(result.words, "b is closer than a by 0.101 (0.08829 to 0.1137), in 2 of 2 families");
 }
 
 TEST(Table, OneFamilyDecidesNothing) {
@@ -77,7 +77,7 @@ TEST(Table, TheWinnerIsNamedWhereItIsTheFirst) {
     const PairResult result =
         table({scene("one", "x", {0.4}, {0.5}), scene("two", "y", {0.4}, {0.502})}).pairs[0];
     EXPECT_EQ(result.decision, Decision::a);
-    EXPECT_EQ(result.words, "a is nearer than b by 0.101 (0.08829 to 0.1137), in 2 of 2 families");
+    EXPECT_EQ(result.words, "a is closer than b by 0.101 (0.08829 to 0.1137), in 2 of 2 families");
 }
 
 TEST(Table, ALargerPsnrAndARatioNearerToOneAreNearer) {

@@ -1,5 +1,5 @@
-// Pictures of a report, one EXR file each in DIR/images: written as they are made, read one at a
-// time. 32-bit float, ZIP: what the page shows is what was measured.
+// Images of a report, one EXR file each in DIR/images: written as they are made, read one at a
+// time. 32-bit float, ZIP, so the page shows the measured values.
 #pragma once
 
 #include <string>
@@ -17,10 +17,10 @@ std::string image_path(const std::string& name, int frame);
 // report.images; an entry of the same path and variant is replaced. Errors (output).
 Status store_image(Report& report, StoredImage entry, const ImageF& pixels);
 
-// Names a picture that an earlier run has written; false when it is missing or incomplete.
+// Names an image that an earlier run has written; false if it is missing or incomplete.
 bool take_stored_image(Report& report, StoredImage entry);
 
-// RGB (or the one channel) of a stored image. Errors (input): the file is gone or damaged.
+// RGB (or the one channel) of a stored image. Errors (input): the file is missing or damaged.
 Result<ImageF> load_image(const Report& report, const StoredImage& image);
 
 }  // namespace postchain::report

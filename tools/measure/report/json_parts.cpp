@@ -33,7 +33,7 @@ std::string word_from(const Json& json) {
     return json.is_null() ? std::string() : json.get<std::string>();
 }
 
-// nlohmann reports what does not fit by exceptions; here it means: not ours.
+// nlohmann throws if JSON has another form; then it is not a file of this program.
 template <class T, class Read>
 std::optional<T> guarded(const Read& read) {
     try {
@@ -43,7 +43,7 @@ std::optional<T> guarded(const Read& read) {
     }
 }
 
-// The enumerator that name_of() calls so; the last one where none is.
+// The enumerator with this name_of(); the last one if there is none.
 template <class E>
 E enum_from(const Json& json, E last) {
     const std::string name = json;

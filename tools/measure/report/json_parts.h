@@ -1,4 +1,4 @@
-// Pieces of report.json that bench also keeps in DIR/results, and reads again when it goes on.
+// Parts of report.json that bench also keeps in DIR/results and reads when it continues.
 #pragma once
 
 #include <optional>
@@ -13,10 +13,10 @@ using io::Json;
 Json json_of(const std::optional<double>& value);  // null for none, NaN, Inf
 Json json_of(const Timing& timing);
 Json json_of(const ErrorSplit& split);
-// As elision_as_json(), without what belongs to one frame's plan: the work list.
+// As elision_as_json(), without the keys of the work list, which belong to one frame's plan.
 Json json_of(const Elision& elision, const std::string& what = {});
 
-// Nothing when `json` is not what json_of() writes.
+// No value if json_of() did not write `json`.
 std::optional<Timing> timing_from(const Json& json);
 std::optional<ErrorSplit> split_from(const Json& json);
 std::optional<Elision> elision_from(const Json& json);

@@ -10,8 +10,8 @@
 namespace postchain::report {
 
 using metrics::MetricLimit;
-// "flip=0.05". Errors (usage): another form, an unknown metric (the nearest is named), a metric
-// of which more is better or 1 is best. `option` is named in the message.
+// "flip=0.05". Errors (usage): another form, an unknown metric (the message suggests the closest
+// name), a metric whose best value is not the lowest. The message names `option`.
 Result<MetricLimit> parse_limit(const std::string& option, const std::string& text,
                                 const std::vector<MetricInfo>& columns);
 

@@ -46,7 +46,7 @@ std::string doubt_about_times(const Report& report) {
 
 namespace {
 
-// Of one variant, in the order of first appearance; without its name.
+// Rows of one variant without its name, in the order of first appearance.
 std::vector<ElisionRow> rows_of(const Variant& variant) {
     std::vector<ElisionRow> rows;
     for (const auto& [frame, elision] : variant.elisions) {
@@ -68,7 +68,7 @@ std::vector<ElisionRow> rows_of(const Variant& variant) {
 
 std::vector<ElisionRow> elision_rows(const Report& report) {
     std::vector<std::pair<std::string, std::vector<ElisionRow>>> all;
-    for (const Variant& variant : report.variants)  // but for those that failed before a plan
+    for (const Variant& variant : report.variants)  // without those that failed before a plan
         if (variant.failure.empty() || !variant.elisions.empty())
             all.emplace_back(variant.name, rows_of(variant));
     const auto common = [&](const ElisionRow& row) {

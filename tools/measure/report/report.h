@@ -1,4 +1,4 @@
-// What an experiment found: plain data, written as JSON, CSV and Markdown, and as the page.
+// Results of an experiment: plain data, written as JSON, CSV and Markdown, and as the page.
 //
 //   experiment (ab.h, bench.h) --> Report
 //   Report --report_json.h--> report.json   (docs/report.md)
@@ -6,8 +6,8 @@
 //          --report_text.h--> report.md
 //          --page/page.h----> index.html
 //
-// Pixels are not in here: images lie as EXR files (float, lossless) under the report's folder and
-// are loaded one at a time, so that memory does not grow with frames and variants.
+// Pixels are stored as EXR files (float, lossless) in the report's folder and loaded one at a time,
+// so that memory does not grow with frames and variants.
 #pragma once
 
 #include <map>
@@ -31,7 +31,7 @@ const char* name_of(Kind kind);  // "ab", "bench"
 enum class Better {
     lower,   // an error
     higher,  // psnr, ssim
-    one,     // a ratio to the truth: nearer to 1 is better
+    one,     // a ratio to ground truth: closer to 1 is better
 };
 const char* name_of(Better better);   // "lower", "higher", "one"
 const char* words_of(Better better);  // "lower is better", "higher is better", "best at 1"
@@ -41,8 +41,8 @@ struct MetricInfo {
     Better better = Better::lower;
 };
 
-// One metric of one variant. `frames` goes with Report::frames; no value where the metric has
-// none (the first frame's tde, a frame that failed).
+// One metric of one variant. `frames` parallels Report::frames; the first frame's tde and frames
+// that failed have no value.
 struct Series {
     std::vector<std::optional<double>> frames;
     std::optional<double> mean;
@@ -61,7 +61,7 @@ struct PassCost {
     TimeFigure time;
 };
 struct Timing {
-    int frame = 0;  // the frame that was filtered again and again
+    int frame = 0;  // the frame that was filtered repeatedly
     std::vector<PassCost> passes;
     TimeFigure total;         // sum of the passes of one repetition; no transfers
     std::string source;       // "wall clock around glFinish", "GL_TIMESTAMP"
@@ -82,9 +82,9 @@ struct ErrorSplit {
     // The other metrics, side by side; they do not add up.
     std::map<std::string, ErrorParts> others;
     int seeds = 0;                         // averaged in the converged picture
-    double converged_noise = 0;            // MSE that is left in it, from the seeds' scatter
+    double converged_noise = 0;            // its remaining MSE, from the scatter over seeds
     std::vector<std::string> convergence;  // "motion_blur.samples 25 -> 401", "... seed averaged"
-    std::vector<std::string> notes;        // what is left out, and why
+    std::vector<std::string> notes;        // omitted parts, and why
 };
 
 struct Variant {
@@ -96,9 +96,9 @@ struct Variant {
     std::optional<Timing> timing;
     std::optional<ErrorSplit> split;
     std::vector<std::string> passes;                // their types, as in the chain
-    std::vector<std::pair<int, Elision>> elisions;  // frame, what did not run
-    std::string failure;                            // empty: none; else the others went on
-    bool pareto = false;                            // no other is both faster and nearer
+    std::vector<std::pair<int, Elision>> elisions;  // frame, elided work
+    std::string failure;                            // empty: none; the others continued
+    bool pareto = false;                            // no other is both faster and closer
     bool resumed = false;                           // taken from an earlier, interrupted run
 };
 
@@ -110,7 +110,7 @@ enum class Finding { too_few_frames, no_measurable_difference, a_better, b_bette
 const char* name_of(Finding finding);
 
 // Variant 1 against variant 0 in one metric. Differences are B - A; for Better::one they are
-// |B - 1| - |A - 1|, so that below 0 always favors B but for Better::higher.
+// |B - 1| - |A - 1|, so that below 0 favors B, except with Better::higher.
 struct MetricComparison {
     std::string metric;
     std::vector<std::optional<double>> differences;  // per frame
@@ -131,10 +131,10 @@ struct Comparison {
     int bootstrap_replicates = 0;
     int bootstrap_tile_px = 0;
     std::string claims;   // the report's two claims, in words
-    std::string verdict;  // in words that the numbers support
+    std::string verdict;  // in words
 };
 
-// The variant that the page opens on: the one that won, and by what.
+// The variant on which the page opens: the winner, and its metric.
 struct Winner {
     size_t variant = 0;
     std::string metric;
@@ -142,23 +142,23 @@ struct Winner {
 };
 
 enum class ImageKind {
-    input,  // what was filtered
+    input,  // unfiltered
     truth,
     color,      // a variant's result
-    error,      // a variant's error map or, where it was scored, the input's; one channel
-    converged,  // without a truth: what a variant was measured against; variants may share it
+    error,      // error map of a variant or of the scored input; one channel
+    converged,  // without ground truth: a variant's reference; variants may share it
 };
 const char* name_of(ImageKind kind);
 struct StoredImage {
     ImageKind kind = ImageKind::color;
-    int variant = -1;  // index into Report::variants; -1: of input and truth
+    int variant = -1;  // index into Report::variants; -1: input or ground truth
     int frame = 0;
-    std::string map;   // of ImageKind::error: one of kStoredMaps; others follow from the pixels
+    std::string map;   // of ImageKind::error: hdr_flip or flip; the page makes the others
     std::string path;  // relative to Report::folder
     int width = 0, height = 0, channels = 0;  // linear RGB, or 1
 };
 
-// A region worth a look.
+// A region with large errors, or a chosen one.
 struct Crop {
     int frame = 0;
     int x = 0, y = 0, width = 0, height = 0;  // pixels, inside the picture
@@ -170,25 +170,25 @@ inline constexpr const char* kNoiseSigma = "sigma";  // of Report::truth_noise
 struct Report {
     Kind kind = Kind::ab;
     std::string title;
-    std::string folder;     // where it is written; not part of the JSON
-    io::OutputFiles files;  // what may be written there; nor is this
+    std::string folder;     // output; not part of the JSON
+    io::OutputFiles files;  // which files may be written there; not part of the JSON
     std::vector<std::string> command;
     std::string version;  // of postchain
 
     std::string input;                 // as typed
     std::optional<std::string> truth;  // as typed, or "generated (wheels, 256 samples)"
     std::string no_truth;              // why there is none
-    // What the metrics compare with: "truth"; without one "converged" (bench: each variant's own
-    // filter converged) or "a" (ab: the first variant's picture; it has no values of its own).
+    // The metrics' reference: "truth"; without it "converged" (bench: each variant's own filter
+    // converged) or "a" (ab: the first variant's image, which then has no values).
     std::string reference;
     std::vector<int> frames;         // in order
-    std::vector<int> scored_frames;  // those that were measured: without a truth all of them
+    std::vector<int> scored_frames;  // those that were measured: all without ground truth
     int width = 0, height = 0;       // pixels
-    std::vector<int> page_frames;    // those whose images are kept
+    std::vector<int> page_frames;    // frames whose images are kept
 
     std::vector<MetricInfo> metrics;
     std::vector<std::pair<std::string, double>> constants;  // epsilons and the like
-    // HDR-FLIP's, of all references together; the same for every variant and frame.
+    // Of HDR-FLIP, from all references together; the same for every variant and frame.
     double exposure_start = 0, exposure_stop = 0;  // EV
     std::vector<double> exposures;
     std::string tone_mapper;
@@ -201,23 +201,24 @@ struct Report {
     std::vector<std::string> seeds;  // "motion_blur.seed 0"
 
     std::vector<Variant> variants;  // ab: A, then B
-    // The unfiltered input, scored like a variant's result; empty without a truth. It has no
-    // flicker and no grid: those are of filters.
+    // The unfiltered input, scored like a variant's result; empty without ground truth. Flicker and
+    // grid are properties of filters, so it has none.
     Metrics input_metrics;
-    // What the truth's own noise does (metrics/noise.h): "sigma", and by metric what a picture
-    // without any error would score. Empty without a truth.
+    // Effect of the ground truth's own noise (metrics/noise.h): "sigma", and by metric the score of
+    // an image without any error. Empty without ground truth.
     Metrics truth_noise;
     std::optional<Comparison> comparison;  // ab
-    std::optional<Winner> winner;          // none: not decided, or no truth
+    std::optional<Winner> winner;          // none: not decided, or no ground truth
     std::vector<std::string> under;        // bench: "flip=0.1: motion_blur.samples=9 (12.1 ms)"
-    std::string pareto_metric;             // bench: the error beside which time is put
+    std::string pareto_metric;             // bench: the error of the Pareto set
 
     std::vector<StoredImage> images;
     std::vector<Crop> crops;
-    std::vector<std::string> warnings;  // what not to believe, and variants no better than nothing
-    std::vector<std::string> notes;     // what was left out, and doubts of less weight
+    std::vector<std::string> warnings;  // doubtful metrics, variants no better than the input
+    std::vector<std::string> notes;     // omitted parts, minor doubts
 
-    // Writes a text file of the report, whole or not at all, if it may be. Errors (output).
+    // Writes a text file of the report, whole or not at all. Errors (output), also if `files`
+    // forbids it.
     Status write(const std::string& path, std::string_view text) const;
     // The stored image, or nullptr.
     const StoredImage* find(ImageKind of, int variant, int frame,

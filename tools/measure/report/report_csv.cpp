@@ -10,8 +10,8 @@ std::string number(const std::optional<double>& value) {
     return value ? figure(*value, 9) : "";
 }
 
-// RFC 4180. What a spreadsheet would take for a formula gets an apostrophe before it; numbers do
-// not come this way.
+// A text field after RFC 4180. An apostrophe precedes text that a spreadsheet would read as a
+// formula.
 std::string field(const std::string& name) {
     const bool formula =
         !name.empty() && std::string("=+-@\t\r").find(name[0]) != std::string::npos;

@@ -7,10 +7,10 @@
 
 namespace postchain::report {
 
-// A row per variant and frame, then one of means; then the same of the unfiltered input.
+// A row per variant and frame, then a row of means; then these rows for the unfiltered input.
 std::string report_as_csv(const Report& report);
 
-// The same as report.csv in report.folder, whole or not at all. Errors (output).
+// Writes it as report.csv in report.folder, whole or not at all. Errors (output).
 Status write_report_csv(const Report& report);
 
 }  // namespace postchain::report

@@ -1,4 +1,4 @@
-// report.json of a report: keys are a contract, written down in docs/report.md.
+// report.json of a report: docs/report.md lists its keys, which are a contract.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@ namespace postchain::report {
 
 std::string report_as_json(const Report& report);
 
-// The same as report.json in report.folder, whole or not at all. Errors (output).
+// Writes it as report.json in report.folder, whole or not at all. Errors (output).
 Status write_report_json(const Report& report);
 
 }  // namespace postchain::report

@@ -13,7 +13,7 @@ std::string number(const std::optional<double>& value, int digits) {
     return value ? figure(*value, digits) : "";
 }
 
-// Text as it is, where Markdown would take it for HTML.
+// Text that Markdown would otherwise read as HTML.
 std::string plain(const std::string& text) {
     std::string out;
     for (char c : text)
@@ -31,7 +31,7 @@ std::string cell(const std::string& text) {
     return out;
 }
 
-// The page says the same (page/src/explain.js).
+// The page says the same (tools/page/report/explain.js).
 constexpr const char* kIntervalsExplained =
     "**t-interval**: how far the mean of these frames may be from the mean over many frames of "
     "this kind. The more the frames disagree and the fewer they are, the wider it is. An interval "
@@ -137,11 +137,11 @@ class Markdown {
             row_cells.push_back("");
             row(row_cells);
         }
-        out_ += "\nIn the Pareto set: no other variant is both faster and nearer by " +
+        out_ += "\nIn the Pareto set: no other variant is both faster and closer by " +
                 report_.pareto_metric + ".\n\n";
     }
 
-    // Metrics that some variant has a value of.
+    // Metrics with a value of at least one variant.
     std::vector<MetricInfo> measured() const {
         std::vector<MetricInfo> metrics;
         for (const MetricInfo& metric : report_.metrics)

@@ -1,4 +1,4 @@
-// report.md: the twin of the page for papers and CI logs.
+// report.md: the tables of the page for papers and CI logs.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@ namespace postchain::report {
 
 std::string report_as_markdown(const Report& report);
 
-// The same as report.md in report.folder, whole or not at all. Errors (output).
+// Writes it as report.md in report.folder, whole or not at all. Errors (output).
 Status write_report_markdown(const Report& report);
 
 }  // namespace postchain::report

@@ -1,4 +1,4 @@
-// Numbers and counts as the sentences and tables of a report print them.
+// Numbers and counts in the sentences and tables of a report.
 #pragma once
 
 #include <cstddef>

@@ -7,10 +7,10 @@ const ParameterTable& study_parameters() {
         ParameterTableBuilder<StudySettings>()
             .text("output", &StudySettings::folder,
                   {.unit = "DIR",
-                   .help = "folder of the study; made when it is not there",
+                   .help = "folder of the study; created if it does not exist",
                    .required = true})
             .choice("on_existing", &StudySettings::on_existing, {"fail", "overwrite", "skip"},
-                    {.help = "when the folder has a study; skip: results of the same chains, "
+                    {.help = "if the folder has a study; skip: results of the same chains, "
                              "settings and files are kept"})
             .text("chunk", &StudySettings::chunk,
                   {.unit = "I/N",

@@ -1,4 +1,4 @@
-// What a study is told besides its file, and the table of it.
+// Settings of a study outside its file, and their table.
 #pragma once
 
 #include <string>
@@ -13,7 +13,7 @@ struct StudySettings {
     std::string chunk;  // "2/4" of the units; empty: all
     io::OnExisting on_existing = io::OnExisting::skip;
 };
-// Rows of the group kSplitGroup are for who splits a study by hand.
+// Rows of the group kSplitGroup split a study by hand.
 inline constexpr const char* kSplitGroup = "split";
 const ParameterTable& study_parameters();
 

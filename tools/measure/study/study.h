@@ -1,4 +1,4 @@
-// A study: ab or bench over several scenes, as its file says it.
+// A study: ab or bench over several scenes, read from its file.
 //
 //   YAML or JSON --study_reader.h--> Study --units_of()--> Units: one call of ab or bench each
 //
@@ -24,24 +24,24 @@ struct Scene {
     std::string input;     // as typed
     std::string truth;     // as typed; empty: none
     std::string settings;  // all of them, as typed and in one line
-    experiment::BenchSettings measured;  // `run` of it too; ab takes what it knows of these
+    experiment::BenchSettings measured;  // with `run`; ab uses the settings it has
 };
 
 struct Study {
     std::string file;
     std::string title;
     report::Kind kind = report::Kind::ab;
-    std::vector<experiment::NamedChain> chains;      // of ab; of bench the swept one
+    std::vector<experiment::NamedChain> chains;      // ab: all; bench: the swept one
     std::vector<std::string> chain_files;            // in the same order
     std::vector<experiment::BenchVariant> variants;  // of bench
-    std::vector<std::pair<size_t, size_t>> pairs;    // what is compared: B against A, by index
+    std::vector<std::pair<size_t, size_t>> pairs;    // indices of A and B
     std::vector<Scene> scenes;
 
-    std::vector<std::string> names() const;  // of what is compared: chains or variants
+    std::vector<std::string> names() const;  // chains or variants
     const Chain& chain(size_t index) const;  // of names()[index]
 };
 
-// One call of ab or bench: a scene and, of ab, a pair.
+// One call of ab or bench: a scene and, for ab, a pair.
 struct Unit {
     std::string name;  // "wheels.lens_vs_joint", "wheels"; a file name
     size_t scene = 0;

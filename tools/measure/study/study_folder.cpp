@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 constexpr TextLimits kResultLimits = {size_t(64) << 20, 32};
 
-// Shortened to what stands around the first difference.
+// Shortened to the text around the first difference.
 std::string shown(const std::string& line, size_t from) {
     constexpr size_t kMost = 120;
     const size_t begin = from > 40 ? from - 40 : 0;
@@ -57,7 +57,7 @@ std::vector<std::string> folders_in(const std::string& folder) {
     return folders;
 }
 
-// The report in a folder of its own, with its mark where nothing else is left.
+// Removes the report in a folder of its own, and its mark if no other file remains.
 Status remove_scene(const std::string& folder) {
     const std::string mark = experiment::kFolderMark;
     std::error_code error;
@@ -70,7 +70,7 @@ Status remove_scene(const std::string& folder) {
     return experiment::remove_files(folder, [&](const std::string& name) { return name == mark; });
 }
 
-// What a study has written, and nothing else.
+// Removes the files of a study, and no others.
 Status remove_study(const Study& study, const std::string& path) {
     std::set<std::string> known;
     for (const Unit& unit : units_of(study)) known.insert(fs::path(result_path(unit)).filename());
@@ -119,14 +119,14 @@ Result<StudyFolder> StudyFolder::open(const Study& study, const std::string& pat
     std::error_code error;
     fs::create_directories(path + "/units", error);
     if (error)
-        return Status(StatusCode::output, path + "/units: cannot be made: " + error.message());
+        return Status(StatusCode::output, path + "/units: cannot be created: " + error.message());
     io::remove_dead_temporaries(path + "/units", [](const std::string&) { return true; });
     StudyFolder folder(path, std::move(files));
     if (Status status = folder.check_results(study); !status.ok()) return status;
     return folder;
 }
 
-// Those that are there belong to this study as it is now.
+// Existing results belong to this study as it is now.
 Status StudyFolder::check_results(const Study& study) const {
     std::set<std::string> known;
     for (const Unit& unit : units_of(study)) {
@@ -138,10 +138,11 @@ Status StudyFolder::check_results(const Study& study) const {
         const std::string name = entry.path().filename().string();
         if (entry.path().extension() == ".json" && name[0] != '.' && !known.contains(name) &&
             is_result(entry.path().string()))
-            return Status(StatusCode::usage,
-                          concat(path_, "/units/", name,
-                                 ": is of another study: this one has no such scene or question; "
-                                 "name another folder with --output, or --on-existing overwrite"));
+            return Status(
+                StatusCode::usage,
+                concat(path_, "/units/", name,
+                       ": belongs to another study: this one has no such scene or question; "
+                       "name another folder with --output, or --on-existing overwrite"));
     }
     return Status();
 }
@@ -155,7 +156,7 @@ Result<std::optional<UnitResult>> StudyFolder::result(const Study& study, const 
     auto result = unit_result_from(*text);
     if (!result)
         return Status(StatusCode::input,
-                      path + ": is no result of a study; remove it, and it is made again");
+                      path + ": is not a result of a study; remove it, and it is made again");
     // A scene that failed is tried again, whatever has changed since.
     if (!result->failure.empty()) return result;
     const std::string differs = difference(result->made_from, made_from(study, unit));

@@ -1,4 +1,4 @@
-// The folder of a study, in which any number of processes may work at a time.
+// The folder of a study; any number of processes may work in it at a time.
 #pragma once
 
 #include <optional>
@@ -14,15 +14,15 @@ inline constexpr const char* kStudyMark = ".postchain-study";
 
 class StudyFolder {
   public:
-    // Makes it, or goes on in one that bears the mark. `on_existing`: fail, where results are
-    // there; skip: they are kept; overwrite: they are removed first. Errors (usage): an input lies
-    // in it, results of another study or of other files; (output).
+    // Creates it, or continues in one that has the mark. `on_existing`: fail if results exist; skip
+    // keeps them; overwrite removes them first. Errors (usage): an input is in it, results of
+    // another study or of other files; (output).
     static Result<StudyFolder> open(const Study& study, const std::string& path,
                                     io::OnExisting on_existing);
 
     const std::string& path() const { return path_; }
-    // Nothing while there is none. Errors (usage): of another study or of other files, with the
-    // first line that differs; (input): the file cannot be read.
+    // No value if no result exists yet. Errors (usage): a result of another study or of other
+    // files, with the first line that differs; (input): the file cannot be read.
     Result<std::optional<UnitResult>> result(const Study& study, const Unit& unit) const;
     Status keep(const Unit& unit, const UnitResult& result) const;
     // A file of the folder, whole or not at all. Errors (output).

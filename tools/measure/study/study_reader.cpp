@@ -39,19 +39,19 @@ std::string flow_of(const TextNode& node) {
     if (node.is_map()) {
         std::string text;
         for (const TextEntry& entry : node.entries)
-            text += concat(text.empty() ? "" : ", ", flow_of(entry.key), ": ",
-                           flow_of(entry.value));
+            text +=
+                concat(text.empty() ? "" : ", ", flow_of(entry.key), ": ", flow_of(entry.value));
         return "{" + text + "}";
     }
     if (node.is_null()) return "null";
-    // What a list or map on one line would read as something else is a string.
+    // Text that flow style would read as something else is a string.
     if (!node.quoted && node.text.find_first_of(",[]{}:#'") == std::string::npos) return node.text;
     std::string text;
     for (const char c : node.text) text += c == '\'' ? "''" : std::string(1, c);
     return "'" + text + "'";
 }
 
-// Rows of bench that a study decides itself.
+// Rows of bench that a study sets itself.
 bool is_own(const std::string& key) {
     return key == "output" || key == "assets" || key == "on_existing" || key == "max_variants" ||
            key == "truth";
@@ -120,9 +120,9 @@ class StudyReader {
     std::optional<ChainText> chain_text(const TextNode& at, const std::string& path) {
         // A list of passes, at its line of the study file.
         if (at.is_list())
-            return ChainText{study_.file,
-                             concat(std::string(size_t(at.line - 1), '\n'), "{postchain: ",
-                                    kChainFileVersion, ", passes: ", flow_of(at), "}")};
+            return ChainText{study_.file, concat(std::string(size_t(at.line - 1), '\n'),
+                                                 "{postchain: ", kChainFileVersion,
+                                                 ", passes: ", flow_of(at), "}")};
         if (!at.is_scalar() || at.text.empty()) {
             error(at, path, at.describe() + " is not a chain's name, file or list of passes");
             return std::nullopt;
@@ -301,7 +301,7 @@ class StudyReader {
         return row.group == sequence::kInputGroup || row.group == sequence::kPlanGroup;
     }
 
-    // Every key of a map that is one of the tables'; `more`: those that the caller reads.
+    // Every key of a map that is in a table; `more`: keys that the caller reads.
     void read_settings(const TextNode& map, const std::string& above, Typed& typed,
                        std::vector<std::string> more) {
         const ParameterTable& own = experiment::bench_parameters();

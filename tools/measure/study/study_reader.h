@@ -1,4 +1,4 @@
-// The file of a study, read. Format: docs/studies.md.
+// Reads the file of a study. Format: docs/studies.md.
 #pragma once
 
 #include <functional>
@@ -14,12 +14,12 @@ namespace postchain::study {
 inline constexpr int kStudyFileVersion = 1;
 inline constexpr size_t kMaxUnits = 10000;
 
-// Where the paths of a study lead. A failure's message is put at the place of the text.
+// Resolves the paths of a study. Errors are reported at the place of the path in the file.
 struct StudyPaths {
     std::function<Result<std::string>(const std::string&)> file;
     std::function<Result<io::PathPattern>(const io::PathPattern&)> pattern;
 };
-// From the folder of the study's file.
+// Relative to the folder of the study's file.
 StudyPaths paths_beside(const std::string& study_file);
 
 struct StudyFile {
@@ -27,8 +27,8 @@ struct StudyFile {
     Diagnostics diagnostics;
     Status status() const { return status_of(diagnostics); }
 };
-// Reads chains, cameras and profiles too, but no frame. Errors: (usage) what is wrong in the text,
-// (chain) and (input) what is wrong in the files that it names.
+// Reads chains, cameras and profiles too, but no frame. Errors: (usage) in the text, (chain) and
+// (input) in the files that it names.
 StudyFile read_study(std::string_view text, const std::string& file_name,
                      const PassRegistry& registry, const StudyPaths& paths,
                      const std::string& version);

@@ -54,7 +54,7 @@ const char* word_of(Decision decision) {
     return "b_nearer";
 }
 
-// RFC 4180, and no formula for a spreadsheet.
+// RFC 4180; a spreadsheet does not read it as a formula.
 std::string field(const std::string& text) {
     std::string out = "\"";
     if (!text.empty() && std::string("=+-@\t\r").find(text[0]) != std::string::npos) out += '\'';
@@ -62,7 +62,7 @@ std::string field(const std::string& text) {
     return out + "\"";
 }
 
-// A cell of a table of Markdown, in which no text is HTML.
+// A cell of a Markdown table; its text is never HTML.
 std::string cell(const std::string& text) {
     std::string out;
     for (const char c : text) {
@@ -156,8 +156,8 @@ StudyReport make_report(const Study& study, const std::vector<UnitResult>& resul
         const UnitResult& result = results[u];
         SceneEntry& entry = report.scenes[units[u].scene];
         if (!result.failure.empty()) {
-            entry.failure += (entry.failure.empty() ? "" : "; ") +
-                             (entry.failure == result.failure ? "" : result.failure);
+            if (entry.failure.find(result.failure) == std::string::npos)
+                entry.failure += (entry.failure.empty() ? "" : "; ") + result.failure;
             continue;
         }
         renderers.insert(result.renderer);
@@ -178,7 +178,7 @@ StudyReport make_report(const Study& study, const std::vector<UnitResult>& resul
         report.notes.push_back(
             "Scenes were measured on different devices, whose rounding may differ.");
     report.notes.push_back(
-        "A gain is how much nearer the second is to the truth than the first, frame by frame of "
+        "A gain is how much closer the second is to ground truth than the first, frame by frame of "
         "one scene; then means over the frames of a scene, the scenes of a family, and families. "
         "Intervals are 95 %, over families.");
     if (report.tables.size() > 1)

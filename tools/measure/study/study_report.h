@@ -2,8 +2,8 @@
 //
 //   results --make_report()--> StudyReport --> report.json, report.csv, report.md, index.html
 //
-// It has no times: those are in the reports of the scenes. So its bytes follow from the results,
-// however the work was split.
+// It has no times; they are in the reports of the scenes. So its bytes depend on the results only,
+// not on how the work was split.
 #pragma once
 
 #include <string>
@@ -19,7 +19,7 @@ struct SceneEntry {
     std::vector<int> frames;
     int width = 0, height = 0;         // pixels
     std::vector<std::string> reports;  // index.html of each call of ab or bench, relative
-    std::string failure;               // then the scene is in no table
+    std::string failure;               // if not empty, the scene is in no table
 };
 
 struct StudyReport {
@@ -38,9 +38,10 @@ struct StudyReport {
     size_t failures() const;
 };
 
-// Of all units, in the order of units_of(). A scene is in the tables when all of its units are.
+// `results` of all units, in the order of units_of(). A scene is in the tables if all its units
+// are.
 StudyReport make_report(const Study& study, const std::vector<UnitResult>& results);
-// Errors: those of StudyFolder::result(); (input): a result is not there.
+// Errors: those of StudyFolder::result(); (input): a result is missing.
 Result<StudyReport> read_report(const Study& study, const StudyFolder& folder);
 
 std::string report_as_json(const StudyReport& report);

@@ -100,7 +100,7 @@ class Maker {
         }
     }
 
-    // Variants are put side by side over the same families only.
+    // Variants are compared over the same families only.
     void find_means() {
         std::vector<const Row*> whole;
         for (const Row& family : table_.families)
@@ -150,12 +150,12 @@ class Maker {
         if (result.nearer + result.farther == 0) return "no difference";
         const bool b_nearer = *result.mean >= 0;
         const auto amount = [&](double gain) { return report::figure(b_nearer ? gain : -gain); };
-        const std::string by = concat(b_nearer ? b : a, " is nearer than ", b_nearer ? a : b,
+        const std::string by = concat(b_nearer ? b : a, " is closer than ", b_nearer ? a : b,
                                       " by ", amount(*result.mean));
-        if (!result.interval) return by + " in the one family there is; nothing is decided";
+        if (!result.interval) return by + " in the only family; nothing is decided";
         const double low = b_nearer ? result.interval->low : result.interval->high;
         const double high = b_nearer ? result.interval->high : result.interval->low;
-        // An interval is there from two families on.
+        // Two families give an interval.
         const std::string text =
             concat(by, " (", amount(low), " to ", amount(high), "), in ",
                    b_nearer ? result.nearer : result.farther, " of ", result.families, " families");

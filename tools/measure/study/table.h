@@ -1,11 +1,11 @@
-// The table of a study: figures of scenes -> means of families, mean over families, and what may be
-// said of each pair of chains.
+// The table of a study: figures of scenes -> means of families, mean over families, and the finding
+// for each pair of chains.
 //
 //   frames of a scene --mean--> scene --mean--> family --mean, 95 % t interval, signs--> study
 //
-// A gain is how much nearer B is to the truth than A, frame by frame of one scene: A - B of an
+// A gain is how much closer B is to ground truth than A, frame by frame of one scene: A - B of an
 // error, B - A of psnr and ssim, |A - 1| - |B - 1| of a ratio. Above 0 always favors B. The family
-// is the unit: scenes of one family are not independent of each other.
+// is the unit, because scenes of one family are not independent.
 #pragma once
 
 #include <map>
@@ -20,7 +20,7 @@ namespace postchain::study {
 
 using Values = std::vector<std::optional<double>>;
 
-// Of one scene. Frames of one pair are those of one call of ab; a value that is missing is null.
+// Figures of one scene. Frames of one pair are those of one call of ab; a missing value is null.
 struct SceneFigures {
     std::string scene, family;
     std::map<size_t, std::map<std::string, Values>> variants;  // index, metric -> per frame
@@ -31,7 +31,7 @@ struct SceneFigures {
 };
 
 struct Row {
-    std::string name, family;  // of a scene; a family's row has no family
+    std::string name, family;  // family: of a scene; empty in a family's row
     size_t scenes = 1;         // in it
     Values means;              // of each variant
     Values gains;              // of each pair
@@ -46,7 +46,7 @@ struct PairResult {
     int farther = 0;  // below
     int scenes = 0;
     int scenes_nearer = 0;
-    double sign_probability = 1;  // two-sided: of a split of the signs as uneven by chance
+    double sign_probability = 1;  // two-sided: of signs at least as uneven by chance
     Decision decision = Decision::too_few;
     std::string words;
 };
@@ -55,13 +55,13 @@ struct MetricTable {
     report::MetricInfo metric;
     std::vector<Row> scenes, families;
     Values means;                // of each variant, over the families that have all of them
-    std::optional<size_t> best;  // of those, the nearest to the truth
+    std::optional<size_t> best;  // the closest of these to ground truth
     std::vector<PairResult> pairs;
 };
 
-// Two-sided probability of at most min(positive, negative) of one sign in fair throws.
+// Two-sided probability of at most min(positive, negative) of one sign in fair coin throws.
 double sign_probability(int positive, int negative);
-// How much nearer to the truth b is than a.
+// How much closer to ground truth b is than a.
 double gain_of(report::Better better, double a, double b);
 
 // A table for each metric that has a value. Rows are in the order of `scenes`; families in the

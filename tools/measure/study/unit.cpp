@@ -22,7 +22,7 @@ void add_stamp(std::vector<std::string>& lines, const std::string& what, const s
                            " bytes, changed ", stamp.time));
 }
 
-// The frames asked for and, because chains may read neighbors, those beside them.
+// The requested frames and, because chains may read neighbors, those beside them.
 void add_frames(std::vector<std::string>& lines, const Scene& scene) {
     const auto& run = scene.measured.run;
     const auto list = io::find_frames(run.input, run.frames);
@@ -63,7 +63,7 @@ void take(const report::Report& report, UnitResult& result) {
         }
         UnitResult::Figures figures{variant.name, {}};
         for (const auto& [metric, series] : variant.metrics) {
-            // Of a few frames only, for the frames it has.
+            // Ground truth may exist for some of the frames only.
             figures.metrics[metric] = series.frames;
         }
         result.variants.push_back(std::move(figures));
@@ -100,8 +100,7 @@ Result<report::Report> measured_bench(const Study& study, experiment::BenchSetti
     if (stop && *stop) return Status(StatusCode::canceled, "stopped");
     if (!found.ok()) return found;
     if (settings.truth.empty())
-        return Status(StatusCode::input,
-                      "has no truth to be measured against: " + settings.no_truth);
+        return Status(StatusCode::input, "has no ground truth: " + settings.no_truth);
     return experiment::run_bench(study.variants, settings, *files, machine.executor, progress,
                                  stop);
 }
@@ -204,7 +203,7 @@ Result<UnitResult> measure_unit(const Study& study, const Unit& unit, const std:
     if (unit.pair) {
         const auto& [a, b] = study.pairs[*unit.pair];
         cameras = {study.chain(a).camera, study.chain(b).camera};
-        // What stands there is of this study: its folder bears the study's mark.
+        // An existing report belongs to this study, because the folder has the study's mark.
         settings.on_existing = io::OnExisting::overwrite;
         settings.resumes = false;
     } else {

@@ -1,7 +1,7 @@
-// Units of a study: what each was made from, its result on disk, and the one call that makes it.
+// Units of a study: the inputs of each, its result on disk, and the call that measures it.
 //
-//   DIR/scenes/SCENE[/A_vs_B]/   the report of ab or bench       (experiment/, as ever)
-//   DIR/units/UNIT.json          its figures and what made them, written whole or not at all
+//   DIR/scenes/SCENE[/A_vs_B]/   the report of ab or bench       (experiment/)
+//   DIR/units/UNIT.json          its figures and inputs, written whole or not at all
 #pragma once
 
 #include <atomic>
@@ -20,12 +20,12 @@
 namespace postchain::study {
 
 struct UnitResult {
-    // Lines: version, chains, settings, size and time of every file that is read. Two results of
-    // equal lines are the same but for rounding of other devices.
+    // Lines: version, chains, settings, size and time of every file that is read. Results with
+    // equal lines are equal, except for rounding of other devices.
     std::vector<std::string> made_from;
-    std::string failure;  // why the scene could not be measured; then nothing follows
+    std::string failure;  // why the scene could not be measured; then the rest is empty
     std::string renderer;
-    std::string truth;  // as the report names it
+    std::string truth;  // as in the report
     std::vector<int> frames;
     int width = 0, height = 0;  // pixels
     struct Figures {
@@ -43,22 +43,22 @@ std::string claim_path(const Unit& unit);
 std::string report_folder_of(const Study& study, const Unit& unit);
 
 std::string text_of(const UnitResult& result);
-// Nothing when `text` is not what text_of() makes.
+// No value if text_of() did not make `text`.
 std::optional<UnitResult> unit_result_from(const std::string& text);
 
-// Where units are measured.
+// The device on which units are measured.
 struct Machine {
     Executor& executor;
     std::string renderer;
     bool software = false;
-    std::function<Status()> make_current;  // after a truth was rendered in a context of its own
+    std::function<Status()> make_current;  // after ground truth was rendered in another context
     egl::ContextOptions options;
     int threads = 0;  // CPU threads; 0 = one per core
     std::vector<std::string> command;
 };
 
-// By run_ab() or run_bench(), with its report written under `folder`. What fails in the scene is in
-// the result; errors are what ends the study: (output), (gl), (canceled) by `stop`, (internal).
+// Calls run_ab() or run_bench() and writes the report under `folder`. The result has failures of
+// the scene. Errors end the study: (output), (gl), (canceled) by `stop`, (internal).
 Result<UnitResult> measure_unit(const Study& study, const Unit& unit, const std::string& folder,
                                 const Machine& machine,
                                 const experiment::ProgressCallback& progress,

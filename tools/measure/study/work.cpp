@@ -45,7 +45,7 @@ Result<WorkDone> work_on_units(const Study& study, const StudyFolder& folder,
             auto claim = io::Claim::take(folder.path() + "/" + claim_path(units[i]));
             if (!claim.ok()) return claim.status();
             if (!*claim) continue;
-            // What another has made while this one did something else.
+            // Another process has made it meanwhile.
             auto result = folder.result(study, units[i]);
             if (!result.ok()) return result.status();
             if (*result && !failed_before.contains(i)) {

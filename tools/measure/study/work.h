@@ -2,8 +2,8 @@
 //
 //   for each unit without a result: claim it (files/claim.h), measure it, keep its result
 //
-// until a round finds nothing to claim. Which process measures a unit has no influence on the
-// result. Whoever finds all results there writes the report: the last to finish always does.
+// until a round finds nothing to claim. The result does not depend on which process measures a
+// unit. A process that finds all results writes the report: the last to finish always does.
 #pragma once
 
 #include "tools/measure/study/study_folder.h"
@@ -14,12 +14,12 @@ namespace postchain::study {
 struct WorkDone {
     size_t units = 0;    // of the study
     size_t made = 0;     // by this process
-    size_t results = 0;  // there now
+    size_t results = 0;  // that exist
     bool complete() const { return results == units; }
 };
 
-// `chunk`: of the units, the part that is worked on. Failures of an earlier process are tried
-// again, once. Errors: those of measure_unit(), StudyFolder::result(), Claim::take().
+// `chunk`: the part of the units to work on. Failures of an earlier process are tried again, once.
+// Errors: those of measure_unit(), StudyFolder::result(), Claim::take().
 Result<WorkDone> work_on_units(const Study& study, const StudyFolder& folder,
                                const io::Chunk& chunk, const Machine& machine,
                                const experiment::ProgressCallback& progress,

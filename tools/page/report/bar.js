@@ -62,7 +62,7 @@ export function fill_bar(page) {
     by_id("zoom-one").addEventListener("click", () => page.viewer.zoom_to(1));
     by_id("zoom-in").addEventListener("click", () => page.viewer.zoom_by(1));
     by_id("zoom-out").addEventListener("click", () => page.viewer.zoom_by(-1));
-    // As in the list: a click leaves the keyboard to the picture.
+    // As in the list: after a click the picture gets the focus.
     for (const button of document.querySelectorAll(".bar button"))
         button.addEventListener("pointerup", () =>
             page.viewer.canvas.focus({ preventScroll: true }));

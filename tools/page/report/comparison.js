@@ -6,8 +6,8 @@ import { explain_intervals, kWorse } from "./explain.js";
 import { metric_name } from "./model.js";
 import { mean_cell, panel } from "./panel.js";
 
-// Difference and interval as a dot and a line, in parts of A's mean; the axis is common. What lies
-// beyond its end is an arrow there.
+// Difference and interval as a dot and a line, in parts of A's mean. All rows have one axis; a
+// value beyond its end is an arrow.
 function whisker(entry, base, reach) {
     const [width, height] = [170, 18];
     const end = width / 2 - 6;
@@ -23,8 +23,8 @@ const kFindings = {
     too_few_frames: "too few frames", no_measurable_difference: "no measurable difference",
     a_better: "A is better", b_better: "B is better",
 };
-// Rows without a finding are folded; where no metric has one, because there are too few frames,
-// only those that are equal.
+// Rows without a finding are folded. If no metric has a finding, because there are too few frames,
+// only rows of equal values are folded.
 function folds_of(entries) {
     const few = entries.every((m) => m.finding === "too_few_frames" ||
         m.finding === "no_measurable_difference");
@@ -50,7 +50,7 @@ export function add_comparison({ model }, more) {
     const spans = comparison.metrics.flatMap((m, i) => (bases[i] && Number.isFinite(m.mean)
         ? [m.mean, ...(m.t_interval ?? [])].filter(Number.isFinite)
             .map((v) => Math.abs(v) / bases[i]) : []));
-    // Wide enough for nine of ten; the rest leave the box.
+    // Wide enough for nine of ten; the rest become arrows.
     spans.sort((x, y) => x - y);
     const reach = spans[Math.floor(0.9 * (spans.length - 1))] || 1;
     const interval = (v) => (v ? v.map(signed).join(" \u2026 ") : "\u2013");

@@ -1,4 +1,4 @@
-// Where the error comes from, and where the time goes.
+// The parts of the error, and the time of each pass.
 import { h } from "../shared/dom.js";
 import { head, percent } from "../shared/tables.js";
 import { milliseconds, number } from "../shared/words.js";
@@ -25,7 +25,7 @@ export function add_split(page, more) {
         const stacked = select.value === "mse";
         const value = (s, key) => (stacked ? s.data.split.mse
             : s.data.split.others[select.value])?.[key];
-        // Without a truth there is no model error and no total.
+        // Without ground truth neither model error nor total exists.
         const there = (key) => sources.some((s) => Number.isFinite(value(s, key)));
         const kinds = [...kParts, ...(stacked ? [["cross", "what is left of the total"]] : [])]
             .map(([key, help], i) => ({ key, help, color: color(i),
@@ -98,7 +98,7 @@ export function add_times(page, more) {
     const { model } = page;
     const sources = model.variant_sources.filter((s) => s.data.timing);
     if (!sources.length) return;
-    // "0.motion_blur" -> "motion_blur": a pass keeps its color wherever it stands.
+    // "0.motion_blur" -> "motion_blur": a pass keeps its color at any position.
     const kind = (pass) => pass.replace(/^\d+\./, "");
     const kinds = [...new Set(sources.flatMap((s) =>
         s.data.timing.passes.map((p) => kind(p.pass))))];

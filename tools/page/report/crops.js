@@ -1,12 +1,11 @@
-// Regions worth a look, side by side: those found with the report, and those chosen with shift and
-// drag. They follow exposure, tone curve and error map of the canvas; a click shows the region
-// there.
+// Regions side by side: those with the largest error, and those chosen with shift and drag. They
+// follow exposure, tone curve and error map of the canvas; a click shows the region there.
 import { h, settle } from "../shared/dom.js";
 import { render } from "./cpu_view.js";
 import { pareto_of } from "./model.js";
 
 const kTile = 150;        // CSS pixels, the longer side
-const kMostTiles = 10;    // beyond: truth, what is shown, what was shown last, and the Pareto set
+const kMostTiles = 10;    // beyond: truth, the source shown, the one before, and the Pareto set
 
 function columns_of({ model, state }) {
     const all = model.sources.filter((s) => s.frames.length);

@@ -1,10 +1,11 @@
-// The pictures that travel with the page: found by what they show, decoded when first wanted.
+// The pictures of the page: found by kind, variant, frame and map, decoded on first use.
 //
 //   base64 --> zlib --> high bytes of all values, then the low bytes (one plane for 8-bit maps)
 //          --> differences to the left (first column: to above), channel by channel --> pixels
 //
-// Written by tools/measure/report/page/encode.cpp. With --assets each picture is a script beside the page
-// that calls postchain_asset(id, base64): the one way a page opened from disk may read a file.
+// Written by tools/measure/report/page/encode.cpp. With --assets each picture is a script beside the
+// page that calls postchain_asset(id, base64): a page opened from disk can read a file in no other
+// way.
 
 const kCacheBytes = 768 * 2 ** 20;
 
@@ -66,7 +67,7 @@ export class ImageStore {
             .filter((entry) => entry.kind === "error").map((entry) => entry.map))];
     }
 
-    // The picture when it is decoded, else undefined.
+    // The picture if it is decoded, otherwise undefined.
     ready(kind, variant, frame, map) {
         const name = name_of(kind, variant, frame, map);
         const held = this.cache.get(name);
@@ -76,7 +77,7 @@ export class ImageStore {
         return held.image;
     }
 
-    // {width, height, channels, bits, data, name}; undefined when there is none.
+    // {width, height, channels, bits, data, name}; undefined if there is none.
     async load(kind, variant, frame, map) {
         const name = name_of(kind, variant, frame, map);
         const entry = this.entries.get(name);

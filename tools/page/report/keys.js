@@ -1,5 +1,5 @@
-// The keyboard. Keys belong to the page as a whole, but not while one types or chooses in a field;
-// space presses a button that has the focus.
+// The keyboard. Keys act on the whole page, except while a field is being edited; space presses a
+// button that has the focus.
 import { by_id, h, limit } from "../shared/dom.js";
 
 const kKeys = [

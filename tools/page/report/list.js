@@ -40,7 +40,7 @@ export function fill_list(page) {
             title: failure || source.data?.name ||
                 (source.data && "what the metrics are without any filter"),
             onclick: () => page.show(source.key),
-            // After a click the keyboard belongs to the picture, so that space flips.
+            // After a click the picture gets the focus, so that space flips.
             onpointerup: () => page.viewer.canvas.focus({ preventScroll: true }),
         }, h("kbd", {}, source.digit), h("span", { class: "name" }, source.name), parts.figure,
         h("span", { class: "figure", title: untrusted && source.data.timing.why_not },
@@ -99,7 +99,7 @@ export function fill_list(page) {
     state.watch(["frame", "map", "show"], () => page.viewer.loaded?.then(() =>
         page.viewer.cursor && values(page.viewer.cursor)));
 
-    // The same in words, for the cursor of the keyboard.
+    // The values in words, for the cursor of the keyboard.
     page.read_values = (pixel) => {
         const map = model.maps.find((m) => m.key === state.get("map"));
         page.say(`${pixel.x}, ${pixel.y}: ` + model.sources.map((source) => {

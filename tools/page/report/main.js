@@ -37,7 +37,7 @@ function start() {
     by_id("warnings").hidden = !model.warnings.length;
 
     const shown = model.sources.filter((s) => s.frames.length);
-    // The variant that won; of two without a winner B, beside A.
+    // The variant that won; without a winner B of two.
     const colors = shown.filter((s) => s.kind === "color");
     const first = colors.find((s) => s.variant === model.winner?.variant) ??
         (model.comparison && colors[1]) ?? colors[0] ?? shown[0] ?? model.sources[0];

@@ -1,4 +1,4 @@
-// The report as the page wants it: report.json (docs/report.md) and the list of pictures.
+// The report in the form of the page: report.json (docs/report.md) and the list of pictures.
 import { is_better } from "../shared/words.js";
 import { kMaps, kTones } from "./tone.js";
 
@@ -7,8 +7,8 @@ const kMapNames = { hdr_flip: "HDR-FLIP", flip: "FLIP", relmse: "relMSE", smape:
     relmse_trimmed: "relMSE trimmed", nonfinite: "non-finite pixels" };
 export const metric_name = (key) => kMapNames[key] ?? key.replaceAll("_", " ");
 
-// Short names: "samples=5, preset=39" for "motion_blur.samples=5, fxaa.preset=39" where the last
-// part of every swept key says which it is.
+// Short names: "samples=5, preset=39" for "motion_blur.samples=5, fxaa.preset=39" if the last parts
+// of all swept keys differ.
 function names_of(variants) {
     const last = (key) => key.split(".").at(-1);
     const keys = [...new Set(variants.flatMap((v) => Object.keys(v.sweep)))];
@@ -25,8 +25,8 @@ export function model_of(report, store) {
 
     const names = names_of(report.variants);
 
-    // What can be shown on the canvas, in the order of the list. key: as in the address; digit:
-    // the key of the keyboard; frames: those it has a picture of.
+    // Sources of the canvas, in the order of the list. key: as in the address; digit: the key of
+    // the keyboard; frames: frames with a picture.
     model.sources = report.variants.map((variant, index) => ({
         key: String(index + 1), kind: "color", variant: index, name: names[index],
         digit: index < 9 ? String(index + 1) : "", data: variant,
@@ -40,9 +40,9 @@ export function model_of(report, store) {
     if (input_frames.length)
         model.sources.push({ key: "input", kind: "input", variant: -1, name: "Input", digit: "I",
             frames: input_frames,
-            // Scored where there is a truth.
+            // Scored with ground truth only.
             data: report.input_metrics ? { metrics: report.input_metrics } : undefined });
-    // The names of variants are short here.
+    // Names of variants are shortened.
     model.left_out = report.left_out.map((row) => ({ ...row, variant:
         names[report.variants.findIndex((v) => v.name === row.variant)] ?? row.variant }));
     model.crops = report.crops.map((crop) => {

@@ -83,7 +83,8 @@ export function overlay(page) {
             const map = page.viewer.shown?.map;
             const at = map && page.viewer.values(source, pixel, map)?.place;
             if (at !== undefined)
-                scale.children[1]?.after(h("div", { class: "needle", style: { "--at": percent(at) } }));
+                scale.children[1]?.after(
+                    h("div", { class: "needle", style: { "--at": percent(at) } }));
         },
         choosing(box) {
             const mark = by_id("choosing");

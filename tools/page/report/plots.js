@@ -6,7 +6,7 @@ import { metric_name, pareto_of } from "./model.js";
 const kReach = 28;   // CSS pixels a click may miss a point by
 const kFont = "12px system-ui, sans-serif";
 
-// Ticks of a logarithmic axis: 1, 2, 5 of each decade, or evenly spaced when that is too few.
+// Ticks of a logarithmic axis: 1, 2, 5 of each decade, or evenly spaced if these are too few.
 function log_ticks(low, high) {
     const ticks = [];
     for (let decade = Math.floor(Math.log10(low)); decade <= Math.log10(high); ++decade)
@@ -29,7 +29,7 @@ function even_ticks(low, high) {
 const tick_text = (v) => (v && (Math.abs(v) < 1e-3 || Math.abs(v) >= 1e5) ? number(v, 1)
     : String(Number(v.toPrecision(3))));
 
-// {scale, axis} of uPlot for values; logarithmic where `log` and all are positive.
+// {scale, axis} of uPlot for values; logarithmic if `log` and all are positive.
 function axis_of(values, log, label, size) {
     log = log && values.every((v) => v > 0);
     const [low, high] = [Math.min(...values), Math.max(...values)];
@@ -67,7 +67,7 @@ function place_of(plot, x, y) {
 
 export function add_pareto(page, more) {
     const { model, state } = page;
-    // Against one of the variants itself there is no error.
+    // The first of two variants as reference has no error.
     if (model.reference_kind === "a") return;
     if (!model.variant_sources.some((s) => model.time(s.data) !== undefined)) return;
     const box = h("div", { class: "plot pareto", tabindex: "0", role: "img" });
@@ -122,11 +122,11 @@ export function add_pareto(page, more) {
         }
         c.restore();
     }
-    // What is shown first, then the Pareto set: labels of the rest would crowd a large sweep.
+    // Labels go to the shown point, then to the Pareto set; the rest would crowd a large sweep.
     const rank = (i) => (points[i].key === state.get("show") ? 0
         : front.includes(i) ? 1 : points.length <= 12 ? 2 : 3);
-    // A label where no other one lies: above the line to the right, else around the point, else
-    // none.
+    // A label that covers no other: to the right above the line, otherwise elsewhere around the
+    // point, otherwise none.
     function label(u, i, x, y, taken) {
         const c = u.ctx;
         const density = devicePixelRatio;
@@ -189,8 +189,9 @@ export function add_pareto(page, more) {
         const input = model.source("input")?.data;
         about.textContent = `${name} against ${model.compared}: ${way_of(metric)}. ` +
             (input && model.mean(input, metric.name) !== undefined
-                ? `The unfiltered input has ${number(model.mean(input, metric.name))}. ` : "") + `On the line: no other variant is both ` +
-            "faster and nearer. A click shows the picture." +
+                ? `The unfiltered input has ${number(model.mean(input, metric.name))}. ` : "") +
+            "On the line: no other variant is both " +
+            "faster and closer. A click shows the picture." +
             (model.variant_sources.some((s) => s.data.timing?.trustworthy === false)
                 ? " Not all times are to be trusted: see below." : "");
         const words = front.map((i) =>

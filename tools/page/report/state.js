@@ -1,10 +1,9 @@
-// What the page shows, kept in the part of the address after #, so that a link shows the same.
+// The state of the page, kept in the part of the address after #, so that a link shows the same.
 //
 // show, last: "truth", "input" or the number of a variant, from 1; docs/report.md has the rest.
 import { settle } from "../shared/dom.js";
 
-// key in the address -> member, how it is read and written. A value that does not parse is left
-// out and the default stands.
+// key in the address -> member, how it is read and written. An invalid value is ignored.
 const number_between = (low, high) => ({
     read: (text) => {
         const v = Number(text);
@@ -35,7 +34,7 @@ export function fields_of(model) {
         map: one_of(model.maps.map((m) => m.key)),
         pin: flag,
         zoom: number_between(0, 64),  // device pixels per picture pixel; 0: the whole picture
-        x: number_between(-1e5, 1e5),  // picture pixel at the middle of the canvas
+        x: number_between(-1e5, 1e5),  // picture pixel at the center of the canvas
         y: number_between(-1e5, 1e5),
         metric: one_of(model.metrics.map((m) => m.name)),
         crops: boxes(model.page_frames, model.width, model.height),
@@ -69,7 +68,7 @@ export class State {
         return values;
     }
 
-    // What stands in the address: members that differ from the default.
+    // The part of the address after #: members that differ from the default.
     hash() {
         return Object.entries(this.fields)
             .map(([key, { write }]) =>

@@ -32,7 +32,7 @@ export function add_variants(page, more) {
     follow(page, rows);
 }
 
-// What the plans did without, and what that saved: the rows of report.json.
+// Work that the plans left out, and its saving: the rows of report.json.
 export function add_left_out({ model }, more) {
     const rows = model.left_out.map((row, i) => {
         const known = row.bytes || row.dispatches || row.taps;

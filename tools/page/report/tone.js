@@ -49,8 +49,8 @@ export function tone_table(tone, ev) {
     return table;  // NaN: 0
 }
 
-// Error maps in the order of the list. They are made with the report, and so are their scales; those
-// of FLIP are 0 to 1. Formulas: docs/metrics.md.
+// Error maps in the order of the list. They are made with the report, and so are their scales, of
+// which those of FLIP are 0 to 1. Formulas: docs/metrics.md.
 export const kMaps = [
     { key: "hdr_flip", low: 0, high: 1, help: "the largest FLIP over the report's exposures" },
     { key: "flip", low: 0, high: 1, help: "of linear values clamped to 0..1" },
@@ -59,8 +59,8 @@ export const kMaps = [
     { key: "difference", name: "Difference", help: "largest difference of RGB, linear radiance" },
 ];
 
-// The error at a place (0..1) of a scale. At the lower end of a logarithmic one it is 0 or too small
-// for the scale.
+// The error at a place (0..1) of a scale. At the lower end of a logarithmic scale it is 0 or too
+// small for the scale.
 export function error_of(place, { low, high, log }) {
     if (!log) return low + (high - low) * place;
     return place > 0 ? low * (high / low) ** place : 0;

@@ -25,7 +25,7 @@ export class Viewer {
         this.painter = new URLSearchParams(location.search).get("renderer") === "2d"
             ? undefined : GlView.create(canvas, Math.max(model.width, model.height));
         if (!this.painter) {
-            // A canvas that once gave a WebGL context gives no other.
+            // A canvas that once had a WebGL context cannot have another.
             const fresh = canvas.cloneNode();
             canvas.replaceWith(fresh);
             this.canvas = fresh;
@@ -153,7 +153,7 @@ export class Viewer {
             ((y - cy) * this.scale() + this.canvas.height / 2) / density];
     }
 
-    // Zooms to the next step of the ladder; what lies at (x, y), CSS pixels, stays.
+    // Zooms to the next step of the ladder; the point at (x, y), CSS pixels, stays.
     zoom_by(steps, x = this.canvas.clientWidth / 2, y = this.canvas.clientHeight / 2) {
         const now = this.scale();
         const next = steps > 0 ? kLadder.find((z) => z > now * 1.001)
@@ -174,7 +174,7 @@ export class Viewer {
             zoom, x: limit(x, 0, this.model.width), y: limit(y, 0, this.model.height),
         });
     }
-    // Puts a region of the picture in the middle, as large as it goes.
+    // Centers a region of the picture, as large as it fits.
     show_region({ x, y, width, height }) {
         const room = Math.min(this.canvas.width / width, this.canvas.height / height);
         const zoom = kLadder.findLast((z) => z <= room) ?? kLadder[0];
@@ -277,7 +277,7 @@ export class Viewer {
         };
     }
 
-    // RGB (0..255) of the canvas where the middle of a pixel of the picture lies.
+    // RGB (0..255) of the canvas at the center of a pixel of the picture.
     read(x, y) {
         this.draw_now();
         const density = this.canvas.width / this.canvas.clientWidth;

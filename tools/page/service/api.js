@@ -1,6 +1,6 @@
 // Requests to the service, and its events.
 
-/** What went wrong, in the words of the service. */
+/** An error reply of the service. */
 export class Refusal extends Error {
     constructor(status, problem) {
         super(problem.detail || problem.title || `HTTP ${status}`);

@@ -1,5 +1,5 @@
-// The chain editor: passes as forms made from the schema, and the text. The text is what counts;
-// the forms write it, and follow it while it is JSON.
+// The chain editor: passes as forms made from the schema, and the text. The text is submitted; the
+// forms write it, and follow it while it is JSON.
 import { by_id, h, new_id, settle } from "../shared/dom.js";
 import { get, picture, post } from "./api.js";
 import { canEdit, field } from "./form.js";
@@ -97,8 +97,8 @@ function drawForms() {
     chain = parse();
     if (!chain) {
         parts.forms.replaceChildren(h("p", { class: "message" },
-            "This text is no JSON, so there are no forms for it. It is checked and can be run all "
-            + "the same (chain files are YAML, of which JSON is a part)."));
+            "This text is not JSON, so there are no forms for it. It is still checked and can be run "
+            + "(chain files are YAML, which includes JSON)."));
         return;
     }
     const names = Object.keys(schema.$defs).filter((key) => key.startsWith("pass."))
@@ -116,7 +116,7 @@ function drawForms() {
         } }, "Add pass")),
         h("div", { class: "pass card" }, h("details", {},
             h("summary", {}, "camera", h("span", { class: "help" },
-                "the lens, where neither the frames nor the camera file state it")),
+                "the lens, if neither the frames nor the camera file state it")),
             h("div", { class: "body" }, fieldsOf(schema.$defs.camera.properties, camera, (values) => {
                 if (Object.keys(values).length) chain = { postchain: chain.postchain,
                     camera: values, ...chain };

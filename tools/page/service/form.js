@@ -22,7 +22,7 @@ export function canEdit(schema) {
     return kind === "array" && ["number", "integer", "string"].includes(schema.items?.type);
 }
 
-/** What the field holds, as JSON; undefined: nothing, the default. */
+/** The field's value as JSON; undefined: empty, the default. */
 function read(input, schema) {
     const text = input.value.trim();
     const kind = types(schema)[0];
@@ -40,7 +40,7 @@ const written = (value, schema) => (value === undefined || value === null ? ""
     : Array.isArray(value) ? value.join(schema.items?.type === "string" ? "\n" : ", ")
         : String(value));
 
-/** A labeled field; change(value) is called with what was typed. */
+/** A labeled field; change(value) is called with each typed value. */
 export function field(key, schema, value, change, options = {}) {
     const id = new_id(), helpId = new_id(), kind = types(schema)[0];
     const attributes = { id, "aria-describedby": helpId, required: options.required };

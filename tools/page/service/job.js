@@ -1,4 +1,4 @@
-// One job: progress, actions, report, frames with their pictures, what ran and how long it took.
+// One job: progress, actions, report, frames with their pictures, passes and their times.
 import { by_id, h, settle } from "../shared/dom.js";
 import { clock, duration, milliseconds } from "../shared/words.js";
 import { get, post, remove } from "./api.js";
@@ -34,7 +34,7 @@ function reportButton(path) {
     return h("button", { type: "button", class: "primary", "aria-expanded": String(open),
         onclick: (event) => {
             const closes = parts.report.childElementCount > 0;
-            // The report's own scripts run in an origin of their own, where nothing of this is.
+            // The report's scripts run in an origin of their own and cannot reach this page.
             parts.report.replaceChildren(...(closes ? [] : [h("iframe", {
                 src: `${path}/report/index.html`, title: "Report",
                 sandbox: "allow-scripts allow-downloads" })]));
@@ -73,7 +73,7 @@ function begin(job, changed) {
     loadFrames(job.id);
 }
 
-/** changed(job) is called with what an action made of it. */
+/** changed(job) is called after an action with the job's new state. */
 export function showJob(job, changed, fresh = false) {
     if (job.id !== shown) begin(job, changed);
     else if (fresh) loadFrames(job.id);

@@ -1,4 +1,4 @@
-// A new job: a form made from the schema of jobs. What everybody needs first, the rest behind it.
+// A new job: a form made from the schema of jobs, common settings first.
 import { by_id, h } from "../shared/dom.js";
 import { get, post } from "./api.js";
 import { canEdit, field } from "./form.js";
@@ -109,7 +109,7 @@ function form() {
     return made;
 }
 
-/** What would run in each frame, and what is left out and why. */
+/** The passes of each frame, and what is left out and why. */
 function planView(answer) {
     return [h("h3", {}, "Plan"), ...answer.frames.slice(0, 20).map((one) => {
         const plan = one.plan || { passes: [], left_out: [] };

@@ -1,7 +1,8 @@
-// The stability matrix: the worst of each row and check, then every failure and known limit with its
-// pictures.
+// The stability matrix: the worst of each row and check, then every failure and known limit with
+// its pictures.
 import { by_id, h, json_of } from "../shared/dom.js";
 import { head, scroll } from "../shared/tables.js";
+import { counted } from "../shared/words.js";
 
 const kShownWidth = 320;  // CSS pixels to which pictures grow, in whole steps
 const kMostSteps = 64;
@@ -24,13 +25,14 @@ function table() {
     const subjects = [...new Set(matrix.rows.map(({ subject }) => subject))];
     return [
         h("h2", { id: "table" }, "Worst of each row, chain and check"),
-        h("p", {}, "Over the cells of the row and both precisions, the value that is furthest beyond its " +
-            "bound, or closest to it. ", h("em", {}, "limit"), ": outside the bound, known, inside a " +
-            "bound of its own. A dash: the check does not apply."),
+        h("p", {}, "Over the cells of the row and both precisions, the value that is furthest " +
+            "beyond its bound, or closest to it. ", h("em", {}, "limit"), ": outside the bound, " +
+            "known, inside a bound of its own. A dash: the check does not apply."),
         scroll("Worst of each row, chain and check", h("table", { class: "matrix" },
             head(["row"], ...names.map((name) => [h("a", { href: `#check-${name}` }, name)])),
             subjects.map((subject) => h("tbody", {},
-                h("tr", {}, h("th", { scope: "rowgroup" }, subject), h("td", { colspan: names.length })),
+                h("tr", {}, h("th", { scope: "rowgroup" }, subject),
+                    h("td", { colspan: names.length })),
                 matrix.rows.filter((row) => row.subject === subject).map((row) => h("tr", {},
                     h("th", { scope: "row" }, row.row),
                     names.map((name) => worst(row.checks[name])))))))),
@@ -39,8 +41,11 @@ function table() {
 
 function figure(entry, { title, scale, png, width, height }) {
     const steps = Math.min(Math.max(Math.floor(kShownWidth / Math.max(width, 1)), 1), kMostSteps);
-    return h("figure", {}, h("img", { loading: "lazy", width: width * steps, height: height * steps,
-        alt: `${title} of ${entry.cell}, ${entry.check}; ${scale}`, src: `data:image/png;base64,${png}` }),
+    return h("figure", {}, h("img", {
+        loading: "lazy", width: width * steps, height: height * steps,
+        alt: `${title} of ${entry.cell}, ${entry.check}; ${scale}`,
+        src: `data:image/png;base64,${png}`,
+    }),
     h("figcaption", {}, h("b", {}, title), h("br"), `${scale}, ${width} x ${height} px`));
 }
 
@@ -69,8 +74,7 @@ function limits() {
         all.map((one, i) => section("limit", i,
             `${one.limit.check} ${one.value}, bound ${one.limit.bound} in place of ${one.bound}: ` +
             one.cell,
-            `${one.limit.reason}. Met ${one.limit.times} time${one.limit.times === 1 ? "" : "s"}. ` +
-            `Here: ${one.note}.`, one)),
+            `${one.limit.reason}. Met ${counted(one.limit.times, "time")}. Here: ${one.note}.`, one)),
     ];
 }
 
@@ -83,7 +87,8 @@ const checks = () => [
 
 document.title = `Stability of postchain ${matrix.version}`;
 by_id("header").append(h("h1", {}, document.title),
-    h("p", { class: "verdict" }, `${matrix.cells} cells, ${matrix.checked} checks: ${matrix.ok} ok, ` +
+    h("p", { class: "verdict" },
+        `${matrix.cells} cells, ${matrix.checked} checks: ${matrix.ok} ok, ` +
         `${matrix.limited} known limits, `, h("strong", {}, `${matrix.failures.length} failed`)),
     h("p", { class: "quiet" }, h("code", {}, matrix.command), h("br"), matrix.renderer));
 by_id("main").append(...[table(), failures(), limits(), checks()].flat(2).filter(Boolean));

@@ -18,16 +18,18 @@ function verdict() {
     return [
         h("p", { class: "quiet" },
             counted(report.scenes.length - failed.length, "scene"), " measured",
-            failed.length > 0 && `, ${failed.length} failed`, `, postchain ${report.version}. `, files),
+            failed.length > 0 && `, ${failed.length} failed`, `, postchain ${report.version}. `,
+            files),
         h("ul", {}, report.verdict.map((line) => h("li", {}, line))),
         failed.map(({ name, failure }) => h("p", { class: "bad" }, `Failed: ${name}: ${failure}`)),
     ];
 }
 
-// A mean of each variant; the nearest to the truth is marked, unless all are equal.
+// A mean of each variant; the closest to ground truth is marked, unless all are equal.
 function means(table, values) {
     const known = values.filter((v) => v !== null);
-    const best = known.reduce((found, v) => (is_better(table.better, v, found) ? v : found), known[0]);
+    const best = known.reduce((found, v) => (is_better(table.better, v, found) ? v : found),
+        known[0]);
     const equal = values.every((v) => v === values[0]);
     const at = equal ? -1 : values.indexOf(best);
     return values.map((v, i) => cell(v, i === at ? "num best" : "num"));
@@ -44,16 +46,17 @@ function overview() {
     return [
         h("h2", {}, "Mean over families"),
         scroll("Mean over families", h("table", {},
-            head(["metric"], ...variants.map((name) => [name, "num"]), ...questions.map((q) => [q])),
+            head(["metric"], ...variants.map((name) => [name, "num"]),
+                ...questions.map((q) => [q])),
             h("tbody", {}, report.tables.map((table) => h("tr", {},
                 h("th", { scope: "row", title: table.help }, table.metric,
                     h("small", {}, way_of(table))),
                 means(table, table.means), table.pairs.map(gain)))))),
-        h("p", { class: "quiet" }, "Blue: the nearest to the truth. Under each question: the gain (how " +
-            "much nearer to the truth the first named is, whichever way the metric runs), its 95 % " +
-            "interval, and the families in which the first named is nearer. The interval says how " +
-            "far the mean of these families may be from the mean over many families of this kind; " +
-            "one that contains 0 leaves the question open."),
+        h("p", { class: "quiet" }, "Blue: the closest to ground truth. Under each question: the gain " +
+            "(how much closer to ground truth the first named is, whichever way the metric runs), " +
+            "its 95 % interval, and the families in which the first named is closer. The interval " +
+            "says how far the mean of these families may be from the mean over many families of " +
+            "this kind; one that contains 0 leaves the question open."),
     ];
 }
 
@@ -70,13 +73,14 @@ function gain_plot(table, index) {
     const line = (name, value, i, more) => {
         const y = top + 8 + i * step;
         return [label(8, y + 4, "start", name),
-            interval_marks({ mean: value, middle, unit: most > 0 ? end / most : 1, end, y, ...more }),
+            interval_marks(
+                { mean: value, middle, unit: most > 0 ? end / most : 1, end, y, ...more }),
             label(width - 8, y + 4, "end", figure(value), i < families.length && "quiet")];
     };
     return h("svg", { class: "gains", width, height, viewBox: `0 0 ${width} ${height}`, role: "img",
         "aria-label": `gain of ${b} over ${a}` },
-    label(middle - 8, 16, "end", `\u2190 ${a} nearer`, "quiet"),
-    label(middle + 8, 16, "start", `${b} nearer \u2192`, "quiet"),
+    label(middle - 8, 16, "end", `\u2190 ${a} closer`, "quiet"),
+    label(middle + 8, 16, "start", `${b} closer \u2192`, "quiet"),
     h("line", { x1: middle, x2: middle, y1: top - 6, y2: height - 4, stroke: "var(--quiet)" }),
     families.flatMap(({ name, gains }, i) =>
         line(name, gains[index], i, { radius: 4, ink: "var(--accent)" })).flat(),
@@ -92,7 +96,8 @@ function plots() {
 
 function scenes() {
     return [h("h2", {}, "Scenes"), scroll("Scenes", h("table", {},
-        head(["scene"], ["family", "left"], ["frames"], ["size"], ["truth", "left"], ["reports", "left"]),
+        head(["scene"], ["family", "left"], ["frames"], ["size"], ["truth", "left"],
+            ["reports", "left"]),
         h("tbody", {}, report.scenes.map((scene) => h("tr", {},
             h("th", { scope: "row" }, scene.name), h("td", { class: "left" }, scene.family),
             scene.failure ? h("td", { class: "left bad", colspan: 4 }, "failed") : [
@@ -110,7 +115,8 @@ function metric(table) {
         ...table.scenes.filter((scene) => scene.family === family.name)
             .map((scene) => row("scene", scene.name, scene.means, scene.gains)),
         family.scenes > 1 && row("family",
-            `mean of ${family.name}, ${counted(family.scenes, "scene")}`, family.means, family.gains)]);
+            `mean of ${family.name}, ${counted(family.scenes, "scene")}`, family.means,
+            family.gains)]);
     return h("details", { open: table.metric === "hdr_flip" },
         h("summary", {}, h("b", {}, table.metric), ` ${table.help} (${way_of(table)})`),
         scroll(table.metric, h("table", {},

@@ -17,8 +17,8 @@ Failure make_chain(std::string_view text, const std::string& name, pc_chain** ch
     const auto& image = file.chain.camera.aperture_image;
     if (image && !image.is_read())
         return {PC_ERROR_CHAIN, concat(name,
-                                       ": camera.aperture_image: files are read by the tools; "
-                                       "give the picture by pc_chain_set_aperture()")};
+                                       ": camera.aperture_image: this library reads no "
+                                       "files; give the image to pc_chain_set_aperture()")};
     *chain = new pc_chain{postchain::guest::ChainHandle(std::move(file.chain))};
     return {};
 }
@@ -43,7 +43,7 @@ pc_result pc_chain_shipped(const char* name, pc_chain** chain) {
         const std::string wanted = name ? name : "";
         if (const auto found = postchain::embedded_chain(wanted))
             return make_chain(found->text, wanted, chain);
-        return {PC_ERROR_CHAIN, concat("there is no chain \"", wanted, "\"; there are ",
+        return {PC_ERROR_CHAIN, concat("unknown chain \"", wanted, "\"; shipped chains are ",
                                        postchain::joined(postchain::embedded_chains()))};
     });
 }

@@ -13,7 +13,7 @@ using io::Json;
 Json json_of(const std::optional<double>& value);  // null for none, NaN, Inf
 Json json_of(const Timing& timing);
 Json json_of(const ErrorSplit& split);
-// As elision_as_json(), without what belongs to one frame's plan: the work list.
+// As elision_json(), without what belongs to one frame's plan: the work list.
 Json json_of(const Elision& elision, const std::string& what = {});
 
 // Nothing when `json` is not what json_of() writes.

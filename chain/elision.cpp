@@ -1,7 +1,6 @@
 #include "chain/elision.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "chain/parameter.h"
 #include "chain/status.h"
@@ -73,38 +72,30 @@ std::string item_text(const Elision& elision, const std::vector<std::string>& pa
     return text;
 }
 
-void write_elision(JsonWriter& json, const Elision& elision, const std::string& what) {
+JsonObject elision_json(const Elision& elision, const std::string& what) {
     const Fact& fact = elision.fact;
-    // JSON has no infinity.
-    const auto number = [](std::optional<double> value) {
-        return value && std::isfinite(*value) ? ParameterValue(*value)
-                                              : ParameterValue(std::monostate());
+    const auto number = [](const std::optional<double>& value) {
+        return value ? JsonValue(*value) : JsonValue();
     };
-    if (!what.empty()) json.field("what", what);
-    if (elision.pass < 0)
-        json.key("pass").value(ParameterValue(std::monostate()));
-    else
-        json.field("pass", elision.pass);
-    json.field("kind", name_of(elision.kind)).field("item", elision.item);
-    json.field("rule", elision.rule).field("reason", text_of(fact));
-    json.key("fact").begin_object();
-    json.field("name", fact.name).field("value", number(fact.value));
-    json.field("relation", name_of(fact.relation)).field("limit", number(fact.limit));
-    json.field("unit", fact.unit);
-    json.end_object();
-    json.field("bytes", elision.saving.bytes).field("dispatches", elision.saving.dispatches);
-    json.field("taps", elision.saving.taps);
-    if (elision.work_list < 0) return;
-    json.field("work_list", elision.work_list).field("outside", elision.outside);
-    json.field("taps_per_block", elision.taps_per_block);
-}
-
-std::string elision_as_json(const Elision& elision, const std::string& what) {
-    JsonWriter json(false);
-    json.begin_object();
-    write_elision(json, elision, what);
-    json.end_object();
-    return json.text();
+    JsonObject json = {{"pass", elision.pass < 0 ? JsonValue() : elision.pass},
+                       {"kind", name_of(elision.kind)},
+                       {"item", elision.item},
+                       {"rule", elision.rule},
+                       {"reason", text_of(fact)},
+                       {"fact", JsonObject{{"name", fact.name},
+                                           {"value", number(fact.value)},
+                                           {"relation", name_of(fact.relation)},
+                                           {"limit", number(fact.limit)},
+                                           {"unit", fact.unit}}},
+                       {"bytes", elision.saving.bytes},
+                       {"dispatches", elision.saving.dispatches},
+                       {"taps", elision.saving.taps}};
+    if (!what.empty()) json.insert(json.begin(), {"what", what});
+    if (elision.work_list >= 0)
+        json.insert(json.end(), {{"work_list", elision.work_list},
+                                 {"outside", elision.outside},
+                                 {"taps_per_block", elision.taps_per_block}});
+    return json;
 }
 
 }  // namespace postchain

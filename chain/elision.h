@@ -13,7 +13,7 @@
 #include <string_view>
 #include <vector>
 
-#include "chain/json_writer.h"
+#include "chain/json.h"
 
 namespace postchain {
 
@@ -94,9 +94,7 @@ struct Elision {
 // pass is in the chain more than once. `passes`: the types of the chain's passes, in order.
 std::string item_text(const Elision& elision, const std::vector<std::string>& passes);
 
-// The fields of the object that is open, keys as in docs/sidecar.md. `what`: its item_text();
-// empty: no such key.
-void write_elision(JsonWriter& json, const Elision& elision, const std::string& what);
-std::string elision_as_json(const Elision& elision, const std::string& what);  // on one line
+// Keys as in docs/sidecar.md. `what`: its item_text(); empty: no such key.
+JsonObject elision_json(const Elision& elision, const std::string& what);
 
 }  // namespace postchain

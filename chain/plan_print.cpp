@@ -3,7 +3,6 @@
 #include <cstdio>
 #include <sstream>
 
-#include "chain/json_writer.h"
 #include "chain/parameter.h"
 #include "chain/plan_bytes.h"
 #include "chain/text.h"
@@ -132,76 +131,81 @@ std::string plan_as_text(const Plan& plan) {
     return out.str();
 }
 
-std::string plan_as_json(const Plan& plan) {
-    JsonWriter json(false);
-    const auto list = [&](const char* key, const auto& items, const auto& write) {
-        json.key(key).begin_array();
-        for (const auto& item : items) {
-            json.begin_object();
-            write(item);
-            json.end_object();
-        }
-        json.end_array();
+JsonObject plan_json(const Plan& plan) {
+    const auto list = [](const auto& items, const auto& object_of) {
+        JsonArray array;
+        for (const auto& item : items) array.push_back(object_of(item));
+        return array;
     };
-    json.begin_object();
-    json.field("frame", plan.frame_number).field("width", plan.width).field("height", plan.height);
-    json.field("precision", name_of(plan.precision));
-    json.field("chain_hash", hex_of(plan.chain_hash)).field("plan_hash", hex_of(plan.hash()));
+    JsonObject json = {{"frame", plan.frame_number},
+                       {"width", plan.width},
+                       {"height", plan.height},
+                       {"precision", name_of(plan.precision)},
+                       {"chain_hash", hex_of(plan.chain_hash)},
+                       {"plan_hash", hex_of(plan.hash())}};
+    const auto add = [&](const char* key, JsonValue value) {
+        json.push_back({key, std::move(value)});
+    };
     int pass_index = 0;
-    list("passes", plan.passes, [&](const PlanPass& pass) {
-        json.field("pass", pass.type).field("parameters", pass.text);
-        json.field("left_out", pass.elided);
-        json.field("bytes_per_pixel", ParameterValue(bytes_per_pixel(plan, pass_index++)));
-    });
+    add("passes", list(plan.passes, [&](const PlanPass& pass) {
+            return JsonObject{{"pass", pass.type},
+                              {"parameters", pass.text},
+                              {"left_out", pass.elided},
+                              {"bytes_per_pixel", bytes_per_pixel(plan, pass_index++)}};
+        }));
     const std::vector<StepBytes> bytes = bytes_of_steps(plan);
     size_t step_index = 0;
-    list("steps", plan.steps, [&](const Step& step) {
-        json.field("pass", step.pass).field("step", step.name);
-        json.field("program", step.program.text());
-        json.key("groups").begin_array();
-        for (int count : step.groups) json.value(count);
-        json.end_array();
-        json.field("taps", step.taps);
-        if (step.layers > 0)
-            json.field("first_layer", step.first_layer).field("layers", step.layers);
-        const StepBytes& moved = bytes[step_index++];
-        json.field("bytes_read", moved.read).field("bytes_written", moved.written);
-        json.field("bytes_count", moved.counts);
-        list("bindings", step.bindings, [&](const Binding& binding) {
-            json.field("texture", binding.texture).field("unit", binding.unit);
-            json.field("write", step.writes(binding));
-        });
-        if (step.work_list >= 0) json.field("work_list", step.work_list);
-    });
-    list("textures", plan.textures, [&](const PlanTexture& texture) {
-        json.field("name", texture.name).field("width", texture.width);
-        json.field("height", texture.height).field("format", name_of(texture.format));
-        if (texture.layers > 0) json.field("layers", texture.layers);
-        json.field("imported", texture.imported).field("first_step", texture.first_step);
-        json.field("last_step", texture.last_step);
-    });
+    add("steps", list(plan.steps, [&](const Step& step) {
+            JsonObject one = {{"pass", step.pass},
+                              {"step", step.name},
+                              {"program", step.program.text()},
+                              {"groups", JsonArray(step.groups.begin(), step.groups.end())},
+                              {"taps", step.taps}};
+            if (step.layers > 0)
+                one.insert(one.end(), {{"first_layer", step.first_layer}, {"layers", step.layers}});
+            const StepBytes& moved = bytes[step_index++];
+            one.insert(one.end(), {{"bytes_read", moved.read},
+                                   {"bytes_written", moved.written},
+                                   {"bytes_count", moved.counts}});
+            one.push_back({"bindings", list(step.bindings, [&](const Binding& binding) {
+                               return JsonObject{{"texture", binding.texture},
+                                                 {"unit", binding.unit},
+                                                 {"write", step.writes(binding)}};
+                           })});
+            if (step.work_list >= 0) one.push_back({"work_list", step.work_list});
+            return one;
+        }));
+    add("textures", list(plan.textures, [](const PlanTexture& texture) {
+            JsonObject one = {{"name", texture.name},
+                              {"width", texture.width},
+                              {"height", texture.height},
+                              {"format", name_of(texture.format)}};
+            if (texture.layers > 0) one.push_back({"layers", texture.layers});
+            one.insert(one.end(), {{"imported", texture.imported},
+                                   {"first_step", texture.first_step},
+                                   {"last_step", texture.last_step}});
+            return one;
+        }));
     if (!plan.inverse_depth_at.empty())
-        list("depth_at", plan.inverse_depth_at, [&](const auto& entry) {
-            const auto& [place, w] = entry;
-            json.field("place", ParameterValue(place));
-            json.field("distance", w > 0 ? ParameterValue(1 / w) : ParameterValue());
-        });
-    list("left_out", plan.elisions,
-         [&](const Elision& elision) { write_elision(json, elision, item_text(elision, plan)); });
-    if (!plan.missing_neighbors.empty()) {
-        json.key("missing_neighbors").begin_object();
-        for (const auto& [neighbor, why] : plan.missing_neighbors)
-            json.field(name_of(neighbor), why);
-        json.end_object();
-    }
-    json.key("outputs").begin_object();
+        add("depth_at", list(plan.inverse_depth_at, [](const auto& entry) {
+                const auto& [place, w] = entry;
+                return JsonObject{{"place", ParameterValue(place)},
+                                  {"distance", w > 0 ? JsonValue(1 / w) : JsonValue()}};
+            }));
+    add("left_out", list(plan.elisions, [&](const Elision& elision) {
+            return elision_json(elision, item_text(elision, plan));
+        }));
+    JsonObject missing, outputs;
+    for (const auto& [neighbor, why] : plan.missing_neighbors)
+        missing.push_back({name_of(neighbor), why});
+    if (!missing.empty()) add("missing_neighbors", std::move(missing));
     for (const auto& [role, texture] : plan.outputs)
-        json.field(name_of(role), plan.textures[size_t(texture)].name);
-    json.end_object();
-    json.field("bytes_per_pixel", ParameterValue(bytes_per_pixel(plan)));
-    json.field("peak_bytes", plan.peak_bytes()).field("transient_bytes", plan.transient_bytes());
-    json.end_object();
-    return json.text();
+        outputs.push_back({name_of(role), plan.textures[size_t(texture)].name});
+    add("outputs", std::move(outputs));
+    add("bytes_per_pixel", bytes_per_pixel(plan));
+    add("peak_bytes", plan.peak_bytes());
+    add("transient_bytes", plan.transient_bytes());
+    return json;
 }
 
 std::string plan_as_dot(const Plan& plan) {

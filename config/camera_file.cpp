@@ -14,10 +14,10 @@
 namespace postchain {
 namespace {
 
-// A matrix for each of some ten thousand frames still fits.
+// Room for a matrix per frame of about ten thousand frames.
 constexpr TextLimits kCameraLimits = {size_t(64) << 20, 32};
 
-// Letters that one word has and the other has not: 0 for two letters swapped.
+// Number of letters that only one of the two words has; 0 if two letters are swapped.
 size_t letters_apart(const std::string& a, const std::string& b) {
     std::array<int, 256> count = {};
     for (unsigned char c : a) ++count[c];
@@ -57,7 +57,7 @@ class CameraParser {
     }
 
   private:
-    // Keys that may also be in an override of one frame. False when `key` is none of them.
+    // Reads a key that a single frame may override too. False for other keys.
     bool lens(const TextNode& name, const std::string& path, const TextNode& node, Camera& camera,
               std::optional<SensorFit>& fit, Origins& origins) {
         const std::string& key = name.text;
@@ -72,47 +72,34 @@ class CameraParser {
         }
         const Parameter* row = camera_parameters().find(key);
         if (!row) return false;
-        if (node.is_map() || node.is_list()) {
-            reporter_.error(node, path, node.describe() + "; " + key + " is " + row->domain());
-            return true;
-        }
-        const Result<ParameterValue> value = value_of(node);
-        const Status status =
-            value.ok() ? camera_parameters().set(&camera, key, *value) : value.status();
-        if (!status.ok()) reporter_.error(node, path, status.message());
+        if (Status status = set_row(camera_parameters(), &camera, *row, node); !status.ok())
+            reporter_.error(node, path, status.message());
         origins[key] = {kFromCameraFile, concat(file_.file_name, ":", name.line)};
         return true;
     }
 
-    // When all values of one object are read.
+    // After all values of one object have been read.
     void complete(const TextNode& node, const std::string& path, Camera& camera) {
         if (Status status = camera_parameters().check(&camera); !status.ok())
             reporter_.error(node, path, status.message());
         resolve_files(camera, file_.file_name);
     }
 
-    static std::optional<double> number(const TextNode& node) {
-        const Result<ParameterValue> value = value_of(node);
-        if (!value.ok()) return std::nullopt;
-        if (const auto* i = std::get_if<int64_t>(&*value)) return double(*i);
-        if (const auto* d = std::get_if<double>(&*value)) return *d;
-        return std::nullopt;
+    static Result<int> integer(const TextNode& node) {
+        return integer_of(node, std::numeric_limits<int>::min(), std::numeric_limits<int>::max());
     }
-
-    static std::optional<int> integer(const TextNode& node) {
-        const Result<ParameterValue> value = value_of(node);
-        const auto* i = value.ok() ? std::get_if<int64_t>(&*value) : nullptr;
-        if (!i || *i < std::numeric_limits<int>::min() || *i > std::numeric_limits<int>::max())
-            return std::nullopt;
-        return int(*i);
+    // A key spells a frame number. JSON quotes every key.
+    static Result<int> frame_number(TextNode key) {
+        key.quoted = false;
+        return integer(key);
     }
 
     void resolution(const TextNode& node) {
         std::array<int, 2> size = {0, 0};
         bool good = node.is_list() && node.items.size() == 2;
         for (size_t i = 0; good && i < 2; ++i) {
-            const std::optional<int> side = integer(node.items[i]);
-            good = side && *side > 0;
+            const Result<int> side = integer(node.items[i]);
+            good = side.ok() && *side > 0;
             if (good) size[i] = *side;
         }
         if (!good)
@@ -122,16 +109,16 @@ class CameraParser {
     }
 
     void fps(const TextNode& node) {
-        const std::optional<double> value = number(node);
-        if (!value || !(*value > 0))
+        const Result<double> value = number_of(node);
+        if (!value.ok() || !(*value > 0))
             return reporter_.error(node, "fps", node.describe() + "; fps is a number > 0");
-        file_.fps = value;
+        file_.fps = *value;
     }
 
     void frames(const TextNode& node) {
         if (node.is_list()) {  // informative
             for (size_t i = 0; i < node.items.size(); ++i)
-                if (!integer(node.items[i]))
+                if (!integer(node.items[i]).ok())
                     reporter_.error(node.items[i], concat("frames[", i, "]"),
                                     node.items[i].describe() + " is not a frame number");
             return;
@@ -139,20 +126,17 @@ class CameraParser {
         if (!node.is_map())
             return reporter_.error(node, "frames",
                                    node.describe() +
-                                       "; frames is a list of frame numbers, or an "
-                                       "object from frame number to values");
+                                       "; frames is a list of frame numbers, or a "
+                                       "map from frame number to values");
         for (const auto& [key, value] : node.entries) {
             const std::string path = "frames." + key.text;
-            // A JSON key is always quoted, so it is read as the number it spells.
-            TextNode plain = key;
-            plain.quoted = false;
-            const std::optional<int> number = integer(plain);
-            if (!number) {
+            const Result<int> number = frame_number(key);
+            if (!number.ok()) {
                 reporter_.error(key, path, "'" + key.text + "' is not a frame number");
             } else if (file_.frames.contains(*number)) {
                 reporter_.error(key, path, concat("frame ", *number, " is already given"));
             } else if (!value.is_map()) {
-                reporter_.error(value, path, value.describe() + "; a frame is an object of values");
+                reporter_.error(value, path, value.describe() + "; a frame is a map of values");
             } else {
                 CameraFile::Frame& frame = file_.frames[*number];
                 for (const auto& [name, v] : value.entries)
@@ -164,42 +148,40 @@ class CameraParser {
         }
     }
 
-    // A matrix that cannot be read is no error: the key is other programs' too.
+    // An unreadable matrix is not an error: other programs use this key too.
     void matrices(const TextNode& node) {
         const auto ignored = [&](const TextNode& at, const std::string& why) {
             reporter_.warning(at, "camera_matrix_world", "ignored: " + why);
         };
-        if (!node.is_map()) return ignored(node, "not an object from frame number to matrix");
+        if (!node.is_map()) return ignored(node, "not a map from frame numbers to matrices");
         for (const auto& [key, value] : node.entries) {
-            TextNode plain = key;
-            plain.quoted = false;
-            const std::optional<int> frame = integer(plain);
+            const Result<int> frame = frame_number(key);
             const std::optional<Rotation> found = rotation(value);
-            if (!frame)
+            if (!frame.ok())
                 ignored(key, "'" + key.text + "' is not a frame number");
             else if (!found)
-                ignored(value, concat("of frame ", *frame,
-                                      ": not the rows of a rotation, of a scale and of a place"));
+                ignored(value, concat("the matrix of frame ", *frame,
+                                      " does not consist of rotation, scale and translation"));
             else
                 file_.rotations[*frame] = *found;
-            if (const auto at = place(value); frame && found && at) file_.places[*frame] = *at;
+            if (const auto at = place(value); frame.ok() && found && at) file_.places[*frame] = *at;
         }
     }
 
-    // The fourth column.
+    // The fourth column: the camera's position.
     static std::optional<std::array<double, 3>> place(const TextNode& node) {
         std::array<double, 3> at;
         for (size_t row = 0; row < 3; ++row) {
             if (!node.is_list() || node.items.size() <= row || node.items[row].items.size() < 4)
                 return std::nullopt;
-            const auto value = number(node.items[row].items[3]);
-            if (!value || !std::isfinite(*value)) return std::nullopt;
+            const auto value = number_of(node.items[row].items[3]);
+            if (!value.ok()) return std::nullopt;
             at[row] = *value;
         }
         return at;
     }
 
-    // Of three or four rows of three or four numbers; a scale of its columns is taken out.
+    // From three or four rows of three or four numbers. Removes the scale of the columns.
     static std::optional<Rotation> rotation(const TextNode& node) {
         if (!node.is_list() || node.items.size() < 3) return std::nullopt;
         Rotation r;
@@ -207,8 +189,8 @@ class CameraParser {
             const TextNode& values = node.items[row];
             if (!values.is_list() || values.items.size() < 3) return std::nullopt;
             for (size_t column = 0; column < 3; ++column) {
-                const auto value = number(values.items[column]);
-                if (!value) return std::nullopt;
+                const auto value = number_of(values.items[column]);
+                if (!value.ok()) return std::nullopt;
                 r[row][column] = *value;
             }
         }
@@ -227,7 +209,7 @@ class CameraParser {
         return r;
     }
 
-    // Other programs' keys are ignored; what looks like one of ours misspelt is worth a warning.
+    // Keys of other programs are ignored. A key close to a known one gets a warning.
     void unknown(const TextNode& key, const std::string& path) {
         std::vector<std::string> known = {"resolution", "fps", "frames", "sensor_fit",
                                           "camera_matrix_world"};
@@ -242,9 +224,9 @@ class CameraParser {
             ignored_.push_back(key.text);
     }
 
-    // A file without a single value of a camera is hardly the one that was meant.
+    // A file without any camera value is probably the wrong file.
     void report_empty(const TextNode& root) {
-        if (!file_.diagnostics.empty()) return;  // a misspelt key, a bad value: said already
+        if (!file_.diagnostics.empty()) return;  // a wrong key or value has been reported
         bool any = file_.camera != Camera() || !file_.rotations.empty();
         for (const auto& [number, frame] : file_.frames) any = any || frame.camera != Camera();
         if (any) return;
@@ -318,13 +300,13 @@ std::optional<Diagnostic> CameraFile::check_resolution(const Display& display) c
         Severity::warning,
         "resolution",
         concat((*resolution)[0], "x", (*resolution)[1], " is not the display size ", display.width,
-               "x", display.height, " of the frames; is this their camera?"),
+               "x", display.height, " of the frames; check that this is their camera file"),
         StatusCode::input};
 }
 
 namespace {
 
-// What parse_camera() says; throws where memory runs out.
+// As parse_camera(), but throws if memory runs out.
 CameraFile read_camera(std::string_view text, const std::string& file_name) {
     CameraFile file;
     file.file_name = file_name;

@@ -6,7 +6,6 @@
 #include "config/chain_override.h"
 #include "config/reporter.h"
 #include "config/scalar.h"
-#include "config/text_tree.h"
 
 namespace postchain {
 namespace {
@@ -29,7 +28,7 @@ class ChainParser {
                                        root.describe());
         for (const auto& [key, value] : root.entries) {
             if (key.text == "postchain")
-                version(value);
+                reporter_.check_version(value, "postchain", kChainFileVersion);
             else if (key.text == "camera")
                 camera(value);
             else if (key.text == "passes")
@@ -47,16 +46,6 @@ class ChainParser {
     }
 
   private:
-    void version(const TextNode& node) {
-        const Result<ParameterValue> value = value_of(node);
-        if (!value.ok() || *value != ParameterValue(int64_t(kChainFileVersion)))
-            reporter_.error(node, "postchain",
-                            concat(node.describe(),
-                                   " is not a version this program reads; it "
-                                   "reads version ",
-                                   kChainFileVersion));
-    }
-
     void camera(const TextNode& node) {
         if (!node.is_map())
             return reporter_.error(node, "camera",
@@ -89,7 +78,8 @@ class ChainParser {
                 std::vector<std::string> keys;
                 for (const auto& entry : node.entries) keys.push_back(entry.key.text);
                 return refuse(node.entries[1].key,
-                              "one entry of the list is one pass, but here are " + joined(keys) +
+                              "one entry of the list is one pass, but this one has " +
+                                  joined(keys) +
                                   "; the parameters of a pass are a map, indented "
                                   "further or in { }");
             }
@@ -116,7 +106,7 @@ class ChainParser {
         return int(chain_.links.size()) - 1;
     }
 
-    // A map of values into the struct that a table describes; of a pass also what its link has.
+    // Reads a map of values into the struct of a table. With `link` also the link's own rows.
     void rows(const TextNode& node, const std::string& path, const ParameterTable& own,
               ParameterRef of_own, ChainLink* link = nullptr) {
         bool good = true;
@@ -127,27 +117,21 @@ class ChainParser {
             const ParameterTable& table = of_link ? link_parameters() : own;
             const ParameterRef parameters = of_link ? ParameterRef(link) : of_own;
             const Parameter* row = table.find(key.text);
-            Status status;
-            if (!row) {
-                status = table.set(parameters, key.text, ParameterValue());
-                reporter_.error(key, at, status.message());
-            } else if (!given.insert(row->key).second) {
+            if (row && !given.insert(row->key).second) {
                 reporter_.error(key, at, "given twice, also by a former name");
                 good = false;
-            } else if (value.is_map() || (value.is_list() && row->type != ParameterType::point)) {
-                reporter_.error(value, at,
-                                value.describe() + "; " + row->key + " is " + row->domain());
-                good = false;
-            } else {
-                const Result<ParameterValue> read = value_of(value);
-                status = read.ok() ? table.set(parameters, key.text, *read) : read.status();
-                if (!status.ok())
-                    reporter_.error(value, at, status.message());
-                else if (const std::string text = row->warning(key.text, *read); !text.empty())
-                    reporter_.warning(key, at, text);
+                continue;
+            }
+            const Status status = row ? set_row(table, parameters, *row, value)
+                                      : table.set(parameters, key.text, ParameterValue());
+            if (!status.ok())
+                reporter_.error(row ? value : key, at, status.message());
+            else if (const std::string text = row->warning(key.text, *value_of(value));
+                     !text.empty())
+                reporter_.warning(key, at, text);
+            if (row)
                 chain_.origins[path + "." + row->key] = {kFromChain,
                                                          concat(file_name_, ":", key.line)};
-            }
             good = good && status.ok();
         }
         if (!good) return;
@@ -173,7 +157,7 @@ std::string write_rows(const ParameterTable& table, ConstParameterRef parameters
     return text;
 }
 
-// Of the links as they are after all overrides. `entries`: those of the parser.
+// Checks the links after all overrides. `entries`: from the parser.
 void check_mattes(const PassEntries& entries, ChainFile& file) {
     Reporter reporter(file.file_name, StatusCode::chain, file.diagnostics);
     for (size_t i = 0; i < entries.size(); ++i) {
@@ -184,19 +168,24 @@ void check_mattes(const PassEntries& entries, ChainFile& file) {
     }
 }
 
-// What parse_chain() says; throws where memory runs out.
-ChainFile read_chain(std::string_view text, const std::string& file_name,
+// Calls `read` for the tree of a chain file; an error if memory runs out.
+template <class ReadTree>
+ChainFile parse_tree(const ReadTree& read, const std::string& file_name,
                      const PassRegistry& registry, const std::vector<std::string>& overrides) {
     ChainFile file;
     file.file_name = file_name;
-    TextTree tree = read_text_tree(text, file_name);
-    file.diagnostics = std::move(tree.diagnostics);
-    ChainParser parser(registry, file);
-    if (!tree.root.is_null()) {
+    try {
+        TextTree tree = read();
+        file.diagnostics = std::move(tree.diagnostics);
+        if (tree.root.is_null()) return file;
+        ChainParser parser(registry, file);
         parser.parse(tree.root);
         sort_by_place(file.diagnostics);
         apply_overrides(overrides, parser.entries, registry, file.chain, file.diagnostics);
         check_mattes(parser.entries, file);
+    } catch (const std::bad_alloc&) {
+        file.chain = Chain();
+        file.diagnostics = out_of_memory_in(file_name);
     }
     return file;
 }
@@ -222,14 +211,13 @@ const ParameterTable& link_parameters() {
 
 ChainFile parse_chain(std::string_view text, const std::string& file_name,
                       const PassRegistry& registry, const std::vector<std::string>& overrides) {
-    try {
-        return read_chain(text, file_name, registry, overrides);
-    } catch (const std::bad_alloc&) {
-        ChainFile file;
-        file.file_name = file_name;
-        file.diagnostics = out_of_memory_in(file_name);
-        return file;
-    }
+    return parse_tree([&] { return read_text_tree(text, file_name); }, file_name, registry,
+                      overrides);
+}
+
+ChainFile parse_chain(const TextNode& root, const std::string& file_name,
+                      const PassRegistry& registry, const std::vector<std::string>& overrides) {
+    return parse_tree([&] { return TextTree{root, {}}; }, file_name, registry, overrides);
 }
 
 std::string write_chain(const Chain& chain) {

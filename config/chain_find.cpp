@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// share/postchain/chains of the installation this program runs from.
+// share/postchain/chains of the installation that contains this program.
 fs::path installed_folder() {
     std::error_code failed;
     const fs::path program = fs::read_symlink("/proc/self/exe", failed);
@@ -81,7 +81,7 @@ Result<ChainText> find_chain(const std::string& name_or_path) {
         const std::vector<std::string> names = shipped_chains();
         const std::string near = nearest_word(name_or_path, names);
         return Status(StatusCode::chain,
-                      name_or_path + ": no such file, and not a shipped chain; those are " +
+                      name_or_path + ": not a file and not a shipped chain; shipped chains are " +
                           joined(names) + (near.empty() ? "" : " (did you mean '" + near + "'?)"));
     }
     const auto text = read_text_file(name_or_path, StatusCode::chain);
@@ -89,11 +89,17 @@ Result<ChainText> find_chain(const std::string& name_or_path) {
     return ChainText{name_or_path, *text, false};
 }
 
+ChainFile parse_chain(const ChainText& chain, const PassRegistry& registry,
+                      const std::vector<std::string>& overrides) {
+    return chain.root ? parse_chain(*chain.root, chain.file_name, registry, overrides)
+                      : parse_chain(chain.text, chain.file_name, registry, overrides);
+}
+
 Result<ChainFile> load_chain(const std::string& name_or_path, const PassRegistry& registry,
                              const std::vector<std::string>& overrides) try {
     const Result<ChainText> found = find_chain(name_or_path);
     if (!found.ok()) return found.status();
-    return parse_chain(found->text, found->file_name, registry, overrides);
+    return parse_chain(*found, registry, overrides);
 } catch (...) {
     return status_of_exception(name_or_path);
 }

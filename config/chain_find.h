@@ -13,18 +13,22 @@ struct ChainText {
     std::string file_name;  // for diagnostics
     std::string text;
     bool shipped = false;
+    std::optional<TextNode> root = {};  // a chain inside another text, instead of `text`
 };
-// A shipped chain by its name ("paper"), else a file. A name is a word without '/' and '.'; the
-// folder share/postchain/chains beside the command's own folder is looked at first, then the
-// copies inside the program. Errors: StatusCode::chain, with the names there are.
+ChainFile parse_chain(const ChainText& chain, const PassRegistry& registry,
+                      const std::vector<std::string>& overrides = {});
+
+// A shipped chain by its name ("paper"), otherwise a file. A name is a word without '/' and '.'. It
+// is searched in share/postchain/chains of the installation, then among the copies inside the
+// program. Errors: StatusCode::chain, with the shipped names.
 Result<ChainText> find_chain(const std::string& name_or_path);
 std::vector<std::string> shipped_chains();  // names, sorted
 
-// The copies inside the program alone; no file is opened.
+// Only the copies inside the program; opens no file.
 std::optional<ChainText> embedded_chain(const std::string& name);
 std::vector<std::string> embedded_chains();  // names, sorted
 
-// find_chain and parse_chain.
+// find_chain(), then parse_chain().
 Result<ChainFile> load_chain(const std::string& name_or_path, const PassRegistry& registry,
                              const std::vector<std::string>& overrides = {});
 

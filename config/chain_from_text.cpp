@@ -45,7 +45,7 @@ pc_result pc_chain_shipped(const char* name, pc_chain** chain) {
         const std::string wanted = name ? name : "";
         if (const auto found = postchain::embedded_chain(wanted))
             return make_chain(found->text, wanted, chain);
-        return {PC_ERROR_CHAIN, concat("unknown chain \"", wanted, "\"; known are ",
+        return {PC_ERROR_CHAIN, concat("unknown chain \"", wanted, "\"; shipped chains are ",
                                        postchain::joined(postchain::embedded_chains()))};
     });
 }

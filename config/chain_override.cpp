@@ -15,7 +15,7 @@
 namespace postchain {
 namespace {
 
-// "passes[0].samples=51" taken apart.
+// The parts of "passes[0].samples=51".
 struct Override {
     std::string source;  // "--set passes[0].samples=51"
     std::string target;  // "passes[0]", "motion_blur", "camera"
@@ -37,7 +37,7 @@ class Overrider {
             if (item.target == "camera") set_camera(item);
         for (const auto& item : all)
             if (item.target != "camera") set_pass(item);
-        // Rules across rows, once per pass that an override touched, and for the camera.
+        // Checks across rows, once per changed pass, and for the camera.
         for (const auto& [link, item] : touched_) {
             if (link == kCamera) {
                 if (Status status = camera_parameters().check(&chain_.camera); !status.ok())
@@ -62,7 +62,7 @@ class Overrider {
             report(item, Severity::error, "", message);
             return std::nullopt;
         };
-        // A text is written into chain files, which hold nothing else.
+        // The value may be written into a chain file, which allows the same characters only.
         if (const auto bad = find_bad_character(text)) return refuse(bad->message);
         const size_t equals = text.find('=');
         const std::string path = text.substr(0, equals);
@@ -102,7 +102,7 @@ class Overrider {
         return item;
     }
 
-    // A camera value given with --set also counts where a pass would take one of its own.
+    // A camera value given with --set also replaces the passes' own values of that name.
     void set_camera(const Override& given) {
         const Override item = current(given, camera_parameters(), "camera");
         const Status status = camera_parameters().set(&chain_.camera, item.key, item.value);
@@ -134,7 +134,7 @@ class Overrider {
                const Parameter& row) {
         if (!row.optional || row.get(parameters) == ParameterValue()) return;
         report(item, Severity::note, path + "." + row.key,
-               text_of(row.get(parameters)) + " of the chain file gives way");
+               text_of(row.get(parameters)) + " of the chain file is dropped");
         row.set(parameters, ParameterValue());
         chain_.origins.erase(path + "." + row.key);
     }
@@ -145,8 +145,8 @@ class Overrider {
             chain_.origins[path] = {kFromOption, item.source};
     }
 
-    // The link an override means, or -1 after a report. A pass that could not be read has been
-    // reported already.
+    // The link that an override names, or -1 after an error. A pass that could not be read has its
+    // own error.
     int find_link(const Override& item) {
         const auto refuse = [&](const std::string& message) {
             report(item, Severity::error, item.target, message);
@@ -159,7 +159,7 @@ class Overrider {
             const char* to = target.data() + target.size() - 1;
             const auto read = std::from_chars(from, to, index);
             if (read.ec != std::errc() || read.ptr != to)
-                return refuse("expected the number of a pass between [ and ], from 0");
+                return refuse("expected the number of a pass, from 0, between [ and ]");
             if (index >= entries_.size())
                 return refuse(concat("the chain has ", entries_.size(), " passes, counted from 0"));
             return entries_[index];
@@ -179,7 +179,7 @@ class Overrider {
         const bool unread = std::count(entries_.begin(), entries_.end(), -1) > 0;
         if (unread) return -1;
         if (registry_.find(target)) return refuse(target + " is not in the chain");
-        return refuse("neither camera nor a pass of the chain; those are " + joined(names));
+        return refuse("neither camera nor a pass of the chain; known are " + joined(names));
     }
 
     void set_pass(const Override& given) {
@@ -194,8 +194,8 @@ class Overrider {
         if (!status.ok())
             return report(item, Severity::error, path_of(link) + "." + item.key, status.message());
         if (of_link) return;
-        // What the chain file says in its place gives way; two overrides that exclude each other
-        // do not.
+        // Values of the chain file that exclude this one are dropped. Two overrides that exclude
+        // each other are an error.
         state(path_of(link) + "." + item.key, item);
         given_.insert({link, item.key});
         if (item.value != ParameterValue()) {
@@ -212,7 +212,7 @@ class Overrider {
     const PassRegistry& registry_;
     Chain& chain_;
     Diagnostics& out_;
-    static constexpr int kCamera = -1;  // in place of a link
+    static constexpr int kCamera = -1;  // instead of a link
     std::set<std::pair<int, std::string>> given_;
     std::map<int, Override> touched_;
 };

@@ -1,4 +1,4 @@
-// Overrides: the texts of --set, applied to a chain that has been read.
+// Overrides: the arguments of --set, applied to a parsed chain.
 #pragma once
 
 #include <string>
@@ -9,12 +9,11 @@
 
 namespace postchain {
 
-// Entries of a file's list `passes`, in order: the index in Chain::links, or -1 for an entry that
-// could not be read.
+// One index into Chain::links per entry of a file's list `passes`, or -1 for a faulty entry.
 using PassEntries = std::vector<int>;
 
-// Applies `overrides` to `chain` (camera first, then passes, each in the order given) and reports
-// into `diagnostics`, StatusCode::usage.
+// Applies `overrides` to `chain`: camera first, then passes, each in the given order. Errors go to
+// `diagnostics` (StatusCode::usage).
 void apply_overrides(const std::vector<std::string>& overrides, const PassEntries& entries,
                      const PassRegistry& registry, Chain& chain, Diagnostics& diagnostics);
 

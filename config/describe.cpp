@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "chain/json_writer.h"
+#include "chain/json.h"
 #include "config/chain_file.h"
 
 namespace postchain {
@@ -31,32 +31,25 @@ void add_table_text(std::string& text, const ParameterTable& table) {
     }
 }
 
-void add_table_json(JsonWriter& json, const ParameterTable& table) {
-    json.begin_array();
+JsonArray table_json(const ParameterTable& table) {
+    JsonArray rows;
     for (const auto& row : table.rows()) {
-        json.begin_object();
-        json.field("key", row.key);
-        json.field("type", name_of(row.type));
-        json.field("default", row.default_value);
-        json.field("domain", row.domain());
-        json.field("unit", row.unit);
-        json.field("help", row.help);
-        if (std::isfinite(row.min)) json.field("min", ParameterValue(row.min));
-        if (row.min_excluded) json.field("min_excluded", true);
-        if (std::isfinite(row.max)) json.field("max", ParameterValue(row.max));
-        if (row.odd) json.field("odd", true);
-        if (!row.choices.empty()) json.field("choices", row.choices);
-        if (!row.allowed.empty()) {
-            json.key("allowed").begin_array();
-            for (int64_t number : row.allowed) json.value(number);
-            json.end_array();
-        }
-        json.field("optional", row.optional);
-        if (!row.unset_means.empty()) json.field("unset_means", row.unset_means);
-        if (!row.excludes.empty()) json.field("excludes", row.excludes);
-        json.end_object();
+        JsonObject json = {
+            {"key", row.key},         {"type", name_of(row.type)}, {"default", row.default_value},
+            {"domain", row.domain()}, {"unit", row.unit},          {"help", row.help}};
+        if (std::isfinite(row.min)) json.push_back({"min", row.min});
+        if (row.min_excluded) json.push_back({"min_excluded", true});
+        if (std::isfinite(row.max)) json.push_back({"max", row.max});
+        if (row.odd) json.push_back({"odd", true});
+        if (!row.choices.empty()) json.push_back({"choices", row.choices});
+        if (!row.allowed.empty())
+            json.push_back({"allowed", JsonArray(row.allowed.begin(), row.allowed.end())});
+        json.push_back({"optional", row.optional});
+        if (!row.unset_means.empty()) json.push_back({"unset_means", row.unset_means});
+        if (!row.excludes.empty()) json.push_back({"excludes", row.excludes});
+        rows.push_back(std::move(json));
     }
-    json.end_array();
+    return rows;
 }
 
 void add_rules_text(std::string& text, const std::vector<ElisionRule>& rules) {
@@ -64,19 +57,15 @@ void add_rules_text(std::string& text, const std::vector<ElisionRule>& rules) {
         text += "  " + rule.name + " (" + state_of(rule) + ") leaves out " + rule.help + "\n";
 }
 
-void add_rules_json(JsonWriter& json, const std::vector<ElisionRule>& rules) {
-    json.begin_array();
-    for (const auto& rule : rules) {
-        json.begin_object();
-        json.field("name", rule.name);
-        json.field("on_by_default", rule.on_by_default);
-        json.field("help", rule.help);
-        json.end_object();
-    }
-    json.end_array();
+JsonArray rules_json(const std::vector<ElisionRule>& rules) {
+    JsonArray array;
+    for (const auto& rule : rules)
+        array.push_back(JsonObject{
+            {"name", rule.name}, {"on_by_default", rule.on_by_default}, {"help", rule.help}});
+    return array;
 }
 
-// Text in a cell of a Markdown table.
+// Escapes the text of a cell in a Markdown table.
 std::string cell(const std::string& text) {
     std::string escaped;
     for (char c : text) {
@@ -122,29 +111,17 @@ std::string passes_as_text(const PassRegistry& registry) {
 }
 
 std::string passes_as_json(const PassRegistry& registry) {
-    JsonWriter json(false);
-    json.begin_object();
-    json.key("passes").begin_array();
-    for (const auto& type : registry.types()) {
-        json.begin_object();
-        json.field("name", type.name);
-        json.field("title", type.title);
-        json.field("help", type.help);
-        json.key("parameters");
-        add_table_json(json, *type.parameters);
-        json.key("rules");
-        add_rules_json(json, type.rules);
-        json.end_object();
-    }
-    json.end_array();
-    json.key("every_pass");
-    add_table_json(json, link_parameters());
-    json.key("camera");
-    add_table_json(json, camera_parameters());
-    json.key("rules");
-    add_rules_json(json, chain_rules());
-    json.end_object();
-    return json.text();
+    JsonArray passes;
+    for (const auto& type : registry.types())
+        passes.push_back(JsonObject{{"name", type.name},
+                                    {"title", type.title},
+                                    {"help", type.help},
+                                    {"parameters", table_json(*type.parameters)},
+                                    {"rules", rules_json(type.rules)}});
+    return json_text(JsonObject{{"passes", passes},
+                                {"every_pass", table_json(link_parameters())},
+                                {"camera", table_json(camera_parameters())},
+                                {"rules", rules_json(chain_rules())}});
 }
 
 std::string passes_as_markdown(const PassRegistry& registry) {

@@ -1,4 +1,4 @@
-// The parameter tables as text, JSON and Markdown: those that also parse (config/chain_file.h).
+// The parameter tables that parse chain files (config/chain_file.h), as text, JSON and Markdown.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace postchain {
 
-// Every pass and parameter with type, default, range and unit, and the rules of leaving out; the
-// camera's rows and the chain's own rules at the end.
+// Every pass with its elision rules and its parameters (type, default, range, unit), then the
+// camera's rows and the chain's own rules.
 std::string passes_as_text(const PassRegistry& registry);
 std::string passes_as_json(const PassRegistry& registry);      // one object on one line
 std::string passes_as_markdown(const PassRegistry& registry);  // a table per pass

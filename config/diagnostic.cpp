@@ -52,7 +52,7 @@ Status status_of(const Diagnostics& diagnostics) try {
     }
     return code == StatusCode::ok ? Status() : Status(code, text);
 } catch (...) {
-    return status_of_exception("diagnostics of a text");
+    return status_of_exception("diagnostics");
 }
 
 }  // namespace postchain

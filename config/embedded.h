@@ -1,4 +1,4 @@
-// The files of config/ that travel inside the program: "chains/paper.yaml", "profiles/nuke.yaml".
+// Files of config/ that are built into the program: "chains/paper.yaml", "profiles/nuke.yaml".
 #pragma once
 
 #include "shaders/embedded.h"

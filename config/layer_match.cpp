@@ -16,7 +16,7 @@ namespace {
 constexpr std::array<std::array<const char*, 4>, 3> kColorWords = {
     {{"R", "G", "B", "A"}, {"r", "g", "b", "a"}, {"red", "green", "blue", "alpha"}}};
 
-// A channel of a layer: its last word, and its name in the file.
+// A channel of a layer: the last word of its name, and its name in the file.
 struct Word {
     std::string text;
     std::string channel;
@@ -56,7 +56,7 @@ std::string last_word(const std::string& name) {
     return name.substr(name.rfind('.') + 1);
 }
 
-// The pattern that names a layer as data; empty: none.
+// The pattern by which a layer is data; empty = it is color.
 std::string data_pattern(const std::string& layer, const std::vector<std::string>& data) {
     for (const std::string& pattern : data)
         if (::fnmatch(pattern.c_str(), last_word(layer).c_str(), FNM_CASEFOLD) == 0) return pattern;
@@ -71,7 +71,7 @@ void add_layers(const Group& group, const std::vector<std::string>& data,
         of_role = of_role || word.of_role;
         if (word.of_role) taken.insert(word.channel);
     }
-    // Where a role took channels, as the vectors do, the rest is no color of its own.
+    // If a role uses some of the channels, as motion does, the others do not form a color.
     for (const auto& words : kColorWords) {
         if (of_role) break;
         FileLayer layer{group.name, {group.part, {}}, {}};
@@ -100,7 +100,7 @@ bool is_pattern(const std::string& word) {
     return word.find_first_of("*?[") != std::string::npos;
 }
 
-// A whole name, or its last words.
+// Compares with the whole name and with its last words.
 bool fits(const std::string& word, const std::string& name) {
     if (is_pattern(word))
         return ::fnmatch(word.c_str(), name.c_str(), 0) == 0 ||
@@ -113,14 +113,14 @@ std::string place_of(const FileLayer& layer) {
                   joined(layer.channels.channels), ")");
 }
 
-// The one layer of a name.
+// The only layer of this name.
 Result<size_t> find_named(const std::vector<FileLayer>& layers, const std::string& word) {
     std::vector<size_t> whole, last;
     for (size_t i = 0; i < layers.size(); ++i) {
         if (layers[i].name == word) whole.push_back(i);
         if (fits(word, layers[i].name)) last.push_back(i);
     }
-    // Color counts before what else has its name, as Z beside R, G and B.
+    // A color layer goes before data of the same name, such as Z beside R, G and B.
     for (auto* found : {&whole, &last})
         if (std::any_of(found->begin(), found->end(),
                         [&](size_t i) { return layers[i].is_color(); }))
@@ -140,22 +140,22 @@ Result<size_t> find_named(const std::vector<FileLayer>& layers, const std::strin
         std::erase_if(known, [](const std::string& name) { return name.find('.') != name.npos; });
         return Status(StatusCode::usage,
                       concat("no layer '", word, "'; ",
-                             known.empty() ? "there are no color layers besides the color"
+                             known.empty() ? "the file has no extra color layers"
                                            : "color layers are " + joined(known)));
     }
     if (found.size() > 1) {
         std::vector<std::string> places;
         for (size_t i : found) places.push_back(place_of(layers[i]));
         return Status(StatusCode::usage,
-                      concat("there are several layers '", word, "': ", joined(places, " and "),
+                      concat("several layers are named '", word, "': ", joined(places, " and "),
                              "; give the whole name, or rename one"));
     }
     const FileLayer& one = layers[found[0]];
     if (!one.is_color())
         return Status(StatusCode::usage,
                       concat("layer ", one.name, " ", one.data,
-                             ", and data is never averaged; where it is color, state so in a "
-                             "profile of your own (docs/layers.md)"));
+                             ", and data is never averaged; if it is color, write a profile "
+                             "that says so (docs/layers.md)"));
     return found[0];
 }
 
@@ -195,7 +195,7 @@ Result<std::vector<size_t>> choose_layers(const std::vector<FileLayer>& layers,
             take_all("*", color);
         } else if (is_pattern(word)) {
             if (!take_all(word, ""))
-                return Status(StatusCode::usage, concat("no color layer fits '", word, "'"));
+                return Status(StatusCode::usage, concat("no color layer matches '", word, "'"));
         } else {
             const auto one = find_named(layers, word);
             if (!one.ok()) return one.status();

@@ -1,4 +1,4 @@
-// Which layers a file has besides the color that is filtered, and which of them are color.
+// Extra layers of a file, beside the color that is filtered: which exist, and which are color.
 //
 //   channels of all parts --view--> names up to the last dot --> FileLayer: color or data
 //   layers + "Combined_key,Combined_f*" --choose_layers--> those to filter
@@ -11,31 +11,30 @@
 
 namespace postchain {
 
-// Channels whose names differ in the last word only. What a role of the frame is made of is none.
+// Channels whose names differ only in the last word, without those of the frame's roles.
 struct FileLayer {
     std::string name;  // "ViewLayer.Combined_key"; a channel without a dot is a layer of its own
-    RoleChannels channels;  // in the file; of color R G B [A], whatever the letters
-    std::string data;       // why it is no color: "is named as data (*normal)"; empty: it is color
+    RoleChannels channels;  // names in the file; of color in the order R G B [A]
+    std::string data;       // why it is data: "is named as data (*normal)"; empty = it is color
 
     bool is_color() const { return data.empty(); }
 };
 
-// Names of layers that hold data: `profile`'s own list, else that of the profile `generic`.
+// Names of data layers: the list of `profile`, or of the profile `generic` if it has none.
 const std::vector<std::string>& data_names(const Profile& profile);
 
-// In the order of the parts and, in each, of the channels. `data` are patterns for the last word of
-// a layer's name.
+// In the order of parts and channels. `data`: patterns for the last word of a layer's name.
 std::vector<FileLayer> find_layers(const FileChannels& file, const ProfileMatch& match,
                                    const std::vector<std::string>& data);
 
-// Indices into `layers`, sorted. `choice`: "none", "all" (color layers of the view layer that the
-// color is from; all where that has no name), or names and patterns with * and ?, comma between
-// them. A name is a layer's whole name or its last words ("Combined_key"). Errors (usage): no such
-// layer (the nearest names), several of one name (where they are), a layer of data.
+// Indices into `layers`, sorted. `choice`: "none", "all" (all color layers of the view layer of the
+// color, or of the file if that has no name), or comma-separated names and patterns with * and ?. A
+// name is a layer's whole name or its last words ("Combined_key"). Errors (usage): unknown layer
+// (with the closest names), several layers of one name (with their places), a data layer.
 Result<std::vector<size_t>> choose_layers(const std::vector<FileLayer>& layers,
                                           const std::string& choice, const std::string& color);
 
-// "a, b" -> {"a", "b"}: without spaces at the ends of each.
+// "a, b" -> {"a", "b"}: words without leading and trailing spaces.
 std::vector<std::string> words_of_list(const std::string& text);
 
 }  // namespace postchain

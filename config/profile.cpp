@@ -15,7 +15,7 @@ namespace {
 constexpr int kProfileVersion = 1;
 constexpr std::string_view kLayer = "<layer>";
 
-// How a role is called in a profile. `depth` is what the file stores, in its encoding.
+// The key of each role in a profile. `depth` is the stored value, in the file's encoding.
 struct RoleKey {
     const char* key;
     Role role;
@@ -39,7 +39,7 @@ class ProfileParser {
                             concat("missing; a profile begins with profile: ", kProfileVersion));
         if (!root.find("name")) reporter_.error(root, "name", "missing");
         if (profile_.roles.empty() && !has_role_key(root))
-            reporter_.error(root, "", "no role; give color, depth, motion or motion_back");
+            reporter_.error(root, "", "missing roles; give color, depth, motion or motion_back");
     }
 
   private:
@@ -54,7 +54,7 @@ class ProfileParser {
         for (const auto& role : kRoleKeys)
             if (name == role.key) return sources(value, name, role.role);
         if (name == "profile")
-            version(value);
+            reporter_.check_version(value, "profile", kProfileVersion);
         else if (name == "name")
             text(value, name, profile_.name);
         else if (name == "title")
@@ -77,32 +77,20 @@ class ProfileParser {
                               "data", "color", "depth", "motion", "motion_back"}));
     }
 
-    void version(const TextNode& node) {
-        const Result<ParameterValue> value = value_of(node);
-        if (!value.ok() || *value != ParameterValue(int64_t(kProfileVersion)))
-            reporter_.error(node, "profile",
-                            concat(node.describe(),
-                                   " is not a version this program reads; it "
-                                   "reads version ",
-                                   kProfileVersion));
-    }
-
     void text(const TextNode& node, const std::string& path, std::string& member) {
-        if (!node.is_scalar()) return reporter_.error(node, path, node.describe() + "; a text");
+        if (!node.is_scalar())
+            return reporter_.error(node, path, node.describe() + " is not a string");
         member = node.text;
     }
 
     void priority(const TextNode& node) {
-        const Result<ParameterValue> value = value_of(node);
-        const auto* number = value.ok() ? std::get_if<int64_t>(&*value) : nullptr;
-        if (!number || *number < 0 || *number > 1000)
-            return reporter_.error(node, "priority",
-                                   node.describe() + "; priority is an integer in 0..1000");
-        profile_.priority = int(*number);
+        const Result<int> value = integer_of(node, 0, 1000);
+        if (!value.ok()) return reporter_.error(node, "priority", value.status().message());
+        profile_.priority = *value;
     }
 
     void texts(const TextNode& node, const std::string& path, std::vector<std::string>& member) {
-        if (!node.is_list()) return reporter_.error(node, path, path + " is a list of texts");
+        if (!node.is_list()) return reporter_.error(node, path, path + " is a list of strings");
         for (size_t i = 0; i < node.items.size(); ++i) {
             std::string one;
             text(node.items[i], concat(path, "[", i, "]"), one);
@@ -115,7 +103,8 @@ class ProfileParser {
                                          size_t least, size_t most) {
         std::vector<ChannelPattern> result;
         if (!node.is_list() || node.items.empty()) {
-            reporter_.error(node, path, node.describe() + "; a list of lists of channel names");
+            reporter_.error(node, path,
+                            node.describe() + " is not a list of lists of channel names");
             return result;
         }
         for (size_t i = 0; i < node.items.size(); ++i) {
@@ -136,14 +125,15 @@ class ProfileParser {
                      (!name.text.starts_with(kLayer) || name.text.size() == kLayer.size())))
                     reporter_.error(
                         name, at,
-                        name.describe() + "; a channel name, which may begin with <layer>");
+                        name.describe() +
+                            " is not a channel name, with or without a leading <layer>");
                 else
                     pattern.push_back(name.text);
             }
             const auto has_layer = [](const std::string& n) { return n.starts_with(kLayer); };
             const auto layered = std::count_if(pattern.begin(), pattern.end(), has_layer);
             if (layered != 0 && layered != std::ptrdiff_t(pattern.size()))
-                reporter_.error(item, at, "use <layer> in all names of a pattern or in none");
+                reporter_.error(item, at, "use <layer> in every name of a pattern or in no name");
             result.push_back(pattern);
         }
         return result;
@@ -161,7 +151,7 @@ class ProfileParser {
 
     void source(const TextNode& node, const std::string& path, Role role) {
         if (!node.is_map())
-            return reporter_.error(node, path, node.describe() + "; a map with channels");
+            return reporter_.error(node, path, node.describe() + " is not a map with channels");
         const bool is_color = role == Role::color, is_depth = role == Role::inverse_depth;
         const size_t most = size_t(channels_of(role));
         std::vector<std::string> known = {"channels"};
@@ -191,7 +181,7 @@ class ProfileParser {
             else if (key.text == "bias")
                 number(value, at, motion.bias);
             else if (number(value, at, motion.sentinel) && !(motion.sentinel > 0))
-                reporter_.error(value, at, node.describe() + "; a number > 0");
+                reporter_.error(value, at, node.describe() + " is not a number > 0");
         }
         if (!node.find("channels")) reporter_.error(node, path, "channels are missing");
         profile_.roles[role].push_back(std::move(result));
@@ -200,22 +190,17 @@ class ProfileParser {
     void boolean(const TextNode& node, const std::string& path, bool& member) {
         const Result<ParameterValue> value = value_of(node);
         const bool* read = value.ok() ? std::get_if<bool>(&*value) : nullptr;
-        if (!read) return reporter_.error(node, path, node.describe() + "; true or false");
+        if (!read) return reporter_.error(node, path, node.describe() + " is not true or false");
         member = *read;
     }
 
     bool number(const TextNode& node, const std::string& path, double& member) {
-        const Result<ParameterValue> value = value_of(node);
-        if (value.ok() && std::holds_alternative<int64_t>(*value))
-            member = double(std::get<int64_t>(*value));
-        else if (value.ok() && std::holds_alternative<double>(*value))
-            member = std::get<double>(*value);
-        else {
-            reporter_.error(node, path,
-                            value.ok() ? node.describe() + "; a number" : value.status().message());
-            return false;
-        }
-        return true;
+        const Result<double> value = number_of(node);
+        if (value.ok())
+            member = *value;
+        else
+            reporter_.error(node, path, value.status().message());
+        return value.ok();
     }
 
     // Index into `names`; 0 after an error.
@@ -223,7 +208,7 @@ class ProfileParser {
                const std::vector<std::string>& names) {
         const auto found = std::find(names.begin(), names.end(), node.text);
         if (node.is_scalar() && found != names.end()) return int(found - names.begin());
-        reporter_.error(node, path, node.describe() + "; one of " + joined(names));
+        reporter_.error(node, path, node.describe() + " is not one of " + joined(names));
         return 0;
     }
 
@@ -244,7 +229,7 @@ class ProfileParser {
 
 namespace {
 
-// What parse_profile() says; throws where memory runs out.
+// As parse_profile(), but throws if memory runs out.
 ProfileFile read_profile(std::string_view text, const std::string& file_name) {
     ProfileFile file;
     TextTree tree = read_text_tree(text, file_name, StatusCode::usage);

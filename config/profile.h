@@ -1,6 +1,6 @@
-// Profiles: which channels of an EXR mean what, for one writer. A profile is data
-// (config/profiles/*.yaml, or a file of the user's), read here and matched with the channels of a
-// file in profile_match.h. Conventions: docs/frame.md; format: docs/profiles.md.
+// Profiles: the meaning of EXR channels, per writer. A profile is a file (config/profiles/*.yaml,
+// or the user's own) that is read here and matched with a file's channels in profile_match.h.
+// Conventions: docs/frame.md. Format: docs/profiles.md.
 #pragma once
 
 #include <map>
@@ -14,13 +14,13 @@
 
 namespace postchain {
 
-// One way a role may be stored: channel names in the role's order. A name is literal but for a
-// leading "<layer>", which stands for any layer name (dots included).
+// One way to store a role: channel names in the role's order. A leading "<layer>" matches any layer
+// name, dots included; the rest of a name is literal.
 using ChannelPattern = std::vector<std::string>;
 
-// Patterns that share one convention; which members count depends on the role.
+// Patterns that share one convention. Each role uses only its own members.
 struct RoleSource {
-    std::vector<ChannelPattern> channels;         // the first complete one counts
+    std::vector<ChannelPattern> channels;         // the first complete one is used
     bool unpremultiplied = false;                 // color
     DepthEncoding depth = DepthEncoding::linear;  // inverse_depth
     MotionConvention motion;                      // motion, motion_back
@@ -29,15 +29,15 @@ struct RoleSource {
 struct Profile {
     std::string name;
     std::string title;
-    std::string verified;  // what of it has been verified, and how; printed with the match
-    int priority = 0;      // the larger is asked first
-    // A file is this writer's when one of these channel patterns is complete. Empty: any file.
+    std::string verified;  // verified parts and how; printed with the match
+    int priority = 0;      // detection tries larger values first
+    // The file is from this writer if one of these patterns is complete. Empty: any file.
     std::vector<ChannelPattern> detect_channels;
-    // In the order in which they are tried. Color may leave out alpha (then it is 1).
+    // In the order of the trials. Color may lack alpha, which then is 1.
     std::map<Role, std::vector<RoleSource>> roles;
     std::vector<std::string> notes;  // printed with the match
-    // Names of layers that hold data and no color, with * and ? as in file names, in any case.
-    // Empty: those of the profile `generic`.
+    // Name patterns of data layers, with * and ?, case-insensitive. Empty: those of the profile
+    // `generic`.
     std::vector<std::string> data;
 };
 
@@ -49,10 +49,10 @@ struct ProfileFile {
 // Errors are StatusCode::usage.
 ProfileFile parse_profile(std::string_view text, const std::string& file_name);
 
-// The profiles inside the program, in the order in which detection asks them.
+// The profiles inside the program, in the order of detection.
 const std::vector<Profile>& builtin_profiles();
-// A built-in profile by name, or a file (a name with '/' or '.'). StatusCode::usage when there is
-// none; the message lists the names.
+// A built-in profile by name, or a file (a name with '/' or '.'). StatusCode::usage for an unknown
+// name; the message lists the known names.
 Result<Profile> find_profile(const std::string& name_or_path);
 
 }  // namespace postchain

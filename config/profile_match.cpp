@@ -11,16 +11,16 @@ namespace {
 
 constexpr std::string_view kLayer = "<layer>";
 
-// Of one part, in one view: name without view -> name in the file. A part's channels are also
-// known as part.channel, as writers of one part per layer mean them.
+// Channels of one part in one view: name without view -> name in the file. Each channel also has
+// the name part.channel, for files with one part per layer.
 using PartNames = std::map<std::string, std::string>;
 
 struct Names {
     std::vector<PartNames> parts;
-    std::vector<std::string> views;  // of the file; the first is the default one
+    std::vector<std::string> views;  // the file's views; the first is the default
 };
 
-// "layer.view.channel" -> view and "layer.channel", when `view` is one of `views`.
+// "layer.view.channel" -> view and "layer.channel", if `view` is one of `views`.
 std::optional<std::string> split_view(std::string& name, const std::vector<std::string>& views) {
     const size_t last = name.rfind('.');
     if (last == std::string::npos) return std::nullopt;
@@ -47,7 +47,7 @@ void each_in_view(const FileChannels& file, const std::string& view, const Take&
     for (size_t part = 0; part < file.parts.size(); ++part) {
         const PartChannels& own = file.parts[part];
         std::string prefix = own.name;
-        // Parts of views are named "layer.view".
+        // The name of a view's part is "layer.view".
         if (!own.view.empty() && prefix.ends_with("." + own.view))
             prefix.resize(prefix.size() - own.view.size() - 1);
         for (const auto& channel : own.channels) {
@@ -80,7 +80,7 @@ bool has_layer(const ChannelPattern& pattern) {
     return !pattern.empty() && pattern[0].starts_with(kLayer);
 }
 
-// Channels of `pattern` in `layer`, all in one part.
+// The channels of `pattern` in `layer`, if one part has all of them.
 std::optional<RoleChannels> complete(const ChannelPattern& pattern, const std::string& layer,
                                      const Names& names) {
     for (size_t part = 0; part < names.parts.size(); ++part) {
@@ -97,7 +97,7 @@ std::optional<RoleChannels> complete(const ChannelPattern& pattern, const std::s
     return std::nullopt;
 }
 
-// Layers in which `pattern` is complete; "" for a pattern without <layer>.
+// Layers with all channels of `pattern`; "" for a pattern without <layer>.
 std::set<std::string> layers_of(const ChannelPattern& pattern, const Names& names) {
     std::set<std::string> layers;
     if (!has_layer(pattern)) {
@@ -120,8 +120,8 @@ struct Found {
     RoleChannels channels;
 };
 
-// The first complete pattern of a role: the layer's own first, then what has no layer (one depth
-// for all). A named layer that is offered has color of its own, when any layer has.
+// The first complete pattern of a role: first in the layer, then outside all layers (one depth for
+// all of them). If any layer has color, only layers with color are candidates.
 std::optional<Found> find_role(const std::vector<RoleSource>& sources, const std::string& layer,
                                const Names& names) {
     for (const bool layered : {true, false}) {
@@ -175,7 +175,7 @@ std::string channels_found(const FileChannels& file) {
     return joined(all) + (more > 0 ? concat(" and ", more, " more") : std::string());
 }
 
-// All layers the profile finds: those with color when there are any, else those with any role.
+// Layers of the profile in the file: with color, or if none has color, with any role.
 std::vector<std::string> find_layers(const Profile& profile, const Names& names) {
     std::set<std::string> with_color, with_any;
     for (const auto& [role, sources] : profile.roles)
@@ -189,7 +189,7 @@ std::vector<std::string> find_layers(const Profile& profile, const Names& names)
     return {layers.begin(), layers.end()};
 }
 
-// The layer to use; what the choice was made by goes to `note`.
+// The layer to use; `note` gets the reason.
 Result<std::string> choose_layer(const Profile& profile, const Names& names,
                                  const std::vector<std::string>& layers, const std::string& wanted,
                                  std::string& note) {
@@ -235,7 +235,8 @@ Result<ProfileMatch> match_profile(const Profile& profile, const FileChannels& f
     match.layers = find_layers(profile, names);
     for (const auto& [role, sources] : profile.roles) match.missing[role] = looked_for(sources);
     if (match.layers.empty()) {
-        std::string text = "profile " + profile.name + " finds nothing in this file; looked for";
+        std::string text =
+            "profile " + profile.name + " matches no channels of this file; it looked for";
         for (const auto& [role, wanted] : match.missing)
             text += concat(" ", name_of(role), ": ", wanted, ";");
         return Status(StatusCode::input, text + " found: " + channels_found(file));
@@ -262,7 +263,7 @@ Result<ProfileMatch> match_profile(const Profile& profile, const FileChannels& f
             case Role::motion_back:
                 match.options.motion_back = found.source->motion;
                 break;
-            default:  // no file has it
+            default:  // not stored in files
                 break;
         }
     }
@@ -275,7 +276,7 @@ Result<ProfileMatch> detect_profile(const std::vector<Profile>& profiles, const 
     std::vector<std::string> views = views_of(file);
     const Names names = names_in_view(file, view.empty() && !views.empty() ? views[0] : view);
     for (const auto& profile : profiles) {
-        std::string why = "no other profile's channels are there";
+        std::string why = "no other profile matches";
         bool is_it = profile.detect_channels.empty();
         for (const auto& pattern : profile.detect_channels) {
             const std::set<std::string> layers = layers_of(pattern, names);
@@ -291,7 +292,7 @@ Result<ProfileMatch> detect_profile(const std::vector<Profile>& profiles, const 
         }
         return match;
     }
-    return Status(StatusCode::input, "no profile fits; found: " + channels_found(file) +
+    return Status(StatusCode::input, "no profile matches; found: " + channels_found(file) +
                                          "; choose one with --profile");
 }
 

@@ -1,10 +1,10 @@
-// Which channels of a file hold which plane, by one profile or by the first that fits.
+// The channels of each plane in a file, by a given profile or by the first that matches.
 //
 //   channels of all parts --view--> names --patterns--> role -> part, channels + ConvertOptions
 //
-// View first: a channel belongs to a view by its part's attribute, or by the word before its last
-// one (OpenEXR's multi-view names, layer.view.channel), which is then left out of its name. Then
-// layer: patterns with <layer> offer layers, patterns without it the unnamed one.
+// First the view: of the part's attribute, or the word before the last in the channel's name
+// (OpenEXR's multi-view names, layer.view.channel), which is then removed from it. Then the layer:
+// candidates come from patterns with <layer>; patterns without it stand for the unnamed layer.
 #pragma once
 
 #include <map>
@@ -15,24 +15,24 @@
 
 namespace postchain {
 
-// What an image file has.
+// The channels of an image file.
 struct PartChannels {
-    std::string name;  // of the part; empty in a file with one unnamed part
-    std::string view;  // attribute "view" of the part; empty = none
+    std::string name;  // empty for the only, unnamed part of a file
+    std::string view;  // the part's attribute "view"; empty = none
     std::vector<std::string> channels;
 };
 struct FileChannels {
     std::vector<PartChannels> parts;
-    std::vector<std::string> views;  // attribute "multiView": the first is the default one
+    std::vector<std::string> views;  // attribute "multiView"; the first is the default
 };
 
-// A channel as a view has it.
+// A channel of one view.
 struct ViewChannel {
     int part = 0;
-    std::string name;     // without the view; of a part with a name it begins with that
+    std::string name;     // without the view; begins with the name of a named part
     std::string channel;  // in the file
 };
-// Those of one view, empty = the only or default one, part by part.
+// Channels of one view (empty = the only or default one), in the order of the parts.
 std::vector<ViewChannel> channels_in_view(const FileChannels& file, const std::string& view);
 
 struct RoleChannels {
@@ -43,29 +43,29 @@ struct RoleChannels {
 
 struct ProfileMatch {
     std::string profile;
-    bool detected = false;  // chosen by detection, not by name
+    bool detected = false;  // by detection, not by name
     std::string why;        // "channels ViewLayer.Vector.X, ..." or "named"
     std::string layer;      // empty = the unnamed layer
     std::string view;       // empty = the only or default one
     std::map<Role, RoleChannels> roles;
-    std::map<Role, std::string> missing;  // role -> the names that were looked for
-    ConvertOptions options;               // origin_x, origin_y are the caller's
-    std::vector<std::string> layers;      // with color in this view, as found; "" = the unnamed one
+    std::map<Role, std::string> missing;  // role -> the names searched for
+    ConvertOptions options;               // without origin_x and origin_y
+    std::vector<std::string> layers;      // candidates in this view; "" = the unnamed one
     std::vector<std::string> views;
     std::vector<std::string> notes;
     std::string text() const;  // several lines
 };
 
-// Which roles the file has by this profile; a role it lacks, color too, is in `missing` and for
-// the caller to judge (planes may come from separate files). `layer` and `view`: the user's
-// choice, empty = none. Without a choice the unnamed layer counts, else the one with color and the
-// most roles. Errors: StatusCode::input when no role is found (what was looked for and found is
-// listed), or several layers are equally good (they are listed); StatusCode::usage for a layer or
-// view that does not exist (those that do are listed).
+// The roles that the file has by this profile. Absent roles, even color, are listed in `missing`:
+// the caller may have them in separate files. `layer` and `view`: the user's choice, empty = none.
+// Without a choice, the unnamed layer is used, otherwise the layer with color and the most roles.
+// Errors: StatusCode::input if no role is found (lists the names searched for and found) or if
+// several layers are equally good (lists them); StatusCode::usage for an unknown layer or view
+// (lists the existing ones).
 Result<ProfileMatch> match_profile(const Profile& profile, const FileChannels& file,
                                    const std::string& layer = {}, const std::string& view = {});
 
-// The first of `profiles` whose detect_channels are there.
+// By the first of `profiles` whose detect_channels the file has.
 Result<ProfileMatch> detect_profile(const std::vector<Profile>& profiles, const FileChannels& file,
                                     const std::string& layer = {}, const std::string& view = {});
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <tuple>
 
-#include "chain/parameter.h"
+#include "config/scalar.h"
 
 namespace postchain {
 
@@ -12,10 +12,17 @@ void Reporter::add(Severity severity, int line, int column, const std::string& p
     if (out_.size() > kMaxDiagnostics) return;
     if (out_.size() == kMaxDiagnostics) {
         out_.push_back({file_, line, column, Severity::error, "",
-                        "too many errors; the rest is not shown", code_});
+                        "too many errors; the others are not shown", code_});
         return;
     }
     out_.push_back({file_, line, column, severity, path, message, code_});
+}
+
+void Reporter::check_version(const TextNode& node, const std::string& path, int version) {
+    const Result<ParameterValue> value = value_of(node);
+    if (!value.ok() || *value != ParameterValue(int64_t(version)))
+        error(node, path,
+              concat(node.describe(), " is not supported; this program reads version ", version));
 }
 
 void sort_by_place(Diagnostics& diagnostics) {

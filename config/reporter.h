@@ -1,4 +1,4 @@
-// Reporter: collects the diagnostics of one text, with a limit on their number.
+// Reporter: collects the diagnostics of one text, up to kMaxDiagnostics.
 #pragma once
 
 #include <string>
@@ -9,7 +9,6 @@
 
 namespace postchain {
 
-// So that a file of garbage does not answer with a million lines.
 inline constexpr size_t kMaxDiagnostics = 100;
 
 class Reporter {
@@ -28,6 +27,8 @@ class Reporter {
     void note(const TextNode& at, const std::string& path, const std::string& message) {
         add(Severity::note, at.line, at.column, path, message);
     }
+    // An error unless `node` is the version of the format that this program reads.
+    void check_version(const TextNode& node, const std::string& path, int version);
 
   private:
     std::string file_;
@@ -35,11 +36,11 @@ class Reporter {
     Diagnostics& out_;
 };
 
-// Into the order of the text; the last word about too many errors stays last.
+// Sorts by place in the text; the note about too many errors stays last.
 void sort_by_place(Diagnostics& diagnostics);
 
-// "unknown key 'x' (did you mean 'y'?)" or with all known words when none is near; `what` is the
-// kind of word: "key", "pass".
+// "unknown key 'x' (did you mean 'y'?)", or with all known words if none is close. `what`: the kind
+// of word, such as "key" or "pass".
 std::string unknown_word(const std::string& what, const std::string& word,
                          const std::vector<std::string>& known);
 

@@ -23,7 +23,7 @@ std::string lower(std::string_view text) {
 
 // digits [. digits] | . digits, then [e [sign] digits]: the decimal numbers of YAML 1.2, no sign.
 struct Decimal {
-    bool whole = false;         // nothing but digits
+    bool whole = false;         // only digits
     bool leading_zero = false;  // 010, 00.5
 };
 std::optional<Decimal> decimal(std::string_view text) {
@@ -68,7 +68,7 @@ bool is_nonfinite(std::string_view text) {
     return word == "inf" || word == "infinity" || word == "nan";
 }
 
-// 1_000: digits of some number, grouped.
+// 1_000: a number with grouped digits.
 bool is_grouped(std::string_view text) {
     std::string without;
     for (char c : text)
@@ -126,9 +126,9 @@ Result<ParameterValue> value_of_plain_text(const std::string& text) {
     const auto form = decimal(body);
     if (!form) return ParameterValue(text);
     if (form->leading_zero)
-        return refuse("begins with 0, which some readers take for octal; leave the 0 away");
+        return refuse("begins with 0, which some readers take for octal; write it without the 0");
 
-    // from_chars knows no locale. It reads '-' but not '+'.
+    // from_chars ignores the locale, and reads '-' but not '+'.
     const std::string_view number = negative ? std::string_view(text) : body;
     const char* end = number.data() + number.size();
     if (form->whole) {
@@ -161,6 +161,30 @@ Result<ParameterValue> value_of(const TextNode& node) {
     return value_of_plain_text(node.text);
 }
 
+Result<double> number_of(const TextNode& node) {
+    const Result<ParameterValue> value = value_of(node);
+    if (!value.ok()) return value.status();
+    if (const auto* integer = std::get_if<int64_t>(&*value)) return double(*integer);
+    if (const auto* number = std::get_if<double>(&*value)) return *number;
+    return Status(StatusCode::chain, node.describe() + " is not a number");
+}
+
+Result<int> integer_of(const TextNode& node, int least, int most) {
+    const Result<ParameterValue> value = value_of(node);
+    const auto* integer = value.ok() ? std::get_if<int64_t>(&*value) : nullptr;
+    if (integer && *integer >= least && *integer <= most) return int(*integer);
+    return Status(StatusCode::chain,
+                  concat(node.describe(), " is not an integer in ", least, "..", most));
+}
+
+Status set_row(const ParameterTable& table, ParameterRef parameters, const Parameter& row,
+               const TextNode& value) {
+    if (value.is_map() || (value.is_list() && row.type != ParameterType::point))
+        return Status(StatusCode::chain, value.describe() + "; " + row.key + " is " + row.domain());
+    const Result<ParameterValue> read = value_of(value);
+    return read.ok() ? table.set(parameters, row.key, *read) : read.status();
+}
+
 std::string yaml_text_of(const ParameterValue& value) {
     const auto* word = std::get_if<std::string>(&value);
     if (!word) return std::holds_alternative<std::monostate>(value) ? "null" : text_of(value);
@@ -168,7 +192,7 @@ std::string yaml_text_of(const ParameterValue& value) {
     for (char c : *word)
         plain =
             plain && (is_digit(c) || c == '_' || (lower({&c, 1}) >= "a" && lower({&c, 1}) <= "z"));
-    // Words that we, or another reader of YAML, would not take for text.
+    // Words that this or another YAML reader would not read as strings.
     static const std::array<const char*, 12> taken = {
         "true", "false", "null", "inf", "infinity", "nan", "yes", "no", "on", "off", "y", "n"};
     for (const char* t : taken) plain = plain && lower(*word) != t;

@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "chain/json_writer.h"
 #include "config/chain_file.h"
 
 namespace postchain {
@@ -22,158 +21,108 @@ const char* json_type(ParameterType type) {
     return text ? "string" : name_of(type);
 }
 
-}  // namespace
-
-void write_row_schema(JsonWriter& json, const Parameter& row) {
-    json.begin_object();
-    json.field("description", description_of(row));
-    json.key("type");
-    if (row.optional)
-        json.value(std::vector<std::string>{json_type(row.type), "null"});
-    else
-        json.value(json_type(row.type));
-    if (row.type == ParameterType::choice || !row.allowed.empty()) {
-        json.key("enum").begin_array();
-        for (const auto& word : row.choices) json.value(word);
-        for (int64_t number : row.allowed) json.value(number);
-        if (row.optional) json.value(ParameterValue());
-        json.end_array();
-    }
-    if (row.type == ParameterType::point) {
-        json.field("minItems", 2).field("maxItems", 2);
-        json.key("items").begin_object();
-        json.field("type", "number");
-    }
-    if (std::isfinite(row.min))
-        json.key(row.min_excluded ? "exclusiveMinimum" : "minimum").value(ParameterValue(row.min));
-    if (std::isfinite(row.max)) json.field("maximum", ParameterValue(row.max));
-    if (row.type == ParameterType::point) json.end_object();
-    if (row.odd) {
-        json.key("not").begin_object();
-        json.field("multipleOf", 2);
-        json.end_object();
-    }
-    if (row.default_value != ParameterValue()) json.field("default", row.default_value);
-    if (!row.group.empty()) json.field("x-group", row.group);
-    json.end_object();
+// A schema that refuses both keys given at once, unless one is null.
+JsonObject exclusion(const Parameter& row, const Parameter& other) {
+    JsonObject properties;
+    for (const Parameter* one : {&row, &other})
+        properties.push_back({one->key, JsonObject{{"type", json_type(one->type)}}});
+    return {{"not", JsonObject{{"type", "object"},
+                               {"required", std::vector<std::string>{row.key, other.key}},
+                               {"properties", properties}}}};
 }
 
-namespace {
-
-// Both given, neither null.
-void write_exclusion(JsonWriter& json, const Parameter& row, const Parameter& other) {
-    json.begin_object();
-    json.key("not").begin_object();
-    json.field("type", "object");
-    json.field("required", std::vector<std::string>{row.key, other.key});
-    json.key("properties").begin_object();
-    for (const Parameter* one : {&row, &other}) {
-        json.key(one->key).begin_object();
-        json.field("type", json_type(one->type));
-        json.end_object();
-    }
-    json.end_object();
-    json.end_object();
-    json.end_object();
-}
-
-// The map of a table's values. A pass's map may be left out behind its name (null), and has what
-// its link has besides, `of_links`.
-void write_table(JsonWriter& json, const ParameterTable& table, const std::string& description,
-                 const ParameterTable* of_links) {
-    json.begin_object();
-    json.field("description", description);
-    json.key("type");
-    if (of_links)
-        json.value(std::vector<std::string>{"object", "null"});
-    else
-        json.value("object");
-    json.field("additionalProperties", false);
-    json.key("properties").begin_object();
-    for (const ParameterTable* rows : {&table, of_links}) {
-        if (rows == nullptr) continue;
-        for (const auto& row : rows->rows()) {
-            json.key(row.key);
-            write_row_schema(json, row);
-        }
-    }
-    json.end_object();
-    bool any = false;
+// The map of a table's values. A pass may leave its map out (null); it also takes the rows of
+// `link`.
+JsonObject table_schema(const ParameterTable& table, const std::string& description,
+                        const ParameterTable* link) {
+    JsonObject properties;
+    for (const ParameterTable* rows : {&table, link})
+        if (rows)
+            for (const auto& row : rows->rows()) properties.push_back({row.key, row_schema(row)});
+    JsonArray exclusions;
     for (const auto& row : table.rows()) {
         const Parameter* other = row.excludes.empty() ? nullptr : table.find(row.excludes);
-        if (!other || (other->excludes == row.key && other < &row)) continue;  // said already
-        if (!any) json.key("allOf").begin_array();
-        any = true;
-        write_exclusion(json, row, *other);
+        // A pair that excludes each other is written once.
+        if (other && (other->excludes != row.key || other > &row))
+            exclusions.push_back(exclusion(row, *other));
     }
-    if (any) json.end_array();
-    json.end_object();
+    JsonObject json = {
+        {"description", description},
+        {"type", link ? JsonValue(std::vector<std::string>{"object", "null"}) : "object"},
+        {"additionalProperties", false},
+        {"properties", properties}};
+    if (!exclusions.empty()) json.push_back({"allOf", exclusions});
+    return json;
 }
 
-void write_reference(JsonWriter& json, const std::string& name) {
-    json.begin_object();
-    json.field("$ref", "#/$defs/" + name);
-    json.end_object();
+JsonObject reference(const std::string& name) {
+    return {{"$ref", "#/$defs/" + name}};
 }
 
 }  // namespace
+
+JsonObject row_schema(const Parameter& row) {
+    JsonObject json = {{"description", description_of(row)}};
+    const JsonValue type = json_type(row.type);
+    json.push_back({"type", row.optional ? JsonArray{type, "null"} : type});
+    if (row.type == ParameterType::choice || !row.allowed.empty()) {
+        JsonArray words(row.choices.begin(), row.choices.end());
+        words.insert(words.end(), row.allowed.begin(), row.allowed.end());
+        if (row.optional) words.push_back({});
+        json.push_back({"enum", words});
+    }
+    JsonObject range;
+    if (std::isfinite(row.min))
+        range.push_back({row.min_excluded ? "exclusiveMinimum" : "minimum", row.min});
+    if (std::isfinite(row.max)) range.push_back({"maximum", row.max});
+    if (row.type == ParameterType::point) {
+        range.insert(range.begin(), {"type", "number"});
+        json.insert(json.end(), {{"minItems", 2}, {"maxItems", 2}, {"items", range}});
+    } else {
+        json.insert(json.end(), range.begin(), range.end());
+    }
+    if (row.odd) json.push_back({"not", JsonObject{{"multipleOf", 2}}});
+    if (row.default_value != ParameterValue()) json.push_back({"default", row.default_value});
+    if (!row.group.empty()) json.push_back({"x-group", row.group});
+    return json;
+}
 
 std::string chain_schema(const PassRegistry& registry) {
     std::vector<std::string> names;
-    for (const auto& type : registry.types()) names.push_back(type.name);
-
-    JsonWriter json(true);
-    json.begin_object();
-    json.field("$schema", "https://json-schema.org/draft/2020-12/schema");
-    json.field("title", "postchain chain file");
-    json.field("description",
-               "Passes in the order in which they run. The program itself is stricter in one "
-               "point: a number with a decimal point (25.0) is no integer.");
-    json.field("type", "object");
-    json.field("required", std::vector<std::string>{"postchain", "passes"});
-    json.field("additionalProperties", false);
-    json.key("properties").begin_object();
-    json.key("postchain").begin_object();
-    json.field("description", "version of the format");
-    json.field("const", kChainFileVersion);
-    json.end_object();
-    json.key("camera");
-    write_reference(json, "camera");
-    json.key("passes").begin_object();
-    json.field("type", "array");
-    json.key("items").begin_object();
-    json.key("oneOf").begin_array();
-    json.begin_object();
-    json.field("description", "a pass with default parameters");
-    json.field("enum", names);
-    json.end_object();
-    json.begin_object();
-    json.field("type", "object");
-    json.field("minProperties", 1);
-    json.field("maxProperties", 1);
-    json.field("additionalProperties", false);
-    json.key("properties").begin_object();
-    for (const auto& name : names) {
-        json.key(name);
-        write_reference(json, "pass." + name);
-    }
-    json.end_object();
-    json.end_object();
-    json.end_array();
-    json.end_object();
-    json.end_object();
-    json.end_object();
-    json.key("$defs").begin_object();
-    json.key("camera");
-    write_table(json, camera_parameters(), "the lens, if neither the frames nor --camera state it",
-                nullptr);
+    JsonObject references;
+    JsonObject definitions = {
+        {"camera", table_schema(camera_parameters(),
+                                "the lens, if neither the frames nor --camera state it", nullptr)}};
     for (const auto& type : registry.types()) {
-        json.key("pass." + type.name);
-        write_table(json, *type.parameters, type.title + ": " + type.help, &link_parameters());
+        names.push_back(type.name);
+        references.push_back({type.name, reference("pass." + type.name)});
+        definitions.push_back(
+            {"pass." + type.name,
+             table_schema(*type.parameters, type.title + ": " + type.help, &link_parameters())});
     }
-    json.end_object();
-    json.end_object();
-    return json.text() + "\n";
+    const JsonObject bare = {{"description", "a pass with default parameters"}, {"enum", names}};
+    const JsonObject with_parameters = {{"type", "object"},
+                                        {"minProperties", 1},
+                                        {"maxProperties", 1},
+                                        {"additionalProperties", false},
+                                        {"properties", references}};
+    const JsonObject passes = {{"type", "array"},
+                               {"items", JsonObject{{"oneOf", JsonArray{bare, with_parameters}}}}};
+    const JsonObject version = {{"description", "version of the format"},
+                                {"const", kChainFileVersion}};
+    const JsonObject schema = {
+        {"$schema", "https://json-schema.org/draft/2020-12/schema"},
+        {"title", "postchain chain file"},
+        {"description",
+         "Passes in the order in which they run. The program itself is stricter in one point: a "
+         "number with a decimal point (25.0) is no integer."},
+        {"type", "object"},
+        {"required", std::vector<std::string>{"postchain", "passes"}},
+        {"additionalProperties", false},
+        {"properties",
+         JsonObject{{"postchain", version}, {"camera", reference("camera")}, {"passes", passes}}},
+        {"$defs", definitions}};
+    return json_text(schema, true) + "\n";
 }
 
 }  // namespace postchain

@@ -11,7 +11,7 @@ std::string hex_byte(unsigned char byte) {
     return {'0', 'x', digits[byte >> 4], digits[byte & 15]};
 }
 
-// Length of the UTF-8 sequence at `at`, 0 when there is none. Table 3-7 of the Unicode standard:
+// Length of the UTF-8 sequence at `at`, 0 if it is invalid. Table 3-7 of the Unicode standard:
 // no overlong forms, no surrogates, nothing above U+10FFFF.
 size_t sequence_length(std::string_view text, size_t at) {
     const auto byte = [&](size_t i) -> unsigned {
@@ -133,7 +133,7 @@ std::string join_surrogates(std::string_view text) {
                 joined += "0123456789abcdef"[(code >> shift) & 15];
             i += 12;
         } else {
-            // A backslash takes the next character with it: \\ud83d is no escape.
+            // A backslash escapes the next character: \\ud83d is not an escape.
             const size_t length = text[i] == '\\' && i + 1 < text.size() ? 2 : 1;
             joined += text.substr(i, length);
             i += length;

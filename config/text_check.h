@@ -1,4 +1,4 @@
-// Checks of a text before yaml-cpp sees it, and places in it.
+// Checks of a text before yaml-cpp reads it, and places in the text.
 #pragma once
 
 #include <optional>
@@ -13,10 +13,11 @@ struct TextPlace {
     int column = 1;  // from 1, in characters
 };
 
-// Place of the byte at `offset`, counted from the byte `from` at `start`; the text is UTF-8.
+// Place of the byte at `offset` in a UTF-8 text. Counts from the byte `from`, whose place is
+// `start`.
 TextPlace place_at(std::string_view text, size_t offset, size_t from = 0, TextPlace start = {});
 
-// Places in constant time, also in a line of a million characters.
+// Finds places in constant time, even in a line of a million characters.
 class PlaceIndex {
   public:
     explicit PlaceIndex(std::string_view text);
@@ -35,16 +36,16 @@ struct BadCharacter {
 // The first byte that is not UTF-8, or the first control character other than tab and line ends.
 std::optional<BadCharacter> find_bad_character(std::string_view text);
 
-// The bracket that opens level depth + 1 of [ ] and { }, quotes and comments left out. A first
-// look that spares yaml-cpp the memory of a million open brackets; the tree's own count of levels
-// is what decides about the rest (indentation, "- - -", "? ? ?").
+// The bracket that opens level depth + 1 of [ ] and { }, outside quotes and comments. This check
+// saves yaml-cpp the memory of a million open brackets. The tree counts the levels of the other
+// forms (indentation, "- - -", "? ? ?").
 std::optional<TextPlace> find_deep_bracket(std::string_view text, int depth);
 
 // The first line before the document that begins with %.
 std::optional<TextPlace> find_directive(std::string_view text);
 
-// JSON writes a character beyond U+FFFF as two escapes, \ud83d\ude00, which YAML does not know:
-// each such pair becomes the one escape \U0001f600. (Columns after it, in that line, are 2 less.)
+// JSON writes a character beyond U+FFFF as two escapes, \ud83d\ude00, which YAML does not allow.
+// Replaces each pair by the one escape \U0001f600. Columns behind it in that line decrease by 2.
 std::string join_surrogates(std::string_view text);
 
 }  // namespace postchain

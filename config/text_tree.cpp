@@ -21,7 +21,7 @@
 namespace postchain {
 namespace {
 
-// Thrown through yaml-cpp by the handler below, before yaml-cpp recurses any deeper.
+// Thrown through yaml-cpp by Builder, to stop its recursion.
 struct TooDeep {
     YAML::Mark mark;
 };
@@ -73,8 +73,8 @@ class Builder : public YAML::EventHandler {
   private:
     struct Level {
         TextNode node;
-        std::optional<TextNode> key;                 // of a map, waiting for its value
-        std::unordered_map<std::string, int> lines;  // of the keys so far
+        std::optional<TextNode> key;                 // map only: without its value so far
+        std::unordered_map<std::string, int> lines;  // lines of the keys so far
     };
 
     TextNode start(const YAML::Mark& mark, TextNode::Kind kind) const {
@@ -86,7 +86,7 @@ class Builder : public YAML::EventHandler {
         return node;
     }
 
-    // An explicit tag or anchor is where the node begins.
+    // A node with an explicit tag or anchor begins there.
     void refuse_properties(const YAML::Mark& mark, const TextNode& node, const std::string& tag,
                            YAML::anchor_t anchor) {
         const bool bang =
@@ -94,7 +94,7 @@ class Builder : public YAML::EventHandler {
         if (anchor != 0)
             reporter_.error(node, "", "anchors (&name) are not allowed; write the value again");
         if (tag != "?" || bang)
-            reporter_.error(node, "", "tags (!name) are not allowed; quote a text instead");
+            reporter_.error(node, "", "tags (!name) are not allowed; quote a string instead");
     }
 
     void open(const YAML::Mark& mark, TextNode::Kind kind, const std::string& tag,
@@ -154,13 +154,13 @@ class Builder : public YAML::EventHandler {
     std::vector<Level> stack_;
 };
 
-// Notes that a second document begins, and where.
+// Records where a second document begins.
 class SecondDocument : public YAML::EventHandler {
   public:
     std::optional<YAML::Mark> mark;
     void OnDocumentStart(const YAML::Mark& m) override {
         mark = m;
-        throw TooDeep{m};  // nothing of it is read
+        throw TooDeep{m};  // stops reading
     }
     void OnDocumentEnd() override {}
     void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
@@ -204,7 +204,7 @@ TextTree read_text_tree(std::string_view given, const std::string& file_name, St
         return places.at(size_t(std::max(mark.pos, 0)));
     };
     Builder builder(text, places, limits.depth, reporter);
-    // yaml-cpp takes a line end at the end of the file for the end of an open quote.
+    // yaml-cpp would read a final line end as the end of an open quote.
     const size_t end = text.find_last_not_of(" \t\r\n") + 1;
     try {
         std::istringstream in{std::string(text.substr(0, end))};
@@ -219,14 +219,14 @@ TextTree read_text_tree(std::string_view given, const std::string& file_name, St
         }
         if (second.mark)
             return refuse(place_of(*second.mark),
-                          "text after the end of the document; a file holds one document only");
+                          "text after the end of the document; a file has only one document");
     } catch (const TooDeep& deep) {
         return refuse(place_of(deep.mark), too_deep());
     } catch (const YAML::Exception& error) {
         return refuse(place_of(error.mark), "not YAML or JSON: " + error.msg);
     } catch (const std::bad_alloc&) {
         throw;
-    } catch (const std::exception& error) {  // the standard library's own
+    } catch (const std::exception& error) {  // from the standard library
         return refuse({1, 1}, std::string("cannot be read: ") + error.what());
     }
     tree.root = std::move(builder.root);
@@ -251,7 +251,7 @@ std::string TextNode::describe() const {
             break;
     }
     std::string shown = text.size() > 60 ? text.substr(0, 60) + "..." : text;
-    return quoted ? "'" + shown + "' (quoted, so a text)" : "'" + shown + "'";
+    return quoted ? "'" + shown + "' (quoted, so a string)" : "'" + shown + "'";
 }
 
 Result<std::string> read_text_file(const std::string& path, StatusCode code,
@@ -262,7 +262,7 @@ Result<std::string> read_text_file(const std::string& path, StatusCode code,
     std::ifstream in(path, std::ios::binary);
     if (!in && errno == ENOMEM) return out_of_memory(path);
     if (!in) return Status(code, concat(path, ": cannot be opened: ", std::strerror(errno)));
-    // Block by block: a text may be far smaller than its limit, or come from a pipe.
+    // Reads blocks: a text may be far smaller than its limit, or come from a pipe.
     std::string text;
     char block[16384];
     while (in && text.size() <= limits.bytes) {

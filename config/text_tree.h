@@ -2,8 +2,8 @@
 //
 //   text --size, UTF-8, nesting--> yaml-cpp events --anchors, tags, duplicates--> TextNode
 //
-// JSON is read as the YAML it also is. yaml-cpp 0.7 is used for its scanner only: it checks
-// neither UTF-8 nor duplicate keys, resolves anchors, reads 010 as eight and yes as true. Here
+// JSON is read as YAML. Only the scanner of yaml-cpp 0.7 is used, because yaml-cpp checks neither
+// UTF-8 nor duplicate keys, resolves anchors, and reads 010 as eight and yes as true. Rules:
 //   - a plain scalar is true, false, null, a decimal integer, a decimal number, or a string;
 //   - a quoted scalar is a string, always;
 //   - anchors, aliases, tags, merge keys, directives, duplicate keys, a second document, text that
@@ -20,7 +20,7 @@ namespace postchain {
 
 struct TextLimits {
     size_t bytes = size_t(1) << 20;
-    int depth = 32;  // lists and maps within each other
+    int depth = 32;  // nested lists and maps
 };
 
 struct TextNode;
@@ -40,8 +40,8 @@ struct TextNode {
     bool is_list() const { return kind == Kind::list; }
     bool is_scalar() const { return kind == Kind::scalar; }
     bool is_null() const { return kind == Kind::null; }
-    const TextNode* find(std::string_view key) const;  // value in a map, or nullptr
-    // "a list", "a map", "nothing", or the scalar as it was written
+    const TextNode* find(std::string_view key) const;  // value in a map, or null
+    // "a list", "a map", "nothing", or the scalar as written
     std::string describe() const;
 };
 
@@ -52,14 +52,14 @@ struct TextEntry {
 
 struct TextTree {
     TextNode root;
-    Diagnostics diagnostics;  // errors only; root is what could be read
+    Diagnostics diagnostics;  // errors only; root lacks the faulty parts
 };
 
 // `code` becomes the code of every error.
 TextTree read_text_tree(std::string_view text, const std::string& file_name,
                         StatusCode code = StatusCode::chain, const TextLimits& limits = {});
 
-// A text file, at most limits.bytes + 1 of its bytes (the tree then says that it is too large).
+// Reads at most limits.bytes + 1 bytes of a file; read_text_tree() refuses larger texts.
 Result<std::string> read_text_file(const std::string& path, StatusCode code,
                                    const TextLimits& limits = {});
 

@@ -335,7 +335,7 @@ std::string Instance::explain() const {
     HostFrame frame;
     if (!check_frame(&given, frame).ok()) return {};
     const auto host = make_host_plan(*last_.chain, frame);
-    return host.ok() ? plan_as_json(host->plan) : std::string();
+    return host.ok() ? json_text(plan_json(host->plan)) : std::string();
 }
 
 }  // namespace postchain::guest

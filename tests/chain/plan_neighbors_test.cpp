@@ -55,7 +55,7 @@ TEST(Planner, SaysWhichNeighborIsMissingWhereAPassCouldUseIt) {
     EXPECT_EQ(plan.missing_neighbors,
               (std::map<Neighbor, std::string>{{Neighbor::before, "frame 0 is not on disk"}}));
     EXPECT_THAT(plan_as_text(plan), HasSubstr("no frame before: frame 0 is not on disk\n"));
-    EXPECT_THAT(plan_as_json(plan),
+    EXPECT_THAT(json_text(plan_json(plan)),
                 HasSubstr(R"("missing_neighbors":{"before":"frame 0 is not on disk"})"));
     ASSERT_TRUE(off_table().set(chain.links[1].pass->parameters(), "off", true).ok());
     EXPECT_TRUE(make_plan(chain, f)->missing_neighbors.empty());

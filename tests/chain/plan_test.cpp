@@ -285,14 +285,15 @@ TEST(Planner, PrintsNameEverythingThatRunsAndIsLeftOut) {
     Chain chain = chain_of({"makes", "reads", "copy"});
     ASSERT_TRUE(off_table().set(chain.links[2].pass->parameters(), "off", true).ok());
     const Plan plan = plan_of(chain);
-    for (const std::string& text : {plan_as_text(plan), plan_as_json(plan), plan_as_dot(plan)}) {
+    for (const std::string& text :
+         {plan_as_text(plan), json_text(plan_json(plan)), plan_as_dot(plan)}) {
         EXPECT_THAT(text, HasSubstr("makes"));
         EXPECT_THAT(text, HasSubstr("0.makes.hint"));
         EXPECT_THAT(text, HasSubstr("copy"));
     }
     EXPECT_THAT(plan_as_text(plan), HasSubstr("left out copy [off_by_configuration]: off is 1"));
     EXPECT_THAT(plan_as_dot(plan), HasSubstr("copy\\nleft out"));
-    EXPECT_EQ(plan_as_json(plan).find('\n'), std::string::npos);
+    EXPECT_EQ(json_text(plan_json(plan)).find('\n'), std::string::npos);
 }
 
 // The unit that makes a distance of it may be stated later: it counts by itself.

@@ -58,7 +58,7 @@ TEST(CameraFile, OverridesSingleFrames) {
     EXPECT_EQ(file.camera_for(10, kHd).focus_distance, 4.0);
     EXPECT_EQ(file.camera_for(10, kHd).f_stop, 2.0);
     EXPECT_EQ(file.camera_for(-1, kHd).f_stop, 8.0);
-    // 24 mm over the height of a 16:9 picture: 24 * 16/9 = 42.67 mm over its width.
+    // 24 mm over the height of a 16:9 image: 24 * 16/9 = 42.67 mm over its width.
     EXPECT_NEAR(*file.camera_for(-1, kHd).sensor_width_mm, 42.0 + 2.0 / 3.0, 1e-12);
     EXPECT_EQ(*file.camera_for(0, kHd).sensor_width_mm, 36.0);
 }
@@ -186,7 +186,7 @@ TEST(CameraFile, WarnsWhenTheResolutionIsAnother) {
     ASSERT_TRUE(warning);
     EXPECT_EQ(warning->text(),
               "camera.json: warning: resolution: 640x360 is not the display size "
-              "1920x1080 of the frames; is this their camera?");
+              "1920x1080 of the frames; check that this is their camera file");
     EXPECT_FALSE(parse("{}").check_resolution(kHd));
 }
 
@@ -202,7 +202,7 @@ TEST(CameraFile, IsReadFromDisk) {
     EXPECT_EQ(load_camera("/").status().code(), StatusCode::input);
 }
 
-// The picture lies beside the file that names it.
+// The path of an aperture image starts at the folder of the camera file.
 TEST(CameraFile, NamesThePictureOfTheAperture) {
     const std::string text =
         R"({"aperture_image": "pictures/a.png", "frames": {"3": {"aperture_image": "/b.png"}}})";
@@ -225,7 +225,7 @@ TEST(CameraFile, RefusesAPictureBesideBlades) {
                             "aperture_image are both given; give one of them"));
     EXPECT_THAT(messages_of(R"({"aperture_image": 3})"),
                 ElementsAre(HasSubstr("aperture_image: 3 is an integer")));
-    // Those of a frame take the place of the file's.
+    // A frame's values replace the file's.
     const CameraFile file =
         parse(R"({"aperture_image": "a.png", "frames": {"3": {"aperture_blades": 6}}})");
     EXPECT_THAT(texts(file.diagnostics), IsEmpty());

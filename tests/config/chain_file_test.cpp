@@ -188,7 +188,7 @@ TEST(ChainFile, RefusesWrongShapes) {
     EXPECT_THAT(errors_of(chain_of("smear: {}\n    tint: {}")),
                 ElementsAre(HasSubstr("c.yaml:4:5: error: passes[0]: one entry of the list is one "
                                       "pass, but here are smear, tint")));
-    // The commonest slip of indentation.
+    // The most common mistake of indentation.
     EXPECT_THAT(errors_of(chain_of("smear:\n    samples: 25")),
                 ElementsAre(HasSubstr("the parameters of a pass are a map")));
     EXPECT_THAT(errors_of(chain_of("smear: 3")),
@@ -300,7 +300,7 @@ TEST(ChainFile, NamesThePictureOfTheAperture) {
     const ChainFile file = parse_chain(text, "/shot/chain.yaml", fake_passes());
     ASSERT_THAT(texts(file.diagnostics), IsEmpty());
     EXPECT_EQ(file.chain.camera.aperture_image, ApertureImage("/shot/pictures/a.png"));
-    // Written elsewhere it is the same chain.
+    // Written to another folder it is the same chain.
     const ChainFile again = parse_chain(write_chain(file.chain), "/out/w.yaml", fake_passes());
     EXPECT_EQ(again.chain.camera, file.chain.camera);
     EXPECT_EQ(again.chain.hash(), file.chain.hash());

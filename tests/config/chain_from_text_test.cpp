@@ -1,4 +1,4 @@
-// A guest's chain from the text of a chain file, by the C interface.
+// A guest's chain from the text of a chain file, through the C interface.
 #include "config/chain_from_text.h"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// Two passes that do nothing but have parameters of every kind.
+// Two passes without effect, with parameters of every type.
 #pragma once
 
 #include <array>
@@ -37,7 +37,7 @@ const PassRegistry& fake_passes();
 const Smear& smear(const Pass& pass);
 const Tint& tint(const Pass& pass);
 
-// Texts of all diagnostics.
+// The texts of all diagnostics.
 std::vector<std::string> texts(const Diagnostics& diagnostics);
 
 }  // namespace postchain::test

@@ -1,4 +1,4 @@
-// Which layers of a file are color, and which of them a list of names chooses.
+// The color layers of a file, and their choice by a list of names.
 #include "config/layer_match.h"
 
 #include <gmock/gmock.h>
@@ -73,7 +73,7 @@ TEST(Layers, OfBlender) {
                             "ViewLayer.Combined_key.B"));
     EXPECT_EQ(layers.data("ViewLayer.Normal"), "is not R, G, B");
     EXPECT_EQ(layers.data("ViewLayer.Crypto00"), "is named as data (*crypto*)");
-    // The color, the depth and the vectors are the frame's own.
+    // Color, depth and motion vectors belong to the frame's roles.
     for (const char* role : {"ViewLayer.Combined", "ViewLayer.Depth"})
         EXPECT_EQ(layers.data(role), "not there");
     EXPECT_THAT(layers.chosen("all"), ElementsAre("ViewLayer.Combined_key", "ViewLayer.DiffDir"));
@@ -89,13 +89,13 @@ TEST(Layers, ErrorsNameWhatIsNear) {
     EXPECT_EQ(layers.error("Combined_kez"),
               "no layer 'Combined_kez' (did you mean 'Combined_key'?)");
     EXPECT_EQ(layers.error("xyz"), "no layer 'xyz'; color layers are Combined_key, DiffDir");
-    EXPECT_EQ(layers.error("x*"), "no color layer fits 'x*'");
+    EXPECT_EQ(layers.error("x*"), "no color layer matches 'x*'");
     EXPECT_THAT(layers.error("Crypto00"),
                 HasSubstr("is named as data (*crypto*), and data is never"));
     EXPECT_THAT(layers.error("Normal"), HasSubstr("is not R, G, B"));
 }
 
-// As Arnold, V-Ray and RenderMan name them.
+// The names of Arnold, V-Ray and RenderMan.
 TEST(Layers, DataByName) {
     for (const char* name :
          {"N", "P", "Pref", "normals", "bumpNormals", "Z", "zDepth", "velocity", "motionvector",
@@ -139,7 +139,7 @@ TEST(Layers, TwoOfOneName) {
                                 {"b", "", {"diffuse.R", "diffuse.G", "diffuse.B"}}},
                                {}});
     EXPECT_EQ(layers.error("diffuse"),
-              "there are several layers 'diffuse': \"a.diffuse\" of part 1 (diffuse.R, diffuse.G, "
+              "several layers are named 'diffuse': \"a.diffuse\" of part 1 (diffuse.R, diffuse.G, "
               "diffuse.B) and \"b.diffuse\" of part 2 (diffuse.R, diffuse.G, diffuse.B); give the "
               "whole name, or rename one");
     EXPECT_THAT(layers.chosen("b.diffuse"), ElementsAre("b.diffuse"));
@@ -178,7 +178,7 @@ TEST(Layers, AProfilesOwnListCounts) {
     EXPECT_THAT(data_names(file.profile), ElementsAre("ramp"));
     EXPECT_THAT(data_names(*find_profile("cycles")), testing::Contains("N"));
     const ProfileFile wrong = parse_profile("profile: 1\nname: own\ndata: ramp\n", "own.yaml");
-    EXPECT_THAT(wrong.status().message(), HasSubstr("data is a list of texts"));
+    EXPECT_THAT(wrong.status().message(), HasSubstr("data is a list of strings"));
 }
 
 }  // namespace

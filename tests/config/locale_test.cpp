@@ -1,7 +1,7 @@
 // Numbers read and write the same under any locale of C and C++.
 //
-// A locale like de_DE need not be installed: the C++ one is made here from a facet with a decimal
-// comma and grouping, which is what a program gets from std::locale("de_DE.UTF-8").
+// No locale such as de_DE needs to be installed: the test builds the C++ locale from a facet with
+// decimal comma and grouping, as in std::locale("de_DE.UTF-8").
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -32,10 +32,10 @@ class GermanLocale : public testing::Test {
   protected:
     void SetUp() override {
         std::locale::global(std::locale(std::locale::classic(), new GermanNumbers));
-        std::setlocale(LC_ALL, "de_DE.UTF-8");  // where it is installed
+        std::setlocale(LC_ALL, "de_DE.UTF-8");  // if it is installed
         std::ostringstream check;
         check << 1234.5;
-        ASSERT_EQ(check.str(), "1.234,5");  // the locale is really on
+        ASSERT_EQ(check.str(), "1.234,5");  // the locale is active
     }
     void TearDown() override {
         std::locale::global(std::locale::classic());

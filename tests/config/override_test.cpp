@@ -79,7 +79,7 @@ TEST(Override, OfMattesIsJudgedByWhatTheChainThenSays) {
         parsed("motion_blur: {matte_effect: unmoved}", {"motion_blur.matte=hero"});
     ASSERT_THAT(texts(good.diagnostics), IsEmpty());
     EXPECT_EQ(good.chain.links[0].matte_effect, MatteEffect::unmoved);
-    // What is written is read as it was, and says nothing of what is not set.
+    // A written chain reads back unchanged, without the unset values.
     const std::string text = write_chain(good.chain);
     EXPECT_EQ(parse_chain(text, "c.yaml", builtin_passes(), {}).chain.text(), good.chain.text());
     EXPECT_EQ(write_chain(parsed("fxaa: {matte: hero}", {}).chain).find("matte_effect"),
@@ -175,7 +175,7 @@ TEST(Override, MakesExcludedValuesOfTheFileGiveWay) {
     const ChainFile file = parse(kTwice, {"passes[0].shutter_angle_deg=90"});
     EXPECT_THAT(texts(file.diagnostics),
                 ElementsAre("--set passes[0].shutter_angle_deg=90: note: passes[0].shutter_frames: "
-                            "0.5 of the chain file gives way"));
+                            "0.5 of the chain file is dropped"));
     EXPECT_EQ(smear(*file.chain.links[0].pass).shutter_frames, std::nullopt);
     EXPECT_EQ(smear(*file.chain.links[0].pass).shutter_angle_deg, 90.0);
     const ChainFile both =
@@ -193,9 +193,9 @@ TEST(Precedence, OfCameraValues) {
     const CameraFile file = parse_camera(R"({"f_stop": 2, "focal_length_mm": 20})", "camera.json");
     ASSERT_THAT(texts(file.diagnostics), IsEmpty());
     const Camera frame = frame_camera(metadata, &file, 1, {1920, 1080, 1});
-    EXPECT_EQ(frame.focus_distance, 100.0);    // metadata alone
+    EXPECT_EQ(frame.focus_distance, 100.0);    // only metadata
     EXPECT_EQ(frame.focal_length_mm, 20.0);    // --camera over metadata
-    EXPECT_EQ(frame.near_clip, std::nullopt);  // not stated
+    EXPECT_EQ(frame.near_clip, std::nullopt);  // not given
     const Camera chain = parse(kChain, {}).chain.camera;
     EXPECT_EQ(frame.overlaid_by(chain).f_stop, 4.0);  // the chain over --camera
     EXPECT_EQ(frame.overlaid_by(parse(kChain, {"camera.f_stop=8"}).chain.camera).f_stop, 8.0);
@@ -210,24 +210,24 @@ TEST(Precedence, ASetCameraValueBeatsAPassesOwn) {
                 ElementsAre(HasSubstr("note: passes[0].shutter_frames: 0.5 of the chain file")));
     EXPECT_EQ(smear(*file.chain.links[0].pass).shutter_frames, std::nullopt);
     EXPECT_EQ(file.chain.camera.shutter_frames, 0.25);
-    // Written as an angle it is the same value.
+    // The same value as an angle.
     const ChainFile angle = parse("postchain: 1\npasses:\n  - smear: {shutter_angle_deg: 90}\n",
                                   {"camera.shutter_frames=0.25"});
     EXPECT_EQ(smear(*angle.chain.links[0].pass).shutter_angle_deg, std::nullopt);
-    // Of two overrides the pass's own is the nearer one.
+    // Of two overrides the pass's own takes precedence.
     const ChainFile own =
         parse(kTwice, {"passes[0].shutter_frames=2", "camera.shutter_frames=0.25"});
     EXPECT_EQ(smear(*own.chain.links[0].pass).shutter_frames, 2.0);
 }
 
-// The shape of the aperture is one value: a picture, or blades and their curvature.
+// The aperture has one shape: an image, or blades with a curvature.
 TEST(Override, OfTheApertureTakesTheWholeShapesPlace) {
     const std::string folder = std::filesystem::current_path().string();
     const std::string blades = "postchain: 1\ncamera: {aperture_blades: 5}\npasses: []\n";
     const ChainFile picture = parse(blades, {"camera.aperture_image=a.png"});
     EXPECT_THAT(texts(picture.diagnostics),
                 ElementsAre("--set camera.aperture_image=a.png: note: camera.aperture_blades: 5 of "
-                            "the chain file gives way"));
+                            "the chain file is dropped"));
     EXPECT_EQ(picture.chain.camera.aperture_blades, std::nullopt);
     EXPECT_EQ(picture.chain.camera.aperture_image, ApertureImage(folder + "/a.png"));
     const ChainFile back = parse("postchain: 1\ncamera: {aperture_image: a.png}\npasses: []\n",
@@ -240,7 +240,7 @@ TEST(Override, OfTheApertureTakesTheWholeShapesPlace) {
     EXPECT_THAT(both.status().message(), HasSubstr("camera: aperture_blades and aperture_image"));
     EXPECT_FALSE(parse(blades, {"camera.aperture_image=a.png", "camera.aperture_image=null"})
                      .chain.camera.aperture_image);
-    // Blades that a pass has for itself give way too.
+    // A pass's own blades are dropped too.
     const ChainFile own = parse_chain(
         "postchain: 1\npasses: [depth_of_field: {aperture_blades: 7, aperture_ratio: 2}]\n", "c",
         builtin_passes(), {"camera.aperture_image=a.png"});

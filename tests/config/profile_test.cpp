@@ -26,7 +26,7 @@ FileChannels one_part(const Names& channels) {
     return {{{"", "", channels}}, {}};
 }
 
-// Fails the test and returns an empty match when detection fails.
+// Fails the test and returns an empty match if detection fails.
 ProfileMatch detect(const FileChannels& file, const std::string& layer = "",
                     const std::string& view = "") {
     const auto match = detect_profile(builtin_profiles(), file, layer, view);
@@ -46,7 +46,7 @@ const Names kCycles = {"ViewLayer.Combined.R", "ViewLayer.Combined.G", "ViewLaye
                        "ViewLayer.Combined.A", "ViewLayer.Depth.Z",    "ViewLayer.Vector.X",
                        "ViewLayer.Vector.Y",   "ViewLayer.Vector.Z",   "ViewLayer.Vector.W"};
 
-// (x, y) as the convention turns it: scale * (stored - bias).
+// (x, y) by the convention: scale * (stored - bias).
 std::array<double, 2> converted(const MotionConvention& m, double x, double y) {
     return {m.scale_x * (x - m.bias), m.scale_y * (y - m.bias)};
 }
@@ -79,7 +79,7 @@ TEST(Profiles, CyclesIsDetectedAndGivesTheTableOfTheFrame) {
                 ElementsAre("ViewLayer.Vector.X", "ViewLayer.Vector.Y"));
     EXPECT_THAT(match.missing, IsEmpty());
     EXPECT_EQ(match.options.depth, DepthEncoding::linear);
-    // motion = (-Z, +W), motion_back = (-X, +Y), 9999 is no motion.
+    // motion = (-Z, +W), motion_back = (-X, +Y), 9999 means no motion.
     EXPECT_EQ(converted(match.options.motion, 3, 5), (std::array<double, 2>{-3, 5}));
     EXPECT_EQ(converted(match.options.motion_back, 3, 5), (std::array<double, 2>{-3, 5}));
     EXPECT_EQ(match.options.motion.sentinel, 9999);
@@ -88,8 +88,8 @@ TEST(Profiles, CyclesIsDetectedAndGivesTheTableOfTheFrame) {
     EXPECT_FALSE(match.options.unpremultiplied);
 }
 
-// A surface that goes 3 px right and 5 px down to the next frame, as each writer stores it, becomes
-// (3, 5), and one that came the same way from the previous frame too.
+// A surface moves 3 px right and 5 px down in each frame. Converted from each writer's form, its
+// motion to the next frame and from the previous one is (3, 5).
 TEST(Profiles, AllConventionsMeanTheSameMotion) {
     const ProfileMatch cycles = detect(one_part(kCycles));
     EXPECT_EQ(converted(cycles.options.motion, -3, 5), (std::array<double, 2>{3, 5}));
@@ -210,7 +210,7 @@ TEST(Layers, SeveralNeedAChoice) {
 }
 
 TEST(Layers, TheOneWithVectorsIsTaken) {
-    // Blender's compositor adds a layer "Composite" that has color alone.
+    // Blender's compositor adds a layer "Composite" that has only color.
     const ProfileMatch match = detect(with_layers({"ViewLayer", "Composite"}, false));
     EXPECT_EQ(match.layer, "ViewLayer");
     EXPECT_THAT(match.notes, ElementsAre(HasSubstr("layer ViewLayer of Composite, ViewLayer")));
@@ -267,7 +267,7 @@ TEST(Parts, OnePerLayerAndView) {
     EXPECT_EQ(match.roles.at(Role::color), (RoleChannels{0, {"R", "G", "B", "A"}}));
     EXPECT_EQ(match.roles.at(Role::inverse_depth), (RoleChannels{1, {"Z"}}));
     EXPECT_EQ(match.roles.at(Role::motion), (RoleChannels{2, {"u", "v"}}));
-    // The whole name in the part, as other versions write it; and the beauty is not the first part.
+    // Other versions write the whole name in the part; the beauty is not the first part.
     const FileChannels full = {{{"albedo", "", {"R", "G", "B"}},
                                 {"rgba", "", {"R", "G", "B", "A"}},
                                 {"forward", "", {"forward.u", "forward.v"}}},
@@ -346,7 +346,7 @@ TEST(OwnProfile, NamesEveryMistake) {
         {head + "motion: [{channels: [[x, y]], scale: [a, 1]}]", "a number"},
         {head + "motion: [{channels: [[x, y]], bias: .nan}]", "finite"},
         {head + "motion: [{channels: [[x, y]], sentinel: 0}]", "a number > 0"},
-        {head + "priority: high\ncolor: [{channels: [[R, G, B]]}]", "priority is an integer"},
+        {head + "priority: high\ncolor: [{channels: [[R, G, B]]}]", "not an integer in 0..1000"},
         {head + "detect: [[]]\ncolor: [{channels: [[R, G, B]]}]", "channel names"},
         {"[1]", "a profile is a map"},
     };

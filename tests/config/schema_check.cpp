@@ -31,7 +31,7 @@ bool equal(const TextNode& a, const TextNode& b) {
     return *x == *y || number_of(*x) == number_of(*y);
 }
 
-// Does the keyword let `node` pass?
+// Whether `node` is valid by this keyword.
 bool holds(const std::string& word, const TextNode& node, const TextNode& value,
            const TextNode& schema, const TextNode& root) {
     const auto valid = [&](const TextNode& n, const TextNode& s) {
@@ -91,7 +91,7 @@ bool holds(const std::string& word, const TextNode& node, const TextNode& value,
     }
     const auto read = value_of(node);
     const double number = read.ok() ? number_of(*read) : std::nan("");
-    if (std::isnan(number)) return true;  // keywords of numbers hold for all else
+    if (std::isnan(number)) return true;  // keywords of numbers apply only to numbers
     if (word == "minimum") return number >= number_of(*value_of(value));
     if (word == "exclusiveMinimum") return number > number_of(*value_of(value));
     if (word == "maximum") return number <= number_of(*value_of(value));

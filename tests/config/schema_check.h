@@ -1,5 +1,5 @@
-// The words of JSON Schema that chain_schema() uses, checked by the book (draft 2020-12), so that
-// a test can hold schema and parser against each other.
+// A validator for the JSON Schema keywords of chain_schema() (draft 2020-12), to compare schema and
+// parser.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 
 namespace postchain::test {
 
-// Empty when `instance` is valid by `schema`, else the first reason. An unknown keyword is a
-// reason too. `root` resolves $ref.
+// Empty if `instance` is valid by `schema`, otherwise the first reason, which may be an unknown
+// keyword. `root` resolves $ref.
 std::string schema_violation(const TextNode& instance, const TextNode& schema,
                              const TextNode& root);
 

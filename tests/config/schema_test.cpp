@@ -100,7 +100,7 @@ TEST(Schema, AgreesWithTheParser) {
     }
 }
 
-// Every row at its ends, and just outside them, for the passes this program really has.
+// Every row of the real passes at the ends of its range and just outside.
 TEST(Schema, AgreesWithTheParserAtTheEndsOfEveryRange) {
     const TextNode schema = tree_of(chain_schema(builtin_passes()));
     size_t checked = 0;

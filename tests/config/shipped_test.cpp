@@ -1,4 +1,4 @@
-// The chains that come with the program, against the passes it has.
+// The shipped chains with the real passes.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -40,7 +40,7 @@ TEST(Shipped, AreFive) {
     EXPECT_THAT(shipped_chains(), ElementsAre("balanced", "best", "dof_first", "fast", "paper"));
     for (const auto& name : shipped_chains()) {
         const ChainFile file = load(name);
-        // Lens and shutter are the frames' affair.
+        // Lens and shutter come from the frames.
         EXPECT_EQ(file.chain.camera, Camera());
         const ChainFile again = parse_chain(write_chain(file.chain), "w", builtin_passes());
         EXPECT_EQ(again.chain.hash(), file.chain.hash());

@@ -1,4 +1,4 @@
-// The strict reading of YAML and JSON: what yaml-cpp 0.7 would let pass.
+// Strict reading of YAML and JSON: the texts that yaml-cpp 0.7 would accept.
 #include "config/text_tree.h"
 #include "config/scalar.h"
 
@@ -110,7 +110,7 @@ TEST(TextTree, RefusesAnchorsAliasesTagsAndMergeKeys) {
 }
 
 TEST(TextTree, RefusesAllButOneDocument) {
-    EXPECT_THAT(errors_of("a: 1\n---\nb: 2\n"), ElementsAre(HasSubstr("one document only")));
+    EXPECT_THAT(errors_of("a: 1\n---\nb: 2\n"), ElementsAre(HasSubstr("only one document")));
     EXPECT_THAT(errors_of("{\"a\": 1} {\"b\": 2}"), ElementsAre(HasSubstr("t:1:10: error")));
     EXPECT_THAT(errors_of("---\na: 1\n...\n"), IsEmpty());
     EXPECT_THAT(errors_of("%YAML 1.2\n---\na: 1\n"),
@@ -130,7 +130,7 @@ TEST(TextTree, RefusesWhatIsNotUtf8) {
         EXPECT_THAT(errors_of(concat("a: ", bad)), ElementsAre(HasSubstr("is not UTF-8")));
     for (const char* good : {"\xc2\xa0", "\xed\x9f\xbf", "\xf4\x8f\xbf\xbf", "\xe2\x82\xac"})
         EXPECT_THAT(errors_of(concat("a: 'x", good, "'")), IsEmpty());
-    // UTF-16 begins with a byte order mark that is not UTF-8, or has zero bytes.
+    // UTF-16 starts with a byte order mark that is not UTF-8, or contains zero bytes.
     EXPECT_THAT(errors_of(std::string("\xff\xfe"
                                       "a\0",
                                       4)),
@@ -155,7 +155,7 @@ TEST(TextTree, RefusesAMegabyteOfNesting) {
     EXPECT_THAT(errors_of(repeat("[")), ElementsAre("t:1:33: error: nested deeper than 32 levels"));
     for (const char* what : {"[", "{", "[{", "{a: ", "{a: [", "- ", "? ", "[\n", "- - "})
         EXPECT_THAT(errors_of(repeat(what)), ElementsAre(HasSubstr("error:"))) << what;
-    // Brackets that the first look takes for quoted, and one level of indentation per line.
+    // Brackets that find_deep_bracket() takes for quoted, and one level of indentation per line.
     EXPECT_THAT(errors_of("[a ' , " + repeat("[").substr(20)), ElementsAre(HasSubstr("deeper")));
     std::string steps;
     for (int i = 0; i < 1000; ++i) steps += std::string(size_t(i), ' ') + "a:\n";
@@ -246,8 +246,7 @@ TEST(Scalar, WritesWhatItReadsBack) {
     }
 }
 
-// Files from the size of a part that is read at once to beyond the limit, and a pipe, which has
-// none.
+// Files of sizes from one block to beyond the limit, and a pipe.
 TEST(TextFile, IsReadToItsEndOrToItsLimit) {
     const std::string path = testing::TempDir() + "postchain_text_" + std::to_string(getpid());
     const TextLimits limits = {20000, 8};

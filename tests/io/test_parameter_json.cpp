@@ -27,5 +27,21 @@ TEST(ParameterJson, WhatHasNoFormIsNoValue) {
     EXPECT_EQ(*value_of(Json::parse("9223372036854775807")), ParameterValue(INT64_MAX));
 }
 
+TEST(ParameterJson, WhatTheChainWritesBecomesTheSameText) {
+    const std::vector<JsonValue> values = {
+        28.0,
+        0.1,
+        1e300,
+        -0.5,
+        int64_t(-7),
+        true,
+        "a \"word\"",
+        JsonValue(),
+        ParameterValue(std::array<double, 2>{0.25, 1}),
+        JsonArray{1, "x", JsonArray()},
+        JsonObject{{"b", 2}, {"a", JsonObject{{"c", JsonValue()}}}}};
+    for (const JsonValue& value : values) EXPECT_EQ(json_from(value).dump(), json_text(value));
+}
+
 }  // namespace
 }  // namespace postchain::io

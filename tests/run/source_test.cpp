@@ -123,9 +123,9 @@ TEST(Source, FocusAtAPlaceIsFoundInEachFrame) {
         inverse_depth_at(*frame->planes.at(Role::inverse_depth), frame->description, {0.25, 0.5});
     ASSERT_EQ(plan->inverse_depth_at.size(), 1u);
     EXPECT_EQ(plan->inverse_depth_at.begin()->second, w);
-    EXPECT_NE(plan_as_json(*plan).find(R"("depth_at":[{"place":[0.25,0.5],"distance":)"),
+    EXPECT_NE(json_text(plan_json(*plan)).find(R"("depth_at":[{"place":[0.25,0.5],"distance":)"),
               std::string::npos)
-        << plan_as_json(*plan);
+        << json_text(plan_json(*plan));
 }
 
 TEST(Source, CameraFileOverMetadata) {

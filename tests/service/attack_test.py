@@ -1,4 +1,4 @@
-"""Attacks over raw sockets: what a hostile client may try, and that the others are served all the
+"""Attacks over raw sockets: tries of hostile clients, while the other clients are served all the
 while. Over a fake service (serve_fake), so that nothing but HTTP is tried.
 
 usage: attack_test.py SERVE_FAKE"""
@@ -30,12 +30,12 @@ class Attacked(unittest.TestCase):
         assert code == 0, (code, cls.server.stderr)
 
     def tearDown(self):
-        """Whatever was tried, the next client is served."""
+        """After each attack the next client is served."""
         status, _, body = self.server.ask("GET", "/healthz")
         self.assertEqual((status, json.loads(body)), (200, {"status": "ok"}))
 
     def refused(self, raw, *expected):
-        """One reply, of these, and no second one: nothing of `raw` was taken for another request."""
+        """Exactly one reply, with one of these statuses: no part of `raw` became another request."""
         answer = self.server.send(raw.encode("latin1") if isinstance(raw, str) else raw, 3)
         self.assertEqual(len(statuses(answer)), 1, answer)
         self.assertIn(statuses(answer)[0], expected, answer)
@@ -225,7 +225,7 @@ class Shapes(Attacked):
 
 
 class OtherSites(Attacked):
-    """What a browser that shows a hostile page may send."""
+    """Requests of a browser with a hostile page."""
 
     def test_names_that_point_here(self):
         for host in ["evil.example", "evil.example:80", "localhost.evil.example", "127.0.0.1.nip.io",
@@ -311,7 +311,7 @@ class Slow(Attacked):
         return int(re.search(rb"cut_off_total (\d+)", self.server.ask("GET", "/metrics")[2])[1])
 
     def drip(self, client, data):
-        """A byte every 0.1 s, until the server has had enough."""
+        """Sends a byte every 0.1 s until the server closes."""
         for i in range(60):
             try:
                 client.sendall(data[i % len(data):][:1])
@@ -339,7 +339,7 @@ class Slow(Attacked):
             client.sendall(b"POST /v1/preview HTTP/1.1\r\nHost: localhost\r\nContent-Type: "
                            b"application/json\r\nContent-Length: 2\r\n\r\n{}")
             time.sleep(1)
-            # 40 MB get a second for each 64 KiB: far from over. The others are served.
+            # 40 MB get a second per 64 KiB, so the deadline is far. Others are served.
             self.assertEqual(self.server.ask("GET", "/v1/jobs")[0], 200)
 
     def test_listener_that_does_not_read_is_cut_off_and_can_resume(self):
@@ -353,7 +353,7 @@ class Slow(Attacked):
                     break
             time.sleep(1.2)
             self.assertGreater(self.cut_off(), before)
-        # Everything is still there for who comes back.
+        # A client that reconnects gets all events.
         again = Events(self.server, "/v1/events?after=0")
         self.assertEqual([again.next()[0] for _ in range(50)], list(range(1, 51)))
         again.close()
@@ -394,7 +394,7 @@ class Crowds(Attacked):
         time.sleep(0.3)
         status, headers, _ = self.server.ask("GET", "/healthz")
         self.assertEqual((status, headers["retry-after"]), (503, "5"))
-        # A flood beyond that is not even told so; and nothing breaks.
+        # Further connections are closed without a reply, and nothing breaks.
         for _ in range(300):
             client = socket.socket()
             client.bind(("127.0.0.3", 0))
@@ -480,7 +480,7 @@ class Token(Attacked):
         self.assertNotIn(self.TOKEN, headers["set-cookie"])
         cookie = {"Cookie": "a=b; " + headers["set-cookie"].split(";")[0]}
         self.assertEqual(self.server.ask("GET", "/v1/jobs", None, cookie)[0], 200)
-        # A wrong token is not made good by a cookie.
+        # A cookie does not make up for a wrong token.
         self.assertEqual(self.server.ask("GET", "/v1/jobs", None,
                                          cookie | {"Authorization": "Bearer x"})[0], 401)
 
@@ -490,7 +490,7 @@ class Token(Attacked):
 
 
 class Following(Attacked):
-    """Listeners: nothing lost, nothing twice, from memory and from the store."""
+    """Listeners get every event once, from memory and from the store."""
     settings = ["frame=3", "kept_events=20", "heartbeat=200"]
 
     def test_resume(self):

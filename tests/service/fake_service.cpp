@@ -241,9 +241,12 @@ Answer<std::string> Service::plan(const std::string& body) {
     return std::string("{\"frame\": 1}");
 }
 
-Diagnostics Service::check_chain(const std::string& text) const {
-    if (text.starts_with("postchain: 1")) return {};
-    return {
+Answer<Diagnostics> Service::check_chain(const std::string& body) const {
+    const Json json = Json::parse(body, nullptr, false);
+    if (!json.is_object() || !json.contains("text") || !json["text"].is_string())
+        return Problem{Problem::Kind::invalid, "the body has no text", {}, 0};
+    if (json["text"].get<std::string>().starts_with("postchain: 1")) return Diagnostics();
+    return Diagnostics{
         {"chain.yaml", 1, 1, Severity::error, "", "begins with postchain: 1", StatusCode::chain}};
 }
 
@@ -253,8 +256,8 @@ std::string Service::passes() const {
 std::string Service::chain_schema() const {
     return "{\"type\": \"object\"}";
 }
-std::string Service::job_schema() const {
-    return "{\"type\": \"object\"}";
+io::Json Service::job_schema() const {
+    return {{"type", "object"}};
 }
 Health Service::health() {
     const std::lock_guard lock(state_->mutex);

@@ -25,7 +25,7 @@ from server import work_on  # noqa: E402
 KEY = "one-job"
 
 def faults_of_store(path, frames):
-    """Sentences about what the store says of the one job."""
+    """Messages about faults of the job in the store."""
     store = sqlite3.connect(path)
     said = []
     found = store.execute("SELECT state, done, failed FROM jobs").fetchall()
@@ -65,7 +65,7 @@ def main():
     command = [str(arguments.postchain), "serve", "--root", str(work), "--store",
                str(work / "store.db"), "--port", "0", "--device", "software", "--attempts", "50"]
     chance = random.Random(arguments.seed)
-    # Each process is to get on by about a part of the job, however fast the machine is just now.
+    # Each process should finish about one part of the job, whatever the speed of the machine.
     span = 0.15 + 2.5 * seconds / arguments.kills
     part = max(1, arguments.frames // arguments.kills)
     kills = 0

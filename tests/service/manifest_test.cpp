@@ -1,4 +1,4 @@
-// Manifests of cryptomattes, which frames name: a service reads those under its roots alone.
+// Cryptomatte manifests, which frames name: a service reads them only under its roots.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ using nlohmann::json;
 using testing::HasSubstr;
 using testing::Not;
 
-// Frames whose manifest is root/man.json: a link.
+// Frames with the manifest root/man.json, which is a link.
 class ManifestsOfAService : public test::ServiceTest {
   protected:
     void SetUp() override {
@@ -38,7 +38,7 @@ class ManifestsOfAService : public test::ServiceTest {
         fs::remove(root("man.json"));
         fs::create_symlink(target, root("man.json"));
     }
-    // What is said of a request for a matte of that name: faults, messages, warnings, sidecars.
+    // All replies about a request for a matte of that name: faults, messages, warnings, sidecars.
     std::string plan(const std::string& matte) {
         const auto answer = service_->plan(chain(matte, {{"input", "in.####.exr"}}).dump());
         if (const auto* problem = std::get_if<Problem>(&answer)) return problem->detail;
@@ -98,7 +98,7 @@ TEST_F(ManifestsOfAService, AreNotReadElsewhere) {
              {plan("zzz"), preview("zzz"), work("run", "zzz"), work("ab", "zzz"),
               work("bench", "zzz"), work("study", "zzz")})
             EXPECT_THAT(said, Not(HasSubstr("no 'zzz'")));
-        // Whether there is such a file is not said either.
+        // The reply does not reveal whether the file exists.
         const std::string said = work("run", "zzz");
         EXPECT_THAT(said, HasSubstr("man.json' is outside the folders of this service"));
         EXPECT_THAT(said, HasSubstr("'zzz' is found by the hash of its name"));

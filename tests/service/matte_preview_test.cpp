@@ -1,4 +1,4 @@
-// Previews of chains with mattes, at their size and reduced.
+// Previews of chains with mattes, at full size and reduced.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -10,8 +10,8 @@
 namespace postchain::service {
 namespace {
 
-// Frames with mattes: "all" and "none" are 1 and 0 everywhere, "half" is 0.5, "checker" 1 and 0 by
-// turns, "left" 1 in the left half.
+// Frames with mattes: "all" is 1, "none" 0 and "half" 0.5 everywhere, "checker" alternates between
+// 1 and 0, "left" is 1 in the left half.
 class MattePreviews : public test::ServiceTest {
   protected:
     void SetUp() override {
@@ -29,7 +29,7 @@ class MattePreviews : public test::ServiceTest {
         test::write_sequence(root(), {1, 2, 3}, kWidth, kHeight, file);
         open();
     }
-    // Two passes, so that mattes of two names stand in one plane.
+    // Two passes, so that one plane holds mattes of two names.
     static std::string chain(const std::string& blur, const std::string& fxaa) {
         const auto matte = [](const std::string& name) {
             return name.empty() ? "" : concat(R"("matte": "mask.)", name, "\"");
@@ -66,7 +66,7 @@ TEST_F(MattePreviews, ReducedTheMatteIsTheMeanOfWhatAPixelCovers) {
     const ImageF plain = preview(chain("", ""), 0.5), held = preview(chain("all", "all"), 0.5);
     ASSERT_EQ(held.width, kWidth / 2);
     EXPECT_EQ(preview(chain("none", "none"), 0.5).data, plain.data);
-    // The mean of each four pixels of the input.
+    // The mean of four input pixels each.
     const ImageF input = test::make_planes(kWidth, kHeight, 2).color;
     for (int y = 0; y < kHeight / 2; ++y)
         for (int x = 0; x < kWidth / 2; ++x)
@@ -82,7 +82,7 @@ TEST_F(MattePreviews, ReducedTheMatteIsTheMeanOfWhatAPixelCovers) {
     EXPECT_EQ(preview(chain("checker", "none"), 0.5).data, soft.data);
     EXPECT_GT(test::largest_difference(soft, plain), 0.01);
     EXPECT_GT(test::largest_difference(soft, held), 0.01);
-    // The left half is held, and FXAA is off in all of it: each plane of the stack by itself.
+    // FXAA leaves out the left half: each plane of the stack is reduced by itself.
     const ImageF left = preview(chain("left", "all"), 0.5);
     for (int y = 0; y < kHeight / 2; ++y)
         for (int x = 0; x < kWidth / 4; ++x)

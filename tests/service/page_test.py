@@ -91,7 +91,7 @@ class Page(unittest.TestCase):
         self.browser.wait("document.querySelector(\"#new input[name=kind]\")")
         self.type("Frames to read", "shots/sharp.####.exr")
         self.type("Camera file", "shots/camera.json")
-        # What concerns outputs and the queue alone is no part of a plan, which would refuse it.
+        # A plan would refuse the keys of outputs and of the queue.
         self.type("Frames to write", "out/planned.####.exr")
         self.type("Priority", "3")
         self.press("Plan only")
@@ -135,7 +135,7 @@ class Page(unittest.TestCase):
         text = self.browser.run("return document.querySelector('#chain textarea').value;")
         self.assertIn('"samples": 5000', text.split("\n")[line - 1])
         self.assertTrue(message.startswith(f"line {line}: passes[0].samples: 5000"), message)
-        # The message leads to its place.
+        # A click on the message goes to its place.
         self.browser.run("document.querySelector('.diagnostics .error').click();")
         chosen = self.browser.run("const t = document.activeElement; return t.value.slice(0, "
                                   "t.selectionStart).split('\\n').length;")
@@ -145,7 +145,7 @@ class Page(unittest.TestCase):
         self.type("Camera file", "shots/camera.json")
         self.browser.wait("document.querySelector('#chain .picture img')?.naturalWidth === 80",
                           seconds=60)
-        # YAML has no forms, and is checked all the same.
+        # YAML text has no forms but is checked too.
         self.edit("postchain: 1\npasses:\n  - fxaa: {preset: 99}\n")
         self.browser.wait("document.querySelector('.gutter .error-line')?.innerText === '3'")
         self.browser.run("localStorage.clear();")
@@ -163,7 +163,7 @@ class Page(unittest.TestCase):
         self.browser.call("POST", "/frame", {"id": frame})
         try:
             self.browser.wait("document.querySelector('h1')?.innerText.includes('against')")
-            # It reaches nothing of the service.
+            # It cannot reach the service.
             self.assertEqual(self.browser.run(
                 "return await fetch('/v1/jobs').then(() => 'read', () => 'refused');"), "refused")
             self.assertEqual(self.browser.run("return window.origin;"), "null")

@@ -48,7 +48,7 @@ def main():
             raise SystemExit("it dies again and again")
     if ended["state"] != "failed" or "set aside: 3, 13" not in ended["message"]:
         said.append(f"the job: {ended['state']}, {ended['message']}")
-    # Once together with others, then each alone.
+    # First together with others, then each alone.
     if not len(POISON) * ATTEMPTS <= deaths <= len(POISON) * (ATTEMPTS + 1):
         said.append(f"the process died {deaths} times")
     said += jobs.differences(out, expected, whole=True)

@@ -1,4 +1,4 @@
-// Preloaded into a process: opening the file that POSTCHAIN_POISON ends kills it.
+// Preloaded into a process: kills it when it opens a file whose name ends with POSTCHAIN_POISON.
 #include <csignal>
 #include <cstdarg>
 #include <cstdlib>

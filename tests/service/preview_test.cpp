@@ -1,4 +1,4 @@
-// How a frame is reduced.
+// Reduction of frames.
 #include "tools/service/work/preview.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ ImageF row(std::vector<float> values) {
 
 TEST(Reduced, AMeanIsOfWhatAPixelCovers) {
     EXPECT_EQ(mean_reduced(row({1, 3, 5, 7}), 2, 1).data, (std::vector<float>{2, 6}));
-    // Of three pixels each of two covers one and a half.
+    // Each of two pixels covers one and a half of three.
     const ImageF thirds = mean_reduced(row({3, 6, 12}), 2, 1);
     EXPECT_NEAR(thirds.data[0], (3 + 6 * 0.5) / 1.5, 1e-6);
     EXPECT_NEAR(thirds.data[1], (6 * 0.5 + 12) / 1.5, 1e-6);

@@ -1,5 +1,5 @@
-// Jobs from JSON: every fault at once with its place, strict values, and paths that try to leave
-// the roots by every key.
+// Jobs from JSON: all faults with their places, strict values, and paths outside the roots for
+// every key.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -11,7 +11,6 @@
 #include "tests/command/frames.h"
 #include "tests/io/exr_files.h"
 #include "tools/service/work/job_request.h"
-#include "tools/service/work/job_schema.h"
 
 namespace postchain::service {
 namespace {
@@ -120,7 +119,7 @@ TEST_F(RequestTest, EveryFaultAtOnceWithItsPlace) {
     EXPECT_EQ(by_path["inpt"].line, 2);
     EXPECT_EQ(by_path["inpt"].column, 3);
     EXPECT_NE(by_path["inpt"].message.find("did you mean 'input'"), std::string::npos);
-    EXPECT_EQ(by_path["input"].message, "is missing");
+    EXPECT_EQ(by_path["input"].message, "missing");
     EXPECT_EQ(by_path["strict"].line, 4);
     EXPECT_EQ(by_path["strict"].column, 13);
     EXPECT_EQ(by_path["frames"].line, 5);
@@ -194,13 +193,55 @@ TEST_F(RequestTest, TextsThatAreNoJob) {
         EXPECT_FALSE(problem.diagnostics.empty()) << text.substr(0, 50);
         EXPECT_FALSE(problem.detail.empty());
     }
-    const Problem twice = refused(R"({"input": "a.exr", "input": "b.exr"})");
-    EXPECT_NE(twice.diagnostics.at(0).message.find("twice"), std::string::npos);
     const Problem half = refused("{\"a\": 1,\n \"b\" 2}");
     EXPECT_EQ(half.diagnostics.at(0).line, 2);
 }
 
-// By every key that names files, and in every form.
+// Each is a chain file, but not JSON.
+TEST_F(RequestTest, YamlIsNotAJob) {
+    for (const std::string& text :
+         {"chain: fast\n", "{chain: fast}", "{'chain': 'fast'}", "{\"chain\": fast}",
+          "{\"chain\": \"fast\",\n}", "{\"chain\": \"fast\"} # comment", "{\"frames\": 010}"}) {
+        const Problem problem = refused(text);
+        ASSERT_EQ(problem.diagnostics.size(), 1u) << text;
+        EXPECT_EQ(problem.diagnostics[0].message, "not valid JSON from here on") << text;
+        EXPECT_GT(problem.diagnostics[0].column, 0) << text;
+    }
+}
+
+TEST_F(RequestTest, AFaultNamesItsLineColumnAndKey) {
+    const Problem twice = refused("{\"input\": \"a.exr\",\n \"input\": \"b.exr\"}");
+    EXPECT_EQ(text_of(twice.diagnostics),
+              "job:2:2: error: duplicate key 'input'; it is already given in line 1\n");
+    const Problem deep =
+        refused(R"({"chain": "fast", "input": "in.####.exr", "output": "out/o.####.exr",
+  "set": ["fxaa.mode=fxaa", 5]})");
+    EXPECT_EQ(deep.detail, "job:2:29: error: set[1]: '5' is not a string");
+    const Problem large = refused("{\"chain\": \"fast\",\n \"priority\": 1e400}");
+    EXPECT_EQ(large.detail, "job:1:1: error: a number is too large for a double");
+    const Problem two =
+        refused(R"({"chain": "fast", "input": "in.####.exr", "output": "out/o.####.exr",
+  "priority": 1e3, "strict": [true]})");
+    EXPECT_EQ(two.detail,
+              "job:2:15: error: priority: '1e3' is not an integer in -100..100 (and 1 more)");
+}
+
+// Forms of JSON that are unusual in YAML.
+TEST_F(RequestTest, JsonInEveryForm) {
+    for (const char* text :
+         {"{\"chain\":\n\t\"fast\",\r\n\t\"input\"\t:\t\"in.####.exr\" , \"output\":\"out\\/"
+          "\\u006f\\ud83d\\ude00.####.exr\"}",
+          "\xef\xbb\xbf{\"chain\":\"fast\",\"input\":\"in.####.exr\",\"output\":"
+          "\"out/o\xf0\x9f\x98\x80.####.exr\",\"set\":[ ],\"strict\":true,\"priority\":-0}\n\n"}) {
+        const auto read = reader_->job(text);
+        const auto* problem = std::get_if<Problem>(&read);
+        ASSERT_EQ(problem, nullptr) << text << "\n" << problem->detail;
+        EXPECT_EQ(std::get<JobRequest>(read).run.output.text(),
+                  base_ + "/root/out/o\xf0\x9f\x98\x80.####.exr");
+    }
+}
+
+// Every key that names files, in every form.
 TEST_F(RequestTest, NoPathLeavesTheRoots) {
     fs::create_directory_symlink(base_ + "/outside", base_ + "/root/link");
     fs::create_symlink(base_ + "/outside/camera.json", base_ + "/root/link.json");
@@ -324,11 +365,11 @@ TEST_F(RequestTest, TablesOfAConfigurationOfColorAreHeldUnderTheRoots) {
         ASSERT_EQ(problem.diagnostics.size(), 1u) << search << " " << table;
         EXPECT_EQ(problem.diagnostics[0].path, "ocio");
         EXPECT_EQ(problem.diagnostics[0].message,
-                  "names a table that is outside the folders of this service");
+                  "names a table outside the folders of this service");
     }
 }
 
-// A row that is added to a table and names files must not pass by the roots.
+// A new row of a table that names files must be checked against the roots.
 TEST_F(RequestTest, EveryTextOfTheTablesIsKnownToNameFilesOrNot) {
     const std::set<std::string> no_files = {
         "frames",    "chunk",           "cuts",           "layer",
@@ -403,7 +444,7 @@ TEST_F(RequestTest, AStudyIsAFileOrAnObject) {
     EXPECT_EQ(request.study.scenes[1].measured.flip.pixels_per_degree, 40);
     EXPECT_EQ(request.study.scenes[0].measured.run.input.color().text(),
               base_ + "/root/in.####.exr");
-    // In a file paths are taken from its folder.
+    // Paths in a file start at its folder.
     fs::create_directories(base_ + "/root/shots");
     json moved = study;
     for (json& scene : moved["scenes"]) scene["input"] = scene["truth"] = "../in.####.exr";
@@ -412,7 +453,7 @@ TEST_F(RequestTest, AStudyIsAFileOrAnObject) {
     job["study"] = "shots/order.yaml";
     request = taken(job);
     EXPECT_EQ(request.study.scenes[1].measured.truth, base_ + "/root/in.####.exr");
-    // And stay under the root, whichever text names them.
+    // They must stay under the root, in a file and in an object.
     const auto leaves = [&](const char* key, const std::string& path) {
         json bad = study;
         if (std::string(key) == "own")
@@ -432,7 +473,7 @@ TEST_F(RequestTest, AStudyIsAFileOrAnObject) {
     leaves("profile", "../outside/profile.yaml");
     job["study"] = "../outside/order.yaml";
     EXPECT_EQ(refused(job.dump()).kind, Problem::Kind::forbidden);
-    // What is wrong besides is said with its place, all at once.
+    // Other faults are reported too, with their places.
     json wrong = study;
     wrong["scenes"][0]["input"] = "../outside/in.####.exr";
     wrong["scenes"][1]["framse"] = "1";
@@ -447,7 +488,7 @@ TEST_F(RequestTest, AStudyIsAFileOrAnObject) {
 }
 
 TEST_F(RequestTest, TheSchemaHasEveryKeyThatIsRead) {
-    const json schema = json::parse(job_schema_text(*reader_));
+    const json schema = json(job_schema(reader_->run_table()));
     const std::map<std::string, json> bodies = {
         {"run", whole_},
         {"ab", {{"chain", "fast"}, {"chain_b", "best"}, {"input", "in.####.exr"}, {"output", "r"}}},

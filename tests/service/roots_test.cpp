@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 class RootsTest : public testing::Test {
   protected:
     void SetUp() override {
-        // Real names: the temporary folder itself may be behind a link.
+        // Real paths, because the temporary folder may be a link.
         base_ = fs::canonical(folder_.path()).string();
         fs::create_directories(base_ + "/root/shots");
         fs::create_directories(base_ + "/rootless");
@@ -26,7 +26,7 @@ class RootsTest : public testing::Test {
         ASSERT_TRUE(made.ok()) << made.status().message();
         roots_ = *made;
     }
-    // "" where it is refused.
+    // "" if it is refused.
     std::string resolved(const std::string& path) const {
         const auto found = roots_.resolve(path);
         if (found.ok()) return *found;
@@ -76,7 +76,7 @@ TEST_F(RootsTest, LinksAreFollowed) {
     EXPECT_EQ(resolved("loop"), "");
     fs::create_symlink("/", root + "/shots/top");
     EXPECT_EQ(resolved("shots/top/etc/passwd"), "");
-    // A link into the root from outside of it is a path outside that ends inside.
+    // A link from outside into the root resolves to a path inside.
     fs::create_directory_symlink(root, base_ + "/rootless/back");
     EXPECT_EQ(resolved(base_ + "/rootless/back/shots/a.exr"), root + "/shots/a.exr");
 }
@@ -105,7 +105,7 @@ TEST_F(RootsTest, ShownFromTheFirstRoot) {
     EXPECT_EQ(roots_.shown(base_ + "/second/b"), base_ + "/second/b");
     EXPECT_EQ(roots_.shown_in("cannot read " + base_ + "/root/a: no (" + base_ + "/root/b)"),
               "cannot read a: no (b)");
-    // The root itself, and what only begins or ends like it.
+    // The root itself, and paths that only begin or end like it.
     const std::string root = base_ + "/root";
     EXPECT_EQ(roots_.shown_in(root + ": is the folder of '" + root + "', in " + root),
               ".: is the folder of '.', in .");

@@ -1,6 +1,6 @@
 // The server over a fake service, for tests of sockets: prints its port, serves until SIGTERM.
 //
-//   serve_fake [KEY=NUMBER ...]: of ServerSettings and FakeSettings, times in milliseconds
+//   serve_fake [KEY=NUMBER ...]: members of ServerSettings and FakeSettings, times in milliseconds
 #include <atomic>
 #include <csignal>
 #include <cstdio>

@@ -46,8 +46,8 @@ class Serve(unittest.TestCase):
 
     def test_usage(self):
         token = self.write("token", "0123456789abcdef\n")
-        self.fails(2, "is no address", "--bind", "example.org", "--token-file", token)
-        self.fails(2, "no address of this machine", "--bind", "192.0.2.1", "--token-file", token)
+        self.fails(2, "is not an address", "--bind", "example.org", "--token-file", token)
+        self.fails(2, "not an address of this machine", "--bind", "192.0.2.1", "--token-file", token)
         self.fails(2, "--root", command=[PROGRAM, "serve"])
         self.fails(2, "", command=[PROGRAM, "serve", "--root", str(self.path / "none")])
 
@@ -56,7 +56,7 @@ class Serve(unittest.TestCase):
             other.bind(("127.0.0.1", 0))
             other.listen()
             port = str(other.getsockname()[1])
-            self.fails(5, "take another",
+            self.fails(5, "choose another port",
                        command=[port if word == "0" else word for word in self.command()])
 
     def test_store_that_is_taken(self):
@@ -91,7 +91,7 @@ class Serve(unittest.TestCase):
             self.assertEqual(system.recv(100), b"STOPPING=1")
 
     def test_a_study_survives_kills(self):
-        """SIGKILL again and again; the report is that of the command, byte by byte."""
+        """After repeated SIGKILL the report equals the command's, byte by byte."""
         scenes = []
         for name in ("wheels", "poles"):
             subprocess.run([PROGRAM, "scene", name, "-o", str(self.path / name), "--frames", "1-2",
@@ -128,7 +128,7 @@ class Serve(unittest.TestCase):
         self.assertEqual(server.stop(), 143)
 
     def metrics(self, server, frames):
-        """Prometheus's own tool reads them and finds no fault; `frames` were written since the start."""
+        """Prometheus's own tool accepts the metrics; `frames` were written since the start."""
         text = server.ask("GET", "/metrics")[2].decode()
         done = subprocess.run(["promtool", "check", "metrics"], input=text, capture_output=True,
                               text=True, timeout=60)
@@ -166,7 +166,7 @@ class Serve(unittest.TestCase):
             if got[1] and got[1]["type"] == "frame":
                 frames.append(got[1]["data"]["frame"])
         listener.close()
-        # Events of both processes, each frame once.
+        # The events of both processes, with each frame once.
         self.assertEqual(sorted(frames), [1, 2, 3, 4, 5, 6])
         job = json.loads(server.ask("GET", "/v1/jobs/1")[2])
         self.assertEqual((job["state"], job["done"]), ("done", 6))

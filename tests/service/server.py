@@ -1,4 +1,4 @@
-"""A server under test, and raw sockets to it, with Python's own library alone."""
+"""A server under test and raw sockets to it; needs only Python's own library."""
 import contextlib
 import http.client
 import json
@@ -11,7 +11,7 @@ import time
 
 
 class Server:
-    """A program that prints its port, or its address, on the first line."""
+    """A program that prints its port or its address on the first line."""
 
     def __init__(self, command, env=None):
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
@@ -50,7 +50,7 @@ class Server:
         return socket.create_connection(("127.0.0.1", self.port), timeout)
 
     def send(self, raw, timeout=10):
-        """All that comes back until the server closes, or says nothing for `timeout`."""
+        """All bytes until the server closes, or is silent for `timeout` seconds."""
         with self.connect(timeout) as client:
             try:
                 client.sendall(raw)
@@ -59,7 +59,7 @@ class Server:
             return read_all(client)
 
     def ask(self, method, target, body=None, headers=None, timeout=10):
-        """Status, headers with small letters, body."""
+        """Status, headers with lower-case names, body."""
         lines = {"Host": f"127.0.0.1:{self.port}", "Connection": "close"}
         if body is not None:
             if not isinstance(body, (bytes, str)):
@@ -100,7 +100,7 @@ def work_on(command, body, key, kill_after=None, env=None):
 
 
 def submit_and_wait(address, body, key):
-    """An OSError or HTTPException where the service is not there any more."""
+    """Raises OSError or HTTPException if the service has ended."""
     if not address:
         raise ConnectionError("no address")
     client = http.client.HTTPConnection(address.split("/")[2], timeout=60)
@@ -145,7 +145,7 @@ def statuses(raw):
 
 
 class Events:
-    """Listens to server-sent events until closed; a socket of its own."""
+    """Listens to server-sent events on a socket of its own until closed."""
 
     def __init__(self, server, target="/v1/events", last=None, headers=None):
         self.client = server.connect(30)

@@ -1,4 +1,4 @@
-// The service whole: jobs over small frames, and what goes wrong on the way.
+// The whole service: jobs over small frames, with and without failures.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -95,7 +95,7 @@ TEST_F(Jobs, AStrangersFileIsNeverReplacedByFail) {
     EXPECT_FALSE(fs::exists(out(1)));
 }
 
-// Begun, and then a process died: what is there is judged frame by frame.
+// A process died during the job: the outputs are checked frame by frame.
 TEST_F(Jobs, AStrangersFileThatCameAfterTheStartStaysToo) {
     open();
     const std::string id = submit(body());
@@ -103,8 +103,8 @@ TEST_F(Jobs, AStrangersFileThatCameAfterTheStartStaysToo) {
     const std::string good = content(out(2));
     close();
     {
-        // As a killed process leaves it: 1 and 2 were in flight, 2 in place, of 1 nothing; and a
-        // stranger's at 1 by now.
+        // The state after a kill: 1 and 2 were in flight, 2 was written, 1 was not. Since then
+        // another program has written an output 1.
         auto store = JobStore::open(settings().store, 2);
         ASSERT_TRUE(store.ok());
         const auto again = (*store)->add(JobKind::run, body(), 0, "", 10);
@@ -145,7 +145,7 @@ TEST_F(Jobs, APoisonedFrameIsSetAsideAndTheOthersAreDone) {
     EXPECT_EQ(frame.state, FrameState::set_aside);
     EXPECT_EQ(frame.attempts, attempts_);
     EXPECT_NE(frame.message.find("in.0003.exr"), std::string::npos) << frame.message;
-    // Mended and tried again: this frame alone is done.
+    // After the repair a retry does only this frame.
     const auto time = fs::last_write_time(out(1));
     test::write_sequence(root(), {3}, 24, 16);
     ASSERT_TRUE(std::holds_alternative<Job>(service_->retry(id)));
@@ -155,7 +155,7 @@ TEST_F(Jobs, APoisonedFrameIsSetAsideAndTheOthersAreDone) {
     EXPECT_EQ(fs::last_write_time(out(1)), time);
 }
 
-// Frame 3 has a shader that is not there, which GL cannot make; the others need nothing.
+// Frame 3 needs a missing shader; the others do not.
 class NoShader final : public PlainPass {
   public:
     RoleUse roles() const override {
@@ -187,7 +187,7 @@ class NoShader final : public PlainPass {
     char unused_ = 0;
 };
 
-// What GL refuses may be the device's fault: it is made anew each time.
+// A GL failure may come from the device, so it is created anew each time.
 TEST_F(Jobs, AFailureOfGlIsOneFramesAndTheOthersAreDone) {
     static const ParameterTable no_parameters;
     std::vector<PassType> types = registry_->types();
@@ -223,7 +223,7 @@ TEST_F(Jobs, StopAtTheFirstFrameThatFailsWhereThatIsAskedFor) {
     EXPECT_EQ(job.state, JobState::failed);
     EXPECT_EQ(job.failed, 1);
     EXPECT_EQ(job.exit_code, 4);
-    EXPECT_NE(job.message.find("left undone"), std::string::npos) << job.message;
+    EXPECT_NE(job.message.find("a retry continues"), std::string::npos) << job.message;
 }
 
 TEST_F(Jobs, APartOfASequenceInAFolderThatIsMade) {
@@ -281,7 +281,7 @@ TEST_F(Jobs, AFolderThatBecomesALinkIsNotFollowed) {
     open();
     std::string turned = body();
     turned.replace(turned.find("out/"), 4, "turn/");
-    // Submitted while it is a folder, worked on when it is a link.
+    // A folder when the job is submitted, a link when it runs.
     auto store_settings = settings();
     close();
     {
@@ -303,7 +303,7 @@ TEST_F(Jobs, AFrameThatIsALinkToTheOutsideIsNotRead) {
     open();
     const Job job = ended(submit(body()));
     EXPECT_EQ(job.state, JobState::failed);
-    EXPECT_NE(job.message.find("leads outside"), std::string::npos) << job.message;
+    EXPECT_NE(job.message.find("links outside"), std::string::npos) << job.message;
     EXPECT_FALSE(fs::exists(out(4)));
 }
 
@@ -425,7 +425,7 @@ TEST_F(Jobs, KeysAndAFullQueue) {
     }
     open();
     ended("2");
-    // Also when what it names is gone since.
+    // Even if its files have been removed since.
     for (int frame = 1; frame <= 6; ++frame) fs::remove(root(concat("in.000", frame, ".exr")));
     EXPECT_EQ(std::get<Job>(service_->submit(body(), "key", &created)).id, id);
 }
@@ -476,7 +476,7 @@ TEST_F(Jobs, PlansAndChains) {
     EXPECT_EQ(faults[0].line, 2);
     EXPECT_TRUE(json::parse(service_->passes()).is_object());
     EXPECT_TRUE(json::parse(service_->chain_schema()).is_object());
-    EXPECT_TRUE(json::parse(service_->job_schema()).is_object());
+    EXPECT_TRUE(service_->job_schema().is_object());
 }
 
 TEST_F(Jobs, HealthSaysWhatIsWrong) {

@@ -1,5 +1,4 @@
-// The store: states, crashes (a store that is closed in the middle of work is what a killed process
-// leaves), files that are none.
+// The store: states, crashes (simulated by closing it during work), invalid files.
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 #include <sys/resource.h>
@@ -35,7 +34,7 @@ class StoreTest : public testing::Test {
         EXPECT_TRUE(added.ok());
         return added->job.id;
     }
-    // A job that runs, with frames 1..count that wait.
+    // A running job with the waiting frames 1..count.
     std::string running(int count) {
         const std::string id = add();
         EXPECT_EQ(*store_->start(id), 1);
@@ -87,7 +86,7 @@ TEST_F(StoreTest, EndedTwiceCountsOnce) {
     EXPECT_EQ(ends, 1u);
 }
 
-// It is not known which of several frames killed the process: none of them has an attempt less.
+// Any of several frames may have killed the process: the attempt counts for none of them.
 TEST_F(StoreTest, FramesInFlightTogetherGoOnAloneAndKeepTheirAttempts) {
     open();
     const std::string id = running(4);
@@ -291,7 +290,7 @@ TEST_F(StoreTest, ADamagedStoreIsSaidToBe) {
     EXPECT_NE(refusal().find("damaged"), std::string::npos) << refusal();
 }
 
-// What cannot be written is refused whole, and the store goes on when there is room again.
+// On a full disk calls fail and change nothing; the store works again when there is room.
 TEST_F(StoreTest, ADiskThatIsFull) {
     open();
     const std::string id = running(2);

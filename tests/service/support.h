@@ -20,23 +20,23 @@ class ServiceTest : public testing::Test {
 
     std::string root(const std::string& name = "") const;
     std::string outside(const std::string& name = "") const;
-    // A run of FXAA over all frames, with more members: ", \"strict\": true".
+    // A run of FXAA over all frames, with extra members: ", \"strict\": true".
     static std::string body(const std::string& more = "");
 
-    void open();  // a failure of the test when it does not
+    void open();  // fails the test on errors
     void close() { service_.reset(); }
     service::ServiceSettings settings() const;
 
-    // The id; a failure of the test when it is refused.
+    // The id. Fails the test if the job is refused.
     std::string submit(const std::string& body);
     service::Problem refused(const std::string& body);
     service::Job job(const std::string& id) const;
     std::vector<service::JobFrame> frames(const std::string& id) const;
     service::Job ended(const std::string& id) const;  // waits
-    // What is asked for, once it is there; a failure of the test when it is a problem.
+    // Waits for the image. Fails the test on a problem.
     static service::Picture picture(
         const std::function<void(std::function<void(service::Answer<service::Picture>)>)>& ask);
-    // Waits until it holds; false after half a minute.
+    // Waits until it is true; false after half a minute.
     static bool wait_for(const std::function<bool()>& what);
 
     TempFolder folder_;

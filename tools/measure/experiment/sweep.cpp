@@ -76,12 +76,12 @@ Result<std::vector<BenchVariant>> sweep_variants(const ChainText& chain,
             variant.name += concat(variant.name.empty() ? "" : " ", sweep.key, "=", value);
             overrides.push_back(sweep.key + "=" + value);
         }
-        ChainFile file = parse_chain(chain.text, chain.file_name, registry, overrides);
+        ChainFile file = parse_chain(chain, registry, overrides);
         if (Status status = file.status(); !status.ok())
             return Status(status.code(), as_sweeps(status.message(), sweeps));
         // If two sweeps set one value, the last would win and the variant's name would be wrong.
         std::reverse(overrides.begin() + std::ptrdiff_t(sets.size()), overrides.end());
-        const ChainFile other = parse_chain(chain.text, chain.file_name, registry, overrides);
+        const ChainFile other = parse_chain(chain, registry, overrides);
         if (other.chain.text() != file.chain.text())
             return Status(StatusCode::usage,
                           concat("--sweep: ", variant.name,

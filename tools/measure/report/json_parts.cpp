@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "tools/sequence/files/parameter_json.h"
+
 namespace postchain::report {
 namespace {
 
@@ -90,7 +92,7 @@ Json json_of(const ErrorSplit& split) {
 }
 
 Json json_of(const Elision& elision, const std::string& what) {
-    Json json = Json::parse(elision_as_json(elision, what));
+    Json json = io::json_from(elision_json(elision, what));
     for (const char* of_one_plan : {"work_list", "outside", "taps_per_block"})
         json.erase(of_one_plan);
     return json;

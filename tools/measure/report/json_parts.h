@@ -13,7 +13,7 @@ using io::Json;
 Json json_of(const std::optional<double>& value);  // null for none, NaN, Inf
 Json json_of(const Timing& timing);
 Json json_of(const ErrorSplit& split);
-// As elision_as_json(), without the keys of the work list, which belong to one frame's plan.
+// As elision_json(), without the keys of the work list, which belong to one frame's plan.
 Json json_of(const Elision& elision, const std::string& what = {});
 
 // No value if json_of() did not write `json`.

@@ -472,12 +472,20 @@ StudyPaths paths_beside(const std::string& study_file) {
 StudyFile read_study(std::string_view text, const std::string& file_name,
                      const PassRegistry& registry, const StudyPaths& paths,
                      const std::string& version) {
+    TextTree tree = read_text_tree(text, file_name, StatusCode::usage);
+    if (!has_errors(tree.diagnostics))
+        return read_study(tree.root, file_name, registry, paths, version);
+    StudyFile file;
+    file.diagnostics = std::move(tree.diagnostics);
+    return file;
+}
+
+StudyFile read_study(const TextNode& root, const std::string& file_name,
+                     const PassRegistry& registry, const StudyPaths& paths,
+                     const std::string& version) {
     StudyFile file;
     file.study.file = file_name;
-    TextTree tree = read_text_tree(text, file_name, StatusCode::usage);
-    file.diagnostics = std::move(tree.diagnostics);
-    if (has_errors(file.diagnostics)) return file;
-    StudyReader(file, registry, paths, version).read(tree.root);
+    StudyReader(file, registry, paths, version).read(root);
     sort_by_place(file.diagnostics);
     return file;
 }

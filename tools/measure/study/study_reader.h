@@ -7,6 +7,7 @@
 
 #include "chain/pass.h"
 #include "config/diagnostic.h"
+#include "config/text_tree.h"
 #include "tools/measure/study/study.h"
 
 namespace postchain::study {
@@ -30,6 +31,10 @@ struct StudyFile {
 // Reads chains, cameras and profiles too, but no frame. Errors: (usage) in the text, (chain) and
 // (input) in the files that it names.
 StudyFile read_study(std::string_view text, const std::string& file_name,
+                     const PassRegistry& registry, const StudyPaths& paths,
+                     const std::string& version);
+// A study inside another text, which has been read already.
+StudyFile read_study(const TextNode& root, const std::string& file_name,
                      const PassRegistry& registry, const StudyPaths& paths,
                      const std::string& version);
 

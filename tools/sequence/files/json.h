@@ -1,4 +1,4 @@
-// JSON outside chain/ and config/, which have a writer of their own (chain/json_writer.h).
+// JSON in tools/. chain/ and config/ write theirs with chain/json.h.
 #pragma once
 
 #include <cstdio>

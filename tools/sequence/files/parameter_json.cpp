@@ -1,6 +1,16 @@
 #include "tools/sequence/files/parameter_json.h"
 
+#include <cmath>
+
 namespace postchain::io {
+namespace {
+
+Json number_from(double number) {
+    const bool whole = text_of(ParameterValue(number)).find_first_of(".e") == std::string::npos;
+    return whole && std::abs(number) < 0x1p63 ? Json(int64_t(number)) : Json(number);
+}
+
+}  // namespace
 
 Json json_of(const ParameterValue& value) {
     if (const auto* flag = std::get_if<bool>(&value)) return *flag;
@@ -22,6 +32,24 @@ std::optional<ParameterValue> value_of(const Json& json) {
     if (json.is_array() && json.size() == 2 && json[0].is_number() && json[1].is_number())
         return ParameterValue(json.get<std::array<double, 2>>());
     return std::nullopt;
+}
+
+Json json_from(const JsonValue& value) {
+    if (const auto* array = std::get_if<JsonArray>(&value.value)) {
+        Json json = Json::array();
+        for (const JsonValue& item : *array) json.push_back(json_from(item));
+        return json;
+    }
+    if (const auto* object = std::get_if<JsonObject>(&value.value)) {
+        Json json = Json::object();
+        for (const JsonMember& member : *object) json[member.key] = json_from(member.value);
+        return json;
+    }
+    const auto& scalar = std::get<ParameterValue>(value.value);
+    if (const auto* number = std::get_if<double>(&scalar)) return number_from(*number);
+    if (const auto* point = std::get_if<std::array<double, 2>>(&scalar))
+        return {number_from((*point)[0]), number_from((*point)[1])};
+    return json_of(scalar);
 }
 
 }  // namespace postchain::io

@@ -1,6 +1,7 @@
 #include "tools/sequence/run/plan_sequence.h"
 
 #include "chain/plan_print.h"
+#include "tools/sequence/files/parameter_json.h"
 #include "tools/sequence/run/layer_record.h"
 #include "tools/sequence/run/plan_warnings.h"
 #include "tools/sequence/run/sequence_reader.h"
@@ -42,7 +43,7 @@ Status plan_sequence(const Chain& chain, const RunSettings& asked, const PlanVis
 }
 
 io::Json planned_json(const PlannedFrame& planned, const std::optional<Seconds>& seconds) {
-    io::Json json = io::Json::parse(plan_as_json(*planned.plan));
+    io::Json json = io::json_from(plan_json(*planned.plan));
     if (planned.resolved) json["resolved"] = resolved_json(*planned.resolved);
     if (io::Json layers = layers_json(planned.layers, {}); !layers.empty())
         json["layers"] = std::move(layers);

@@ -1,7 +1,7 @@
 #include "tools/sequence/run/sidecar.h"
 
 #include "chain/plan_print.h"
-#include "tools/sequence/files/json.h"
+#include "tools/sequence/files/parameter_json.h"
 #include "tools/sequence/run/layer_record.h"
 
 namespace postchain::sequence {
@@ -75,13 +75,14 @@ std::string sidecar_json(const FrameReport& report, const std::string& version) 
     if (report.resolved) json["resolved"] = resolved_json(*report.resolved);
     if (io::Json layers = layers_json(report.layers, report.cryptomattes); !layers.empty())
         json["layers"] = std::move(layers);
-    if (report.plan) json["plan"] = Json::parse(plan_as_json(*report.plan));
-    if (report.plan)
+    if (report.plan) {
+        json["plan"] = io::json_from(plan_json(*report.plan));
         for (const auto& elision : report.plan->elisions)
             if (const auto found = found_in(elision, *report.plan, report.work_done);
                 found && found->kind == ElisionKind::blocks)
                 json["left_out_on_device"].push_back(
-                    Json::parse(elision_as_json(*found, item_text(*found, *report.plan))));
+                    io::json_from(elision_json(*found, item_text(*found, *report.plan))));
+    }
     for (const auto& done : report.work_done)
         json["blocks"].push_back({{"list", done.list}, {"blocks", done.blocks}, {"of", done.of}});
     json["times_ms"] = times_json(report);

@@ -13,7 +13,7 @@ namespace {
 
 using io::Json;
 
-constexpr size_t kMostJobs = 500;  // of one answer
+constexpr size_t kMostJobs = 500;  // per reply
 constexpr const char* kExr = "image/x-exr";
 constexpr const char* kPolicy = "Content-Security-Policy";
 
@@ -50,13 +50,13 @@ std::string query_of(const Call& call, const std::string& name) {
     return found == call.target.query.end() ? "" : found->second;
 }
 
-// Of the header or, for those who cannot set one, the query. None: it is no id.
+// From the header or, for clients that cannot set one, the query. Nothing if it is not an id.
 std::optional<EventsWanted> events_wanted(const Call& call, const std::string& job) {
     EventsWanted wanted{job, std::nullopt};
     const std::string* header = call.request.header("Last-Event-ID");
     const std::string text = header ? *header : query_of(call, "after");
     if (text.empty()) {
-        // A job's own events are few: all of them. Those of all jobs: from now on.
+        // All events of one job, or the future events of all jobs.
         if (!job.empty()) wanted.after = 0;
         return wanted;
     }
@@ -65,8 +65,8 @@ std::optional<EventsWanted> events_wanted(const Call& call, const std::string& j
     return wanted;
 }
 
-constexpr const char* kNoFrame = "a frame is a number";
-constexpr const char* kNoEvent = "Last-Event-ID (or ?after=) is no number of an event";
+constexpr const char* kNoFrame = "the frame is not a number";
+constexpr const char* kNoEvent = "Last-Event-ID (or ?after=) is not the number of an event";
 
 }  // namespace
 
@@ -86,12 +86,12 @@ Api::Api(Service& service, const GuardSettings& guard, std::string version,
 std::variant<Admitted, Reply> Api::admit(const Request& header) const {
     if (auto refused = guard_.refuse_shape(header)) return std::move(*refused);
     auto target = parse_target(header.target);
-    if (!target) return problem(400, "the address is not well formed");
+    if (!target) return problem(400, "the address is malformed");
     auto found = find_route(routes_, header.method, *target);
-    // Whoever has no token learns nothing of what is there.
+    // A client without the token learns nothing about the routes.
     const bool open = std::holds_alternative<Match>(found) && std::get<Match>(found).route->open;
     if (!open && !guard_.knows(header)) {
-        Reply reply = problem(401, "a token is needed: Authorization: Bearer TOKEN");
+        Reply reply = problem(401, "this address requires a token: Authorization: Bearer TOKEN");
         reply.headers.emplace_back("WWW-Authenticate", "Bearer");
         return reply;
     }
@@ -101,12 +101,11 @@ std::variant<Admitted, Reply> Api::admit(const Request& header) const {
     const std::string media = type ? type->substr(0, type->find(';')) : "";
     if (!route.body.empty() && !same_word(media.substr(0, media.find(' ')), "application/json"))
         return problem(415, "the body must be Content-Type: application/json");
-    if (header.header("Content-Encoding"))
-        return problem(415, "a body may have no Content-Encoding");
+    if (header.header("Content-Encoding")) return problem(415, "Content-Encoding is not allowed");
     if (route.body.empty()) {
         const std::string* length = header.header("Content-Length");
         if (header.header("Transfer-Encoding") || (length && *length != "0"))
-            return problem(413, "this address takes no body");
+            return problem(413, "this address does not take a body");
     }
     Admitted admitted{std::move(*target), std::move(std::get<Match>(found)), false};
     admitted.at_once = route.type == "text/html" || route.path == "/healthz";
@@ -147,7 +146,8 @@ void Api::add_jobs() {
                  const auto most =
                      limit.empty() ? std::optional<size_t>(50) : number_of<size_t>(limit);
                  if (!most || *most < 1 || *most > kMostJobs)
-                     return respond(problem(400, concat("limit is 1 to ", kMostJobs)));
+                     return respond(
+                         problem(400, concat("limit is not an integer in 1..", kMostJobs)));
                  auto answer =
                      service_.jobs(query_of(call, "state"), query_of(call, "before"), *most + 1);
                  if (const auto* wrong = std::get_if<Problem>(&answer))
@@ -233,8 +233,7 @@ void Api::add_results() {
                      return respond(problem(*wrong));
                  Reply reply;
                  reply.type = "text/event-stream";
-                 // Of a job that has ended there is nothing more to wait for; 204 tells an
-                 // EventSource so.
+                 // A finished job has no further events. 204 tells EventSource not to reconnect.
                  const auto left = service_.events(call.values[0], *wanted->after, 1);
                  const Job& found = std::get<Job>(job);
                  if (found.ended_ms != 0 && std::holds_alternative<std::vector<Event>>(left) &&
@@ -283,8 +282,7 @@ void Api::add_results() {
          .handle =
              [this](const Call& call, const Respond& respond) {
                  Reply reply = picture_reply(service_.report_file(call.values[0], call.values[1]));
-                 // A page with a script inside: it runs in an origin of its own, and reaches
-                 // nothing.
+                 // Pages contain scripts, so they run sandboxed in an origin of their own.
                  if (reply.status == 200)
                      reply.headers.emplace_back(
                          kPolicy,
@@ -315,7 +313,7 @@ void Api::add_tools() {
          .summary = "One frame, filtered",
          .handle =
              [this](const Call& call, const Respond& respond) {
-                 // By its name alone: what takes anything gets a PNG.
+                 // EXR only if Accept names it; a wildcard gets PNG.
                  const std::string* accept = call.request.header("Accept");
                  const bool exr = accept && accept->find(kExr) != std::string::npos;
                  service_.preview(
@@ -325,20 +323,20 @@ void Api::add_tools() {
              },
          .body = "PreviewRequest",
          .type = "image/png"});
-    routes_.push_back(
-        {.method = "POST",
-         .path = "/v1/chain/check",
-         .summary = "Faults of a chain's text",
-         .handle =
-             [this](const Call& call, const Respond& respond) {
-                 const Json body = Json::parse(call.request.body, nullptr, false);
-                 if (!body.is_object() || !body.contains("text") || !body["text"].is_string())
-                     return respond(problem(422, "the body is {\"text\": the chain file's text}"));
-                 const auto found = service_.check_chain(body["text"].get<std::string>());
-                 respond(json_reply(200, "{\"diagnostics\": " + json_of(found) + "}"));
-             },
-         .body = "ChainText",
-         .schema = "Diagnostics"});
+    routes_.push_back({.method = "POST",
+                       .path = "/v1/chain/check",
+                       .summary = "Faults of a chain's text",
+                       .handle =
+                           [this](const Call& call, const Respond& respond) {
+                               const auto answer = service_.check_chain(call.request.body);
+                               if (const auto* wrong = std::get_if<Problem>(&answer))
+                                   return respond(problem(*wrong));
+                               const auto& found = std::get<Diagnostics>(answer);
+                               respond(
+                                   json_reply(200, "{\"diagnostics\": " + json_of(found) + "}"));
+                           },
+                       .body = "ChainText",
+                       .schema = "Diagnostics"});
 }
 
 void Api::add_about() {
@@ -358,7 +356,9 @@ void Api::add_about() {
     routes_.push_back({.method = "GET",
                        .path = "/v1/schema/job",
                        .summary = "Schema of a job",
-                       .handle = text(&Service::job_schema, service_)});
+                       .handle = [this](const Call&, const Respond& respond) {
+                           respond(json_reply(200, io::json_text(service_.job_schema(), 2)));
+                       }});
     routes_.push_back({.method = "GET",
                        .path = "/openapi.json",
                        .summary = "This interface",
@@ -386,7 +386,7 @@ void Api::add_about() {
                                             {"disk", health.disk},
                                             {"queue", health.queue},
                                             {"draining", health.draining}};
-                               // What machine this is, only to those who may use it.
+                               // Details of the machine need the token.
                                if (guard_.knows(call.request)) {
                                    body["renderer"] = health.renderer;
                                    body["why"] = health.why;

@@ -18,19 +18,19 @@ namespace postchain::service {
 struct Admitted {
     Target target;
     Match match;
-    // It waits for no thread: its answer is at hand.
+    // The reply is immediate and needs no other thread.
     bool at_once = false;
 };
 
 class Api {
   public:
-    // `service` outlives this. `more_metrics`: Prometheus text that follows the service's own.
+    // `service` outlives this object. `more_metrics`: Prometheus text after the service's own.
     Api(Service& service, const GuardSettings& guard, std::string version,
         std::function<std::string()> more_metrics);
 
-    // By the header alone, so that no body is read for what is refused.
+    // Decides by the header alone, so that no body of a refused request is read.
     std::variant<Admitted, Reply> admit(const Request& header) const;
-    // `request` with its body. Answers once, from this or another thread.
+    // `request` includes its body. Responds once, on this or another thread.
     void run(const Admitted& admitted, const Request& request, const Respond& respond) const;
 
     const std::vector<Route>& routes() const { return routes_; }
@@ -50,7 +50,7 @@ class Api {
     std::vector<Route> routes_;
 };
 
-// What every reply has beside its own: nosniff, no-referrer, who may frame it, what may run in it.
+// Headers of every reply: nosniff, no-referrer, and a policy for frames and scripts.
 Headers security_headers(const Reply& reply);
 
 }  // namespace postchain::service

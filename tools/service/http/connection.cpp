@@ -16,9 +16,9 @@ namespace asio = boost::asio;
 namespace beast = boost::beast;
 using boost::system::error_code;
 
-constexpr size_t kBatch = 100;            // events that are written at a time
+constexpr size_t kBatch = 100;            // events per write
 constexpr size_t kLongestTarget = 4096;   // bytes
-constexpr size_t kReadAhead = 64 * 1024;  // bytes in memory beside a header
+constexpr size_t kReadAhead = 64 * 1024;  // buffered bytes in addition to a header
 constexpr std::chrono::milliseconds kLinger{2000};
 
 }  // namespace
@@ -58,7 +58,7 @@ void Connection::read_header() {
 void Connection::refuse_read(const error_code& error) {
     keep_ = false;
     auto refusal = refusal_of(error, shared_.settings.max_body);
-    if (!refusal) return abandon();  // gone, or closed for lateness
+    if (!refusal) return abandon();  // the client left, or missed its deadline
     reply(std::move(*refusal));
 }
 
@@ -73,7 +73,7 @@ void Connection::on_header(const error_code& error) {
     }
     auto admitted = shared_.api.admit(request_);
     if (auto* refused = std::get_if<Reply>(&admitted)) {
-        // What follows a refused header is not read, so it cannot be taken for a request.
+        // Bytes after a refused header are not read, so that they are never parsed as a request.
         if (!parser_->is_done()) keep_ = false;
         if (refused->status == 400 || refused->status == 501) keep_ = false;
         return reply(std::move(*refused));
@@ -86,7 +86,7 @@ void Connection::on_header(const error_code& error) {
     if (!expect) return read_body();
     if (!same_word(*expect, "100-continue")) {
         keep_ = false;
-        return reply(problem(400, "Expect takes 100-continue alone"));
+        return reply(problem(400, "Expect allows only 100-continue"));
     }
     head_ = "HTTP/1.1 100 Continue\r\n\r\n";
     asio::async_write(socket_, asio::buffer(head_),
@@ -122,13 +122,13 @@ void Connection::work() {
     {
         const std::lock_guard lock(shared_.traffic_mutex);
         if (shared_.traffic.waiting >= shared_.settings.max_waiting) {
-            Reply busy = problem(429, "too many requests wait; ask again soon");
+            Reply busy = problem(429, "too many requests are waiting; try again soon");
             busy.headers.emplace_back("Retry-After", "1");
             return respond(std::move(busy));
         }
         ++shared_.traffic.waiting;
     }
-    // One answer for each request, also where a handler fails after it has given one.
+    // One reply per request, even if a handler fails after its reply.
     const auto answered = std::make_shared<std::atomic<bool>>(false);
     const auto counted = [respond, answered, &shared = shared_](Reply answer) {
         if (answered->exchange(true)) return;
@@ -142,7 +142,7 @@ void Connection::work() {
         try {
             self->shared_.api.run(*self->admitted_, self->request_, counted);
         } catch (const std::bad_alloc&) {
-            counted(problem(503, "there is not enough memory for this request"));
+            counted(problem(503, "not enough memory for this request"));
         } catch (const std::exception&) {
             counted(problem(500, "the request failed"));
         }
@@ -162,7 +162,7 @@ void Connection::reply(Reply answer) {
     head_ = head_of(answer, keep_);
     content_ = request_.method == "HEAD" ? "" : std::move(answer.body);
     state_ = State::writing;
-    // A second more for each 64 KiB: a large picture may take its time.
+    // One more second per 64 KiB, for large images.
     deadline_in(shared_.settings.write + std::chrono::seconds(content_.size() >> 16));
     const std::array<asio::const_buffer, 2> buffers = {asio::buffer(head_), asio::buffer(content_)};
     asio::async_write(
@@ -181,7 +181,7 @@ void Connection::on_written(const error_code& error) {
     linger();
 }
 
-// A socket closed with bytes unread resets the connection, and the client may lose the reply.
+// Closing a socket with unread bytes resets the connection, and the client may lose the reply.
 void Connection::linger() {
     if (state_ != State::lingering) {
         deadline_in(kLinger);
@@ -213,7 +213,7 @@ void Connection::listen(const EventsWanted& wanted) {
     send_events();
 }
 
-// Sees that the client has left. One that goes on talking is not understood, and cut off.
+// Detects that the client has left. A listener that sends anything is disconnected.
 void Connection::watch_listener() {
     socket_.async_read_some(asio::buffer(scrap_),
                             [self = shared_from_this()](const error_code&, size_t) {
@@ -249,7 +249,7 @@ void Connection::send_events() {
             const auto* events = std::get_if<std::vector<Event>>(&found);
             if (!events) return self->abandon();
             if (!events->empty()) return self->send_batch(batch_of(*events, after));
-            // Nothing of this job before those in memory.
+            // The job has no events before those in memory.
             self->sent_ = std::max(self->sent_, self->shared_.events.floor());
             self->send_events();
         });

@@ -1,4 +1,4 @@
-// One client: requests one after the other, or events for as long as it listens.
+// One client connection: consecutive requests, or a stream of events.
 #pragma once
 
 #include <boost/asio/ip/tcp.hpp>
@@ -21,13 +21,13 @@ class Connection : public std::enable_shared_from_this<Connection> {
     Connection(Shared& shared, boost::asio::ip::tcp::socket socket, std::string address);
 
     void start();
-    // Answers this and no more: of a connection over a limit.
+    // Sends one reply and closes: for connections over a limit.
     void turn_away(Reply reply);
-    // Closes it where it is past its deadline, and keeps a quiet listener's line alive.
+    // Closes a connection past its deadline, and sends heartbeats to listeners.
     void tick(Clock::time_point now);
-    void wake();     // there are new events
-    void finish();   // after the reply under way; at once where there is none
-    void abandon();  // at once
+    void wake();     // after new events
+    void finish();   // closes after the current reply, or at once if there is none
+    void abandon();  // closes at once
     const std::string& address() const { return address_; }
 
   private:
@@ -58,16 +58,16 @@ class Connection : public std::enable_shared_from_this<Connection> {
     std::optional<Parser> parser_;
     Request request_;
     std::optional<Admitted> admitted_;
-    bool keep_ = false;    // the connection, after this reply
-    bool finish_ = false;  // asked to
-    std::string head_;     // of the reply under way
+    bool keep_ = false;    // keep the connection open after this reply
+    bool finish_ = false;  // finish() was called
+    std::string head_;     // of the current reply
     std::string content_;
-    // Of a listener.
+    // Listeners only.
     std::string job_;
     int64_t sent_ = 0;       // id of the last event sent
-    bool sending_ = false;   // a write is under way
-    bool fetching_ = false;  // the store is asked
-    bool ends_ = false;      // the job has ended with what was sent
+    bool sending_ = false;   // a write has not completed
+    bool fetching_ = false;  // a query of the store has not completed
+    bool ends_ = false;      // the last event sent ends the job
     std::vector<EventText> batch_;
     Clock::time_point spoke_;
     char scrap_[64] = {};

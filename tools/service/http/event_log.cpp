@@ -59,7 +59,7 @@ EventBatch batch_of(const std::vector<Event>& events, int64_t asked) {
 
 int64_t newest_event(const Service& service) {
     if (!has_event_after(service, 0)) return 0;
-    int64_t low = 0, high = 1;  // there is one after `low`, none after `high`
+    int64_t low = 0, high = 1;  // an event exists after `low`, none after `high`
     while (has_event_after(service, high)) {
         low = high;
         high *= 2;

@@ -1,7 +1,7 @@
-// The last events, formatted once for all who listen.
+// The latest events, formatted once for all listeners.
 //
-// Listeners keep only the id they have got to, and take what follows from here, or from the store
-// where it is older. So a slow one costs one batch of memory, and loses nothing.
+// A listener stores only the id of its last event, and reads the following ones from here or, if
+// they are older, from the store. A slow listener costs one batch of memory and loses nothing.
 #pragma once
 
 #include <cstdint>
@@ -18,21 +18,21 @@ using EventText = std::shared_ptr<const std::string>;
 
 struct EventBatch {
     std::vector<EventText> texts;  // oldest first
-    int64_t last = 0;              // id up to which nothing is missing
-    bool ends = false;             // the last one ends its job, and nothing has followed yet
+    int64_t last = 0;              // all events up to this id have been delivered
+    bool ends = false;             // the last event ends its job, and none has followed
 };
 
 class EventLog {
   public:
-    // `newest`: the last id in the store, before which nothing is here. `keep`: how many are.
+    // `newest`: the last id in the store. `keep`: maximum number of events in memory.
     EventLog(int64_t newest, size_t keep) : floor_(newest), newest_(newest), keep_(keep) {}
 
     void add(const std::vector<Event>& events);  // oldest first, all later than newest()
     int64_t newest() const { return newest_; }
-    int64_t floor() const { return floor_; }  // the id before the first that is here
-    // Whether all events later than `after` are here.
+    int64_t floor() const { return floor_; }  // the id before the first event in memory
+    // Whether all events after `after` are in memory.
     bool covers(int64_t after) const { return after >= floor_; }
-    // Those of a job (empty: of all) later than `after`, at most `most`. after: covered.
+    // At most `most` events of a job (empty = of all jobs) after `after`, which must be covered.
     EventBatch after(int64_t after, const std::string& job, size_t most) const;
 
   private:
@@ -48,9 +48,9 @@ class EventLog {
     size_t keep_ = 0;
 };
 
-// The same of events of the store. `asked`: id after which they were looked for.
+// A batch of events from the store. `asked`: the id after which the store was searched.
 EventBatch batch_of(const std::vector<Event>& events, int64_t asked);
-// The last id in the store; 0: none.
+// The last id in the store; 0 = no events.
 int64_t newest_event(const Service& service);
 
 }  // namespace postchain::service

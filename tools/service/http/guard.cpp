@@ -21,7 +21,7 @@ bool is_address(const std::string& text) {
            inet_pton(AF_INET6, text.c_str(), bytes.data()) == 1;
 }
 
-// "[::1]:8080" -> "::1", "name:8080" -> "name". None: not of that form.
+// "[::1]:8080" -> "::1", "name:8080" -> "name". Nothing for other forms.
 std::optional<std::string> name_of_host(const std::string& host) {
     std::string name = host, port;
     if (!host.empty() && host[0] == '[') {
@@ -45,7 +45,7 @@ bool is_token_character(unsigned char c) {
     return c > 0x20 && c < 0x7f;
 }
 
-// The value of a cookie; empty where there is none.
+// The value of a cookie; empty if it is missing.
 std::string cookie_of(const Request& request) {
     const std::string key = std::string(kCookie) + "=";
     for (const auto& [name, value] : request.headers) {
@@ -66,7 +66,7 @@ std::string cookie_of(const Request& request) {
 
 Guard::Guard(const GuardSettings& settings) : settings_(settings) {
     std::array<unsigned char, 32> bytes = {};
-    // Fails only where the kernel has no randomness; then no cookie can be right.
+    // Fails only without randomness from the kernel; then no cookie is accepted.
     if (getrandom(bytes.data(), bytes.size(), 0) != ssize_t(bytes.size())) return;
     constexpr char kDigits[] = "0123456789abcdef";
     for (const unsigned char byte : bytes) {
@@ -76,37 +76,36 @@ Guard::Guard(const GuardSettings& settings) : settings_(settings) {
 }
 
 std::optional<Reply> Guard::refuse_shape(const Request& request) const {
-    // RFC 9112, 6.3 and 11.2: what a proxy before us might read in another way.
+    // RFC 9112, 6.3 and 11.2: framing that a proxy in between might read differently.
     if (request.count("Transfer-Encoding") > 0) {
         if (request.count("Content-Length") > 0 || request.http_1_0)
-            return problem(400, "Transfer-Encoding with Content-Length, or in HTTP/1.0");
+            return problem(400,
+                           "Transfer-Encoding is not allowed with Content-Length or in HTTP/1.0");
         if (request.count("Transfer-Encoding") > 1 ||
             !same_word(*request.header("Transfer-Encoding"), "chunked"))
-            return problem(501, "the only Transfer-Encoding is chunked");
+            return problem(501, "Transfer-Encoding allows only chunked");
     }
     const std::string* length = request.header("Content-Length");
     if (length && length->find_first_not_of("0123456789") != std::string::npos)
-        return problem(400, "Content-Length is one number");
+        return problem(400, "Content-Length is not a number");
     if (request.count("Content-Length") > 1) return problem(400, "Content-Length is given twice");
-    if (request.count("Host") != 1) return problem(400, "one Host is needed");
+    if (request.count("Host") != 1) return problem(400, "the request needs one Host header");
     for (const char* once : {"Authorization", "Content-Type", "Origin", "Idempotency-Key"})
         if (request.count(once) > 1) return problem(400, std::string(once) + " is given twice");
 
     const std::string& host = *request.header("Host");
     const auto name = name_of_host(host);
-    if (!name) return problem(400, "Host is no name or address");
+    if (!name) return problem(400, "Host is not a name or address");
     const bool ours = is_address(*name) || same_word(*name, "localhost") ||
                       std::any_of(settings_.hosts.begin(), settings_.hosts.end(),
                                   [&](const std::string& one) { return same_word(*name, one); });
-    if (!ours)
-        return problem(421, "this service has another name; start it with --host to give it one");
+    if (!ours) return problem(421, "this name is not one of the service; add it with serve --host");
     if (const std::string* origin = request.header("Origin")) {
         const bool same =
             same_word(*origin, "http://" + host) || same_word(*origin, "https://" + host);
         if (!same) return problem(403, "pages of other sites may not use this service");
     }
-    // Browsers say where a request comes from, also where they send no Origin. A link may lead
-    // here.
+    // Browsers send the kind of origin even without Origin. Links from other sites are allowed.
     const std::string* site = request.header("Sec-Fetch-Site");
     const std::string* mode = request.header("Sec-Fetch-Mode");
     if (site && (*site == "cross-site" || *site == "same-site") &&

@@ -1,4 +1,4 @@
-// Who is let in, by the header alone: before a byte of a body is read.
+// Access checks on the header alone, before any byte of a body is read.
 #pragma once
 
 #include <optional>
@@ -11,24 +11,23 @@
 namespace postchain::service {
 
 struct GuardSettings {
-    std::string token;               // empty: none is asked for
-    std::vector<std::string> hosts;  // names that Host may hold beside addresses and localhost
+    std::string token;               // empty = no token is required
+    std::vector<std::string> hosts;  // names allowed in Host beside addresses and localhost
 };
 
 class Guard {
   public:
     explicit Guard(const GuardSettings& settings);
 
-    // What is refused, and why: a shape that two readers could take differently (400, 501), a Host
-    // that is none of ours (421: a name that was pointed here by another site), an Origin of
-    // another site (403).
+    // A refusal, or nothing: framing that two readers could interpret differently (400, 501), an
+    // unknown Host (421: a name that another site points here), an Origin of another site (403).
     std::optional<Reply> refuse_shape(const Request& request) const;
     // Whether the request has the token, as Authorization: Bearer or by the session's cookie. True
-    // where none is asked for.
+    // if none is required.
     bool knows(const Request& request) const;
     bool asks_for_token() const { return !settings_.token.empty(); }
-    // For a page that has shown the token: a cookie that scripts cannot read and other sites cannot
-    // send. It holds as long as the process.
+    // A cookie for a page that has sent the token. Scripts cannot read it and other sites cannot
+    // send it. Valid until the process ends.
     std::string session_cookie() const;
     static std::string no_session_cookie();
 
@@ -37,7 +36,7 @@ class Guard {
     std::string session_;  // 256 random bits in hexadecimal
 };
 
-// In a time that depends on the length of `given` alone.
+// Compares in a time that depends only on the length of `given`.
 bool same_secret(const std::string& given, const std::string& secret);
 
 // The first line of the file. Errors (usage): unreadable, shorter than 16 characters, longer than

@@ -16,14 +16,14 @@ Json about_time(const char* description) {
     return {{"type", {"string", "null"}}, {"format", "date-time"}, {"description", description}};
 }
 
-template <class E>
-Json about_words(std::initializer_list<E> words, const char* description) {
+template <class E, size_t n>
+Json about_words(const std::array<E, n>& words, const char* description) {
     Json names = Json::array();
     for (const E word : words) names.push_back(name_of(word));
     return {{"type", "string"}, {"enum", names}, {"description", description}};
 }
 
-// Text that should be JSON; null where it is none.
+// The value of a stored JSON text; null if it is not JSON.
 Json parsed(const std::string& text) {
     Json json = Json::parse(text, nullptr, false);
     return json.is_discarded() ? Json() : json;
@@ -45,13 +45,9 @@ Json time_of(int64_t ms) {
 const std::vector<Field<Job>>& job_fields() {
     static const std::vector<Field<Job>> fields = {
         {"id", about("string", "names the job"), [](const Job& j) { return Json(j.id); }},
-        {"kind",
-         about_words({JobKind::run, JobKind::ab, JobKind::bench, JobKind::study}, "what is done"),
+        {"kind", about_words(kJobKinds, "what is done"),
          [](const Job& j) { return Json(name_of(j.kind)); }},
-        {"state",
-         about_words({JobState::queued, JobState::running, JobState::done, JobState::failed,
-                      JobState::canceled},
-                     "how far it is"),
+        {"state", about_words(kJobStates, "how far it is"),
          [](const Job& j) { return Json(name_of(j.state)); }},
         {"priority", about("integer", "-100 to 100, larger first"),
          [](const Job& j) { return Json(j.priority); }},
@@ -86,10 +82,7 @@ const std::vector<Field<JobFrame>>& frame_fields() {
     static const std::vector<Field<JobFrame>> fields = {
         {"frame", about("integer", "number of the frame"),
          [](const JobFrame& f) { return Json(f.frame); }},
-        {"state",
-         about_words({FrameState::waiting, FrameState::written, FrameState::skipped,
-                      FrameState::missing, FrameState::set_aside},
-                     "what came of it"),
+        {"state", about_words(kFrameStates, "what came of it"),
          [](const JobFrame& f) { return Json(name_of(f.state)); }},
         {"attempts", about("integer", "how often it was begun"),
          [](const JobFrame& f) { return Json(f.attempts); }},

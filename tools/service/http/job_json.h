@@ -1,4 +1,4 @@
-// What is shown of jobs, frames and events. One table for each: JSON and schema come from its rows.
+// Jobs, frames and events as JSON. One table for each type: JSON and schema are made from its rows.
 #pragma once
 
 #include <functional>
@@ -18,8 +18,8 @@ struct Field {
 };
 
 const std::vector<Field<Job>>& job_fields();
-const std::vector<Field<JobFrame>>& frame_fields();         // of a list
-const std::vector<Field<JobFrame>>& frame_detail_fields();  // these, and the sidecar
+const std::vector<Field<JobFrame>>& frame_fields();         // in lists
+const std::vector<Field<JobFrame>>& frame_detail_fields();  // the same with the sidecar
 
 template <class T>
 io::Json json_of(const T& item, const std::vector<Field<T>>& fields) {
@@ -37,7 +37,7 @@ io::Json schema_of(const std::vector<Field<T>>& fields) {
     return {{"type", "object"}, {"properties", properties}, {"required", required}};
 }
 
-// One event in the form of server-sent events:
+// A server-sent event:
 //   id: 12
 //   data: {"type": "frame", "job": ID, "time": "...", "data": {...}}
 std::string text_of(const Event& event);

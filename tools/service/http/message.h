@@ -1,4 +1,4 @@
-// A request and its reply, apart from the library that carries them.
+// Requests and replies, independent of the HTTP library.
 #pragma once
 
 #include <cstdint>
@@ -14,22 +14,22 @@ namespace postchain::service {
 
 using Headers = std::vector<std::pair<std::string, std::string>>;
 
-// Regardless of case, as names of headers are compared.
+// Case-insensitive, for header names.
 bool same_word(std::string_view a, std::string_view b);
 
 struct Request {
     std::string method;  // "GET"
-    std::string target;  // "/v1/jobs?limit=5", as it came
+    std::string target;  // "/v1/jobs?limit=5", as received
     Headers headers;
     std::string body;
     bool http_1_0 = false;
 
-    // The first header of that name; null where there is none.
+    // The first header of that name, or null.
     const std::string* header(std::string_view name) const;
     size_t count(std::string_view name) const;
 };
 
-// Events to send for as long as the client listens.
+// Events to send while the client listens.
 struct EventsWanted {
     std::string job;               // empty: of all jobs
     std::optional<int64_t> after;  // an id; unset: from now on
@@ -39,23 +39,23 @@ struct Reply {
     int status = 200;
     std::string type = "application/json";
     std::string body;
-    Headers headers;  // beside type and length
+    Headers headers;  // in addition to type and length
     std::optional<EventsWanted> events;
 };
 
 // Called once, from any thread.
 using Respond = std::function<void(Reply)>;
 
-// "/v1/jobs/a%20b?limit=5" in parts, each decoded.
+// The decoded parts of "/v1/jobs/a%20b?limit=5".
 struct Target {
     std::vector<std::string> segments;  // "v1", "jobs", "a b"
     std::map<std::string, std::string> query;
 };
-// None: no path from the root, a broken escape, a part that is ".", ".." or has a slash, a
-// backslash or a control character once it is decoded, a query key given twice.
+// Nothing if the path is not absolute, an escape is invalid, a decoded part is "." or ".." or
+// contains a slash, backslash or control character, or a query key is repeated.
 std::optional<Target> parse_target(std::string_view text);
 
-// "Bad Request" of 400.
+// "Bad Request" for 400.
 const char* reason_of(int status);
 
 }  // namespace postchain::service

@@ -25,11 +25,8 @@ Json integer(const char* description) {
     return {{"type", "integer"}, {"description", description}};
 }
 
-Json schemas(const std::string& job_schema) {
-    Json job = Json::parse(job_schema, nullptr, false);
-    if (job.is_discarded()) job = Json::object();
-    // A schema inside a document is named by its place there.
-    job.erase("$schema");
+Json schemas(Json job) {
+    job.erase("$schema");  // for documents of their own
     Json jobs = list_of("jobs", "Job");
     jobs["properties"]["next"] = {{"type", {"string", "null"}},
                                   {"description", "before= of the jobs that follow"}};
@@ -124,7 +121,7 @@ Json operation_of(const Route& route) {
 
 }  // namespace
 
-std::string openapi_of(const std::vector<Route>& routes, const std::string& job_schema,
+std::string openapi_of(const std::vector<Route>& routes, Json job_schema,
                        const std::string& version, bool asks_for_token) {
     Json paths = Json::object();
     for (const Route& route : routes) {
@@ -138,7 +135,7 @@ std::string openapi_of(const std::vector<Route>& routes, const std::string& job_
         {"info", {{"title", "postchain"}, {"version", version}}},
         {"paths", paths},
         {"components",
-         {{"schemas", schemas(job_schema)},
+         {{"schemas", schemas(std::move(job_schema))},
           {"securitySchemes", {{"token", {{"type", "http"}, {"scheme", "bearer"}}}}}}}};
     if (asks_for_token) document["security"] = Json::array({{{"token", Json::array()}}});
     return io::json_text(document, 2);

@@ -8,9 +8,9 @@
 
 namespace postchain::service {
 
-// {"type": "about:blank", "title", "status", "detail"}; `detail` holds no path of this machine.
+// {"type": "about:blank", "title", "status", "detail"}. `detail` must not contain local paths.
 Reply problem(int status, const std::string& detail);
-// With "errors" of its diagnostics, and Retry-After where the problem says when.
+// With the diagnostics as "errors", and Retry-After for busy and unavailable.
 Reply problem(const Problem& what);
 
 // [{"file", "line", "column", "severity", "path", "message"}], as text.

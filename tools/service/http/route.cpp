@@ -58,16 +58,16 @@ std::variant<Match, Reply> find_route(const std::vector<Route>& routes, const st
             for (const auto& [key, value] : target.query)
                 if (std::none_of(route.queries.begin(), route.queries.end(),
                                  [&key = key](const auto& one) { return one.name == key; }))
-                    return problem(400, "this address takes no '" + key + "'");
+                    return problem(400, "unknown query parameter '" + key + "'");
             return Match{&route, std::move(*values)};
         }
         allowed.push_back(route.method);
         if (route.method == "GET" && !streams) allowed.push_back("HEAD");
     }
-    if (allowed.empty()) return problem(404, "there is nothing at this address");
+    if (allowed.empty()) return problem(404, "unknown address");
     std::string list;
     for (const auto& one : allowed) list += (list.empty() ? "" : ", ") + one;
-    Reply reply = problem(405, "this address takes " + list);
+    Reply reply = problem(405, "this address allows " + list);
     reply.headers.emplace_back("Allow", list);
     return reply;
 }

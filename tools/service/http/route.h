@@ -1,5 +1,5 @@
-// What can be asked, as a table: paths, methods, what they answer. The router, Allow, the handlers
-// and /openapi.json come from its rows.
+// The table of routes: paths, methods and replies. Router, Allow, handlers and /openapi.json are
+// made from its rows.
 #pragma once
 
 #include <functional>
@@ -11,7 +11,7 @@
 
 namespace postchain::service {
 
-// A request that has found its route.
+// A request with its route.
 struct Call {
     const Request& request;
     const Target& target;
@@ -26,18 +26,18 @@ struct QueryParameter {
 
 struct Route {
     std::string method = {};   // HEAD is GET without a body
-    std::string path = {};     // "/v1/jobs/{id}"; "{name...}" takes all that is left
-    std::string summary = {};  // one line, of /openapi.json
+    std::string path = {};     // "/v1/jobs/{id}"; "{name...}" takes the rest of the path
+    std::string summary = {};  // one line for /openapi.json
     Handler handle = {};
-    bool open = false;                         // asks for no token
+    bool open = false;                         // requires no token
     std::vector<QueryParameter> queries = {};  // others are refused
-    std::string body = {};                     // name of its schema; empty: it takes none
-    int status = 200;                          // of success
+    std::string body = {};                     // name of the body's schema; empty = no body
+    int status = 200;                          // on success
     std::string type = "application/json";
-    std::string schema = {};  // name of the reply's schema; empty: none
+    std::string schema = {};  // name of the reply's schema; empty = none
 };
 
-// A route and the values of its {names}; or why there is none: 400, 404, 405 with Allow.
+// A route and the values of its {names}, or a refusal: 400, 404, 405 with Allow.
 struct Match {
     const Route* route = nullptr;
     std::vector<std::string> values;

@@ -15,9 +15,9 @@ using asio::ip::tcp;
 using boost::system::error_code;
 
 constexpr std::chrono::milliseconds kTick{200};
-constexpr size_t kPump = 500;  // events read from the store at a time
+constexpr size_t kPump = 500;  // events per query of the store
 
-// One run of a server: accepting, ticking, moving events from the store to who listens.
+// One run of a server: accepts, checks deadlines, and moves events from the store to listeners.
 class Loop {
   public:
     Loop(Shared& shared, const std::atomic<bool>& stop)
@@ -34,7 +34,7 @@ class Loop {
     }
 
   private:
-    // From any thread: there may be new events.
+    // Called from any thread after new events.
     void poke() {
         if (!poked_.exchange(true)) asio::post(shared_.io, [this] { pump(); });
     }
@@ -64,7 +64,7 @@ class Loop {
                 admit(std::move(socket));
                 return accept();
             }
-            // No file numbers left, or a client that was gone at once: those that are here go on.
+            // No free file descriptor, or the client left: the other connections continue.
             retry_.expires_after(kTick);
             retry_.async_wait([this](const error_code& canceled) {
                 if (!canceled && shared_.acceptor.is_open()) accept();
@@ -80,7 +80,7 @@ class Loop {
         const ServerSettings& settings = shared_.settings;
         const bool full = shared_.connections.size() >= settings.max_connections;
         const bool many = shared_.per_address[address] >= settings.max_connections_per_address;
-        // Even those who are told so are counted, up to twice as many; then the door is shut.
+        // Refusals are connections too. Over kToldSo of them, clients are closed without a reply.
         const bool crowd = shared_.connections.size() >= settings.max_connections + kToldSo;
         {
             const std::lock_guard lock(shared_.traffic_mutex);
@@ -96,7 +96,7 @@ class Loop {
         auto connection = std::make_shared<Connection>(shared_, std::move(socket), address);
         shared_.connections.insert(connection);
         if (!full && !many) return connection->start();
-        Reply reply = full ? problem(503, "there are too many connections; ask again soon")
+        Reply reply = full ? problem(503, "too many connections; try again soon")
                            : problem(429, "this address has too many connections");
         reply.headers.emplace_back("Retry-After", "5");
         connection->turn_away(std::move(reply));
@@ -115,13 +115,13 @@ class Loop {
         if (stop_ && !draining_) drain();
         if (shared_.closing && (shared_.connections.empty() || now > closed_by_)) {
             each([](Connection& one) { one.abandon(); });
-            return;  // nothing is left to wait for, and run() ends
+            return;  // run() ends
         }
         timer_.expires_after(kTick);
         timer_.async_wait([this](const error_code&) { tick(); });
     }
 
-    // Jobs first, while clients may still ask how they are; then the clients.
+    // First the jobs, while clients can still query them; then the clients.
     void drain() {
         draining_ = true;
         asio::post(shared_.pool, [this] {
@@ -158,8 +158,9 @@ Result<std::unique_ptr<Server>> Server::open(const ServerSettings& settings, Ser
     error_code error;
     const auto address = asio::ip::make_address(settings.address, error);
     if (error)
-        return Status(StatusCode::usage, "--bind: '" + settings.address +
-                                             "' is no address; 0.0.0.0 and :: are all of them");
+        return Status(StatusCode::usage,
+                      "--bind: '" + settings.address +
+                          "' is not an address; 0.0.0.0 and :: stand for all addresses");
     auto shared = std::make_unique<Shared>(settings, service);
     const tcp::endpoint endpoint(address, settings.port);
     shared->acceptor.open(endpoint.protocol(), error);
@@ -167,11 +168,11 @@ Result<std::unique_ptr<Server>> Server::open(const ServerSettings& settings, Ser
     if (!error) shared->acceptor.bind(endpoint, error);
     if (error == boost::system::errc::address_not_available)
         return Status(StatusCode::usage,
-                      "--bind: " + settings.address + " is no address of this machine");
+                      "--bind: " + settings.address + " is not an address of this machine");
     if (!error) shared->acceptor.listen(asio::socket_base::max_listen_connections, error);
     if (error)
         return Status(StatusCode::output, concat("--port ", settings.port, ": ", error.message(),
-                                                 "; take another, or 0 for one that is free"));
+                                                 "; choose another port, or 0 for any free one"));
     return std::unique_ptr<Server>(new Server(std::move(shared)));
 }
 

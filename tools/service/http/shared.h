@@ -1,4 +1,4 @@
-// What the connections of a server share. Only the I/O thread uses it, but for the pools.
+// State shared by the connections of a server. Only the I/O thread uses it, except the pools.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -18,12 +18,12 @@ namespace postchain::service {
 
 class Connection;
 
-// Of /metrics.
+// Counters for /metrics.
 struct Traffic {
     std::map<int, uint64_t> replies;  // by status
     uint64_t accepted = 0;
     uint64_t turned_away = 0;  // connections over a limit
-    uint64_t cut_off = 0;      // clients past a deadline
+    uint64_t cut_off = 0;      // connections past a deadline
     size_t connections = 0, listeners = 0, waiting = 0;
 };
 

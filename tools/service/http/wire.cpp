@@ -36,7 +36,8 @@ std::optional<Reply> refusal_of(const boost::system::error_code& error, uint64_t
     if (error == http::error::header_limit) return problem(431, "the header is too long");
     if (error == http::error::body_limit)
         return problem(413, concat("the body is longer than ", max_body, " bytes"));
-    if (error == http::error::bad_version) return problem(505, "this service speaks HTTP/1.1");
+    if (error == http::error::bad_version)
+        return problem(505, "this service supports only HTTP/1.1");
     const bool malformed =
         error.category() == http::make_error_code(http::error::bad_method).category() &&
         error != http::error::end_of_stream && error != http::error::partial_message;
@@ -44,7 +45,7 @@ std::optional<Reply> refusal_of(const boost::system::error_code& error, uint64_t
     return std::nullopt;
 }
 
-// No value has a line break: they are ours, but for ids in Location, which have none either.
+// No header value contains a line break.
 std::string head_of(const Reply& reply, bool keep) {
     std::string head = "HTTP/1.1 " + std::to_string(reply.status) + " " + reason_of(reply.status);
     const auto add = [&](const std::string& name, const std::string& value) {

@@ -1,4 +1,4 @@
-// From bytes to a Request, and from a Reply to bytes.
+// Converts bytes to a Request, and a Reply to bytes.
 #pragma once
 
 #include <boost/beast/http/parser.hpp>
@@ -12,9 +12,9 @@ namespace postchain::service {
 
 using Parser = boost::beast::http::request_parser<boost::beast::http::string_body>;
 
-// The request whose header the parser has read; without its body.
+// The request without its body, from the header that the parser has read.
 Request request_of(const Parser& parser);
-// The refusal of what the parser could not read; none where the client is gone.
+// The refusal of a request that the parser could not read; nothing if the client has left.
 std::optional<Reply> refusal_of(const boost::system::error_code& error, uint64_t max_body);
 
 // Status line and headers. `keep`: the connection stays open.

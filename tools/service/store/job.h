@@ -1,6 +1,7 @@
-// What the store keeps of a job.
+// Jobs, frames and events as the store keeps them.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 
@@ -11,30 +12,38 @@ enum class JobState { queued, running, done, failed, canceled };
 enum class FrameState {
     waiting,
     written,    // by this job
-    skipped,    // there already, made by the same chain from the same input
-    missing,    // the input has no such frame
-    set_aside,  // failed as often as ServiceSettings::attempts allows
+    skipped,    // already complete, made by the same chain from the same input
+    missing,    // not among the input's frames
+    set_aside,  // failed in all ServiceSettings::attempts
 };
+inline constexpr std::array kJobKinds = {JobKind::run, JobKind::ab, JobKind::bench, JobKind::study};
+inline constexpr std::array kJobStates = {JobState::queued, JobState::running, JobState::done,
+                                          JobState::failed, JobState::canceled};
+inline constexpr std::array kFrameStates = {FrameState::waiting, FrameState::written,
+                                            FrameState::skipped, FrameState::missing,
+                                            FrameState::set_aside};
 const char* name_of(JobKind kind);
 const char* name_of(JobState state);
 const char* name_of(FrameState state);
+
+inline constexpr int kMaxPriority = 100;
 
 struct Job {
     std::string id;
     JobKind kind = JobKind::run;
     JobState state = JobState::queued;
-    int priority = 0;        // -100..100, larger first; then in the order of arrival
-    std::string body;        // the request, as it came
-    std::string message;     // why it failed, or what is worth knowing
-    int64_t created_ms = 0;  // since 1970-01-01 UTC; 0 = not yet
+    int priority = 0;        // -kMaxPriority..kMaxPriority, larger first; then by arrival
+    std::string body;        // the request as received
+    std::string message;     // reason of a failure, or notes
+    int64_t created_ms = 0;  // milliseconds since 1970-01-01 UTC; 0 = not yet
     int64_t started_ms = 0;
     int64_t ended_ms = 0;
-    int frames = 0;          // of the job, once known
+    int frames = 0;          // 0 = not known yet
     int done = 0;            // written, skipped
     int failed = 0;          // missing, set aside
-    double remaining_s = 0;  // estimate while it runs; 0 = unknown
-    int exit_code = 0;       // what the command would have ended with
-    std::string verdict;     // of ab and bench, one line
+    double remaining_s = 0;  // estimate while the job runs; 0 = unknown
+    int exit_code = 0;       // as of the command
+    std::string verdict;     // ab, bench and study: one line
 };
 
 struct JobFrame {
@@ -42,13 +51,13 @@ struct JobFrame {
     FrameState state = FrameState::waiting;
     int attempts = 0;
     std::string output;   // as in the job
-    std::string message;  // of the last failure
+    std::string message;  // the last failure
     double filter_ms = 0;
-    std::string sidecar;  // JSON: what ran, what was left out and why, times of each pass
+    std::string sidecar;  // JSON: steps that ran, elided steps with reasons, times of each pass
 };
 
 struct Event {
-    int64_t id = 0;  // grows over all jobs and restarts
+    int64_t id = 0;  // increases over all jobs and restarts
     std::string job;
     int64_t time_ms = 0;
     std::string type;  // "queued", "started", "frame", "set_aside", "requeued", "done", ...

@@ -9,7 +9,7 @@
 namespace postchain::service {
 namespace {
 
-// Of the exception now being handled.
+// Converts the exception that is being handled.
 Status status_of(const std::string& path) {
     try {
         throw;
@@ -17,17 +17,17 @@ Status status_of(const std::string& path) {
         const int kind = error.code & 0xff;
         if (kind == SQLITE_BUSY || kind == SQLITE_LOCKED)
             return Status(StatusCode::output, path +
-                                                  ": another service has this store; end it, or "
-                                                  "name another file");
+                                                  ": another service uses this store; stop it, or "
+                                                  "choose another file");
         if (kind == SQLITE_NOTADB)
             return Status(StatusCode::output,
-                          path + ": is no store of jobs; name another file for the store");
+                          path + ": is not a store of jobs; choose another file for the store");
         if (kind == SQLITE_CORRUPT)
             return Status(StatusCode::output,
                           path + ": the store is damaged (" + error.message +
-                              "); move it away, and the service begins a new one");
+                              "); move the file away, and the service creates a new one");
         if (kind == SQLITE_FULL)
-            return Status(StatusCode::output, path + ": no room on the disk; nothing was changed");
+            return Status(StatusCode::output, path + ": the disk is full; nothing was changed");
         return Status(StatusCode::output, path + ": the store cannot be used: " + error.message);
     } catch (const Status& refused) {
         return refused;
@@ -161,7 +161,7 @@ Result<std::vector<Job>> JobStore::jobs(const std::string& state, const std::str
                                           "WHERE (?1 = '' OR state = ?1) AND (?2 = 0 OR id < ?2) "
                                           "ORDER BY id DESC LIMIT ?3")
                                        .c_str());
-        // A text that is no id has nothing before it.
+        // No jobs are older than an invalid id.
         found.bind(state).bind(before.empty() ? 0 : std::max<int64_t>(number_of(before), 1));
         found.bind(int64_t(limit));
         while (found.step()) jobs.push_back(job_of(found));
@@ -425,7 +425,7 @@ Status JobStore::end(const Job& job) {
         if (!job.verdict.empty()) data["verdict"] = job.verdict;
         add_event(job.id, name_of(job.state), io::json_text(data));
     });
-    // What is not pruned now is pruned after the next job.
+    // If pruning fails, the next end() prunes.
     if (status.ok()) (void)change([&] { prune(database_); });
     return status;
 }

@@ -4,12 +4,12 @@
 //              ^                 |
 //              +--- requeue, or the process ended ---+
 //
-// Every change of a state is one transaction, with its event, and is on the disk (synchronous=FULL)
-// before the call returns: what a call has answered is never lost, and of a call that failed
-// nothing is there. One process at a time has the file. Safe in several threads.
+// Each state change and its event are one transaction, which is on disk (synchronous=FULL) before
+// the call returns. A successful call is never lost, and a failed call changes nothing. One process
+// at a time uses the file. Thread-safe.
 //
-// A frame is entered as begun before its first file is opened. What is begun when the process dies
-// is found by the next open(): docs/service.md, "After a crash".
+// A frame is recorded as begun before its first file is opened. If the process dies, the next
+// open() finds the begun frames: docs/service.md, "After a crash".
 #pragma once
 
 #include <functional>
@@ -26,25 +26,25 @@
 
 namespace postchain::service {
 
-// A frame that is to be done.
+// An unfinished frame.
 struct FrameToDo {
     int frame = 0;
     int attempts = 0;
-    bool begun = false;  // once: its output may be there, made by this job
-    bool alone = false;  // it was in flight when a process died: others are not to suffer by it
+    bool begun = false;  // at least once: this job may have written its output
+    bool alone = false;  // it was in flight when a process died, so it runs alone
 };
 
-// How a frame ended.
+// The end of a frame.
 struct FrameEnd {
     int frame = 0;
     FrameState state = FrameState::written;
-    std::string message;  // of a frame that is written: what is worth knowing
-    bool held = false;    // another frame's picture stands in
+    std::string message;  // warnings
+    bool held = false;    // the output is another frame's image
     double filter_ms = 0;
     std::string sidecar;
 };
 
-// The frames of a job by how they ended.
+// A job's frames, counted by state.
 struct FrameTally {
     int waiting = 0, held = 0, missing = 0;
     std::vector<int> set_aside;
@@ -53,17 +53,17 @@ struct FrameTally {
 struct Added {
     enum class What { made, same, other_body, full };
     What what = What::made;
-    Job job;  // but for `full`
+    Job job;  // except for `full`
 };
 
 class JobStore {
   public:
-    // `attempts`: of a frame, and of a job that dies before its first one, before they are given
-    // up. Errors (output): the file cannot be made or written, another process has it, it is
-    // damaged, of another program or of a later version.
+    // `attempts`: per frame, and per job that dies before its first frame. Errors (output): the
+    // file cannot be created or written, is in use, is damaged, or is from another program or a
+    // later version.
     static Result<std::unique_ptr<JobStore>> open(const std::string& path, int attempts);
 
-    // `key` may be empty. Refused where `max_queue` jobs wait.
+    // `key` may be empty. Result `full` if `max_queue` jobs wait.
     Result<Added> add(JobKind kind, const std::string& body, int priority, const std::string& key,
                       size_t max_queue);
     Result<std::optional<Job>> job(const std::string& id) const;
@@ -76,38 +76,38 @@ class JobStore {
     // With its sidecar.
     Result<std::optional<JobFrame>> frame(const std::string& id, int frame) const;
     Result<std::vector<Event>> events(const std::string& id, int64_t after, size_t limit) const;
-    std::map<JobState, size_t> counts() const;  // jobs; empty where they cannot be counted
+    std::map<JobState, size_t> counts() const;  // of jobs; empty on failure
     // Called after each commit, with the store unlocked.
     void on_event(std::function<void(const Event&)> listener);
 
-    // The queued job with the largest priority, of those the oldest; of `above` and up.
+    // The queued job with the highest priority, at least `above`; the oldest of equals.
     Result<std::optional<Job>> next(int above) const;
-    // Running; counts an attempt of the job and returns how many there were. 0: it waits no more.
+    // Sets the job running, counts an attempt and returns their number. 0: it is no longer queued.
     Result<int> start(const std::string& id);
-    // What was decided when it first started. Nothing is entered twice.
+    // Records the frames at the first start. Later calls change nothing.
     Status enter_frames(const std::string& id, const std::vector<JobFrame>& frames);
     Result<FrameTally> tally(const std::string& id) const;
     Result<std::vector<FrameToDo>> to_do(const std::string& id) const;
-    // False until enter_frames(), and of ab and bench until began().
+    // True after enter_frames() or, for ab, bench and study, after began().
     Result<bool> has_begun(const std::string& id) const;
     Status began(const std::string& id);
 
     Status frame_begins(const std::string& id, int frame);
     Status frame_ends(const std::string& id, const FrameEnd& end);
-    // Waits again, or is set aside after the last attempt.
+    // The frame waits again, or is set aside after the last attempt.
     Status frame_fails(const std::string& id, int frame, const std::string& message);
-    // Frames that were begun and given up by a stop: their attempts do not count.
+    // After a stop: interrupted frames wait again, without a counted attempt.
     Status release(const std::string& id);
 
-    // Of a job that runs. `counts`: the attempt of the job failed.
+    // Queues a running job again. `counts`: its attempt failed.
     Status requeue(const std::string& id, const std::string& why, bool counts);
-    // `job`: id, state, message, exit_code, verdict.
+    // Reads id, state, message, exit_code and verdict of `job`.
     Status end(const Job& job);
-    // What waits or runs; false where the state does not allow it.
+    // Cancels a queued or running job; false for other states.
     Result<bool> cancel(const std::string& id);
-    // What failed or was canceled: everything that is not done waits again.
+    // Queues the unfinished frames of a failed or canceled job; false for other states.
     Result<bool> retry(const std::string& id);
-    // Of a job that runs; not a change of its state.
+    // Adds an event of a running job without changing its state.
     Status say(const std::string& id, const std::string& type, const std::string& data);
 
   private:
@@ -122,7 +122,7 @@ class JobStore {
     const int attempts_;
     mutable std::recursive_mutex mutex_;
     mutable Database database_;
-    std::vector<Event> said_;  // of the transaction that is open
+    std::vector<Event> said_;  // events of the open transaction
     std::mutex listener_mutex_;
     std::function<void(const Event&)> listener_;
 };

@@ -1,16 +1,15 @@
 #include "tools/service/store/rows.h"
 
 #include <charconv>
-#include <initializer_list>
 
 namespace postchain::service {
 namespace {
 
-template <class Enum>
-Enum named(const std::string& name, std::initializer_list<Enum> all) {
+template <class Enum, size_t n>
+Enum named(const std::string& name, const std::array<Enum, n>& all, Enum otherwise) {
     for (const Enum one : all)
         if (name == name_of(one)) return one;
-    return *all.begin();
+    return otherwise;
 }
 
 }  // namespace
@@ -24,14 +23,13 @@ int64_t number_of(const std::string& id) {
 }
 
 JobState state_of(const std::string& name) {
-    return named(name, {JobState::failed, JobState::queued, JobState::running, JobState::done,
-                        JobState::canceled});
+    return named(name, kJobStates, JobState::failed);
 }
 
 Job job_of(const Statement& row) {
     Job job;
     job.id = row.text(0);
-    job.kind = named(row.text(1), {JobKind::run, JobKind::ab, JobKind::bench, JobKind::study});
+    job.kind = named(row.text(1), kJobKinds, JobKind::run);
     job.state = state_of(row.text(2));
     job.priority = int(row.integer(3));
     job.body = row.text(4);
@@ -50,8 +48,7 @@ Job job_of(const Statement& row) {
 JobFrame frame_of(const Statement& row) {
     JobFrame frame;
     frame.frame = int(row.integer(0));
-    frame.state = named(row.text(1), {FrameState::waiting, FrameState::written, FrameState::skipped,
-                                      FrameState::missing, FrameState::set_aside});
+    frame.state = named(row.text(1), kFrameStates, FrameState::waiting);
     frame.attempts = int(row.integer(2));
     frame.output = row.text(3);
     frame.message = row.text(4);

@@ -1,4 +1,4 @@
-// Rows of the store as jobs and frames.
+// Rows of the store, converted to jobs and frames.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace postchain::service {
 
-// What job_of() and frame_of() read, up to WHERE.
+// The queries of job_of() and frame_of(), up to WHERE.
 inline constexpr const char* kJob =
     "SELECT id, kind, state, priority, body, message, created_ms, started_ms, ended_ms, frames, "
     "done, failed, exit_code, verdict FROM jobs ";
@@ -19,7 +19,7 @@ inline constexpr const char* kFrame =
 inline constexpr const char* kFrameAlone =
     "SELECT frame, state, attempts, output, message, filter_ms, '' FROM frames ";
 
-// Of an id as it is shown; 0 is no job's.
+// The number of a displayed id; 0 if it is not an id.
 int64_t number_of(const std::string& id);
 
 JobState state_of(const std::string& name);

@@ -1,5 +1,5 @@
-// SQLite as the store uses it: statements and transactions that throw. What is thrown stays in this
-// folder: job_store.cpp makes a Status of it.
+// SQLite for the store: statements and transactions that throw. Exceptions stay in this folder:
+// job_store.cpp converts them to Status.
 #pragma once
 
 #include <cstdint>
@@ -16,12 +16,12 @@ namespace postchain::service {
 
 struct SqlError {
     int code = 0;         // SQLITE_FULL, SQLITE_BUSY, ...
-    std::string message;  // SQLite's words
+    std::string message;  // from SQLite
 };
 
 class Database {
   public:
-    // Makes the file where it is not there. Throws SqlError.
+    // Creates the file if it does not exist. Throws SqlError.
     explicit Database(const std::string& path);
     ~Database();
     Database(const Database&) = delete;
@@ -31,14 +31,14 @@ class Database {
     int64_t number(const char* sql);
     std::string text(const char* sql);
     int64_t last_id() const;
-    int changes() const;  // rows, of the last statement
+    int changes() const;  // rows changed by the last statement
     sqlite3* handle() const { return handle_; }
 
   private:
     sqlite3* handle_ = nullptr;
 };
 
-// One statement: bind from left to right, then step. Texts may hold any byte.
+// One statement: bind from left to right, then step. Strings may contain any byte.
 class Statement {
   public:
     Statement(Database& database, const char* sql);
@@ -50,7 +50,7 @@ class Statement {
     Statement& bind(int value) { return bind(int64_t(value)); }
     Statement& bind(double value);
     Statement& bind(std::string_view value);
-    bool step();  // is there a row
+    bool step();  // false after the last row
     void run();   // to the end
 
     int64_t integer(int column) const;
@@ -63,7 +63,7 @@ class Statement {
     int bound_ = 0;
 };
 
-// Ends with commit(), or undoes all.
+// Rolled back unless commit() is called.
 class Transaction {
   public:
     explicit Transaction(Database& database);

@@ -58,7 +58,7 @@ void count_frames(Database& database, int64_t job) {
 }
 
 void prepare(Database& database, const std::string& path) {
-    // Before the first lock, so that it is kept until the end of the process.
+    // Must come before the first lock, to hold it until the process ends.
     database.run("PRAGMA locking_mode = EXCLUSIVE");
     database.run("BEGIN EXCLUSIVE");
     const bool empty = database.number("SELECT COUNT(*) FROM sqlite_master") == 0;
@@ -66,13 +66,14 @@ void prepare(Database& database, const std::string& path) {
     const int64_t version = database.number("PRAGMA user_version");
     database.run("COMMIT");
     if (!empty && application != kApplication)
-        throw Status(StatusCode::output,
-                     path + ": is a database of another program; name another file for the store");
+        throw Status(
+            StatusCode::output,
+            path + ": is a database of another program; choose another file for the store");
     if (version > kVersion)
         throw Status(StatusCode::output,
-                     concat(path, ": was made by a later version (store version ", version,
+                     concat(path, ": was created by a later version (store version ", version,
                             ", this program reads up to ", kVersion,
-                            "); use that version, or name another file"));
+                            "); use that version, or choose another file"));
     if (!empty)
         if (const std::string found = database.text("PRAGMA quick_check(1)"); found != "ok")
             throw SqlError{SQLITE_CORRUPT, found};
@@ -98,9 +99,8 @@ void recover(Database& database, int most_attempts, const EventSink& add_event) 
         Statement flying(database, "SELECT COUNT(*) FROM frames WHERE job = ? AND in_flight = 1");
         flying.bind(job).step();
         const int64_t in_flight = flying.integer(0);
-        // Of several frames in flight one may have killed the process, and the attempt
-        // counts for none; they go on alone. One that was alone has done it, or stood there when it
-        // came.
+        // One of several frames in flight may have killed the process. The attempt counts for none
+        // of them, and each runs alone from now on. For a frame that ran alone it counts.
         if (in_flight > 1)
             Statement(database,
                       "UPDATE frames SET attempts = attempts - 1 WHERE job = ? AND in_flight = 1")
@@ -116,8 +116,8 @@ void recover(Database& database, int most_attempts, const EventSink& add_event) 
         }
         for (const int frame : given_up) {
             const std::string message = concat(
-                "the process died while it worked on this frame "
-                "alone, and it had its ",
+                "the process died while only this frame was in "
+                "flight, at the last of ",
                 most_attempts, " attempts");
             Statement(database,
                       "UPDATE frames SET state = 'set_aside', message = ? WHERE job = ? AND frame "
@@ -131,7 +131,7 @@ void recover(Database& database, int most_attempts, const EventSink& add_event) 
         count_frames(database, job);
         if (in_flight == 0 && attempts >= most_attempts) {
             const std::string message =
-                concat("the process died ", attempts, " times while it worked on this job");
+                concat("the process died ", attempts, " times during this job");
             Statement(database,
                       "UPDATE jobs SET state = 'failed', exit_code = 1, message = ?, ended_ms = ? "
                       "WHERE id = ?")
@@ -161,7 +161,7 @@ void prune(Database& database) {
         while (ended.step()) {
             ++jobs;
             frames += ended.integer(1);
-            // The newest stays, however large.
+            // Keeps the newest job, whatever its size.
             if (jobs > 1 && (jobs > kMaxEndedJobs || frames > kMaxEndedFrames))
                 old.push_back(ended.integer(0));
         }

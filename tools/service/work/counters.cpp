@@ -31,15 +31,14 @@ struct Counters::Families {
             .Name("postchain_step_seconds")
             .Help("time of each step of a frame: read, convert, filter, write")
             .Register(registry);
-    prometheus::Family<prometheus::Counter>& left_out =
-        prometheus::BuildCounter()
-            .Name("postchain_passes_left_out_total")
-            .Help("passes that frames did not need, by pass and rule")
-            .Register(registry);
+    prometheus::Family<prometheus::Counter>& left_out = prometheus::BuildCounter()
+                                                            .Name("postchain_passes_left_out_total")
+                                                            .Help("elided passes by pass and rule")
+                                                            .Register(registry);
     prometheus::Family<prometheus::Counter>& nonfinite =
         prometheus::BuildCounter()
             .Name("postchain_nonfinite_pixels_total")
-            .Help("pixels with NaN or Inf in the input and in the result")
+            .Help("pixels with NaN or Inf in input and output")
             .Register(registry);
     prometheus::Family<prometheus::Gauge>& jobs = prometheus::BuildGauge()
                                                       .Name("postchain_jobs")
@@ -47,12 +46,12 @@ struct Counters::Families {
                                                       .Register(registry);
     prometheus::Gauge& textures = prometheus::BuildGauge()
                                       .Name("postchain_texture_bytes_peak")
-                                      .Help("most bytes of textures alive at one time")
+                                      .Help("peak bytes of allocated textures")
                                       .Register(registry)
                                       .Add({});
     prometheus::Gauge& alive = prometheus::BuildGauge()
                                    .Name("postchain_textures")
-                                   .Help("textures alive after the last frame")
+                                   .Help("textures allocated after the last frame")
                                    .Register(registry)
                                    .Add({});
     prometheus::Family<prometheus::Gauge>& build = prometheus::BuildGauge()
@@ -91,7 +90,7 @@ void Counters::add(const sequence::FrameReport& report) noexcept try {
     all.textures.Set(double(report.counters.texture_bytes_peak));
     all.alive.Set(double(report.counters.textures_alive));
 } catch (...) {
-    // A count that is lost is no reason to lose a frame.
+    // A lost count must not cost a frame.
 }
 
 void Counters::set_renderer(const std::string& renderer) noexcept try {
@@ -100,8 +99,7 @@ void Counters::set_renderer(const std::string& renderer) noexcept try {
 }
 
 std::string Counters::text(const std::map<JobState, size_t>& jobs) const {
-    for (const JobState state : {JobState::queued, JobState::running, JobState::done,
-                                 JobState::failed, JobState::canceled}) {
+    for (const JobState state : kJobStates) {
         const auto found = jobs.find(state);
         families_->jobs.Add({{"state", name_of(state)}})
             .Set(found == jobs.end() ? 0 : double(found->second));

@@ -1,4 +1,4 @@
-// What /metrics shows, in the Prometheus text format. Counts since the process began.
+// Counters served at /metrics in the Prometheus text format. They start at 0 with the process.
 #pragma once
 
 #include <map>
@@ -15,7 +15,7 @@ class Counters {
     Counters(const std::string& version);
     ~Counters();
 
-    // From any thread, and nothing is thrown.
+    // Callable from any thread; throws nothing.
     void add(const sequence::FrameReport& report) noexcept;
     void set_renderer(const std::string& renderer) noexcept;
     std::string text(const std::map<JobState, size_t>& jobs) const;

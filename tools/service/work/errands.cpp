@@ -18,8 +18,7 @@ Status ErrandThread::begin() {
     try {
         thread_ = std::thread([this] { loop(); });
     } catch (const std::system_error& error) {
-        return Status(StatusCode::internal,
-                      std::string("no thread could be started: ") + error.what());
+        return Status(StatusCode::internal, std::string("cannot start a thread: ") + error.what());
     }
     return Status();
 }
@@ -45,7 +44,7 @@ void ErrandThread::loop() {
         try {
             errand();
         } catch (...) {
-            // It throws nothing; if it does all the same, the next one is not to suffer.
+            // Tasks must not throw. If one does, the next one still runs.
         }
     }
 }

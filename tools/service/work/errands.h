@@ -1,5 +1,5 @@
-// A thread that does one thing after the other, so that pictures are read and encoded beside the
-// frames of a job.
+// A thread with a queue of tasks: previews and thumbnails are read and encoded while a job filters
+// its frames.
 #pragma once
 
 #include <condition_variable>
@@ -14,12 +14,12 @@ namespace postchain::service {
 
 class ErrandThread {
   public:
-    // `most`: that may wait.
+    // `most`: maximum number of waiting tasks.
     explicit ErrandThread(size_t most) : most_(most) {}
-    ~ErrandThread();  // what waits is done first
+    ~ErrandThread();  // runs the waiting tasks first
 
-    Status begin();  // errors (internal): no thread
-    // False where too many wait; the errand is not taken. It throws nothing.
+    Status begin();  // errors (internal): the thread does not start
+    // False, without taking the task, if too many wait. The task must not throw.
     bool run(std::function<void()> errand);
 
   private:

@@ -27,8 +27,8 @@ class ExperimentWork {
             return WorkEnd::failed(status);
         const auto begun = place_.store.has_begun(id_);
         if (!begun.ok()) return WorkEnd::of(WorkEnd::How::store_failed, begun.status().message());
-        // What stands in the folder after the first start is this job's: ab replaces it, bench goes
-        // on with it.
+        // After its first start the folder's files are this job's own: ab replaces them, bench
+        // resumes from them.
         const auto later =
             request_.kind == JobKind::ab ? io::OnExisting::overwrite : io::OnExisting::skip;
         if (*begun) settings.on_existing = later;
@@ -129,7 +129,7 @@ Status check_paths(const experiment::ExperimentSettings& settings, const Roots& 
     if (camera.ok() && camera->camera.aperture_image &&
         !roots.resolve(camera->camera.aperture_image.file()).ok())
         return Status(StatusCode::input,
-                      beside + ": names a picture outside the folders of this service");
+                      beside + ": names an aperture image outside the folders of this service");
     return check_folder(settings.folder, roots);
 }
 

@@ -29,7 +29,7 @@ class FramesWork {
           stops_on_error_(request.run.on_error == sequence::ErrorPolicy::stop),
           missing_(request.run.missing),
           place_(place) {
-        // A frame that fails is tried again; the others go on.
+        // A failed frame is tried again while the others continue.
         settings_.on_error = sequence::ErrorPolicy::keep_going;
     }
 
@@ -38,8 +38,8 @@ class FramesWork {
         if (!begun.ok()) return store_failed(begun.status());
         if (!*begun)
             if (auto end = begin()) return *end;
-        // Whatever was missing at the beginning has been entered. What goes missing later is a
-        // frame that fails.
+        // Frames missing at the beginning are in the store by now. A frame that goes missing later
+        // fails.
         if (missing_ == sequence::MissingPolicy::error)
             settings_.missing = sequence::MissingPolicy::skip;
         for (;;) {
@@ -48,7 +48,7 @@ class FramesWork {
             if (waiting->empty()) return ending();
             if (place_.stop) return WorkEnd::of(WorkEnd::How::stopped, "");
             const Status status = work_on(next_of(*waiting));
-            // Frames that were taken up and given up wait as if nothing had been.
+            // Frames that were begun and interrupted wait again without a counted attempt.
             const Status released = place_.store.release(id_);
             if (!store_.ok()) return store_failed(store_);
             if (!released.ok()) return store_failed(released);
@@ -64,12 +64,12 @@ class FramesWork {
   private:
     struct Batch {
         std::vector<int> frames;
-        bool judged = false;  // by one frame: is its output this job's
+        bool judged = false;  // one frame, whose existing output may be this job's
         std::set<int> begun;
     };
 
     // --------------------------------------------------------------------------- beginning
-    // What the command does before its first frame; and the frames, for good.
+    // The checks that the command makes before its first frame. Enters the frames in the store.
     std::optional<WorkEnd> begin() {
         std::vector<int> gaps;
         auto tasks = sequence::plan_tasks(settings_, true, gaps);
@@ -77,7 +77,7 @@ class FramesWork {
         if (tasks->size() > kMaxFramesOfJob)
             return WorkEnd::failed(
                 Status(StatusCode::usage, concat("frames: ", tasks->size(), " are more than ",
-                                                 kMaxFramesOfJob, " of one job; make several")));
+                                                 kMaxFramesOfJob, "; submit several jobs")));
         if (Status status = sequence::files_of_run(chain_, settings_, *tasks).check(); !status.ok())
             return WorkEnd::failed(status);
         if (Status status = check_paths(); !status.ok()) return WorkEnd::failed(status);
@@ -108,8 +108,8 @@ class FramesWork {
     }
 
     // ----------------------------------------------------------------------------- batches
-    // Frames that were in flight when a process died come last, each alone: whatever killed it,
-    // the others are done by then. The others go together, the least tried first.
+    // Frames that were in flight when a process died come last and alone: if one of them kills the
+    // process again, all other frames are done. The others run together, fewest attempts first.
     Batch next_of(const std::vector<FrameToDo>& waiting) const {
         const auto less = [](const FrameToDo& a, const FrameToDo& b) {
             return std::pair(a.alone, a.attempts) < std::pair(b.alone, b.attempts);
@@ -128,8 +128,7 @@ class FramesWork {
         return batch;
     }
 
-    // Under `fail` what stands at the output of a frame that was begun is this job's, or a
-    // stranger's: that is to be found out.
+    // With `on_existing: fail`, the existing output of a begun frame may be from this job or not.
     bool is_judged(const FrameToDo& frame) const {
         std::error_code error;
         return frame.begun && settings_.on_existing == io::OnExisting::fail &&
@@ -140,14 +139,14 @@ class FramesWork {
         if (Status status = check_paths(); !status.ok()) return status;
         RunSettings settings = sequence::settings_for(settings_, {&chain_});
         settings.frames = io::FrameRange{batch.frames};
-        settings.chunk = {};  // the job's frames are those of its part
+        settings.chunk = {};  // the job's frames are already those of its chunk
         batch_ = &batch;
         if (batch.judged) {
-            // Entered here, since looking at the frame opens its files.
+            // Recorded first, because is_own() opens the frame's files.
             if (!entered(place_.store.frame_begins(id_, batch.frames[0]))) return store_;
             if (is_own(settings)) settings.on_existing = io::OnExisting::skip;
         } else if (!batch.begun.empty() && settings.on_existing != io::OnExisting::fail) {
-            // What this job has made is kept, all else is replaced as it was asked for.
+            // Keeps this job's own outputs. Others are replaced as the job requests.
             settings.on_existing = io::OnExisting::skip;
         }
         return sequence::run_sequence(
@@ -159,8 +158,8 @@ class FramesWork {
             .status();
     }
 
-    // Is what stands at the output of the one frame made by this job, whole or not yet with
-    // sidecar and preview.
+    // Whether this job wrote the existing output of the only frame, with or without its sidecar and
+    // preview.
     bool is_own(const RunSettings& settings) const {
         std::vector<int> gaps;
         const auto tasks = sequence::plan_tasks(settings, true, gaps);
@@ -182,7 +181,7 @@ class FramesWork {
     }
 
     // ---------------------------------------------------------------------------- one frame
-    // Reader thread.
+    // Called on the reader thread.
     Status start(const FrameTask& task) {
         if (!batch_->judged)
             if (Status status = place_.store.frame_begins(id_, task.frame); !status.ok()) {
@@ -193,7 +192,7 @@ class FramesWork {
         for (const auto& [role, path] : task.files)
             if (!roots.resolve(path).ok())
                 return Status(StatusCode::input,
-                              path + ": is a link that leads outside the folders of this service");
+                              path + ": links outside the folders of this service");
         return check_folder(settings_.output.folder(), roots);
     }
 
@@ -219,7 +218,7 @@ class FramesWork {
         FrameEnd end;
         end.frame = report.frame;
         end.filter_ms = report.filter_ms;
-        // What this job had begun and finds done is its own work, of a process that died.
+        // A begun frame that is found done was written by this job in a process that died.
         const bool own = batch_->begun.count(report.frame) > 0;
         if (report.outcome == sequence::Outcome::skipped) {
             end.state = own ? FrameState::written : FrameState::skipped;
@@ -234,7 +233,7 @@ class FramesWork {
             end.message += (end.message.empty() ? "" : "; ") + roots.shown_in(warning);
         end.held = report.outcome == sequence::Outcome::held;
         if (end.held)
-            end.message = concat("frame ", report.held_from, " stands in",
+            end.message = concat("frame ", report.held_from, " is written in its place",
                                  end.message.empty() ? "" : "; ", end.message);
         return end;
     }
@@ -272,7 +271,7 @@ class FramesWork {
         const auto tally = place_.store.tally(id_);
         if (tally.ok() && tally->waiting > 0)
             end.message += concat("; ", tally->waiting, tally->waiting == 1 ? " frame" : " frames",
-                                  " left undone, which a retry goes on with");
+                                  " left; a retry continues with them");
         return end;
     }
 
@@ -308,7 +307,7 @@ class FramesWork {
     const WorkPlace& place_;
     const Batch* batch_ = nullptr;
     Status first_failure_;
-    Status store_;  // why nothing could be entered
+    Status store_;  // why the store could not record a frame
     bool aside_ = false;
     bool gl_failed_ = false;
     std::string gl_message_;

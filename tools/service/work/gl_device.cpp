@@ -39,11 +39,11 @@ Status GlDevice::test() try {
     planes.emplace(Role::color, ImageF(kSide, kSide, 4, kValue));
     auto result = executor_->filter(*plan, planes);
     if (!result.ok()) return result.status();
-    // One color stays that color, whatever is done to edges.
+    // An anti-aliasing filter keeps a uniform image.
     for (const float value : result->at(Role::color).data)
         if (!(std::abs(value - kValue) < 1e-3f))
-            return Status(StatusCode::gl, concat("a test dispatch gave ", value, " instead of ",
-                                                 kValue, "; the device cannot be trusted"));
+            return Status(StatusCode::gl, concat("a test dispatch returned ", value, " instead of ",
+                                                 kValue, "; the device is not reliable"));
     return Status();
 } catch (...) {
     return status_of_exception("the test of the GL device");

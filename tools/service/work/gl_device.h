@@ -1,4 +1,4 @@
-// The GL context of the service and what runs on it. Used by one thread.
+// The GL context of the service, with its executor. Used by one thread.
 #pragma once
 
 #include <memory>
@@ -12,13 +12,13 @@ namespace postchain::service {
 
 class GlDevice {
   public:
-    // Makes a context that is current on this thread, and tries it. Errors (gl).
+    // Creates a context that is current on this thread, and runs test(). Errors (gl).
     static Result<std::unique_ptr<GlDevice>> create(const egl::ContextOptions& options,
                                                     const PassRegistry& registry);
 
-    // A small picture through a shader, whose result is known. Errors (gl).
+    // Filters a small image with a known result. Errors (gl).
     Status test();
-    // After code that has made another context.
+    // After code that may have made another context current.
     Status make_current() { return context_->make_current(); }
 
     Executor& executor() { return *executor_; }
@@ -29,7 +29,7 @@ class GlDevice {
     explicit GlDevice(const PassRegistry& registry) : registry_(registry) {}
     const PassRegistry& registry_;
     std::unique_ptr<egl::Context> context_;
-    std::unique_ptr<Executor> executor_;  // ends before its context
+    std::unique_ptr<Executor> executor_;  // destroyed before its context
     std::string renderer_;
 };
 

@@ -11,7 +11,7 @@ Status check_link(const std::string& path, const Roots& roots, StatusCode code) 
     struct stat info;
     if (::lstat(path.c_str(), &info) == 0 && !S_ISLNK(info.st_mode)) return Status();
     if (roots.resolve(path).ok()) return Status();
-    return Status(code, path + ": is a link that leads outside the folders of this service");
+    return Status(code, path + ": links outside the folders of this service");
 }
 
 }  // namespace
@@ -43,7 +43,7 @@ Result<io::PathPattern> resolve_pattern(const io::PathPattern& pattern, const Ro
         if (!resolved.ok()) return resolved.status();
         return io::PathPattern::parse(*resolved);
     }
-    // Also what makes the name itself no file's.
+    // Checks the file name too.
     if (auto whole = roots.resolve(path); !whole.ok()) return whole.status();
     auto folder = roots.resolve(pattern.folder());
     if (!folder.ok()) return folder.status();
@@ -54,14 +54,14 @@ Result<io::PathPattern> resolve_pattern(const io::PathPattern& pattern, const Ro
 Status check_folder(const std::string& folder, const Roots& roots) {
     if (const auto now = roots.resolve(folder); now.ok() && *now == folder) return Status();
     return Status(StatusCode::output,
-                  folder + ": is no longer in the folders of this service; a link stands there");
+                  folder + ": is no longer in the folders of this service; it is a link now");
 }
 
 Status check_inputs(const io::InputSpec& input, const Roots& roots) {
     for (const auto& [role, pattern] : input.patterns) {
         if (const auto now = roots.resolve(pattern.folder()); !now.ok())
             return Status(StatusCode::input,
-                          pattern.folder() + ": leads outside the folders of this service");
+                          pattern.folder() + ": links outside the folders of this service");
         for (const auto& [frame, path] : pattern.discover())
             if (Status status = check_link(path, roots, StatusCode::input); !status.ok())
                 return status;

@@ -1,5 +1,5 @@
-// The paths of a request, held under the roots: which of its texts name files, and how a pattern of
-// frames is held.
+// The paths of a request, kept under the roots: which settings name files, and how a pattern of
+// frames is resolved.
 #pragma once
 
 #include <string>
@@ -11,31 +11,32 @@
 
 namespace postchain::service {
 
-// How a text of the tables names files.
+// How a setting names files.
 enum class PathKind {
-    none,     // a text of another kind
+    none,     // it does not
     file,     // a file or folder
     profile,  // a name, or a file
-    input,    // patterns of frames, one or one for each plane
-    output,   // a pattern of frames
+    input,    // frame patterns: one, or one per plane
+    output,   // a frame pattern
 };
 PathKind path_kind(const Parameter& row);
 
-// A word for a shipped thing, not a file.
+// The name of a shipped chain or profile, not of a file.
 bool is_word(const std::string& text);
 std::string joined_path(const std::string& folder, const std::string& name);
 
-// What frames name besides, as manifests of cryptomattes: read under these roots alone.
+// For files that frames name, such as Cryptomatte manifests: read only under these roots.
 io::PathHold hold_of(const Roots& roots);
 
-// The pattern with its folder resolved; without a token the whole path. Errors: those of
-// Roots::resolve().
+// The pattern with its folder resolved; a pattern without a token is resolved as a path. Errors:
+// those of Roots::resolve().
 Result<io::PathPattern> resolve_pattern(const io::PathPattern& pattern, const Roots& roots);
 
-// Every file that the patterns find lies under the roots, links resolved; of an input also the
-// frames that are not asked for, which are neighbors. Errors (input): the first that does not.
+// Checks that every file of the patterns is under the roots, with links resolved. Includes frames
+// outside the requested range, because they may be neighbors. Errors (input): the first one
+// outside.
 Status check_inputs(const io::InputSpec& input, const Roots& roots);
-// The folder lies under the roots now. Errors (output).
+// Checks that the folder still is under the roots. Errors (output).
 Status check_folder(const std::string& folder, const Roots& roots);
 
 }  // namespace postchain::service

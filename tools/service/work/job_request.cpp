@@ -5,7 +5,7 @@
 #include <functional>
 
 #include "config/reporter.h"
-#include "config/text_tree.h"
+#include "config/scalar.h"
 #include "tools/measure/experiment/assemble.h"
 #include "tools/sequence/image/aperture_file.h"
 #include "tools/sequence/run/color_settings.h"
@@ -24,7 +24,6 @@ JobReader::JobReader(const Roots& roots, const PassRegistry& registry, const std
       threads_(threads),
       table_(sequence::job_parameters(registry)) {}
 
-// One body on its way.
 class RequestParser {
   public:
     RequestParser(const JobReader& reader, const std::string& text)
@@ -32,16 +31,14 @@ class RequestParser {
 
     Answer<JobRequest> read(RequestKind asked) {
         if (!body_.faults().empty()) return body_.problem();
-        kind_ = asked == RequestKind::run ? kind_asked() : asked;
-        list_known();
-        for (const JsonMember& member : body_.members())
-            if (std::find(known_.begin(), known_.end(), member.key) == known_.end())
-                body_.fault(member.key_at, member.key, unknown_word("key", member.key, known_));
-        request_.kind = kind_ == RequestKind::ab      ? JobKind::ab
-                        : kind_ == RequestKind::bench ? JobKind::bench
-                        : kind_ == RequestKind::study ? JobKind::study
-                                                      : JobKind::run;
-        body_.integer("priority", -100, 100, request_.priority);
+        kind_ = asked == RequestKind::run ? kind_of_job() : asked;
+        std::vector<std::string> known;
+        for (const auto& [key, schema] : body_keys(kind_, reader_.table_)) known.push_back(key);
+        for (const auto& [key, value] : body_.root().entries)
+            if (std::find(known.begin(), known.end(), key.text) == known.end())
+                body_.fault(key, key.text, unknown_word("key", key.text, known));
+        if (is_job()) request_.kind = JobKind(kind_);
+        body_.integer("priority", -kMaxPriority, kMaxPriority, request_.priority);
         if (kind_ == RequestKind::study) {
             read_study();
             if (has_errors(body_.faults())) return body_.problem();
@@ -62,14 +59,15 @@ class RequestParser {
 
   private:
     // -------------------------------------------------------------------------------- keys
-    RequestKind kind_asked() {
-        const JsonMember* member = body_.find("kind");
-        if (!member) return RequestKind::run;
-        if (member->value == "run") return RequestKind::run;
-        if (member->value == "ab") return RequestKind::ab;
-        if (member->value == "bench") return RequestKind::bench;
-        if (member->value == "study") return RequestKind::study;
-        body_.fault("kind", "is one of run, ab, bench, study");
+    RequestKind kind_of_job() {
+        const TextNode* node = body_.find("kind");
+        if (!node) return RequestKind::run;
+        std::vector<std::string> names;
+        for (const JobKind kind : kJobKinds) {
+            if (is_string(*node) && node->text == name_of(kind)) return RequestKind(kind);
+            names.push_back(name_of(kind));
+        }
+        body_.fault("kind", unknown_word("kind", node->text, names));
         return RequestKind::run;
     }
 
@@ -77,35 +75,8 @@ class RequestParser {
 
     bool takes_layers() const { return kind_ == RequestKind::run || kind_ == RequestKind::plan; }
 
-    void add_known(const ParameterTable& table, const char* group) {
-        for (const Parameter& row : table.rows())
-            if (row.group == group) known_.push_back(row.key);
-    }
-
-    void list_known() {
-        if (kind_ == RequestKind::study) {
-            known_ = {"kind", "priority", "study"};
-            return add_known(study::study_parameters(), "");
-        }
-        known_ = {"chain", "chain_text", "set"};
-        if (is_job()) known_.insert(known_.end(), {"kind", "priority"});
-        add_known(reader_.table_, sequence::kInputGroup);
-        add_known(reader_.table_, sequence::kPlanGroup);
-        if (takes_layers()) add_known(reader_.table_, sequence::kLayerGroup);
-        if (kind_ == RequestKind::run) add_known(reader_.table_, sequence::kOutputGroup);
-        if (kind_ == RequestKind::ab) {
-            known_.insert(known_.end(), {"chain_b", "chain_b_text", "fail_above"});
-            add_known(experiment::ab_parameters(), "");
-        }
-        if (kind_ == RequestKind::bench) {
-            known_.insert(known_.end(), {"sweep", "under", "fail_above"});
-            add_known(experiment::bench_parameters(), "");
-        }
-        if (kind_ == RequestKind::preview) known_.insert(known_.end(), {"frame", "scale"});
-    }
-
     void read_tables() {
-        // In the service one frame's failure does not end a job, unless that is asked for.
+        // By default a failed frame does not end a job of the service.
         job_.on_error = sequence::ErrorPolicy::keep_going;
         body_.read_rows(reader_.table_, sequence::kInputGroup, &job_);
         body_.read_rows(reader_.table_, sequence::kPlanGroup, &job_);
@@ -121,30 +92,30 @@ class RequestParser {
     // -------------------------------------------------------------------------------- chains
     void read_chain(const std::string& key, const std::string& text_key,
                     experiment::NamedChain& chain, ChainText* text) {
-        const JsonMember* named = body_.find(key);
-        const JsonMember* written = body_.find(text_key);
+        const TextNode* named = body_.find(key);
+        const TextNode* written = body_.find(text_key);
         if (named && written)
             return body_.fault(text_key, "contradicts " + key + "; give one of them");
         if (!named && !written)
-            return body_.fault(body_.start(), key, "is missing: a chain's name, file or object");
-        // Files that a chain names are looked for from the folder of its text.
+            return body_.fault(key, "missing; give a chain's name, file or object");
+        // Files that a chain names are relative to the folder of its text.
         const std::string from_root = joined_path(roots_.folders().front(), kBodyFile);
         std::string shown_as;
         if (written) {
-            if (!written->value.is_string())
-                return body_.fault(text_key, "is the text of a chain file");
-            *text = {from_root, written->value.get<std::string>(), false};
+            if (!is_string(*written))
+                return body_.fault(text_key, written->describe() + " is not a chain file's text");
+            *text = {from_root, written->text, false};
             shown_as = text_key;
-        } else if (named->value.is_object()) {
-            *text = {from_root, body_.alone(*named), false};
+        } else if (named->is_map()) {
+            *text = {from_root, {}, false, *named};
             shown_as = kBodyFile;
-        } else if (named->value.is_string()) {
-            if (!find_chain_text(key, named->value.get<std::string>(), *text)) return;
+        } else if (is_string(*named)) {
+            if (!find_chain_text(key, named->text, *text)) return;
         } else {
-            return body_.fault(key, "is a chain's name, file or object");
+            return body_.fault(key, named->describe() + " is not a chain's name, file or object");
         }
         chain.name = shown_as.empty() ? fs::path(text->file_name).stem().string() : key;
-        ChainFile file = parse_chain(text->text, text->file_name, reader_.registry_, sets());
+        ChainFile file = parse_chain(*text, reader_.registry_, sets());
         for (Diagnostic& one : file.diagnostics) {
             if (one.file == text->file_name && !shown_as.empty()) one.file = shown_as;
             body_.add(std::move(one));
@@ -183,7 +154,7 @@ class RequestParser {
         return true;
     }
 
-    // Texts of --set, in which a picture is named from the first root.
+    // An override; the path of an aperture image is relative to the first root.
     std::string from_root(const std::string& text) const {
         const std::string key = "camera.aperture_image=";
         if (!text.starts_with(key) || text.size() == key.size() || text[key.size()] == '/' ||
@@ -227,33 +198,32 @@ class RequestParser {
     }
 
     // --------------------------------------------------------------------------------- study
-    // A file under a root, whose paths are taken from its folder, or the study itself, whose paths
-    // are taken from the first root.
+    // A file, whose paths are relative to its folder, or an object, whose paths are relative to the
+    // first root.
     void read_study() {
         body_.read_rows(study::study_parameters(), "", &request_.study_settings);
         body_.hold_rows(study::study_parameters(), &request_.study_settings);
-        const JsonMember* member = body_.find("study");
-        if (!member) return body_.fault(body_.start(), "study", "is missing: a file or an object");
+        const TextNode* node = body_.find("study");
+        if (!node) return body_.fault("study", "missing; give a study's file or object");
         std::string file = joined_path(roots_.folders().front(), kBodyFile), text;
-        if (member->value.is_object()) {
-            text = body_.alone(*member);
-        } else if (member->value.is_string() &&
-                   !RequestBody::has_zero(member->value.get_ref<const std::string&>())) {
-            auto resolved = roots_.resolve(member->value.get<std::string>());
+        if (is_string(*node) && !RequestBody::has_zero(node->text)) {
+            auto resolved = roots_.resolve(node->text);
             if (!resolved.ok()) return body_.outside("study", resolved.status().message());
             file = *resolved;
             auto read = read_text_file(file, StatusCode::usage);
             if (!read.ok()) return body_.fault("study", read.status().message());
             text = std::move(*read);
-        } else {
-            return body_.fault("study", "is a study's file or object");
+        } else if (!node->is_map()) {
+            return body_.fault("study", node->describe() + " is not a study's file or object");
         }
         size_t refused = 0;  // by the roots
+        const study::StudyPaths paths = paths_from(fs::path(file).parent_path(), refused);
         study::StudyFile read =
-            study::read_study(text, file, reader_.registry_,
-                              paths_from(fs::path(file).parent_path(), refused), reader_.version_);
+            node->is_map()
+                ? study::read_study(*node, file, reader_.registry_, paths, reader_.version_)
+                : study::read_study(text, file, reader_.registry_, paths, reader_.version_);
         for (Diagnostic& one : read.diagnostics) {
-            if (one.file == file && member->value.is_object()) one.file = kBodyFile;
+            if (one.file == file && node->is_map()) one.file = kBodyFile;
             const bool is_refused = one.severity == Severity::error && refused > 0;
             if (is_refused) --refused;
             body_.add(std::move(one), is_refused);
@@ -280,19 +250,19 @@ class RequestParser {
     }
 
     // ------------------------------------------------------------------------------ settings
-    // The message without "--key: " in front, which the path says.
+    // Cuts the leading "--key: "; the diagnostic's path names the key.
     static std::string without_option(const std::string& key, const std::string& message) {
         const std::string option = sequence::option_name(key) + ": ";
         return message.starts_with(option) ? message.substr(option.size()) : message;
     }
 
-    // What one text of the run's table alone makes; the others are as by default.
+    // Checks one string of the run's table alone, with defaults for all other rows.
     Status status_of_row(const Parameter& row) const {
         sequence::JobSettings alone;
         alone.input = "a.exr";
         const ParameterValue value = row.get(&job_);
         if (value == ParameterValue() || value == ParameterValue(std::string())) return Status();
-        // What names a view means something beside what shows it alone: read with the whole.
+        // A view is meaningful only with its display: checked with all settings.
         if (row.key.starts_with("ocio")) return Status();
         row.set(&alone, value);
         if (sequence::needs_ocio(alone)) alone.ocio = job_.ocio;
@@ -300,11 +270,11 @@ class RequestParser {
         return sequence::run_settings_of(alone, reader_.registry_, notes).status();
     }
 
-    // A camera file may name pictures, and they are read with it.
+    // A camera file may name aperture images, which are read with it.
     bool hold_camera() {
         if (job_.camera.empty()) return true;
         auto camera = load_camera(job_.camera);
-        if (!camera.ok() || !camera->status().ok()) return true;  // said with the settings
+        if (!camera.ok() || !camera->status().ok()) return true;  // reported with the settings
         bool good = body_.hold_picture("camera", camera->camera);
         for (auto& [number, frame] : camera->frames)
             good = body_.hold_picture("camera", frame.camera) && good;
@@ -333,7 +303,7 @@ class RequestParser {
         if (has_errors(body_.faults()) || !input) return;
         Diagnostics notes;
         auto settings = sequence::run_settings_of(job_, reader_.registry_, notes);
-        if (!settings.ok()) return body_.fault(body_.start(), "", settings.status().message());
+        if (!settings.ok()) return body_.fault("", settings.status().message());
         settings->input = std::move(*input);
         if (output) settings->output = std::move(*output);
         settings->version = reader_.version_;
@@ -396,20 +366,20 @@ class RequestParser {
 
     void read_preview() {
         body_.integer("frame", -io::kMaxFrameNumber, io::kMaxFrameNumber, request_.frame);
-        if (!body_.find("frame")) body_.fault(body_.start(), "frame", "is missing");
-        const JsonMember* scale = body_.find("scale");
+        if (!body_.find("frame")) body_.fault("frame", "missing");
+        const TextNode* scale = body_.find("scale");
         if (!scale) return;
-        if (!scale->value.is_number() || !(scale->value.get<double>() >= 0.05) ||
-            !(scale->value.get<double>() <= 1))
-            return body_.fault("scale", "is a number in 0.05..1");
-        request_.scale = scale->value.get<double>();
+        const Result<double> value = number_of(*scale);
+        if (!value.ok() || *value < kMinPreviewScale || *value > 1)
+            return body_.fault("scale", concat(scale->describe(), " is not a number in ",
+                                               kMinPreviewScale, "..1"));
+        request_.scale = *value;
     }
 
     const JobReader& reader_;
     const Roots& roots_;
     RequestBody body_;
     RequestKind kind_ = RequestKind::run;
-    std::vector<std::string> known_;
     sequence::JobSettings job_;
     JobRequest request_;
     ChainText text_b_;

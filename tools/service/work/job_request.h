@@ -1,9 +1,9 @@
-// What a request asks for: text -> settings, with every path held under the roots.
+// Requests: text -> settings, with every path checked against the roots.
 //
 //   JSON --keys of the tables of run/job_settings.h and experiment/settings.h--> JobRequest
 //
-// The same function reads a job when it is submitted and when it is worked on: paths are looked up
-// anew each time.
+// The same function reads a job when it is submitted and when it runs, and resolves its paths each
+// time.
 #pragma once
 
 #include <optional>
@@ -20,49 +20,47 @@
 #include "tools/measure/study/study_reader.h"
 #include "tools/sequence/run/job_settings.h"
 #include "tools/service/store/job.h"
+#include "tools/service/work/body_keys.h"
 #include "tools/service/work/held_paths.h"
-#include "tools/service/work/json_body.h"
 #include "tools/service/work/problem.h"
 #include "tools/service/work/roots.h"
 
 namespace postchain::service {
 
-// Which keys a body may have.
-enum class RequestKind { run, ab, bench, study, plan, preview };
+inline constexpr double kMinPreviewScale = 0.05;
 
 struct JobRequest {
     JobKind kind = JobKind::run;
     int priority = 0;
-    ChainText text;                  // of the first chain, for the sweeps of a bench
-    experiment::NamedChain chain;    // with `set`
-    experiment::NamedChain chain_b;  // of ab
+    ChainText text;                  // the first chain's, for the sweeps of a bench
+    experiment::NamedChain chain;    // after `set`
+    experiment::NamedChain chain_b;  // ab
     std::vector<std::string> sets;
-    sequence::RunSettings run;  // of every kind
-    std::string input;          // as typed
+    sequence::RunSettings run;  // every kind but study
+    std::string input;          // as given
     experiment::ExperimentSettings ab;
     experiment::BenchSettings bench;
-    std::vector<experiment::BenchVariant> variants;  // of bench
+    std::vector<experiment::BenchVariant> variants;  // bench
     std::vector<report::MetricLimit> under, fail_above;
-    study::Study study;  // of study, which has its own chains, inputs and settings
+    study::Study study;  // study: has its own chains, inputs and settings
     study::StudySettings study_settings;
-    int frame = 0;     // of a preview
-    double scale = 1;  // of a preview
+    int frame = 0;     // preview
+    double scale = 1;  // preview: kMinPreviewScale..1
 };
 
 class JobReader {
   public:
-    // All of them outlive the reader.
+    // The arguments outlive the reader.
     JobReader(const Roots& roots, const PassRegistry& registry, const std::string& version,
               int threads);
 
-    // A job. Problems: (invalid), (forbidden); every fault that was found is in `diagnostics`.
+    // Problems: (invalid), (forbidden), with every fault in `diagnostics`.
     Answer<JobRequest> job(const std::string& body) const;
-    // The bodies of plan and preview.
     Answer<JobRequest> plan(const std::string& body) const;
     Answer<JobRequest> preview(const std::string& body) const;
 
     const Roots& roots() const { return roots_; }
-    // The table of a run's settings, over this registry.
+    // The table of a run's settings.
     const ParameterTable& run_table() const { return table_; }
 
   private:

@@ -1,4 +1,4 @@
-// What work on a job needs, and how it ends.
+// The surroundings of a running job, and how it ends.
 #pragma once
 
 #include <atomic>
@@ -20,17 +20,17 @@ struct WorkPlace {
     GlDevice& gl;
     Counters& counters;
     const egl::ContextOptions& device;
-    std::atomic<bool>& stop;                // ends the work after the frame under way
-    std::function<void()> between;          // after each frame, on this thread
-    std::function<void(double)> remaining;  // seconds, an estimate
+    std::atomic<bool>& stop;                // set: the job ends after the current frame
+    std::function<void()> between;          // call after each frame, on this thread
+    std::function<void(double)> remaining;  // call with an estimate in seconds
 };
 
 struct WorkEnd {
     enum class How {
-        ended,         // state, exit_code, message and verdict say how
-        stopped,       // the rest waits
-        gl_failed,     // the device is to be made anew, and the job goes on
-        store_failed,  // nothing could be entered; the job goes on when that is so again
+        ended,         // with state, exit_code, message and verdict
+        stopped,       // the other frames wait
+        gl_failed,     // the job resumes with a new device
+        store_failed,  // the job resumes when the store can be written again
     };
     How how = How::ended;
     JobState state = JobState::done;
@@ -42,7 +42,7 @@ struct WorkEnd {
     static WorkEnd of(How how, const std::string& message) { return {how, {}, 0, message, {}}; }
 };
 
-// What a job is doing, as an event: once a second at most. What cannot be entered is not missed.
+// Progress events of a job, at most one per second. Failures to store them are ignored.
 class ProgressEvents {
   public:
     ProgressEvents(JobStore& store, const Roots& roots, std::string job)

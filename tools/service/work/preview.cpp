@@ -16,7 +16,7 @@ int reduced_side(int side, double scale) {
     return std::max(1, int(std::lround(side * scale)));
 }
 
-// The passes' lengths in pixels; what a row does not take stays.
+// Scales the passes' lengths in pixels, unless the result is out of the row's range.
 void reduce_lengths(Chain& chain, double scale) {
     for (ChainLink& link : chain.links)
         for (const Parameter& row : link.type->parameters->rows()) {
@@ -39,7 +39,7 @@ Role role_in_its_frame(Role role) {
     return role;
 }
 
-// Several planes one below another, each by mean.
+// A stack of planes, one below the other, each reduced by mean.
 ImageF stack_reduced(const ImageF& stack, int height_of_each, int width, int height) {
     std::vector<ImageF> planes;
     for (int i = 0; i < stack.height / height_of_each; ++i)
@@ -50,7 +50,7 @@ ImageF stack_reduced(const ImageF& stack, int height_of_each, int width, int hei
 }  // namespace
 
 ImageF mean_reduced(const ImageF& image, int width, int height) {
-    // Rows, then columns: weights are the parts of source pixels that are covered.
+    // Rows, then columns. A weight is the covered fraction of a source pixel.
     const auto reduce = [](int from, int to, int at, const auto& add) {
         const double step = double(from) / to;
         const double begin = at * step, end = begin + step;

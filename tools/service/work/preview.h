@@ -1,5 +1,4 @@
-// One frame through a chain, reduced, and thumbnails: what is done on the CPU. Filtering stays with
-// the worker.
+// Previews (one reduced frame through a chain) and thumbnails: the CPU part. The worker filters.
 #pragma once
 
 #include <string>
@@ -11,9 +10,9 @@
 
 namespace postchain::service {
 
-// Of this size: each pixel is the mean of what it covers. Errors: none; 1 pixel at least.
+// Reduces an image to at least 1x1: each pixel is the mean of the area that it covers.
 ImageF mean_reduced(const ImageF& image, int width, int height);
-// Each pixel is that in the middle of what it covers: values of one surface, never mixed.
+// Reduces an image: each pixel is the center pixel of its area, so that surfaces are not mixed.
 ImageF middle_reduced(const ImageF& image, int width, int height);
 
 struct PreparedPreview {
@@ -21,11 +20,11 @@ struct PreparedPreview {
     SharedPlanes planes;
 };
 // Reads the request's frame with its neighbors and the chain's mattes, and reduces it: color and
-// mattes by mean, depth and vectors by the middle, vectors and the passes' lengths in pixels by the
-// scale. Errors: those of reading and planning.
+// mattes by mean, depth and motion vectors by center pixel. Scales motion vectors and the passes'
+// lengths in pixels. Errors: those of reading and planning.
 Result<PreparedPreview> prepare_preview(JobRequest& request);
 
-// The color of a file at most this wide and high, as 8-bit PNG. Errors (input), (output).
+// The color of a file as 8-bit PNG, at most 320 pixels wide and high. Errors (input), (output).
 Result<std::string> thumbnail_of(const std::string& path, int frame,
                                  const sequence::SourceSettings& settings);
 

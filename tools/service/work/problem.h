@@ -1,4 +1,4 @@
-// Why something that was asked of the service is not done; http/ makes problem+json of it.
+// Why the service refuses a request. http/ turns it into problem+json.
 #pragma once
 
 #include <string>
@@ -11,20 +11,23 @@ namespace postchain::service {
 
 struct Problem {
     enum class Kind {
-        invalid,      // 422: the text is no job, plan or chain; `diagnostics` has every fault
-        not_found,    // 404: no such job, report or frame
-        conflict,     // 409: the job's state does not allow it, or the key is another job's
+        invalid,      // 422: not a valid job, plan or chain; `diagnostics` lists every fault
+        not_found,    // 404: unknown job, report or frame
+        conflict,     // 409: the job's state does not allow it, or the key belongs to another job
         forbidden,    // 403: a path outside the roots
-        busy,         // 429: the queue is full; `retry_after_s`
-        unavailable,  // 503: draining, no GL, or a store that cannot be written
+        busy,         // 429: the queue is full; see `retry_after_s`
+        unavailable,  // 503: draining, no GL device, or a store that cannot be written
         internal,     // 500
     };
     Kind kind = Kind::internal;
     std::string detail;       // one sentence, with the remedy; no path outside the roots
-    Diagnostics diagnostics;  // file, line, column, path, message: as the command prints them
+    Diagnostics diagnostics;  // file, line, column, path and message, as the command prints them
     int retry_after_s = 0;
 };
 template <class T>
 using Answer = std::variant<T, Problem>;
+
+// `detail` is the first error of `diagnostics` and the number of further ones.
+Problem refusal(Problem::Kind kind, Diagnostics diagnostics);
 
 }  // namespace postchain::service

@@ -1,31 +1,30 @@
 #include "tools/service/work/request_body.h"
 
-#include "tools/sequence/files/parameter_json.h"
+#include "config/reporter.h"
+#include "config/scalar.h"
 #include "tools/sequence/image/picture_module.h"
 #include "tools/service/work/held_paths.h"
 
 namespace postchain::service {
 
-RequestBody::RequestBody(const std::string& text, const Roots& roots)
-    : roots_(roots), body_(read_json_body(text, faults_)) {}
-
 bool RequestBody::has_zero(const std::string& text) {
     return text.find('\0') != std::string::npos;
 }
 
-void RequestBody::fault(size_t at, const std::string& path, const std::string& message) {
+void RequestBody::fault(const TextNode& at, const std::string& path, const std::string& message) {
     only_outside_ = false;
-    faults_.push_back(body_.fault(at, path, message));
+    Reporter(kBodyFile, StatusCode::usage, faults_).error(at, path, message);
 }
 
 void RequestBody::fault(const std::string& key, const std::string& message) {
-    const JsonMember* member = find(key);
-    fault(member ? member->value_at : 0, key, message);
+    const TextNode* value = find(key);
+    fault(value ? *value : root(), key, message);
 }
 
 void RequestBody::outside(const std::string& key, const std::string& message) {
-    const JsonMember* member = find(key);
-    faults_.push_back(body_.fault(member ? member->value_at : 0, key, message));
+    const bool only_outside = only_outside_;
+    fault(key, message);
+    only_outside_ = only_outside;
     met_outside_ = true;
 }
 
@@ -38,66 +37,49 @@ void RequestBody::add(Diagnostic diagnostic, bool is_outside) {
 }
 
 Problem RequestBody::problem() const {
-    Problem problem;
-    problem.kind =
-        met_outside_ && only_outside_ ? Problem::Kind::forbidden : Problem::Kind::invalid;
-    problem.diagnostics = faults_;
-    for (Diagnostic& one : problem.diagnostics) {
+    Diagnostics shown = faults_;
+    for (Diagnostic& one : shown) {
         one.file = roots_.shown_in(one.file);
         one.message = roots_.shown_in(one.message);
     }
-    size_t errors = 0;
-    const Diagnostic* first = nullptr;
-    for (const Diagnostic& one : problem.diagnostics)
-        if (one.severity == Severity::error && errors++ == 0) first = &one;
-    if (first)
-        problem.detail = (first->path.empty() ? first->file : first->path) + ": " + first->message +
-                         (errors > 1 ? concat(" (and ", errors - 1, " more)") : "");
-    return problem;
+    return refusal(
+        met_outside_ && only_outside_ ? Problem::Kind::forbidden : Problem::Kind::invalid,
+        std::move(shown));
 }
 
 void RequestBody::integer(const char* key, int least, int most, int& value) {
-    const JsonMember* member = find(key);
-    if (!member) return;
-    const io::Json& json = member->value;
-    if (!json.is_number_integer() || json < least || json > most)
-        return fault(key, concat("is an integer in ", least, "..", most));
-    value = json.get<int>();
+    const TextNode* node = find(key);
+    if (!node) return;
+    const Result<int> read = integer_of(*node, least, most);
+    if (!read.ok()) return fault(key, read.status().message());
+    value = *read;
 }
 
 std::vector<std::string> RequestBody::list(const char* key) {
     std::vector<std::string> texts;
-    const JsonMember* member = find(key);
-    if (!member) return texts;
-    if (!member->value.is_array()) {
-        fault(key, "is a list of texts");
-        return texts;
-    }
-    for (size_t i = 0; i < member->value.size(); ++i) {
-        const io::Json& item = member->value[i];
-        if (!item.is_string() || has_zero(item.get_ref<const std::string&>()))
-            fault(member->value_at, concat(key, "[", i, "]"), "is no text");
+    const TextNode* node = find(key);
+    if (!node) return texts;
+    if (!node->is_list()) fault(key, node->describe() + " is not a list of strings");
+    for (size_t i = 0; i < node->items.size(); ++i) {
+        const TextNode& item = node->items[i];
+        if (!is_string(item) || has_zero(item.text))
+            fault(item, concat(key, "[", i, "]"), item.describe() + " is not a string");
         else
-            texts.push_back(item.get<std::string>());
+            texts.push_back(item.text);
     }
     return texts;
 }
 
 void RequestBody::read_row(const Parameter& row, const ParameterTable& table,
                            ParameterRef settings) {
-    const JsonMember* member = find(row.key);
-    if (!member) {
-        if (!row.optional && row.default_value == ParameterValue())
-            fault(start(), row.key, "is missing");
+    const TextNode* node = find(row.key);
+    if (!node) {
+        if (!row.optional && row.default_value == ParameterValue()) fault(row.key, "missing");
         return;
     }
-    const auto value = io::value_of(member->value);
-    if (!value) return fault(row.key, "is " + row.domain() + ", not " + member->value.type_name());
-    if (const auto* text = std::get_if<std::string>(&*value)) {
-        if (text->empty()) return fault(row.key, "is empty");
-        if (has_zero(*text)) return fault(row.key, "has a zero byte");
-    }
-    if (Status status = table.set(settings, row.key, *value); !status.ok())
+    if (is_string(*node) && node->text.empty()) return fault(row.key, "empty");
+    if (is_string(*node) && has_zero(node->text)) return fault(row.key, "contains a zero byte");
+    if (Status status = set_row(table, settings, row, *node); !status.ok())
         fault(row.key, status.message());
 }
 
@@ -121,10 +103,10 @@ void RequestBody::hold_tables(const std::string& key, const std::string& config)
     const auto module = io::picture_module(StatusCode::input);
     if (!module.ok()) return fault(key, module.status().message());
     const auto files = (*module)->ocio_files(config);
-    if (!files.ok()) return;  // said by what uses it
+    if (!files.ok()) return;  // reported by the transfer that uses it
     for (const std::string& file : *files)
         if (!roots_.resolve(file).ok())
-            return outside(key, "names a table that is outside the folders of this service");
+            return outside(key, "names a table outside the folders of this service");
 }
 
 std::optional<io::InputSpec> RequestBody::hold_input(const std::string& key,
@@ -155,7 +137,7 @@ bool RequestBody::hold_picture(const std::string& key, Camera& camera) {
     if (file.empty()) return true;
     auto resolved = roots_.resolve(file);
     if (!resolved.ok()) {
-        // Its name has been made whole by now, and would tell where the roots are.
+        // The message leaves out the path: it is absolute by now and would reveal the roots.
         outside(key, "camera.aperture_image is outside the folders of this service");
         return false;
     }

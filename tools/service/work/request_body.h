@@ -1,5 +1,5 @@
-// The body of a request, read key by key: values into settings, paths held under the roots, and
-// every fault that was met, at its place.
+// The body of a request, read key by key: values into settings, paths checked against the roots,
+// and every fault with its place.
 #pragma once
 
 #include <optional>
@@ -18,32 +18,31 @@ namespace postchain::service {
 
 class RequestBody {
   public:
-    // `roots` outlives this. What is wrong with the text as a whole is among the faults.
-    RequestBody(const std::string& text, const Roots& roots);
+    // `roots` outlives this object. Faults of the whole text are among faults().
+    RequestBody(const std::string& text, const Roots& roots)
+        : roots_(roots), tree_(read_json_body(text)), faults_(tree_.diagnostics) {}
 
-    const std::vector<JsonMember>& members() const { return body_.members; }
-    const JsonMember* find(const std::string& key) const { return body_.find(key); }
-    std::string alone(const JsonMember& member) const { return body_.alone(member); }
-    // Where the body begins: the place of what is missing.
-    size_t start() const { return body_.text.find('{'); }
+    const TextNode& root() const { return tree_.root; }
+    const TextNode* find(const std::string& key) const { return tree_.root.find(key); }
 
-    void fault(size_t at, const std::string& path, const std::string& message);
+    void fault(const TextNode& at, const std::string& path, const std::string& message);
+    // At the key's value; at the start of the body if the key is missing.
     void fault(const std::string& key, const std::string& message);
-    // What Roots has to say.
+    // A path that the roots refused.
     void outside(const std::string& key, const std::string& message);
-    // Of a text that the body holds or names. `is_outside`: the roots refused a path of it.
+    // From a text inside the body or named by it. `is_outside`: the roots refused one of its paths.
     void add(Diagnostic diagnostic, bool is_outside = false);
     const Diagnostics& faults() const { return faults_; }
-    // Of all faults; forbidden, where each is a path outside the roots.
+    // All faults; forbidden if every one is a path outside the roots.
     Problem problem() const;
 
     static bool has_zero(const std::string& text);
-    // What the body has no key for stays as it is; a value of another kind is a fault.
+    // Settings without a key in the body keep their values; a value of the wrong type is a fault.
     void integer(const char* key, int least, int most, int& value);
     std::vector<std::string> list(const char* key);
     void read_rows(const ParameterTable& table, const char* group, ParameterRef settings);
 
-    // Paths become those under the roots, by their real names; one outside is a fault.
+    // Replace paths by their real paths under the roots; a path outside is a fault.
     void hold_file(const Parameter& row, ParameterRef settings);
     void hold_rows(const ParameterTable& table, ParameterRef settings);
     std::optional<io::InputSpec> hold_input(const std::string& key, const std::string& text);
@@ -51,12 +50,12 @@ class RequestBody {
 
   private:
     void read_row(const Parameter& row, const ParameterTable& table, ParameterRef settings);
-    // The tables that a configuration of OpenColorIO names are under the roots too.
+    // The tables named by an OpenColorIO configuration must be under the roots too.
     void hold_tables(const std::string& key, const std::string& config);
 
     const Roots& roots_;
+    const TextTree tree_;
     Diagnostics faults_;
-    const JsonBody body_;
     bool met_outside_ = false;
     bool only_outside_ = true;
 };

@@ -14,13 +14,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kMostLinks = 40;  // as the kernel
+constexpr int kMostLinks = 40;  // limit of the Linux kernel
 
 bool is_in(const std::string& path, const std::string& folder) {
     return path == folder || path.starts_with(folder == "/" ? folder : folder + "/");
 }
 
-// The parts of a path in front of what is still to be walked.
+// Puts the parts of a path before the remaining ones.
 void put_before(std::deque<std::string>& parts, const std::string& path) {
     std::vector<std::string> found;
     for (size_t at = 0; at <= path.size();) {
@@ -31,8 +31,8 @@ void put_before(std::deque<std::string>& parts, const std::string& path) {
     parts.insert(parts.begin(), found.begin(), found.end());
 }
 
-// Every link that is there is followed, also one that leads nowhere: what it would name counts.
-// Empty: too many links.
+// Follows every link, including a dangling one, whose target may be created later. Empty: too many
+// links.
 std::string without_links(const std::string& absolute) {
     std::deque<std::string> parts;
     put_before(parts, absolute);
@@ -62,20 +62,20 @@ std::string without_links(const std::string& absolute) {
     return done.empty() ? "/" : done;
 }
 
-// Why no file can have this path; empty: one can.
+// Why a path is invalid; empty = it is valid.
 std::string fault_of(const std::string& path) {
     if (path.empty()) return "is empty";
-    if (path.find('\0') != std::string::npos) return "has a zero byte";
+    if (path.find('\0') != std::string::npos) return "contains a zero byte";
     if (path.size() >= PATH_MAX) return "is too long for a path";
     for (size_t at = 0; at < path.size();) {
         const size_t end = std::min(path.find('/', at), path.size());
-        if (end - at > NAME_MAX) return "has a part that is too long for a name";
+        if (end - at > NAME_MAX) return "contains a name that is too long";
         at = end + 1;
     }
     return "";
 }
 
-// For a message: as given, a zero byte and what follows left out, and not longer than a line.
+// A path for a message: cut at a zero byte and at 200 bytes.
 std::string given(const std::string& path) {
     const std::string text = path.substr(0, path.find('\0'));
     return text.size() <= 200 ? text : text.substr(0, 200) + "...";
@@ -89,12 +89,13 @@ Result<Roots> Roots::of(const std::vector<std::string>& folders) {
         std::error_code error;
         const fs::path found = fs::canonical(folder, error);
         if (error || !fs::is_directory(found, error))
-            return Status(StatusCode::usage, "--root: " + folder + ": is no folder; make it first");
+            return Status(StatusCode::usage,
+                          "--root: " + folder + ": folder does not exist; create it first");
         roots.folders_.push_back(found.string());
     }
     if (roots.folders_.empty())
         return Status(StatusCode::usage,
-                      "--root: no folder is given; a service reads and writes nowhere else");
+                      "--root: missing; give the folders that the service may read and write");
     return roots;
 }
 
@@ -121,7 +122,7 @@ std::string Roots::shown(const std::string& path) const {
 std::string Roots::shown_in(std::string text) const {
     const std::string& first = folders_.front();
     if (first == "/") return text;
-    // Whether a name goes on here; a dot may end a sentence.
+    // Whether a file name continues at i. A dot may end a sentence instead.
     const auto in_name = [&](size_t i) {
         if (i < text.size() && text[i] == '.') ++i;
         return i < text.size() &&

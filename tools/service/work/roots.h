@@ -1,5 +1,4 @@
-// The folders that a service reads from and writes to. Every path of a job is resolved and must lie
-// in one of them.
+// The folders of a service. Every path of a job is resolved and must be inside one of them.
 #pragma once
 
 #include <string>
@@ -11,18 +10,17 @@ namespace postchain::service {
 
 class Roots {
   public:
-    // Errors (usage): no folder, or none that is there.
+    // Errors (usage): empty list, or a folder that does not exist.
     static Result<Roots> of(const std::vector<std::string>& folders);
 
-    // The path of a job, absolute and without links: relative ones are taken from the first root.
-    // The file, and of an output its folder, need not be there yet. Errors (usage): outside, a zero
-    // byte, longer than PATH_MAX, a part longer than NAME_MAX. The message holds `path` as given
-    // and nothing else of the file system.
+    // The absolute path without links. Relative paths start at the first root. The file and the
+    // folder of an output need not exist. Errors (usage): outside the roots, a zero byte, longer
+    // than PATH_MAX, a part longer than NAME_MAX. The message shows only `path` as given.
     Result<std::string> resolve(const std::string& path) const;
-    // "shots/a.0001.exr" of an absolute path in the first root: what answers show. Of another root
-    // the whole path, which names the same file when it is given back.
+    // The form of an absolute path in replies: "shots/a.0001.exr" in the first root, the absolute
+    // path in other roots. A request may use it again.
     std::string shown(const std::string& path) const;
-    // The same of every path in a message: the first root itself is ".".
+    // shown() for every path in a message; the first root itself becomes ".".
     std::string shown_in(std::string text) const;
 
     const std::vector<std::string>& folders() const { return folders_; }

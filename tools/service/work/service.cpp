@@ -11,6 +11,7 @@
 
 #include "config/chain_file.h"
 #include "config/describe.h"
+#include "config/reporter.h"
 #include "config/schema.h"
 #include "config/text_tree.h"
 #include "tools/sequence/exr/planes_writer.h"
@@ -20,7 +21,7 @@
 #include "tools/service/store/job_store.h"
 #include "tools/service/work/errands.h"
 #include "tools/service/work/job_request.h"
-#include "tools/service/work/job_schema.h"
+#include "tools/service/work/json_body.h"
 #include "tools/service/work/preview.h"
 #include "tools/service/work/worker.h"
 
@@ -29,17 +30,17 @@ namespace {
 
 constexpr int kRetryAfterS = 30;
 constexpr size_t kMaxKeyBytes = 255;
-constexpr uintmax_t kMaxReportBytes = 512 << 20;  // of a file of a report
-constexpr size_t kMaxPictures = 64;               // previews and thumbnails that wait
-constexpr int kMaxPlannedFrames = 100;            // of one request
-constexpr uint64_t kLeastRoom = 64 << 20;         // bytes, before a disk counts as full
+constexpr uintmax_t kMaxReportBytes = 512 << 20;  // per file of a report
+constexpr size_t kMaxPictures = 64;               // waiting previews and thumbnails
+constexpr int kMaxPlannedFrames = 100;            // per request
+constexpr uint64_t kLeastRoom = 64 << 20;         // free bytes; below, a disk counts as full
 constexpr auto kTestPatience = std::chrono::seconds(1);
 
 Problem problem(Problem::Kind kind, const std::string& detail, int retry_after_s = 0) {
     return {kind, detail, {}, retry_after_s};
 }
 
-// Of the store.
+// An error of the store.
 Problem problem_of(const Status& status) {
     return problem(Problem::Kind::unavailable, status.message(), kRetryAfterS);
 }
@@ -48,7 +49,7 @@ Problem no_job(const std::string& id) {
     return problem(Problem::Kind::not_found, "no job '" + id.substr(0, 40) + "'");
 }
 
-// Of work on a request.
+// An error of a request's work.
 Problem problem_of(const Status& status, const Roots& roots) {
     const std::string detail = roots.shown_in(status.message());
     switch (status.code()) {
@@ -61,7 +62,7 @@ Problem problem_of(const Status& status, const Roots& roots) {
     }
 }
 
-// Can files be made here; empty: yes.
+// Why files cannot be written to a folder; empty = they can.
 std::string trouble_of_folder(const std::string& folder) {
     if (::access(folder.c_str(), W_OK | X_OK) != 0) return folder + ": cannot be written";
     struct statvfs room;
@@ -98,11 +99,11 @@ struct Service::State {
     Counters counters;
     std::unique_ptr<JobStore> store;
     std::unique_ptr<Worker> worker;
-    // Ends before the worker, for whose device it may wait.
+    // Destroyed before the worker, because it may wait for the worker's device.
     std::unique_ptr<ErrandThread> pictures;
     std::atomic<bool> draining = false;
 
-    // A job of the store as it is shown: what waits of it, and what it names.
+    // A job of the store with the remaining time of the running job.
     Job shown(Job job) const {
         const auto [running, remaining_s] = worker->under_way();
         if (job.id == running) job.remaining_s = remaining_s;
@@ -114,7 +115,8 @@ struct Service::State {
         auto promise = std::make_shared<std::promise<Result<ImageF>>>();
         auto result = promise->get_future();
         worker->run([promise, &preview](GlDevice* gl) {
-            if (!gl) return promise->set_value(Status(StatusCode::gl, "there is no GL device now"));
+            if (!gl)
+                return promise->set_value(Status(StatusCode::gl, "no GL device is available now"));
             try {
                 auto planes = gl->executor().filter(preview.plan, preview.planes);
                 if (planes.ok())
@@ -128,7 +130,7 @@ struct Service::State {
         return result.get();
     }
 
-    // Takes a picture's work, and answers whatever comes of it.
+    // Queues the making of an image and passes its result to `done`.
     void picture(std::function<Result<Picture>()> work,
                  const std::function<void(Answer<Picture>)>& done) {
         const bool taken = pictures->run([this, work = std::move(work), done] {
@@ -144,7 +146,7 @@ struct Service::State {
                 done(problem_of(picture.status(), settings.roots));
         });
         if (!taken)
-            done(problem(Problem::Kind::busy, "too many pictures are asked for; try again", 1));
+            done(problem(Problem::Kind::busy, "too many previews are waiting; try again", 1));
     }
 };
 
@@ -181,12 +183,12 @@ Answer<Job> Service::submit(const std::string& body, const std::string& idempote
                             bool* created) {
     *created = false;
     if (state_->draining)
-        return problem(Problem::Kind::unavailable, "the service ends; ask the next one",
+        return problem(Problem::Kind::unavailable, "the service is shutting down; try again later",
                        kRetryAfterS);
     if (idempotency_key.size() > kMaxKeyBytes)
         return problem(Problem::Kind::invalid,
                        concat("the Idempotency-Key is longer than ", kMaxKeyBytes, " bytes"));
-    // What was taken once is not judged again.
+    // An accepted body is not checked again.
     const auto earlier = state_->store->job_of_key(idempotency_key);
     if (!earlier.ok()) return problem_of(earlier.status());
     if (*earlier && (*earlier)->body == body) return **earlier;
@@ -204,14 +206,14 @@ Answer<Job> Service::submit(const std::string& body, const std::string& idempote
         case Added::What::same:
             return added->job;
         case Added::What::other_body:
-            return problem(Problem::Kind::conflict, "this Idempotency-Key is that of job " +
-                                                        added->job.id +
-                                                        ", whose body is another; take a new key");
+            return problem(Problem::Kind::conflict, "job " + added->job.id +
+                                                        " has this Idempotency-Key and another "
+                                                        "body; use a new key");
         case Added::What::full:
             break;
     }
     return problem(Problem::Kind::busy,
-                   concat(state_->settings.max_queue, " jobs wait already; try again later"),
+                   concat(state_->settings.max_queue, " jobs are waiting; try again later"),
                    kRetryAfterS);
 }
 
@@ -257,7 +259,7 @@ Answer<Job> Service::cancel(const std::string& id) {
     const auto now = job(id);
     if (!*done && std::holds_alternative<Job>(now))
         return problem(Problem::Kind::conflict,
-                       concat("job ", id, " is ", name_of(std::get<Job>(now).state), " already"));
+                       concat("job ", id, " is already ", name_of(std::get<Job>(now).state)));
     return now;
 }
 
@@ -269,7 +271,7 @@ Answer<Job> Service::retry(const std::string& id) {
     if (!*done && std::holds_alternative<Job>(now))
         return problem(Problem::Kind::conflict,
                        concat("job ", id, " is ", name_of(std::get<Job>(now).state),
-                              "; only one that failed or was canceled is tried again"));
+                              "; only failed and canceled jobs can be retried"));
     return now;
 }
 
@@ -292,7 +294,7 @@ void Service::preview(const std::string& body, std::function<void(Answer<Picture
                       const std::string& type) {
     auto read = state_->reader.preview(body);
     if (const auto* refused = std::get_if<Problem>(&read)) return done(*refused);
-    // A function that is copied cannot hold a chain.
+    // std::function must be copyable; a chain is not.
     const auto request = std::make_shared<JobRequest>(std::move(std::get<JobRequest>(read)));
     state_->picture(
         [state = state_.get(), request, type]() -> Result<Picture> {
@@ -327,10 +329,11 @@ void Service::thumbnail(const std::string& id, int frame, bool after,
     std::error_code error;
     if (!std::filesystem::exists(path, error))
         return done(problem(Problem::Kind::not_found,
-                            state_->settings.roots.shown(path) + ": is not there"));
+                            state_->settings.roots.shown(path) + ": does not exist"));
     if (!state_->settings.roots.resolve(path).ok())
-        return done(problem(Problem::Kind::forbidden,
-                            state_->settings.roots.shown(path) + ": leads outside"));
+        return done(problem(
+            Problem::Kind::forbidden,
+            state_->settings.roots.shown(path) + ": links outside the folders of this service"));
     state_->picture(
         [request, path, frame]() -> Result<Picture> {
             auto png = thumbnail_of(path, frame, request->run.source);
@@ -347,7 +350,7 @@ Answer<Picture> Service::report_file(const std::string& id, const std::string& n
     if (const auto* refused = std::get_if<Problem>(&read)) return *refused;
     const JobRequest& request = std::get<JobRequest>(read);
     if (request.kind == JobKind::run)
-        return problem(Problem::Kind::not_found, "job " + id + " makes no report");
+        return problem(Problem::Kind::not_found, "job " + id + " has no report");
     const std::string folder = request.kind == JobKind::ab      ? request.ab.folder
                                : request.kind == JobKind::bench ? request.bench.folder
                                                                 : request.study_settings.folder;
@@ -356,10 +359,10 @@ Answer<Picture> Service::report_file(const std::string& id, const std::string& n
     if (name.empty() || type_of(name).empty() || !path.ok() || !path->starts_with(folder + "/") ||
         !std::filesystem::is_regular_file(*path, error))
         return problem(Problem::Kind::not_found,
-                       "the report of job " + id + " has no such file now");
-    // Pages hold their pictures: many times what a text file may have.
+                       "the report of job " + id + " does not have this file");
+    // Pages contain their images, so the limit is far above that of text files.
     if (std::filesystem::file_size(*path, error) > kMaxReportBytes || error)
-        return problem(Problem::Kind::internal, "the file is too large to be sent");
+        return problem(Problem::Kind::internal, "the file is too large to send");
     std::ifstream in(*path, std::ios::binary);
     Picture file{type_of(name), {std::istreambuf_iterator<char>(in), {}}};
     if (in.bad()) return problem(Problem::Kind::internal, "the file cannot be read");
@@ -374,7 +377,7 @@ Answer<std::string> Service::plan(const std::string& body) {
     try {
         if (Status status = check_inputs(request.run.input, roots); !status.ok())
             return problem_of(status, roots);
-        // A look at one frame, unless more are named.
+        // Plans one frame, unless the request names frames.
         const int most = request.run.frames ? kMaxPlannedFrames : 1;
         io::Json frames = io::Json::array();
         const Status status = sequence::plan_sequence(
@@ -397,8 +400,15 @@ Answer<std::string> Service::plan(const std::string& body) {
     }
 }
 
-Diagnostics Service::check_chain(const std::string& text) const {
-    return parse_chain(text, "chain", state_->registry).diagnostics;
+Answer<Diagnostics> Service::check_chain(const std::string& body) const {
+    TextTree tree = read_json_body(body);
+    const TextNode* text = tree.root.find("text");
+    if (!has_errors(tree.diagnostics) && !(text && is_string(*text)))
+        Reporter(kBodyFile, StatusCode::usage, tree.diagnostics)
+            .error(text ? *text : tree.root, "text", "missing, or not a chain file's text");
+    if (has_errors(tree.diagnostics))
+        return refusal(Problem::Kind::invalid, std::move(tree.diagnostics));
+    return parse_chain(text->text, "chain", state_->registry).diagnostics;
 }
 
 std::string Service::passes() const {
@@ -409,17 +419,17 @@ std::string Service::chain_schema() const {
     return postchain::chain_schema(state_->registry);
 }
 
-std::string Service::job_schema() const {
-    return job_schema_text(state_->reader);
+io::Json Service::job_schema() const {
+    return service::job_schema(state_->reader.run_table());
 }
 
 Health Service::health() {
     const auto test = std::make_shared<std::promise<Status>>();
     auto tested = test->get_future();
     state_->worker->run([test](GlDevice* gl) {
-        test->set_value(gl ? gl->test() : Status(StatusCode::gl, "there is no GL device now"));
+        test->set_value(gl ? gl->test() : Status(StatusCode::gl, "no GL device is available now"));
     });
-    // A frame may be under way for long; then what is known of the device is the answer.
+    // The current frame may take long; then the answer is the last known state.
     const bool answered = tested.wait_for(kTestPatience) == std::future_status::ready;
     const Worker::State worker = state_->worker->state();
     const Status status = answered ? tested.get() : Status();
@@ -445,7 +455,7 @@ Health Service::health() {
     health.queue =
         !health.draining && (queued == counts.end() || queued->second < state_->settings.max_queue);
     if (health.draining)
-        say("the service ends");
+        say("the service is shutting down");
     else if (!health.queue)
         say("the queue is full");
     health.why = state_->settings.roots.shown_in(health.why);

@@ -1,13 +1,12 @@
-// The service without HTTP: jobs over sequences, one after the other on one GL context, kept in a
-// store that outlives the process.
+// The service without HTTP: jobs over sequences, one at a time on one GL context, kept in a store
+// that outlives the process.
 //
 //   submit(JSON) --> JobStore (SQLite) --> the worker thread (GL) --> run/run_sequence,
 //                       |                                             experiment/ab, bench
-//                       +--> jobs(), job(), events(): what http/ shows
+//                       +--> jobs(), job(), events(): served by http/
 //
-// Jobs are made from the tables of run/job_settings.h and experiment/settings.h, so that the
-// command and the service take the same words. Safe in several threads, but for open() and the
-// destructor.
+// Job settings come from the tables of run/job_settings.h and experiment/settings.h, as in the
+// command. Thread-safe, except open() and the destructor.
 #pragma once
 
 #include <cstdint>
@@ -18,6 +17,7 @@
 
 #include "chain/pass.h"
 #include "chain/status.h"
+#include "tools/sequence/files/json.h"
 #include "tools/service/store/job.h"
 #include "tools/service/work/problem.h"
 #include "tools/service/work/roots.h"
@@ -25,13 +25,13 @@
 namespace postchain::service {
 
 struct ServiceSettings {
-    std::string store;            // the SQLite file; made when it is not there
-    Roots roots;                  // folders in which every path of a job must lie
+    std::string store;            // SQLite file, created if it does not exist
+    Roots roots;                  // the folders of all paths of jobs
     std::string device = "auto";  // as --device of the command
     int threads = 0;              // CPU threads; 0 = one per core
-    size_t max_queue = 1000;      // jobs that wait; more are refused
-    int attempts = 3;             // of a frame, before it is set aside
-    std::string version;          // of the command, for metadata
+    size_t max_queue = 1000;      // waiting jobs; further ones are refused
+    int attempts = 3;             // per frame, before it is set aside
+    std::string version;          // the command's version, for metadata
 };
 
 struct Picture {
@@ -39,63 +39,64 @@ struct Picture {
     std::string bytes;
 };
 
-// What monitoring asks. Counters count since the process began.
+// State for monitoring.
 struct Health {
-    bool gl = false;     // a test dispatch gave the right result
-    bool disk = false;   // the store's folder and every output root can be written
-    bool queue = false;  // the queue takes jobs
+    bool gl = false;     // a test dispatch returned the right result
+    bool disk = false;   // the store's folder and every root are writable
+    bool queue = false;  // the queue accepts jobs
     bool draining = false;
     std::string renderer;
-    std::string why;  // of what is false
+    std::string why;  // reasons of the false values
 };
 
 class Service {
   public:
-    // Takes the store for this process, and begins where the last one ended. Errors (output): the
-    // store cannot be written, or another service has it; (gl).
+    // Locks the store and resumes its jobs. Errors (output): the store cannot be written, or
+    // another service uses it; (gl).
     static Result<std::unique_ptr<Service>> open(const ServiceSettings& settings,
                                                  const PassRegistry& registry);
     ~Service();  // stop(), then closes the store
 
-    // Ends the frame under way, and leaves every unfinished job in the queue for the next process.
+    // Finishes the current frame and leaves every unfinished job in the queue.
     void drain();
 
-    // `body`: a JSON object, docs/service.md. With a key that an earlier job has: that job, where
-    // the body is the same too. `created` gets whether there is a new one.
+    // `body`: a JSON object, see docs/service.md. If an earlier job has the key and the same body,
+    // returns that job. `created` tells whether the job is new.
     Answer<Job> submit(const std::string& body, const std::string& idempotency_key, bool* created);
-    // Newest first. `before`: an id, to read on; empty = from the newest.
+    // Newest first. `before`: an id, to continue a list; empty = from the newest.
     Answer<std::vector<Job>> jobs(const std::string& state, const std::string& before,
                                   size_t limit) const;
     Answer<Job> job(const std::string& id) const;
-    // In the order of the job, without their sidecars: those of a long job are large.
+    // In the order of the job, without their sidecars, which would be large together.
     Answer<std::vector<JobFrame>> frames(const std::string& id) const;
     Answer<JobFrame> frame(const std::string& id, int number) const;  // with its sidecar
     Answer<Job> cancel(const std::string& id);
-    Answer<Job> retry(const std::string& id);  // of a failed or canceled job: what is not done yet
+    Answer<Job> retry(
+        const std::string& id);  // runs the unfinished frames of a failed or canceled job
 
-    // Events of one job (all jobs: empty id) after `after`, oldest first, at most `limit`.
+    // At most `limit` events after `after`, oldest first, of one job, or of all if `id` is empty.
     Answer<std::vector<Event>> events(const std::string& id, int64_t after, size_t limit) const;
-    // Calls from any thread, soon after an event is in the store; quick, and throws nothing.
+    // Called on any thread soon after an event is stored. Must be quick and must not throw.
     void on_event(std::function<void(const Event&)> listener);
 
-    // One frame of an input through a chain, at `scale` of its size, as docs/service.md says:
-    // filtered between two frames of the job under way. `type`: of the picture, "image/png"
-    // (display transform) or "image/x-exr" (scene-linear, float). `done` is called once, on any
-    // thread.
+    // Filters one frame of an input, at `scale` of its size, between two frames of the running job
+    // (docs/service.md). `type`: "image/png" (display transform) or "image/x-exr" (scene-linear,
+    // float). `done` is called once, on any thread.
     void preview(const std::string& body, std::function<void(Answer<Picture>)> done,
                  const std::string& type = "image/png");
-    // A thumbnail of a frame of a job, before or after, at most 320 pixels wide and high.
+    // A thumbnail of a job's frame before or after filtering, at most 320 pixels wide and high.
     void thumbnail(const std::string& id, int frame, bool after,
                    std::function<void(Answer<Picture>)> done);
-    // A file of a job's report: "index.html", "report.json".
+    // A file of a job's report, such as "index.html" or "report.json".
     Answer<Picture> report_file(const std::string& id, const std::string& name) const;
 
     Answer<std::string> plan(const std::string& body);  // JSON, as `postchain plan --json`
-    // Diagnostics of a chain text, for the editor; empty = it is valid.
-    Diagnostics check_chain(const std::string& text) const;
+    // Diagnostics of a chain file's text, for the editor; none = it is valid. `body`: {"text":
+    // ...}.
+    Answer<Diagnostics> check_chain(const std::string& body) const;
     std::string passes() const;        // JSON, as `postchain passes --json`
     std::string chain_schema() const;  // as `postchain schema`
-    std::string job_schema() const;    // JSON Schema of a body of submit()
+    io::Json job_schema() const;       // JSON Schema of a body of submit()
     Health health();
     std::string metrics() const;  // Prometheus text format
 

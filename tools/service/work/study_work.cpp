@@ -22,7 +22,7 @@ class StudyWork {
         if (Status status = check_paths(); !status.ok()) return WorkEnd::failed(status);
         const auto begun = place_.store.has_begun(id_);
         if (!begun.ok()) return WorkEnd::of(WorkEnd::How::store_failed, begun.status().message());
-        // Results that are there after the first start are this job's.
+        // After its first start the folder's results are this job's own.
         auto folder = study::StudyFolder::open(
             study_, settings_.folder, *begun ? io::OnExisting::skip : settings_.on_existing);
         if (!folder.ok()) return WorkEnd::failed(folder.status());
@@ -80,11 +80,11 @@ class StudyWork {
         return end;
     }
 
-    // Commands that work in the same folder: whoever makes the last result writes the report.
+    // Commands may work in the same folder. The process with the last result writes the report.
     static WorkEnd left_to_others(const study::WorkDone& done) {
         WorkEnd end;
         end.verdict = concat(done.results, " of ", done.units,
-                             " results are there; another process makes the rest and the report");
+                             " results are done; another process makes the others and the report");
         return end;
     }
 

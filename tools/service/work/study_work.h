@@ -1,12 +1,12 @@
-// Work on a `study` job, as the command does it: its units lie in its folder, where other processes
-// may work on them too.
+// Runs a `study` job with the same code as the command. Other processes may work on the units of
+// the same folder.
 #pragma once
 
 #include "tools/service/work/job_work.h"
 
 namespace postchain::service {
 
-// The job runs. On this thread GL is current.
+// `job` is running. GL is current on this thread.
 WorkEnd work_on_study(const Job& job, JobRequest& request, const WorkPlace& place);
 
 }  // namespace postchain::service

@@ -12,7 +12,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr int kLeastPriority = -100;
 constexpr std::chrono::milliseconds kFirstWait = 1s;
 constexpr std::chrono::milliseconds kLongestWait = 30s;
 
@@ -43,8 +42,7 @@ Status Worker::begin() {
     try {
         thread_ = std::thread([this] { loop(); });
     } catch (const std::system_error& error) {
-        return Status(StatusCode::internal,
-                      std::string("no thread could be started: ") + error.what());
+        return Status(StatusCode::internal, std::string("cannot start a thread: ") + error.what());
     }
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return made_; });
@@ -111,7 +109,7 @@ void Worker::run_errands() {
         try {
             errand(gl_.get());
         } catch (...) {
-            // It throws nothing; if it does all the same, the job under way is not to suffer.
+            // Errands must not throw. If one does, the running job continues.
         }
     }
 }
@@ -146,12 +144,12 @@ void Worker::loop() {
     make_device();
     while (turn()) {
     }
-    // Whoever waits for an answer gets one.
+    // Answers the waiting errands.
     gl_.reset();
     run_errands();
 }
 
-// False when the thread is to end.
+// False if the thread shall end.
 bool Worker::turn() noexcept {
     try {
         run_errands();
@@ -168,7 +166,7 @@ bool Worker::turn() noexcept {
             wait_longer();
             return true;
         }
-        const auto job = store_.next(kLeastPriority);
+        const auto job = store_.next(-kMaxPriority);
         if (!job.ok()) {
             set_trouble(job.status().message());
             wait_longer();
@@ -182,7 +180,7 @@ bool Worker::turn() noexcept {
         std::unique_lock lock(mutex_);
         changed_.wait(lock, [&] { return ends_ || draining_ || awake_ || !errands_.empty(); });
     } catch (...) {
-        // Memory that runs out, outside of what becomes a Status: it may be there again.
+        // Out of memory at a place without a Status; a later turn may succeed.
         const std::lock_guard lock(mutex_);
         running_.clear();
         changed_.notify_all();
@@ -190,7 +188,7 @@ bool Worker::turn() noexcept {
     return true;
 }
 
-// After what fails now.
+// Called after a failure.
 void Worker::wait_longer() {
     pause(wait_);
     wait_ = std::min<std::chrono::milliseconds>(2 * wait_, kLongestWait);
@@ -232,7 +230,7 @@ WorkEnd Worker::work_on(const Job& job, int attempts) {
     return end;
 }
 
-// True when the store has it.
+// True if the store has recorded it.
 bool Worker::enter_end(const Job& job, const WorkEnd& end) {
     Status status;
     switch (end.how) {
@@ -285,7 +283,7 @@ void Worker::work(const Job& job) {
         set_trouble(end.message);
         wait_longer();
     }
-    // Until it is entered the job is this thread's; the next process would take it up too.
+    // Until its end is recorded, the job stays with this thread; a next process would resume it.
     while (!enter_end(job, end)) {
         wait_longer();
         const std::lock_guard lock(mutex_);

@@ -1,5 +1,5 @@
-// The thread of the service that owns GL: takes jobs from the store, one after the other, and
-// errands between their frames.
+// The thread that owns the GL context: runs one job of the store at a time, and errands between its
+// frames.
 #pragma once
 
 #include <atomic>
@@ -19,27 +19,27 @@
 
 namespace postchain::service {
 
-// With the device, or with null where there is none; throws nothing.
+// Called with the device, or with null if there is none. Must not throw.
 using Errand = std::function<void(GlDevice* gl)>;
 
 class Worker {
   public:
     Worker(JobStore& store, const JobReader& reader, Counters& counters,
            const PassRegistry& registry, const egl::ContextOptions& device, int attempts);
-    ~Worker();  // drain(), then ends the thread; errands that wait get null
+    ~Worker();  // drain(), then ends the thread; waiting errands get null
 
-    // Makes the device on the thread, and begins. Errors (gl); (internal): no thread.
+    // Creates the device on the thread and starts. Errors (gl); (internal): no thread.
     Status begin();
-    void wake();                           // there may be work
-    void stop_job(const std::string& id);  // it was canceled
-    void drain();  // waits until no job is under way; none is begun any more
+    void wake();                           // there may be a new job
+    void stop_job(const std::string& id);  // after it was canceled
+    void drain();  // waits for the end of the running job and starts no other
     void run(Errand errand);
 
-    // Of the job under way; empty and 0 without one.
+    // Id and remaining seconds of the running job; empty and 0 if none runs.
     std::pair<std::string, double> under_way() const;
     struct State {
         bool gl = false;
-        std::string renderer, trouble;  // trouble: of GL or the store, empty without
+        std::string renderer, trouble;  // trouble: failure of GL or the store, empty = none
     };
     State state() const;
 
@@ -67,19 +67,19 @@ class Worker {
     mutable std::mutex mutex_;
     std::condition_variable changed_;
     std::deque<Errand> errands_;
-    bool awake_ = false;  // there may be work
-    bool made_ = false;   // the first device, or it failed
-    Status first_;        // how that went
-    bool ends_ = false;   // the thread is to end
+    bool awake_ = false;  // there may be a new job
+    bool made_ = false;   // the first device was created or failed
+    Status first_;        // the result
+    bool ends_ = false;   // the thread shall end
     bool draining_ = false;
     std::string running_;  // id
     double remaining_s_ = 0;
     State state_;
 
-    std::unique_ptr<GlDevice> gl_;  // of the thread
+    std::unique_ptr<GlDevice> gl_;  // used by the thread only
     std::atomic<bool> stop_ = false;
-    bool preempted_ = false;          // of the thread
-    std::chrono::milliseconds wait_;  // of the thread: before what failed is tried again
+    bool preempted_ = false;          // used by the thread only
+    std::chrono::milliseconds wait_;  // used by the thread only: delay before the next retry
     std::thread thread_;
 };
 
